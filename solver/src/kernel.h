@@ -1,0 +1,69 @@
+// The element kernel: eight lattice cells at a time, one a lane. Not installed.
+//
+// Every operation on a lane is a plain IEEE double operation and nothing is contracted, so the lanes compute the same
+// bits whatever vector unit the file is compiled for; kernel_dispatch.cpp picks the widest the machine has.
+// Symbols as in corotational.h, and: h lattice spacing; V material volume of a tet; E = F h; avg mean over the
+// tets of a cell, weighted by V. "Cell dilation" replaces tr(S - I) by its avg in the bulk part of the energy:
+//   Psi_bulk = lambda/2 V_cell avg(tr S - 3)^2,
+// which frees the six tets of a cell from locking near nu = .5 (mean dilatation; Nagtegaal, Parks, Rice 1974).
+#pragma once
+
+#include <vdbfrac/tetmesh/cell.h>
+
+#include <cstdint>
+
+namespace vdbfrac::solver {
+
+inline constexpr int kLanes = 8;
+
+/// Eight cells of one shape. A lane that is not used has no volume in any tet.
+struct alignas(64) Batch {
+    double volume[tetmesh::kMostTets][kLanes];  ///< V [m^3]
+    double mu[kLanes], lambda[kLanes];          ///< [Pa]
+    std::uint16_t corner[tetmesh::kCorners][kLanes];  ///< local node
+    tetmesh::CellShape shape;
+    bool contiguous;  ///< corner[c][l] == corner[c][0] + l for all c, l: rows of a lattice
+};
+
+/// What a product with the tangent needs of eight cells.
+struct alignas(64) BatchTangent {
+    double R[tetmesh::kMostTets][9][kLanes];  ///< row-major
+    double T[tetmesh::kMostTets][6][kLanes];  ///< twist operator times V / h^2: xx, yy, zz, yz, zx, xy
+};
+
+/// Vectors of a patch: three rows (x, y, z) of `stride` doubles, kLanes more than there are nodes.
+struct PatchData {
+    const Batch* batch = nullptr;
+    BatchTangent* tangent = nullptr;  ///< written by evaluate when not null, read by product and diagonal
+    double* psi = nullptr;            ///< evaluate: energy density [J/m^3], [batch][tet][lane]; may be null
+    int batches = 0;
+    int stride = 0;
+    double h = 1;
+    const double* in = nullptr;  ///< x [m] or a displacement
+    double* out = nullptr;       ///< added to: gradient [N], K times in, or (six rows) diagonal blocks
+};
+
+struct KernelResult {
+    double energy = 0;          ///< [J]
+    std::int64_t robustTets = 0;  ///< tets that took the scalar path
+};
+
+/// Scalar path for a lane whose polar decomposition is not safe in closed form. Row-major F, R; S, T as in BatchTangent.
+struct RobustTet {
+    void (*polar)(const double* F, double* R, double* S);
+    void (*twist)(const double* S, double t, double* T);
+};
+
+struct Kernel {
+    KernelResult (*evaluate)(const PatchData&, bool cellDilation, const RobustTet&);
+    void (*product)(const PatchData&, bool cellDilation);
+    void (*diagonal)(const PatchData&, bool cellDilation);  ///< out: six rows xx, yy, zz, yz, zx, xy
+    const char* name;
+};
+
+/// The widest kernel this machine runs.
+const Kernel& kernel();
+/// All kernels this machine runs, for tests: their results are equal to the bit.
+const Kernel* const* kernels(int& count);
+
+}  // namespace vdbfrac::solver

@@ -1,0 +1,32 @@
+// The elements of a system, divided into patches. Not installed.
+#pragma once
+
+#include "kernel.h"
+
+#include <vdbfrac/solver/elastic_operator.h>
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace vdbfrac::solver {
+
+/// A block of cells: its batches, its nodes, and the slots it writes its sums to (one a node).
+struct Patch {
+    std::uint32_t firstBatch = 0, batches = 0;
+    std::uint32_t firstSlot = 0, nodes = 0;
+    int stride() const { return int(nodes + kLanes + (kLanes - nodes % kLanes) % kLanes); }
+};
+
+struct Patches {
+    std::vector<Patch> patches;
+    std::vector<Batch> batches;
+    std::vector<std::int32_t> elementOfLane;  ///< [batch][lane], -1: unused
+    std::vector<std::uint32_t> nodeOfSlot;    ///< system node
+    std::vector<std::uint32_t> slotStart, slots;  ///< slots of each node, by rising patch
+    std::int64_t tets = 0;
+};
+
+Patches makePatches(std::span<const ElementSet> sets, std::size_t nodeCount, double h);
+
+}  // namespace vdbfrac::solver

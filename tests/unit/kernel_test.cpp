@@ -1,0 +1,291 @@
+// The vectorised kernel against the scalar reference and against finite differences.
+#include "../../solver/src/kernel.h"
+#include "block.h"
+
+#include <vdbfrac/solver/corotational.h>
+
+#include <Eigen/Dense>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+using namespace vdbfrac;
+using solver::Volumetric;
+using tetmesh::Lattice;
+
+namespace {
+
+const solver::Material kGel = solver::makeMaterial(1e5, 0.3, 1000);
+
+Vec3 randomVec(std::mt19937& random, double size)
+{
+    std::uniform_real_distribution<double> uniform(-size, size);
+    return {uniform(random), uniform(random), uniform(random)};
+}
+
+std::vector<Vec3> shaken(const tetmesh::CutMesh& mesh, double size, unsigned seed)
+{
+    std::mt19937 random(seed);
+    std::vector<Vec3> x;
+    for (std::size_t i = 0; i < mesh.nodeCount(); ++i) x.push_back(mesh.restPosition(i) + randomVec(random, size));
+    return x;
+}
+
+Mat3 deformationGradient(const tetmesh::CutMesh& mesh, const tetmesh::CellElement& e, int t, const std::vector<Vec3>& x)
+{
+    const auto& tets = tetmesh::cellTets(e.shape);
+    Mat3 F = Mat3::Zero();
+    for (std::size_t a = 0; a < 4; ++a)
+        for (std::size_t d = 0; d < 3; ++d)
+            F.col(Eigen::Index(d)) += tets.gradient[std::size_t(t)][a][d] / mesh.lattice().spacing() *
+                                      x[e.node[std::size_t(tets.corner[std::size_t(t)][a])]];
+    return F;
+}
+
+double referenceEnergy(const tetmesh::CutMesh& mesh, const std::vector<Vec3>& x, Volumetric volumetric)
+{
+    double energy = 0;
+    for (const auto& e : mesh.elements()) {
+        const auto& tets = tetmesh::cellTets(e.shape);
+        double volume = 0, bulk = 0;
+        for (int t = 0; t < tets.count; ++t) {
+            const double V = std::pow(mesh.lattice().spacing(), 3) * tets.volume[std::size_t(t)] * e.fraction[std::size_t(t)];
+            if (V == 0) continue;
+            const Vec3 strain = solver::signedPolar(deformationGradient(mesh, e, t, x)).s - Vec3::Ones();
+            energy += V * kGel.mu * strain.squaredNorm();
+            if (volumetric == Volumetric::none) energy += 0.5 * V * kGel.lambda * std::pow(strain.sum(), 2);
+            bulk += V * strain.sum();
+            volume += V;
+        }
+        if (volumetric == Volumetric::cell) energy += 0.5 * kGel.lambda * bulk * bulk / volume;
+    }
+    return energy;
+}
+
+/// A ball cut by the lattice: whole and cut cells, rows and loose lanes.
+tetmesh::CutMesh ball(Lattice lattice)
+{
+    const double r = 4.3 * lattice.voxelSize;
+    return {lattice, test::sample({-5, -5, -5}, {5, 5, 5}, lattice.voxelSize, [r](Vec3 p) { return p.norm() - r; })};
+}
+
+struct Case {
+    Lattice lattice;
+    Volumetric volumetric;
+};
+
+class KernelCases : public testing::TestWithParam<Case> {};
+
+TEST_P(KernelCases, EnergyEqualsScalarReference)
+{
+    const auto mesh = ball(GetParam().lattice);
+    const auto elastic = test::elasticOperator(mesh, kGel, GetParam().volumetric);
+    for (double size : {0.0, 0.02, 0.3, 2.0}) {  // rest, small, large, inverted
+        const auto x = shaken(mesh, size * mesh.lattice().spacing(), 7);
+        const double expected = referenceEnergy(mesh, x, GetParam().volumetric);
+        EXPECT_NEAR(elastic.evaluate(x, {}, nullptr), expected, 1e-12 * expected + 1e-20) << size;
+    }
+}
+
+TEST_P(KernelCases, GradientIsDerivativeOfEnergy)
+{
+    const auto mesh = ball(GetParam().lattice);
+    const auto elastic = test::elasticOperator(mesh, kGel, GetParam().volumetric);
+    const auto x = shaken(mesh, 0.2 * mesh.lattice().spacing(), 3);
+    std::vector<Vec3> gradient(mesh.nodeCount(), Vec3::Zero());
+    const double energy = elastic.evaluate(x, gradient, nullptr);
+    std::mt19937 random(5);
+    const double step = 1e-4 * mesh.lattice().spacing();
+    auto plus = x, minus = x;
+    double expected = 0;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+        const Vec3 d = randomVec(random, step);
+        plus[i] += d, minus[i] -= d;
+        expected += gradient[i].dot(d);
+    }
+    // Central difference: the error is of third order in the step.
+    EXPECT_NEAR(0.5 * (elastic.evaluate(plus, {}, nullptr) - elastic.evaluate(minus, {}, nullptr)), expected, 1e-8 * energy);
+}
+
+TEST_P(KernelCases, ProductIsDerivativeOfGradientAndSymmetric)
+{
+    const auto mesh = ball(GetParam().lattice);
+    const auto elastic = test::elasticOperator(mesh, kGel, GetParam().volumetric);
+    const auto x = shaken(mesh, 0.15 * mesh.lattice().spacing(), 3);
+    const std::size_t n = mesh.nodeCount();
+    std::vector<Vec3> gradient(n, Vec3::Zero()), up(n, Vec3::Zero()), down(n, Vec3::Zero()), Ku(n, Vec3::Zero()), Kw(n, Vec3::Zero());
+    solver::Tangent tangent;
+    elastic.evaluate(x, gradient, &tangent);
+    std::mt19937 random(5);
+    std::vector<Vec3> u(n), w(n), plus = x, minus = x;
+    const double step = 1e-5 * mesh.lattice().spacing();
+    for (std::size_t i = 0; i < n; ++i) {
+        u[i] = randomVec(random, 1), w[i] = randomVec(random, 1);
+        plus[i] += step * u[i], minus[i] -= step * u[i];
+    }
+    elastic.addProduct(tangent, u, Ku);
+    elastic.addProduct(tangent, w, Kw);
+    elastic.evaluate(plus, up, nullptr);
+    elastic.evaluate(minus, down, nullptr);
+    double error = 0, size = 0, uKw = 0, wKu = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+        error += (Ku[i] - (up[i] - down[i]) / (2 * step)).squaredNorm();
+        size += Ku[i].squaredNorm();
+        uKw += u[i].dot(Kw[i]), wKu += w[i].dot(Ku[i]);
+    }
+    EXPECT_LT(std::sqrt(error / size), 1e-7);  // central difference with a step of 1e-5
+    EXPECT_NEAR(uKw, wKu, 1e-12 * std::abs(uKw) + 1e-12 * std::sqrt(size));
+}
+
+TEST_P(KernelCases, DiagonalBlocksAreThoseOfTheProduct)
+{
+    const auto mesh = ball(GetParam().lattice);
+    const auto elastic = test::elasticOperator(mesh, kGel, GetParam().volumetric);
+    const auto x = shaken(mesh, 0.15 * mesh.lattice().spacing(), 3);
+    const std::size_t n = mesh.nodeCount();
+    solver::Tangent tangent;
+    elastic.evaluate(x, {}, &tangent);
+    std::vector<Mat3> blocks(n, Mat3::Zero());
+    elastic.addDiagonal(tangent, blocks);
+    for (std::size_t i = 0; i < n; i += 37)
+        for (int d = 0; d < 3; ++d) {
+            std::vector<Vec3> u(n, Vec3::Zero()), Ku(n, Vec3::Zero());
+            u[i] = Vec3::Unit(d);
+            elastic.addProduct(tangent, u, Ku);
+            EXPECT_LT((Ku[i] - blocks[i].col(d)).norm(), 1e-12 * blocks[i].norm());
+        }
+}
+
+TEST_P(KernelCases, ProjectedTangentIsSemidefinite)
+{
+    const auto mesh = ball(GetParam().lattice);
+    const auto elastic = test::elasticOperator(mesh, kGel, GetParam().volumetric);
+    const auto x = shaken(mesh, 0.8 * mesh.lattice().spacing(), 11);
+    const std::size_t n = mesh.nodeCount();
+    solver::Tangent tangent;
+    elastic.evaluate(x, {}, &tangent);
+    elastic.project(tangent);
+    std::mt19937 random(1);
+    for (int trial = 0; trial < 50; ++trial) {
+        std::vector<Vec3> u(n), Ku(n, Vec3::Zero());
+        for (Vec3& v : u) v = randomVec(random, 1);
+        elastic.addProduct(tangent, u, Ku);
+        double uKu = 0;
+        for (std::size_t i = 0; i < n; ++i) uKu += u[i].dot(Ku[i]);
+        EXPECT_GE(uKu, 0);
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Lattices, KernelCases,
+                         testing::Values(Case{{Lattice::Kind::six, 1, 0.1}, Volumetric::none},
+                                         Case{{Lattice::Kind::six, 1, 0.1}, Volumetric::cell},
+                                         Case{{Lattice::Kind::six, 2, 0.1}, Volumetric::cell},
+                                         Case{{Lattice::Kind::five, 1, 0.1}, Volumetric::none},
+                                         Case{{Lattice::Kind::five, 1, 0.1}, Volumetric::cell}));
+
+TEST(Kernel, EveryVectorUnitGivesTheSameBits)
+{
+    int count = 0;
+    const solver::Kernel* const* all = solver::kernels(count);
+    constexpr int kNodes = 24;
+    std::mt19937 random(2);
+    solver::Batch batch{};
+    batch.shape = tetmesh::CellShape::six;
+    std::vector<double> x(3 * (kNodes + solver::kLanes));
+    for (double& v : x) v = std::uniform_real_distribution<double>(-1, 1)(random);
+    for (int l = 0; l < solver::kLanes; ++l) {
+        batch.mu[l] = 3e4, batch.lambda[l] = 5e4;
+        for (auto& V : batch.volume) V[l] = 1e-3;
+        for (auto& corner : batch.corner) corner[l] = std::uint16_t(random() % kNodes);
+    }
+    const solver::RobustTet scalar = {
+        [](const double*, double* R, double* S) {
+            for (int k = 0; k < 9; ++k) R[k] = k % 4 == 0;
+            for (int k = 0; k < 6; ++k) S[k] = k < 3;
+        },
+        [](const double*, double t, double* T) {
+            for (int k = 0; k < 6; ++k) T[k] = k < 3 ? t : 0;
+        }};
+    std::vector<double> first;
+    for (int k = 0; k < count; ++k) {
+        solver::BatchTangent tangent{};
+        std::vector<double> out(x.size(), 0.), product(x.size(), 0.);
+        solver::PatchData d{&batch, &tangent, nullptr, 1, kNodes + solver::kLanes, 0.1, x.data(), out.data()};
+        const auto result = all[k]->evaluate(d, true, scalar);
+        d.out = product.data();
+        all[k]->product(d, true);
+        out.insert(out.end(), product.begin(), product.end());
+        out.push_back(result.energy);
+        if (first.empty()) first = out;
+        EXPECT_EQ(first, out) << all[k]->name;
+    }
+}
+
+TEST(Corotational, RigidTurnGivesNoStress)
+{
+    const test::Block mesh({3, 3, 3}, 1);
+    const auto elastic = test::elasticOperator(mesh, kGel, Volumetric::none);
+    std::mt19937 random(3);
+    for (int trial = 0; trial < 50; ++trial) {
+        const Mat3 R = Eigen::Quaterniond(Eigen::Vector4d(randomVec(random, 1).homogeneous())).normalized().toRotationMatrix();
+        std::vector<Vec3> x, gradient(mesh.nodes.size(), Vec3::Zero());
+        for (const Vec3& X : mesh.restPositions()) x.push_back(R * X);
+        elastic.evaluate(x, gradient, nullptr);
+        // Forces on unit faces: a stress of 1e-14 E, some 24 tets a node.
+        for (const Vec3& f : gradient) EXPECT_LT(f.norm(), 24 * 1e-14 * 1e5);
+    }
+}
+
+TEST(Corotational, SimpleShearMatchesClosedForm)
+{
+    const solver::Material m = solver::makeMaterial(1, 0.3, 1);
+    const double expected[4][2] = {{.1, 1.0031192}, {.5, 1.0746437}, {1, 1.2639320}, {2, 1.7322330}};
+    for (const auto& [g, ratio] : expected) {
+        Mat3 F = Mat3::Identity();
+        F(0, 1) = g;
+        EXPECT_NEAR(solver::piolaStress(F, m)(0, 1) / (m.mu * g), ratio, 1e-7);
+    }
+}
+
+TEST(Corotational, UniaxialConfinedAndHydrostaticStress)
+{
+    const double E = 1e5, nu = 0.3;
+    for (double e : {-0.3, 0.2, 1.5}) {
+        const Mat3 uniaxial = Vec3(1 + e, 1 - nu * e, 1 - nu * e).asDiagonal();
+        EXPECT_NEAR(solver::piolaStress(uniaxial, kGel)(0, 0), E * e, 1e-9 * E);
+        EXPECT_NEAR(solver::energyDensity(uniaxial, kGel), 0.5 * E * e * e, 1e-9 * E);
+        const Mat3 confined = Vec3(1 + e, 1, 1).asDiagonal();
+        EXPECT_NEAR(solver::piolaStress(confined, kGel)(0, 0), (kGel.lambda + 2 * kGel.mu) * e, 1e-9 * E);
+        const double K = E / (3 * (1 - 2 * nu));
+        EXPECT_NEAR(solver::piolaStress(Mat3::Identity() * (1 + e), kGel)(0, 0), 3 * K * e, 1e-9 * E);
+        EXPECT_NEAR(solver::energyDensity(Mat3::Identity() * (1 + e), kGel), 4.5 * K * e * e, 1e-9 * E);
+    }
+}
+
+TEST(Corotational, TwistEigenvaluesMatchReference)
+{
+    const solver::Material m = solver::makeMaterial(1, 0.3, 1);
+    const auto sorted = [&](const Mat3& F) {
+        Vec3 v = solver::twistEigenvalues(F, m) / m.mu;
+        std::sort(v.data(), v.data() + 3);
+        return v;
+    };
+    EXPECT_LT((sorted(Mat3::Identity() * .9) - Vec3::Constant(-.722222)).norm(), 2e-6);
+    EXPECT_LT((sorted(Vec3(1.3, .85, .85).asDiagonal()) - Vec3(-.352941, .139535, .139535)).norm(), 2e-6);
+    EXPECT_LT((sorted(Vec3(1, .5, -.2).asDiagonal()) - Vec3(-28.3333, -9.375, -4.06667)).norm(), 1e-4);
+}
+
+TEST(Corotational, StressDifferentialIsDerivativeOfStress)
+{
+    std::mt19937 random(9);
+    for (int trial = 0; trial < 20; ++trial) {
+        Mat3 F = Mat3::Identity(), dF;
+        for (int c = 0; c < 3; ++c) F.col(c) += randomVec(random, 0.3), dF.col(c) = randomVec(random, 1);
+        const double step = 1e-6;
+        const Mat3 expected = (solver::piolaStress(F + step * dF, kGel) - solver::piolaStress(F - step * dF, kGel)) / (2 * step);
+        EXPECT_LT((solver::stressDifferential(F, dF, kGel) - expected).norm(), 1e-7 * expected.norm());
+    }
+}
+
+}  // namespace

@@ -1,0 +1,132 @@
+// Pictures: what is torn shows red, what is empty shows the background.
+#include <vdbfrac/base/atomic_file.h>
+#include <vdbfrac/base/error.h>
+#include <vdbfrac/base/parallel.h>
+#include <vdbfrac/grid/png_file.h>
+#include <vdbfrac/grid/render.h>
+
+#include <gtest/gtest.h>
+
+#include <unistd.h>
+
+#include <array>
+#include <filesystem>
+
+using namespace vdbfrac;
+using namespace vdbfrac::grid;
+
+namespace {
+
+/// The cube [0,1]^3, its face at z = 1 torn.
+tetmesh::Surface tornCube()
+{
+    tetmesh::Surface s;
+    for (int i = 0; i < 8; ++i) s.points.emplace_back(i & 1, i >> 1 & 1, i >> 2);
+    const std::array<std::array<std::uint32_t, 4>, 6> quads{
+        {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}}};
+    for (std::size_t q = 0; q < quads.size(); ++q)
+        for (int half = 0; half < 2; ++half) {
+            s.triangles.push_back({quads[q][0], quads[q][1 + half], quads[q][2 + half]});
+            s.fragment.push_back(0);
+            s.torn.push_back(q == 1);
+        }
+    return s;
+}
+
+View from(const Vec3& direction)
+{
+    View view;
+    view.target = Vec3::Constant(0.5);
+    view.direction = direction;
+    view.extent = 0.9;
+    view.width = 161;
+    view.height = 121;
+    return view;
+}
+
+std::array<int, 3> pixel(const Image& image, int i, int j)
+{
+    const std::uint8_t* p = &image.rgb[3 * std::size_t(j * image.width + i)];
+    return {p[0], p[1], p[2]};
+}
+
+bool isRed(const std::array<int, 3>& p) { return p[0] > 2 * p[1] && p[0] > 2 * p[2] && p[0] > 40; }
+bool isGrey(const std::array<int, 3>& p) { return std::abs(p[0] - p[1]) < 25 && std::abs(p[1] - p[2]) < 25; }
+
+constexpr double kVoxel = 0.02;
+
+}  // namespace
+
+TEST(Render, TornFaceIsRedFromItsSideOnly)
+{
+    const Image front = render(tornCube(), from({0, 0, -1}), kVoxel);
+    const Image back = render(tornCube(), from({0, 0, 1}), kVoxel);
+    for (int i : {65, 80, 95})
+        for (int j : {45, 60, 75}) {
+            EXPECT_TRUE(isRed(pixel(front, i, j))) << i << " " << j;
+            EXPECT_TRUE(isGrey(pixel(back, i, j))) << i << " " << j;
+        }
+}
+
+TEST(Render, EmptySpaceShowsTheBackground)
+{
+    const Image cube = render(tornCube(), from({0, 0, -1}), kVoxel);
+    const Image empty = render({}, from({0, 0, -1}), kVoxel);
+    for (int i : {0, 10, 160})
+        for (int j : {0, 60, 120}) {
+            EXPECT_EQ(pixel(cube, i, j), pixel(empty, i, j));
+            EXPECT_TRUE(isGrey(pixel(cube, i, j)));
+            EXPECT_GT(pixel(cube, i, j)[0], 180);
+        }
+}
+
+TEST(Render, LooksFromAboveAndIsTheSameForAnyNumberOfThreads)
+{
+    const Image many = render(tornCube(), from({0, -1, 0}), kVoxel);
+    EXPECT_TRUE(isGrey(pixel(many, 80, 60)));
+    const ThreadLimit one(1);
+    EXPECT_EQ(render(tornCube(), from({0, -1, 0}), kVoxel).rgb, many.rgb);
+}
+
+TEST(Render, RefusesWhatWouldCrashTheConverter)
+{
+    tetmesh::Surface s = tornCube();
+    s.points[0].x() = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_THROW(render(s, from({0, 0, 1}), kVoxel), Error);
+    s = tornCube();
+    s.triangles[0][0] = 8;
+    EXPECT_THROW(render(s, from({0, 0, 1}), kVoxel), Error);
+    EXPECT_THROW(render(tornCube(), from({0, 0, 1}), 0), Error);
+    EXPECT_THROW(render(tornCube(), from({0, 0, 1}), 1e-12), Error);
+}
+
+TEST(PngFile, PictureSurvivesWritingAndReading)
+{
+    const auto file = std::filesystem::temp_directory_path() / ("vdbfrac-" + std::to_string(::getpid()) + ".png");
+    Image image{5, 3, {}};
+    for (int i = 0; i < 45; ++i) image.rgb.push_back(std::uint8_t(i * 5));
+    writePng(file, image);
+    const Image back = readPng(file);
+    EXPECT_EQ(back.width, 5);
+    EXPECT_EQ(back.height, 3);
+    EXPECT_EQ(back.rgb, image.rgb);
+    const std::string bytes = readText(file);
+    writeText(file, bytes.substr(0, bytes.size() / 2));
+    EXPECT_THROW(readPng(file), FileError);
+    EXPECT_THROW(writePng(file, Image{}), FileError);
+    std::filesystem::remove(file);
+}
+
+TEST(PngFile, ContactSheetPlacesPicturesInRows)
+{
+    const Image black{2, 2, std::vector<std::uint8_t>(12, 0)};
+    const Image sheet = contactSheet({black, black, black}, 2, 1);
+    EXPECT_EQ(sheet.width, 7);
+    EXPECT_EQ(sheet.height, 7);
+    EXPECT_EQ(pixel(sheet, 0, 0)[0], 255);
+    EXPECT_EQ(pixel(sheet, 1, 1)[0], 0);
+    EXPECT_EQ(pixel(sheet, 5, 2)[0], 0);
+    EXPECT_EQ(pixel(sheet, 1, 4)[0], 0);
+    EXPECT_EQ(pixel(sheet, 4, 4)[0], 255);
+    EXPECT_EQ(contactSheet({}, 2, 1).width, 0);
+}

@@ -1,0 +1,23 @@
+// Frames of a run as .obj files: an object for each fragment, its torn faces apart from its old skin.
+#pragma once
+
+#include <vdbfrac/tetmesh/surface.h>
+
+#include <filesystem>
+#include <string>
+
+namespace vdbfrac::tetmesh {
+
+/// Writes a surface atomically. Fragments come in the order of their ids as `o fragment_0003`, then its points, then
+/// `g fragment_0003_outside` / `usemtl outside` and `g fragment_0003_inside` / `usemtl inside` where it has such faces.
+/// A point that several fragments use is written once for each; points keep their order, 9 significant digits.
+/// `mtlName` is the material library as the file shall name it; empty leaves it out. Throws FileError.
+void writeObj(const std::filesystem::path& file, const Surface& surface, const std::string& mtlName);
+
+/// Writes the material library of the frames: "outside" neutral, "inside" red. Throws FileError.
+void writeMtl(const std::filesystem::path& file);
+
+/// Reads what writeObj wrote: triangles with fragment ids and torn flags. Throws InputError with file:line, FileError.
+Surface readObjFrame(const std::filesystem::path& file);
+
+}  // namespace vdbfrac::tetmesh

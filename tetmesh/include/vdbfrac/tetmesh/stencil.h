@@ -1,0 +1,60 @@
+// The sub-tets of one lattice cell, and those round one lattice node, in voxel coordinates.
+//
+// A lattice cell spans m x m x m voxels (m: coarsening). Each voxel is divided into sub-tets; each sub-tet lies in
+// exactly one tet of the cell, its parent: Kuhn tets of a refined grid nest.
+#pragma once
+
+#include <vdbfrac/base/vec.h>
+#include <vdbfrac/tetmesh/cell.h>
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace vdbfrac::tetmesh {
+
+struct Lattice {
+    enum class Kind : std::uint8_t { six, five };
+    Kind kind = Kind::six;
+    int coarsening = 1;    ///< m; 1 for `five`, whose grids do not nest
+    double voxelSize = 1;  ///< dx [m]
+
+    double spacing() const { return coarsening * voxelSize; }  ///< h [m]
+    CellShape shapeOf(Coord cell) const
+    {
+        if (kind == Kind::six) return CellShape::six;
+        return (cell.x + cell.y + cell.z) & 1 ? CellShape::fiveOdd : CellShape::fiveEven;
+    }
+};
+
+struct SubTet {
+    std::array<std::uint16_t, 4> vertex;  ///< indices into the stencil's vertices
+    std::uint8_t parent;                  ///< tet of the cell
+};
+
+/// Sub-tets of a cell. Vertices are offsets from the cell's lowest voxel coordinate.
+struct CellStencil {
+    std::vector<Coord> vertices;
+    std::vector<SubTet> subTets;
+};
+CellStencil makeCellStencil(const Lattice& lattice, CellShape shape);
+
+/// All sub-tets whose parent tet has a certain lattice node as a corner: the node's star.
+/// Vertices are offsets from the node's voxel coordinate; `find` gives a vertex' index from its offset.
+struct StarStencil {
+    int reach = 0;  ///< offsets lie in [-m, m]
+    std::vector<Coord> vertices;
+    std::vector<std::array<std::uint16_t, 4>> subTets;
+    std::vector<std::int16_t> index;  ///< -1 where the offset is not in the star
+
+    int find(Coord offset) const
+    {
+        const int n = 2 * reach + 1;
+        const Coord c = offset + Coord{reach, reach, reach};
+        return index[std::size_t((c.z * n + c.y) * n + c.x)];
+    }
+};
+/// `odd`: parity of the node's lattice coordinates (only `five` cares).
+StarStencil makeStarStencil(const Lattice& lattice, bool odd);
+
+}  // namespace vdbfrac::tetmesh

@@ -1,0 +1,239 @@
+#include "text_reader.h"
+
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <vector>
+
+namespace vdbfrac::tetmesh {
+
+namespace {
+
+enum class Encoding { text, little, big };
+
+struct Type {
+    std::string_view name, otherName;
+    std::size_t bytes;
+    enum class Kind { signedInteger, unsignedInteger, real } kind;
+};
+constexpr std::array<Type, 8> kTypes{{{"char", "int8", 1, Type::Kind::signedInteger},
+                                      {"uchar", "uint8", 1, Type::Kind::unsignedInteger},
+                                      {"short", "int16", 2, Type::Kind::signedInteger},
+                                      {"ushort", "uint16", 2, Type::Kind::unsignedInteger},
+                                      {"int", "int32", 4, Type::Kind::signedInteger},
+                                      {"uint", "uint32", 4, Type::Kind::unsignedInteger},
+                                      {"float", "float32", 4, Type::Kind::real},
+                                      {"double", "float64", 8, Type::Kind::real}}};
+
+struct Property {
+    std::string name;
+    Type type;
+    bool isList = false;
+    Type countType{};
+};
+
+struct Element {
+    std::string name;
+    std::size_t count = 0;
+    std::vector<Property> properties;
+};
+
+struct Header {
+    Encoding encoding = Encoding::text;
+    std::vector<Element> elements;
+};
+
+Type type(TextReader& in)
+{
+    const std::string_view name = in.word();
+    for (const Type& t : kTypes)
+        if (name == t.name || name == t.otherName) return t;
+    in.fail("unknown type '" + TextReader::shown(name) + "'", "char uchar short ushort int uint float double");
+}
+
+Encoding encoding(TextReader& in)
+{
+    const std::string_view name = in.word();
+    if (name == "ascii") return Encoding::text;
+    if (name == "binary_little_endian") return Encoding::little;
+    if (name == "binary_big_endian") return Encoding::big;
+    in.fail("unknown format '" + TextReader::shown(name) + "'", "ascii, binary_little_endian, binary_big_endian");
+}
+
+Property property(TextReader& in)
+{
+    Property p;
+    const std::string_view rest = in.restOfLine();
+    p.isList = rest.find_first_not_of(" \t") != std::string_view::npos &&
+               rest.substr(rest.find_first_not_of(" \t")).starts_with("list");
+    if (p.isList) {
+        in.word();
+        p.countType = type(in);
+    }
+    p.type = type(in);
+    p.name = in.word();
+    return p;
+}
+
+Header readHeader(TextReader& in, std::size_t fileSize)
+{
+    if (!in.nextLine() || in.word() != "ply") in.fail("does not begin with 'ply'", "a PLY file");
+    Header header;
+    while (in.nextLine()) {
+        const std::string_view key = in.word();
+        if (key == "end_header") return header;
+        if (key == "format") {
+            header.encoding = encoding(in);
+        } else if (key == "element") {
+            const std::string name(in.word());
+            // Each one takes a byte or more, so a larger count cannot be true.
+            header.elements.push_back({name, in.index(fileSize, "element count"), {}});
+        } else if (key == "property") {
+            if (header.elements.empty()) in.fail("a property before any element");
+            header.elements.back().properties.push_back(property(in));
+        } else if (!key.empty() && key != "comment" && key != "obj_info") {
+            in.fail("'" + TextReader::shown(key) + "' in the header", "format, element, property, comment, obj_info");
+        }
+    }
+    in.fail("ends within the header", "end_header");
+}
+
+/// Where values come from, one after the other.
+class Values {
+public:
+    virtual ~Values() = default;
+    virtual void beginElement() = 0;
+    virtual double next(const Type& type) = 0;
+    /// Upper bound of how many values can follow.
+    virtual std::size_t left() const = 0;
+    [[noreturn]] virtual void fail(const std::string& what, const std::string& allowed) const = 0;
+};
+
+class TextValues : public Values {
+public:
+    explicit TextValues(TextReader& in) : in_(in) {}
+    void beginElement() override
+    {
+        do {
+            if (!in_.nextLine()) in_.fail("the file ends before the elements its header declares");
+        } while (in_.restOfLine().find_first_not_of(" \t\r") == std::string_view::npos);
+    }
+    double next(const Type&) override { return in_.number(); }
+    std::size_t left() const override { return in_.restOfLine().size(); }
+    [[noreturn]] void fail(const std::string& what, const std::string& allowed) const override
+    {
+        in_.fail(what, allowed);
+    }
+
+private:
+    TextReader& in_;
+};
+
+class BinaryValues : public Values {
+public:
+    BinaryValues(std::string_view bytes, bool bigEndian, std::string file)
+        : bytes_(bytes), bigEndian_(bigEndian), file_(std::move(file)) {}
+
+    void beginElement() override { ++element_; }
+    double next(const Type& type) override
+    {
+        if (bytes_.size() - at_ < type.bytes) fail("the file ends before the elements its header declares", "");
+        std::uint64_t bits = 0;
+        for (std::size_t i = 0; i < type.bytes; ++i) {
+            const std::size_t from = bigEndian_ ? i : type.bytes - 1 - i;
+            bits = bits << 8 | static_cast<unsigned char>(bytes_[at_ + from]);
+        }
+        at_ += type.bytes;
+        return decode(bits, type);
+    }
+    std::size_t left() const override { return bytes_.size() - at_; }
+    [[noreturn]] void fail(const std::string& what, const std::string& allowed) const override
+    {
+        throw InputError({file_, "element " + std::to_string(element_) + ": " + what, allowed, ""});
+    }
+
+private:
+    static double decode(std::uint64_t bits, const Type& type)
+    {
+        if (type.kind == Type::Kind::unsignedInteger) return double(bits);
+        if (type.kind == Type::Kind::real)
+            return type.bytes == 4 ? double(std::bit_cast<float>(std::uint32_t(bits))) : std::bit_cast<double>(bits);
+        const int unused = 64 - int(8 * type.bytes);
+        return double(std::int64_t(bits << unused) >> unused);
+    }
+
+    std::string_view bytes_;
+    bool bigEndian_;
+    std::string file_;
+    std::size_t at_ = 0, element_ = 0;
+};
+
+/// A value that has to be a whole number in [0, below).
+std::size_t whole(const Values& values, double v, std::size_t below, const char* what)
+{
+    if (!(v >= 0 && v < double(below) && v == std::floor(v)))
+        values.fail(std::string(what) + " " + std::to_string(v), "0 to " + std::to_string(below - (below > 0)));
+    return std::size_t(v);
+}
+
+void readElement(const Element& element, Values& values, std::size_t points, PolygonSoup& soup)
+{
+    const bool isVertex = element.name == "vertex", isFace = element.name == "face";
+    Vec3 X = Vec3::Zero();
+    values.beginElement();
+    for (const Property& p : element.properties) {
+        if (p.isList) {
+            const std::size_t count = whole(values, values.next(p.countType), values.left() + 1, "list count");
+            const bool corners = isFace && (p.name == "vertex_indices" || p.name == "vertex_index");
+            if (corners) soup.polygons.emplace_back();
+            for (std::size_t i = 0; i < count; ++i) {
+                const double v = values.next(p.type);
+                if (corners) soup.polygons.back().push_back(whole(values, v, points, "point index"));
+            }
+        } else {
+            const double v = values.next(p.type);
+            if (isVertex && p.name.size() == 1 && p.name[0] >= 'x' && p.name[0] <= 'z') X[p.name[0] - 'x'] = v;
+        }
+    }
+    if (!isVertex) return;
+    if (!X.allFinite()) values.fail("a coordinate that is not finite", "finite numbers");
+    soup.points.push_back(X);
+}
+
+std::size_t countOf(const Header& header, std::string_view name)
+{
+    for (const Element& e : header.elements)
+        if (e.name == name) return e.count;
+    return 0;
+}
+
+bool hasCoordinates(const Header& header)
+{
+    int found = 0;
+    for (const Element& e : header.elements)
+        for (const Property& p : e.properties)
+            found += e.name == "vertex" && !p.isList && (p.name == "x" || p.name == "y" || p.name == "z");
+    return found == 3;
+}
+
+}  // namespace
+
+PolygonSoup readPly(std::string_view bytes, const std::string& file)
+{
+    TextReader in(bytes, file);
+    const Header header = readHeader(in, bytes.size());
+    if (!hasCoordinates(header)) in.fail("the header has no vertex with x, y and z");
+    TextValues text(in);
+    BinaryValues binary(bytes.substr(std::min(in.position(), bytes.size())), header.encoding == Encoding::big, file);
+    Values& values = header.encoding == Encoding::text ? static_cast<Values&>(text) : binary;
+    const std::size_t points = countOf(header, "vertex");
+    PolygonSoup soup;
+    for (const Element& element : header.elements) {
+        if (element.properties.empty()) continue;
+        for (std::size_t i = 0; i < element.count; ++i) readElement(element, values, points, soup);
+    }
+    return soup;
+}
+
+}  // namespace vdbfrac::tetmesh

@@ -1,0 +1,85 @@
+#include <vdbfrac/tetmesh/stencil.h>
+
+#include <algorithm>
+#include <cassert>
+
+namespace vdbfrac::tetmesh {
+
+namespace {
+
+Coord cornerOffset(int c) { return {c & 1, c >> 1 & 1, c >> 2 & 1}; }
+
+/// The Kuhn tet that holds a point of the unit cell: its first corners are reached along the axes by falling coordinate.
+std::uint8_t kuhnTetOf(const Vec3& p)
+{
+    std::array<int, 3> axis{0, 1, 2};
+    std::stable_sort(axis.begin(), axis.end(), [&](int a, int b) { return p[a] > p[b]; });
+    const CellTets& cell = cellTets(CellShape::six);
+    for (int t = 0; t < cell.count; ++t) {
+        const auto& corner = cell.corner[std::size_t(t)];
+        const auto has = [&](int c) { return std::find(corner.begin(), corner.end(), c) != corner.end(); };
+        if (has(1 << axis[0]) && has(1 << axis[0] | 1 << axis[1])) return std::uint8_t(t);
+    }
+    assert(false);
+    return 0;
+}
+
+}  // namespace
+
+CellStencil makeCellStencil(const Lattice& lattice, CellShape shape)
+{
+    const int m = lattice.coarsening, n = m + 1;
+    CellStencil stencil;
+    for (int z = 0; z < n; ++z)
+        for (int y = 0; y < n; ++y)
+            for (int x = 0; x < n; ++x) stencil.vertices.push_back({x, y, z});
+
+    const CellTets& tets = cellTets(shape);
+    for (int z = 0; z < m; ++z)
+        for (int y = 0; y < m; ++y)
+            for (int x = 0; x < m; ++x)
+                for (int t = 0; t < tets.count; ++t) {
+                    SubTet sub{};
+                    Vec3 centre = Vec3::Zero();
+                    for (std::size_t a = 0; a < 4; ++a) {
+                        const Coord v = Coord{x, y, z} + cornerOffset(tets.corner[std::size_t(t)][a]);
+                        sub.vertex[a] = std::uint16_t((v.z * n + v.y) * n + v.x);
+                        centre += 0.25 * v.toVec();
+                    }
+                    sub.parent = m == 1 ? std::uint8_t(t) : kuhnTetOf(centre / m);
+                    stencil.subTets.push_back(sub);
+                }
+    return stencil;
+}
+
+StarStencil makeStarStencil(const Lattice& lattice, bool odd)
+{
+    const int m = lattice.coarsening, n = 2 * m + 1;
+    StarStencil star;
+    star.reach = m;
+    star.index.assign(std::size_t(n * n * n), -1);
+    for (int c = 0; c < kCorners; ++c) {  // the node is corner c of this cell
+        const Coord cell = -1 * cornerOffset(c);
+        const CellShape shape = lattice.shapeOf(cell + Coord{odd, 0, 0});
+        const CellStencil stencil = makeCellStencil(lattice, shape);
+        for (const SubTet& sub : stencil.subTets) {
+            const auto& corner = cellTets(shape).corner[sub.parent];
+            if (std::find(corner.begin(), corner.end(), c) == corner.end()) continue;
+            std::array<std::uint16_t, 4> tet{};
+            for (std::size_t a = 0; a < 4; ++a) {
+                const Coord offset = m * cell + stencil.vertices[sub.vertex[a]];
+                const Coord at = offset + Coord{m, m, m};
+                std::int16_t& index = star.index[std::size_t((at.z * n + at.y) * n + at.x)];
+                if (index < 0) {
+                    index = std::int16_t(star.vertices.size());
+                    star.vertices.push_back(offset);
+                }
+                tet[a] = std::uint16_t(index);
+            }
+            star.subTets.push_back(tet);
+        }
+    }
+    return star;
+}
+
+}  // namespace vdbfrac::tetmesh

@@ -1,0 +1,94 @@
+#include <vdbfrac/tetmesh/surface_input.h>
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <array>
+#include <numeric>
+
+namespace vdbfrac::tetmesh {
+
+namespace {
+
+/// For every point the lowest number of a point with equal coordinates.
+std::vector<std::size_t> joined(const std::vector<Vec3>& points)
+{
+    const auto before = [&](std::size_t a, std::size_t b) {
+        const Vec3 &p = points[a], &q = points[b];
+        return std::lexicographical_compare(p.data(), p.data() + 3, q.data(), q.data() + 3);
+    };
+    std::vector<std::size_t> order(points.size()), first(points.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::stable_sort(order.begin(), order.end(), before);
+    for (std::size_t i = 0; i < order.size(); ++i)
+        first[order[i]] = i > 0 && points[order[i]] == points[order[i - 1]] ? first[order[i - 1]] : order[i];
+    return first;
+}
+
+using Edge = std::array<std::size_t, 2>;
+
+void countEdges(std::vector<Edge>& edges, SurfaceReport& report)
+{
+    std::sort(edges.begin(), edges.end());
+    for (auto run = edges.begin(); run != edges.end();) {
+        const auto end = std::find_if(run, edges.end(), [&](const Edge& e) { return e != *run; });
+        report.openEdges += (end - run) % 2;
+        report.nonManifoldEdges += end - run > 2;
+        run = end;
+    }
+}
+
+/// Twice the area vector of a polygon, by a fan from its first corner.
+Vec3 areaVector(const std::vector<Vec3>& points, const std::vector<std::size_t>& polygon)
+{
+    Vec3 sum = Vec3::Zero();
+    for (std::size_t c = 2; c < polygon.size(); ++c)
+        sum += (points[polygon[c - 1]] - points[polygon[0]]).cross(points[polygon[c]] - points[polygon[0]]);
+    return sum;
+}
+
+double fanVolume(const std::vector<Vec3>& points, const std::vector<std::size_t>& polygon, const Vec3& origin)
+{
+    double six = 0;
+    for (std::size_t c = 2; c < polygon.size(); ++c)
+        six += (points[polygon[0]] - origin).dot(
+            (points[polygon[c - 1]] - origin).cross(points[polygon[c]] - origin));
+    return six / 6;
+}
+
+bool repeats(const std::vector<std::size_t>& polygon, const std::vector<std::size_t>& first)
+{
+    std::vector<std::size_t> corners;
+    for (std::size_t p : polygon) corners.push_back(first[p]);
+    std::sort(corners.begin(), corners.end());
+    return std::adjacent_find(corners.begin(), corners.end()) != corners.end();
+}
+
+}  // namespace
+
+SurfaceReport examine(const PolygonSoup& soup)
+{
+    SurfaceReport report;
+    if (soup.polygons.empty()) return report;
+    const std::vector<std::size_t> first = joined(soup.points);
+    const Vec3 origin = soup.points[soup.polygons[0][0]];  // near the surface, so volumes keep their digits
+    report.lower = report.upper = origin;
+    std::vector<Edge> edges;
+    for (const std::vector<std::size_t>& polygon : soup.polygons) {
+        const double area = 0.5 * areaVector(soup.points, polygon).norm();
+        report.degenerateFaces += area == 0 || repeats(polygon, first);
+        report.area += area;
+        report.volume += fanVolume(soup.points, polygon, origin);
+        for (std::size_t c = 0; c < polygon.size(); ++c) {
+            const std::size_t a = first[polygon[c]], b = first[polygon[(c + 1) % polygon.size()]];
+            report.lower = report.lower.cwiseMin(soup.points[a]);
+            report.upper = report.upper.cwiseMax(soup.points[a]);
+            if (a != b) edges.push_back({std::min(a, b), std::max(a, b)});
+        }
+    }
+    countEdges(edges, report);
+    report.closed = report.openEdges == 0 && !edges.empty();
+    return report;
+}
+
+}  // namespace vdbfrac::tetmesh

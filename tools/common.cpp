@@ -1,0 +1,37 @@
+#include "common.h"
+
+#include <spdlog/sinks/basic_file_sink.h>
+#include <spdlog/sinks/stdout_sinks.h>
+
+namespace vdbfrac::tools {
+
+void addCommonOptions(CLI::App& command, CommonOptions& options)
+{
+    command.add_flag("-v,--verbose", options.verbose, "Say more: every step");
+    command.add_flag("-q,--quiet", options.quiet, "Say only what went wrong");
+    command.add_option("--log-file", options.logFile, "Write the log to this file too")->type_name("FILE");
+    command.add_option("--progress", options.progress, "How to show progress: a bar on a terminal, plain lines in a log")
+        ->check(CLI::IsMember({"auto", "bar", "plain", "none"}))
+        ->capture_default_str();
+}
+
+std::shared_ptr<spdlog::logger> makeLog(const CommonOptions& options)
+{
+    auto sink = std::make_shared<spdlog::sinks::stderr_sink_mt>();
+    sink->set_pattern("%v");
+    sink->set_level(options.quiet ? spdlog::level::err : options.verbose ? spdlog::level::debug : spdlog::level::info);
+    auto log = std::make_shared<spdlog::logger>("vdbfrac", sink);
+    log->set_level(spdlog::level::debug);
+    if (!options.logFile.empty()) logToFile(*log, options.logFile);
+    return log;
+}
+
+void logToFile(spdlog::logger& log, const std::filesystem::path& file)
+{
+    auto sink = std::make_shared<spdlog::sinks::basic_file_sink_mt>(file.string());
+    sink->set_pattern("%Y-%m-%d %H:%M:%S %-7l %v");
+    log.sinks().push_back(sink);
+    log.flush_on(spdlog::level::info);
+}
+
+}  // namespace vdbfrac::tools

@@ -1,0 +1,59 @@
+// The vdbfrac program: subcommands, and the only place where errors become messages and exit codes.
+#include "common.h"
+
+#include <vdbfrac/base/error.h>
+#include <vdbfrac/core/version.h>
+
+#include <cstdio>
+#include <map>
+#include <new>
+
+using namespace vdbfrac;
+using namespace vdbfrac::tools;
+
+namespace {
+
+int run(int argc, char** argv)
+{
+    CLI::App app{"Tears soft solids: a scene goes in, sequences of .vdb and .obj come out.", "vdbfrac"};
+    app.set_version_flag("--version", std::string("vdbfrac ") + core::kVersion);
+    app.require_subcommand(1);
+    app.footer("Exit codes: 0 done, 1 internal error, 2 bad command line, scene or data, 3 not converged (--strict),\n"
+               "4 files and disk, 5 memory or another limit. 'vdbfrac COMMAND --help' tells more.");
+    std::map<std::string, Action> actions;
+    actions["sim"] = addSim(app);
+    actions["check"] = addCheck(app);
+    actions["scene"] = addScene(app);
+    actions["preview"] = addPreview(app);
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& e) {
+        return app.exit(e) == 0 ? kDone : kBadInput;
+    }
+    return actions.at(app.get_subcommands().front()->get_name())();
+}
+
+int complain(const char* what, int code)
+{
+    std::fprintf(stderr, "vdbfrac: error: %s\n", what);
+    return code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv)
+{
+    try {
+        return run(argc, argv);
+    } catch (const InputError& e) {
+        return complain(e.what(), kBadInput);
+    } catch (const FileError& e) {
+        return complain(e.what(), kBadFile);
+    } catch (const LimitError& e) {
+        return complain(e.what(), kLimit);
+    } catch (const std::bad_alloc&) {
+        return complain("out of memory; use a coarser grid.voxel_size", kLimit);
+    } catch (const std::exception& e) {
+        return complain((std::string("internal: ") + e.what()).c_str(), kInternal);
+    }
+}

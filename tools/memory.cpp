@@ -1,0 +1,30 @@
+#include "memory.h"
+
+#include <sys/resource.h>
+
+#include <fstream>
+#include <limits>
+#include <string>
+
+namespace vdbfrac::tools {
+
+std::uint64_t defaultMemoryLimit()
+{
+    std::ifstream info("/proc/meminfo");
+    std::string key, unit;
+    std::uint64_t kilobytes = 0;
+    while (info >> key >> kilobytes) {
+        std::getline(info, unit);
+        if (key == "MemAvailable:") return kilobytes * 1024 / 10 * 8;
+    }
+    return std::numeric_limits<std::uint64_t>::max();
+}
+
+std::uint64_t peakMemory()
+{
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return std::uint64_t(usage.ru_maxrss) * 1024;
+}
+
+}  // namespace vdbfrac::tools

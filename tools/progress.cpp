@@ -1,0 +1,77 @@
+#include "progress.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace vdbfrac::tools {
+
+namespace {
+
+constexpr int kWidth = 28;          // characters of the bar
+constexpr double kRedraw = 0.1;     // s between two drawings
+
+double secondsSince(std::chrono::steady_clock::time_point t)
+{
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - t).count();
+}
+
+}  // namespace
+
+std::string duration(double seconds)
+{
+    char text[40];
+    const int s = int(std::lround(seconds));
+    if (seconds < 60)
+        std::snprintf(text, sizeof text, "%.1f s", seconds);
+    else if (s < 3600)
+        std::snprintf(text, sizeof text, "%d min %02d s", s / 60, s % 60);
+    else
+        std::snprintf(text, sizeof text, "%d h %02d min", s / 3600, s % 3600 / 60);
+    return text;
+}
+
+Progress::Progress(const std::string& mode, int total) : total_(std::max(1, total))
+{
+    const bool terminal = isatty(STDERR_FILENO) != 0;
+    mode_ = mode == "none"                        ? Mode::none
+            : mode == "bar"                       ? Mode::bar
+            : mode == "plain" || !terminal        ? Mode::plain
+                                                  : Mode::bar;
+}
+
+Progress::~Progress()
+{
+    if (open_) std::fputs("\r\033[K", stderr);
+}
+
+std::string Progress::status(double done) const
+{
+    const double spent = secondsSince(start_);
+    char text[80];
+    if (done <= 0) return "";
+    std::snprintf(text, sizeof text, "%.2f frames/s, %s left", done / spent, duration(spent / done * (total_ - done)).c_str());
+    return text;
+}
+
+void Progress::update(double done, const std::string& detail)
+{
+    if (mode_ != Mode::bar || secondsSince(drawn_) < kRedraw) return;
+    drawn_ = std::chrono::steady_clock::now();
+    const int filled = int(kWidth * std::clamp(done / total_, 0., 1.));
+    const std::string bar = std::string(std::size_t(filled), '#') + std::string(std::size_t(kWidth - filled), '.');
+    std::fprintf(stderr, "\r\033[K[%s] %3.0f %%  %s  %s", bar.c_str(), 100 * done / total_, status(done).c_str(), detail.c_str());
+    std::fflush(stderr);
+    open_ = true;
+}
+
+void Progress::frame(int frame, double done, const std::string& detail)
+{
+    if (mode_ == Mode::plain) std::fprintf(stderr, "frame %d  %s  %s\n", frame, detail.c_str(), status(done).c_str());
+    drawn_ = {};
+    update(done, detail);
+}
+
+}  // namespace vdbfrac::tools

@@ -1,0 +1,89 @@
+#include "run_report.h"
+
+#include "memory.h"
+#include "progress.h"
+
+#include <vdbfrac/effects/effects.h>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace vdbfrac::tools {
+
+namespace {
+
+std::string amount(std::int64_t n)
+{
+    if (n >= 10'000'000'000) return fmt::format("{:.1f} G", double(n) * 1e-9);
+    if (n >= 10'000'000) return fmt::format("{:.1f} M", double(n) * 1e-6);
+    if (n >= 10'000) return fmt::format("{:.1f} k", double(n) * 1e-3);
+    return std::to_string(n);
+}
+
+std::string workTable(const Ledger& work)
+{
+    double total = 0;
+    for (const StageWork& s : work.stages()) total += s.seconds;
+    std::string text = fmt::format("{:<10}{:>10}{:>8}  {}\n", "stage", "seconds", "share", "work");
+    for (const StageWork& s : work.stages()) {
+        std::string counts;
+        for (const auto& [what, n] : s.counts) counts += fmt::format("{}{} {}", counts.empty() ? "" : ", ", amount(n), what);
+        std::replace(counts.begin(), counts.end(), '_', ' ');
+        text += fmt::format("{:<10}{:>10.2f}{:>7.1f}%  {}\n", s.name, s.seconds, total > 0 ? 100 * s.seconds / total : 0., counts);
+    }
+    return text + fmt::format("{:<10}{:>10.2f}", "all", total);
+}
+
+}  // namespace
+
+std::string planText(const scene::Scene& scene, const core::Simulation& simulation)
+{
+    std::string text = fmt::format("scene '{}': frames {}-{} at {} fps, {} steps a frame\n", scene.name, scene.time.firstFrame,
+                                   scene.time.lastFrame, scene.time.fps,
+                                   scene.time.substeps > 0 ? std::to_string(scene.time.substeps) : std::string("auto"));
+    for (const core::Body& body : simulation.bodies())
+        text += fmt::format("  body '{}': {:.4g} m^3, {} cells, {} nodes, {} voxels in the band, {} {}\n", body.name, body.startVolume,
+                            body.mesh.cells().size(), body.mesh.nodeCount(), body.phi.activeVoxels(), body.fragments.alive(),
+                            body.fragments.alive() == 1 ? "fragment" : "fragments");
+    text += fmt::format("memory: about {:.2f} GiB\n", double(core::estimateMemory(simulation)) / kGiB);
+    text += "stages:\n  cut           on   elements from phi\n";
+    text += "  solve         on   inertia and elasticity, backward Euler\n";
+    text += scene.grips.empty() ? "  grips         off  no [[grip]] in the scene\n"
+                                : fmt::format("  grips         on   {} of them\n", scene.grips.size());
+    for (const effects::EffectInfo& info : effects::effectList()) {
+        const bool named = std::any_of(scene.effects.begin(), scene.effects.end(),
+                                       [&](const scene::EffectTable& t) { return t.name == info.table.name; });
+        text += named ? fmt::format("  {:<13} on   joins: {}\n", info.table.name, info.stages)
+                      : fmt::format("  {:<13} off  no [{}] in the scene\n", info.table.name, info.table.name);
+    }
+    for (const std::string& note : simulation.stages().notes) text += "note: " + note + "\n";
+    return text;
+}
+
+std::string stepText(const core::StepRecord& s)
+{
+    return fmt::format("step {}  t {:.4f} s  dt {:.2e} s  newton {}  cg {}{}  {} frag.", s.step, s.time, s.dt, s.newtonIterations,
+                       s.linearIterations, s.cutbacks > 0 ? fmt::format("  cut back {}x", s.cutbacks) : "", s.fragments);
+}
+
+bool anyCapped(const std::vector<core::StepRecord>& steps)
+{
+    return std::any_of(steps.begin(), steps.end(), [](const core::StepRecord& s) { return s.outcome == core::Outcome::capped; });
+}
+
+std::string summaryText(const core::Simulation& simulation, const core::RunFolder& folder, const Ledger& work)
+{
+    const auto count = [&](core::Outcome o) {
+        return std::count_if(folder.steps().begin(), folder.steps().end(), [o](const core::StepRecord& s) { return s.outcome == o; });
+    };
+    std::string text = fmt::format("{} frames, {} steps: {} converged, {} cut back, {} capped\n", folder.frames().size(), folder.steps().size(),
+                                   count(core::Outcome::converged), count(core::Outcome::cutback), count(core::Outcome::capped));
+    text += fmt::format("{} fragments; {:.2f} % of the material lost to cracks; peak memory {:.2f} GiB; state {}\n", simulation.fragments(),
+                        100 * (1 - simulation.volume() / simulation.startVolume()), double(peakMemory()) / kGiB,
+                        folder.frames().empty() ? "-" : folder.frames().back().stateHash);
+    text += workTable(work);
+    return text + "\nwritten to " + folder.path().string();
+}
+
+}  // namespace vdbfrac::tools

@@ -1,0 +1,24 @@
+// Files that are whole or not there: written under a temporary name, verified, synced, renamed.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <string_view>
+
+namespace vdbfrac {
+
+/// Writes `file` through a temporary in the same folder. `write` fills the temporary; `verify` (may be empty)
+/// reads it back and throws when it is not what was meant. Then it is synced and renamed over `file`.
+/// On any failure the temporary is removed, `file` is as it was, and a FileError names file and cause.
+void writeAtomically(const std::filesystem::path& file,
+                     const std::function<void(const std::filesystem::path& temporary)>& write,
+                     const std::function<void(const std::filesystem::path& temporary)>& verify = {});
+
+/// Writes text atomically; verifies the size and the bytes.
+void writeText(const std::filesystem::path& file, std::string_view text);
+
+/// Whole content of a file. Throws FileError.
+std::string readText(const std::filesystem::path& file);
+
+}  // namespace vdbfrac

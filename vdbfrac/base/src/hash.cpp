@@ -1,0 +1,21 @@
+#include <vdbfrac/base/hash.h>
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+namespace vdbfrac {
+
+std::uint64_t hashBytes(const void* data, std::size_t bytes, std::uint64_t seed)
+{
+    return XXH3_64bits_withSeed(data, bytes, seed);
+}
+
+std::string hexadecimal(std::uint64_t hash)
+{
+    static constexpr char kDigits[] = "0123456789abcdef";
+    std::string text(16, '0');
+    for (int i = 15; i >= 0; --i, hash >>= 4) text[std::size_t(i)] = kDigits[hash & 15];
+    return text;
+}
+
+}  // namespace vdbfrac

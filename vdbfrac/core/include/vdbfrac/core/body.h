@@ -1,0 +1,25 @@
+// One body while it is simulated.
+#pragma once
+
+#include <vdbfrac/grid/level_set.h>
+#include <vdbfrac/solver/material.h>
+#include <vdbfrac/tetmesh/cut_mesh.h>
+#include <vdbfrac/tetmesh/fragments.h>
+
+#include <cstdint>
+#include <string>
+
+namespace vdbfrac::core {
+
+struct Body {
+    std::string name;
+    solver::Material material;
+    grid::LevelSet phi;
+    tetmesh::CutMesh mesh;
+    tetmesh::FragmentTracker fragments;
+    std::uint32_t firstNode = 0;     ///< of the system: node 0 of the mesh
+    std::uint32_t firstElement = 0;  ///< of the system: element 0 of the mesh
+    double startVolume = 0;          ///< m^3 of material at t = 0
+};
+
+}  // namespace vdbfrac::core

@@ -1,0 +1,102 @@
+// The simulation: phi -> cut -> solve -> stages on the grid -> phi. One direction; phi is the only feedback.
+#pragma once
+
+#include <vdbfrac/base/ledger.h>
+#include <vdbfrac/core/body.h>
+#include <vdbfrac/core/stages.h>
+#include <vdbfrac/scene/scene.h>
+#include <vdbfrac/solver/backward_euler.h>
+#include <vdbfrac/tetmesh/embedding.h>
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace vdbfrac::core {
+
+/// A step whose caps are hit is never accepted silently.
+enum class Outcome { converged, cutback, capped };
+
+/// One row of stats.csv.
+struct StepRecord {
+    int step = 0;
+    double time = 0;             ///< s, at the end
+    double dt = 0;               ///< s
+    Outcome outcome = Outcome::converged;
+    int cutbacks = 0;            ///< times dt was halved for this step
+    int newtonIterations = 0, linearIterations = 0, projections = 0;
+    double residual = 0;
+    double kineticEnergy = 0;    ///< J
+    double elasticEnergy = 0;    ///< J
+    double volume = 0;           ///< m^3 of material
+    std::size_t fragments = 0;
+    std::size_t nodes = 0;
+    std::int64_t tets = 0;
+    std::vector<Vec3> gripLoad;  ///< N, force of each grip on the material
+    Ledger work;                 ///< of this step
+};
+
+class Simulation {
+public:
+    /// Builds bodies, lattice and first cut. `effects` must outlive the simulation. `memoryLimit` [bytes] bounds what the
+    /// input may ask for. Throws InputError (empty body, grip that holds nothing, ...), FileError, LimitError.
+    Simulation(const scene::Scene& scene, std::span<Effect* const> effects, std::uint64_t memoryLimit);
+    ~Simulation();
+
+    /// One time step that ends no later than `until` [s].
+    StepRecord step(double until);
+
+    double time() const { return time_; }
+    std::span<const Body> bodies() const { return bodies_; }
+    std::span<const Vec3> x() const { return state_.x; }
+    std::span<const Vec3> v() const { return state_.v; }
+    const Stages& stages() const { return stages_; }
+    const solver::ElasticOperator& elastic() const { return *elastic_; }
+
+    /// Deformed surface of all bodies together, with fragment ids; and the velocity [m/s] of its points.
+    struct MovingSurface {
+        tetmesh::Surface surface;
+        std::vector<Vec3> velocity;
+    };
+    MovingSurface surface() const;
+    /// Nodal elastic energy density [J/m^3] of a body on its band and inside.
+    grid::VoxelValues energyField(const Body& body) const;
+    /// Fingerprint of everything the next step depends on.
+    std::uint64_t stateHash() const;
+    double volume() const;  ///< m^3 of material
+    double startVolume() const;
+    std::size_t fragments() const;
+
+private:
+    class Grips;
+
+    void addBody(const scene::Scene& scene, const scene::Body& body, std::uint64_t memoryLimit);
+    void setInitialVelocity(const scene::Body& spec, const Body& body);
+    double chooseStep(double until) const;
+    double nodeLimit() const;
+    void solve(StepRecord& record, double dt);
+    void updateGrid(StepRecord& record);
+    void recut(StepRecord& record, std::size_t body, const grid::PhiChanges& changes);
+    void rebuild();
+    void measure(StepRecord& record) const;
+    void warnOfThinParts(const Body& body);
+
+    scene::Time timeSettings_;
+    solver::NewtonSettings newton_;
+    solver::Volumetric volumetric_;
+    double h_ = 1;
+    std::vector<Body> bodies_;
+    std::uint32_t nextFragment_ = 0;
+    Stages stages_;
+    solver::State state_;
+    std::unique_ptr<solver::ElasticOperator> elastic_;
+    std::unique_ptr<Grips> grips_;
+    double time_ = 0;
+    int steps_ = 0;
+};
+
+/// Memory [bytes] a run of this simulation will take at its peak, without what the operating system and libraries need.
+std::uint64_t estimateMemory(const Simulation& simulation);
+
+}  // namespace vdbfrac::core

@@ -1,0 +1,130 @@
+#include "grips.h"
+
+#include <vdbfrac/base/error.h>
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <limits>
+#include <numbers>
+
+namespace vdbfrac::core {
+
+namespace {
+
+/// A node counts as inside a region up to this fraction of a cell beyond it: regions that end on a lattice plane hold it.
+constexpr double kRegionSlack = 1e-3;
+
+Mat3 rotation(const Vec3& degrees)
+{
+    const Vec3 a = degrees * (std::numbers::pi / 180);
+    return (Eigen::AngleAxisd(a.z(), Vec3::UnitZ()) * Eigen::AngleAxisd(a.y(), Vec3::UnitY()) *
+            Eigen::AngleAxisd(a.x(), Vec3::UnitX()))
+        .toRotationMatrix();
+}
+
+scene::PoseKey poseAt(const std::vector<scene::PoseKey>& keys, double time)
+{
+    const auto after = std::upper_bound(keys.begin(), keys.end(), time, [](double t, const scene::PoseKey& k) { return t < k.time; });
+    if (after == keys.begin()) return keys.front();
+    if (after == keys.end()) return keys.back();
+    const scene::PoseKey &a = after[-1], &b = after[0];
+    const double s = (time - a.time) / (b.time - a.time);
+    return {time, (1 - s) * a.translate + s * b.translate, (1 - s) * a.rotate + s * b.rotate};
+}
+
+struct TargetAt {
+    double time;
+    const Vec3& X;
+    Vec3 operator()(const scene::Velocity& move) const { return X + time * move.velocity; }
+    Vec3 operator()(const scene::Keys& move) const
+    {
+        const scene::PoseKey pose = poseAt(move.keys, time);
+        return move.pivot + rotation(pose.rotate) * (X - move.pivot) + pose.translate;
+    }
+    Vec3 operator()(const scene::Force&) const { return X; }
+};
+
+Vec3 forceAt(const scene::Force& move, double time)
+{
+    return move.ramp > 0 ? (move.force * std::min(1., time / move.ramp)).eval() : move.force;
+}
+
+}  // namespace
+
+Simulation::Grips::Grips(const std::vector<scene::Grip>& grips, std::span<const Body> bodies) : grips_(grips)
+{
+    for (const scene::Grip& grip : grips_) {
+        const auto body = std::find_if(bodies.begin(), bodies.end(), [&](const Body& b) { return b.name == grip.body; });
+        held_.push_back({&grip, std::size_t(body - bodies.begin()), {}, {}, {}});
+    }
+    for (const Body& body : bodies) bodyNames_.push_back(body.name);
+}
+
+void Simulation::Grips::rebuild(std::span<const Body> bodies, const solver::ElasticOperator& elastic)
+{
+    for (Held& held : held_) {
+        const Body& body = bodies[held.body];
+        const double slack = kRegionSlack * body.mesh.lattice().spacing();
+        held.nodes.clear(), held.rest.clear(), held.share.clear();
+        double mass = 0;
+        for (std::size_t i = 0; i < body.mesh.nodeCount(); ++i) {
+            const Vec3 X = body.mesh.restPosition(i);
+            if (signedDistance(held.grip->region, X) > slack) continue;
+            held.nodes.push_back(body.firstNode + std::uint32_t(i));
+            held.rest.push_back(X);
+            held.share.push_back(elastic.mass()[body.firstNode + i]);
+            mass += held.share.back();
+        }
+        for (double& s : held.share) s /= mass;
+    }
+}
+
+void Simulation::Grips::requireNodes() const
+{
+    for (const Held& held : held_)
+        if (held.nodes.empty())
+            throw InputError({held.grip->place, "grip '" + held.grip->name + "' holds nothing of body '" + held.grip->body + "'",
+                              "a region that contains lattice nodes of the body", "move or enlarge the region"});
+}
+
+solver::Boundary Simulation::Grips::boundary(double endTime, std::size_t nodeCount) const
+{
+    solver::Boundary b;
+    b.fixed.assign(nodeCount, 0);
+    b.target.assign(nodeCount, Vec3::Zero());
+    b.force.assign(nodeCount, Vec3::Zero());
+    for (const Held& held : held_)
+        for (std::size_t i = 0; i < held.nodes.size(); ++i) {
+            const std::uint32_t node = held.nodes[i];
+            if (const auto* force = std::get_if<scene::Force>(&held.grip->move)) {
+                b.force[node] += held.share[i] * forceAt(*force, endTime);
+            } else {
+                b.fixed[node] = 1;
+                b.target[node] = std::visit(TargetAt{endTime, held.rest[i]}, held.grip->move);
+            }
+        }
+    return b;
+}
+
+std::vector<Vec3> Simulation::Grips::loads(const solver::Boundary& boundary, std::span<const Vec3> reaction) const
+{
+    std::vector<Vec3> loads;
+    for (const Held& held : held_) {
+        Vec3 sum = Vec3::Zero();
+        const bool force = std::holds_alternative<scene::Force>(held.grip->move);
+        for (std::size_t i = 0; i < held.nodes.size(); ++i) sum += force ? boundary.force[held.nodes[i]] : reaction[held.nodes[i]];
+        loads.push_back(sum);
+    }
+    return loads;
+}
+
+double Simulation::Grips::distance(const Body& body, const Vec3& X) const
+{
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const Held& held : held_)
+        if (bodyNames_[held.body] == body.name) nearest = std::min(nearest, signedDistance(held.grip->region, X));
+    return nearest;
+}
+
+}  // namespace vdbfrac::core

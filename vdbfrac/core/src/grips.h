@@ -1,0 +1,48 @@
+// Grips: what holds and moves the material. Not installed.
+#pragma once
+
+#include <vdbfrac/core/body.h>
+#include <vdbfrac/core/simulation.h>
+#include <vdbfrac/scene/scene.h>
+#include <vdbfrac/solver/backward_euler.h>
+
+#include <span>
+#include <string>
+#include <vector>
+
+namespace vdbfrac::core {
+
+class Simulation::Grips {
+public:
+    /// Finds the body of each grip.
+    Grips(const std::vector<scene::Grip>& grips, std::span<const Body> bodies);
+
+    /// Finds the nodes of each grip again: after any change of the mesh. All copies of a lattice node in the region count.
+    void rebuild(std::span<const Body> bodies, const solver::ElasticOperator& elastic);
+
+    /// Throws InputError when a grip holds no node.
+    void requireNodes() const;
+
+    /// Prescribed positions at the end of a step and forces during it.
+    solver::Boundary boundary(double endTime, std::size_t nodeCount) const;
+
+    /// Total force [N] of each grip on the material.
+    std::vector<Vec3> loads(const solver::Boundary& boundary, std::span<const Vec3> reaction) const;
+
+    /// Distance [m] in rest space from X to the nearest grip on a body.
+    double distance(const Body& body, const Vec3& X) const;
+
+private:
+    struct Held {
+        const scene::Grip* grip;
+        std::size_t body;
+        std::vector<std::uint32_t> nodes;  // of the system
+        std::vector<Vec3> rest;            // m
+        std::vector<double> share;         // of the grip's force, by mass
+    };
+    std::vector<scene::Grip> grips_;
+    std::vector<Held> held_;
+    std::vector<std::string> bodyNames_;
+};
+
+}  // namespace vdbfrac::core

@@ -1,0 +1,29 @@
+// The effects a scene can ask for.
+#pragma once
+
+#include <vdbfrac/core/stages.h>
+#include <vdbfrac/scene/scene.h>
+
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace vdbfrac::effects {
+
+/// One effect: its scene table, and how to make it from the table's values.
+struct EffectInfo {
+    scene::TableSpec table;
+    const char* stages;  ///< where it joins, in words, for the plan of a run
+    std::unique_ptr<core::Effect> (*make)(const scene::Values& values, const scene::Scene& scene);
+};
+
+/// All effects of this build, in the order in which they join. Empty in a build without effects.
+std::span<const EffectInfo> effectList();
+
+/// Their scene tables, as the scene reader wants them.
+std::vector<scene::TableSpec> effectTables();
+
+/// Makes the effects that the scene names, and no other.
+std::vector<std::unique_ptr<core::Effect>> makeEffects(const scene::Scene& scene);
+
+}  // namespace vdbfrac::effects

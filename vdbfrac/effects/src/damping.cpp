@@ -1,0 +1,88 @@
+// Rayleigh damping: force -(a M + b K) v, with K the definite tangent at the start of the step.
+//
+// Over a step v = (x - x_n) / dt, so it is the gradient of U(x) = (x - x_n).(a M + b K)(x - x_n) / (2 dt).
+// a mass coefficient [1/s]: slows everything, also free flight; b stiffness coefficient [s]: slows deformation only.
+#include "all.h"
+
+#include <vdbfrac/base/parallel.h>
+#include <vdbfrac/solver/conjugate_gradient.h>
+
+#include <cmath>
+
+namespace vdbfrac::effects {
+
+namespace {
+
+using scene::Key;
+using scene::Type;
+
+const Key kKeys[] = {
+    {"mass", Type::number, "1/s", "Rayleigh coefficient of the mass: drags all motion, as air would", "0", 0},
+    {"stiffness", Type::number, "s", "Rayleigh coefficient of the stiffness: drags deformation only", "0", 0},
+};
+
+class Damping : public core::Effect, public solver::Potential {
+public:
+    Damping(double mass, double stiffness) : a_(mass), b_(stiffness) {}
+    void join(core::Stages& stages) override { stages.solve.push_back(this); }
+
+    void begin(const solver::StepStart& start) override
+    {
+        start_.assign(start.x.begin(), start.x.end());
+        inverseDt_ = std::isfinite(start.dt) ? 1 / start.dt : 0;
+        elastic_ = &start.elastic;
+        if (b_ == 0) return;
+        elastic_->evaluate(start.x, {}, &tangent_);
+        elastic_->project(tangent_);
+    }
+
+    double evaluate(std::span<const Vec3> x, std::span<Vec3> gradient) const override
+    {
+        std::vector<Vec3> moved(x.size()), force(x.size(), Vec3::Zero());
+        for (std::size_t i = 0; i < x.size(); ++i) moved[i] = x[i] - start_[i];
+        addProduct(moved, force);
+        for (std::size_t i = 0; i < x.size(); ++i) gradient[i] += force[i];
+        return 0.5 * solver::dot(moved, force);
+    }
+
+    void addProduct(std::span<const Vec3> u, std::span<Vec3> out) const override
+    {
+        const auto mass = elastic_->mass();
+        std::vector<Vec3> Ku(b_ == 0 ? 0 : u.size(), Vec3::Zero());
+        if (b_ != 0) elastic_->addProduct(tangent_, u, Ku);
+        parallelChunks(u.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) {
+                out[i] += inverseDt_ * a_ * mass[i] * u[i];
+                if (b_ != 0) out[i] += inverseDt_ * b_ * Ku[i];
+            }
+        });
+    }
+
+    void addDiagonal(std::span<Mat3> blocks) const override
+    {
+        const auto mass = elastic_->mass();
+        std::vector<Mat3> K(b_ == 0 ? 0 : blocks.size(), Mat3::Zero());
+        if (b_ != 0) elastic_->addDiagonal(tangent_, K);
+        for (std::size_t i = 0; i < blocks.size(); ++i) {
+            blocks[i] += inverseDt_ * a_ * mass[i] * Mat3::Identity();
+            if (b_ != 0) blocks[i] += inverseDt_ * b_ * K[i];
+        }
+    }
+
+private:
+    double a_, b_, inverseDt_ = 0;
+    std::vector<Vec3> start_;
+    const solver::ElasticOperator* elastic_ = nullptr;
+    solver::Tangent tangent_;
+};
+
+std::unique_ptr<core::Effect> make(const scene::Values& values, const scene::Scene&)
+{
+    return std::make_unique<Damping>(values.number("mass"), values.number("stiffness"));
+}
+
+}  // namespace
+
+EffectInfo damping() { return {{"damping", "Rayleigh damping.", kKeys}, "solve", make}; }
+
+}  // namespace vdbfrac::effects

@@ -1,0 +1,246 @@
+// Ductile fracture by a level set: the surface eats into material whose elastic energy exceeds its fracture resistance.
+//
+// Hegemann et al. 2013, section 5. Psi nodal energy over material parts; kappa fracture resistance [J/m^3]; Gc toughness
+// [J/m^2]; sigma_t tensile strength [Pa]; h lattice spacing; C discretisation factor; l averaging radius:
+//   kappa                  as given: strength of a smooth bar sqrt(2 E kappa), cracked samples weaken as h shrinks
+//   toughness              kappa = C Gc / h: at a crack tip the energy spent per area is then Gc at any h
+//   toughness + strength   kappa = sigma_t^2 / (2 E), Psi averaged over l = 2 A E Gc / sigma_t^2
+#include "all.h"
+
+#include <vdbfrac/grid/griffith.h>
+#include <vdbfrac/grid/transfer.h>
+#include <vdbfrac/solver/corotational.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
+
+namespace vdbfrac::effects {
+
+namespace {
+
+using scene::Key;
+using scene::Type;
+using scene::Values;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// C for nodal energies on the six-tet lattice, from pulled strips and notched plates (docs/physics.md).
+constexpr double kTipFactor = 0.25;
+/// A: ratio of averaging radius to E Gc / sigma_t^2, halved.
+constexpr double kAverageFactor = 0.235;
+/// phi moves by no more than this part of a voxel before it is re-levelled.
+constexpr double kMostMove = 0.5;
+
+const Key kKeys[] = {
+    {"kappa", Type::number, "J/m^3", "fracture resistance; a smooth bar tears at the strain sqrt(2 kappa / E)", "", 0, kInfinity, true},
+    {"toughness", Type::number, "J/m^2", "energy a crack takes per area, at any resolution; instead of kappa", "", 0, kInfinity, true},
+    {"strength", Type::number, "Pa", "stress at which an uncracked bar tears; with toughness", "", 0, kInfinity, true},
+    {"driver", Type::choice, "", "energy that drives the crack: all of it, or only what pulls", "\"full\"", -kInfinity, kInfinity, false, false, {"full", "tension"}},
+    {"front_speed", Type::number, "", "speed of the front at twice the resistance, in Rayleigh wave speeds; the front never passes 1", "1", 0, kInfinity, true},
+    {"front_width", Type::number, "voxels", "width of the smoothed delta that spreads the update round the surface", "1.25", 1, 1.5},
+    {"grip_margin", Type::number, "m", "no fracture nearer to a grip than this; left out: two lattice cells", "", 0},
+};
+
+std::string check(const Values& v)
+{
+    if (v.has("kappa") == v.has("toughness")) return "fracture needs exactly one of kappa and toughness";
+    if (v.has("strength") && !v.has("toughness")) return "fracture.strength goes with toughness, not with kappa";
+    return {};
+}
+
+/// What tears one body.
+struct Law {
+    double kappa = 0;      // J/m^3
+    double radius = 0;     // m, of the average; 0: nodal energies as they are
+    double waveSpeed = 0;  // m/s, Rayleigh
+};
+
+class Fracture : public core::Effect, public core::GridStage, public core::StepLimit, public core::FieldSource {
+public:
+    Fracture(const Values& values, const scene::Scene& scene)
+        : values_(values), dx_(scene.grid.voxelSize), h_(scene.grid.coarsening * dx_), frontCfl_(scene.time.frontCfl),
+          margin_(values.has("grip_margin") ? values.number("grip_margin") : 2 * h_)
+    {
+    }
+
+    void join(core::Stages& stages) override
+    {
+        stages.grid.push_back(this);
+        stages.limits.push_back(this);
+        stages.fields.push_back(this);
+    }
+
+    void start(std::span<const core::Body> bodies, std::vector<std::string>& notes) override
+    {
+        for (const core::Body& body : bodies) laws_[body.name] = lawOf(body, notes);
+    }
+
+    double largestStep() const override { return limit_; }
+    grid::PhiChanges update(const core::GridContext& context, core::Body& body) override;
+
+    std::string fieldName() const override { return "arrival"; }
+    grid::VoxelValues field(const core::Body& body) const override
+    {
+        grid::VoxelValues values;
+        values.background = -1;
+        if (const auto it = arrival_.find(body.name); it != arrival_.end())
+            for (const auto& [voxel, time] : it->second) {
+                values.coords.push_back(voxel);
+                values.scalars.push_back(time);
+            }
+        return values;
+    }
+
+private:
+    Law lawOf(const core::Body& body, std::vector<std::string>& notes) const;
+    std::vector<grid::BandSample> candidates(const core::GridContext& context, const core::Body& body, const Law& law) const;
+    std::vector<double> energies(const core::GridContext& context, const core::Body& body, const Law& law,
+                                 const std::vector<grid::BandSample>& band) const;
+    void noteArrivals(const core::Body& body, const grid::PhiChanges& changes, double time);
+
+    Values values_;
+    double dx_, h_, frontCfl_, margin_;
+    std::map<std::string, Law> laws_;                          // by body
+    std::map<std::string, std::map<Coord, float>> arrival_;    // by body: time [s] at which a voxel node failed
+    double limit_ = kInfinity;                                 // s
+    double limitTime_ = -1;                                    // step to which limit_ belongs
+};
+
+Law Fracture::lawOf(const core::Body& body, std::vector<std::string>& notes) const
+{
+    const solver::Material& m = body.material;
+    const double E = m.youngsModulus();
+    Law law;
+    law.waveSpeed = grid::rayleighSpeed(m.mu, m.poissonRatio(), m.rho);
+    if (values_.has("kappa")) {
+        law.kappa = values_.number("kappa");
+        return law;
+    }
+    const double Gc = values_.number("toughness");
+    law.kappa = kTipFactor * Gc / h_;
+    if (!values_.has("strength")) return law;
+    const double strength = values_.number("strength"), radius = 2 * kAverageFactor * E * Gc / (strength * strength);
+    const bool resolved = h_ <= radius / 2 && 2 * dx_ <= radius / 4;  // a crack is up to two voxels wide
+    char text[220];
+    if (resolved) {
+        law.kappa = strength * strength / (2 * E);
+        law.radius = radius;
+        return law;
+    }
+    std::snprintf(text, sizeof text,
+                  "body '%s': strength and toughness together need voxels of %.3g m or less; at %.3g m toughness is honoured, "
+                  "a smooth bar tears at %.3g Pa",
+                  body.name.c_str(), std::min(radius / 8, radius * dx_ / (2 * h_)), dx_, std::sqrt(2 * E * law.kappa));
+    notes.push_back(text);
+    return law;
+}
+
+/// Band voxels that may move: some tet near by exceeds the resistance, and no grip is close.
+std::vector<grid::BandSample> Fracture::candidates(const core::GridContext& context, const core::Body& body, const Law& law) const
+{
+    const std::span<const double> own = context.tetEnergy().subspan(
+        std::size_t(body.firstElement) * tetmesh::kMostTets, body.mesh.elements().size() * tetmesh::kMostTets);
+    std::vector<Coord> voxels = grid::voxelsAbove(body.mesh, own, law.kappa);
+    if (law.radius > 0) {
+        const int reach = int(std::floor(law.radius / dx_));
+        const std::vector<Coord> hot = voxels;
+        for (const Coord& c : hot)
+            for (int z = -reach; z <= reach; ++z)
+                for (int y = -reach; y <= reach; ++y)
+                    for (int x = -reach; x <= reach; ++x) voxels.push_back(c + Coord{x, y, z});
+        std::sort(voxels.begin(), voxels.end());
+        voxels.erase(std::unique(voxels.begin(), voxels.end()), voxels.end());
+    }
+    std::erase_if(voxels, [&](const Coord& c) { return context.gripDistance(body, dx_ * c.toVec()) < margin_; });
+    return grid::sampleBand(body.phi, voxels);
+}
+
+std::vector<double> Fracture::energies(const core::GridContext& context, const core::Body& body, const Law& law,
+                                       const std::vector<grid::BandSample>& band) const
+{
+    const std::span<const double> all = context.tetEnergy();
+    const auto full = [&](std::uint32_t e, int t) {
+        return all[(std::size_t(body.firstElement) + e) * tetmesh::kMostTets + std::size_t(t)];
+    };
+    const auto tension = [&](std::uint32_t e, int t) {
+        const tetmesh::CellElement& element = body.mesh.elements()[e];
+        const auto& tets = tetmesh::cellTets(element.shape);
+        Mat3 F = Mat3::Zero();
+        for (std::size_t a = 0; a < 4; ++a)
+            F += context.x[body.firstNode + element.node[std::size_t(tets.corner[std::size_t(t)][a])]] *
+                 Eigen::Map<const Vec3>(tets.gradient[std::size_t(t)][a].data()).transpose() / h_;
+        return solver::tensileEnergyDensity(F, body.material);
+    };
+    const grid::TetEnergy energy = values_.text("driver") == "tension" ? grid::TetEnergy(tension) : grid::TetEnergy(full);
+    std::vector<Coord> voxels;
+    for (const grid::BandSample& b : band) voxels.push_back(b.voxel);
+    return law.radius > 0 ? grid::averagedEnergy(body.mesh, energy, voxels, law.radius)
+                          : grid::nodalEnergy(body.mesh, energy, voxels);
+}
+
+void Fracture::noteArrivals(const core::Body& body, const grid::PhiChanges& changes, double time)
+{
+    auto& arrival = arrival_[body.name];
+    for (const auto& [voxel, value] : changes)
+        if (value >= 0 && body.mesh.phi()(voxel) < 0) arrival.emplace(voxel, float(time));  // the mesh still has the old phi
+}
+
+grid::PhiChanges Fracture::update(const core::GridContext& context, core::Body& body)
+{
+    const Law& law = laws_.at(body.name);
+    (void)context.tetEnergy();  // timed on its own
+    if (limitTime_ != context.time) limit_ = kInfinity, limitTime_ = context.time;
+
+    std::vector<grid::BandSample> band;
+    std::vector<double> psi;
+    {
+        const StageTimer timer(context.ledger, "fracture");
+        band = candidates(context, body, law);
+        psi = energies(context, body, law, band);
+        context.ledger.count("fracture", "voxels", std::int64_t(band.size()));
+    }
+    const double eps = values_.number("front_width") * dx_;
+    // Mobility: at Psi = 2 kappa the front (phi = 0) moves at front_speed * c_R.
+    const double mobility = values_.number("front_speed") * law.waveSpeed * std::numbers::pi * eps / law.kappa;
+    const double most = std::min(law.waveSpeed * context.dt, frontCfl_ * dx_);
+    const int parts = std::max(1, int(std::ceil(most / (kMostMove * dx_) - 1e-9)));
+    const grid::GriffithStep step{law.kappa, eps, mobility * context.dt / parts, most / parts};
+
+    grid::PhiChanges all;
+    for (int part = 0; part < parts; ++part) {
+        grid::PhiChanges raised;
+        for (std::size_t i = 0; i < band.size(); ++i) {
+            const double phi = griffithUpdate(band[i].phi, psi[i], step);
+            if (float(phi) > band[i].phi) raised.emplace_back(band[i].voxel, band[i].phi = float(phi));
+        }
+        if (raised.empty()) break;
+        limit_ = std::min(limit_, frontCfl_ * dx_ / law.waveSpeed);
+        const StageTimer timer(context.ledger, "relevel");
+        grid::RelevelWork work;
+        const grid::PhiChanges changes = grid::raiseAndRelevel(body.phi, raised, work);
+        context.ledger.count("fracture", "moved_voxels", std::int64_t(raised.size()));
+        context.ledger.count("relevel", "leaves", work.leaves);
+        context.ledger.count("relevel", "voxels", work.voxels);
+        all.insert(all.end(), changes.begin(), changes.end());
+    }
+    noteArrivals(body, all, context.time);
+    return all;
+}
+
+std::unique_ptr<core::Effect> make(const Values& values, const scene::Scene& scene)
+{
+    return std::make_unique<Fracture>(values, scene);
+}
+
+}  // namespace
+
+EffectInfo fracture()
+{
+    return {{"fracture", "Tearing: give kappa, or toughness, or toughness and strength.", kKeys, check},
+            "after the solve on the grid, limit on the time step, field 'arrival'", make};
+}
+
+}  // namespace vdbfrac::effects

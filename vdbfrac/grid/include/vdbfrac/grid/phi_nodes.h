@@ -1,0 +1,38 @@
+// phi between the level set and the cut: sampled whole once, then only what changed.
+#pragma once
+
+#include <vdbfrac/base/vec.h>
+#include <vdbfrac/grid/level_set.h>
+#include <vdbfrac/tetmesh/node_field.h>
+
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace vdbfrac::grid {
+
+/// phi [m] on all voxel nodes of the material and three layers round it.
+tetmesh::NodeField<float> sampleNodes(const LevelSet& phi);
+
+/// phi [m] at voxels of the band; voxels that are not in the band (not active) are left out.
+struct BandSample {
+    Coord voxel;
+    float phi;
+};
+std::vector<BandSample> sampleBand(const LevelSet& phi, std::span<const Coord> voxels);
+
+/// New values of phi [m] at voxels.
+using PhiChanges = std::vector<std::pair<Coord, float>>;
+
+struct RelevelWork {
+    std::int64_t leaves = 0;  ///< re-levelled
+    std::int64_t voxels = 0;  ///< in them
+};
+
+/// Raises phi to the given values, then makes it a distance again in the leaves round them, with
+/// tools::LevelSetTracker (HJWENO5, TVD_RK1); the band follows the front. Voxels beside the surface move only where phi
+/// is steeper than a distance, so on a distance field re-levelling moves no surface. No value falls: material never grows.
+/// Returns every voxel whose value is not what it was before the call.
+PhiChanges raiseAndRelevel(LevelSet& phi, const PhiChanges& raised, RelevelWork& work);
+
+}  // namespace vdbfrac::grid

@@ -1,0 +1,21 @@
+// Pictures as .png files.
+#pragma once
+
+#include <vdbfrac/grid/render.h>
+
+#include <filesystem>
+#include <vector>
+
+namespace vdbfrac::grid {
+
+/// Writes an 8-bit RGB picture atomically. Throws FileError.
+void writePng(const std::filesystem::path& file, const Image& image);
+
+/// Reads a picture as 8-bit RGB; transparency is laid over black. Throws FileError.
+Image readPng(const std::filesystem::path& file);
+
+/// Places pictures side by side, `columns` in a row, `gap` white pixels between and around them. Each cell is as
+/// large as the largest picture, which smaller ones share with white. No pictures make an empty image.
+Image contactSheet(const std::vector<Image>& images, int columns, int gap);
+
+}  // namespace vdbfrac::grid

@@ -1,0 +1,56 @@
+// .vdb files: written atomically and verified, read with the known holes of OpenVDB 10 closed.
+#pragma once
+
+#include <vdbfrac/base/vec.h>
+#include <vdbfrac/grid/level_set.h>
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace vdbfrac::grid {
+
+/// Values at voxel coordinates, to be written as a float or a Vec3s grid.
+struct VoxelValues {
+    std::vector<Coord> coords;
+    std::vector<float> scalars;       ///< one a voxel, or empty
+    std::vector<Eigen::Vector3f> vectors;  ///< one a voxel, or empty
+    float background = 0;
+};
+
+/// One grid of a file: a level set in rest space, or values on voxels.
+struct NamedGrid {
+    std::string name;
+    const LevelSet* levelSet = nullptr;
+    VoxelValues values;         ///< used when levelSet is null
+    double voxelSize = 1;       ///< of `values` [m]
+    std::string unit;           ///< metadata "units"; may be empty
+};
+
+using Metadata = std::map<std::string, std::variant<std::string, double, std::int64_t>>;
+
+/// Writes all grids to one file (Blosc or zip, whatever the library has), atomically; the temporary is read back and
+/// its grids compared in voxel count and bounds. `metadata` goes to the file and to every grid. Throws FileError.
+void writeVdb(const std::filesystem::path& file, const std::vector<NamedGrid>& grids, const Metadata& metadata);
+
+/// What a file holds.
+struct GridInfo {
+    std::string name, type, gridClass;
+    std::int64_t activeVoxels = 0;
+    double voxelSize = 0;
+    Coord lower, upper;  ///< of the active voxels
+};
+std::vector<GridInfo> describeVdb(const std::filesystem::path& file);
+
+/// Reads one level set (the first when `name` is empty), checked: magic, version, class, uniform voxel size, finite
+/// values, extents. Throws FileError for what is damaged, InputError for what is not a level set. The transform's
+/// translation is kept in `origin` [m]: the world position of voxel (0,0,0).
+struct ReadLevelSet {
+    LevelSet levelSet;
+    Vec3 origin = Vec3::Zero();
+};
+ReadLevelSet readLevelSet(const std::filesystem::path& file, const std::string& name);
+
+}  // namespace vdbfrac::grid

@@ -1,0 +1,55 @@
+// What a body is made of before analytic solids are united with it and taken from it. Not installed.
+#pragma once
+
+#include "openvdb_access.h"
+
+#include <vdbfrac/scene/scene.h>
+
+#include <cstdint>
+#include <string>
+
+namespace vdbfrac::grid {
+
+/// What every source of a level set has to know.
+struct Build {
+    scene::Grid grid;
+    std::uint64_t memoryLimit = 0;  ///< bytes
+    std::string place;              ///< of the body in its scene, for complaints
+    std::string body;               ///< its name
+};
+
+/// Farthest voxel from the origin along an axis. Well inside 32 bits, and floats of this size still tell voxels apart.
+inline constexpr double kFarthestVoxel = 1 << 23;
+
+/// Bytes of a leaf of 8^3 floats with its share of the nodes above it.
+inline constexpr double kBytesPerLeaf = 2400;
+
+/// Peak bytes of making a band of `halfWidth` voxels on both sides of a surface that has the area of `faces` voxel
+/// faces: distances, the closest polygon of each voxel and the copies that threads make before they are joined, in
+/// leafs that reach 4.5 voxels beyond the band on average. Fitted to measured runs of meshToVolume.
+inline double bytesOfBand(double faces, int halfWidth)
+{
+    constexpr double kFixed = 16e6, kPerVoxel = 16;
+    return kFixed + kPerVoxel * faces * (2. * halfWidth + 9);
+}
+
+/// A number as people write it: 6 digits, whatever the locale.
+std::string shortNumber(double value);
+
+/// Throws InputError at `build.place`.
+[[noreturn]] void complain(const Build& build, const std::string& what, const std::string& allowed,
+                           const std::string& hint);
+
+/// Throws LimitError when `bytes` pass the limit, naming body and voxel size.
+void requireMemory(const Build& build, double bytes);
+
+/// Throws InputError when a box [m] has a corner that is not finite or beyond kFarthestVoxel.
+void requireReach(const Build& build, const Vec3& lower, const Vec3& upper);
+
+/// A closed mesh as a level set, by the closest polygon of each voxel of the band. Orientation does not matter.
+openvdb::FloatGrid::Ptr fromMesh(const scene::MeshFile& mesh, const Build& build);
+
+/// A level set of a file; rebuilt from its surface when voxel size, band or origin are not those of the scene.
+openvdb::FloatGrid::Ptr fromVdb(const scene::VdbFile& file, const Build& build);
+
+}  // namespace vdbfrac::grid

@@ -1,0 +1,26 @@
+#include <vdbfrac/grid/griffith.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace vdbfrac::grid {
+
+double griffithUpdate(double phi, double psi, const GriffithStep& step)
+{
+    const double drive = psi - step.kappa;
+    if (!(drive > 0) || step.mostMove <= 0) return phi;
+    const double eps = step.epsilon;
+    const auto integral = [eps](double p) { return eps * p + p * p * p / (3 * eps); };  // of 1 / (pi delta)
+    const double goal = integral(phi) + step.s * drive / std::numbers::pi;
+    const double most = phi + step.mostMove;
+    if (integral(most) <= goal) return most;
+    // Depressed cubic p^3 + 3 eps^2 p = 3 eps goal, one real root (Cardano in hyperbolic form), one Newton step to polish.
+    double p = 2 * eps * std::sinh(std::asinh(1.5 * goal / (eps * eps)) / 3);
+    p -= (integral(p) - goal) / (eps + p * p / eps);
+    return std::clamp(p, phi, most);
+}
+
+double rayleighSpeed(double mu, double nu, double rho) { return std::sqrt(mu / rho) * (0.862 + 1.14 * nu) / (1 + nu); }
+
+}  // namespace vdbfrac::grid

@@ -1,0 +1,67 @@
+#include "body_sources.h"
+
+#include <vdbfrac/grid/vdb_file.h>
+
+#include <openvdb/tools/LevelSetRebuild.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace vdbfrac::grid {
+
+namespace {
+
+constexpr double kSameSpacing = 1e-9;  // relative; the file keeps doubles
+
+bool isOnLattice(const ReadLevelSet& read, const scene::Grid& grid)
+{
+    const double dx = grid.voxelSize;
+    const double width = read.levelSet.background() / dx;
+    return std::abs(read.levelSet.voxelSize() - dx) <= kSameSpacing * dx && read.origin.norm() <= kSameSpacing * dx &&
+           std::abs(width - grid.halfWidth) <= 1e-5 * grid.halfWidth;  // the background is a float
+}
+
+/// Active voxels scale with the surface: with the square of the ratio of the voxel sizes.
+double estimateBytes(const ReadLevelSet& read, const scene::Grid& grid)
+{
+    const double sourceWidth = 2 * read.levelSet.background() / read.levelSet.voxelSize();
+    const double ratio = read.levelSet.voxelSize() / grid.voxelSize;
+    const double faces = double(read.levelSet.activeVoxels()) / std::max(1., sourceWidth) * ratio * ratio;
+    return bytesOfBand(faces, grid.halfWidth);
+}
+
+/// Files of other programs may hold values beyond their band.
+void capAtBackground(openvdb::FloatGrid& grid)
+{
+    const float background = grid.background();
+    for (auto leaf = grid.tree().beginLeaf(); leaf; ++leaf) {
+        float* values = leaf->buffer().data();
+        for (openvdb::Index v = 0; v < leaf->SIZE; ++v) values[v] = std::clamp(values[v], -background, background);
+    }
+}
+
+}  // namespace
+
+openvdb::FloatGrid::Ptr fromVdb(const scene::VdbFile& file, const Build& build)
+{
+    ReadLevelSet read = readLevelSet(file.file, file.grid);
+    openvdb::FloatGrid::Ptr source = read.levelSet.grid().grid;
+    const openvdb::CoordBBox box = source->evalActiveVoxelBoundingBox();
+    if (box.empty()) complain(build, file.file.string() + " holds an empty level set", "", "");
+    const double from = read.levelSet.voxelSize();
+    requireReach(build, from * fromVdb(box.min()).toVec() + read.origin,
+                 from * fromVdb(box.max()).toVec() + read.origin);
+    if (isOnLattice(read, build.grid)) {
+        source->setTransform(openvdb::math::Transform::createLinearTransform(build.grid.voxelSize));
+        capAtBackground(*source);
+        return source;
+    }
+    requireMemory(build, estimateBytes(read, build.grid));
+    source->transform().postTranslate({read.origin.x(), read.origin.y(), read.origin.z()});
+    const auto target = openvdb::math::Transform::createLinearTransform(build.grid.voxelSize);
+    auto grid = openvdb::tools::levelSetRebuild(*source, 0.f, float(build.grid.halfWidth), target.get());
+    grid->setGridClass(openvdb::GRID_LEVEL_SET);
+    return grid;
+}
+
+}  // namespace vdbfrac::grid

@@ -1,0 +1,210 @@
+#include "vdb_stream.h"
+
+#include <vdbfrac/base/error.h>
+
+#include <openvdb/io/Archive.h>
+#include <openvdb/io/DelayedLoadMetadata.h>
+#include <openvdb/io/GridDescriptor.h>
+#include <openvdb/io/io.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <sstream>
+
+namespace vdbfrac::grid {
+
+namespace {
+
+namespace io = openvdb::io;
+
+constexpr std::uint64_t kMagic = 0x56444220;      // " BDV" and four zero bytes
+constexpr std::uint32_t kOldestVersion = 222;     // masks are compressed since; older trees take other, unchecked ways
+constexpr std::uint32_t kNewestVersion = openvdb::OPENVDB_FILE_VERSION;
+constexpr std::int32_t kMostGrids = 10000;
+constexpr std::array kKnownTypes{"Tree_float_5_4_3", "Tree_double_5_4_3", "Tree_int32_5_4_3", "Tree_int64_5_4_3",
+                                 "Tree_bool_5_4_3",  "Tree_vec3s_5_4_3",  "Tree_vec3d_5_4_3", "Tree_vec3i_5_4_3"};
+
+/// Looks ahead in a stream, to see that what is declared there fits into the file; goBack() ends the look.
+class LookAhead {
+public:
+    LookAhead(std::istream& in, std::uint64_t fileSize) : in_(in), start_(in.tellg()), size_(fileSize) {}
+    void goBack() { in_.seekg(start_); }
+
+    template <class T>
+    T value()
+    {
+        T v{};
+        in_.read(reinterpret_cast<char*>(&v), sizeof(T));
+        return v;
+    }
+    std::string text()
+    {
+        const std::uint32_t length = value<std::uint32_t>();
+        require(length <= size_ - std::uint64_t(in_.tellg()), "declares a name longer than itself");
+        std::string s(length, '\0');
+        in_.read(s.data(), length);
+        return s;
+    }
+    void metadata()
+    {
+        const std::uint32_t count = value<std::uint32_t>();
+        for (std::uint32_t i = 0; i < count; ++i) {
+            text();
+            entry(text());
+        }
+    }
+    void require(bool holds, const char* what)
+    {
+        if (!holds) throw openvdb::IoError(what);
+    }
+
+private:
+    /// The declared length has to be what the library will read, or all that follows would be read shifted.
+    void entry(const std::string& type)
+    {
+        const std::string bytes = text();
+        if (type == io::DelayedLoadMetadata::staticTypeName()) {
+            delayedLoad(bytes);
+        } else if (type != openvdb::StringMetadata::staticTypeName() && openvdb::Metadata::isRegisteredType(type)) {
+            require(bytes.size() == openvdb::Metadata::createMetadata(type)->size(), "has metadata of a wrong length");
+        }
+    }
+
+    /// A table of the leafs, with lengths of its own.
+    void delayedLoad(const std::string& bytes)
+    {
+        if (bytes.empty()) return;  // of a tree without leafs
+        std::uint32_t leafs = 0;
+        require(bytes.size() >= sizeof(leafs), "has a table of leafs that is cut off");
+        std::memcpy(&leafs, bytes.data(), sizeof(leafs));
+        require(leafs <= size_, "declares more leafs than it can hold");
+        const std::uint32_t length = std::uint32_t(bytes.size());
+        std::istringstream in(std::string(reinterpret_cast<const char*>(&length), sizeof(length)) + bytes);
+        in.exceptions(std::ios::failbit | std::ios::badbit | std::ios::eofbit);
+        io::DelayedLoadMetadata table;
+        table.read(in);
+        require(std::uint64_t(in.tellg()) == sizeof(length) + bytes.size(), "has a damaged table of leafs");
+    }
+
+    std::istream& in_;
+    std::streampos start_;
+    std::uint64_t size_;
+};
+
+/// What io::Stream does, with a look at every size before it is believed.
+class CheckedArchive : public io::Archive {
+public:
+    openvdb::GridPtrVec read(std::istream& in, std::uint64_t fileSize)
+    {
+        requireHeader(in, fileSize);
+        readHeader(in);
+        auto streamMetadata = openvdb::SharedPtr<io::StreamMetadata>(new io::StreamMetadata);
+        io::setStreamMetadataPtr(in, streamMetadata, /*transfer=*/false);
+        io::setVersion(in, libraryVersion(), fileVersion());
+        io::setDataCompression(in, compression());
+        lookAtMetadata(in, fileSize);
+        openvdb::MetaMap metadata;
+        metadata.readMeta(in);
+        const std::int32_t count = readGridCount(in);
+        if (count < 0 || count > kMostGrids) throw openvdb::IoError("declares " + std::to_string(count) + " grids");
+        for (std::int32_t i = 0; i < count; ++i) readNext(in, fileSize);
+        return std::move(grids_);
+    }
+
+private:
+    static void lookAtMetadata(std::istream& in, std::uint64_t fileSize)
+    {
+        LookAhead ahead(in, fileSize);
+        ahead.metadata();
+        ahead.goBack();
+    }
+
+    static void requireHeader(std::istream& in, std::uint64_t fileSize)
+    {
+        LookAhead ahead(in, fileSize);
+        ahead.require(ahead.value<std::uint64_t>() == kMagic, "is no .vdb file");
+        const std::uint32_t version = ahead.value<std::uint32_t>();
+        ahead.require(version >= kOldestVersion, "is of a version of .vdb that is too old");
+        ahead.require(version <= kNewestVersion, "is of a version of .vdb that is too new");
+        ahead.goBack();
+    }
+
+    void readNext(std::istream& in, std::uint64_t fileSize)
+    {
+        if (!lookAtDescriptor(in, fileSize)) {
+            skipUnknown(in);
+            return;
+        }
+        io::GridDescriptor descriptor;
+        openvdb::GridBase::Ptr grid = descriptor.read(in);
+        lookAtGrid(in, fileSize);
+        readGrid(grid, descriptor, in);
+        byName_[descriptor.uniqueName()] = grid;
+        if (descriptor.isInstance()) connectInstance(descriptor, byName_);
+        grids_.push_back(grid);
+        io::setDataCompression(in, compression());
+    }
+
+    /// Whether a grid is of a type that is read. Leaves the end of its data in end_.
+    bool lookAtDescriptor(std::istream& in, std::uint64_t fileSize)
+    {
+        LookAhead ahead(in, fileSize);
+        ahead.text();
+        std::string type = ahead.text();
+        if (type.ends_with("_HalfFloat")) type.resize(type.size() - std::strlen("_HalfFloat"));
+        ahead.text();
+        ahead.value<std::int64_t>();
+        ahead.value<std::int64_t>();
+        end_ = ahead.value<std::int64_t>();
+        ahead.require(end_ <= std::int64_t(fileSize), "points beyond its end");
+        ahead.goBack();
+        return std::find(kKnownTypes.begin(), kKnownTypes.end(), type) != kKnownTypes.end();
+    }
+
+    void skipUnknown(std::istream& in)
+    {
+        if (!inputHasGridOffsets() || end_ <= std::int64_t(in.tellg()))
+            throw openvdb::IoError("holds a grid of a type that is not read and cannot be skipped");
+        in.seekg(end_);
+    }
+
+    static void lookAtGrid(std::istream& in, std::uint64_t fileSize)
+    {
+        LookAhead ahead(in, fileSize);
+        ahead.value<std::uint32_t>();  // compression flags
+        ahead.metadata();
+        ahead.text();  // the map of the transform
+        ahead.goBack();
+    }
+
+    openvdb::GridPtrVec grids_;
+    NamedGridMap byName_;
+    std::int64_t end_ = 0;
+};
+
+}  // namespace
+
+openvdb::GridPtrVec readGrids(const std::filesystem::path& file)
+{
+    initializeOpenVdb();
+    useCheckedDecompression();
+    const std::string name = file.string();
+    std::error_code error;
+    if (std::filesystem::is_directory(file, error)) throw FileError(name, "is a folder, not a file");
+    const std::uint64_t size = std::filesystem::file_size(file, error);
+    std::ifstream in(file, std::ios::binary);
+    if (error || !in) throw FileError(name, error ? error.message() : std::strerror(errno));
+    try {
+        in.exceptions(std::ios::failbit | std::ios::badbit | std::ios::eofbit);
+        return CheckedArchive().read(in, size);
+    } catch (const std::ios_base::failure&) {
+        throw FileError(name, "is damaged: it ends too early");
+    } catch (const std::exception& e) {  // openvdb's own, bad_alloc, length_error: the file asked for it
+        throw FileError(name, std::string("is damaged or not a .vdb file: ") + e.what());
+    }
+}
+
+}  // namespace vdbfrac::grid

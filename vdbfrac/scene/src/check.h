@@ -1,0 +1,40 @@
+// Reads a table of the document by its keys: types, ranges, unknown and missing keys, defaults.
+#pragma once
+
+#include "complaints.h"
+#include "document.h"
+
+#include <vdbfrac/scene/values.h>
+
+#include <string>
+
+namespace vdbfrac::scene {
+
+/// A value of the document and its key path, "body.0.shape.box".
+struct Item {
+    const Node& node;
+    std::string path;
+
+    Item child(const std::string& key, const Node& value) const
+    {
+        return {value, path.empty() ? key : path + "." + key};
+    }
+};
+
+/// The values of all keys of a table but its parts, defaults filled in. Every wrong, unknown or missing key is a
+/// complaint, and a stand-in takes its place, so that every required key has a value.
+Values readTable(const Item& item, const TableSpec& spec, Complaints& complaints);
+
+/// The same without a complaint about unknown keys, for the root, where tables stand beside keys.
+Values readKeys(const Item& item, const TableSpec& spec, Complaints& complaints);
+
+/// Complains about each member of a table whose key is not among `known`.
+void checkUnknown(const Item& item, const std::vector<std::string>& known, Complaints& complaints);
+
+/// Complains that a value is not what it should be.
+void complainType(const Item& item, const std::string& allowed, Complaints& complaints);
+
+/// Key of a table that has exactly one of `kinds`; complains and returns nullptr when there is none or are several.
+const Member* onlyMember(const Item& item, const std::vector<std::string>& kinds, Complaints& complaints);
+
+}  // namespace vdbfrac::scene

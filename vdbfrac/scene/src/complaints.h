@@ -1,0 +1,53 @@
+// Everything wrong with a scene, collected and then thrown at once.
+#pragma once
+
+#include "document.h"
+
+#include <vdbfrac/base/error.h>
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace vdbfrac::scene {
+
+/// What is wrong, what would be right, and what to do. The last two may be empty.
+struct Complaint {
+    std::string what;
+    std::string allowed = {};
+    std::string hint = {};
+};
+
+class Complaints {
+public:
+    /// `overrides` are the "key.path=value" texts that Place::overrideIndex counts.
+    Complaints(std::string file, std::vector<std::string> overrides);
+
+    void add(const Place& place, Complaint complaint);
+    std::size_t count() const { return count_; }
+
+    /// "file:line:column" or "--set key.path".
+    std::string placeText(const Place& place) const;
+
+    /// Throws an InputError with all complaints in the order of the text, if there are any.
+    void throwIfAny() const;
+
+private:
+    struct Entry {
+        Place place;
+        Complaint complaint;
+    };
+
+    std::string file_;
+    std::vector<std::string> overrides_;
+    std::vector<Entry> entries_;
+    std::size_t count_ = 0;
+};
+
+/// "did you mean 'name'?" for the name that is nearest to `given`, or "" when none is near.
+std::string didYouMean(std::string_view given, const std::vector<std::string>& names);
+
+/// "a, b, c".
+std::string joined(const std::vector<std::string>& names);
+
+}  // namespace vdbfrac::scene

@@ -1,0 +1,76 @@
+#include "key_text.h"
+
+#include "toml_text.h"
+
+#include <cmath>
+
+namespace vdbfrac::scene {
+
+namespace {
+
+std::string choicesText(const Key& key, const std::string& lastWord)
+{
+    std::string text;
+    for (std::size_t i = 0; i < key.choices.size(); ++i) {
+        if (i > 0) text += i + 1 == key.choices.size() ? " " + lastWord + " " : ", ";
+        text += quotedText(key.choices[i]);
+    }
+    return text;
+}
+
+/// Whole numbers as people write them: 1000000, not 1e+06.
+std::string boundText(double bound)
+{
+    const bool plain = std::floor(bound) == bound && std::abs(bound) < 1e7;
+    return plain ? std::to_string(static_cast<long long>(bound)) : numberText(bound);
+}
+
+/// " from 3 to 10", " greater than 0", ... or "" without bounds.
+std::string boundsText(const Key& key)
+{
+    const bool below = std::isfinite(key.least);
+    const bool above = std::isfinite(key.most);
+    if (below && above && key.least == key.most) return " equal to " + boundText(key.least);
+    if (below && above && !key.leastOpen && !key.mostOpen)
+        return " from " + boundText(key.least) + " to " + boundText(key.most);
+    std::string text;
+    if (below) text += (key.leastOpen ? " greater than " : " not less than ") + boundText(key.least);
+    if (below && above) text += " and";
+    if (above) text += (key.mostOpen ? " less than " : " not more than ") + boundText(key.most);
+    return text;
+}
+
+std::string formText(const Key& key)
+{
+    const std::string bounds = boundsText(key);
+    const std::string each = bounds.empty() ? "" : ", each" + bounds;
+    switch (key.type) {
+    case Type::boolean: return "true or false";
+    case Type::integer: return "an integer" + bounds;
+    case Type::number: return "a number" + bounds;
+    case Type::text: return "a text";
+    case Type::vector: return "three numbers [x, y, z]" + each;
+    case Type::choice: return choicesText(key, "or");
+    case Type::label: return "a text for file names: no / or \\ or control characters, no dot at the start";
+    case Type::direction: return "\"x\", \"y\", \"z\", or three numbers [x, y, z] that are not all zero";
+    case Type::autoInteger: return "\"auto\" or an integer" + bounds;
+    case Type::range: return "two integers [first, last], first <= last" + each;
+    case Type::choices: return "a list of " + choicesText(key, "and") + ", each at most once";
+    case Type::shape: return "a table with exactly one of box, sphere, cylinder, capsule, torus, mesh, vdb";
+    case Type::solid: return "a table with exactly one of box, sphere, cylinder, capsule, torus, halfspace";
+    case Type::solids: return "a list of tables, each with one of box, sphere, cylinder, capsule, torus, halfspace";
+    case Type::motion: return "a table with exactly one of velocity, keys, force";
+    case Type::poses: return "a list of tables {time, translate, rotate}, times rising";
+    }
+    return "";
+}
+
+}  // namespace
+
+std::string allowedText(const Key& key)
+{
+    const std::string unit = key.unit;
+    return formText(key) + (unit.empty() ? "" : " (" + unit + ")");
+}
+
+}  // namespace vdbfrac::scene

@@ -1,0 +1,27 @@
+// Inner tables of a scene: solids, files, motions.
+#pragma once
+
+#include "check.h"
+
+#include <vdbfrac/scene/scene.h>
+
+#include <filesystem>
+
+namespace vdbfrac::scene {
+
+struct Context {
+    Complaints& complaints;
+    std::filesystem::path folder;  ///< of the scene; relative paths start there
+};
+
+Primitive readSolid(const Item& item, Context& context);
+
+/// A list of solids; `bounded` refuses endless ones.
+std::vector<Primitive> readSolids(const Item& item, bool bounded, Context& context);
+
+/// A bounded solid or a file.
+decltype(Body::shape) readShape(const Item& item, Context& context);
+
+decltype(Grip::move) readMotion(const Item& item, Context& context);
+
+}  // namespace vdbfrac::scene

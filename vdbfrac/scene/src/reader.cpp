@@ -1,0 +1,62 @@
+#include "overrides.h"
+#include "sections.h"
+
+#include <vdbfrac/base/atomic_file.h>
+#include <vdbfrac/scene/reader.h>
+
+#include <algorithm>
+#include <cassert>
+
+namespace vdbfrac::scene {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// Absolute, so that a scene means the same when the working folder changes.
+fs::path folderOf(const fs::path& file)
+{
+    std::error_code none;
+    const fs::path absolute = fs::absolute(file, none);
+    return none ? file.parent_path() : absolute.parent_path();
+}
+
+Node parse(std::string_view text, const Complaints& complaints)
+{
+    try {
+        return parseDocument(text);
+    } catch (const SyntaxError& e) {
+        const bool twice = e.what.find("redefine") != std::string::npos;
+        throw InputError({complaints.placeText(e.place), "this is not TOML: " + e.what, "",
+                          twice ? "it is there twice; give each key and table once" : ""});
+    }
+}
+
+}  // namespace
+
+Scene parseScene(std::string_view text, const fs::path& file, std::span<const TableSpec> effects,
+                 const std::vector<std::string>& overrides)
+{
+    Complaints complaints(file.string(), overrides);
+    Node root = parse(text, complaints);
+    applyOverrides(root, overrides, complaints);
+    Context context{complaints, folderOf(file)};
+    Scene scene = readSections(root, effects, context);
+    complaints.throwIfAny();
+    return scene;
+}
+
+Scene readScene(const fs::path& file, std::span<const TableSpec> effects, const std::vector<std::string>& overrides)
+{
+    return parseScene(readText(file), file, effects, overrides);
+}
+
+const Material& Scene::materialOf(const Body& body) const
+{
+    const auto it = std::find_if(materials.begin(), materials.end(),
+                                 [&](const Material& m) { return m.name == body.material; });
+    assert(it != materials.end());
+    return *it;
+}
+
+}  // namespace vdbfrac::scene

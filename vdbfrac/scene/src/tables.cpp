@@ -1,0 +1,205 @@
+#include "tables.h"
+
+#include <climits>
+
+namespace vdbfrac::scene::tables {
+
+namespace {
+
+constexpr double kEndless = std::numeric_limits<double>::infinity();
+constexpr double kManyTimes = 1e6;  // more iterations or substeps than anyone waits for
+
+const std::vector<Key> kRoot = {
+    {"version", Type::integer, "", "Version of the scene format.", "1", 1, 1},
+    {"name", Type::label, "", "Name of the scene; output files carry it.", "\"scene\""},
+};
+
+const std::vector<Key> kTime = {
+    {"frames", Type::range, "", "First and last frame; the first is the rest state at t = 0.", "[1, 96]", 0, 999999},
+    {"fps", Type::number, "1/s", "Frames per second.", "24", 0, kEndless, true},
+    {"substeps", Type::autoInteger, "", "Time steps a frame; \"auto\" follows the two limits below.", "\"auto\"", 1,
+     kManyTimes},
+    {"node_cfl", Type::number, "cells",
+     "With \"auto\": how far a node may move in a step, relative to its neighbours.", "1", 0, kEndless, true},
+    {"front_cfl", Type::number, "voxels", "With \"auto\": how far a crack front may move in a step.", "0.5", 0, 2,
+     true},
+};
+
+const std::vector<Key> kGrid = {
+    {"voxel_size", Type::number, "m", "Edge of a voxel of the level set.", nullptr, 0, kEndless, true},
+    {"lattice", Type::choice, "", "Tetrahedra a lattice cube is split into.", "\"six\"", -kEndless, kEndless, false,
+     false, {"six", "five"}},
+    {"coarsening", Type::integer, "voxels", "Lattice spacing in voxels; only 1 with the lattice \"five\".", "1", 1,
+     1024},
+    {"half_width", Type::integer, "voxels", "Half width of the narrow band around the surface.", "3", 3, 10},
+};
+
+const std::vector<Key> kBody = {
+    {"name", Type::label, "", "Name that grips refer to; no two bodies share one.", nullptr},
+    {"shape", Type::shape, "", "The solid the body starts from, a surface mesh, or a level set.", nullptr},
+    {"add", Type::solids, "", "Bounded solids united with the shape.", "[]"},
+    {"cut", Type::solids, "", "Solids then taken away, such as a notch.", "[]"},
+    {"material", Type::text, "", "Name of a [material.NAME] table.", nullptr},
+    {"velocity", Type::vector, "m/s", "Velocity at t = 0.", "[0, 0, 0]"},
+    {"angular_velocity", Type::vector, "rad/s", "Angular velocity at t = 0 about the centre of mass.", "[0, 0, 0]"},
+};
+
+const std::vector<Key> kMaterial = {
+    {"youngs_modulus", Type::number, "Pa", "Stiffness E.", nullptr, 0, kEndless, true},
+    {"poisson_ratio", Type::number, "", "Sideways contraction nu; 0.5 would be incompressible.", nullptr, -1, 0.5,
+     true, true},
+    {"density", Type::number, "kg/m^3", "Mass per volume rho.", nullptr, 0, kEndless, true},
+};
+
+const std::vector<Key> kGrip = {
+    {"name", Type::label, "", "Name in the output; \"grip1\", \"grip2\", ... without one.", ""},
+    {"body", Type::text, "", "Name of the body it holds.", nullptr},
+    {"region", Type::solid, "", "Holds the part of the body that lies in this solid at rest.", nullptr},
+    {"move", Type::motion, "", "A velocity, keyed poses, or a force.", nullptr},
+};
+
+const std::vector<Key> kSolver = {
+    {"newton_tolerance", Type::number, "", "Residual at which a step is solved, relative to the largest force.",
+     "0.001", 0, 1, true, true},
+    {"newton_iterations", Type::integer, "", "Most Newton iterations a step.", "20", 1, kManyTimes},
+    {"linear_tolerance", Type::number, "", "Relative residual of the linear solves.", "0.01", 0, 1, true, true},
+    {"linear_iterations", Type::integer, "", "Most iterations of a linear solve.", "2000", 1, kManyTimes},
+    {"volumetric", Type::choice, "",
+     "Volume change averaged over each lattice cell, which keeps nearly incompressible solids from locking, or not.",
+     "\"cell\"", -kEndless, kEndless, false, false, {"cell", "none"}},
+};
+
+const std::vector<Key> kOutput = {
+    {"vdb", Type::choices, "",
+     "Grids written each frame: phi, energy and arrival at rest, surface, vel and fragment_id as deformed.",
+     "[\"phi\"]", -kEndless, kEndless, false, false,
+     {"phi", "energy", "arrival", "surface", "vel", "fragment_id"}},
+    {"obj", Type::boolean, "", "Whether the deformed surface is written as .obj each frame.", "true"},
+};
+
+const Key kCenter = {"center", Type::vector, "m", "Centre.", "[0, 0, 0]"};
+const Key kRadius = {"radius", Type::number, "m", "Radius.", nullptr, 0, kEndless, true};
+const Key kAxis = {"axis", Type::direction, "", "Direction of the axis.", "\"y\""};
+
+const std::vector<Key> kBox = {
+    {"size", Type::vector, "m", "Edge lengths.", nullptr, 0, kEndless, true},
+    kCenter,
+};
+const std::vector<Key> kSphere = {kRadius, kCenter};
+const std::vector<Key> kCylinder = {
+    kAxis, kRadius, kCenter,
+    {"height", Type::number, "m", "Length along the axis; 0 is endless, as only cut and region can be.", "0", 0},
+};
+const std::vector<Key> kCapsule = {
+    kAxis, kRadius, kCenter,
+    {"height", Type::number, "m", "Distance between the centres of the two caps.", nullptr, 0},
+};
+const std::vector<Key> kTorus = {
+    kAxis,
+    {"radius", Type::number, "m", "Radius of the ring.", nullptr, 0, kEndless, true},
+    {"tube", Type::number, "m", "Radius of the tube.", nullptr, 0, kEndless, true},
+    kCenter,
+};
+const std::vector<Key> kHalfspace = {
+    {"normal", Type::direction, "", "Direction into the solid.", nullptr},
+    {"offset", Type::number, "m", "Distance of its plane from the origin, along the normal.", "0"},
+};
+
+const std::vector<Key> kMeshFile = {
+    {"file", Type::text, "", "A closed surface (.obj, .ply, .stl, .off), relative to the scene's folder.", nullptr},
+    {"scale", Type::number, "", "Factor on all lengths, applied first.", "1", 0, kEndless, true},
+    {"rotate", Type::vector, "degrees", "Turn about x, then y, then z.", "[0, 0, 0]"},
+    {"translate", Type::vector, "m", "Shift, applied last.", "[0, 0, 0]"},
+};
+const std::vector<Key> kVdbFile = {
+    {"file", Type::text, "", "A .vdb file with a level set, relative to the scene's folder.", nullptr},
+    {"grid", Type::text, "", "Name of the grid; empty takes the first level set.", "\"\""},
+};
+
+const std::vector<Key> kVelocity = {
+    {"velocity", Type::vector, "m/s", "Constant velocity of the region.", nullptr},
+};
+const std::vector<Key> kKeys = {
+    {"keys", Type::poses, "", "Poses over time, held before the first and after the last.", nullptr},
+    {"pivot", Type::vector, "m", "Point the rotations turn about.", "[0, 0, 0]"},
+};
+const std::vector<Key> kForce = {
+    {"force", Type::vector, "N", "Total force on the region.", nullptr},
+    {"ramp", Type::number, "s", "Time from 0 to the full force.", "0", 0},
+};
+const std::vector<Key> kPose = {
+    {"time", Type::number, "s", "When; later than the key before.", nullptr},
+    {"translate", Type::vector, "m", "Shift from the rest position.", "[0, 0, 0]"},
+    {"rotate", Type::vector, "degrees", "Turn about x, then y, then z, round the pivot.", "[0, 0, 0]"},
+};
+
+std::string checkGrid(const Values& v)
+{
+    const bool fits = v.text("lattice") != "five" || v.integer("coarsening") == 1;
+    return fits ? "" : "the lattice \"five\" goes with coarsening = 1 only";
+}
+
+const TableSpec kRootSpec = {"", "Keys outside of any table.", kRoot};
+const TableSpec kMeshFileSpec = {"mesh", "A surface mesh.", kMeshFile};
+const TableSpec kVdbFileSpec = {"vdb", "A level set.", kVdbFile};
+const TableSpec kPoseSpec = {"pose", "A pose at a time.", kPose};
+
+const std::vector<Section> kSections = {
+    {{"time", "What is simulated of it.", kTime}},
+    {{"grid", "Resolution of the level set and of the lattice of tetrahedra.", kGrid, checkGrid},
+     Section::Form::single, true},
+    {{"body", "A solid; one table each.", kBody}, Section::Form::list, true},
+    {{"material", "An elastic material; bodies name it.", kMaterial}, Section::Form::byName},
+    {{"grip", "Holds or pulls a part of a body; any number of tables.", kGrip}, Section::Form::list},
+    {{"solver", "When a time step counts as solved.", kSolver}},
+    {{"output", "What is written each frame.", kOutput}},
+};
+
+const std::vector<TableSpec> kSolids = {
+    {"box", "A box along the axes.", kBox},
+    {"sphere", "A ball.", kSphere},
+    {"cylinder", "A cylinder with flat ends, or endless.", kCylinder},
+    {"capsule", "A cylinder with round ends.", kCapsule},
+    {"torus", "A ring.", kTorus},
+    {"halfspace", "All points X with normal . X >= offset.", kHalfspace},
+};
+
+const std::vector<TableSpec> kMotions = {
+    {"velocity", "A constant velocity.", kVelocity},
+    {"keys", "Keyed poses.", kKeys},
+    {"force", "A force.", kForce},
+};
+
+}  // namespace
+
+const TableSpec& root() { return kRootSpec; }
+const TableSpec& time() { return kSections[0].spec; }
+const TableSpec& grid() { return kSections[1].spec; }
+const TableSpec& body() { return kSections[2].spec; }
+const TableSpec& material() { return kSections[3].spec; }
+const TableSpec& grip() { return kSections[4].spec; }
+const TableSpec& solver() { return kSections[5].spec; }
+const TableSpec& output() { return kSections[6].spec; }
+std::span<const Section> sections() { return kSections; }
+
+std::span<const TableSpec> solids() { return kSolids; }
+const TableSpec& meshFile() { return kMeshFileSpec; }
+const TableSpec& vdbFile() { return kVdbFileSpec; }
+std::span<const TableSpec> motions() { return kMotions; }
+const TableSpec& pose() { return kPoseSpec; }
+
+std::vector<std::string> namesOf(std::span<const TableSpec> specs)
+{
+    std::vector<std::string> names;
+    for (const TableSpec& spec : specs) names.emplace_back(spec.name);
+    return names;
+}
+
+std::vector<std::string> namesOf(std::span<const Key> keys)
+{
+    std::vector<std::string> names;
+    for (const Key& key : keys) names.emplace_back(key.name);
+    return names;
+}
+
+}  // namespace vdbfrac::scene::tables
