@@ -1,5 +1,7 @@
 #include "common.h"
 
+#include <vdbfrac/base/error.h>
+
 #include <spdlog/sinks/basic_file_sink.h>
 #include <spdlog/sinks/stdout_sinks.h>
 
@@ -28,7 +30,14 @@ std::shared_ptr<spdlog::logger> makeLog(const CommonOptions& options)
 
 void logToFile(spdlog::logger& log, const std::filesystem::path& file)
 {
-    auto sink = std::make_shared<spdlog::sinks::basic_file_sink_mt>(file.string());
+    if (const auto parent = file.parent_path(); !parent.empty() && !std::filesystem::is_directory(parent))
+        throw FileError(file.string(), "cannot be written: its folder does not exist");
+    std::shared_ptr<spdlog::sinks::basic_file_sink_mt> sink;
+    try {
+        sink = std::make_shared<spdlog::sinks::basic_file_sink_mt>(file.string());
+    } catch (const spdlog::spdlog_ex& e) {
+        throw FileError(file.string(), std::string("cannot be written: ") + e.what());
+    }
     sink->set_pattern("%Y-%m-%d %H:%M:%S %-7l %v");
     log.sinks().push_back(sink);
     log.flush_on(spdlog::level::info);

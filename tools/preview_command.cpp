@@ -21,7 +21,6 @@ namespace fs = std::filesystem;
 namespace {
 
 struct PreviewOptions {
-    CommonOptions common;
     std::string folder;
     std::vector<int> frames;
     int count = 12, columns = 4, width = 480, height = 480, samples = 4;
@@ -93,6 +92,7 @@ int preview(const PreviewOptions& options)
     view.target = 0.5 * (bounds.lower + bounds.upper);
     view.extent = 0.5 * (bounds.upper - bounds.lower).norm();
     view.direction = Vec3(options.direction[0], options.direction[1], options.direction[2]);
+    if (!(view.direction.norm() > 0)) throw InputError({"--direction", "0 0 0 looks nowhere", "a vector with a length above 0", ""});
     view.width = options.width, view.height = options.height, view.samples = options.samples;
 
     // Fine enough to show what the surface resolves, coarse enough for the picture.
@@ -127,7 +127,6 @@ Action addPreview(CLI::App& app)
     c->add_option("--height", o->height, "Pixels")->check(CLI::Range(16, 8192))->capture_default_str();
     c->add_option("--samples", o->samples, "Rays a pixel")->check(CLI::Range(1, 64))->capture_default_str();
     c->add_option("--direction", o->direction, "Direction of looking: x y z")->expected(3);
-    addCommonOptions(*c, o->common);
     return [o] { return preview(*o); };
 }
 

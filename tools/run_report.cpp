@@ -79,8 +79,8 @@ std::string summaryText(const core::Simulation& simulation, const core::RunFolde
     };
     std::string text = fmt::format("{} frames, {} steps: {} converged, {} cut back, {} capped\n", folder.frames().size(), folder.steps().size(),
                                    count(core::Outcome::converged), count(core::Outcome::cutback), count(core::Outcome::capped));
-    text += fmt::format("{} fragments; {:.2f} % of the material lost to cracks; peak memory {:.2f} GiB; state {}\n", simulation.fragments(),
-                        100 * (1 - simulation.volume() / simulation.startVolume()), double(peakMemory()) / kGiB,
+    text += fmt::format("{} {}; {:.2f} % of the material lost to cracks; peak memory {:.2f} GiB; state {}\n", simulation.fragments(),
+                        simulation.fragments() == 1 ? "fragment" : "fragments", 100 * (1 - simulation.volume() / simulation.startVolume()), double(peakMemory()) / kGiB,
                         folder.frames().empty() ? "-" : folder.frames().back().stateHash);
     text += workTable(work);
     return text + "\nwritten to " + folder.path().string();

@@ -4,6 +4,7 @@
 #include "progress.h"
 #include "run_report.h"
 
+#include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/core/run_folder.h>
@@ -71,7 +72,8 @@ int simulate(const SimOptions& options, const scene::Scene& scene)
         return kDone;
     }
     requireMemory(simulation, limit);
-    core::RunFolder folder(options.folder, scene, scene::writeScene(scene, effects::effectTables()), options.overwrite);
+    core::RunFolder folder(options.folder, scene, simulation.stages(), options.overwrite);
+    writeText(folder.path() / "scene.toml", scene::writeScene(scene, effects::effectTables()));
     logToFile(*log, folder.path() / "run.log");
     log->info("vdbfrac {}  scene '{}'  {} nodes  {} tets  {} threads", core::kVersion, scene.name, simulation.x().size(),
               simulation.elastic().tetCount(), threadCount());

@@ -46,6 +46,7 @@ private:
     LinearStatus solve(const Point& point, std::span<Vec3> direction);
     std::vector<Mat3> inverseDiagonal() const;
     bool search(Point& point, std::vector<Vec3>& x, std::span<const Vec3> direction);
+    void balanceMomentum(const Point& point, std::vector<Vec3>& x) const;
     void finish(const Point& point, std::vector<Vec3>& x);
 
     State& state_;
@@ -72,7 +73,7 @@ double freeNorm(const Boundary& boundary, const Term& term)
 
 Point Newton::evaluate(std::span<const Vec3> x)
 {
-    constexpr double kRounding = 1e-15;  // a few units in the last place of a double, per node
+    constexpr double kRounding = 4e-15;  // some twenty roundings of a double on the way to a nodal force
     Point p;
     p.gradient.assign(nodes_, Vec3::Zero());
     p.elastic = system_.elastic.evaluate(x, p.gradient, &tangent_);
@@ -195,9 +196,36 @@ bool Newton::search(Point& point, std::vector<Vec3>& x, std::span<const Vec3> di
     return false;
 }
 
+/// Shifts each part without fixed nodes by what zeroes its summed gradient: internal forces cancel in the sum and do not
+/// change under a shift, so only inertia answers. Sums run over nodes in order.
+void Newton::balanceMomentum(const Point& point, std::vector<Vec3>& x) const
+{
+    struct Part {
+        Vec3 force = Vec3::Zero();
+        double inertia = 0;
+        bool held = false;
+    };
+    if (!(inertia_ > 0)) return;
+    const auto& labels = system_.boundary.part;
+    const auto mass = system_.elastic.mass();
+    std::vector<Part> parts(labels.empty() ? 1 : *std::max_element(labels.begin(), labels.end()) + 1);
+    for (std::size_t i = 0; i < nodes_; ++i) {
+        Part& part = parts[labels.empty() ? 0 : labels[i]];
+        part.force += point.gradient[i];
+        part.inertia += mass[i] * inertia_;
+        part.held = part.held || system_.boundary.fixed[i];
+    }
+    for (std::size_t i = 0; i < nodes_; ++i) {
+        const Part& part = parts[labels.empty() ? 0 : labels[i]];
+        if (!part.held && part.inertia > 0) x[i] -= part.force / part.inertia;
+    }
+}
+
 void Newton::finish(const Point& point, std::vector<Vec3>& x)
 {
-    report_.residual = point.norm / std::max(point.forceScale, point.noise);
+    balanceMomentum(point, x);
+    const double scale = std::max(point.forceScale, point.noise);
+    report_.residual = scale > 0 ? point.norm / scale : 0;
     report_.elasticEnergy = point.elastic;
     report_.reaction.assign(nodes_, Vec3::Zero());
     for (std::size_t i = 0; i < nodes_; ++i) {

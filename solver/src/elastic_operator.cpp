@@ -237,6 +237,19 @@ void ElasticOperator::project(Tangent& tangent) const
     });
 }
 
+void ElasticOperator::warp(Tangent& tangent) const
+{
+    const Patches& p = data_->p;
+    const double scale = 1 / (data_->h * data_->h);
+    parallelChunks(p.batches.size(), 64, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t b = begin; b < end; ++b)
+            for (int t = 0; t < tetmesh::kMostTets; ++t)
+                for (int k = 0; k < 6; ++k)
+                    for (int l = 0; l < kLanes; ++l)
+                        tangent.data_->batches[b].T[t][k][l] = k < 3 ? -p.batches[b].mu[l] * p.batches[b].volume[t][l] * scale : 0;
+    });
+}
+
 void ElasticOperator::addProduct(const Tangent& tangent, std::span<const Vec3> u, std::span<Vec3> out) const
 {
     const Patches& p = data_->p;

@@ -3,9 +3,11 @@
 // Every operation on a lane is a plain IEEE double operation and nothing is contracted, so the lanes compute the same
 // bits whatever vector unit the file is compiled for; kernel_dispatch.cpp picks the widest the machine has.
 // Symbols as in corotational.h, and: h lattice spacing; V material volume of a tet; E = F h; avg mean over the
-// tets of a cell, weighted by V. "Cell dilation" replaces tr(S - I) by its avg in the bulk part of the energy:
-//   Psi_bulk = lambda/2 V_cell avg(tr S - 3)^2,
-// which frees the six tets of a cell from locking near nu = .5 (mean dilatation; Nagtegaal, Parks, Rice 1974).
+// tets of a cell, weighted by V. "Cell dilation" splits the energy with the bulk modulus K = lambda + 2 mu/3 and takes the
+// bulk part from the mean dilatation of the cell,
+//   Psi = mu (|S - I|^2 - tr(S - I)^2 / 3) + K/2 avg(tr(S - I))^2,
+// which frees the tets of a cell from locking near nu = .5 (mean dilatation; Nagtegaal, Parks, Rice 1974). Averaging the
+// lambda term alone would leave 2 mu/3 of the bulk stiffness locked.
 #pragma once
 
 #include <vdbfrac/tetmesh/cell.h>

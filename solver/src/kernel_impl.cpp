@@ -312,11 +312,13 @@ KernelResult evaluateBatch(const PatchData& patch, int b, const RobustTet& scala
     for (auto& corner : f)
         for (Pack& v : corner) v = all(0);
     const Pack mu = load(batch.mu), lambda = load(batch.lambda);
+    const Pack twoThirdsMu = 2. / 3. * mu, bulk = lambda + twoThirdsMu;
     const Pack mean = cellDilation ? cellMean<tets>(batch, s.dilation) : all(0);
     Pack energy = all(0);
     unroll<tets>([&](auto t) __attribute__((always_inline)) {
         const Pack V = load(batch.volume[t]);
-        const Pack dilation = cellDilation ? mean : s.dilation[t];
+        // Per tet the bulk part is lambda/2 d^2; averaged it is K/2 mean^2, and -mu/3 d^2 leaves the deviatoric part.
+        const Pack d = s.dilation[t], pressure = cellDilation ? bulk * mean - twoThirdsMu * d : lambda * d;
         const Pack force = V / patch.h;
         Pack deviation = all(0);
         Matrix P;
@@ -324,14 +326,15 @@ KernelResult evaluateBatch(const PatchData& patch, int b, const RobustTet& scala
             for (int j = 0; j < 3; ++j) {
                 const Pack e = s.F[t][i][j] - s.R[t][i][j];
                 deviation += e * e;
-                P[i][j] = (2. * mu * e + lambda * dilation * s.R[t][i][j]) * force;
+                P[i][j] = (2. * mu * e + pressure * s.R[t][i][j]) * force;
             }
-        const Pack psi = mu * deviation + 0.5 * lambda * dilation * dilation;
+        const Pack psi = cellDilation ? mu * deviation - 0.5 * twoThirdsMu * d * d + 0.5 * bulk * mean * mean
+                                      : mu * deviation + 0.5 * lambda * d * d;
         energy += V * psi;
         if (patch.psi) storeLoose(patch.psi + (b * tetmesh::kMostTets + t) * kLanes, psi);
         spread<shape, t>(P, f);
         if (patch.tangent)
-            storeTangent<t>(s, lambda * dilation - 2. * mu, V / (patch.h * patch.h), patch.tangent[b], scalar);
+            storeTangent<t>(s, pressure - 2. * mu, V / (patch.h * patch.h), patch.tangent[b], scalar);
     });
     scatter(batch, f, patch.stride, patch.out);
     for (int l = 0; l < kLanes; ++l) result.energy += energy[l];
@@ -347,7 +350,7 @@ VDBFRAC_INLINE Pack traceOfTet(const Corners& u, const BatchTangent& tangent, Ma
     return trace;
 }
 
-/// dP = 2 mu dF + lambda tr(R^T dF) R + R skew(T axial(R^T dF - dF^T R)), times V / h^2 with dF in units of 1/h.
+/// dP = 2 mu dF + bulk R + R skew(T axial(R^T dF - dF^T R)), times V / h^2 with dF in units of 1/h.
 template <CellShape shape, int t>
 VDBFRAC_INLINE void productOfTet(const Matrix& E, const BatchTangent& tangent, Pack twoMu, Pack bulk, Corners& f)
 {
@@ -381,9 +384,9 @@ void productBatch(const PatchData& patch, int b)
         for (Pack& v : corner) v = all(0);
     const double scale = 1 / (patch.h * patch.h);
     const Pack twoMu = 2. * load(batch.mu) * scale, lambda = load(batch.lambda) * scale;
-    Pack mean = all(0);
+    const Pack third = twoMu / 3., bulk = lambda + third;
+    Pack mean = all(0), trace[tetmesh::kMostTets];
     if constexpr (cellDilation) {
-        Pack trace[tetmesh::kMostTets];
         unroll<tets>([&](auto t) __attribute__((always_inline)) {
             Matrix E;
             trace[t] = traceOfTet<shape, t>(u, tangent, E);
@@ -393,9 +396,13 @@ void productBatch(const PatchData& patch, int b)
     unroll<tets>([&](auto t) __attribute__((always_inline)) {
         const Pack V = load(batch.volume[t]);
         Matrix E;
-        const Pack trace = cellDilation ? mean : traceOfTet<shape, t>(u, tangent, E);
-        if constexpr (cellDilation) differences<shape, t>(u, E);
-        productOfTet<shape, t>(E, tangent, twoMu * V, lambda * trace * V, f);
+        if constexpr (cellDilation) {
+            differences<shape, t>(u, E);
+            productOfTet<shape, t>(E, tangent, twoMu * V, (bulk * mean - third * trace[t]) * V, f);
+        } else {
+            const Pack own = traceOfTet<shape, t>(u, tangent, E);
+            productOfTet<shape, t>(E, tangent, twoMu * V, lambda * own * V, f);
+        }
     });
     scatter(batch, f, patch.stride, patch.out);
 }
@@ -469,14 +476,13 @@ void diagonalBatch(const PatchData& patch, int b)
             const double length2 = g[0] * g[0] + g[1] * g[1] + g[2] * g[2];
             for (int i = 0; i < 3; ++i) K[c][i] += 2. * length2 * mu * V;
             addTwistBlock(q, U, K[c]);
+            addOuter(q, (cellDilation ? -2. / 3. * mu : lambda) * V, K[c]);
             if (cellDilation)
                 for (int i = 0; i < 3; ++i) bulk[c][i] += V * q[i];
-            else
-                addOuter(q, lambda * V, K[c]);
         }
     }
     if (cellDilation) {
-        const Pack share = cellVolume > 0 ? lambda / cellVolume : all(0);
+        const Pack share = cellVolume > 0 ? (lambda + 2. / 3. * mu) / cellVolume : all(0);
         for (int c = 0; c < tetmesh::kCorners; ++c) addOuter(bulk[c], share, K[c]);
     }
     scatter(batch, K, patch.stride, patch.out);

@@ -45,7 +45,8 @@ struct Bar {
     {
         Vec3 u;
         for (int d = 0; d < 3; ++d)
-            u[d] = test::weightedMean(endArea, [&](std::size_t i) { return state.x[i][d] - block.h * block.nodes[i].toVec()[d]; });
+            u[d] = test::weightedMean(
+                endArea, [&](std::size_t i) { return state.x[i][d] - block.h * block.nodes[i].toVec()[d]; });
         return u;
     }
 };
@@ -60,8 +61,8 @@ struct Cantilever {
 
 void PrintTo(const Cantilever& c, std::ostream* out)
 {
-    *out << (c.kind == Kind::six ? "six" : "five") << (c.volumetric == Volumetric::cell ? " + cell dilation" : "") << ", "
-         << c.thick << " cells thick, nu = " << c.nu;
+    *out << (c.kind == Kind::six ? "six" : "five") << (c.volumetric == Volumetric::cell ? " + cell dilation" : "")
+         << ", " << c.thick << " cells thick, nu = " << c.nu;
 }
 
 /// Tip deflection of an 8 x 1 x 1 cantilever under a small end load, over Timoshenko's.
@@ -83,27 +84,28 @@ class CantileverCases : public testing::TestWithParam<Cantilever> {};
 
 TEST_P(CantileverCases, TipDeflectionMatchesReference)
 {
-    // The reference code's spread of the end load and shear coefficient are not known: either changes the ratio by 1-2 %.
-    constexpr double kReferenceSpread = 0.03;
+    // The table has three digits. Which of the two mirrored halves of a five-tet lattice the reference put at the
+    // origin is not known: it changes the ratio by 1 %.
+    const double kRounding = 0.0005, kMirrored = GetParam().kind == Kind::five ? 0.015 : 0.002;
     const double ratio = deflectionRatio(GetParam());
     std::printf("%s: %.4f (reference %.3f)\n", testing::PrintToString(GetParam()).c_str(), ratio, GetParam().expected);
-    EXPECT_NEAR(ratio, GetParam().expected, kReferenceSpread * GetParam().expected);
+    EXPECT_NEAR(ratio, GetParam().expected, kRounding + kMirrored * GetParam().expected);
 }
 
 INSTANTIATE_TEST_SUITE_P(
     Table, CantileverCases,
-    testing::Values(Cantilever{Kind::six, Volumetric::none, 2, .3, .504}, Cantilever{Kind::six, Volumetric::none, 2, .49, .108},
-                    Cantilever{Kind::six, Volumetric::none, 4, .3, .786}, Cantilever{Kind::six, Volumetric::none, 4, .49, .288},
-                    Cantilever{Kind::six, Volumetric::none, 8, .3, .928},
-                    Cantilever{Kind::six, Volumetric::cell, 2, .3, .684}, Cantilever{Kind::six, Volumetric::cell, 2, .49, .663},
-                    Cantilever{Kind::six, Volumetric::cell, 2, .499, .661},
-                    Cantilever{Kind::six, Volumetric::cell, 4, .3, .881}, Cantilever{Kind::six, Volumetric::cell, 4, .49, .858},
-                    Cantilever{Kind::six, Volumetric::cell, 8, .49, .940},
-                    Cantilever{Kind::five, Volumetric::none, 2, .3, .669}, Cantilever{Kind::five, Volumetric::none, 2, .49, .586},
-                    Cantilever{Kind::five, Volumetric::none, 4, .3, .883}, Cantilever{Kind::five, Volumetric::none, 4, .49, .820},
-                    Cantilever{Kind::five, Volumetric::cell, 2, .3, .747}, Cantilever{Kind::five, Volumetric::cell, 2, .49, .725},
-                    Cantilever{Kind::five, Volumetric::cell, 4, .3, .910}, Cantilever{Kind::five, Volumetric::cell, 4, .49, .888},
-                    Cantilever{Kind::five, Volumetric::cell, 8, .49, .950}));
+    testing::Values(
+        Cantilever{Kind::six, Volumetric::none, 2, .3, .504}, Cantilever{Kind::six, Volumetric::none, 2, .49, .108},
+        Cantilever{Kind::six, Volumetric::none, 4, .3, .786}, Cantilever{Kind::six, Volumetric::none, 4, .49, .288},
+        Cantilever{Kind::six, Volumetric::none, 8, .3, .928}, Cantilever{Kind::six, Volumetric::cell, 2, .3, .684},
+        Cantilever{Kind::six, Volumetric::cell, 2, .49, .663}, Cantilever{Kind::six, Volumetric::cell, 2, .499, .661},
+        Cantilever{Kind::six, Volumetric::cell, 4, .3, .881}, Cantilever{Kind::six, Volumetric::cell, 4, .49, .858},
+        Cantilever{Kind::six, Volumetric::cell, 8, .49, .940}, Cantilever{Kind::five, Volumetric::none, 2, .3, .669},
+        Cantilever{Kind::five, Volumetric::none, 2, .49, .586}, Cantilever{Kind::five, Volumetric::none, 4, .3, .883},
+        Cantilever{Kind::five, Volumetric::none, 4, .49, .820}, Cantilever{Kind::five, Volumetric::cell, 2, .3, .747},
+        Cantilever{Kind::five, Volumetric::cell, 2, .49, .725}, Cantilever{Kind::five, Volumetric::cell, 4, .3, .910},
+        Cantilever{Kind::five, Volumetric::cell, 4, .49, .888},
+        Cantilever{Kind::five, Volumetric::cell, 8, .49, .950}));
 
 TEST(Cantilever, CellDilationBendsNearlyIncompressibleBars)
 {
@@ -117,31 +119,32 @@ struct Elastica {
     double alpha, deflection, shortening;  ///< P L^2 / (E I), delta / L, (L - X) / L
 };
 
-class ElasticaCases : public testing::TestWithParam<Elastica> {};
-
-TEST_P(ElasticaCases, LargeDeflectionMatchesReference)
+TEST(ElasticaBar, LargeDeflectionMatchesReference)
 {
+    constexpr Elastica kReference[] = {
+        {1, .301721, .056433}, {2, .493457, .160642}, {3, .603253, .254420}, {5, .713792, .387628}};
     // Eight cells thick, tets bend 4 % too little (table of the cantilever); shear adds what the elastica leaves out.
     constexpr double kBendingError = 0.06;
-    constexpr int kSlenderness = 10, kThick = 8, kLoadSteps = 4;
+    constexpr int kSlenderness = 10, kThick = 8;
     constexpr double kE = 1, kInertia = 1. / 12;
     Bar bar(kSlenderness, kThick);
     const auto elastic = test::elasticOperator(bar.block, solver::makeMaterial(kE, 0, 1), Volumetric::cell);
+    solver::NewtonSettings settings = test::tightSettings();
+    settings.tolerance = 1e-6;  // far below the 6 % that are asked for
+    settings.linearTolerance = 1e-3;
     solver::State state = test::atRest(bar.block);
-    for (int s = 1; s <= kLoadSteps; ++s) {
-        bar.loadEnd({0, -GetParam().alpha * kE * kInertia / (kSlenderness * kSlenderness) * s / kLoadSteps, 0});
-        relax(state, elastic, bar.boundary);
+    for (const Elastica& e : kReference) {
+        bar.loadEnd({0, -e.alpha * kE * kInertia / (kSlenderness * kSlenderness), 0});
+        const auto report = solver::stepBackwardEuler(state, kStatic, {elastic, {}, bar.boundary}, settings);
+        EXPECT_EQ(report.status, solver::StepStatus::converged) << "alpha " << e.alpha;
+        const Vec3 u = bar.endDisplacement(state) / kSlenderness;
+        std::printf("alpha %g: delta/L %.6f (%.6f), (L-X)/L %.6f (%.6f)\n", e.alpha, -u.y(), e.deflection, -u.x(),
+                    e.shortening);
+        EXPECT_NEAR(-u.y(), e.deflection, kBendingError * e.deflection);
+        // Shortening goes with the square of the deflection: twice its error.
+        EXPECT_NEAR(-u.x(), e.shortening, 2 * kBendingError * e.shortening);
     }
-    const Vec3 u = bar.endDisplacement(state) / kSlenderness;
-    std::printf("alpha %g: delta/L %.6f (%.6f), (L-X)/L %.6f (%.6f)\n", GetParam().alpha, -u.y(), GetParam().deflection, -u.x(),
-                GetParam().shortening);
-    EXPECT_NEAR(-u.y(), GetParam().deflection, kBendingError * GetParam().deflection);
-    // Shortening goes with the square of the deflection: twice its error.
-    EXPECT_NEAR(-u.x(), GetParam().shortening, 2 * kBendingError * GetParam().shortening);
 }
-
-INSTANTIATE_TEST_SUITE_P(Alpha, ElasticaCases,
-                         testing::Values(Elastica{1, .301721, .056433}, Elastica{2, .493457, .160642}, Elastica{5, .713792, .387628}));
 
 /// Every kind of element.
 struct Scheme {
@@ -161,19 +164,22 @@ TEST_P(Schemes, UniaxialTensionFollowsHooke)
     // Corotational stress is linear in the stretch: the answer is exact at any strain, also with lateral contraction.
     const double E = 1e5, nu = .3, strain = .2;
     const test::Block bar = block({4, 2, 2}, .5);
-    // Symmetry planes instead of a clamp: x held at x = 0, y at y = 0, z at z = 0 would need single components; so the
-    // whole boundary is given and the reaction is what is compared.
-    solver::Boundary boundary = test::clamped(bar, [](Coord c) { return c.x == 0 || c.x == 4 || c.y % 2 == 0 || c.z % 2 == 0; });
-    for (Vec3& X : boundary.target) X = Vec3((1 + strain) * X.x(), (1 - nu * strain) * X.y(), (1 - nu * strain) * X.z());
+    // A clamp would hinder the contraction; so the whole boundary is given, and the reaction is compared.
+    solver::Boundary boundary =
+        test::clamped(bar, [](Coord c) { return c.x == 0 || c.x == 4 || c.y % 2 == 0 || c.z % 2 == 0; });
+    for (Vec3& X : boundary.target)
+        X = Vec3((1 + strain) * X.x(), (1 - nu * strain) * X.y(), (1 - nu * strain) * X.z());
     const auto elastic = test::elasticOperator(bar, solver::makeMaterial(E, nu, 1000), GetParam().volumetric);
     solver::State state = test::atRest(bar);
     const auto report = solver::stepBackwardEuler(state, kStatic, {elastic, {}, boundary}, test::tightSettings());
     EXPECT_EQ(report.status, solver::StepStatus::converged);
     Vec3 pull = Vec3::Zero();
     for (std::size_t i = 0; i < bar.nodes.size(); ++i) {
-        if (bar.nodes[i].x == 4) pull += report.reaction[i];
-        // The sides carry no traction: lateral contraction is free.
-        else if (bar.nodes[i].x > 0) EXPECT_LT(report.reaction[i].norm(), kSolved * E * strain);
+        if (bar.nodes[i].x == 4) {
+            pull += report.reaction[i];
+        } else if (bar.nodes[i].x > 0) {  // the sides carry no traction
+            EXPECT_LT(report.reaction[i].norm(), kSolved * E * strain);
+        }
     }
     EXPECT_NEAR(pull.x(), E * strain * 1, kSolved * E * strain);
     EXPECT_NEAR(report.elasticEnergy, .5 * E * strain * strain * 2, kSolved * E);
@@ -190,7 +196,8 @@ TEST_P(Schemes, SelfWeightBarStretchesQuadratically)
     relax(state, elastic, boundary);
     const auto area = test::nodalAreas(bar, [](Coord c) { return c.x == 8; });
     const double tip = test::weightedMean(area, [&](std::size_t i) { return state.x[i].x() - L; });
-    // Lumped weight is spread over a section as no uniform traction would be: an error at the ends, of second order in h / L.
+    // Lumped weight is spread over a section as no uniform traction would be: an error at the ends, of second order in
+    // h / L.
     constexpr double kLumping = 1. / 64;
     EXPECT_NEAR(tip, rho * g * L * L / (2 * E), kLumping * rho * g * L * L / (2 * E));
 }
@@ -201,7 +208,8 @@ TEST_P(Schemes, LinearBoundaryDisplacementIsLinearInside)
     const test::Block cube = block({4, 4, 4}, .25);
     Mat3 A;
     A << 1.10, .05, -.02, .03, .95, .04, -.01, .06, 1.02;
-    solver::Boundary boundary = test::clamped(cube, [](Coord c) { return c.x % 4 == 0 || c.y % 4 == 0 || c.z % 4 == 0; });
+    solver::Boundary boundary =
+        test::clamped(cube, [](Coord c) { return c.x % 4 == 0 || c.y % 4 == 0 || c.z % 4 == 0; });
     for (Vec3& X : boundary.target) X = A * X;
     const auto elastic = test::elasticOperator(cube, solver::makeMaterial(1e5, .3, 1000), GetParam().volumetric);
     solver::State state = test::atRest(cube);

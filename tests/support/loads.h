@@ -28,7 +28,8 @@ inline solver::NewtonSettings tightSettings()
 /// No node held, no force.
 inline solver::Boundary freeBoundary(std::size_t nodes)
 {
-    return {std::vector<std::uint8_t>(nodes, 0), std::vector<Vec3>(nodes, Vec3::Zero()), std::vector<Vec3>(nodes, Vec3::Zero())};
+    return {std::vector<std::uint8_t>(nodes, 0), std::vector<Vec3>(nodes, Vec3::Zero()),
+            std::vector<Vec3>(nodes, Vec3::Zero()), {}};
 }
 
 /// Holds every node for which `held(lattice coordinates)` at its rest position.
@@ -56,7 +57,8 @@ std::vector<double> nodalAreas(const Block& block, const On& on)
             for (int c : tets.corner[std::size_t(t)])
                 if (on(block.nodes[e.node[std::size_t(c)]])) face.push_back(e.node[std::size_t(c)]);
             if (face.size() != 3) continue;
-            const Vec3 a = block.nodes[face[0]].toVec(), b = block.nodes[face[1]].toVec(), c = block.nodes[face[2]].toVec();
+            const Vec3 a = block.nodes[face[0]].toVec(), b = block.nodes[face[1]].toVec(),
+                       c = block.nodes[face[2]].toVec();
             for (std::uint32_t i : face) area[i] += block.h * block.h * (b - a).cross(c - a).norm() / 6;
         }
     }

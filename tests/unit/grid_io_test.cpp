@@ -264,7 +264,7 @@ TEST_F(GridIo, VdbFileSurvivesWritingAndReading)
     const LevelSet phi = make(bodyOf(sphere(0.5)));
     NamedGrid level{"phi", &phi, {}, 1, "m"};
     NamedGrid energy{"energy", nullptr, {{{1, 2, 3}, {4, 5, -6}}, {1.5f, 2.5f}, {}, 0}, kDx, "J/m^3"};
-    NamedGrid velocity{"vel", nullptr, {{{0, 0, 0}}, {}, {Eigen::Vector3f(1, 2, 3)}, 0}, kDx, "m/s"};
+    NamedGrid velocity{"vel", nullptr, {{{0, 0, 0}}, {}, {Eigen::Vector3f(1, 2, 3)}, 0, true}, kDx, "m/s"};
     const fs::path file = folder_ / "frame.0001.vdb";
     writeVdb(file, {level, energy, velocity}, {{"creator", "a test"}, {"time", 0.5}, {"frame", std::int64_t{1}}});
 

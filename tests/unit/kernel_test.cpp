@@ -54,11 +54,12 @@ double referenceEnergy(const tetmesh::CutMesh& mesh, const std::vector<Vec3>& x,
             if (V == 0) continue;
             const Vec3 strain = solver::signedPolar(deformationGradient(mesh, e, t, x)).s - Vec3::Ones();
             energy += V * kGel.mu * strain.squaredNorm();
-            if (volumetric == Volumetric::none) energy += 0.5 * V * kGel.lambda * std::pow(strain.sum(), 2);
+            // Averaged is the whole bulk part, K = lambda + 2 mu/3; the tets keep the deviatoric part.
+            energy += 0.5 * V * (volumetric == Volumetric::none ? kGel.lambda : -2. / 3. * kGel.mu) * std::pow(strain.sum(), 2);
             bulk += V * strain.sum();
             volume += V;
         }
-        if (volumetric == Volumetric::cell) energy += 0.5 * kGel.lambda * bulk * bulk / volume;
+        if (volumetric == Volumetric::cell) energy += 0.5 * (kGel.lambda + 2. / 3. * kGel.mu) * bulk * bulk / volume;
     }
     return energy;
 }

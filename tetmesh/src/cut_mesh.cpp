@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <numeric>
 
 namespace vdbfrac::tetmesh {
 
@@ -45,7 +46,8 @@ std::vector<Coord> markedCoords(const NodeField<std::int32_t>& marks)
     return coords;
 }
 
-void sortUnique(std::vector<std::uint32_t>& v)
+template <class T>
+void sortUnique(std::vector<T>& v)
 {
     std::sort(v.begin(), v.end());
     v.erase(std::unique(v.begin(), v.end()), v.end());
@@ -382,6 +384,7 @@ CutUpdate CutMesh::update(std::span<const std::pair<Coord, float>> newPhi)
         changed.push_back(voxel);
         if (before < 0 && now >= 0) left.push_back(voxel);
     }
+    sortUnique(changed), sortUnique(left);  // a voxel may be listed twice
     CutUpdate update;
     update.changedVoxels = std::int64_t(changed.size());
     const std::vector<std::uint32_t> cells = cellsTouching(changed);
@@ -389,7 +392,11 @@ CutUpdate CutMesh::update(std::span<const std::pair<Coord, float>> newPhi)
     update.cutCells = std::int64_t(cells.size());
     update.classifiedNodes = std::int64_t(dirty.size());
     update.topologyChanged = !left.empty();
-    if (changed.empty()) return update;
+    if (changed.empty()) {
+        update.previousNode.resize(nodes_.size());
+        std::iota(update.previousNode.begin(), update.previousNode.end(), 0u);
+        return update;
+    }
 
     parallelChunks(cells.size(), 16, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) cutCell(cells_[cells[i]]);

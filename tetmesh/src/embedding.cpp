@@ -5,6 +5,8 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
+#include <set>
+#include <utility>
 
 namespace vdbfrac::tetmesh {
 
@@ -58,7 +60,8 @@ struct Welded {
     std::vector<std::uint32_t> cornerOfPoint;
 };
 
-Welded weld(const Soup& soup)
+/// `apart`: voxel nodes (by key) where neighbours are not joined.
+Welded weld(const Soup& soup, const std::set<std::uint64_t>& apart)
 {
     const std::size_t n = soup.corners.size();
     std::vector<std::uint32_t> order(n);
@@ -77,7 +80,8 @@ Welded weld(const Soup& soup)
     for (const Polygon& p : soup.polygons)
         for (int k = 0; k < p.size; ++k) {
             const std::uint32_t a = p.firstCorner + std::uint32_t(k), b = p.firstCorner + std::uint32_t((k + 1) % p.size);
-            if (soup.corners[a].node == 0 || soup.corners[a].node != soup.corners[b].node) continue;
+            const std::uint64_t node = soup.corners[a].node;
+            if (node == 0 || node != soup.corners[b].node || apart.count(node)) continue;
             const std::uint32_t ra = find(a), rb = find(b);
             root[std::max(ra, rb)] = std::min(ra, rb);
         }
@@ -92,6 +96,52 @@ Welded weld(const Soup& soup)
             welded.pointOfCorner[c] = welded.pointOfCorner[r];
     }
     return welded;
+}
+
+/// Calls visit(corners a, b, c) for each triangle of the polygons whose points are distinct.
+template <class Visit>
+void forTriangles(const Soup& soup, const Welded& welded, const Visit& visit)
+{
+    for (const Polygon& p : soup.polygons)
+        for (int k = 2; k < p.size; ++k) {
+            const std::uint32_t a = p.firstCorner, b = a + std::uint32_t(k) - 1, c = a + std::uint32_t(k);
+            const auto &point = welded.pointOfCorner;
+            if (point[a] != point[b] && point[b] != point[c] && point[c] != point[a]) visit(a, b, c);
+        }
+}
+
+/// Voxel nodes at the ends of edges with more than two triangles. Where a crack of no width ends, joining would pinch its
+/// two faces together along such an edge.
+std::set<std::uint64_t> pinchedNodes(const Soup& soup, const Welded& welded)
+{
+    std::vector<std::array<std::uint32_t, 3>> edges;  // least point, other point, a corner at either
+    std::vector<std::array<std::uint32_t, 2>> corners;
+    forTriangles(soup, welded, [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+        for (const auto& [from, to] : {std::pair{a, b}, std::pair{b, c}, std::pair{c, a}}) {
+            const std::uint32_t p = welded.pointOfCorner[from], q = welded.pointOfCorner[to];
+            edges.push_back({std::min(p, q), std::max(p, q), std::uint32_t(corners.size())});
+            corners.push_back({from, to});
+        }
+    });
+    std::sort(edges.begin(), edges.end());
+    std::set<std::uint64_t> nodes;
+    for (std::size_t i = 2; i < edges.size(); ++i)
+        if (edges[i][0] == edges[i - 2][0] && edges[i][1] == edges[i - 2][1])
+            for (std::uint32_t corner : corners[edges[i][2]]) nodes.insert(soup.corners[corner].node);
+    nodes.erase(0);
+    return nodes;
+}
+
+/// Joins wherever that leaves a surface with two triangles an edge.
+Welded weldManifold(const Soup& soup)
+{
+    std::set<std::uint64_t> apart;
+    for (;;) {
+        Welded welded = weld(soup, apart);
+        const std::size_t before = apart.size();
+        apart.merge(pinchedNodes(soup, welded));
+        if (apart.size() == before) return welded;
+    }
 }
 
 }  // namespace
@@ -117,22 +167,18 @@ EmbeddedSurface extractSurface(const CutMesh& mesh)
     for (const Cell& cell : mesh.cells())
         for (const Piece& piece : cell.pieces)
             if (piece.cut.polygonSize > 0) addPiece(soup, mesh, cell, piece);
-    const Welded welded = weld(soup);
+    const Welded welded = weldManifold(soup);
 
     EmbeddedSurface surface;
     for (std::uint32_t c : welded.cornerOfPoint) surface.points.push_back(soup.corners[c].point);
     const std::vector<Vec3> rest = restPositions(mesh);
-    for (const Polygon& p : soup.polygons)
-        for (int k = 2; k < p.size; ++k) {
-            const std::array<std::uint32_t, 3> c{p.firstCorner, p.firstCorner + std::uint32_t(k) - 1, p.firstCorner + std::uint32_t(k)};
-            const std::array<std::uint32_t, 3> v{welded.pointOfCorner[c[0]], welded.pointOfCorner[c[1]], welded.pointOfCorner[c[2]]};
-            if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0]) continue;
-            surface.triangles.push_back(v);
-            const int torn = soup.corners[c[0]].torn + soup.corners[c[1]].torn + soup.corners[c[2]].torn;
-            surface.torn.push_back(torn >= 2);
-            const Vec3 o = surface.points[v[0]].at(rest);
-            surface.cutArea += 0.5 * (surface.points[v[1]].at(rest) - o).cross(surface.points[v[2]].at(rest) - o).norm();
-        }
+    forTriangles(soup, welded, [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+        const std::array<std::uint32_t, 3> v{welded.pointOfCorner[a], welded.pointOfCorner[b], welded.pointOfCorner[c]};
+        surface.triangles.push_back(v);
+        surface.torn.push_back(soup.corners[a].torn + soup.corners[b].torn + soup.corners[c].torn >= 2);
+        const Vec3 o = surface.points[v[0]].at(rest);
+        surface.cutArea += 0.5 * (surface.points[v[1]].at(rest) - o).cross(surface.points[v[2]].at(rest) - o).norm();
+    });
     return surface;
 }
 

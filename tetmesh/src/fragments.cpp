@@ -88,13 +88,15 @@ void FragmentTracker::update(const CutMesh& mesh, std::span<const std::uint32_t>
     for (std::size_t i = 0; i < fragments_.size(); ++i) index[fragments_[i].id] = i;
     for (Fragment& f : fragments_) f.restVolume = 0;
 
+    std::vector<bool> taken(fragments_.size());
     std::vector<std::uint32_t> id(found.volume.size());
     for (std::uint32_t c : bySize(found)) {
         const std::uint32_t old = ofNode_[previousNode[found.leastNode[c]]];
-        Fragment& parent = fragments_[index.at(old)];
-        if (parent.restVolume == 0) {  // the largest part keeps the id
+        const std::size_t parent = index.at(old);
+        if (!taken[parent]) {  // the largest part keeps the id
+            taken[parent] = true;
             id[c] = old;
-            parent.restVolume = found.volume[c];
+            fragments_[parent].restVolume = found.volume[c];
         } else {
             id[c] = nextId++;
             fragments_.push_back({id[c], std::int64_t(old), time, found.volume[c]});

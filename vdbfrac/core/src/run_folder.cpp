@@ -25,10 +25,12 @@ constexpr const char* kOwnEntries[] = {"scene.toml", "run.json", "run.log", "sta
 void prepare(const fs::path& folder, bool overwrite)
 {
     std::error_code error;
-    if (fs::exists(folder) && !fs::is_directory(folder)) throw FileError(folder.string(), "is a file, not a folder");
+    if (fs::is_regular_file(folder, error)) throw FileError(folder.string(), "is a file, not a folder");
     fs::create_directories(folder, error);
     if (error) throw FileError(folder.string(), "cannot be made: " + error.message());
-    if (!fs::is_empty(folder) && !overwrite)
+    const bool empty = fs::is_empty(folder, error);
+    if (error) throw FileError(folder.string(), "cannot be read: " + error.message());
+    if (!empty && !overwrite)
         throw FileError(folder.string(), "is not empty; use --overwrite to replace an earlier run, or another folder");
     for (const char* entry : kOwnEntries) {
         fs::remove_all(folder / entry, error);
@@ -72,6 +74,22 @@ std::set<std::string> stageColumns(const std::vector<StepRecord>& steps)
     return columns;
 }
 
+/// Fields that the core itself writes.
+bool isCoreField(const std::string& name)
+{
+    static constexpr const char* kNames[] = {"phi", "energy", "surface", "vel", "fragment_id"};
+    return std::find(std::begin(kNames), std::end(kNames), name) != std::end(kNames);
+}
+
+void requireSources(const scene::Scene& scene, const Stages& stages)
+{
+    for (const std::string& name : scene.output.vdb) {
+        const bool offered = std::any_of(stages.fields.begin(), stages.fields.end(), [&](const FieldSource* f) { return f->fieldName() == name; });
+        if (!offered && !isCoreField(name))
+            throw InputError({"output.vdb", "nothing in this scene makes the field '" + name + "'", "", "name the effect that makes it, or leave the field out"});
+    }
+}
+
 bool isWorldField(const std::string& name) { return name == "surface" || name == "vel" || name == "fragment_id"; }
 
 }  // namespace
@@ -102,11 +120,11 @@ std::string statsText(const std::vector<StepRecord>& steps, const scene::Scene& 
     return text;
 }
 
-RunFolder::RunFolder(fs::path folder, const scene::Scene& scene, const std::string& resolvedScene, bool overwrite)
+RunFolder::RunFolder(fs::path folder, const scene::Scene& scene, const Stages& stages, bool overwrite)
     : folder_(std::move(folder)), scene_(scene)
 {
+    requireSources(scene, stages);
     prepare(folder_, overwrite);
-    writeText(folder_ / "scene.toml", resolvedScene);
     if (!scene.output.vdb.empty()) fs::create_directory(folder_ / "vdb");
     if (scene.output.obj) {
         fs::create_directory(folder_ / "obj");

@@ -67,12 +67,12 @@ void Simulation::addBody(const scene::Scene& scene, const scene::Body& spec, std
 
 void Simulation::warnOfThinParts(const Body& body)
 {
-    constexpr double kThin = 4;  // cells: with fewer, bending is off by more than 15 % at nu = .49
-    double surface = tetmesh::extractSurface(body.mesh).cutArea;
-    const double thickness = 2 * body.startVolume / surface / h_;  // of a plate with this volume and surface
+    constexpr double kThin = 2;  // cells: a plate this thin, or a rod twice as thick, bends far too stiffly or too softly
+    const double surface = tetmesh::extractSurface(body.mesh).cutArea;
+    const double thickness = 2 * body.startVolume / surface / h_;  // exact for a plate, half the diameter of a rod
     if (thickness >= kThin) return;
     char text[160];
-    std::snprintf(text, sizeof text, "body '%s' is about %.1f lattice cells thick; bending needs 4 or more (finer grid.voxel_size)",
+    std::snprintf(text, sizeof text, "body '%s' is thin: volume and surface are those of a plate %.1f lattice cells thick; bending needs 4",
                   body.name.c_str(), thickness);
     stages_.notes.push_back(text);
 }
@@ -157,6 +157,8 @@ void Simulation::solve(StepRecord& record, double dt)
     solver::Boundary boundary;
     for (;; dt *= 0.5, ++record.cutbacks, state_ = saved) {
         boundary = grips_->boundary(time_ + dt, state_.x.size());
+        for (const Body& body : bodies_)
+            boundary.part.insert(boundary.part.end(), body.fragments.ofNode().begin(), body.fragments.ofNode().end());
         report = solver::stepBackwardEuler(state_, dt, {*elastic_, stages_.solve, boundary}, newton_);
         record.newtonIterations += report.newtonIterations;
         record.linearIterations += report.linearIterations;

@@ -1,4 +1,5 @@
-// Rayleigh damping: force -(a M + b K) v, with K the definite tangent at the start of the step.
+// Rayleigh damping: force -(a M + b K) v, with K linear elasticity in the rotated frame of each tet at the start of the
+// step: it resists the rate of strain, never a rigid turn.
 //
 // Over a step v = (x - x_n) / dt, so it is the gradient of U(x) = (x - x_n).(a M + b K)(x - x_n) / (2 dt).
 // a mass coefficient [1/s]: slows everything, also free flight; b stiffness coefficient [s]: slows deformation only.
@@ -33,7 +34,7 @@ public:
         elastic_ = &start.elastic;
         if (b_ == 0) return;
         elastic_->evaluate(start.x, {}, &tangent_);
-        elastic_->project(tangent_);
+        elastic_->warp(tangent_);
     }
 
     double evaluate(std::span<const Vec3> x, std::span<Vec3> gradient) const override

@@ -172,7 +172,7 @@ std::vector<double> Fracture::energies(const core::GridContext& context, const c
         for (std::size_t a = 0; a < 4; ++a)
             F += context.x[body.firstNode + element.node[std::size_t(tets.corner[std::size_t(t)][a])]] *
                  Eigen::Map<const Vec3>(tets.gradient[std::size_t(t)][a].data()).transpose() / h_;
-        return solver::tensileEnergyDensity(F, body.material);
+        return solver::tensilePart(full(e, t), F, body.material);
     };
     const grid::TetEnergy energy = values_.text("driver") == "tension" ? grid::TetEnergy(tension) : grid::TetEnergy(full);
     std::vector<Coord> voxels;

@@ -61,7 +61,7 @@ void requireSolid(const tetmesh::SurfaceReport& report, const scene::MeshFile& m
         complain(build, file + " has no faces with area", "a closed surface", "");
     if (!report.closed)
         complain(build, file + " is not closed: " + std::to_string(report.openEdges) + " open edges",
-                 "a closed surface", "close its holes, or wrap it: vdbfrac relevel --close-holes, --wrap");
+                 "a closed surface", "close its holes in a modelling program, or give a level set (.vdb) instead");
 }
 
 }  // namespace

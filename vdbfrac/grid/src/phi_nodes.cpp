@@ -17,9 +17,6 @@ namespace {
 using Grid = openvdb::FloatGrid;
 using Leaf = Grid::TreeType::LeafNodeType;
 
-/// Voxels round a change that its re-levelling reaches: the half width of the narrowest band and one more.
-constexpr int kReach = 4;
-
 openvdb::Coord leafOrigin(const openvdb::Coord& c) { return {c.x() & ~7, c.y() & ~7, c.z() & ~7}; }
 
 openvdb::CoordBBox materialBounds(const Grid& grid)
@@ -30,13 +27,14 @@ openvdb::CoordBBox materialBounds(const Grid& grid)
     return box;
 }
 
-std::set<openvdb::Coord> touchedLeaves(const PhiChanges& raised)
+/// Leaves that hold a voxel within `reach` of a change: as far as the band goes, and one more.
+std::set<openvdb::Coord> touchedLeaves(const PhiChanges& raised, int reach)
 {
     std::set<openvdb::Coord> leaves;
     for (const auto& [voxel, value] : raised)
-        for (int corner = 0; corner < 8; ++corner)
-            leaves.insert(leafOrigin(toVdb(voxel).offsetBy(corner & 1 ? kReach : -kReach, corner & 2 ? kReach : -kReach,
-                                                           corner & 4 ? kReach : -kReach)));
+        for (int x = -reach; x <= reach; x += reach)  // steps of 8 or less skip no leaf
+            for (int y = -reach; y <= reach; y += reach)
+                for (int z = -reach; z <= reach; z += reach) leaves.insert(leafOrigin(toVdb(voxel).offsetBy(x, y, z)));
     return leaves;
 }
 
@@ -152,7 +150,7 @@ PhiChanges raiseAndRelevel(LevelSet& phi, const PhiChanges& raised, RelevelWork&
 {
     Grid& grid = *phi.grid().grid;
     const float background = grid.background();
-    const std::set<openvdb::Coord> touched = touchedLeaves(raised);
+    const std::set<openvdb::Coord> touched = touchedLeaves(raised, std::min(8, int(std::lround(background / grid.voxelSize()[0])) + 1));
     std::map<openvdb::Coord, Leaf> before;
     for (const openvdb::Coord& origin : touched) before.emplace(origin, *grid.tree().touchLeaf(origin));
 

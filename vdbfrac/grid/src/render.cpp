@@ -1,10 +1,11 @@
 #include <vdbfrac/grid/render.h>
 
+#include "surface_solid.h"
+
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/base/parallel.h>
 
 #include <openvdb/openvdb.h>
-#include <openvdb/tools/MeshToVolume.h>
 #include <openvdb/tools/RayIntersector.h>
 #include <openvdb/tools/RayTracer.h>
 
@@ -21,57 +22,12 @@ namespace {
 using Rgb = Eigen::Array3f;
 using openvdb::Vec3d;
 
-constexpr float kBand = 3;                 // voxels
-constexpr double kFarthestVoxel = 1 << 20;  // a level set of more voxels along an axis has no picture worth its memory
 constexpr double kFocal = 50, kAperture = 41.2136;  // mm, Houdini's default camera
 const Rgb kNeutral(0.72f, 0.71f, 0.68f), kTorn(0.80f, 0.10f, 0.07f);
 const Rgb kSkyTop(0.93f, 0.94f, 0.95f), kSkyBottom(0.76f, 0.78f, 0.80f);
 const Rgb kKeyLight(0.78f, 0.77f, 0.74f), kFillLight(0.16f, 0.18f, 0.22f), kAmbient(0.20f, 0.20f, 0.20f);
 
 Vec3d toVdb(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
-
-/// What tools::meshToVolume asks a mesh for, in voxels.
-struct Triangles {
-    const tetmesh::Surface& surface;
-    double voxelSize;
-
-    std::size_t polygonCount() const { return surface.triangles.size(); }
-    std::size_t pointCount() const { return surface.points.size(); }
-    std::size_t vertexCount(std::size_t) const { return 3; }
-    void getIndexSpacePoint(std::size_t n, std::size_t v, Vec3d& p) const
-    {
-        p = toVdb(surface.points[surface.triangles[n][v]] / voxelSize);
-    }
-};
-
-/// A solid to look at: its level set, and the number of the closest triangle at each voxel of the band.
-struct Solid {
-    openvdb::FloatGrid::Ptr phi;
-    openvdb::Int32Grid::Ptr closest;
-};
-
-/// meshToVolume crashes on what this refuses.
-void requireDrawable(const tetmesh::Surface& surface, double voxelSize)
-{
-    if (!(voxelSize > 0)) throw Error("a picture needs a voxel size above 0");
-    for (const Vec3& x : surface.points)
-        if (!x.allFinite() || x.cwiseAbs().maxCoeff() > kFarthestVoxel * voxelSize)
-            throw Error("a picture of a surface with coordinates that are not finite or too large for its voxel size");
-    for (const auto& triangle : surface.triangles)
-        for (std::uint32_t corner : triangle)
-            if (corner >= surface.points.size()) throw Error("a picture of a surface with indices out of range");
-}
-
-Solid makeSolid(const tetmesh::Surface& surface, double voxelSize)
-{
-    const auto transform = openvdb::math::Transform::createLinearTransform(voxelSize);
-    auto closest = openvdb::Int32Grid::create(openvdb::util::INVALID_IDX);
-    closest->setTransform(transform);
-    auto phi = openvdb::tools::meshToVolume<openvdb::FloatGrid>(Triangles{surface, voxelSize}, *transform, kBand, kBand,
-                                                                0, closest.get());
-    phi->setGridClass(openvdb::GRID_LEVEL_SET);
-    return {phi, closest};
-}
 
 struct Lights {
     Vec3d key, fill;  // towards the light
@@ -91,7 +47,7 @@ Lights lights(const View& view)
 /// Colours of the pixels of some rows. Each thread has its own: accessors are not shared.
 class Tracer {
 public:
-    Tracer(const tetmesh::Surface& surface, const Solid* solid, const View& view,
+    Tracer(const tetmesh::Surface& surface, const SurfaceSolid* solid, const View& view,
            const openvdb::tools::PerspectiveCamera& camera)
         : surface_(surface), view_(view), camera_(camera), lights_(lights(view))
     {
@@ -162,16 +118,15 @@ openvdb::tools::PerspectiveCamera makeCamera(openvdb::tools::Film& film, const V
 }
 
 /// The ray tracer refuses level sets without a band.
-bool isVisible(const Solid& solid) { return solid.phi->activeVoxelCount() > 0; }
+bool isVisible(const SurfaceSolid& solid) { return solid.phi->activeVoxelCount() > 0; }
 
 }  // namespace
 
 Image render(const tetmesh::Surface& surface, const View& view, double voxelSize)
 {
-    requireDrawable(surface, voxelSize);
     if (view.width < 1 || view.height < 1 || !(view.extent > 0) || !(view.direction.norm() > 0))
         throw Error("a picture needs a size, an extent and a direction");
-    const Solid solid = makeSolid(surface, voxelSize);
+    const SurfaceSolid solid = makeSurfaceSolid(surface, voxelSize);
     openvdb::tools::Film film(std::size_t(view.width), std::size_t(view.height));
     const openvdb::tools::PerspectiveCamera camera = makeCamera(film, view);
     Image image{view.width, view.height, std::vector<std::uint8_t>(3 * film.numPixels())};

@@ -48,7 +48,7 @@ openvdb::GridBase::Ptr fill(const VoxelValues& values, const Value& background)
 
 openvdb::GridBase::Ptr fromValues(const VoxelValues& values, double voxelSize)
 {
-    const bool vectors = !values.vectors.empty();
+    const bool vectors = values.isVector;
     assert(values.coords.size() == (vectors ? values.vectors.size() : values.scalars.size()));
     openvdb::GridBase::Ptr grid = vectors
                                       ? fill<openvdb::Vec3SGrid>(values, openvdb::Vec3s(values.background))
@@ -115,7 +115,7 @@ Placement placement(const openvdb::FloatGrid& grid, const std::string& file)
     const auto refuse = [&](const std::string& what) {
         throw InputError({file, "grid '" + grid.getName() + "' " + what,
                           "one voxel size > 0 along x, y and z, no rotation",
-                          "resample it, for example with 'vdbfrac relevel'"});
+                          "resample it in the program it comes from"});
     };
     if (!grid.transform().isLinear()) refuse("has a transform that is not linear");
     const openvdb::Mat4d m = grid.transform().baseMap()->getAffineMap()->getMat4();

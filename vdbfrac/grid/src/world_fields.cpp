@@ -10,6 +10,7 @@ WorldFields worldFields(const tetmesh::Surface& surface, std::span<const Vec3> p
     SurfaceSolid solid = makeSurfaceSolid(surface, voxelSize);
     WorldFields fields;
     fields.fragment.background = -1;
+    fields.velocity.isVector = true;
     for (auto it = solid.closest->cbeginValueOn(); it; ++it) {
         const std::size_t n = std::size_t(std::uint32_t(*it));
         if (n >= surface.triangles.size()) continue;

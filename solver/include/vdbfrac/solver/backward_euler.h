@@ -32,6 +32,7 @@ struct Boundary {
     std::vector<std::uint8_t> fixed;  ///< 1 for a prescribed node; one entry a node
     std::vector<Vec3> target;         ///< m, read where fixed
     std::vector<Vec3> force;          ///< N on each node
+    std::vector<std::uint32_t> part;  ///< of each node: number of its connected part; empty: all is one part
 };
 
 enum class StepStatus { converged, capped };
@@ -54,6 +55,8 @@ struct System {
     const Boundary& boundary;
 };
 
+/// A part without fixed nodes keeps its momentum balance to rounding, however loose the tolerances: what the linear
+/// solver left of its mean force is taken out by a shift of the part.
 /// Advances `state` by dt [s]; dt = infinity asks for the static equilibrium. On StepStatus::capped the state is the
 /// last iterate, and the caller decides whether to keep it.
 [[nodiscard]] StepReport stepBackwardEuler(State& state, double dt, const System& system, const NewtonSettings& settings);

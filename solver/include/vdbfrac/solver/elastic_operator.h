@@ -71,6 +71,9 @@ public:
 
     /// Makes the tangent positive semidefinite: clamps the twist eigenvalues (Smith et al. 2019, section 4).
     void project(Tangent& tangent) const;
+    /// Makes the tangent that of linear elasticity in the rotated frame of each tet ("stiffness warping"; Mueller & Gross
+    /// 2004): semidefinite, free of stress terms.
+    void warp(Tangent& tangent) const;
     /// out += K u.
     void addProduct(const Tangent& tangent, std::span<const Vec3> u, std::span<Vec3> out) const;
     /// Adds the 3x3 diagonal blocks of K.

@@ -28,8 +28,8 @@ struct FrameRecord {
 class RunFolder {
 public:
     /// Makes the folder. A folder that is not empty is refused unless `overwrite`, which removes what an earlier run of
-    /// this program left in it and nothing else. Writes scene.toml (`resolvedScene`). Throws FileError.
-    RunFolder(std::filesystem::path folder, const scene::Scene& scene, const std::string& resolvedScene, bool overwrite);
+    /// this program left in it and nothing else. Throws FileError; InputError for an output field that nothing makes.
+    RunFolder(std::filesystem::path folder, const scene::Scene& scene, const Stages& stages, bool overwrite);
 
     const std::filesystem::path& path() const { return folder_; }
 

@@ -15,9 +15,10 @@ namespace vdbfrac::grid {
 /// Values at voxel coordinates, to be written as a float or a Vec3s grid.
 struct VoxelValues {
     std::vector<Coord> coords;
-    std::vector<float> scalars;       ///< one a voxel, or empty
-    std::vector<Eigen::Vector3f> vectors;  ///< one a voxel, or empty
+    std::vector<float> scalars;            ///< one a voxel, unless `isVector`
+    std::vector<Eigen::Vector3f> vectors;  ///< one a voxel, when `isVector`
     float background = 0;
+    bool isVector = false;                 ///< says the type of the grid also when it holds nothing
 };
 
 /// One grid of a file: a level set in rest space, or values on voxels.

@@ -1,0 +1,302 @@
+// Backward Euler in time against what it must keep, lose and reproduce.
+#include "loads.h"
+
+#include <vdbfrac/base/hash.h>
+#include <vdbfrac/base/parallel.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+
+using namespace vdbfrac;
+using solver::Volumetric;
+
+namespace {
+
+solver::StepReport step(solver::State& state, double dt, const solver::ElasticOperator& elastic,
+                        const solver::Boundary& boundary,
+                        const solver::NewtonSettings& settings = test::tightSettings())
+{
+    return solver::stepBackwardEuler(state, dt, {elastic, {}, boundary}, settings);
+}
+
+/// Shakes positions by `size` lattice spacings and velocities by `speed`.
+solver::State shaken(const test::Block& block, double size, double speed, unsigned seed)
+{
+    solver::State state = test::atRest(block);
+    std::mt19937 random(seed);
+    for (std::size_t i = 0; i < state.x.size(); ++i) {
+        state.x[i] += test::randomVec(random, size * block.h);
+        state.v[i] = test::randomVec(random, speed);
+    }
+    return state;
+}
+
+bool finite(const solver::State& state)
+{
+    bool all = true;
+    for (std::size_t i = 0; i < state.x.size(); ++i) all = all && state.x[i].allFinite() && state.v[i].allFinite();
+    return all;
+}
+
+TEST(BackwardEuler, FreeFallIsExact)
+{
+    constexpr double kExact = 1e-12;  // relative: rounding of some hundred steps and sums
+    constexpr double g = 9.81, dt = 0.05;
+    const test::Block block({3, 2, 2}, 0.1);
+    const auto elastic = test::elasticOperator(block, solver::makeMaterial(1e4, .3, 1000));
+    solver::Boundary boundary = test::freeBoundary(block.nodes.size());
+    for (std::size_t i = 0; i < boundary.force.size(); ++i) boundary.force[i] = Vec3(0, 0, -g * elastic.mass()[i]);
+    solver::State state = test::atRest(block);
+    for (int n = 1; n <= 40; ++n) {
+        EXPECT_EQ(step(state, dt, elastic, boundary).status, solver::StepStatus::converged);
+        const double fallen = g * dt * dt * n * (n + 1) / 2;
+        for (std::size_t i = 0; i < state.x.size(); ++i) {
+            const Vec3 u = state.x[i] - block.h * block.nodes[i].toVec();
+            EXPECT_NEAR(-u.z(), fallen, kExact * (fallen + 1)) << n;
+            EXPECT_LT(std::hypot(u.x(), u.y()), kExact * (fallen + 1));
+        }
+    }
+}
+
+TEST(BackwardEuler, LinearMomentumIsKept)
+{
+    constexpr double kAStep = 1e-13;  // relative to sum m |v|: rounding of the sums
+    const test::Block block({5, 4, 3}, 0.1);
+    const auto elastic = test::elasticOperator(block, solver::makeMaterial(1e5, .3, 1000));
+    const solver::Boundary boundary = test::freeBoundary(block.nodes.size());
+    solver::State state = shaken(block, 0.1, 1, 1);
+    for (Vec3& v : state.v) v += Vec3(1, 2, -1);
+    const test::Momentum start = test::momentum(elastic, state.v);
+    for (int n = 1; n <= 20; ++n) {
+        const Vec3 before = test::momentum(elastic, state.v).linear;
+        EXPECT_EQ(step(state, 0.01, elastic, boundary).status, solver::StepStatus::converged);
+        const double drift = (test::momentum(elastic, state.v).linear - before).norm() / start.scale;
+        EXPECT_LE(drift, kAStep) << "step " << n;
+    }
+}
+
+TEST(BackwardEuler, SettingsOfAUserKeepMomentumToo)
+{
+    // What the solve leaves of the gradient must not push the body as a whole.
+    constexpr double kAStep = 1e-13;
+    const test::Block block({5, 4, 3}, 0.1);
+    const auto elastic = test::elasticOperator(block, solver::makeMaterial(1e5, .3, 1000));
+    const solver::Boundary boundary = test::freeBoundary(block.nodes.size());
+    solver::State state = shaken(block, 0.1, 1, 1);
+    for (Vec3& v : state.v) v += Vec3(1, 2, -1);
+    const test::Momentum start = test::momentum(elastic, state.v);
+    double worst = 0;
+    for (int n = 1; n <= 20; ++n) {
+        const Vec3 before = test::momentum(elastic, state.v).linear;
+        EXPECT_EQ(step(state, 0.01, elastic, boundary, {}).status, solver::StepStatus::converged);
+        worst = std::max(worst, (test::momentum(elastic, state.v).linear - before).norm() / start.scale);
+    }
+    std::printf("worst drift of momentum a step, default settings: %.2e\n", worst);
+    EXPECT_LE(worst, kAStep);
+}
+
+TEST(BackwardEuler, StiffBodySpinsDownAsPredicted)
+{
+    constexpr double w0 = 2, dt = 0.01;
+    constexpr double kNextOrder = 2 * (w0 * dt) * (w0 * dt);  // relative: the first term that the formula leaves out
+    const test::Block block({2, 2, 2}, 0.1);
+    const auto elastic = test::elasticOperator(block, solver::makeMaterial(1e9, .3, 1000));
+    const solver::Boundary boundary = test::freeBoundary(block.nodes.size());
+    solver::State state = test::atRest(block);
+    const Vec3 centre = Vec3::Constant(block.h);
+    // Lumped masses favour the corners on the tets' common diagonal: of the axes through the centre, that one is
+    // principal.
+    const Vec3 axis = Vec3::Ones().normalized();
+    for (std::size_t i = 0; i < state.x.size(); ++i) {
+        state.x[i] -= centre;
+        state.v[i] = w0 * axis.cross(state.x[i]);
+    }
+    for (int n = 1; n <= 200; ++n) {
+        EXPECT_EQ(step(state, dt, elastic, boundary).status, solver::StepStatus::converged);
+        double spin = 0, inertia = 0;
+        for (std::size_t i = 0; i < state.x.size(); ++i) {
+            spin += elastic.mass()[i] * axis.dot(state.x[i].cross(state.v[i]));
+            inertia += elastic.mass()[i] * axis.cross(state.x[i]).squaredNorm();
+        }
+        const double expected = w0 / std::sqrt(1 + 2 * w0 * w0 * dt * (n * dt));
+        EXPECT_NEAR(spin / inertia, expected, kNextOrder * expected) << n;
+    }
+}
+
+/// A bar of 16 cells fixed at x = 0, released from the shape of its first axial mode; nu = 0.
+struct AxialBar {
+    static constexpr double kE = 1, kRho = 1, kLength = 1, kStretch = 1e-3;
+    static constexpr int kCells = 16;
+    test::Block block{{kCells, 2, 2}, kLength / kCells};
+    solver::ElasticOperator elastic = test::elasticOperator(block, solver::makeMaterial(kE, 0, kRho));
+    solver::Boundary boundary = test::clamped(block, [](Coord c) { return c.x == 0; });
+    std::vector<double> endArea = test::nodalAreas(block, [](Coord c) { return c.x == kCells; });
+    solver::State state = test::atRest(block);
+    double period = 4 * kLength * std::sqrt(kRho / kE);
+
+    AxialBar()
+    {
+        for (Vec3& x : state.x) x.x() += kStretch * std::sin(std::numbers::pi * x.x() / (2 * kLength));
+    }
+    double tip() const
+    {
+        return test::weightedMean(endArea, [&](std::size_t i) { return state.x[i].x() - kLength; });
+    }
+};
+
+TEST(BackwardEuler, AxialBarHasItsPeriod)
+{
+    constexpr int kSteps = 400;
+    // Lumped masses on 16 cells: 1 - (pi/32)^2/24 = 4e-4; lumping across the section is uneven; time steps: 1e-4.
+    constexpr double kDiscrete = 0.005;
+    AxialBar bar;
+    const double dt = bar.period / kSteps;
+    std::vector<double> zeros;
+    for (int n = 1; n <= kSteps; ++n) {
+        const double before = bar.tip();
+        EXPECT_EQ(step(bar.state, dt, bar.elastic, bar.boundary).status, solver::StepStatus::converged);
+        if (before * bar.tip() < 0) zeros.push_back(dt * (n - 1 + before / (before - bar.tip())));
+    }
+    ASSERT_EQ(zeros.size(), 2u);
+    std::printf("axial period / theory: %.5f\n", 2 * (zeros[1] - zeros[0]) / bar.period);
+    EXPECT_NEAR(2 * (zeros[1] - zeros[0]), bar.period, kDiscrete * bar.period);
+}
+
+TEST(BackwardEuler, ConvergesFirstOrderInTime)
+{
+    const auto tipAfter = [](int steps) {
+        AxialBar bar;
+        const double end = 0.2 * bar.period;  // the tip moves fast there
+        for (int n = 0; n < steps; ++n)
+            EXPECT_EQ(step(bar.state, end / steps, bar.elastic, bar.boundary).status, solver::StepStatus::converged);
+        return bar.tip();
+    };
+    const double coarse = tipAfter(20), middle = tipAfter(40), fine = tipAfter(80), reference = tipAfter(1280);
+    const double first = std::log2((coarse - reference) / (middle - reference));
+    const double second = std::log2((middle - reference) / (fine - reference));
+    std::printf("observed orders in time: %.3f %.3f\n", first, second);
+    EXPECT_GE(first, 0.9);
+    EXPECT_GE(second, 0.9);
+}
+
+TEST(BackwardEuler, EnergyNeverGrowsWithoutLoads)
+{
+    constexpr double kRounding = 1e-12;  // of the energy at the start
+    for (Volumetric volumetric : {Volumetric::cell, Volumetric::none}) {
+        const test::Block block({4, 3, 3}, 0.1);
+        const auto elastic = test::elasticOperator(block, solver::makeMaterial(1e5, .3, 1000), volumetric);
+        const solver::Boundary boundary = test::freeBoundary(block.nodes.size());
+        solver::State state = test::atRest(block);
+        for (Vec3& x : state.x) x = Vec3(1.5, .8, .8).cwiseProduct(x);
+        const double start = elastic.evaluate(state.x, {}, nullptr);
+        double before = start;
+        for (int n = 1; n <= 60; ++n) {
+            const auto report = step(state, 1e-3, elastic, boundary);
+            EXPECT_EQ(report.status, solver::StepStatus::converged);
+            const double now = report.elasticEnergy + test::kineticEnergy(elastic, state.v);
+            EXPECT_LE(now, before + kRounding * start) << n;
+            before = now;
+        }
+        EXPECT_LT(before, start);
+    }
+}
+
+TEST(BackwardEuler, SameBitsForAnyNumberOfThreads)
+{
+    const test::Block block({20, 10, 10}, 0.1);  // several patches
+    const auto elastic = test::elasticOperator(block, solver::makeMaterial(1e5, .3, 1000));
+    const solver::Boundary boundary = test::clamped(block, [](Coord c) { return c.x == 0; });
+    std::uint64_t first = 0;
+    for (int threads : {1, 2, 3, 8}) {
+        const ThreadLimit limit(threads);
+        solver::State state = shaken(block, 0.2, 1, 5);
+        for (int n = 0; n < 10; ++n) (void)step(state, 0.01, elastic, boundary, {});
+        const std::uint64_t hash = hashOf(std::span<const Vec3>(state.v), hashOf(std::span<const Vec3>(state.x)));
+        if (threads == 1) first = hash;
+        EXPECT_EQ(hash, first) << threads << " threads";
+    }
+}
+
+class HardStart : public testing::TestWithParam<double> {
+protected:
+    /// Energy left, over that at the start, after relaxing a free block from `x` in long steps.
+    double leftAfter(const test::Block& block, const std::vector<Vec3>& x) const
+    {
+        const auto elastic = test::elasticOperator(block, solver::makeMaterial(1e5, GetParam(), 1000));
+        const solver::Boundary boundary = test::freeBoundary(block.nodes.size());
+        solver::State state{x, std::vector<Vec3>(x.size(), Vec3::Zero())};
+        const double start = elastic.evaluate(x, {}, nullptr);
+        solver::NewtonSettings settings;
+        settings.iterations = 60;
+        double left = start;
+        for (int n = 0; n < 40 && left > kRecovered * start; ++n) {
+            left = step(state, 0.1, elastic, boundary, settings).elasticEnergy;
+            for (Vec3& v : state.v) v.setZero();  // only the shape matters here
+        }
+        EXPECT_TRUE(finite(state));
+        return left / start;
+    }
+    static constexpr double kRecovered = 1e-8;  // of the initial energy
+    static constexpr unsigned kSeeds = 20;
+};
+
+TEST_P(HardStart, MirroredBodyRecovers)
+{
+    const test::Block block({4, 4, 4}, 0.1);
+    for (unsigned seed = 0; seed < kSeeds; ++seed) {
+        std::mt19937 random(seed);
+        std::vector<Vec3> x = block.restPositions();
+        for (Vec3& p : x) p = Vec3(-p.x(), p.y(), p.z()) + test::randomVec(random, 0.05 * block.h);
+        EXPECT_LE(leftAfter(block, x), kRecovered) << "seed " << seed;
+    }
+}
+
+TEST_P(HardStart, ScrambledBodyRecovers)
+{
+    const test::Block block({4, 4, 4}, 0.1);
+    for (unsigned seed = 0; seed < kSeeds; ++seed) {
+        std::mt19937 random(seed);
+        std::vector<Vec3> x = block.restPositions();
+        for (Vec3& p : x) p = test::randomVec(random, 2 * block.h);
+        EXPECT_LE(leftAfter(block, x), kRecovered) << "seed " << seed;
+    }
+}
+
+TEST_P(HardStart, CollapsedBodyRecovers)
+{
+    const test::Block block({3, 3, 3}, 0.1);
+    std::vector<Vec3> plane = block.restPositions(), point(plane.size(), Vec3::Zero());
+    for (Vec3& p : plane) p.z() = 0;
+    EXPECT_LE(leftAfter(block, plane), kRecovered);
+    EXPECT_LE(leftAfter(block, point), kRecovered);
+}
+
+INSTANTIATE_TEST_SUITE_P(Poisson, HardStart, testing::Values(.3, .45, .49));
+
+TEST(BackwardEuler, LongStepsConvergeStayFiniteAndKeepMomentum)
+{
+    constexpr double kMomentum = 1e-10;
+    const test::Block block({5, 4, 3}, 0.1);
+    const auto elastic = test::elasticOperator(block, solver::makeMaterial(1e5, .3, 1000));
+    const solver::Boundary boundary = test::freeBoundary(block.nodes.size());
+    solver::NewtonSettings settings;
+    settings.iterations = 120;
+    for (double dt : {0.1, 1., 30.})
+        for (unsigned seed : {3, 4}) {
+            solver::State state = shaken(block, 0.2, 0, seed);
+            for (Vec3& v : state.v) v = Vec3(.1, 0, 0);
+            const test::Momentum start = test::momentum(elastic, state.v);
+            EXPECT_EQ(step(state, dt, elastic, boundary, settings).status, solver::StepStatus::converged) << dt;
+            for (int n = 0; n < 2; ++n)
+                (void)step(state, dt, elastic, boundary, settings);  // may be capped: rounding is all that is left
+            EXPECT_TRUE(finite(state));
+            const double drift = (test::momentum(elastic, state.v).linear - start.linear).norm() / start.scale;
+            std::printf("dt = %g s: drift of momentum %.2e\n", dt, drift);
+            EXPECT_LE(drift, kMomentum) << dt;
+        }
+}
+
+}  // namespace

@@ -1,0 +1,159 @@
+// Fracture as a user sees it: what tears, where, at which load, at any resolution.
+#include "scene_run.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
+using namespace vdbfrac;
+using test::SceneRun;
+
+namespace {
+
+std::string notchedBlock()
+{
+    std::ifstream in(std::string(VDBFRAC_SOURCE) + "/data/scenes/notched_block.toml");
+    std::ostringstream text;
+    text << in.rdbuf();
+    return text.str();
+}
+
+grid::VoxelValues arrival(const SceneRun& run)
+{
+    for (const core::FieldSource* source : run.simulation->stages().fields)
+        if (source->fieldName() == "arrival") return source->field(run.simulation->bodies()[0]);
+    return {};
+}
+
+class NotchedBlock : public testing::TestWithParam<const char*> {};
+
+TEST_P(NotchedBlock, TearsFromTheNotchIntoTwoLargeFragments)
+{
+    SceneRun run(notchedBlock(), {std::string("material.gel.poisson_ratio=") + GetParam()});
+    run.toFrame(40);
+    const core::Body& block = run.simulation->bodies()[0];
+    std::vector<double> volumes;
+    for (const auto& f : block.fragments.fragments()) volumes.push_back(f.restVolume);
+    std::sort(volumes.rbegin(), volumes.rend());
+    ASSERT_GE(volumes.size(), 2u);
+    EXPECT_GT(volumes[1], 0.35 * block.startVolume);
+    EXPECT_LT(run.simulation->volume() - volumes[0] - volumes[1], 0.02 * block.startVolume);  // chips
+
+    const grid::VoxelValues failed = arrival(run);
+    ASSERT_FALSE(failed.coords.empty());
+    const std::size_t first = std::size_t(std::min_element(failed.scalars.begin(), failed.scalars.end()) - failed.scalars.begin());
+    const Vec3 X = run.scene.grid.voxelSize * failed.coords[first].toVec();
+    const double fromNotch = std::hypot(X.x() - 0.5, X.y()) - 0.2;  // the notch: radius .2 round (.5, 0)
+    EXPECT_LT(fromNotch, 2 * run.scene.grid.voxelSize);
+    EXPECT_LT(std::abs(X.y()), 0.2);
+}
+
+TEST_P(NotchedBlock, LoadRisesPeaksAndFallsToNothing)
+{
+    SceneRun run(notchedBlock(), {std::string("material.gel.poisson_ratio=") + GetParam()});
+    run.toFrame(60);
+    const double peak = run.peakLoad(0, 1);
+    const auto& first = run.steps.front();
+    const auto& last = run.steps.back();
+    EXPECT_GT(peak, 2 * first.gripLoad[0].y());
+    EXPECT_LT(std::abs(last.gripLoad[0].y()), 0.01 * peak);
+    for (const core::StepRecord& s : run.steps) EXPECT_NE(s.outcome, core::Outcome::capped) << s.step;
+}
+
+INSTANTIATE_TEST_SUITE_P(PoissonRatios, NotchedBlock, testing::Values("0.1", "0.3", "0.49"));
+
+TEST(NotchedBlockLoss, FallsAsVoxelsShrink)
+{
+    const auto lost = [](const char* voxel) {
+        SceneRun run(notchedBlock(), {std::string("grid.voxel_size=") + voxel});
+        run.toFrame(40);
+        EXPECT_GE(run.simulation->fragments(), 2u);
+        return 1 - run.simulation->volume() / run.simulation->startVolume();
+    };
+    const double coarse = lost("0.1"), fine = lost("0.05");
+    // A crack some three voxels wide through .8 of a unit square, of a volume of .93.
+    EXPECT_LT(fine, 3.5 * 0.05 * 0.8 / 0.93);
+    EXPECT_LT(fine, 0.7 * coarse);
+}
+
+/// A smooth bar, nu = 0, so that the strain is the same everywhere. A step is longer than a wave needs along the bar.
+std::string bar(int cells, double kappa)
+{
+    std::ostringstream s;
+    s << "version = 1\nname = \"bar\"\n[time]\nframes = [1, 200]\nfps = 20\nsubsteps = 1\n[grid]\nvoxel_size = " << 1. / cells
+      << "\n[[body]]\nname = \"bar\"\nshape = { box = { size = [0.25, 1, 0.25] } }\nmaterial = \"m\"\n[material.m]\n"
+         "youngs_modulus = 1e6\npoisson_ratio = 0\ndensity = 1000\n"
+         "[[grip]]\nname = \"top\"\nbody = \"bar\"\nregion = { halfspace = { normal = [0, 1, 0], offset = 0.5 } }\n"
+         "move = { velocity = [0, 0.001, 0] }\n[[grip]]\nname = \"bottom\"\nbody = \"bar\"\n"
+         "region = { halfspace = { normal = [0, -1, 0], offset = 0.5 } }\nmove = { velocity = [0, -0.001, 0] }\n"
+         "[fracture]\nkappa = " << kappa << "\n";
+    return s.str();
+}
+
+TEST(BarOnset, StrainIsThatOfTheFormulaAtAnyResolution)
+{
+    const double E = 1e6, kappa = 50, critical = std::sqrt(2 * kappa / E);
+    for (int cells : {8, 16, 32}) {
+        SceneRun run(bar(cells, kappa));
+        double strain = 0, increment = 0.002 / 20;  // of the bar of unit length, each step
+        while (run.work.countOf("fracture", "moved_voxels") == 0 && run.steps.size() < 200) {
+            run.toFrame(int(run.steps.size()) + 2);
+            strain = 0.002 * run.simulation->time();
+        }
+        std::printf("%d cells: torn at a strain of %.5f, critical %.5f\n", cells, strain, critical);
+        EXPECT_NEAR(strain, critical, 1.001 * increment) << cells;  // the increment, and rounding
+    }
+}
+
+/// A plate with a slit between two rows of nodes, its tip in the middle of an edge at any resolution.
+std::string plate(int cells, const std::string& law)
+{
+    const double dx = 1. / cells, shift = -0.5 * dx;
+    std::ostringstream s;
+    s << "version = 1\nname = \"plate\"\n[time]\nframes = [1, 400]\nfps = 100\n[grid]\nvoxel_size = " << dx
+      << "\n[[body]]\nname = \"plate\"\nshape = { box = { size = [1, 1, 0.4], center = [" << shift
+      << ", 0, 0] } }\ncut = [{ box = { size = [1, " << 0.6 * dx << ", 1], center = [" << -0.7 + shift
+      << ", 0, 0] } }]\nmaterial = \"m\"\n[material.m]\nyoungs_modulus = 1e6\npoisson_ratio = 0.0\ndensity = 1000\n";
+    for (const auto& [normal, speed] : {std::pair{"1", "0.04"}, std::pair{"-1", "-0.04"}})
+        s << "[[grip]]\nbody = \"plate\"\nregion = { halfspace = { normal = [0, " << normal << ", 0], offset = 0.5 } }\n"
+          << "move = { velocity = [0, " << speed << ", 0] }\n";
+    return s.str() + "[damping]\nstiffness = 0.002\n[fracture]\n" + law + "\n";
+}
+
+/// Pulls until the load has fallen clearly below its peak.
+double peakLoad(int cells, const std::string& law)
+{
+    SceneRun run(plate(cells, law));
+    for (int frame = 2; frame <= 400; ++frame) {
+        run.toFrame(frame);
+        const double peak = run.peakLoad(0, 1);
+        if (run.work.countOf("fracture", "moved_voxels") > 0 && run.steps.back().gripLoad[0].y() < 0.97 * peak) return peak;
+    }
+    ADD_FAILURE() << "the plate did not tear";
+    return 0;
+}
+
+TEST(NotchedPlate, PeakLoadUnderToughnessDoesNotDependOnResolution)
+{
+    double least = 1e300, most = 0;
+    for (int cells : {10, 20, 40}) {
+        const double peak = peakLoad(cells, "toughness = 400");
+        std::printf("toughness, %d cells: peak load %.1f N\n", cells, peak);
+        least = std::min(least, peak), most = std::max(most, peak);
+    }
+    EXPECT_LE(most / least, 1.1);
+}
+
+TEST(NotchedPlate, PeakLoadUnderFixedKappaFallsWithTheRootOfTheSpacing)
+{
+    const double coarse = peakLoad(10, "kappa = 2000"), fine = peakLoad(40, "kappa = 2000");
+    std::printf("kappa, 10 cells: %.1f N, 40 cells: %.1f N\n", coarse, fine);
+    // Order in h: .5, less what the bounded stress far from the tip adds at 10 cells.
+    const double order = std::log(coarse / fine) / std::log(4.);
+    EXPECT_NEAR(order, 0.5, 0.15);
+}
+
+}  // namespace

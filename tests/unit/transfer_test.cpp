@@ -1,0 +1,222 @@
+// Energy from tets to voxels, and the law by which phi moves.
+#include "block.h"
+
+#include <vdbfrac/grid/griffith.h>
+#include <vdbfrac/grid/transfer.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <random>
+
+using namespace vdbfrac;
+using tetmesh::CutMesh;
+using tetmesh::Lattice;
+
+namespace {
+
+constexpr double dx = 0.1;
+constexpr double kSums = 1e-12;  // relative: rounding of sums over some thousand pieces
+constexpr int kReach = 9;
+
+CutMesh ball(const Lattice& lattice)
+{
+    return {lattice, test::sample({-kReach, -kReach, -kReach}, {kReach, kReach, kReach}, dx,
+                                  [](Vec3 p) { return (p - Vec3(.01, .02, -.03)).norm() - .7; })};
+}
+
+/// All voxels of the ball's box.
+std::vector<Coord> allVoxels()
+{
+    std::vector<Coord> voxels;
+    for (int z = -kReach; z <= kReach; ++z)
+        for (int y = -kReach; y <= kReach; ++y)
+            for (int x = -kReach; x <= kReach; ++x) voxels.push_back({x, y, z});
+    return voxels;
+}
+
+/// Removes the material on one side of x = `plane`.
+void removeBeyond(CutMesh& mesh, double plane)
+{
+    std::vector<std::pair<Coord, float>> changes;
+    for (Coord c : allVoxels())
+        if (const float value = std::min(float(dx * c.x - plane), float(3 * dx)); value > mesh.phi()(c))
+            changes.push_back({c, value});
+    mesh.update(changes);
+}
+
+class Transfer : public testing::TestWithParam<Lattice> {};
+
+INSTANTIATE_TEST_SUITE_P(Lattices, Transfer,
+                         testing::Values(Lattice{Lattice::Kind::six, 1, dx}, Lattice{Lattice::Kind::six, 2, dx},
+                                         Lattice{Lattice::Kind::six, 3, dx}, Lattice{Lattice::Kind::five, 1, dx}),
+                         [](const auto& info) {
+                             return (info.param.kind == Lattice::Kind::six ? "six" : "five") +
+                                    std::to_string(info.param.coarsening);
+                         });
+
+TEST_P(Transfer, ConstantEnergyIsThatConstantWhereMaterialIs)
+{
+    const CutMesh mesh = ball(GetParam());
+    const auto voxels = allVoxels();
+    const auto constant = [](std::uint32_t, int) { return 7.5; };
+    const auto psi = grid::nodalEnergy(mesh, constant, voxels);
+    const auto averaged = grid::averagedEnergy(mesh, constant, voxels, 2.5 * dx);
+    std::size_t material = 0;
+    for (std::size_t i = 0; i < voxels.size(); ++i) {
+        if (mesh.seenPhi(voxels[i]) < 0) {
+            EXPECT_NEAR(psi[i], 7.5, kSums * 7.5);
+            ++material;
+        }
+        EXPECT_TRUE(psi[i] == 0 || std::abs(psi[i] - 7.5) < kSums * 7.5) << psi[i];
+        EXPECT_TRUE(averaged[i] == 0 || std::abs(averaged[i] - 7.5) < kSums * 7.5) << averaged[i];
+        EXPECT_EQ(psi[i] == 0, grid::nodalVolume(mesh, voxels[i]) == 0);
+    }
+    EXPECT_GT(material, 1000u);
+}
+
+TEST_P(Transfer, NodalVolumesAddUpToTheMesh)
+{
+    CutMesh mesh = ball(GetParam());
+    for (double plane : {1e9, .213, -.4}) {
+        removeBeyond(mesh, plane);
+        double sum = 0;
+        for (Coord c : allVoxels()) sum += grid::nodalVolume(mesh, c);
+        EXPECT_NEAR(sum * dx * dx * dx, mesh.volume(), kSums * mesh.volume());
+    }
+}
+
+TEST_P(Transfer, VoxelsAboveAreThoseOfHotTets)
+{
+    const CutMesh mesh = ball(GetParam());
+    std::mt19937 random(3);
+    for (double share : {0., .002, .05, 1.}) {
+        std::bernoulli_distribution hot(share);
+        std::vector<double> density(mesh.elements().size() * tetmesh::kMostTets);
+        for (double& d : density) d = hot(random) ? 2 : 1;
+        // Energies above the threshold count 1, others 0: the voxels that get any of it.
+        const auto energy = [&](std::uint32_t e, int t) {
+            return density[e * tetmesh::kMostTets + std::size_t(t)] > 1.5 ? 1. : 0.;
+        };
+        const auto voxels = allVoxels();
+        const auto psi = grid::nodalEnergy(mesh, energy, voxels);
+        std::vector<Coord> expected;
+        for (std::size_t i = 0; i < voxels.size(); ++i)
+            if (psi[i] > 0) expected.push_back(voxels[i]);
+        std::sort(expected.begin(), expected.end());
+        EXPECT_EQ(grid::voxelsAbove(mesh, density, 1.5), expected) << share;
+    }
+}
+
+TEST_P(Transfer, WhatHasFailedDoesNotDilute)
+{
+    // Energy 5 at x < 0, 1 beyond. Nodes of the plane see both; with the weak half gone they see 5, not some part of
+    // it.
+    CutMesh mesh = ball(GetParam());
+    const auto energyOf = [&mesh](std::uint32_t e, int t) {
+        const auto& element = mesh.elements()[e];
+        double x = 0;
+        for (int c : tetmesh::cellTets(element.shape).corner[std::size_t(t)])
+            x += 0.25 * mesh.nodes()[element.node[std::size_t(c)]].x;
+        return x < 0 ? 5. : 1.;
+    };
+    const std::vector<Coord> plane{{0, 0, 0}, {0, 1, 2}, {0, -3, 2}};
+    for (double psi : grid::nodalEnergy(mesh, energyOf, plane)) EXPECT_TRUE(psi > 1.5 && psi < 4.5) << psi;
+    removeBeyond(mesh, 0);
+    for (double psi : grid::nodalEnergy(mesh, energyOf, plane)) EXPECT_NEAR(psi, 5, kSums * 5);
+    for (double psi : grid::averagedEnergy(mesh, energyOf, plane, 2.2 * dx)) EXPECT_NEAR(psi, 5, kSums * 5);
+}
+
+TEST_P(Transfer, AverageOverLessThanAVoxelIsTheNodalEnergy)
+{
+    const CutMesh mesh = ball(GetParam());
+    std::mt19937 random(4);
+    std::vector<double> density(mesh.elements().size() * tetmesh::kMostTets);
+    for (double& d : density) d = double(random() % 1000);
+    const auto energy = [&](std::uint32_t e, int t) { return density[e * tetmesh::kMostTets + std::size_t(t)]; };
+    const auto voxels = allVoxels();
+    EXPECT_EQ(grid::averagedEnergy(mesh, energy, voxels, .99 * dx), grid::nodalEnergy(mesh, energy, voxels));
+}
+
+// --- the front -----------------------------------------------------------------------------------------------------
+
+grid::GriffithStep stepOf(double kappa, double epsilon, double s, double mostMove = 1e9)
+{
+    grid::GriffithStep step;
+    step.kappa = kappa, step.epsilon = epsilon, step.s = s, step.mostMove = mostMove;
+    return step;
+}
+
+TEST(Griffith, UpdateIntegratesTheLaw)
+{
+    constexpr double kIntegration = 1e-9;  // of epsilon: error of the 4000 steps of fourth order
+    constexpr int kSteps = 4000;
+    const double eps = .012, kappa = 40;
+    for (double phi0 : {-.05, -.02, -.003, 0., .01})
+        for (double psi : {41., 80., 400.})
+            for (double s : {1e-7, 1e-5, 1e-4}) {
+                const auto rate = [&](double p) {
+                    return eps / (eps * eps + p * p) * (psi - kappa) / std::numbers::pi;
+                };
+                double p = phi0;
+                const double ds = s / kSteps;
+                for (int n = 0; n < kSteps; ++n) {
+                    const double a = rate(p), b = rate(p + .5 * ds * a), c = rate(p + .5 * ds * b),
+                                 d = rate(p + ds * c);
+                    p += ds / 6 * (a + 2 * b + 2 * c + d);
+                }
+                EXPECT_NEAR(grid::griffithUpdate(phi0, psi, stepOf(kappa, eps, s)), p, kIntegration * eps)
+                    << phi0 << ' ' << psi << ' ' << s;
+            }
+}
+
+TEST(Griffith, CrossingTakesTheTimeOfTheFormula)
+{
+    constexpr double kRounding = 1e-12;  // of epsilon
+    const double eps = .012, kappa = 40, psi = 65;
+    for (double d : {1e-6, .001, .01, .1}) {
+        const double s = std::numbers::pi / (psi - kappa) * (eps * d + d * d * d / (3 * eps));
+        EXPECT_NEAR(grid::griffithUpdate(-d, psi, stepOf(kappa, eps, s)), 0,
+                    kRounding * eps * std::max(1., std::pow(d / eps, 3)));
+        EXPECT_LT(grid::griffithUpdate(-d, psi, stepOf(kappa, eps, .999 * s)), 0);
+        EXPECT_GT(grid::griffithUpdate(-d, psi, stepOf(kappa, eps, 1.001 * s)), 0);
+        // Two halves of a step make the whole.
+        const double half = grid::griffithUpdate(-d, psi, stepOf(kappa, eps, s / 2));
+        EXPECT_NEAR(grid::griffithUpdate(half, psi, stepOf(kappa, eps, s / 2)), 0,
+                    kRounding * eps * std::max(1., std::pow(d / eps, 3)));
+    }
+}
+
+TEST(Griffith, PhiNeverFallsAndNeverMovesMoreThanAllowed)
+{
+    std::mt19937 random(6);
+    std::uniform_real_distribution<double> place(-.3, .3), energy(0, 200), exponent(-12, 3);
+    for (int trial = 0; trial < 20000; ++trial) {
+        const double phi = place(random), most = .05, psi = energy(random);
+        const double next = grid::griffithUpdate(phi, psi, stepOf(100, .012, std::pow(10, exponent(random)), most));
+        ASSERT_GE(next, phi);
+        ASSERT_LE(next, phi + most);
+        if (psi <= 100) {
+            ASSERT_EQ(next, phi);
+        }
+    }
+    EXPECT_EQ(grid::griffithUpdate(-.01, 1e300, stepOf(1, .012, 1e9, .05)), -.01 + .05);
+    EXPECT_EQ(grid::griffithUpdate(-.01, 500, stepOf(1, .012, 1, 0)), -.01);
+}
+
+TEST(Griffith, EndlessResistanceNeverMoves)
+{
+    for (double phi : {-.1, 0., .1})
+        for (double psi : {0., 1e9, 1e200}) EXPECT_EQ(grid::griffithUpdate(phi, psi, stepOf(1e300, .012, 1e9)), phi);
+}
+
+TEST(Griffith, RayleighSpeedMatchesFreund)
+{
+    // c_s (.862 + 1.14 nu) / (1 + nu); the exact root of Rayleigh's equation at nu = .25 is .9194 c_s.
+    EXPECT_NEAR(grid::rayleighSpeed(4e4, .3, 1000), std::sqrt(40.) * (.862 + .342) / 1.3, 1e-12);
+    EXPECT_NEAR(grid::rayleighSpeed(1, .25, 1), .9194, .002);  // the fit's own error
+}
+
+}  // namespace
