@@ -16,7 +16,7 @@ namespace {
 struct Point {
     double phi = 0;         ///< J
     double elastic = 0;     ///< J
-    double phiScale = 0;    ///< J: sum of the magnitudes phi was added from
+    double phiNoise = 0;    ///< J: what rounding alone can change phi by
     std::vector<Vec3> gradient;
     double norm = 0;        ///< N: of the gradient at free nodes
     double forceScale = 0;  ///< N: largest of inertia, elastic and outer force
@@ -73,19 +73,20 @@ double freeNorm(const Boundary& boundary, const Term& term)
 
 Point Newton::evaluate(std::span<const Vec3> x)
 {
-    constexpr double kRounding = 4e-15;  // some twenty roundings of a double on the way to a nodal force
+    constexpr double kRounding = 2e-15;  // of the magnitudes a nodal force is added from: some ten roundings of a double
+    constexpr double kPhiRounding = 1e-14;  // of the magnitudes phi is added from
     Point p;
     p.gradient.assign(nodes_, Vec3::Zero());
     p.elastic = system_.elastic.evaluate(x, p.gradient, &tangent_);
     p.forceScale = freeNorm(system_.boundary, [&](std::size_t i) { return p.gradient[i].squaredNorm(); });
     p.phi = p.elastic;
-    p.phiScale = std::abs(p.elastic);
+    double phiScale = std::abs(p.elastic);
 
     std::vector<Vec3> outer(nodes_, Vec3::Zero());
     for (Potential* potential : system_.potentials) {
         const double value = potential->evaluate(x, outer);
         p.phi += value;
-        p.phiScale += std::abs(value);
+        phiScale += std::abs(value);
     }
     const std::span<const double> mass = system_.elastic.mass(), stiffness = system_.elastic.stiffness();
     const auto& force = system_.boundary.force;
@@ -97,7 +98,7 @@ Point Newton::evaluate(std::span<const Vec3> x)
     });
     const double work = dot(force, x);
     p.phi += kinetic - work;
-    p.phiScale += kinetic + std::abs(work);
+    phiScale += kinetic + std::abs(work);
     parallelChunks(nodes_, kChunk, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             outer[i] -= force[i];
@@ -112,6 +113,13 @@ Point Newton::evaluate(std::span<const Vec3> x)
         const double k = stiffness[i] + mass[i] * inertia_;
         return k * k * x[i].squaredNorm();
     });
+    // F is rounded by |x| / h units, so a small strain energy K e^2 is off by K e times that.
+    const double stretched = orderedSum(nodes_, kChunk, [&](std::size_t begin, std::size_t end) {
+        double sum = 0;
+        for (std::size_t i = begin; i < end; ++i) sum += stiffness[i] * x[i].squaredNorm();
+        return sum;
+    });
+    p.phiNoise = kPhiRounding * phiScale + kRounding * std::sqrt(stretched * std::abs(p.elastic));
     return p;
 }
 
@@ -173,7 +181,6 @@ bool Newton::search(Point& point, std::vector<Vec3>& x, std::span<const Vec3> di
 {
     constexpr int kMostHalvings = 20;
     constexpr double kArmijo = 1e-4;
-    constexpr double kPhiNoise = 1e-14;  // differences of Phi below this are rounding
     double slope = 0;
     for (std::size_t i = 0; i < nodes_; ++i)
         if (!system_.boundary.fixed[i]) slope += direction[i].dot(point.gradient[i]);
@@ -182,7 +189,7 @@ bool Newton::search(Point& point, std::vector<Vec3>& x, std::span<const Vec3> di
     for (int halving = 0; slope > 0 && halving <= kMostHalvings; ++halving, step *= 0.5) {
         for (std::size_t i = 0; i < nodes_; ++i) trial[i] = x[i] - step * direction[i];
         Point there = evaluate(trial);
-        const double change = there.phi - point.phi, noise = kPhiNoise * std::max(point.phiScale, there.phiScale);
+        const double change = there.phi - point.phi, noise = point.phiNoise + there.phiNoise;
         const bool descends = change <= -kArmijo * step * slope;
         const bool level = std::abs(change) <= noise && there.norm <= point.norm * (1 + 1e-9) + there.noise;
         if (descends || level) {

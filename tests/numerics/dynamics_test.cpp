@@ -51,7 +51,8 @@ TEST(BackwardEuler, FreeFallIsExact)
     for (std::size_t i = 0; i < boundary.force.size(); ++i) boundary.force[i] = Vec3(0, 0, -g * elastic.mass()[i]);
     solver::State state = test::atRest(block);
     for (int n = 1; n <= 40; ++n) {
-        EXPECT_EQ(step(state, dt, elastic, boundary).status, solver::StepStatus::converged);
+        const auto report = step(state, dt, elastic, boundary);
+        EXPECT_EQ(report.status, solver::StepStatus::converged) << n << " residual " << report.residual << " newton " << report.newtonIterations;
         const double fallen = g * dt * dt * n * (n + 1) / 2;
         for (std::size_t i = 0; i < state.x.size(); ++i) {
             const Vec3 u = state.x[i] - block.h * block.nodes[i].toVec();
@@ -115,7 +116,8 @@ TEST(BackwardEuler, StiffBodySpinsDownAsPredicted)
         state.v[i] = w0 * axis.cross(state.x[i]);
     }
     for (int n = 1; n <= 200; ++n) {
-        EXPECT_EQ(step(state, dt, elastic, boundary).status, solver::StepStatus::converged);
+        const auto report = step(state, dt, elastic, boundary);
+        EXPECT_EQ(report.status, solver::StepStatus::converged) << n << " residual " << report.residual << " newton " << report.newtonIterations;
         double spin = 0, inertia = 0;
         for (std::size_t i = 0; i < state.x.size(); ++i) {
             spin += elastic.mass()[i] * axis.dot(state.x[i].cross(state.v[i]));
