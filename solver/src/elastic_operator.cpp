@@ -232,7 +232,7 @@ void ElasticOperator::project(Tangent& tangent) const
                     if (eigen.eigenvalues()[0] >= least) continue;
                     const Vec3 clamped = eigen.eigenvalues().cwiseMax(least);
                     packSymmetric(eigen.eigenvectors() * clamped.asDiagonal() * eigen.eigenvectors().transpose(), T);
-                    for (int k = 0; k < 6; ++k) tangent.data_->batches[b].T[t][k][l] = T[k];
+                    for (int k = 0; k < 6; ++k) tangent.data_->batches[b].T[t][k][l] = float(T[k]);
                 }
     });
 }
@@ -246,7 +246,7 @@ void ElasticOperator::warp(Tangent& tangent) const
             for (int t = 0; t < tetmesh::kMostTets; ++t)
                 for (int k = 0; k < 6; ++k)
                     for (int l = 0; l < kLanes; ++l)
-                        tangent.data_->batches[b].T[t][k][l] = k < 3 ? -p.batches[b].mu[l] * p.batches[b].volume[t][l] * scale : 0;
+                        tangent.data_->batches[b].T[t][k][l] = k < 3 ? float(-p.batches[b].mu[l] * p.batches[b].volume[t][l] * scale) : 0;
     });
 }
 

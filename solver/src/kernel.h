@@ -27,10 +27,11 @@ struct alignas(64) Batch {
     bool contiguous;  ///< corner[c][l] == corner[c][0] + l for all c, l: rows of a lattice
 };
 
-/// What a product with the tangent needs of eight cells.
+/// What a product with the tangent needs of eight cells. A product is bound by reading this, so it is kept in single
+/// precision: a slightly different symmetric operator inside an iteration whose residual is evaluated in double.
 struct alignas(64) BatchTangent {
-    double R[tetmesh::kMostTets][9][kLanes];  ///< row-major
-    double T[tetmesh::kMostTets][6][kLanes];  ///< twist operator times V / h^2: xx, yy, zz, yz, zx, xy
+    float R[tetmesh::kMostTets][9][kLanes];  ///< row-major
+    float T[tetmesh::kMostTets][6][kLanes];  ///< twist operator times V / h^2: xx, yy, zz, yz, zx, xy
 };
 
 /// Vectors of a patch: three rows (x, y, z) of `stride` doubles, kLanes more than there are nodes.

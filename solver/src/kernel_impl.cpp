@@ -15,6 +15,7 @@ using tetmesh::kCellTets;
 
 typedef double Pack __attribute__((vector_size(64)));
 typedef double LoosePack __attribute__((vector_size(64), aligned(8), may_alias));
+typedef float SinglePack __attribute__((vector_size(32)));
 typedef long long Mask __attribute__((vector_size(64)));
 
 #define VDBFRAC_INLINE inline __attribute__((always_inline))
@@ -29,7 +30,8 @@ VDBFRAC_INLINE void unroll(const F& f)
 }
 
 VDBFRAC_INLINE Pack load(const double* p) { return *reinterpret_cast<const Pack*>(p); }
-VDBFRAC_INLINE void store(double* p, Pack v) { *reinterpret_cast<Pack*>(p) = v; }
+VDBFRAC_INLINE Pack load(const float* p) { return __builtin_convertvector(*reinterpret_cast<const SinglePack*>(p), Pack); }
+VDBFRAC_INLINE void store(float* p, Pack v) { *reinterpret_cast<SinglePack*>(p) = __builtin_convertvector(v, SinglePack); }
 VDBFRAC_INLINE Pack loadLoose(const double* p) { return *reinterpret_cast<const LoosePack*>(p); }
 VDBFRAC_INLINE void storeLoose(double* p, Pack v) { *reinterpret_cast<LoosePack*>(p) = v; }
 VDBFRAC_INLINE Pack all(double v) { return Pack{} + v; }

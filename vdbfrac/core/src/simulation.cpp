@@ -321,9 +321,9 @@ std::uint64_t Simulation::stateHash() const
 
 std::uint64_t estimateMemory(const Simulation& simulation)
 {
-    // Vectors of the solve: some 14 of three doubles and one 3x3 block a node; 15 doubles of tangent a tet.
+    // Vectors of the solve: some 14 of three doubles and one 3x3 block a node; 15 floats of tangent a tet.
     const std::uint64_t nodes = simulation.x().size(), tets = std::uint64_t(simulation.elastic().tetCount());
-    std::uint64_t bytes = nodes * (14 * sizeof(Vec3) + sizeof(Mat3)) + tets * 15 * sizeof(double) + 2 * simulation.elastic().bytes();
+    std::uint64_t bytes = nodes * (14 * sizeof(Vec3) + sizeof(Mat3)) + tets * 15 * sizeof(float) * 8 / 7 + 2 * simulation.elastic().bytes();
     for (const Body& body : simulation.bodies())
         bytes += body.mesh.elements().size() * (sizeof(tetmesh::CellElement) + sizeof(tetmesh::Cell)) + body.mesh.phi().bytes() * 3 +
                  body.phi.activeVoxels() * 64;
