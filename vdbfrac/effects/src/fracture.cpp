@@ -138,7 +138,7 @@ Law Fracture::lawOf(const core::Body& body, std::vector<std::string>& notes) con
     return law;
 }
 
-/// Band voxels that may move: some tet near by exceeds the resistance, and no grip is close.
+/// Material voxels of the band that may move: some tet near by exceeds the resistance, and no grip is close.
 std::vector<grid::BandSample> Fracture::candidates(const core::GridContext& context, const core::Body& body, const Law& law) const
 {
     const std::span<const double> own = context.tetEnergy().subspan(
@@ -155,6 +155,8 @@ std::vector<grid::BandSample> Fracture::candidates(const core::GridContext& cont
         voxels.erase(std::unique(voxels.begin(), voxels.end()), voxels.end());
     }
     std::erase_if(voxels, [&](const Coord& c) { return context.gripDistance(body, dx_ * c.toVec()) < margin_; });
+    // Material only: raising phi in the gap would eat into the faces behind the tip, and a crack be twice as wide.
+    std::erase_if(voxels, [&](const Coord& c) { return body.mesh.phi()(c) >= 0; });
     return grid::sampleBand(body.phi, voxels);
 }
 
@@ -207,11 +209,15 @@ grid::PhiChanges Fracture::update(const core::GridContext& context, core::Body& 
     const double mobility = values_.number("front_speed") * law.waveSpeed * std::numbers::pi * eps / law.kappa;
     const double most = std::min(law.waveSpeed * context.dt, frontCfl_ * dx_);
     const int parts = std::max(1, int(std::ceil(most / (kMostMove * dx_) - 1e-9)));
-    const grid::GriffithStep step{law.kappa, eps, mobility * context.dt / parts, most / parts};
+    grid::GriffithStep step{law.kappa, eps, 0, most / parts};
 
     grid::PhiChanges all;
     for (int part = 0; part < parts; ++part) {
         grid::PhiChanges raised;
+        // One pseudo-time step for all voxels, as long as the fastest allows (CFL): clipping each on its own would let the
+        // flanks of a crack catch up with its tip.
+        step.s = mobility * context.dt / parts;
+        for (std::size_t i = 0; i < band.size(); ++i) step.s = std::min(step.s, griffithTime(band[i].phi, psi[i], step.mostMove, step));
         for (std::size_t i = 0; i < band.size(); ++i) {
             const double phi = griffithUpdate(band[i].phi, psi[i], step);
             if (float(phi) > band[i].phi) raised.emplace_back(band[i].voxel, band[i].phi = float(phi));

@@ -2,9 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace vdbfrac::grid {
+
+double griffithTime(double phi, double psi, double move, const GriffithStep& step)
+{
+    const double drive = psi - step.kappa, eps = step.epsilon;
+    if (!(drive > 0)) return std::numeric_limits<double>::infinity();
+    const auto integral = [eps](double p) { return eps * p + p * p * p / (3 * eps); };  // of 1 / (pi delta)
+    return std::numbers::pi * (integral(phi + move) - integral(phi)) / drive;
+}
 
 double griffithUpdate(double phi, double psi, const GriffithStep& step)
 {

@@ -15,6 +15,9 @@ struct GriffithStep {
     double mostMove = 0;  ///< m: phi rises by no more than this
 };
 
+/// The s [m^5/J] in which phi rises by `move` [m]; infinity where it does not rise.
+double griffithTime(double phi, double psi, double move, const GriffithStep& step);
+
 /// phi [m] after the step, by the exact integral: eps phi + phi^3 / (3 eps) grows by s (Psi - kappa) / pi.
 /// Never below phi.
 double griffithUpdate(double phi, double psi, const GriffithStep& step);
