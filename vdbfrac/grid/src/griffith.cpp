@@ -7,12 +7,18 @@
 
 namespace vdbfrac::grid {
 
+namespace {
+
+/// Integral of 1 / (pi delta_eps) from 0 to phi.
+double integral(double phi, double eps) { return eps * phi + phi * phi * phi / (3 * eps); }
+
+}  // namespace
+
 double griffithTime(double phi, double psi, double move, const GriffithStep& step)
 {
     const double drive = psi - step.kappa, eps = step.epsilon;
     if (!(drive > 0)) return std::numeric_limits<double>::infinity();
-    const auto integral = [eps](double p) { return eps * p + p * p * p / (3 * eps); };  // of 1 / (pi delta)
-    return std::numbers::pi * (integral(phi + move) - integral(phi)) / drive;
+    return std::numbers::pi * (integral(phi + move, eps) - integral(phi, eps)) / drive;
 }
 
 double griffithUpdate(double phi, double psi, const GriffithStep& step)
@@ -20,13 +26,12 @@ double griffithUpdate(double phi, double psi, const GriffithStep& step)
     const double drive = psi - step.kappa;
     if (!(drive > 0) || step.mostMove <= 0) return phi;
     const double eps = step.epsilon;
-    const auto integral = [eps](double p) { return eps * p + p * p * p / (3 * eps); };  // of 1 / (pi delta)
-    const double goal = integral(phi) + step.s * drive / std::numbers::pi;
+    const double goal = integral(phi, eps) + step.s * drive / std::numbers::pi;
     const double most = phi + step.mostMove;
-    if (integral(most) <= goal) return most;
+    if (integral(most, eps) <= goal) return most;
     // Depressed cubic p^3 + 3 eps^2 p = 3 eps goal, one real root (Cardano in hyperbolic form), one Newton step to polish.
     double p = 2 * eps * std::sinh(std::asinh(1.5 * goal / (eps * eps)) / 3);
-    p -= (integral(p) - goal) / (eps + p * p / eps);
+    p -= (integral(p, eps) - goal) / (eps + p * p / eps);
     return std::clamp(p, phi, most);
 }
 
