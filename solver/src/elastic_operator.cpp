@@ -1,5 +1,6 @@
 #include <vdbfrac/solver/elastic_operator.h>
 
+#include "flush_denormals.h"
 #include "patches.h"
 
 #include <vdbfrac/base/parallel.h>
@@ -7,27 +8,27 @@
 
 #include <Eigen/Dense>
 
+#include <algorithm>
 #include <atomic>
+#include <cmath>
+#include <cstring>
+#include <numeric>
+#include <type_traits>
 
 namespace vdbfrac::solver {
 
-struct Tangent::Data {
-    std::vector<BatchTangent> batches;
-};
 Tangent::Tangent() = default;
 Tangent::~Tangent() = default;
 Tangent::Tangent(Tangent&&) noexcept = default;
 Tangent& Tangent::operator=(Tangent&&) noexcept = default;
+std::size_t Tangent::bytes() const { return count_ * sizeof(BatchTangent); }
 
-struct ElasticOperator::Data {
-    Patches p;
-    std::vector<double> mass, stiffness;
-    double h = 1;
-    bool cellDilation = true;
-    std::size_t elements = 0;
-    mutable ElasticWork work;
-    mutable std::vector<Vec3> slotSum;  // scratch: what each patch adds to each of its nodes
-};
+void Tangent::resize(std::size_t batches)
+{
+    if (batches == count_) return;
+    batches_ = std::make_unique_for_overwrite<BatchTangent[]>(batches);  // first touched by the threads that fill it
+    count_ = batches;
+}
 
 namespace {
 
@@ -81,65 +82,157 @@ std::vector<double> lumped(std::span<const ElementSet> sets, std::size_t nodeCou
     return sum;
 }
 
-/// Vectors of one patch, rows of `stride`.
-struct PatchVectors {
-    std::vector<double> in, out;
-
-    void read(const Patches& p, const Patch& patch, std::span<const Vec3> x)
-    {
-        const std::size_t stride = std::size_t(patch.stride());
-        in.assign(3 * stride, 0.);
-        for (std::size_t i = 0; i < patch.nodes; ++i)
-            for (std::size_t d = 0; d < 3; ++d) in[d * stride + i] = x[p.nodeOfSlot[patch.firstSlot + i]][Eigen::Index(d)];
-    }
-    void clear(const Patch& patch, std::size_t rows) { out.assign(rows * std::size_t(patch.stride()), 0.); }
-    void write(const Patch& patch, std::span<Vec3> slotSum) const
-    {
-        const std::size_t stride = std::size_t(patch.stride());
-        for (std::size_t i = 0; i < patch.nodes; ++i)
-            slotSum[patch.firstSlot + i] = Vec3(out[i], out[stride + i], out[2 * stride + i]);
-    }
-};
+constexpr std::size_t kDiagonalRows = 6;  // numbers of a symmetric 3x3 block
 
 /// to[n] += sum of the slots of node n.
-void addSlots(const Patches& p, std::span<const Vec3> slotSum, std::span<Vec3> to)
+void addSums(const NodeSums<Vec3>& sums, std::span<Vec3> to)
 {
     parallelChunks(to.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t n = begin; n < end; ++n)
-            for (std::uint32_t s = p.slotStart[n]; s < p.slotStart[n + 1]; ++s) to[n] += slotSum[p.slots[s]];
+        for (std::size_t n = begin; n < end; ++n) to[n] += sums(n);
     });
 }
 
-PatchData dataOf(const Patches& p, const Patch& patch, double h, const PatchVectors& v)
+/// Memory for numbers of either precision, aligned for the kernel.
+class Scratch {
+public:
+    explicit Scratch(std::size_t doubles) : memory_(std::make_unique_for_overwrite<Line[]>(doubles / 8 + 1)) {}
+    template <class T>
+    T* as() const
+    {
+        return reinterpret_cast<T*>(memory_.get());
+    }
+
+private:
+    struct alignas(64) Line {
+        std::byte bytes[64];
+    };
+    std::unique_ptr<Line[]> memory_;
+};
+
+template <class V>
+void readPatch(const Patches& p, const Patch& patch, std::span<const V> x, typename V::Scalar* in)
 {
-    PatchData d;
-    d.batch = p.batches.data() + patch.firstBatch;
-    d.batches = int(patch.batches);
-    d.stride = patch.stride();
-    d.h = h;
-    d.in = v.in.data();
-    return d;
+    const std::size_t stride = patch.stride();
+    const std::uint32_t* const node = p.nodeOfSlot.data() + patch.firstSlot;
+    for (std::size_t i = 0; i < patch.nodes; ++i) {
+        const V& v = x[node[i]];
+        in[i] = v[0], in[stride + i] = v[1], in[2 * stride + i] = v[2];
+    }
+    for (std::size_t d = 0; d < 3; ++d) std::fill(in + d * stride + patch.nodes, in + (d + 1) * stride, 0);
 }
 
-constexpr std::size_t kPatchChunk = 2;  // patches that share scratch vectors
+template <class V>
+void writePatch(const Patch& patch, const typename V::Scalar* out, V* slot)
+{
+    const std::size_t stride = patch.stride();
+    for (std::size_t i = 0; i < patch.nodes; ++i) slot[patch.firstSlot + i] = V(out[i], out[stride + i], out[2 * stride + i]);
+}
+
+/// a.b over a patch, in double, eight partial sums in a fixed order.
+template <class Real>
+double patchDot(const Real* a, const Real* b, std::size_t count)
+{
+    double part[kLanes] = {};
+    for (std::size_t i = 0; i < count; i += kLanes)
+        for (std::size_t l = 0; l < kLanes; ++l) part[l] += double(a[i + l]) * double(b[i + l]);
+    double sum = 0;
+    for (double v : part) sum += v;
+    return sum;
+}
 
 }  // namespace
+
+struct ElasticOperator::Data {
+    Patches p;
+    std::vector<double> mass, stiffness;
+    double h = 1;
+    bool cellDilation = true;
+    std::size_t elements = 0;
+    std::vector<ElementSet> sets;
+    mutable ElasticWork work;
+    mutable std::vector<double> patchEnergy;  // of the last pass
+    // Scratch, made once: what each patch adds to each of its nodes, and vectors of the patch that a thread works on.
+    Scratch slots{0};
+    std::vector<Scratch> in, out;
+
+    PatchData patchData(std::size_t i, BatchTangent* tangents, double share) const
+    {
+        const Patch& patch = p.patches[i];
+        PatchData d;
+        d.batch = p.batches.data() + patch.firstBatch;
+        d.corners = p.corners.data();
+        d.volumes = p.volumes.data();
+        if (tangents) d.tangent = tangents + patch.firstBatch;
+        d.batches = int(patch.batches);
+        d.stride = int(patch.stride());
+        d.h = h;
+        d.mu = patch.mu, d.lambda = patch.lambda;
+        d.share = share;
+        return d;
+    }
+
+    /// Calls f(patch number, in, out) for every patch, with scratch of its own: `in` holds x, `out` three rows of
+    /// zeros; then puts `out` into the patch's slots.
+    template <class V, class F>
+    void eachPatch(std::span<const V> x, const F& f) const
+    {
+        using Real = typename V::Scalar;
+        parallelChunks(p.patches.size(), 1, [&](std::size_t i, std::size_t) {
+            const Patch& patch = p.patches[i];
+            [[maybe_unused]] std::conditional_t<std::is_same_v<Real, float>, FlushDenormals, int> flush;
+            Real* const u = in[std::size_t(threadSlot())].template as<Real>();
+            Real* const sum = out[std::size_t(threadSlot())].template as<Real>();
+            readPatch(p, patch, x, u);
+            std::fill_n(sum, 3 * patch.stride(), Real(0));
+            f(i, u, sum);
+            writePatch(patch, sum, slots.as<V>());
+        });
+    }
+
+    template <class V>
+    NodeSums<V> sums() const
+    {
+        return {slots.as<V>(), p.slotStart.data(), p.slots.data()};
+    }
+
+    double totalEnergy() const { return std::accumulate(patchEnergy.begin(), patchEnergy.end(), 0.); }
+
+    /// Material volume of a tet over h^3; 0 in a lane that is not used.
+    double volumeShare(std::size_t batch, std::size_t t, std::size_t l) const
+    {
+        const Batch& b = p.batches[batch];
+        return b.cut < 0 ? tetmesh::cellTets(b.shape).volume[t] : p.volumes[std::size_t(b.cut)].share[t][l];
+    }
+
+    template <class F>
+    void eachTet(BatchTangent* tangents, const F& f) const;
+};
 
 ElasticOperator::ElasticOperator(std::span<const ElementSet> sets, std::size_t nodeCount, double h, Volumetric volumetric)
     : data_(std::make_unique<Data>())
 {
-    data_->p = makePatches(sets, nodeCount, h);
-    data_->mass = lumped(sets, nodeCount, h, [](const Material& m) { return m.rho; });
-    data_->stiffness = lumped(sets, nodeCount, h, [h](const Material& m) { return 8 * (2 * m.mu + std::abs(m.lambda)) / (h * h); });
-    data_->h = h;
-    data_->cellDilation = volumetric == Volumetric::cell;
-    data_->slotSum.resize(data_->p.nodeOfSlot.size());
-    for (const ElementSet& set : sets) data_->elements += set.elements.size();
+    Data& d = *data_;
+    d.sets.assign(sets.begin(), sets.end());
+    d.p = makePatches(sets, nodeCount);
+    d.mass = lumped(sets, nodeCount, h, [](const Material& m) { return m.rho; });
+    d.stiffness = lumped(sets, nodeCount, h, [h](const Material& m) { return 8 * (2 * m.mu + std::abs(m.lambda)) / (h * h); });
+    d.patchEnergy.resize(d.p.patches.size());
+    d.h = h;
+    d.cellDilation = volumetric == Volumetric::cell;
+    d.slots = Scratch(kDiagonalRows * d.p.nodeOfSlot.size());
+    for (int thread = 0; thread < threadSlots(); ++thread) {
+        d.in.emplace_back(3 * d.p.largestStride);
+        d.out.emplace_back(kDiagonalRows * d.p.largestStride);
+    }
+    for (const ElementSet& set : sets) d.elements += set.elements.size();
 }
 ElasticOperator::~ElasticOperator() = default;
 ElasticOperator::ElasticOperator(ElasticOperator&&) noexcept = default;
 ElasticOperator& ElasticOperator::operator=(ElasticOperator&&) noexcept = default;
 
+std::span<const ElementSet> ElasticOperator::sets() const { return data_->sets; }
+double ElasticOperator::h() const { return data_->h; }
+Volumetric ElasticOperator::volumetric() const { return data_->cellDilation ? Volumetric::cell : Volumetric::none; }
 std::size_t ElasticOperator::nodeCount() const { return data_->mass.size(); }
 std::int64_t ElasticOperator::tetCount() const { return data_->p.tets; }
 std::span<const double> ElasticOperator::mass() const { return data_->mass; }
@@ -148,150 +241,243 @@ const ElasticWork& ElasticOperator::work() const { return data_->work; }
 
 std::size_t ElasticOperator::bytes() const
 {
-    const Patches& p = data_->p;
-    return p.batches.size() * sizeof(Batch) + (p.elementOfLane.size() + p.nodeOfSlot.size() + p.slots.size() + p.slotStart.size()) * 4 +
-           data_->slotSum.size() * sizeof(Vec3) + data_->mass.size() * sizeof(double);
+    const Data& d = *data_;
+    return d.p.bytes() + (d.mass.size() + d.stiffness.size()) * sizeof(double) +
+           (kDiagonalRows * d.p.nodeOfSlot.size() + (kDiagonalRows + 3) * d.p.largestStride * d.in.size()) * sizeof(double);
 }
 
-double ElasticOperator::evaluate(std::span<const Vec3> x, std::span<Vec3> gradient, Tangent* tangent) const
+double ElasticOperator::evaluate(std::span<const Vec3> x, std::span<Vec3> gradient, Tangent* tangent, double share) const
 {
-    const Patches& p = data_->p;
+    const Data& d = *data_;
     if (tangent) {
-        if (!tangent->data_) tangent->data_ = std::make_unique<Tangent::Data>();
-        tangent->data_->batches.resize(p.batches.size());
+        tangent->resize(d.p.batches.size());
+        tangent->share_ = share;
     }
-    std::vector<KernelResult> result(p.patches.size());
-    parallelChunks(p.patches.size(), kPatchChunk, [&](std::size_t begin, std::size_t end) {
-        PatchVectors v;
-        for (std::size_t i = begin; i < end; ++i) {
-            const Patch& patch = p.patches[i];
-            v.read(p, patch, x);
-            v.clear(patch, 3);
-            PatchData d = dataOf(p, patch, data_->h, v);
-            d.out = v.out.data();
-            if (tangent) d.tangent = tangent->data_->batches.data() + patch.firstBatch;
-            result[i] = kernel().evaluate(d, data_->cellDilation, kRobust);
-            v.write(patch, data_->slotSum);
-        }
+    std::atomic<std::int64_t> robust = 0;
+        d.eachPatch(x, [&](std::size_t i, const double* in, double* out) {
+        const KernelResult r = kernel().evaluate(d.patchData(i, tangent ? tangent->batches_.get() : nullptr, share), d.cellDilation, kRobust, in, out);
+        d.patchEnergy[i] = r.energy;
+        if (r.robustTets) robust += r.robustTets;
     });
-    if (!gradient.empty()) addSlots(p, data_->slotSum, gradient);
-    double energy = 0;
-    for (const KernelResult& r : result) {
-        energy += r.energy;
-        data_->work.robustTets += r.robustTets;
-    }
-    data_->work.evaluations += 1;
-    data_->work.evaluatedTets += p.tets;
-    return energy;
+    if (!gradient.empty()) addSums(d.sums<Vec3>(), gradient);
+    d.work.robustTets += robust;
+    d.work.evaluations += 1;
+    d.work.evaluatedTets += d.p.tets;
+    return d.totalEnergy();
 }
 
 std::vector<double> ElasticOperator::energyDensities(std::span<const Vec3> x) const
 {
-    const Patches& p = data_->p;
+    const Data& d = *data_;
     constexpr std::size_t kTets = tetmesh::kMostTets;
-    std::vector<double> density(data_->elements * kTets, 0.);
-    parallelChunks(p.patches.size(), kPatchChunk, [&](std::size_t begin, std::size_t end) {
-        PatchVectors v;
-        std::vector<double> psi;
-        for (std::size_t i = begin; i < end; ++i) {
-            const Patch& patch = p.patches[i];
-            v.read(p, patch, x);
-            v.clear(patch, 3);
-            psi.assign(patch.batches * kTets * kLanes, 0.);
-            PatchData d = dataOf(p, patch, data_->h, v);
-            d.out = v.out.data();
-            d.psi = psi.data();
-            (void)kernel().evaluate(d, data_->cellDilation, kRobust);
-            for (std::size_t b = 0; b < patch.batches; ++b)
-                for (std::size_t l = 0; l < kLanes; ++l) {
-                    const std::int32_t e = p.elementOfLane[(patch.firstBatch + b) * kLanes + l];
-                    for (std::size_t t = 0; e >= 0 && t < kTets; ++t)
-                        if (p.batches[patch.firstBatch + b].volume[t][l] > 0)
-                            density[std::size_t(e) * kTets + t] = d.psi[(b * kTets + t) * kLanes + l];
-                }
-        }
+    std::vector<double> density(d.elements * kTets, 0.), psi(d.p.batches.size() * kTets * kLanes);
+    d.eachPatch(x, [&](std::size_t i, const double* in, double* out) {
+        PatchData patch = d.patchData(i, nullptr, 0);
+        const std::size_t first = d.p.patches[i].firstBatch;
+        patch.psi = psi.data() + first * kTets * kLanes;
+        (void)kernel().evaluate(patch, d.cellDilation, kRobust, in, out);
+        const Patch& range = d.p.patches[i];
+        for (std::size_t e = range.firstElement; e < range.firstElement + range.elements; ++e)
+            for (std::size_t t = 0; t < kTets; ++t) {
+                const std::size_t batch = d.p.laneOfElement[e] / kLanes, lane = d.p.laneOfElement[e] % kLanes;
+                if (d.volumeShare(batch, t, lane) > 0) density[e * kTets + t] = psi[(batch * kTets + t) * kLanes + lane];
+            }
     });
-    data_->work.evaluations += 1;
-    data_->work.evaluatedTets += p.tets;
+    d.work.evaluations += 1;
+    d.work.evaluatedTets += d.p.tets;
     return density;
+}
+
+/// Calls f(tangent of the batch, tet, lane, mu V / h^2) for every tet with material.
+template <class F>
+void ElasticOperator::Data::eachTet(BatchTangent* tangents, const F& f) const
+{
+    parallelChunks(p.patches.size(), 1, [&](std::size_t i, std::size_t) {
+        const Patch& patch = p.patches[i];
+        for (std::size_t b = patch.firstBatch; b < patch.firstBatch + patch.batches; ++b)
+            for (std::size_t t = 0; t < std::size_t(tetmesh::kMostTets); ++t)
+                for (std::size_t l = 0; l < kLanes; ++l)
+                    if (const double share = volumeShare(b, t, l); share > 0) f(tangents[b], t, l, patch.mu * share * h);
+    });
 }
 
 void ElasticOperator::project(Tangent& tangent) const
 {
-    const Patches& p = data_->p;
-    const double scale = 1 / (data_->h * data_->h);
-    parallelChunks(p.batches.size(), 64, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t b = begin; b < end; ++b)
-            for (int t = 0; t < tetmesh::kMostTets; ++t)
-                for (int l = 0; l < kLanes; ++l) {
-                    const double least = -p.batches[b].mu[l] * p.batches[b].volume[t][l] * scale;
-                    if (least == 0) continue;
-                    double T[6];
-                    for (int k = 0; k < 6; ++k) T[k] = tangent.data_->batches[b].T[t][k][l];
-                    const Eigen::SelfAdjointEigenSolver<Mat3> eigen(unpackSymmetric(T));
-                    if (eigen.eigenvalues()[0] >= least) continue;
-                    const Vec3 clamped = eigen.eigenvalues().cwiseMax(least);
-                    packSymmetric(eigen.eigenvectors() * clamped.asDiagonal() * eigen.eigenvectors().transpose(), T);
-                    for (int k = 0; k < 6; ++k) tangent.data_->batches[b].T[t][k][l] = float(T[k]);
-                }
+    data_->eachTet(tangent.batches_.get(), [&](BatchTangent& batch, std::size_t t, std::size_t l, double mu) {
+        const double least = -mu * (1 + tangent.share_);
+        double T[6];
+        for (std::size_t k = 0; k < 6; ++k) T[k] = batch.tet[t].T[k][l];
+        const Eigen::SelfAdjointEigenSolver<Mat3> eigen(unpackSymmetric(T));
+        if (eigen.eigenvalues()[0] >= least) return;
+        const Vec3 clamped = eigen.eigenvalues().cwiseMax(least);
+        packSymmetric(eigen.eigenvectors() * clamped.asDiagonal() * eigen.eigenvectors().transpose(), T);
+        for (std::size_t k = 0; k < 6; ++k) batch.tet[t].T[k][l] = float(T[k]);
     });
 }
 
 void ElasticOperator::warp(Tangent& tangent) const
 {
-    const Patches& p = data_->p;
-    const double scale = 1 / (data_->h * data_->h);
-    parallelChunks(p.batches.size(), 64, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t b = begin; b < end; ++b)
-            for (int t = 0; t < tetmesh::kMostTets; ++t)
-                for (int k = 0; k < 6; ++k)
-                    for (int l = 0; l < kLanes; ++l)
-                        tangent.data_->batches[b].T[t][k][l] = k < 3 ? float(-p.batches[b].mu[l] * p.batches[b].volume[t][l] * scale) : 0;
+    tangent.share_ = 0;
+    data_->eachTet(tangent.batches_.get(), [](BatchTangent& batch, std::size_t t, std::size_t l, double mu) {
+        for (std::size_t k = 0; k < 6; ++k) batch.tet[t].T[k][l] = k < 3 ? float(-mu) : 0;
     });
+}
+
+template <class V>
+double ElasticOperator::multiply(const Tangent& tangent, std::span<const V> u) const
+{
+    const Data& d = *data_;
+    d.eachPatch(u, [&](std::size_t i, const typename V::Scalar* in, typename V::Scalar* out) {
+        const PatchData patch = d.patchData(i, tangent.batches_.get(), tangent.share_);
+        if constexpr (std::is_same_v<V, Vec3>)
+            kernel().product(patch, d.cellDilation, in, out);
+        else
+            kernel().productSingle(patch, d.cellDilation, in, out);
+        d.patchEnergy[i] = patchDot(in, out, 3 * d.p.patches[i].stride());
+    });
+    d.work.products += 1;
+    d.work.productTets += d.p.tets;
+    return d.totalEnergy();
+}
+
+template <class V>
+NodeSums<V> ElasticOperator::sums() const
+{
+    return data_->sums<V>();
+}
+
+template double ElasticOperator::multiply<Vec3>(const Tangent&, std::span<const Vec3>) const;
+template double ElasticOperator::multiply<Vec3f>(const Tangent&, std::span<const Vec3f>) const;
+template NodeSums<Vec3> ElasticOperator::sums<Vec3>() const;
+template NodeSums<Vec3f> ElasticOperator::sums<Vec3f>() const;
+
+namespace {
+
+/// The rotation nearest to m, a weighted mean of rotations.
+Mat3 nearestRotation(const Mat3& m)
+{
+    constexpr double kNear = 0.3;  // Newton-Schulz converges from here, in four steps to single precision
+    Mat3 R = m;
+    for (int step = 0; step < 4; ++step) {
+        const Mat3 off = Mat3::Identity() - R.transpose() * R;
+        if (step == 0 && !(off.norm() < kNear && R.determinant() > 0)) return signedPolar(m).R;
+        R += 0.5 * R * off;
+    }
+    return R;
+}
+
+}  // namespace
+
+void ElasticOperator::average(const ElasticOperator& fine, const Tangent& fineTangent, const FinerElements& finer, Tangent& tangent) const
+{
+    const Data &d = *data_, &f = *fine.data_;
+    if (tangent.count_ != d.p.batches.size()) {
+        tangent.resize(d.p.batches.size());
+        std::memset(static_cast<void*>(tangent.batches_.get()), 0, tangent.bytes());  // lanes that no element fills
+    }
+    tangent.share_ = fineTangent.share_;
+    parallelChunks(d.elements, 64, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t e = begin; e < end; ++e) {
+            struct Sum {
+                Mat3 R = Mat3::Zero();
+                double share = 0, T[6] = {};
+            } sum[tetmesh::kMostTets];
+            for (std::uint32_t c = finer.start[e]; c < finer.start[e + 1]; ++c) {
+                const std::size_t at = f.p.laneOfElement[finer.children[c].element], batch = at / kLanes, lane = at % kLanes;
+                const BatchTangent& from = fineTangent.batches_[batch];
+                for (std::size_t t = 0; t < std::size_t(tetmesh::kMostTets); ++t) {
+                    const double share = f.volumeShare(batch, t, lane);
+                    if (!(share > 0)) continue;
+                    Sum& to = sum[finer.children[c].coarseTet[t]];
+                    to.share += share;
+                    for (int k = 0; k < 9; ++k) to.R(k / 3, k % 3) += share * from.tet[t].R[k][lane];
+                    for (int k = 0; k < 6; ++k) to.T[k] += from.tet[t].T[k][lane];
+                }
+            }
+            const std::size_t batch = d.p.laneOfElement[e] / kLanes, lane = d.p.laneOfElement[e] % kLanes;
+            for (std::size_t t = 0; t < std::size_t(tetmesh::kMostTets); ++t) {
+                BatchTangent::Tet& to = tangent.batches_[batch].tet[t];
+                const Mat3 R = sum[t].share > 0 ? nearestRotation(sum[t].R / sum[t].share) : Mat3(Mat3::Identity());
+                for (int k = 0; k < 9; ++k) to.R[k][lane] = float(R(k / 3, k % 3));
+                // T is per V / h^2: a coarse tet has the volume of its finer ones and twice their h.
+                for (int k = 0; k < 6; ++k) to.T[k][lane] = float(sum[t].T[k] / 4);
+            }
+        }
+    });
+}
+
+namespace {
+
+/// q x as a matrix.
+Mat3 crossMatrix(const Vec3& q)
+{
+    Mat3 m;
+    m << 0, -q.z(), q.y(), q.z(), 0, -q.x(), -q.y(), q.x(), 0;
+    return m;
+}
+
+}  // namespace
+
+ElasticOperator::ElementMatrix ElasticOperator::elementMatrix(const Tangent& tangent, std::size_t element) const
+{
+    const Data& d = *data_;
+    const std::size_t at = d.p.laneOfElement[element], b = at / kLanes, lane = at % kLanes;
+    const tetmesh::CellTets& cell = tetmesh::cellTets(d.p.batches[b].shape);
+    const auto patch = std::upper_bound(d.p.patches.begin(), d.p.patches.end(), element,
+                                        [](std::size_t e, const Patch& p) { return e < p.firstElement; }) - 1;
+    const double scale = d.h * (1 + tangent.share_), mu = patch->mu * scale, lambda = patch->lambda * scale;
+    ElementMatrix K = ElementMatrix::Zero();
+    Eigen::Matrix<double, 24, 1> bulk = Eigen::Matrix<double, 24, 1>::Zero();
+    double cellShare = 0;
+    for (std::size_t t = 0; t < std::size_t(cell.count); ++t) {
+        const double V = d.volumeShare(b, t, lane);
+        if (!(V > 0)) continue;
+        cellShare += V;
+        const BatchTangent::Tet& tet = tangent.batches_[b].tet[t];
+        Mat3 R;
+        double packed[6];
+        for (int k = 0; k < 9; ++k) R(k / 3, k % 3) = tet.R[k][lane];
+        for (int k = 0; k < 6; ++k) packed[k] = tet.T[k][lane];
+        const Mat3 T = unpackSymmetric(packed);
+        for (std::size_t i = 0; i < 4; ++i) {
+            const Vec3 gi(cell.gradient[t][i].data()), qi = R * gi;
+            const Eigen::Index row = 3 * cell.corner[t][i];
+            bulk.segment<3>(row) += V * qi;
+            for (std::size_t j = 0; j < 4; ++j) {
+                const Vec3 gj(cell.gradient[t][j].data()), qj = R * gj;
+                K.block<3, 3>(row, 3 * cell.corner[t][j]) += 2 * mu * V * gi.dot(gj) * Mat3::Identity() +
+                                                             (d.cellDilation ? -2. / 3. * mu : lambda) * V * qi * qj.transpose() +
+                                                             crossMatrix(qi) * T * crossMatrix(qj).transpose();
+            }
+        }
+    }
+    if (d.cellDilation && cellShare > 0) K += (lambda + 2. / 3. * mu) / cellShare * bulk * bulk.transpose();
+    return K;
 }
 
 void ElasticOperator::addProduct(const Tangent& tangent, std::span<const Vec3> u, std::span<Vec3> out) const
 {
-    const Patches& p = data_->p;
-    parallelChunks(p.patches.size(), kPatchChunk, [&](std::size_t begin, std::size_t end) {
-        PatchVectors v;
-        for (std::size_t i = begin; i < end; ++i) {
-            const Patch& patch = p.patches[i];
-            v.read(p, patch, u);
-            v.clear(patch, 3);
-            PatchData d = dataOf(p, patch, data_->h, v);
-            d.out = v.out.data();
-            d.tangent = tangent.data_->batches.data() + patch.firstBatch;
-            kernel().product(d, data_->cellDilation);
-            v.write(patch, data_->slotSum);
-        }
-    });
-    addSlots(p, data_->slotSum, out);
-    data_->work.products += 1;
-    data_->work.productTets += p.tets;
+    (void)multiply(tangent, u);
+    addSums(sums<Vec3>(), out);
 }
 
 void ElasticOperator::addDiagonal(const Tangent& tangent, std::span<Mat3> blocks) const
 {
-    const Patches& p = data_->p;
-    std::vector<std::array<double, 6>> slot(p.nodeOfSlot.size());
-    parallelChunks(p.patches.size(), kPatchChunk, [&](std::size_t begin, std::size_t end) {
-        PatchVectors v;
-        for (std::size_t i = begin; i < end; ++i) {
-            const Patch& patch = p.patches[i];
-            v.clear(patch, 6);
-            PatchData d = dataOf(p, patch, data_->h, v);
-            d.out = v.out.data();
-            d.tangent = tangent.data_->batches.data() + patch.firstBatch;
-            kernel().diagonal(d, data_->cellDilation);
-            const std::size_t stride = std::size_t(patch.stride());
-            for (std::size_t n = 0; n < patch.nodes; ++n)
-                for (std::size_t k = 0; k < 6; ++k) slot[patch.firstSlot + n][k] = v.out[k * stride + n];
-        }
+    const Data& d = *data_;
+    using Packed = Eigen::Matrix<double, kDiagonalRows, 1>;
+    Packed* const slot = d.slots.as<Packed>();
+    parallelChunks(d.p.patches.size(), 1, [&](std::size_t i, std::size_t) {
+        const Patch& patch = d.p.patches[i];
+        const std::size_t stride = patch.stride();
+        double* const out = d.out[std::size_t(threadSlot())].as<double>();
+        std::fill_n(out, kDiagonalRows * stride, 0.);
+        kernel().diagonal(d.patchData(i, tangent.batches_.get(), tangent.share_), d.cellDilation, out);
+        for (std::size_t n = 0; n < patch.nodes; ++n)
+            for (std::size_t k = 0; k < kDiagonalRows; ++k) slot[patch.firstSlot + n][Eigen::Index(k)] = out[k * stride + n];
     });
     parallelChunks(blocks.size(), kChunk, [&](std::size_t begin, std::size_t end) {
         for (std::size_t n = begin; n < end; ++n)
-            for (std::uint32_t s = p.slotStart[n]; s < p.slotStart[n + 1]; ++s) blocks[n] += unpackSymmetric(slot[p.slots[s]].data());
+            for (std::uint32_t s = d.p.slotStart[n]; s < d.p.slotStart[n + 1]; ++s) blocks[n] += unpackSymmetric(slot[d.p.slots[s]].data());
     });
 }
 

@@ -1,7 +1,8 @@
 // The element kernel: eight lattice cells at a time, one a lane. Not installed.
 //
-// Every operation on a lane is a plain IEEE double operation and nothing is contracted, so the lanes compute the same
-// bits whatever vector unit the file is compiled for; kernel_dispatch.cpp picks the widest the machine has.
+// Every operation on a lane is a plain IEEE operation, fused multiply-add where the unit has it, and each lane is added up
+// in the same order: AVX2 and AVX-512 give the same bits, and so does any number of threads. Plain code, for machines
+// without fused operations, rounds twice where they round once. kernel_dispatch.cpp picks the widest unit of the machine.
 // Symbols as in corotational.h, and: h lattice spacing; V material volume of a tet; E = F h; avg mean over the
 // tets of a cell, weighted by V. "Cell dilation" splits the energy with the bulk modulus K = lambda + 2 mu/3 and takes the
 // bulk part from the mean dilatation of the cell,
@@ -12,38 +13,52 @@
 
 #include <vdbfrac/tetmesh/cell.h>
 
+#include <array>
 #include <cstdint>
 
 namespace vdbfrac::solver {
 
 inline constexpr int kLanes = 8;
 
-/// Eight cells of one shape. A lane that is not used has no volume in any tet.
-struct alignas(64) Batch {
-    double volume[tetmesh::kMostTets][kLanes];  ///< V [m^3]
-    double mu[kLanes], lambda[kLanes];          ///< [Pa]
-    std::uint16_t corner[tetmesh::kCorners][kLanes];  ///< local node
-    tetmesh::CellShape shape;
-    bool contiguous;  ///< corner[c][l] == corner[c][0] + l for all c, l: rows of a lattice
+/// Eight cells of one shape. Whole cells in a row of the lattice, the common case, need nothing but this.
+struct Batch {
+    std::array<std::uint16_t, tetmesh::kCorners> corner{};  ///< local nodes of the first cell
+    std::int32_t gathered = -1;  ///< entry of `LaneCorners`; -1: a row, cell l has corner[c] + l and corner[c | 1] = corner[c] + 1
+    std::int32_t cut = -1;       ///< entry of `LaneVolumes`; -1: eight whole cells
+    tetmesh::CellShape shape = tetmesh::CellShape::six;
+};
+
+/// Local nodes of cells that are not in a row.
+struct alignas(64) LaneCorners {
+    std::uint16_t corner[tetmesh::kCorners][kLanes];
+};
+
+/// Material volume of each tet over the volume of its cell. A lane that is not used has none.
+struct alignas(64) LaneVolumes {
+    double share[tetmesh::kMostTets][kLanes];
 };
 
 /// What a product with the tangent needs of eight cells. A product is bound by reading this, so it is kept in single
 /// precision: a slightly different symmetric operator inside an iteration whose residual is evaluated in double.
 struct alignas(64) BatchTangent {
-    float R[tetmesh::kMostTets][9][kLanes];  ///< row-major
-    float T[tetmesh::kMostTets][6][kLanes];  ///< twist operator times V / h^2: xx, yy, zz, yz, zx, xy
+    struct Tet {
+        float R[9][kLanes];  ///< row-major
+        float T[6][kLanes];  ///< R (twist operator) R^T times V / h^2: xx, yy, zz, yz, zx, xy
+    } tet[tetmesh::kMostTets];
 };
 
-/// Vectors of a patch: three rows (x, y, z) of `stride` doubles, kLanes more than there are nodes.
+/// One patch. Vectors are three rows (x, y, z) of `stride` numbers, kLanes more than there are nodes.
 struct PatchData {
     const Batch* batch = nullptr;
+    const LaneCorners* corners = nullptr;
+    const LaneVolumes* volumes = nullptr;
     BatchTangent* tangent = nullptr;  ///< written by evaluate when not null, read by product and diagonal
     double* psi = nullptr;            ///< evaluate: energy density [J/m^3], [batch][tet][lane]; may be null
     int batches = 0;
     int stride = 0;
     double h = 1;
-    const double* in = nullptr;  ///< x [m] or a displacement
-    double* out = nullptr;       ///< added to: gradient [N], K times in, or (six rows) diagonal blocks
+    double mu = 0, lambda = 0;  ///< [Pa]
+    double share = 0;           ///< the tangent is that of the energy plus `share` times linear elasticity in the frame of R
 };
 
 struct KernelResult {
@@ -57,10 +72,13 @@ struct RobustTet {
     void (*twist)(const double* S, double t, double* T);
 };
 
+/// `in`: x [m] or a displacement; `out` is added to: gradient [N], K times in, or six rows of diagonal blocks
+/// (xx, yy, zz, yz, zx, xy).
 struct Kernel {
-    KernelResult (*evaluate)(const PatchData&, bool cellDilation, const RobustTet&);
-    void (*product)(const PatchData&, bool cellDilation);
-    void (*diagonal)(const PatchData&, bool cellDilation);  ///< out: six rows xx, yy, zz, yz, zx, xy
+    KernelResult (*evaluate)(const PatchData&, bool cellDilation, const RobustTet&, const double* in, double* out);
+    void (*product)(const PatchData&, bool cellDilation, const double* in, double* out);
+    void (*productSingle)(const PatchData&, bool cellDilation, const float* in, float* out);
+    void (*diagonal)(const PatchData&, bool cellDilation, double* out);
     const char* name;
 };
 

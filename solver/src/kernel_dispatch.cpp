@@ -16,7 +16,7 @@ const Kernel* const* kernels(int& count)
 #endif
     count = 1;
 #if defined(__x86_64__)
-    if (__builtin_cpu_supports("avx2")) count = 2;
+    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) count = 2;
     if (count == 2 && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
         __builtin_cpu_supports("avx512vl"))
         count = 3;

@@ -2,6 +2,7 @@
 // Everything but that one symbol has internal linkage, so no code for a wide unit leaks into the rest of the program.
 #include "kernel.h"
 
+#include <type_traits>
 #include <utility>
 
 namespace vdbfrac::solver {
@@ -14,9 +15,26 @@ using tetmesh::CellShape;
 using tetmesh::kCellTets;
 
 typedef double Pack __attribute__((vector_size(64)));
-typedef double LoosePack __attribute__((vector_size(64), aligned(8), may_alias));
 typedef float SinglePack __attribute__((vector_size(32)));
+typedef double LoosePack __attribute__((vector_size(64), aligned(8), may_alias));
+typedef float LooseSinglePack __attribute__((vector_size(32), aligned(4), may_alias));
 typedef long long Mask __attribute__((vector_size(64)));
+
+/// The pack of a number type: eight of them.
+template <class Real>
+struct PackOf;
+template <>
+struct PackOf<double> {
+    using Type = Pack;
+    using Loose = LoosePack;
+};
+template <>
+struct PackOf<float> {
+    using Type = SinglePack;
+    using Loose = LooseSinglePack;
+};
+template <class Real>
+using PackT = typename PackOf<Real>::Type;
 
 #define VDBFRAC_INLINE inline __attribute__((always_inline))
 
@@ -29,11 +47,27 @@ VDBFRAC_INLINE void unroll(const F& f)
     }(std::make_integer_sequence<int, n>{});
 }
 
-VDBFRAC_INLINE Pack load(const double* p) { return *reinterpret_cast<const Pack*>(p); }
-VDBFRAC_INLINE Pack load(const float* p) { return __builtin_convertvector(*reinterpret_cast<const SinglePack*>(p), Pack); }
+/// Eight aligned numbers of type From as a pack of Real.
+template <class Real, class From>
+VDBFRAC_INLINE PackT<Real> load(const From* p)
+{
+    const PackT<From> v = *reinterpret_cast<const PackT<From>*>(p);
+    if constexpr (std::is_same_v<Real, From>)
+        return v;
+    else
+        return __builtin_convertvector(v, PackT<Real>);
+}
 VDBFRAC_INLINE void store(float* p, Pack v) { *reinterpret_cast<SinglePack*>(p) = __builtin_convertvector(v, SinglePack); }
-VDBFRAC_INLINE Pack loadLoose(const double* p) { return *reinterpret_cast<const LoosePack*>(p); }
-VDBFRAC_INLINE void storeLoose(double* p, Pack v) { *reinterpret_cast<LoosePack*>(p) = v; }
+template <class Real>
+VDBFRAC_INLINE PackT<Real> loadLoose(const Real* p)
+{
+    return *reinterpret_cast<const typename PackOf<Real>::Loose*>(p);
+}
+template <class Real>
+VDBFRAC_INLINE void storeLoose(Real* p, PackT<Real> v)
+{
+    *reinterpret_cast<typename PackOf<Real>::Loose*>(p) = v;
+}
 VDBFRAC_INLINE Pack all(double v) { return Pack{} + v; }
 VDBFRAC_INLINE Pack root(Pack v)
 {
@@ -44,53 +78,87 @@ VDBFRAC_INLINE Pack root(Pack v)
 VDBFRAC_INLINE Pack magnitude(Pack v) { return v < 0 ? -v : v; }
 VDBFRAC_INLINE bool any(Mask m)
 {
-    long long bits = 0;
-    for (int l = 0; l < kLanes; ++l) bits |= m[l];
-    return bits != 0;
+    typedef long long Half __attribute__((vector_size(32)));
+    typedef long long Quarter __attribute__((vector_size(16)));
+    const Half half = __builtin_shufflevector(m, m, 0, 1, 2, 3) | __builtin_shufflevector(m, m, 4, 5, 6, 7);
+    const Quarter quarter = __builtin_shufflevector(half, half, 0, 1) | __builtin_shufflevector(half, half, 2, 3);
+    return (quarter[0] | quarter[1]) != 0;
 }
 
-using Corners = Pack[tetmesh::kCorners][3];
-using Matrix = Pack[3][3];
+template <class P>
+using CornersOf = P[tetmesh::kCorners][3];
+using Corners = CornersOf<Pack>;
+template <class P>
+using MatrixOf = P[3][3];
+using Matrix = MatrixOf<Pack>;
 
-template <int rows>
-VDBFRAC_INLINE void gather(const Batch& batch, const double* in, int stride, Pack (&u)[tetmesh::kCorners][rows])
+/// Volume shares of the tets of a batch: its own if it is cut, else those of a whole cell.
+template <CellShape shape>
+struct WholeVolumes {
+    alignas(64) double share[tetmesh::kMostTets][kLanes];
+    constexpr WholeVolumes() : share{}
+    {
+        for (int t = 0; t < tetmesh::kMostTets; ++t)
+            for (int l = 0; l < kLanes; ++l) share[t][l] = kCellTets<shape>.volume[std::size_t(t)];
+    }
+};
+template <CellShape shape>
+constexpr WholeVolumes<shape> kWhole;
+
+template <CellShape shape>
+VDBFRAC_INLINE const double (*volumeShares(const PatchData& patch, const Batch& batch))[kLanes]
 {
-    for (int c = 0; c < tetmesh::kCorners; ++c)
-        for (int i = 0; i < rows; ++i) {
-            const double* row = in + i * stride;
-            if (batch.contiguous)
-                u[c][i] = loadLoose(row + batch.corner[c][0]);
-            else
-                for (int l = 0; l < kLanes; ++l) u[c][i][l] = row[batch.corner[c][l]];
-        }
+    return batch.cut < 0 ? kWhole<shape>.share : patch.volumes[batch.cut].share;
 }
 
-template <int rows>
-VDBFRAC_INLINE void scatter(const Batch& batch, const Pack (&f)[tetmesh::kCorners][rows], int stride, double* out)
+template <class Real>
+VDBFRAC_INLINE void gather(const PatchData& patch, const Batch& batch, const Real* in, CornersOf<PackT<Real>>& u)
 {
+    if (batch.gathered < 0) {
+        for (int c = 0; c < tetmesh::kCorners; ++c)
+            for (int i = 0; i < 3; ++i) u[c][i] = loadLoose(in + i * patch.stride + batch.corner[c]);
+        return;
+    }
+    const LaneCorners& lanes = patch.corners[batch.gathered];
     for (int c = 0; c < tetmesh::kCorners; ++c)
-        for (int i = 0; i < rows; ++i) {
-            double* row = out + i * stride;
-            if (batch.contiguous) {
-                double* at = row + batch.corner[c][0];
-                storeLoose(at, loadLoose(at) + f[c][i]);
-            } else
-                for (int l = 0; l < kLanes; ++l) row[batch.corner[c][l]] += f[c][i][l];
-        }
+        for (int i = 0; i < 3; ++i)
+            for (int l = 0; l < kLanes; ++l) u[c][i][l] = in[i * patch.stride + lanes.corner[c][l]];
+}
+
+/// Adds f to the rows of `out`. In a row of cells the corners at x + 1 are those at x of the next cell: both are added
+/// up in registers, and memory sees one addition for each line of nodes.
+template <int rows, class Real>
+VDBFRAC_INLINE void scatter(const PatchData& patch, const Batch& batch, const PackT<Real> (&f)[tetmesh::kCorners][rows], Real* out)
+{
+    if (batch.gathered < 0) {
+        for (int c = 0; c < tetmesh::kCorners; c += 2)
+            for (int i = 0; i < rows; ++i) {
+                Real* at = out + i * patch.stride + batch.corner[c];
+                const PackT<Real> next = __builtin_shufflevector(f[c + 1][i], PackT<Real>{}, 8, 0, 1, 2, 3, 4, 5, 6);
+                storeLoose(at, loadLoose(at) + (f[c][i] + next));
+                at[kLanes] += f[c + 1][i][kLanes - 1];
+            }
+        return;
+    }
+    const LaneCorners& lanes = patch.corners[batch.gathered];
+    for (int c = 0; c < tetmesh::kCorners; ++c)
+        for (int i = 0; i < rows; ++i)
+            for (int l = 0; l < kLanes; ++l) out[i * patch.stride + lanes.corner[c][l]] += f[c][i][l];
 }
 
 /// a = g b on the first term of a sum, a += g b later; g is known at compile time, and mostly 1 or -1.
-template <bool first>
-VDBFRAC_INLINE void addScaled(Pack& a, double g, Pack b)
+template <bool first, class P>
+VDBFRAC_INLINE void addScaled(P& a, double g, P b)
 {
+    using Real = std::remove_cvref_t<decltype(a[0])>;
     if (first)
-        a = g == 1 ? b : g * b;
+        a = g == 1 ? b : Real(g) * b;
     else if (g == 1)
         a += b;
     else if (g == -1)
         a -= b;
     else
-        a += g * b;
+        a += Real(g) * b;
 }
 
 /// First tet vertex whose gradient has a positive component d: the sum starts there.
@@ -103,8 +171,8 @@ constexpr int firstVertex(CellShape shape, int t, int d)
 }
 
 /// E = sum_a u_a (x) (h grad N_a): differences of corner values, because the rest shape is that of the lattice.
-template <CellShape shape, int t>
-VDBFRAC_INLINE void differences(const Corners& u, Matrix& E)
+template <CellShape shape, int t, class P>
+VDBFRAC_INLINE void differences(const CornersOf<P>& u, MatrixOf<P>& E)
 {
     unroll<3>([&](auto d) __attribute__((always_inline)) {
         constexpr int first = firstVertex(shape, t, d);
@@ -119,15 +187,15 @@ VDBFRAC_INLINE void differences(const Corners& u, Matrix& E)
 }
 
 /// f_a += P (h grad N_a).
-template <CellShape shape, int t>
-VDBFRAC_INLINE void spread(const Matrix& P, Corners& f)
+template <CellShape shape, int t, class P>
+VDBFRAC_INLINE void spread(const MatrixOf<P>& stress, CornersOf<P>& f)
 {
     constexpr auto& tets = kCellTets<shape>;
     unroll<4>([&](auto a) __attribute__((always_inline)) {
         unroll<3>([&](auto d) __attribute__((always_inline)) {
             constexpr double g = tets.gradient[t][a][d];
             if constexpr (g != 0)
-                for (int i = 0; i < 3; ++i) addScaled<false>(f[tets.corner[t][a]][i], g, P[i][d]);
+                for (int i = 0; i < 3; ++i) addScaled<false>(f[tets.corner[t][a]][i], g, stress[i][d]);
         });
     });
 }
@@ -255,7 +323,7 @@ VDBFRAC_INLINE std::int64_t strainOfTet(const Corners& x, Pack volume, double h,
 {
     const Mask used = volume > 0;
     const double scale = 1 / h;
-    differences<shape, t>(x, s.F[t]);
+    differences<shape, t, Pack>(x, s.F[t]);
     for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j) s.F[t][i][j] = used ? s.F[t][i][j] * scale : all(i == j);
     s.robust[t] = closedPolar(s.F[t], s.R[t]);
@@ -271,142 +339,15 @@ VDBFRAC_INLINE std::int64_t strainOfTet(const Corners& x, Pack volume, double h,
 
 /// Mean over the tets of a cell weighted by volume; 0 in a cell without material.
 template <int tets>
-VDBFRAC_INLINE Pack cellMean(const Batch& batch, const Pack (&value)[tetmesh::kMostTets])
+VDBFRAC_INLINE Pack cellMean(const double (*share)[kLanes], const Pack (&value)[tetmesh::kMostTets])
 {
     Pack sum = all(0), volume = all(0);
     for (int t = 0; t < tets; ++t) {
-        const Pack V = load(batch.volume[t]);
+        const Pack V = load<double>(share[t]);
         sum += V * value[t];
         volume += V;
     }
     return volume > 0 ? sum / volume : all(0);
-}
-
-template <int t>
-VDBFRAC_INLINE void storeTangent(const Strains& s, Pack twistOfTet, Pack scale, BatchTangent& out, const RobustTet& scalar)
-{
-    Pack T[6];
-    twist(s.S[t], twistOfTet, T);
-    if (any(s.robust[t]))
-        for (int l = 0; l < kLanes; ++l) {
-            if (!s.robust[t][l]) continue;
-            double S[6], lane[6];
-            for (int k = 0; k < 6; ++k) S[k] = s.S[t][k][l];
-            scalar.twist(S, twistOfTet[l], lane);
-            for (int k = 0; k < 6; ++k) T[k][l] = lane[k];
-        }
-    for (int k = 0; k < 9; ++k) store(out.R[t][k], s.R[t][k / 3][k % 3]);
-    for (int k = 0; k < 6; ++k) store(out.T[t][k], T[k] * scale);
-}
-
-template <CellShape shape, bool cellDilation>
-KernelResult evaluateBatch(const PatchData& patch, int b, const RobustTet& scalar)
-{
-    constexpr int tets = kCellTets<shape>.count;
-    const Batch& batch = patch.batch[b];
-    Corners x, f;
-    Strains s;
-    KernelResult result;
-    gather(batch, patch.in, patch.stride, x);
-    unroll<tets>([&](auto t) __attribute__((always_inline)) {
-        result.robustTets += strainOfTet<shape, t>(x, load(batch.volume[t]), patch.h, s, scalar);
-    });
-    for (auto& corner : f)
-        for (Pack& v : corner) v = all(0);
-    const Pack mu = load(batch.mu), lambda = load(batch.lambda);
-    const Pack twoThirdsMu = 2. / 3. * mu, bulk = lambda + twoThirdsMu;
-    const Pack mean = cellDilation ? cellMean<tets>(batch, s.dilation) : all(0);
-    Pack energy = all(0);
-    unroll<tets>([&](auto t) __attribute__((always_inline)) {
-        const Pack V = load(batch.volume[t]);
-        // Per tet the bulk part is lambda/2 d^2; averaged it is K/2 mean^2, and -mu/3 d^2 leaves the deviatoric part.
-        const Pack d = s.dilation[t], pressure = cellDilation ? bulk * mean - twoThirdsMu * d : lambda * d;
-        const Pack force = V / patch.h;
-        Pack deviation = all(0);
-        Matrix P;
-        for (int i = 0; i < 3; ++i)
-            for (int j = 0; j < 3; ++j) {
-                const Pack e = s.F[t][i][j] - s.R[t][i][j];
-                deviation += e * e;
-                P[i][j] = (2. * mu * e + pressure * s.R[t][i][j]) * force;
-            }
-        const Pack psi = cellDilation ? mu * deviation - 0.5 * twoThirdsMu * d * d + 0.5 * bulk * mean * mean
-                                      : mu * deviation + 0.5 * lambda * d * d;
-        energy += V * psi;
-        if (patch.psi) storeLoose(patch.psi + (b * tetmesh::kMostTets + t) * kLanes, psi);
-        spread<shape, t>(P, f);
-        if (patch.tangent)
-            storeTangent<t>(s, pressure - 2. * mu, V / (patch.h * patch.h), patch.tangent[b], scalar);
-    });
-    scatter(batch, f, patch.stride, patch.out);
-    for (int l = 0; l < kLanes; ++l) result.energy += energy[l];
-    return result;
-}
-
-template <CellShape shape, int t>
-VDBFRAC_INLINE Pack traceOfTet(const Corners& u, const BatchTangent& tangent, Matrix& E)
-{
-    differences<shape, t>(u, E);
-    Pack trace = all(0);
-    for (int k = 0; k < 9; ++k) trace += load(tangent.R[t][k]) * E[k / 3][k % 3];
-    return trace;
-}
-
-/// dP = 2 mu dF + bulk R + R skew(T axial(R^T dF - dF^T R)), times V / h^2 with dF in units of 1/h.
-template <CellShape shape, int t>
-VDBFRAC_INLINE void productOfTet(const Matrix& E, const BatchTangent& tangent, Pack twoMu, Pack bulk, Corners& f)
-{
-    Matrix R, A, B, P;
-    for (int k = 0; k < 9; ++k) R[k / 3][k % 3] = load(tangent.R[t][k]);
-    transposedProduct(R, E, A);
-    const Pack w[3] = {A[2][1] - A[1][2], A[0][2] - A[2][0], A[1][0] - A[0][1]};
-    Pack T[6], v[3];
-    for (int k = 0; k < 6; ++k) T[k] = load(tangent.T[t][k]);
-    v[0] = T[0] * w[0] + T[5] * w[1] + T[4] * w[2];
-    v[1] = T[5] * w[0] + T[1] * w[1] + T[3] * w[2];
-    v[2] = T[4] * w[0] + T[3] * w[1] + T[2] * w[2];
-    B[0][0] = B[1][1] = B[2][2] = bulk;
-    B[0][1] = -v[2], B[1][0] = v[2];
-    B[0][2] = v[1], B[2][0] = -v[1];
-    B[1][2] = -v[0], B[2][1] = v[0];
-    product(R, B, P);
-    for (int k = 0; k < 9; ++k) P[k / 3][k % 3] += twoMu * E[k / 3][k % 3];
-    spread<shape, t>(P, f);
-}
-
-template <CellShape shape, bool cellDilation>
-void productBatch(const PatchData& patch, int b)
-{
-    constexpr int tets = kCellTets<shape>.count;
-    const Batch& batch = patch.batch[b];
-    const BatchTangent& tangent = patch.tangent[b];
-    Corners u, f;
-    gather(batch, patch.in, patch.stride, u);
-    for (auto& corner : f)
-        for (Pack& v : corner) v = all(0);
-    const double scale = 1 / (patch.h * patch.h);
-    const Pack twoMu = 2. * load(batch.mu) * scale, lambda = load(batch.lambda) * scale;
-    const Pack third = twoMu / 3., bulk = lambda + third;
-    Pack mean = all(0), trace[tetmesh::kMostTets];
-    if constexpr (cellDilation) {
-        unroll<tets>([&](auto t) __attribute__((always_inline)) {
-            Matrix E;
-            trace[t] = traceOfTet<shape, t>(u, tangent, E);
-        });
-        mean = cellMean<tets>(batch, trace);
-    }
-    unroll<tets>([&](auto t) __attribute__((always_inline)) {
-        const Pack V = load(batch.volume[t]);
-        Matrix E;
-        if constexpr (cellDilation) {
-            differences<shape, t>(u, E);
-            productOfTet<shape, t>(E, tangent, twoMu * V, (bulk * mean - third * trace[t]) * V, f);
-        } else {
-            const Pack own = traceOfTet<shape, t>(u, tangent, E);
-            productOfTet<shape, t>(E, tangent, twoMu * V, lambda * own * V, f);
-        }
-    });
-    scatter(batch, f, patch.stride, patch.out);
 }
 
 /// U = R T R^T, as xx, yy, zz, yz, zx, xy.
@@ -420,6 +361,158 @@ VDBFRAC_INLINE void rotated(const Matrix& R, const Pack (&T)[6], Pack (&U)[6])
         const int i = kRow[k], j = kColumn[k];
         U[k] = RT[i][0] * R[j][0] + RT[i][1] * R[j][1] + RT[i][2] * R[j][2];
     }
+}
+
+/// `twistOfTet`: t of the twist operator; `warped`: what linear elasticity adds to it.
+template <int t>
+VDBFRAC_INLINE void storeTangent(const Strains& s, Pack twistOfTet, Pack warped, Pack scale, BatchTangent& out, const RobustTet& scalar)
+{
+    Pack T[6], U[6];
+    twist(s.S[t], twistOfTet, T);
+    if (any(s.robust[t]))
+        for (int l = 0; l < kLanes; ++l) {
+            if (!s.robust[t][l]) continue;
+            double S[6], lane[6];
+            for (int k = 0; k < 6; ++k) S[k] = s.S[t][k][l];
+            scalar.twist(S, twistOfTet[l], lane);
+            for (int k = 0; k < 6; ++k) T[k][l] = lane[k];
+        }
+    for (int k = 0; k < 3; ++k) T[k] += warped;
+    rotated(s.R[t], T, U);
+    for (int k = 0; k < 9; ++k) store(out.tet[t].R[k], s.R[t][k / 3][k % 3]);
+    for (int k = 0; k < 6; ++k) store(out.tet[t].T[k], U[k] * scale);
+}
+
+template <CellShape shape, bool cellDilation>
+KernelResult evaluateBatch(const PatchData& patch, int b, const RobustTet& scalar, const double* in, double* out)
+{
+    constexpr int tets = kCellTets<shape>.count;
+    const Batch& batch = patch.batch[b];
+    const auto share = volumeShares<shape>(patch, batch);
+    Corners x, f;
+    Strains s;
+    KernelResult result;
+    gather<double>(patch, batch, in, x);
+    unroll<tets>([&](auto t) __attribute__((always_inline)) {
+        result.robustTets += strainOfTet<shape, t>(x, load<double>(share[t]), patch.h, s, scalar);
+    });
+    for (auto& corner : f)
+        for (Pack& v : corner) v = all(0);
+    const double mu = patch.mu, lambda = patch.lambda, twoThirdsMu = 2. / 3. * mu, bulk = lambda + twoThirdsMu;
+    const double cellVolume = patch.h * patch.h * patch.h, perArea = cellVolume / patch.h, perLength = perArea / patch.h;
+    const Pack mean = cellDilation ? cellMean<tets>(share, s.dilation) : all(0);
+    Pack energy = all(0);
+    unroll<tets>([&](auto t) __attribute__((always_inline)) {
+        const Pack V = load<double>(share[t]);
+        // Per tet the bulk part is lambda/2 d^2; averaged it is K/2 mean^2, and -mu/3 d^2 leaves the deviatoric part.
+        const Pack d = s.dilation[t], pressure = cellDilation ? bulk * mean - twoThirdsMu * d : lambda * d;
+        const Pack force = V * perArea;
+        Pack deviation = all(0);
+        Matrix P;
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j) {
+                const Pack e = s.F[t][i][j] - s.R[t][i][j];
+                deviation += e * e;
+                P[i][j] = (2. * mu * e + pressure * s.R[t][i][j]) * force;
+            }
+        const Pack psi = cellDilation ? mu * deviation - 0.5 * twoThirdsMu * d * d + 0.5 * bulk * mean * mean
+                                      : mu * deviation + 0.5 * lambda * d * d;
+        energy += V * psi;
+        if (patch.psi) storeLoose(patch.psi + (b * tetmesh::kMostTets + t) * kLanes, psi);
+        spread<shape, t, Pack>(P, f);
+        if (patch.tangent)
+            storeTangent<t>(s, pressure - 2. * mu, all(-mu * patch.share), V * perLength, patch.tangent[b], scalar);
+    });
+    scatter<3, double>(patch, batch, f, out);
+    for (int l = 0; l < kLanes; ++l) result.energy += cellVolume * energy[l];
+    return result;
+}
+
+/// dP = 2 mu dF + bulk R + skew(T axial(dF R^T - R dF^T)) R, times V / h^2 with dF in units of 1/h: `T` holds that
+/// factor, `twoMu` and `bulk` bring it. By columns c: axial = sum_c R_c x dF_c, and skew(v) R has the columns v x R_c.
+template <CellShape shape, int t, class P>
+VDBFRAC_INLINE void productOfTet(const MatrixOf<P>& E, const MatrixOf<P>& R, const P (&T)[6], P twoMu, P bulk, CornersOf<P>& f)
+{
+    P w[3], v[3];
+    for (int i = 0; i < 3; ++i) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        w[i] = R[j][0] * E[k][0] - R[k][0] * E[j][0];
+        w[i] += R[j][1] * E[k][1] - R[k][1] * E[j][1];
+        w[i] += R[j][2] * E[k][2] - R[k][2] * E[j][2];
+    }
+    v[0] = T[0] * w[0] + T[5] * w[1] + T[4] * w[2];
+    v[1] = T[5] * w[0] + T[1] * w[1] + T[3] * w[2];
+    v[2] = T[4] * w[0] + T[3] * w[1] + T[2] * w[2];
+    MatrixOf<P> stress;
+    for (int i = 0; i < 3; ++i) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        for (int c = 0; c < 3; ++c) stress[i][c] = twoMu * E[i][c] + bulk * R[i][c] + v[j] * R[k][c] - v[k] * R[j][c];
+    }
+    spread<shape, t, P>(stress, f);
+}
+
+template <class P>
+VDBFRAC_INLINE P traceOf(const MatrixOf<P>& E, const MatrixOf<P>& R)
+{
+    P trace = R[0][0] * E[0][0];
+    for (int k = 1; k < 9; ++k) trace += R[k / 3][k % 3] * E[k / 3][k % 3];
+    return trace;
+}
+
+template <class Real>
+VDBFRAC_INLINE void loadRotation(const BatchTangent& tangent, int t, MatrixOf<PackT<Real>>& R)
+{
+    for (int k = 0; k < 9; ++k) R[k / 3][k % 3] = load<Real>(tangent.tet[t].R[k]);
+}
+
+/// Asks the second-level cache for the tangent of a batch to come: a product is bound by reading them.
+VDBFRAC_INLINE void prefetch(const BatchTangent* now)
+{
+    constexpr std::size_t kLine = 64, kAhead = 4;  // batches; measured
+    const char* const next = reinterpret_cast<const char*>(now) + kAhead * sizeof *now;
+    for (std::size_t i = 0; i < sizeof *now; i += kLine) __builtin_prefetch(next + i, 0, 2);
+}
+
+template <class Real, CellShape shape, bool cellDilation>
+void productBatch(const PatchData& patch, int b, const Real* in, Real* out)
+{
+    using P = PackT<Real>;
+    constexpr int tets = kCellTets<shape>.count;
+    const Batch& batch = patch.batch[b];
+    const BatchTangent& tangent = patch.tangent[b];
+    const auto share = volumeShares<shape>(patch, batch);
+    prefetch(&tangent);
+    CornersOf<P> u, f;
+    gather<Real>(patch, batch, in, u);
+    for (auto& corner : f)
+        for (P& v : corner) v = P{};
+    const double scale = patch.h * (1 + patch.share);
+    const Real twoMu = Real(2 * patch.mu * scale), lambda = Real(patch.lambda * scale), third = twoMu / 3, bulk = lambda + third;
+    P mean = {}, trace[tetmesh::kMostTets];
+    if constexpr (cellDilation) {
+        P volume = {};
+        unroll<tets>([&](auto t) __attribute__((always_inline)) {
+            MatrixOf<P> E, R;
+            differences<shape, t, P>(u, E);
+            loadRotation<Real>(tangent, t, R);
+            trace[t] = traceOf<P>(E, R);
+            const P V = load<Real>(share[t]);
+            mean += V * trace[t];
+            volume += V;
+        });
+        mean = volume > 0 ? bulk * mean / volume : P{};
+    }
+    unroll<tets>([&](auto t) __attribute__((always_inline)) {
+        MatrixOf<P> E, R;
+        P T[6];
+        differences<shape, t, P>(u, E);
+        loadRotation<Real>(tangent, t, R);
+        for (int k = 0; k < 6; ++k) T[k] = load<Real>(tangent.tet[t].T[k]);
+        const P V = load<Real>(share[t]);
+        const P pressure = cellDilation ? mean - third * trace[t] : lambda * traceOf<P>(E, R);
+        productOfTet<shape, t, P>(E, R, T, twoMu * V, pressure * V, f);
+    });
+    scatter<3, Real>(patch, batch, f, out);
 }
 
 /// Adds skew(q) U skew(q)^T.
@@ -450,26 +543,25 @@ VDBFRAC_INLINE void addOuter(const Pack (&r)[3], Pack s, Pack (&K)[6])
 }
 
 template <CellShape shape, bool cellDilation>
-void diagonalBatch(const PatchData& patch, int b)
+void diagonalBatch(const PatchData& patch, int b, double* out)
 {
     constexpr auto& cell = kCellTets<shape>;
     const Batch& batch = patch.batch[b];
     const BatchTangent& tangent = patch.tangent[b];
-    const double scale = 1 / (patch.h * patch.h);
-    const Pack mu = load(batch.mu) * scale, lambda = load(batch.lambda) * scale;
+    const auto share = volumeShares<shape>(patch, batch);
+    const double scale = patch.h * (1 + patch.share), mu = patch.mu * scale, lambda = patch.lambda * scale;
     Pack K[tetmesh::kCorners][6], bulk[tetmesh::kCorners][3], cellVolume = all(0);
     for (int c = 0; c < tetmesh::kCorners; ++c) {
         for (Pack& v : K[c]) v = all(0);
         for (Pack& v : bulk[c]) v = all(0);
     }
     for (int t = 0; t < cell.count; ++t) {
-        const Pack V = load(batch.volume[t]);
+        const Pack V = load<double>(share[t]);
         cellVolume += V;
         Matrix R;
-        Pack T[6], U[6];
-        for (int k = 0; k < 9; ++k) R[k / 3][k % 3] = load(tangent.R[t][k]);
-        for (int k = 0; k < 6; ++k) T[k] = load(tangent.T[t][k]);
-        rotated(R, T, U);
+        Pack T[6];
+        loadRotation<double>(tangent, t, R);
+        for (int k = 0; k < 6; ++k) T[k] = load<double>(tangent.tet[t].T[k]);
         for (int a = 0; a < 4; ++a) {
             const auto& g = cell.gradient[t][a];
             const int c = cell.corner[t][a];
@@ -477,67 +569,56 @@ void diagonalBatch(const PatchData& patch, int b)
             for (int i = 0; i < 3; ++i) q[i] = R[i][0] * g[0] + R[i][1] * g[1] + R[i][2] * g[2];
             const double length2 = g[0] * g[0] + g[1] * g[1] + g[2] * g[2];
             for (int i = 0; i < 3; ++i) K[c][i] += 2. * length2 * mu * V;
-            addTwistBlock(q, U, K[c]);
+            addTwistBlock(q, T, K[c]);
             addOuter(q, (cellDilation ? -2. / 3. * mu : lambda) * V, K[c]);
             if (cellDilation)
                 for (int i = 0; i < 3; ++i) bulk[c][i] += V * q[i];
         }
     }
     if (cellDilation) {
-        const Pack share = cellVolume > 0 ? (lambda + 2. / 3. * mu) / cellVolume : all(0);
-        for (int c = 0; c < tetmesh::kCorners; ++c) addOuter(bulk[c], share, K[c]);
+        const Pack weight = cellVolume > 0 ? (lambda + 2. / 3. * mu) / cellVolume : all(0);
+        for (int c = 0; c < tetmesh::kCorners; ++c) addOuter(bulk[c], weight, K[c]);
     }
-    scatter(batch, K, patch.stride, patch.out);
+    scatter<6, double>(patch, batch, K, out);
 }
 
-template <CellShape shape>
-KernelResult evaluateShape(const PatchData& patch, int b, bool cellDilation, const RobustTet& scalar)
+/// Calls f<shape, cellDilation>(b) for each batch of the patch.
+template <class F>
+VDBFRAC_INLINE void eachBatch(const PatchData& patch, bool cellDilation, const F& f)
 {
-    return cellDilation ? evaluateBatch<shape, true>(patch, b, scalar) : evaluateBatch<shape, false>(patch, b, scalar);
-}
-template <CellShape shape>
-void productShape(const PatchData& patch, int b, bool cellDilation)
-{
-    cellDilation ? productBatch<shape, true>(patch, b) : productBatch<shape, false>(patch, b);
-}
-template <CellShape shape>
-void diagonalShape(const PatchData& patch, int b, bool cellDilation)
-{
-    cellDilation ? diagonalBatch<shape, true>(patch, b) : diagonalBatch<shape, false>(patch, b);
+    for (int b = 0; b < patch.batches; ++b) {
+        const auto withShape = [&]<CellShape shape>() {
+            cellDilation ? f.template operator()<shape, true>(b) : f.template operator()<shape, false>(b);
+        };
+        switch (patch.batch[b].shape) {
+        case CellShape::six: withShape.template operator()<CellShape::six>(); break;
+        case CellShape::fiveEven: withShape.template operator()<CellShape::fiveEven>(); break;
+        case CellShape::fiveOdd: withShape.template operator()<CellShape::fiveOdd>(); break;
+        }
+    }
 }
 
-KernelResult evaluate(const PatchData& patch, bool cellDilation, const RobustTet& scalar)
+KernelResult evaluate(const PatchData& patch, bool cellDilation, const RobustTet& scalar, const double* in, double* out)
 {
     KernelResult sum;
-    for (int b = 0; b < patch.batches; ++b) {
-        KernelResult r;
-        switch (patch.batch[b].shape) {
-        case CellShape::six: r = evaluateShape<CellShape::six>(patch, b, cellDilation, scalar); break;
-        case CellShape::fiveEven: r = evaluateShape<CellShape::fiveEven>(patch, b, cellDilation, scalar); break;
-        case CellShape::fiveOdd: r = evaluateShape<CellShape::fiveOdd>(patch, b, cellDilation, scalar); break;
-        }
+    eachBatch(patch, cellDilation, [&]<CellShape shape, bool dilation>(int b) {
+        const KernelResult r = evaluateBatch<shape, dilation>(patch, b, scalar, in, out);
         sum.energy += r.energy;
         sum.robustTets += r.robustTets;
-    }
+    });
     return sum;
 }
 
-void productAll(const PatchData& patch, bool cellDilation)
+template <class Real>
+void productAll(const PatchData& patch, bool cellDilation, const Real* in, Real* out)
 {
-    for (int b = 0; b < patch.batches; ++b) switch (patch.batch[b].shape) {
-        case CellShape::six: productShape<CellShape::six>(patch, b, cellDilation); break;
-        case CellShape::fiveEven: productShape<CellShape::fiveEven>(patch, b, cellDilation); break;
-        case CellShape::fiveOdd: productShape<CellShape::fiveOdd>(patch, b, cellDilation); break;
-        }
+    eachBatch(patch, cellDilation,
+              [&]<CellShape shape, bool dilation>(int b) { productBatch<Real, shape, dilation>(patch, b, in, out); });
 }
 
-void diagonalAll(const PatchData& patch, bool cellDilation)
+void diagonalAll(const PatchData& patch, bool cellDilation, double* out)
 {
-    for (int b = 0; b < patch.batches; ++b) switch (patch.batch[b].shape) {
-        case CellShape::six: diagonalShape<CellShape::six>(patch, b, cellDilation); break;
-        case CellShape::fiveEven: diagonalShape<CellShape::fiveEven>(patch, b, cellDilation); break;
-        case CellShape::fiveOdd: diagonalShape<CellShape::fiveOdd>(patch, b, cellDilation); break;
-        }
+    eachBatch(patch, cellDilation, [&]<CellShape shape, bool dilation>(int b) { diagonalBatch<shape, dilation>(patch, b, out); });
 }
 
 #define VDBFRAC_TEXT2(x) #x
@@ -545,6 +626,6 @@ void diagonalAll(const PatchData& patch, bool cellDilation)
 
 }  // namespace
 
-const Kernel VDBFRAC_KERNEL = {evaluate, productAll, diagonalAll, VDBFRAC_TEXT(VDBFRAC_KERNEL)};
+const Kernel VDBFRAC_KERNEL = {evaluate, productAll<double>, productAll<float>, diagonalAll, VDBFRAC_TEXT(VDBFRAC_KERNEL)};
 
 }  // namespace vdbfrac::solver

@@ -18,140 +18,199 @@ using tetmesh::kCorners;
 struct Range {
     const ElementSet* set;
     std::size_t begin, end;    // in the set
-    std::size_t firstElement;  // number of the set's first element in the system
 };
 
 struct Built {
     std::vector<std::uint32_t> nodes;  // of the body, in local order
-    std::vector<Batch> batches;
-    std::vector<std::int32_t> elementOfLane;
+    std::vector<Batch> batches;        // entries of corners and volumes count from 0 in each patch
+    std::vector<LaneCorners> corners;
+    std::vector<LaneVolumes> volumes;
+    std::vector<std::uint32_t> laneOfElement;  // in the patch
+    std::int64_t tets = 0;
 };
 
-/// Nodes of a range along rows of the lattice, so that cells in a row read and write consecutive values.
-std::vector<std::uint32_t> localNodes(const Range& range)
-{
-    std::vector<std::uint32_t> nodes;
-    for (std::size_t e = range.begin; e < range.end; ++e) {
-        const auto& n = range.set->elements[e].node;
-        nodes.insert(nodes.end(), n.begin(), n.end());
+/// The box of lattice nodes that a range touches, with a place for each.
+class Box {
+public:
+    explicit Box(const Range& range) : nodes_(range.set->nodes)
+    {
+        const auto& elements = range.set->elements;
+        low_ = nodes_[elements[range.begin].node[0]];
+        Coord high = low_;
+        for (std::size_t e = range.begin; e < range.end; ++e)
+            for (std::uint32_t node : elements[e].node) {
+                const Coord c = nodes_[node];
+                low_ = {std::min(low_.x, c.x), std::min(low_.y, c.y), std::min(low_.z, c.z)};
+                high = {std::max(high.x, c.x), std::max(high.y, c.y), std::max(high.z, c.z)};
+            }
+        size_ = high - low_ + Coord{1, 1, 1};
     }
-    std::sort(nodes.begin(), nodes.end());
-    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
-    std::sort(nodes.begin(), nodes.end(), [&](std::uint32_t a, std::uint32_t b) {
-        const Coord ca = range.set->nodes[a], cb = range.set->nodes[b];
-        return ca != cb ? ca < cb : a < b;
-    });
-    return nodes;
-}
+    std::size_t places() const { return std::size_t(size_.x) * std::size_t(size_.y) * std::size_t(size_.z); }
+    std::size_t placeOf(std::uint32_t node) const
+    {
+        const Coord c = nodes_[node] - low_;
+        return (std::size_t(c.z) * std::size_t(size_.y) + std::size_t(c.y)) * std::size_t(size_.x) + std::size_t(c.x);
+    }
+
+private:
+    std::span<const Coord> nodes_;
+    Coord low_, size_;
+};
+
+/// Local numbers of the nodes of a range: along rows of the lattice, so that cells in a row read and write consecutive
+/// values; copies of a node follow each other by rising system number.
+class LocalNodes {
+public:
+    explicit LocalNodes(const Range& range) : box_(range), first_(box_.places(), kNone)
+    {
+        for (std::size_t e = range.begin; e < range.end; ++e)
+            for (std::uint32_t node : range.set->elements[e].node) note(node);
+        number();
+    }
+    std::uint16_t operator[](std::uint32_t node) const
+    {
+        const std::size_t place = box_.placeOf(node);
+        std::uint32_t local = start_[place];
+        while (nodes[local] != node) ++local;
+        return std::uint16_t(local);
+    }
+
+    std::vector<std::uint32_t> nodes;
+
+private:
+    static constexpr std::uint32_t kNone = 0xffffffff;
+
+    void note(std::uint32_t node)
+    {
+        const std::size_t place = box_.placeOf(node);
+        if (first_[place] == kNone)
+            first_[place] = node;
+        else if (first_[place] != node)
+            copies_.push_back({std::uint32_t(place), node});
+    }
+    void number()
+    {
+        std::sort(copies_.begin(), copies_.end());
+        copies_.erase(std::unique(copies_.begin(), copies_.end()), copies_.end());
+        start_.resize(first_.size());
+        auto copy = copies_.begin();
+        for (std::size_t place = 0; place < first_.size(); ++place) {
+            start_[place] = std::uint32_t(nodes.size());
+            if (first_[place] == kNone) continue;
+            nodes.push_back(first_[place]);
+            for (; copy != copies_.end() && copy->first == place; ++copy) nodes.push_back(copy->second);
+            std::sort(nodes.begin() + start_[place], nodes.end());
+        }
+    }
+
+    Box box_;
+    std::vector<std::uint32_t> first_, start_;  // of each place
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> copies_;  // place, node
+};
 
 using Local = std::array<std::uint16_t, kCorners>;
 
-std::vector<Local> localCorners(const Range& range, const std::vector<std::uint32_t>& nodes)
-{
-    std::vector<std::pair<std::uint32_t, std::uint16_t>> byId(nodes.size());
-    for (std::size_t i = 0; i < nodes.size(); ++i) byId[i] = {nodes[i], std::uint16_t(i)};
-    std::sort(byId.begin(), byId.end());
-    std::vector<Local> corners(range.end - range.begin);
-    for (std::size_t e = 0; e < corners.size(); ++e)
-        for (std::size_t c = 0; c < kCorners; ++c) {
-            const std::uint32_t node = range.set->elements[range.begin + e].node[c];
-            const auto at = std::lower_bound(byId.begin(), byId.end(), std::pair<std::uint32_t, std::uint16_t>{node, 0});
-            corners[e][c] = at->second;
-        }
-    return corners;
-}
-
+/// Whether cell b continues the row of cell a.
 bool follows(const Local& a, const Local& b)
 {
     for (std::size_t c = 0; c < kCorners; ++c)
         if (b[c] != a[c] + 1) return false;
+    for (std::size_t c = 0; c < kCorners; c += 2)
+        if (a[c + 1] != b[c]) return false;
     return true;
 }
 
 class BatchWriter {
 public:
-    BatchWriter(const Range& range, const std::vector<Local>& corners, double h)
-        : range_(range), corners_(corners), cellVolume_(h * h * h)
-    {
-    }
+    BatchWriter(const Range& range, const std::vector<Local>& corners, Built& built) : range_(range), corners_(corners), built_(built) {}
 
     /// Puts the elements (numbers within the range) into one batch.
-    void add(std::span<const std::size_t> elements, bool contiguous)
+    void add(std::span<const std::size_t> elements, bool row)
     {
-        const CellElement& first = element(elements[0]);
-        Batch batch{};
-        batch.shape = first.shape;
-        batch.contiguous = contiguous;
-        std::array<std::int32_t, kLanes> number;
-        number.fill(-1);
-        for (std::size_t l = 0; l < elements.size(); ++l) {
-            fillLane(batch, l, elements[l]);
-            number[l] = std::int32_t(range_.firstElement + range_.begin + elements[l]);
-        }
-        for (std::size_t l = elements.size(); l < kLanes && contiguous; ++l)
-            for (std::size_t c = 0; c < kCorners; ++c) batch.corner[c][l] = std::uint16_t(batch.corner[c][0] + l);
-        built.batches.push_back(batch);
-        built.elementOfLane.insert(built.elementOfLane.end(), number.begin(), number.end());
+        Batch batch;
+        batch.shape = element(elements[0]).shape;
+        batch.corner = corners_[elements[0]];
+        if (!row) batch.gathered = gather(elements);
+        if (elements.size() < kLanes || !std::all_of(elements.begin(), elements.end(), [&](std::size_t e) { return whole(e); }))
+            batch.cut = shares(elements);
+        for (std::size_t l = 0; l < elements.size(); ++l)
+            built_.laneOfElement[elements[l]] = std::uint32_t(kLanes * built_.batches.size() + l);
+        built_.batches.push_back(batch);
     }
-
-    Built built;
 
 private:
     const CellElement& element(std::size_t e) const { return range_.set->elements[range_.begin + e]; }
-
-    void fillLane(Batch& batch, std::size_t l, std::size_t e)
+    bool whole(std::size_t e) const
     {
-        const tetmesh::CellTets& tets = tetmesh::cellTets(batch.shape);
-        for (int t = 0; t < tets.count; ++t)
-            batch.volume[t][l] = cellVolume_ * tets.volume[std::size_t(t)] * element(e).fraction[std::size_t(t)];
-        batch.mu[l] = range_.set->material.mu;
-        batch.lambda[l] = range_.set->material.lambda;
-        for (std::size_t c = 0; c < kCorners; ++c) batch.corner[c][l] = corners_[e][c];
+        const auto& f = element(e).fraction;
+        return std::all_of(f.begin(), f.begin() + tetmesh::cellTets(element(e).shape).count, [](double v) { return v == 1; });
+    }
+    std::int32_t gather(std::span<const std::size_t> elements)
+    {
+        LaneCorners lanes{};
+        for (std::size_t l = 0; l < elements.size(); ++l)
+            for (std::size_t c = 0; c < kCorners; ++c) lanes.corner[c][l] = corners_[elements[l]][c];
+        built_.corners.push_back(lanes);
+        return std::int32_t(built_.corners.size()) - 1;
+    }
+    std::int32_t shares(std::span<const std::size_t> elements)
+    {
+        LaneVolumes volumes{};
+        for (std::size_t l = 0; l < elements.size(); ++l) {
+            const CellElement& e = element(elements[l]);
+            const tetmesh::CellTets& tets = tetmesh::cellTets(e.shape);
+            for (std::size_t t = 0; t < std::size_t(tets.count); ++t) volumes.share[t][l] = tets.volume[t] * e.fraction[t];
+        }
+        built_.volumes.push_back(volumes);
+        return std::int32_t(built_.volumes.size()) - 1;
     }
 
     const Range& range_;
     const std::vector<Local>& corners_;
-    double cellVolume_;
+    Built& built_;
 };
 
-Built buildPatch(const Range& range, double h)
+Built buildPatch(const Range& range)
 {
     constexpr std::size_t kShortestRow = 5;  // shorter rows fill lanes better when gathered from anywhere
-    const std::vector<std::uint32_t> nodes = localNodes(range);
-    assert(nodes.size() + 2 * kLanes < 65536);
-    const std::vector<Local> corners = localCorners(range, nodes);
-    BatchWriter writer(range, corners, h);
+    LocalNodes local(range);
+    assert(local.nodes.size() + 2 * kLanes < 65536);
+    const auto elements = range.set->elements.subspan(range.begin, range.end - range.begin);
+    std::vector<Local> corners(elements.size());
+    for (std::size_t e = 0; e < elements.size(); ++e)
+        for (std::size_t c = 0; c < kCorners; ++c) corners[e][c] = local[elements[e].node[c]];
+    Built built;
+    built.laneOfElement.resize(elements.size());
+    BatchWriter writer(range, corners, built);
     std::array<std::vector<std::size_t>, 3> loose;  // by shape
+    std::vector<std::size_t> row;
     for (std::size_t e = 0; e < corners.size();) {
-        const CellShape shape = range.set->elements[range.begin + e].shape;
-        std::vector<std::size_t> row{e};
-        while (row.size() < kLanes && row.back() + 1 < corners.size() &&
-               range.set->elements[range.begin + row.back() + 1].shape == shape &&
-               follows(corners[row.back()], corners[row.back() + 1]))
-            row.push_back(row.back() + 1);
+        row.assign(1, e);
+        while (row.size() < kLanes && ++e < corners.size() && elements[e].shape == elements[row[0]].shape &&
+               follows(corners[e - 1], corners[e]))
+            row.push_back(e);
         e = row.back() + 1;
         if (row.size() >= kShortestRow)
             writer.add(row, true);
         else
-            loose[std::size_t(shape)].insert(loose[std::size_t(shape)].end(), row.begin(), row.end());
+            loose[std::size_t(elements[row[0]].shape)].insert(loose[std::size_t(elements[row[0]].shape)].end(), row.begin(), row.end());
     }
-    for (const auto& elements : loose)
-        for (std::size_t i = 0; i < elements.size(); i += kLanes)
-            writer.add(std::span(elements).subspan(i, std::min<std::size_t>(kLanes, elements.size() - i)), false);
-    writer.built.nodes = nodes;
-    return std::move(writer.built);
+    for (const auto& some : loose)
+        for (std::size_t i = 0; i < some.size(); i += kLanes)
+            writer.add(std::span(some).subspan(i, std::min<std::size_t>(kLanes, some.size() - i)), false);
+    built.nodes = std::move(local.nodes);
+    for (const CellElement& e : elements) built.tets += std::count_if(e.fraction.begin(), e.fraction.end(), [](double f) { return f > 0; });
+    return built;
 }
 
 std::vector<Range> findRanges(std::span<const ElementSet> sets)
 {
     std::vector<Range> ranges;
-    std::size_t firstElement = 0;
     for (const ElementSet& set : sets) {
         for (std::size_t e = 0; e < set.elements.size(); ++e) {
-            if (e == 0 || set.elements[e].patch != set.elements[e - 1].patch) ranges.push_back({&set, e, e, firstElement});
+            if (e == 0 || set.elements[e].patch != set.elements[e - 1].patch) ranges.push_back({&set, e, e});
             ranges.back().end = e + 1;
         }
-        firstElement += set.elements.size();
     }
     return ranges;
 }
@@ -166,27 +225,61 @@ void linkSlots(Patches& p, std::size_t nodeCount)
     for (std::size_t s = 0; s < p.nodeOfSlot.size(); ++s) p.slots[next[p.nodeOfSlot[s]]++] = std::uint32_t(s);
 }
 
+/// Where the parts of each patch go, before they are copied there side by side.
+Patches layOut(const std::vector<Range>& ranges, const std::vector<Built>& built)
+{
+    Patches p;
+    std::size_t batches = 0, slots = 0, elements = 0;
+    for (std::size_t i = 0; i < ranges.size(); ++i) {
+        const Material& m = ranges[i].set->material;
+        p.patches.push_back({std::uint32_t(batches), std::uint32_t(built[i].batches.size()), std::uint32_t(slots),
+                             std::uint32_t(built[i].nodes.size()), std::uint32_t(elements), std::uint32_t(built[i].laneOfElement.size()),
+                             m.mu, m.lambda});
+        elements += built[i].laneOfElement.size();
+        batches += built[i].batches.size();
+        slots += built[i].nodes.size();
+        p.tets += built[i].tets;
+        p.largestStride = std::max(p.largestStride, p.patches.back().stride());
+    }
+    p.batches.resize(batches);
+    p.laneOfElement.resize(elements);
+    p.nodeOfSlot.resize(slots);
+    return p;
+}
+
 }  // namespace
 
-Patches makePatches(std::span<const ElementSet> sets, std::size_t nodeCount, double h)
+Patches makePatches(std::span<const ElementSet> sets, std::size_t nodeCount)
 {
     const std::vector<Range> ranges = findRanges(sets);
     std::vector<Built> built(ranges.size());
-    parallelChunks(ranges.size(), 1, [&](std::size_t begin, std::size_t) { built[begin] = buildPatch(ranges[begin], h); });
+    parallelChunks(ranges.size(), 1, [&](std::size_t begin, std::size_t) { built[begin] = buildPatch(ranges[begin]); });
 
-    Patches p;
-    for (std::size_t i = 0; i < ranges.size(); ++i) {
-        const Built& b = built[i];
-        p.patches.push_back({std::uint32_t(p.batches.size()), std::uint32_t(b.batches.size()),
-                             std::uint32_t(p.nodeOfSlot.size()), std::uint32_t(b.nodes.size())});
-        p.batches.insert(p.batches.end(), b.batches.begin(), b.batches.end());
-        p.elementOfLane.insert(p.elementOfLane.end(), b.elementOfLane.begin(), b.elementOfLane.end());
-        for (std::uint32_t node : b.nodes) p.nodeOfSlot.push_back(ranges[i].set->firstNode + node);
+    Patches p = layOut(ranges, built);
+    for (std::size_t i = 0; i < built.size(); ++i) {
+        Built& b = built[i];
+        for (Batch& batch : b.batches) {
+            if (batch.gathered >= 0) batch.gathered += std::int32_t(p.corners.size());
+            if (batch.cut >= 0) batch.cut += std::int32_t(p.volumes.size());
+        }
+        p.corners.insert(p.corners.end(), b.corners.begin(), b.corners.end());
+        p.volumes.insert(p.volumes.end(), b.volumes.begin(), b.volumes.end());
     }
-    for (const ElementSet& set : sets)
-        for (const CellElement& e : set.elements) p.tets += std::count_if(e.fraction.begin(), e.fraction.end(), [](double f) { return f > 0; });
+    parallelChunks(built.size(), 1, [&](std::size_t i, std::size_t) {
+        const Patch& patch = p.patches[i];
+        std::copy(built[i].batches.begin(), built[i].batches.end(), p.batches.begin() + patch.firstBatch);
+        for (std::size_t e = 0; e < patch.elements; ++e)
+            p.laneOfElement[patch.firstElement + e] = patch.firstBatch * kLanes + built[i].laneOfElement[e];
+        for (std::size_t n = 0; n < patch.nodes; ++n) p.nodeOfSlot[patch.firstSlot + n] = ranges[i].set->firstNode + built[i].nodes[n];
+    });
     linkSlots(p, nodeCount);
     return p;
+}
+
+std::size_t Patches::bytes() const
+{
+    const auto of = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
+    return of(patches) + of(batches) + of(corners) + of(volumes) + of(laneOfElement) + of(nodeOfSlot) + of(slotStart) + of(slots);
 }
 
 }  // namespace vdbfrac::solver

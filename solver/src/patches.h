@@ -15,18 +15,25 @@ namespace vdbfrac::solver {
 struct Patch {
     std::uint32_t firstBatch = 0, batches = 0;
     std::uint32_t firstSlot = 0, nodes = 0;
-    int stride() const { return int(nodes + kLanes + (kLanes - nodes % kLanes) % kLanes); }
+    std::uint32_t firstElement = 0, elements = 0;
+    double mu = 0, lambda = 0;  ///< Pa
+    std::size_t stride() const { return nodes + kLanes + (kLanes - nodes % kLanes) % kLanes; }
 };
 
 struct Patches {
     std::vector<Patch> patches;
     std::vector<Batch> batches;
-    std::vector<std::int32_t> elementOfLane;  ///< [batch][lane], -1: unused
-    std::vector<std::uint32_t> nodeOfSlot;    ///< system node
+    std::vector<LaneCorners> corners;
+    std::vector<LaneVolumes> volumes;
+    std::vector<std::uint32_t> laneOfElement;  ///< kLanes * batch + lane of each element of the system
+    std::vector<std::uint32_t> nodeOfSlot;     ///< system node
     std::vector<std::uint32_t> slotStart, slots;  ///< slots of each node, by rising patch
     std::int64_t tets = 0;
+    std::size_t largestStride = 0;
+
+    std::size_t bytes() const;
 };
 
-Patches makePatches(std::span<const ElementSet> sets, std::size_t nodeCount, double h);
+Patches makePatches(std::span<const ElementSet> sets, std::size_t nodeCount);
 
 }  // namespace vdbfrac::solver

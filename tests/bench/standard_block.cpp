@@ -41,13 +41,16 @@ int main(int argc, char** argv)
     settings.linearTolerance = 1e-6;
     settings.linearIterations = 20000;
     settings.tolerance = 0;
+    const char* const method = argc > 4 ? argv[4] : "jacobi";
+    settings.linearMethod = method[0] == 'm' ? solver::LinearMethod::multigrid : method[0] == 'd' ? solver::LinearMethod::direct : solver::LinearMethod::jacobi;
+    solver::BackwardEuler stepper(elastic, settings);
     double seconds = 0;
     int iterations = 0;
     for (int s = 0; s < steps; ++s) {
         for (std::size_t i = 0; i < nodes; ++i)
             if (boundary.fixed[i]) boundary.target[i] = state.x[i] + dt * state.v[i];
         const auto start = std::chrono::steady_clock::now();
-        const auto report = solver::stepBackwardEuler(state, dt, {elastic, {}, boundary}, settings);
+        const auto& report = stepper.step(state, dt, {{}, boundary});
         seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
         iterations += report.linearIterations;
     }

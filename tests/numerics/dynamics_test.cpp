@@ -19,7 +19,7 @@ solver::StepReport step(solver::State& state, double dt, const solver::ElasticOp
                         const solver::Boundary& boundary,
                         const solver::NewtonSettings& settings = test::tightSettings())
 {
-    return solver::stepBackwardEuler(state, dt, {elastic, {}, boundary}, settings);
+    return solver::stepBackwardEuler(elastic, state, dt, {{}, boundary}, settings);
 }
 
 /// Shakes positions by `size` lattice spacings and velocities by `speed`.

@@ -18,7 +18,7 @@ constexpr double kStatic = std::numeric_limits<double>::infinity();
 /// Solves for equilibrium from `state`; a capped solve is a failure.
 void relax(solver::State& state, const solver::ElasticOperator& elastic, const solver::Boundary& boundary)
 {
-    const auto report = solver::stepBackwardEuler(state, kStatic, {elastic, {}, boundary}, test::tightSettings());
+    const auto report = solver::stepBackwardEuler(elastic, state, kStatic, {{}, boundary}, test::tightSettings());
     EXPECT_EQ(report.status, solver::StepStatus::converged) << "residual " << report.residual;
 }
 
@@ -135,7 +135,7 @@ TEST(ElasticaBar, LargeDeflectionMatchesReference)
     solver::State state = test::atRest(bar.block);
     for (const Elastica& e : kReference) {
         bar.loadEnd({0, -e.alpha * kE * kInertia / (kSlenderness * kSlenderness), 0});
-        const auto report = solver::stepBackwardEuler(state, kStatic, {elastic, {}, bar.boundary}, settings);
+        const auto report = solver::stepBackwardEuler(elastic, state, kStatic, {{}, bar.boundary}, settings);
         EXPECT_EQ(report.status, solver::StepStatus::converged) << "alpha " << e.alpha;
         const Vec3 u = bar.endDisplacement(state) / kSlenderness;
         std::printf("alpha %g: delta/L %.6f (%.6f), (L-X)/L %.6f (%.6f)\n", e.alpha, -u.y(), e.deflection, -u.x(),
@@ -171,7 +171,7 @@ TEST_P(Schemes, UniaxialTensionFollowsHooke)
         X = Vec3((1 + strain) * X.x(), (1 - nu * strain) * X.y(), (1 - nu * strain) * X.z());
     const auto elastic = test::elasticOperator(bar, solver::makeMaterial(E, nu, 1000), GetParam().volumetric);
     solver::State state = test::atRest(bar);
-    const auto report = solver::stepBackwardEuler(state, kStatic, {elastic, {}, boundary}, test::tightSettings());
+    const auto report = solver::stepBackwardEuler(elastic, state, kStatic, {{}, boundary}, test::tightSettings());
     EXPECT_EQ(report.status, solver::StepStatus::converged);
     Vec3 pull = Vec3::Zero();
     for (std::size_t i = 0; i < bar.nodes.size(); ++i) {

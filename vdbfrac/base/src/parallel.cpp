@@ -2,14 +2,14 @@
 
 #include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <vector>
 
 namespace vdbfrac {
 
-void parallelChunks(std::size_t count, std::size_t chunk,
-                    const std::function<void(std::size_t, std::size_t)>& body)
+void parallelChunks(std::size_t count, std::size_t chunk, ChunkBody<void> body)
 {
     if (count == 0) return;
     const std::size_t chunks = (count + chunk - 1) / chunk;
@@ -22,28 +22,40 @@ void parallelChunks(std::size_t count, std::size_t chunk,
 
 namespace {
 
-std::vector<double> perChunk(std::size_t count, std::size_t chunk,
-                             const std::function<double(std::size_t, std::size_t)>& term)
-{
-    std::vector<double> part((count + chunk - 1) / chunk);
-    parallelChunks(count, chunk, [&](std::size_t begin, std::size_t end) { part[begin / chunk] = term(begin, end); });
-    return part;
-}
+/// What each chunk returned, on the stack unless the loop is very long.
+class PerChunk {
+public:
+    PerChunk(std::size_t count, std::size_t chunk, const ChunkBody<double>& term) : chunks_((count + chunk - 1) / chunk)
+    {
+        if (chunks_ > kOnStack) heap_.resize(chunks_);
+        double* const part = values();
+        parallelChunks(count, chunk, [&, part](std::size_t begin, std::size_t end) { part[begin / chunk] = term(begin, end); });
+    }
+    const double* begin() { return values(); }
+    const double* end() { return values() + chunks_; }
+
+private:
+    static constexpr std::size_t kOnStack = 4096;
+    double* values() { return heap_.empty() ? stack_ : heap_.data(); }
+
+    std::size_t chunks_;
+    double stack_[kOnStack];
+    std::vector<double> heap_;
+};
 
 }  // namespace
 
-double orderedSum(std::size_t count, std::size_t chunk, const std::function<double(std::size_t, std::size_t)>& term)
+double orderedSum(std::size_t count, std::size_t chunk, ChunkBody<double> term)
 {
     double sum = 0;
-    for (double p : perChunk(count, chunk, term)) sum += p;
+    for (double part : PerChunk(count, chunk, term)) sum += part;
     return sum;
 }
 
-double orderedMax(std::size_t count, std::size_t chunk, double least,
-                  const std::function<double(std::size_t, std::size_t)>& term)
+double orderedMax(std::size_t count, std::size_t chunk, double least, ChunkBody<double> term)
 {
     double largest = least;
-    for (double p : perChunk(count, chunk, term)) largest = std::max(largest, p);
+    for (double part : PerChunk(count, chunk, term)) largest = std::max(largest, part);
     return largest;
 }
 
@@ -55,6 +67,8 @@ ThreadLimit::ThreadLimit(int threads)
 
 ThreadLimit::~ThreadLimit() { delete static_cast<tbb::global_control*>(control_); }
 
+int threadSlot() { return std::max(0, tbb::this_task_arena::current_thread_index()); }
+int threadSlots() { return tbb::this_task_arena::max_concurrency(); }
 int threadCount() { return int(tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism)); }
 
 }  // namespace vdbfrac

@@ -101,7 +101,9 @@ void Simulation::rebuild()
         node += std::uint32_t(body.mesh.nodeCount()), element += std::uint32_t(body.mesh.elements().size());
         sets.push_back({body.mesh.elements(), body.mesh.nodes(), body.firstNode, body.material});
     }
+    stepper_.reset();  // refers to the operator
     elastic_ = std::make_unique<solver::ElasticOperator>(sets, node, h_, volumetric_);
+    stepper_ = std::make_unique<solver::BackwardEuler>(*elastic_, newton_);
     grips_->rebuild(bodies_, *elastic_);
 }
 
@@ -153,18 +155,20 @@ void Simulation::solve(StepRecord& record, double dt)
     const StageTimer timer(record.work, "solve");
     const solver::ElasticWork before = elastic_->work();
     const solver::State saved = state_;
-    solver::StepReport report;
+    const solver::StepReport* done = nullptr;
     solver::Boundary boundary;
     for (;; dt *= 0.5, ++record.cutbacks, state_ = saved) {
         boundary = grips_->boundary(time_ + dt, state_.x.size());
         for (const Body& body : bodies_)
             boundary.part.insert(boundary.part.end(), body.fragments.ofNode().begin(), body.fragments.ofNode().end());
-        report = solver::stepBackwardEuler(state_, dt, {*elastic_, stages_.solve, boundary}, newton_);
+        const solver::StepReport& report = stepper_->step(state_, dt, {stages_.solve, boundary});
+        done = &report;
         record.newtonIterations += report.newtonIterations;
         record.linearIterations += report.linearIterations;
         record.projections += report.projections;
         if (report.status == solver::StepStatus::converged || record.cutbacks == kMostCutbacks) break;
     }
+    const solver::StepReport& report = *done;
     time_ += dt;
     record.step = ++steps_;
     record.time = time_;

@@ -6,7 +6,6 @@
 #include "all.h"
 
 #include <vdbfrac/base/parallel.h>
-#include <vdbfrac/solver/conjugate_gradient.h>
 
 #include <cmath>
 
@@ -39,40 +38,32 @@ public:
 
     double evaluate(std::span<const Vec3> x, std::span<Vec3> gradient) const override
     {
-        std::vector<Vec3> moved(x.size()), force(x.size(), Vec3::Zero());
-        for (std::size_t i = 0; i < x.size(); ++i) moved[i] = x[i] - start_[i];
-        addProduct(moved, force);
-        for (std::size_t i = 0; i < x.size(); ++i) gradient[i] += force[i];
-        return 0.5 * solver::dot(moved, force);
-    }
-
-    void addProduct(std::span<const Vec3> u, std::span<Vec3> out) const override
-    {
         const auto mass = elastic_->mass();
-        std::vector<Vec3> Ku(b_ == 0 ? 0 : u.size(), Vec3::Zero());
-        if (b_ != 0) elastic_->addProduct(tangent_, u, Ku);
-        parallelChunks(u.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) {
-                out[i] += inverseDt_ * a_ * mass[i] * u[i];
-                if (b_ != 0) out[i] += inverseDt_ * b_ * Ku[i];
-            }
+        moved_.resize(x.size());
+        parallelChunks(x.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) moved_[i] = x[i] - start_[i];
         });
+        const double strained = b_ == 0 ? 0 : elastic_->multiply<Vec3>(tangent_, moved_);
+        const auto force = elastic_->sums<Vec3>();
+        const double dragged = orderedSum(x.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+            double sum = 0;
+            for (std::size_t i = begin; i < end; ++i) {
+                sum += mass[i] * moved_[i].squaredNorm();
+                gradient[i] += inverseDt_ * a_ * mass[i] * moved_[i];
+                if (b_ != 0) gradient[i] += inverseDt_ * b_ * force(i);
+            }
+            return sum;
+        });
+        return 0.5 * inverseDt_ * (a_ * dragged + b_ * strained);
     }
 
-    void addDiagonal(std::span<Mat3> blocks) const override
-    {
-        const auto mass = elastic_->mass();
-        std::vector<Mat3> K(b_ == 0 ? 0 : blocks.size(), Mat3::Zero());
-        if (b_ != 0) elastic_->addDiagonal(tangent_, K);
-        for (std::size_t i = 0; i < blocks.size(); ++i) {
-            blocks[i] += inverseDt_ * a_ * mass[i] * Mat3::Identity();
-            if (b_ != 0) blocks[i] += inverseDt_ * b_ * K[i];
-        }
-    }
+    /// The rotations of the iterate stand in for those at the start of the step.
+    solver::HessianShares hessian() const override { return {inverseDt_ * a_, inverseDt_ * b_}; }
 
 private:
     double a_, b_, inverseDt_ = 0;
     std::vector<Vec3> start_;
+    mutable std::vector<Vec3> moved_;  // scratch
     const solver::ElasticOperator* elastic_ = nullptr;
     solver::Tangent tangent_;
 };

@@ -1,14 +1,16 @@
 // One time step of backward Euler, as the minimum of
 //   Phi(x) = |x - x~|_M^2 / (2 dt^2) + Psi(x) + sum of potentials - f.x,   x~ = x_n + dt v_n,
-// by Newton's method with line search; linear systems by conjugate gradients with 3x3 block-Jacobi.
+// by Newton's method with line search; linear systems as in linear_solver.h, solved only as far as the step needs.
 // Martin et al. 2011, section 4 (the variational form); Smith, de Goes, Kim 2019 (definite tangent).
 #pragma once
 
 #include <vdbfrac/base/vec.h>
 #include <vdbfrac/solver/elastic_operator.h>
+#include <vdbfrac/solver/linear_solver.h>
 #include <vdbfrac/solver/potential.h>
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -17,8 +19,11 @@ namespace vdbfrac::solver {
 struct NewtonSettings {
     double tolerance = 1e-3;        ///< of |gradient|, relative to the largest of inertia, elastic and outer force
     int iterations = 20;
-    double linearTolerance = 1e-2;  ///< of the preconditioned residual norm
+    /// Of the preconditioned residual norm; looser where less is enough to bring the gradient below its tolerance (inexact
+    /// Newton; Dembo, Eisenstat, Steihaug 1982).
+    double linearTolerance = 1e-2;
     int linearIterations = 2000;
+    LinearMethod linearMethod = LinearMethod::automatic;
 };
 
 /// Positions and velocities of all nodes.
@@ -50,15 +55,37 @@ struct StepReport {
 
 /// What a step acts on besides the state.
 struct System {
-    const ElasticOperator& elastic;
     std::span<Potential* const> potentials;
     const Boundary& boundary;
 };
 
-/// A part without fixed nodes keeps its momentum balance to rounding, however loose the tolerances: what the linear
-/// solver left of its mean force is taken out by a shift of the part.
-/// Advances `state` by dt [s]; dt = infinity asks for the static equilibrium. On StepStatus::capped the state is the
-/// last iterate, and the caller decides whether to keep it.
-[[nodiscard]] StepReport stepBackwardEuler(State& state, double dt, const System& system, const NewtonSettings& settings);
+/// Keeps its memory from step to step: after the first step of an operator nothing is allocated.
+class BackwardEuler {
+public:
+    BackwardEuler(const ElasticOperator& elastic, const NewtonSettings& settings);
+    ~BackwardEuler();
+    BackwardEuler(BackwardEuler&&) noexcept;
+    BackwardEuler& operator=(BackwardEuler&&) noexcept;
+
+    /// Advances `state` by dt [s]; dt = infinity asks for the static equilibrium. On StepStatus::capped the state is the
+    /// last iterate, and the caller decides whether to keep it. The report holds until the next step.
+    /// A part without fixed nodes keeps its momentum balance to rounding, however loose the tolerances: what the linear
+    /// solver left of its mean force is taken out by a shift of the part.
+    [[nodiscard]] const StepReport& step(State& state, double dt, const System& system);
+
+    /// Relative residual |gradient| of the step from `state` that ends at x, on the scale of NewtonSettings::tolerance: one
+    /// measure for all settings.
+    double residual(const State& state, double dt, const System& system, std::span<const Vec3> x);
+
+    std::size_t bytes() const;  ///< the operator apart
+
+private:
+    class Newton;
+    std::unique_ptr<Newton> newton_;
+};
+
+/// A single step.
+[[nodiscard]] StepReport stepBackwardEuler(const ElasticOperator& elastic, State& state, double dt, const System& system,
+                                           const NewtonSettings& settings);
 
 }  // namespace vdbfrac::solver

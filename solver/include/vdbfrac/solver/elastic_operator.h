@@ -9,6 +9,7 @@
 #include <vdbfrac/solver/material.h>
 #include <vdbfrac/tetmesh/cut_mesh.h>
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -34,6 +35,20 @@ struct ElasticWork {
     std::int64_t robustTets = 0;     ///< tets whose polar decomposition needed an SVD
 };
 
+using Vec3f = Eigen::Vector3f;
+
+/// The elements of a lattice that make up each element of the lattice of twice its spacing.
+struct FinerElements {
+    struct Child {
+        std::uint32_t element = 0;
+        std::array<std::uint8_t, tetmesh::kMostTets> coarseTet{};  ///< the coarse tet in which each of its tets lies
+    };
+    std::vector<std::uint32_t> start;  ///< of each coarse element, and the end
+    std::vector<Child> children;
+};
+
+struct BatchTangent;
+
 /// The tangent at one x: rotation and twist operator of every tet.
 class Tangent {
 public:
@@ -42,20 +57,46 @@ public:
     Tangent(Tangent&&) noexcept;
     Tangent& operator=(Tangent&&) noexcept;
 
+    std::size_t bytes() const;
+
 private:
     friend class ElasticOperator;
-    struct Data;
-    std::unique_ptr<Data> data_;
+    void resize(std::size_t batches);
+
+    std::unique_ptr<BatchTangent[]> batches_;
+    std::size_t count_ = 0;
+    double share_ = 0;
 };
 
+/// Sum of what the patches have for node n, in a fixed order.
+template <class V>
+struct NodeSums {
+    const V* slot;
+    const std::uint32_t *start, *slots;
+
+    V operator()(std::size_t n) const
+    {
+        std::uint32_t s = start[n];
+        const std::uint32_t end = start[n + 1];
+        if (s == end) return V::Zero();
+        V sum = slot[slots[s]];
+        while (++s < end) sum += slot[slots[s]];
+        return sum;
+    }
+};
+
+/// One call at a time: products and evaluations share scratch memory.
 class ElasticOperator {
 public:
-    /// `h` [m]: lattice spacing of all sets; `nodeCount`: of the system.
+    /// `h` [m]: lattice spacing of all sets; `nodeCount`: of the system. What the sets refer to must live as long.
     ElasticOperator(std::span<const ElementSet> sets, std::size_t nodeCount, double h, Volumetric volumetric);
     ~ElasticOperator();
     ElasticOperator(ElasticOperator&&) noexcept;
     ElasticOperator& operator=(ElasticOperator&&) noexcept;
 
+    std::span<const ElementSet> sets() const;
+    double h() const;  ///< m
+    Volumetric volumetric() const;
     std::size_t nodeCount() const;
     std::int64_t tetCount() const;
     /// Lumped mass of each node [kg]: a quarter of each tet's.
@@ -64,8 +105,9 @@ public:
     std::span<const double> stiffness() const;
 
     /// Elastic energy [J] at x [m]; adds its gradient [N] to `gradient` and keeps the exact tangent in `tangent`
-    /// where these are given (not empty, not null).
-    double evaluate(std::span<const Vec3> x, std::span<Vec3> gradient, Tangent* tangent) const;
+    /// where these are given (not empty, not null). The tangent then also has `share` times linear elasticity in the
+    /// rotated frame of each tet, which costs a product nothing.
+    double evaluate(std::span<const Vec3> x, std::span<Vec3> gradient, Tangent* tangent, double share = 0) const;
     /// Energy density of every tet [J/m^3]: entry 6 e + t for tet t of element e (elements counted through all sets).
     std::vector<double> energyDensities(std::span<const Vec3> x) const;
 
@@ -74,13 +116,27 @@ public:
     /// Makes the tangent that of linear elasticity in the rotated frame of each tet ("stiffness warping"; Mueller & Gross
     /// 2004): semidefinite, free of stress terms.
     void warp(Tangent& tangent) const;
+
+    /// K u, left in pieces that sums() adds up where the caller wants it; returns u.K u. V is Vec3, or Vec3f for a product
+    /// in single precision.
+    template <class V>
+    double multiply(const Tangent& tangent, std::span<const V> u) const;
+    /// Of the last multiply with the same V.
+    template <class V>
+    NodeSums<V> sums() const;
     /// out += K u.
     void addProduct(const Tangent& tangent, std::span<const Vec3> u, std::span<Vec3> out) const;
     /// Adds the 3x3 diagonal blocks of K.
     void addDiagonal(const Tangent& tangent, std::span<Mat3> blocks) const;
 
+    /// K of one element (counted through all sets), rows and columns 3 corner + axis [N/m].
+    using ElementMatrix = Eigen::Matrix<double, 24, 24>;
+    ElementMatrix elementMatrix(const Tangent& tangent, std::size_t element) const;
+    /// Fills the tangent of this operator, on a lattice of twice the spacing of `fine`, with the means over finer tets.
+    void average(const ElasticOperator& fine, const Tangent& fineTangent, const FinerElements& finer, Tangent& tangent) const;
+
     const ElasticWork& work() const;
-    std::size_t bytes() const;  ///< held by patches and slots
+    std::size_t bytes() const;  ///< held by patches, slots and nodes; a Tangent is apart
 
 private:
     struct Data;

@@ -16,6 +16,12 @@ struct StepStart {
     const ElasticOperator& elastic;
 };
 
+/// The Hessian of a potential as the tangent takes it in: `mass` times the lumped mass [1/s^2] and `stiffness` times
+/// linear elasticity in the rotated frame of each tet. A product with the tangent then costs the same with and without it.
+struct HessianShares {
+    double mass = 0, stiffness = 0;
+};
+
 /// U(x) with its gradient and a positive semidefinite approximation of its Hessian, each checked against the other
 /// by finite differences in the tests. Forces that do not come from an energy of x alone (damping) use one that
 /// holds for this step only.
@@ -25,10 +31,8 @@ public:
     virtual void begin(const StepStart&) {}
     /// Value [J]; adds the gradient [N].
     virtual double evaluate(std::span<const Vec3> x, std::span<Vec3> gradient) const = 0;
-    /// out += H u. Constant over the step.
-    virtual void addProduct(std::span<const Vec3> /*u*/, std::span<Vec3> /*out*/) const {}
-    /// Adds the 3x3 diagonal blocks of H.
-    virtual void addDiagonal(std::span<Mat3> /*blocks*/) const {}
+    /// Constant over the step.
+    virtual HessianShares hessian() const { return {}; }
 };
 
 }  // namespace vdbfrac::solver

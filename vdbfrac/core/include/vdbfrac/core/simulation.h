@@ -91,6 +91,7 @@ private:
     Stages stages_;
     solver::State state_;
     std::unique_ptr<solver::ElasticOperator> elastic_;
+    std::unique_ptr<solver::BackwardEuler> stepper_;
     std::unique_ptr<Grips> grips_;
     double time_ = 0;
     int steps_ = 0;

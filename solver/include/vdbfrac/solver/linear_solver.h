@@ -1,0 +1,67 @@
+// Linear systems of a Newton step, A u = b with A = m M + K on the free nodes: M lumped mass, K the tangent.
+//
+//   jacobi     conjugate gradients (Hestenes & Stiefel 1952) with the 3x3 diagonal blocks: the least work where the time
+//              step is short; iterations grow with the nodes a side.
+//   multigrid  conjugate gradients with one V-cycle over lattices of twice the spacing, in single precision (the
+//              residual of the outer iteration is in double): iterations do not grow. Cracks do not couple on any level.
+//   direct     the assembled matrix and a sparse Cholesky factorisation (CHOLMOD; Chen, Davis, Hager, Rajamanickam 2008):
+//              small or very stiff systems.
+#pragma once
+
+#include <vdbfrac/base/vec.h>
+#include <vdbfrac/solver/elastic_operator.h>
+
+#include <cstdint>
+#include <memory>
+#include <span>
+
+namespace vdbfrac::solver {
+
+enum class LinearMethod { automatic, jacobi, multigrid, direct };
+
+struct LinearSystem {
+    const ElasticOperator& elastic;
+    const Tangent& tangent;
+    double massFactor = 0;                ///< m [1/s^2]
+    std::span<const std::uint8_t> fixed;  ///< 1 for a node that does not move; one entry a node
+};
+
+struct LinearLimits {
+    double tolerance = 1e-2;  ///< of the preconditioned residual norm, relative to that of b
+    int iterations = 2000;
+};
+
+enum class LinearStatus { converged, capped, negativeCurvature };
+
+struct LinearReport {
+    LinearStatus status = LinearStatus::converged;
+    LinearMethod method = LinearMethod::jacobi;  ///< that was used
+    int iterations = 0;
+};
+
+/// Solver for the systems of one operator; keeps its memory from one system to the next.
+class LinearSolver {
+public:
+    LinearSolver(const ElasticOperator& elastic, LinearMethod method);
+    ~LinearSolver();
+    LinearSolver(LinearSolver&&) noexcept;
+    LinearSolver& operator=(LinearSolver&&) noexcept;
+
+    /// Solves A u = b from u = 0; u is 0 at fixed nodes. Iterations stop at the first direction p with p.A p <= 0 and
+    /// leave u as it was before it; the direct method reports a matrix that is not positive definite the same way.
+    [[nodiscard]] LinearReport solve(const LinearSystem& system, std::span<const Vec3> b, std::span<Vec3> u, LinearLimits limits);
+
+    std::size_t bytes() const;
+
+private:
+    struct Data;
+
+    LinearReport solveDirectly(const LinearSystem& system, std::span<const Vec3> b, std::span<Vec3> u);
+
+    std::unique_ptr<Data> data_;
+};
+
+/// Fixed-order dot product.
+double dot(std::span<const Vec3> a, std::span<const Vec3> b);
+
+}  // namespace vdbfrac::solver

@@ -1,0 +1,298 @@
+#include "multigrid.h"
+
+#include "assembly.h"
+
+#include <vdbfrac/base/parallel.h>
+
+#include <Eigen/SparseCholesky>
+
+#include <algorithm>
+#include <cmath>
+
+namespace vdbfrac::solver {
+
+namespace {
+
+constexpr std::size_t kCoarsestNodes = 300;  // a sparse factorisation of these takes a millisecond
+constexpr double kLeastReduction = 0.7;      // of the nodes from level to level; dust of fragments does not get fewer
+constexpr double kSafety = 1.1, kRange = 6;  // smoother damps eigenvalues in [largest / kRange, kSafety largest]
+constexpr int kPowerSteps = 10;
+
+/// A number in [-1, 1] from a node's number, the same on every machine.
+float noise(std::uint32_t n)
+{
+    n = (n ^ 61) ^ (n >> 16);
+    n *= 9;
+    n ^= n >> 4;
+    n *= 0x27d4eb2d;
+    n ^= n >> 15;
+    return float(n & 0xffff) / 32767.5f - 1;
+}
+
+template <class F>
+void eachNode(std::size_t count, const F& f)
+{
+    parallelChunks(count, kChunk, [&](std::size_t begin, std::size_t end) {
+        const FlushDenormals flush;
+        for (std::size_t i = begin; i < end; ++i) f(i);
+    });
+}
+
+}  // namespace
+
+struct Multigrid::Level {
+    const ElasticOperator* elastic = nullptr;
+    std::unique_ptr<ElasticOperator> own;  // on coarse levels
+    Tangent ownTangent;
+    const Tangent* tangent = nullptr;
+    double massFactor = 0;
+    std::vector<std::uint8_t> fixed;
+    std::vector<float> spring, added;  // N/m: of fixed nodes finer down; of springs and mass
+    std::vector<SymmetricBlock> inverse;
+    std::vector<Vec3f> x, b, step;
+    float largest = 1;  // eigenvalue of inverse * A
+
+    // To the next coarser level.
+    CoarseLattice coarser;
+    std::vector<std::uint32_t> childStart, child;  // finer nodes under each coarse node, twice where they coincide
+
+    void allocate()
+    {
+        const std::size_t n = elastic->nodeCount();
+        for (auto* v : {&x, &b, &step}) v->resize(n);
+        fixed.resize(n);
+        added.resize(n);
+        inverse.resize(n);
+    }
+    LinearSystem system() const { return {*elastic, *tangent, massFactor, fixed}; }
+};
+
+struct Multigrid::Coarsest {
+    Eigen::SimplicialLLT<Eigen::SparseMatrix<double>> factor;
+    Eigen::VectorXd rhs;
+};
+
+namespace {
+
+void linkChildren(const CoarseLattice& lattice, std::vector<std::uint32_t>& start, std::vector<std::uint32_t>& child)
+{
+    start.assign(lattice.nodeCount + 1, 0);
+    const auto each = [&](auto f) {
+        for (std::uint32_t n = 0; n < lattice.parents.size(); ++n)
+            for (std::uint32_t parent : lattice.parents[n])
+                if (parent < lattice.nodeCount) f(parent, n);
+    };
+    each([&](std::uint32_t parent, std::uint32_t) { ++start[parent + 1]; });
+    for (std::size_t i = 0; i < lattice.nodeCount; ++i) start[i + 1] += start[i];
+    child.resize(start.back());
+    std::vector<std::uint32_t> next(start.begin(), start.end() - 1);
+    each([&](std::uint32_t parent, std::uint32_t n) { child[next[parent]++] = n; });
+}
+
+}  // namespace
+
+Multigrid::Multigrid(const ElasticOperator& elastic)
+{
+    levels_.push_back(std::make_unique<Level>());
+    levels_[0]->elastic = &elastic;
+    levels_[0]->allocate();
+    while (levels_.back()->elastic->nodeCount() > kCoarsestNodes) {
+        Level& fine = *levels_.back();
+        const std::size_t nodes = fine.elastic->nodeCount();
+        CoarseLattice lattice = coarsen(fine.elastic->sets(), nodes);
+        if (double(lattice.nodeCount) > kLeastReduction * double(nodes)) break;
+        fine.coarser = std::move(lattice);
+        linkChildren(fine.coarser, fine.childStart, fine.child);
+        auto coarse = std::make_unique<Level>();
+        coarse->own = std::make_unique<ElasticOperator>(fine.coarser.elementSets(), fine.coarser.nodeCount, 2 * fine.elastic->h(),
+                                                        fine.elastic->volumetric());
+        coarse->elastic = coarse->own.get();
+        coarse->allocate();
+        coarse->spring.resize(fine.coarser.nodeCount);
+        levels_.push_back(std::move(coarse));
+    }
+    coarsest_ = std::make_unique<Coarsest>();
+}
+
+Multigrid::~Multigrid() = default;
+
+int Multigrid::levels() const { return int(levels_.size()); }
+
+namespace {
+
+/// Fixed nodes and springs of the coarse level.
+void restrictHolds(std::span<const std::uint8_t> fixed, std::span<const float> spring, std::span<const double> stiffness,
+                   std::span<const std::array<std::uint32_t, 2>> parents, std::span<std::uint8_t> coarseFixed, std::span<float> coarseSpring)
+{
+    std::fill(coarseFixed.begin(), coarseFixed.end(), 0);
+    std::fill(coarseSpring.begin(), coarseSpring.end(), 0.f);
+    for (std::size_t n = 0; n < parents.size(); ++n) {
+        const auto [a, b] = parents[n];
+        if (a >= coarseFixed.size()) continue;
+        if (fixed[n] && a == b) coarseFixed[a] = 1;
+        const float k = fixed[n] ? (a == b ? 0.f : float(stiffness[n])) : (spring.empty() ? 0.f : spring[n]);
+        if (k == 0) continue;
+        coarseSpring[a] += k / 2;
+        coarseSpring[b] += k / 2;
+    }
+}
+
+}  // namespace
+
+bool Multigrid::setUp(const LinearSystem& system)
+{
+    Level& top = *levels_[0];
+    top.tangent = &system.tangent;
+    std::copy(system.fixed.begin(), system.fixed.end(), top.fixed.begin());
+    std::vector<Mat3> scratch;
+    for (std::size_t l = 0; l < levels_.size(); ++l) {
+        Level& level = *levels_[l];
+        level.massFactor = system.massFactor;
+        if (l > 0) {
+            const Level& fine = *levels_[l - 1];
+            level.elastic->average(*fine.elastic, *fine.tangent, fine.coarser.finer, level.ownTangent);
+            level.tangent = &level.ownTangent;
+            restrictHolds(fine.fixed, fine.spring, fine.elastic->stiffness(), fine.coarser.parents, level.fixed, level.spring);
+        }
+        const std::span<const double> mass = level.elastic->mass();
+        eachNode(level.added.size(),
+                 [&](std::size_t i) { level.added[i] = float(mass[i] * level.massFactor) + (l > 0 ? level.spring[i] : 0.f); });
+        invertDiagonal(level.system(), level.spring, scratch, level.inverse);
+        level.largest = largestEigenvalue(level);
+    }
+    if (levels_.back()->elastic->nodeCount() > kCoarsestNodes) return true;
+    coarsest_->factor.compute(assemble(levels_.back()->system(), levels_.back()->spring));
+    return coarsest_->factor.info() == Eigen::Success;
+}
+
+/// By the power method from noise; a lower bound that kSafety makes up for.
+float Multigrid::largestEigenvalue(Level& level)
+{
+    eachNode(level.x.size(), [&](std::size_t i) {
+        const std::uint32_t n = 3 * std::uint32_t(i);
+        level.x[i] = level.fixed[i] ? Vec3f::Zero() : Vec3f(noise(n), noise(n + 1), noise(n + 2));
+    });
+    const auto norm = [&] {
+        return std::sqrt(orderedSum(level.x.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+            double sum = 0;
+            for (std::size_t i = begin; i < end; ++i) sum += double(level.x[i].squaredNorm());
+            return sum;
+        }));
+    };
+    double size = norm(), ratio = 1;
+    for (int step = 0; step < kPowerSteps && size > 0; ++step) {
+        (void)level.elastic->multiply<Vec3f>(*level.tangent, level.x);
+        const auto sums = level.elastic->sums<Vec3f>();
+        const float scale = float(1 / size);
+        eachNode(level.x.size(), [&](std::size_t i) {
+            level.x[i] = level.inverse[i] * Vec3f((level.added[i] * level.x[i] + sums(i)) * scale);
+        });
+        size = ratio = norm();
+    }
+    return float(ratio);
+}
+
+/// Two steps of the Chebyshev iteration for A x = b.
+void Multigrid::smooth(Level& level, bool fromZero)
+{
+    const float high = float(kSafety) * level.largest, low = level.largest / float(kRange);
+    const float middle = (high + low) / 2, half = (high - low) / 2, sigma = middle / half;
+    const float first = 1 / middle, damp = 1 / (2 * sigma - 1 / sigma), keep = damp / sigma, move = 2 * damp / half;
+    const auto product = [&] {
+        (void)level.elastic->multiply<Vec3f>(*level.tangent, level.x);
+        return level.elastic->sums<Vec3f>();
+    };
+    if (fromZero)
+        eachNode(level.x.size(), [&](std::size_t i) { level.x[i] = level.step[i] = first * (level.inverse[i] * level.b[i]); });
+    else {
+        const auto sums = product();
+        eachNode(level.x.size(), [&](std::size_t i) {
+            level.step[i] = first * (level.inverse[i] * Vec3f(level.b[i] - level.added[i] * level.x[i] - sums(i)));
+        });
+        eachNode(level.x.size(), [&](std::size_t i) { level.x[i] += level.step[i]; });
+    }
+    const auto sums = product();
+    eachNode(level.x.size(), [&](std::size_t i) {
+        const Vec3f residual = level.b[i] - level.added[i] * level.x[i] - sums(i);
+        level.step[i] = keep * level.step[i] + move * (level.inverse[i] * residual);
+        level.x[i] += level.step[i];
+    });
+}
+
+/// Puts the residual of `level` on the right-hand side of the coarser one.
+void Multigrid::restrictResidual(Level& level, Level& coarse)
+{
+    (void)level.elastic->multiply<Vec3f>(*level.tangent, level.x);
+    const auto sums = level.elastic->sums<Vec3f>();
+    eachNode(level.x.size(), [&](std::size_t i) {
+        level.step[i] = level.fixed[i] ? Vec3f::Zero() : Vec3f(level.b[i] - level.added[i] * level.x[i] - sums(i));
+    });
+    eachNode(coarse.b.size(), [&](std::size_t c) {
+        Vec3f sum = Vec3f::Zero();
+        for (std::uint32_t k = level.childStart[c]; k < level.childStart[c + 1]; ++k) sum += level.step[level.child[k]];
+        coarse.b[c] = coarse.fixed[c] ? Vec3f::Zero() : Vec3f(0.5f * sum);
+    });
+}
+
+void Multigrid::cycle(std::size_t l)
+{
+    Level& level = *levels_[l];
+    if (l + 1 == levels_.size()) {
+        solveCoarsest(level);
+        return;
+    }
+    smooth(level, true);
+    Level& coarse = *levels_[l + 1];
+    restrictResidual(level, coarse);
+    cycle(l + 1);
+    eachNode(level.x.size(), [&](std::size_t i) {
+        const auto [a, b] = level.coarser.parents[i];
+        if (!level.fixed[i] && a < coarse.x.size()) level.x[i] += 0.5f * (coarse.x[a] + coarse.x[b]);
+    });
+    smooth(level, false);
+}
+
+void Multigrid::solveCoarsest(Level& level)
+{
+    if (level.x.size() > kCoarsestNodes) {
+        smooth(level, true);
+        smooth(level, false);
+        return;
+    }
+    Eigen::VectorXd& v = coarsest_->rhs;
+    v.resize(Eigen::Index(3 * level.b.size()));
+    for (std::size_t i = 0; i < level.b.size(); ++i) v.segment<3>(Eigen::Index(3 * i)) = level.b[i].cast<double>();
+    v = coarsest_->factor.solve(v);
+    for (std::size_t i = 0; i < level.b.size(); ++i)
+        level.x[i] = level.fixed[i] ? Vec3f::Zero() : Vec3f(v.segment<3>(Eigen::Index(3 * i)).cast<float>());
+}
+
+double Multigrid::apply(std::span<const Vec3> r, double scale)
+{
+    Level& top = *levels_[0];
+    eachNode(r.size(), [&](std::size_t i) { top.b[i] = (scale * r[i]).cast<float>(); });
+    cycle(0);
+    return orderedSum(r.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+        double sum = 0;
+        for (std::size_t i = begin; i < end; ++i) sum += r[i].dot(top.x[i].cast<double>());
+        return sum;
+    }) / scale;
+}
+
+std::span<const Vec3f> Multigrid::result() const { return levels_[0]->x; }
+
+std::size_t Multigrid::bytes() const
+{
+    const auto of = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
+    std::size_t sum = 0;
+    for (const auto& level : levels_) {
+        sum += of(level->fixed) + of(level->spring) + of(level->added) + of(level->inverse) + of(level->x) + of(level->b) + of(level->step) +
+               of(level->childStart) + of(level->child) + of(level->coarser.parents) + of(level->coarser.finer.start) +
+               of(level->coarser.finer.children) + level->ownTangent.bytes();
+        if (level->own) sum += level->own->bytes();
+        for (const auto& set : level->coarser.sets) sum += of(set.elements) + of(set.nodes);
+    }
+    return sum;
+}
+
+}  // namespace vdbfrac::solver

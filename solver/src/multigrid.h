@@ -1,0 +1,52 @@
+// V-cycle over lattices of twice the spacing, level by level. Not installed.
+//
+// Each coarse level is an elastic operator of its own: elements as coarsening.h makes them, with the material volume, the
+// mean rotation and the mean twist operator of the finer tets in each tet. On nested six-tet lattices with equal
+// rotations this is the Galerkin operator; near nu = .5 the mean dilatation is taken over the coarse cell, which does not
+// lock as the Galerkin operator would.
+// A fixed node that has no coarse node in its place holds the coarse nodes round it by springs of its own stiffness.
+// Smoother: Chebyshev polynomial of the block-Jacobi iteration (Adams, Brezina, Hu, Tuminaro 2003); coarsest level: sparse
+// Cholesky. All in single precision: the V-cycle is the preconditioner of an iteration in double.
+#pragma once
+
+#include "block_diagonal.h"
+#include "coarsening.h"
+#include "flush_denormals.h"
+
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace vdbfrac::solver {
+
+class Multigrid {
+public:
+    explicit Multigrid(const ElasticOperator& elastic);
+    ~Multigrid();
+
+    /// For one system of the operator: tangents, diagonals and fixed nodes of all levels. False: a block or the coarsest
+    /// level is not positive definite enough to precondition with.
+    [[nodiscard]] bool setUp(const LinearSystem& system);
+    /// One V-cycle from rest for r (0 at fixed nodes); `scale` brings r into the range of single precision. Returns r.z in
+    /// double, with scale z = result().
+    double apply(std::span<const Vec3> r, double scale);
+    std::span<const Vec3f> result() const;
+
+    int levels() const;
+    std::size_t bytes() const;
+
+private:
+    struct Level;
+    struct Coarsest;
+
+    static float largestEigenvalue(Level& level);
+    static void smooth(Level& level, bool fromZero);
+    static void restrictResidual(Level& level, Level& coarse);
+    void solveCoarsest(Level& level);
+    void cycle(std::size_t l);
+
+    std::vector<std::unique_ptr<Level>> levels_;
+    std::unique_ptr<Coarsest> coarsest_;
+};
+
+}  // namespace vdbfrac::solver
