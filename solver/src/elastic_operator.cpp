@@ -129,12 +129,11 @@ void writePatch(const Patch& patch, const typename V::Scalar* out, V* slot)
 }
 
 /// a.b over a patch, in double, eight partial sums in a fixed order.
-template <class Real>
-double patchDot(const Real* a, const Real* b, std::size_t count)
+double patchDot(const double* a, const double* b, std::size_t count)
 {
     double part[kLanes] = {};
     for (std::size_t i = 0; i < count; i += kLanes)
-        for (std::size_t l = 0; l < kLanes; ++l) part[l] += double(a[i + l]) * double(b[i + l]);
+        for (std::size_t l = 0; l < kLanes; ++l) part[l] += a[i + l] * b[i + l];
     double sum = 0;
     for (double v : part) sum += v;
     return sum;
@@ -333,11 +332,11 @@ double ElasticOperator::multiply(const Tangent& tangent, std::span<const V> u) c
             kernel().product(patch, d.cellDilation, in, out);
         else
             kernel().productSingle(patch, d.cellDilation, in, out);
-        d.patchEnergy[i] = patchDot(in, out, 3 * d.p.patches[i].stride());
+        if constexpr (std::is_same_v<V, Vec3>) d.patchEnergy[i] = patchDot(in, out, 3 * d.p.patches[i].stride());
     });
     d.work.products += 1;
     d.work.productTets += d.p.tets;
-    return d.totalEnergy();
+    return std::is_same_v<V, Vec3> ? d.totalEnergy() : 0;
 }
 
 template <class V>

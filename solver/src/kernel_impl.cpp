@@ -2,6 +2,10 @@
 // Everything but that one symbol has internal linkage, so no code for a wide unit leaks into the rest of the program.
 #include "kernel.h"
 
+#if defined(__AVX512F__)
+#include <immintrin.h>
+#endif
+
 #include <type_traits>
 #include <utility>
 
@@ -54,6 +58,10 @@ VDBFRAC_INLINE PackT<Real> load(const From* p)
     const PackT<From> v = *reinterpret_cast<const PackT<From>*>(p);
     if constexpr (std::is_same_v<Real, From>)
         return v;
+#if defined(__AVX512F__)  // the compiler would convert halves and join them
+    else if constexpr (std::is_same_v<From, float>)
+        return Pack(_mm512_cvtps_pd(__m256(v)));
+#endif
     else
         return __builtin_convertvector(v, PackT<Real>);
 }
@@ -470,6 +478,7 @@ VDBFRAC_INLINE void prefetch(const BatchTangent* now)
 {
     constexpr std::size_t kLine = 64, kAhead = 4;  // batches; measured
     const char* const next = reinterpret_cast<const char*>(now) + kAhead * sizeof *now;
+#pragma GCC unroll 64
     for (std::size_t i = 0; i < sizeof *now; i += kLine) __builtin_prefetch(next + i, 0, 2);
 }
 

@@ -14,6 +14,16 @@ namespace vdbfrac::solver {
 
 namespace {
 
+template <class F>
+double nodeSum(std::size_t count, const F& term)
+{
+    return orderedSum(count, kChunk, [&](std::size_t begin, std::size_t end) {
+        double sum = 0;
+        for (std::size_t i = begin; i < end; ++i) sum += term(i);
+        return sum;
+    });
+}
+
 /// Preconditioners of conjugate gradients. start(i, r) is what node i adds to r.z when its r changes, finish() the rest of
 /// r.z, z(i, r) the result at node i.
 class BlockJacobi {
@@ -29,29 +39,33 @@ private:
 
 class VCycle {
 public:
-    VCycle(Multigrid& multigrid, double scale) : multigrid_(multigrid), scale_(scale) {}
-    double start(std::size_t, const Vec3&) const { return 0; }
-    double finish(std::span<const Vec3> r) const { return multigrid_.apply(r, scale_); }
-    Vec3 z(std::size_t i, const Vec3&) const { return multigrid_.result()[i].cast<double>() / scale_; }
+    /// `scale` brings r into the range of single precision.
+    VCycle(Multigrid& multigrid, double scale)
+        : multigrid_(multigrid), rightSide_(multigrid.rightSide()), result_(multigrid.result()), scale_(scale)
+    {
+    }
+    double start(std::size_t i, const Vec3& r) const
+    {
+        rightSide_[i] = (scale_ * r).cast<float>();
+        return 0;
+    }
+    double finish(std::span<const Vec3> r) const
+    {
+        multigrid_.apply();
+        return nodeSum(r.size(), [&](std::size_t i) { return r[i].dot(z(i, r[i])); });
+    }
+    Vec3 z(std::size_t i, const Vec3&) const { return result_[i].cast<double>() / scale_; }
 
 private:
     Multigrid& multigrid_;
+    std::span<Vec3f> rightSide_;
+    std::span<const Vec3f> result_;
     double scale_;
 };
 
 struct Vectors {
     std::vector<Vec3> r, p;
 };
-
-template <class F>
-double nodeSum(std::size_t count, const F& term)
-{
-    return orderedSum(count, kChunk, [&](std::size_t begin, std::size_t end) {
-        double sum = 0;
-        for (std::size_t i = begin; i < end; ++i) sum += term(i);
-        return sum;
-    });
-}
 
 /// The product leaves its sums in the slots of the patches and p.K p behind, so that an iteration passes over the nodes
 /// twice: r with its part of r.z, then u and p with p.M p.

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t kCoarsestNodes = 300;  // a sparse factorisation of these takes a millisecond
 constexpr double kLeastReduction = 0.7;      // of the nodes from level to level; dust of fragments does not get fewer
-constexpr double kSafety = 1.1, kRange = 6;  // smoother damps eigenvalues in [largest / kRange, kSafety largest]
+constexpr double kSafety = 1.1, kRange = 8;  // smoother damps eigenvalues in [largest / kRange, kSafety largest]
 constexpr int kPowerSteps = 10;
 
 /// A number in [-1, 1] from a node's number, the same on every machine.
@@ -158,8 +158,9 @@ bool Multigrid::setUp(const LinearSystem& system)
         eachNode(level.added.size(),
                  [&](std::size_t i) { level.added[i] = float(mass[i] * level.massFactor) + (l > 0 ? level.spring[i] : 0.f); });
         invertDiagonal(level.system(), level.spring, scratch, level.inverse);
-        level.largest = largestEigenvalue(level);
+        if (l > 0 || levels_.size() == 1) level.largest = largestEigenvalue(level);
     }
+    if (levels_.size() > 1) top.largest = levels_[1]->largest;  // both have the same kinds of tets: not worth products on the finest
     if (levels_.back()->elastic->nodeCount() > kCoarsestNodes) return true;
     coarsest_->factor.compute(assemble(levels_.back()->system(), levels_.back()->spring));
     return coarsest_->factor.info() == Eigen::Success;
@@ -208,8 +209,8 @@ void Multigrid::smooth(Level& level, bool fromZero)
         const auto sums = product();
         eachNode(level.x.size(), [&](std::size_t i) {
             level.step[i] = first * (level.inverse[i] * Vec3f(level.b[i] - level.added[i] * level.x[i] - sums(i)));
+            level.x[i] += level.step[i];
         });
-        eachNode(level.x.size(), [&](std::size_t i) { level.x[i] += level.step[i]; });
     }
     const auto sums = product();
     eachNode(level.x.size(), [&](std::size_t i) {
@@ -267,17 +268,9 @@ void Multigrid::solveCoarsest(Level& level)
         level.x[i] = level.fixed[i] ? Vec3f::Zero() : Vec3f(v.segment<3>(Eigen::Index(3 * i)).cast<float>());
 }
 
-double Multigrid::apply(std::span<const Vec3> r, double scale)
-{
-    Level& top = *levels_[0];
-    eachNode(r.size(), [&](std::size_t i) { top.b[i] = (scale * r[i]).cast<float>(); });
-    cycle(0);
-    return orderedSum(r.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-        double sum = 0;
-        for (std::size_t i = begin; i < end; ++i) sum += r[i].dot(top.x[i].cast<double>());
-        return sum;
-    }) / scale;
-}
+std::span<Vec3f> Multigrid::rightSide() { return levels_[0]->b; }
+
+void Multigrid::apply() { cycle(0); }
 
 std::span<const Vec3f> Multigrid::result() const { return levels_[0]->x; }
 

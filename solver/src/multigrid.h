@@ -27,9 +27,9 @@ public:
     /// For one system of the operator: tangents, diagonals and fixed nodes of all levels. False: a block or the coarsest
     /// level is not positive definite enough to precondition with.
     [[nodiscard]] bool setUp(const LinearSystem& system);
-    /// One V-cycle from rest for r (0 at fixed nodes); `scale` brings r into the range of single precision. Returns r.z in
-    /// double, with scale z = result().
-    double apply(std::span<const Vec3> r, double scale);
+    /// One V-cycle from rest: result() for rightSide(), which is 0 at fixed nodes.
+    void apply();
+    std::span<Vec3f> rightSide();
     std::span<const Vec3f> result() const;
 
     int levels() const;

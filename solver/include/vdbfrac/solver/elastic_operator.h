@@ -117,8 +117,8 @@ public:
     /// 2004): semidefinite, free of stress terms.
     void warp(Tangent& tangent) const;
 
-    /// K u, left in pieces that sums() adds up where the caller wants it; returns u.K u. V is Vec3, or Vec3f for a product
-    /// in single precision.
+    /// K u, left in pieces that sums() adds up where the caller wants it. V is Vec3, which returns u.K u, or Vec3f for a
+    /// product in single precision, which returns 0.
     template <class V>
     double multiply(const Tangent& tangent, std::span<const V> u) const;
     /// Of the last multiply with the same V.
