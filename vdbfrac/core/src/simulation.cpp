@@ -26,6 +26,18 @@ tetmesh::Lattice latticeOf(const scene::Grid& grid)
             grid.coarsening, grid.voxelSize};
 }
 
+/// Takes one body's part of a field along to its new nodes; `first`: where the part begins.
+void carry(std::vector<Vec3>& field, std::size_t first, std::size_t oldCount, std::span<const std::uint32_t> previousNode)
+{
+    std::vector<Vec3> now(field.size() - oldCount + previousNode.size());
+    std::copy_n(field.begin(), first, now.begin());
+    parallelChunks(previousNode.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) now[first + i] = field[first + previousNode[i]];
+    });
+    std::copy(field.begin() + std::ptrdiff_t(first + oldCount), field.end(), now.begin() + std::ptrdiff_t(first + previousNode.size()));
+    field = std::move(now);
+}
+
 }  // namespace
 
 Simulation::Simulation(const scene::Scene& scene, std::span<Effect* const> effects, std::uint64_t memoryLimit)
@@ -216,18 +228,10 @@ void Simulation::recut(StepRecord& record, std::size_t b, const grid::PhiChanges
     record.work.count("cut", "cells", update.cutCells);
     record.work.count("cut", "voxels", update.changedVoxels);
     record.work.count("cut", "classified_nodes", update.classifiedNodes);
+    record.work.count("cut", "grouped_cells", update.groupedCells);
     if (update.changedVoxels == 0) return;
 
-    const auto carry = [&](std::vector<Vec3>& field) {
-        const std::vector<Vec3> old(field.begin() + body.firstNode, field.begin() + body.firstNode + std::ptrdiff_t(oldCount));
-        std::vector<Vec3> now;
-        now.reserve(update.previousNode.size());
-        for (std::uint32_t p : update.previousNode) now.push_back(old[p]);
-        field.erase(field.begin() + body.firstNode, field.begin() + body.firstNode + std::ptrdiff_t(oldCount));
-        field.insert(field.begin() + body.firstNode, now.begin(), now.end());
-    };
-    carry(state_.x);
-    carry(state_.v);
+    for (std::vector<Vec3>* field : {&state_.x, &state_.v}) carry(*field, body.firstNode, oldCount, update.previousNode);
     body.fragments.update(body.mesh, update.previousNode, time_, nextFragment_);
     rebuild();
 }

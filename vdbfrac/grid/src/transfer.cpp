@@ -12,6 +12,7 @@ namespace {
 using tetmesh::Cell;
 using tetmesh::CellShape;
 using tetmesh::CutMesh;
+using tetmesh::kMostTets;
 using tetmesh::Piece;
 
 int floorDiv(int a, int m) { return a >= 0 ? a / m : -((m - 1 - a) / m); }
@@ -61,30 +62,59 @@ Share shareOf(const CutMesh& mesh, Coord voxel, const TetEnergy& energy)
     return share;
 }
 
+const Cell& cellOf(const CutMesh& mesh, std::size_t element)
+{
+    const auto after = std::upper_bound(mesh.cells().begin(), mesh.cells().end(), element,
+                                        [](std::size_t e, const Cell& cell) { return e < cell.firstElement; });
+    return after[-1];
+}
+
+/// Adds the voxel nodes of a cell's sub-tets above the threshold. `density`: of the cell's tets; `marks`: scratch.
+void addVoxelsAbove(const CutMesh& mesh, const Cell& cell, std::span<const double> density, double threshold,
+                    std::vector<std::uint8_t>& marks, std::vector<Coord>& voxels)
+{
+    const auto& stencil = mesh.stencil(mesh.lattice().shapeOf(cell.coord));
+    marks.assign(stencil.vertices.size(), 0);
+    const auto add = [&](const tetmesh::SubTet& sub, std::size_t element) {
+        if (!(density[element * kMostTets + sub.parent] > threshold)) return;
+        for (std::uint16_t v : sub.vertex) marks[v] = 1;
+    };
+    if (cell.whole)
+        for (const auto& sub : stencil.subTets) add(sub, 0);
+    else
+        for (const Piece& piece : cell.pieces) add(stencil.subTets[piece.subTet], piece.element);
+    for (std::size_t v = 0; v < marks.size(); ++v)
+        if (marks[v]) voxels.push_back(mesh.lattice().coarsening * cell.coord + stencil.vertices[v]);
+}
+
 }  // namespace
 
 std::vector<Coord> voxelsAbove(const CutMesh& mesh, std::span<const double> density, double threshold)
 {
+    constexpr std::size_t kElements = 4096, kRow = 8;
+    const std::size_t elements = mesh.elements().size();
+    std::vector<std::vector<Coord>> part((elements + kElements - 1) / kElements);
+    const auto anyAbove = [&](std::size_t begin, std::size_t end) {
+        std::int64_t above = 0;  // no early way out: this runs through all tets of a body, and a plain loop is fastest
+        for (std::size_t i = begin * kMostTets; i < end * kMostTets; ++i) above += density[i] > threshold;
+        return above > 0;
+    };
+    parallelChunks(elements, kElements, [&](std::size_t begin, std::size_t end) {
+        std::vector<std::uint8_t> marks;
+        for (std::size_t row = begin; row < end; row += kRow) {
+            const std::size_t rowEnd = std::min(end, row + kRow);
+            if (!anyAbove(row, rowEnd)) continue;
+            for (std::size_t e = row; e < rowEnd;) {
+                const Cell& cell = cellOf(mesh, e);
+                const auto own = density.subspan(cell.firstElement * kMostTets, cell.elements * kMostTets);
+                if (anyAbove(cell.firstElement, cell.firstElement + cell.elements))
+                    addVoxelsAbove(mesh, cell, own, threshold, marks, part[begin / kElements]);
+                e = cell.firstElement + cell.elements;
+            }
+        }
+    });
     std::vector<Coord> voxels;
-    for (const Cell& cell : mesh.cells()) {
-        const auto above = [&](std::size_t element, std::size_t tet) {
-            return density[(cell.firstElement + element) * tetmesh::kMostTets + tet] > threshold;
-        };
-        bool any = false;
-        for (std::size_t e = 0; e < cell.elements; ++e)
-            for (std::size_t t = 0; t < tetmesh::kMostTets; ++t) any = any || above(e, t);
-        if (!any) continue;
-        const auto& stencil = mesh.stencil(mesh.lattice().shapeOf(cell.coord));
-        const auto add = [&](const tetmesh::SubTet& sub) {
-            for (std::uint16_t v : sub.vertex) voxels.push_back(mesh.lattice().coarsening * cell.coord + stencil.vertices[v]);
-        };
-        if (cell.whole) {
-            for (const auto& sub : stencil.subTets)
-                if (above(0, sub.parent)) add(sub);
-        } else
-            for (const Piece& piece : cell.pieces)
-                if (above(piece.element, stencil.subTets[piece.subTet].parent)) add(stencil.subTets[piece.subTet]);
-    }
+    for (const auto& p : part) voxels.insert(voxels.end(), p.begin(), p.end());
     std::sort(voxels.begin(), voxels.end());
     voxels.erase(std::unique(voxels.begin(), voxels.end()), voxels.end());
     return voxels;
