@@ -3,6 +3,7 @@
 #include <vdbfrac/base/parallel.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace vdbfrac::grid {
@@ -21,6 +22,37 @@ int floorDiv(int a, int m) { return a >= 0 ? a / m : -((m - 1 - a) / m); }
 struct Share {
     double volume = 0, energy = 0;
 };
+
+/// A tet of a cell, and which of its vertices is a certain corner.
+struct TetVertex {
+    std::uint8_t tet, vertex;
+};
+struct CornerTets {
+    std::array<std::array<TetVertex, tetmesh::kMostTets>, tetmesh::kCorners> at{};
+    std::array<std::size_t, tetmesh::kCorners> count{};
+};
+
+constexpr CornerTets makeCornerTets(const tetmesh::CellTets& tets)
+{
+    CornerTets table;
+    for (int t = 0; t < tets.count; ++t)
+        for (std::size_t a = 0; a < 4; ++a) {
+            const std::size_t corner = std::size_t(tets.corner[std::size_t(t)][a]);
+            table.at[corner][table.count[corner]++] = {std::uint8_t(t), std::uint8_t(a)};
+        }
+    return table;
+}
+template <CellShape shape>
+constexpr CornerTets kCornerTets = makeCornerTets(tetmesh::kCellTets<shape>);
+
+/// The tets of a cell that have a corner of it as a vertex, by rising number.
+std::span<const TetVertex> tetsAt(CellShape shape, int corner)
+{
+    const CornerTets& table = shape == CellShape::six        ? kCornerTets<CellShape::six>
+                              : shape == CellShape::fiveEven ? kCornerTets<CellShape::fiveEven>
+                                                             : kCornerTets<CellShape::fiveOdd>;
+    return std::span(table.at[std::size_t(corner)]).first(table.count[std::size_t(corner)]);
+}
 
 const Piece* pieceOf(const Cell& cell, std::size_t subTet)
 {
@@ -41,14 +73,12 @@ void addVoxelCell(const CutMesh& mesh, Coord voxelCell, int k, const TetEnergy& 
     const auto& tets = tetmesh::cellTets(shape);
     const Coord local = voxelCell - m * coarse;
     const std::size_t first = std::size_t(((local.z * m + local.y) * m + local.x) * tets.count);
-    for (std::size_t t = 0; t < std::size_t(tets.count); ++t) {
-        const auto& corner = tets.corner[t];
-        const auto a = std::find(corner.begin(), corner.end(), k) - corner.begin();
-        if (a == 4) continue;
+    const auto& subTets = mesh.stencil(shape).subTets;
+    for (const auto [t, a] : tetsAt(shape, k)) {
         const Piece* piece = cell.whole ? nullptr : pieceOf(cell, first + t);
         if (!cell.whole && !piece) continue;
-        const double part = tets.volume[t] * (piece ? piece->cut.moment[std::size_t(a)] : 0.25);
-        const int parent = mesh.stencil(shape).subTets[first + t].parent;
+        const double part = tets.volume[t] * (piece ? piece->cut.moment[a] : 0.25);
+        const int parent = subTets[first + t].parent;
         share.volume += part;
         share.energy += part * energy(cell.firstElement + (piece ? piece->element : 0u), parent);
     }
@@ -60,6 +90,35 @@ Share shareOf(const CutMesh& mesh, Coord voxel, const TetEnergy& energy)
     for (int k = 0; k < tetmesh::kCorners; ++k)
         addVoxelCell(mesh, voxel - Coord{k & 1, k >> 1 & 1, k >> 2 & 1}, k, energy, share);
     return share;
+}
+
+/// Sorts and drops what is there twice. Where the box of all is well filled, it is swept instead.
+void sortUnique(std::vector<Coord>& coords)
+{
+    if (coords.empty()) return;
+    Coord lower = coords[0], upper = coords[0];
+    for (const Coord& c : coords) {
+        lower = {std::min(lower.x, c.x), std::min(lower.y, c.y), std::min(lower.z, c.z)};
+        upper = {std::max(upper.x, c.x), std::max(upper.y, c.y), std::max(upper.z, c.z)};
+    }
+    const Coord size = upper - lower + Coord{1, 1, 1};
+    constexpr double kSparse = 32;  // places to sweep for each coordinate that would have to be sorted
+    if (double(size.x) * size.y * size.z > kSparse * double(coords.size())) {
+        std::sort(coords.begin(), coords.end());
+        coords.erase(std::unique(coords.begin(), coords.end()), coords.end());
+        return;
+    }
+    std::vector<std::uint8_t> marks(std::size_t(size.x) * std::size_t(size.y) * std::size_t(size.z));
+    for (const Coord& c : coords) {
+        const Coord d = c - lower;
+        marks[(std::size_t(d.z) * std::size_t(size.y) + std::size_t(d.y)) * std::size_t(size.x) + std::size_t(d.x)] = 1;
+    }
+    coords.clear();
+    auto mark = marks.begin();
+    for (int z = lower.z; z <= upper.z; ++z)
+        for (int y = lower.y; y <= upper.y; ++y)
+            for (int x = lower.x; x <= upper.x; ++x)
+                if (*mark++) coords.push_back({x, y, z});
 }
 
 const Cell& cellOf(const CutMesh& mesh, std::size_t element)
@@ -115,8 +174,7 @@ std::vector<Coord> voxelsAbove(const CutMesh& mesh, std::span<const double> dens
     });
     std::vector<Coord> voxels;
     for (const auto& p : part) voxels.insert(voxels.end(), p.begin(), p.end());
-    std::sort(voxels.begin(), voxels.end());
-    voxels.erase(std::unique(voxels.begin(), voxels.end()), voxels.end());
+    sortUnique(voxels);
     return voxels;
 }
 
