@@ -92,7 +92,7 @@ TEST_P(Transfer, VoxelsAboveAreThoseOfHotTets)
 {
     const CutMesh mesh = ball(GetParam());
     std::mt19937 random(3);
-    for (double share : {0., .002, .05, 1.}) {
+    for (double share : {0., .0002, .002, .05, 1.}) {
         std::bernoulli_distribution hot(share);
         std::vector<double> density(mesh.elements().size() * tetmesh::kMostTets);
         for (double& d : density) d = hot(random) ? 2 : 1;

@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Frames that may wait for the writer: with the one it is at, two are in memory at most.
+/// Frames that may wait for the writer: with the one it is at, and one that is handed over, three are in memory at most.
 constexpr std::size_t kWaitingFrames = 1;
 
 /// Whatever a run writes into its folder, and so may remove from it.

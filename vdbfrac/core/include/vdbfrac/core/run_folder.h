@@ -39,8 +39,8 @@ public:
     ~RunFolder();
 
     /// Copies what a frame writes and hands it to a writer, which works beside the next steps: .vdb and .obj, then
-    /// stats.csv and run.json with all there is so far. Waits while two frames are unwritten. Returns the hash of the
-    /// state. What the writer throws (FileError) is thrown by the next call, or by finish.
+    /// stats.csv and run.json with all there is so far. Waits while two more frames are unwritten: three are in
+    /// memory at most. Returns the hash of the state. What the writer throws (FileError) is thrown by the next call, or by finish.
     std::string writeFrame(const Simulation& simulation, int frame);
     void addStep(const StepRecord& step) { steps_.push_back(step); }
     /// Waits for the writer; marks the manifest as finished with a status word.
