@@ -221,18 +221,20 @@ void Simulation::updateGrid(StepRecord& record)
 /// Re-cuts what changed and carries x and v exactly: a copy of a node starts where its original is.
 void Simulation::recut(StepRecord& record, std::size_t b, const grid::PhiChanges& changes)
 {
-    const StageTimer timer(record.work, "cut");
     Body& body = bodies_[b];
-    const std::size_t oldCount = body.mesh.nodeCount();
-    const tetmesh::CutUpdate update = body.mesh.update(changes);
-    record.work.count("cut", "cells", update.cutCells);
-    record.work.count("cut", "voxels", update.changedVoxels);
-    record.work.count("cut", "classified_nodes", update.classifiedNodes);
-    record.work.count("cut", "grouped_cells", update.groupedCells);
-    if (update.changedVoxels == 0) return;
-
-    for (std::vector<Vec3>* field : {&state_.x, &state_.v}) carry(*field, body.firstNode, oldCount, update.previousNode);
-    body.fragments.update(body.mesh, update.previousNode, time_, nextFragment_);
+    {
+        const StageTimer timer(record.work, "cut");
+        const std::size_t oldCount = body.mesh.nodeCount();
+        const tetmesh::CutUpdate update = body.mesh.update(changes);
+        record.work.count("cut", "cells", update.cutCells);
+        record.work.count("cut", "voxels", update.changedVoxels);
+        record.work.count("cut", "classified_nodes", update.classifiedNodes);
+        record.work.count("cut", "grouped_cells", update.groupedCells);
+        if (update.changedVoxels == 0) return;
+        for (std::vector<Vec3>* field : {&state_.x, &state_.v}) carry(*field, body.firstNode, oldCount, update.previousNode);
+        body.fragments.update(body.mesh, update.previousNode, time_, nextFragment_);
+    }
+    const StageTimer timer(record.work, "rebuild");
     rebuild();
 }
 
