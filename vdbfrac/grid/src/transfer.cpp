@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <compare>
 
 namespace vdbfrac::grid {
 
@@ -121,11 +122,77 @@ void sortUnique(std::vector<Coord>& coords)
                 if (*mark++) coords.push_back({x, y, z});
 }
 
+/// Voxels in a row along x.
+struct Row {
+    int z, y, first, last;
+    auto operator<=>(const Row&) const = default;
+};
+
+/// Sorts, and joins rows that touch.
+void joinRows(std::vector<Row>& rows)
+{
+    std::sort(rows.begin(), rows.end());
+    std::size_t count = 0;
+    for (const Row& row : rows) {
+        Row* before = count > 0 ? &rows[count - 1] : nullptr;
+        if (before && before->z == row.z && before->y == row.y && row.first <= before->last + 1)
+            before->last = std::max(before->last, row.last);
+        else
+            rows[count++] = row;
+    }
+    rows.resize(count);
+}
+
 const Cell& cellOf(const CutMesh& mesh, std::size_t element)
 {
     const auto after = std::upper_bound(mesh.cells().begin(), mesh.cells().end(), element,
                                         [](std::size_t e, const Cell& cell) { return e < cell.firstElement; });
     return after[-1];
+}
+
+/// What a voxel counts in an average, by its offset [voxels] from the middle.
+struct Weight {
+    Coord offset;
+    double weight;
+};
+
+std::vector<Weight> weightsWithin(double radius, double dx)
+{
+    const int reach = int(std::floor(radius / dx));
+    std::vector<Weight> weights;
+    for (int z = -reach; z <= reach; ++z)
+        for (int y = -reach; y <= reach; ++y)
+            for (int x = -reach; x <= reach; ++x)
+                if (const double r2 = dx * dx * (x * x + y * y + z * z) / (radius * radius); r2 < 1)
+                    weights.push_back({{x, y, z}, (1 - r2) * (1 - r2)});
+    return weights;
+}
+
+/// The shares of all voxel nodes up to `reach` away from some: of each once, however many averages it takes part in.
+tetmesh::NodeField<Share> sharesWithin(const CutMesh& mesh, const TetEnergy& energy, std::span<const Coord> voxels, int reach)
+{
+    const Coord all{reach, reach, reach};
+    Coord lower = voxels.empty() ? Coord{} : voxels[0], upper = lower;
+    for (const Coord& c : voxels) {
+        lower = {std::min(lower.x, c.x), std::min(lower.y, c.y), std::min(lower.z, c.z)};
+        upper = {std::max(upper.x, c.x), std::max(upper.y, c.y), std::max(upper.z, c.z)};
+    }
+    tetmesh::NodeField<Share> shares(lower - all, upper + all, {}, {});
+    for (const Coord& c : voxels)  // makes the blocks
+        for (int z = (c.z - reach) & ~7; z <= c.z + reach; z += 8)
+            for (int y = (c.y - reach) & ~7; y <= c.y + reach; y += 8)
+                for (int x = (c.x - reach) & ~7; x <= c.x + reach; x += 8) shares.set({x, y, z}, {});
+    std::vector<Coord> blocks;
+    shares.forEachBlock([&](Coord low) { blocks.push_back(low); });
+    parallelChunks(blocks.size(), 1, [&](std::size_t i, std::size_t) {
+        for (int z = 0; z < 8; ++z)
+            for (int y = 0; y < 8; ++y)
+                for (int x = 0; x < 8; ++x) {
+                    const Coord c = blocks[i] + Coord{x, y, z};
+                    shares.set(c, shareOf(mesh, c, energy));
+                }
+    });
+    return shares;
 }
 
 /// Adds the voxel nodes of a cell's sub-tets above the threshold. `density`: of the cell's tets; `marks`: scratch.
@@ -178,6 +245,28 @@ std::vector<Coord> voxelsAbove(const CutMesh& mesh, std::span<const double> dens
     return voxels;
 }
 
+std::vector<Coord> voxelsAround(std::span<const Coord> voxels, int reach)
+{
+    // Axis by axis, on rows of voxels: as many rows as the result has, not as many voxels as all the boxes hold.
+    std::vector<Row> rows;
+    for (const Coord& c : voxels) rows.push_back({c.z, c.y, c.x - reach, c.x + reach});
+    joinRows(rows);
+    for (int Row::*axis : {&Row::y, &Row::z}) {
+        std::vector<Row> wide;
+        for (const Row& row : rows)
+            for (int d = -reach; d <= reach; ++d) {
+                wide.push_back(row);
+                wide.back().*axis += d;
+            }
+        joinRows(wide);
+        rows = std::move(wide);
+    }
+    std::vector<Coord> all;
+    for (const Row& row : rows)
+        for (int x = row.first; x <= row.last; ++x) all.push_back({x, row.y, row.z});
+    return all;
+}
+
 std::vector<double> nodalEnergy(const CutMesh& mesh, const TetEnergy& energy, std::span<const Coord> voxels)
 {
     std::vector<double> psi(voxels.size());
@@ -192,22 +281,18 @@ std::vector<double> nodalEnergy(const CutMesh& mesh, const TetEnergy& energy, st
 
 std::vector<double> averagedEnergy(const CutMesh& mesh, const TetEnergy& energy, std::span<const Coord> voxels, double radius)
 {
-    const double dx = mesh.lattice().voxelSize;
-    const int reach = int(std::floor(radius / dx));
+    const int reach = int(std::floor(radius / mesh.lattice().voxelSize));
+    const tetmesh::NodeField<Share> shares = sharesWithin(mesh, energy, voxels, reach);
+    const std::vector<Weight> weights = weightsWithin(radius, mesh.lattice().voxelSize);
     std::vector<double> psi(voxels.size());
     parallelChunks(voxels.size(), 4, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             Share sum;
-            for (int z = -reach; z <= reach; ++z)
-                for (int y = -reach; y <= reach; ++y)
-                    for (int x = -reach; x <= reach; ++x) {
-                        const double r2 = dx * dx * (x * x + y * y + z * z) / (radius * radius);
-                        if (r2 >= 1) continue;
-                        const Share share = shareOf(mesh, voxels[i] + Coord{x, y, z}, energy);
-                        const double weight = (1 - r2) * (1 - r2);
-                        sum.volume += weight * share.volume;
-                        sum.energy += weight * share.energy;
-                    }
+            for (const Weight& w : weights) {
+                const Share share = shares(voxels[i] + w.offset);
+                sum.volume += w.weight * share.volume;
+                sum.energy += w.weight * share.energy;
+            }
             psi[i] = sum.volume > 0 ? sum.energy / sum.volume : 0;
         }
     });
