@@ -8,7 +8,6 @@
 
 namespace vdbfrac::tetmesh {
 
-inline int floorDiv(int a, int m) { return a >= 0 ? a / m : -((m - 1 - a) / m); }
 inline int ceilDiv(int a, int m) { return -floorDiv(-a, m); }
 
 /// Calls visit(c) for every integer coordinate of the box.

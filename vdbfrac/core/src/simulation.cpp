@@ -330,8 +330,10 @@ std::uint64_t estimateMemory(const Simulation& simulation)
     // Vectors of the solve: some 14 of three doubles and one 3x3 block a node; 15 floats of tangent a tet.
     const std::uint64_t nodes = simulation.x().size(), tets = std::uint64_t(simulation.elastic().tetCount());
     std::uint64_t bytes = nodes * (14 * sizeof(Vec3) + sizeof(Mat3)) + tets * 15 * sizeof(float) * 8 / 7 + 2 * simulation.elastic().bytes();
+    constexpr std::uint64_t kFrames = 3, kFrameBytes = 2 * sizeof(float) + sizeof(Coord);  // that wait for the writer: phi, energy
+    bytes += kFrames * kFrameBytes * nodes;
     for (const Body& body : simulation.bodies())
-        bytes += body.mesh.elements().size() * (sizeof(tetmesh::CellElement) + sizeof(tetmesh::Cell)) + body.mesh.phi().bytes() * 3 +
+        bytes += kFrames * kFrameBytes * body.phi.activeVoxels() + body.mesh.elements().size() * (sizeof(tetmesh::CellElement) + sizeof(tetmesh::Cell)) + body.mesh.phi().bytes() * 3 +
                  body.phi.activeVoxels() * 64;
     constexpr std::uint64_t kProgram = 60u << 20;  // code and libraries
     return bytes + kProgram;
