@@ -95,19 +95,14 @@ int simulate(const SimOptions& options, const scene::Scene& scene)
                     log->warn("step {}: the solver hit its caps (relative residual {:.2g}); the last iterate was kept", step.step, step.residual);
                 progress.update(frame - first + (simulation.time() - start) / (end - start), stepText(step));
             }
-            std::string detail;
-            {
-                const StageTimer timer(work, "output");
-                const core::FrameRecord& record = folder.writeFrame(simulation, frame);
-                for (const core::WrittenFile& f : record.files) work.count("output", "bytes", std::int64_t(f.bytes));
-                detail = std::to_string(simulation.fragments()) + (simulation.fragments() == 1 ? " fragment" : " fragments");
-                log->debug("frame {}  state {}", frame, record.stateHash);
-            }
-            progress.frame(frame, frame - first + 1, detail);
+            log->debug("frame {}  state {}", frame, folder.writeFrame(simulation, frame));
+            progress.frame(frame, frame - first + 1,
+                           std::to_string(simulation.fragments()) + (simulation.fragments() == 1 ? " fragment" : " fragments"));
         }
     }
     const bool capped = anyCapped(folder.steps());
     folder.finish(simulation, capped ? "done, not converged everywhere" : "done");
+    work.add(folder.work());
     log->info("{}", summaryText(simulation, folder, work));
     return capped && options.strict ? kNotConverged : kDone;
 }

@@ -61,14 +61,15 @@ TEST(OnlyWhatIsAsked, AnEffectThatCannotActLeavesTheStateAsIfItWereOmitted)
 TEST(OnlyWhatIsAsked, WorkOfACrackDoesNotGrowWithTheBody)
 {
     struct Work {
-        std::int64_t fracture, moved, relevel, cells;
+        std::int64_t fracture, moved, relevel, cells, grouped, nodes;
     };
     const auto tear = [](double length) {
         SceneRun run(notchedBar(length, kTear));
         run.toFrame(60);
         EXPECT_GE(run.simulation->fragments(), 2u) << length;
         return Work{run.work.countOf("fracture", "voxels"), run.work.countOf("fracture", "moved_voxels"),
-                    run.work.countOf("relevel", "voxels"), run.work.countOf("cut", "cells")};
+                    run.work.countOf("relevel", "voxels"), run.work.countOf("cut", "cells"),
+                    run.work.countOf("cut", "grouped_cells"), run.work.countOf("cut", "classified_nodes")};
     };
     const Work one = tear(1);
     ASSERT_GT(one.cells, 0);
@@ -78,6 +79,8 @@ TEST(OnlyWhatIsAsked, WorkOfACrackDoesNotGrowWithTheBody)
         EXPECT_NEAR(double(more.moved), double(one.moved), 0.1 * double(one.moved)) << length;
         EXPECT_NEAR(double(more.relevel), double(one.relevel), 0.1 * double(one.relevel)) << length;
         EXPECT_NEAR(double(more.cells), double(one.cells), 0.1 * double(one.cells)) << length;
+        EXPECT_NEAR(double(more.grouped), double(one.grouped), 0.1 * double(one.grouped)) << length;
+        EXPECT_NEAR(double(more.nodes), double(one.nodes), 0.1 * double(one.nodes)) << length;
     }
 }
 

@@ -1,5 +1,6 @@
 // Ground floor: ordered sums, whole files, ledgers, analytic solids, fingerprints.
 #include <vdbfrac/base/atomic_file.h>
+#include <vdbfrac/base/background.h>
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/base/hash.h>
 #include <vdbfrac/base/ledger.h>
@@ -16,6 +17,8 @@
 #include <fstream>
 #include <limits>
 #include <random>
+#include <semaphore>
+#include <stdexcept>
 
 using namespace vdbfrac;
 namespace fs = std::filesystem;
@@ -72,6 +75,70 @@ TEST(Parallel, ChunksCoverEverythingOnce)
         });
         for (const auto& n : seen) EXPECT_EQ(n, 1);
     }
+}
+
+// --- background ----------------------------------------------------------------------------------------------------
+
+TEST(Background, JobsAreDoneInTheirOrder)
+{
+    std::vector<int> done;
+    BackgroundQueue queue(1);
+    for (int i = 0; i < 100; ++i) queue.push([&done, i] { done.push_back(i); });
+    queue.finish();
+    ASSERT_EQ(done.size(), 100u);
+    for (int i = 0; i < 100; ++i) EXPECT_EQ(done[std::size_t(i)], i);
+    EXPECT_GE(queue.secondsWorked(), 0);
+}
+
+TEST(Background, NoMoreJobsLiveThanTheDepthAndTheOneAtWork)
+{
+    std::atomic<int> alive{0}, most{0};
+    struct Alive {
+        std::atomic<int>& count;
+        explicit Alive(std::atomic<int>& c) : count(c) { ++count; }
+        ~Alive() { --count; }
+    };
+    BackgroundQueue queue(1);
+    for (int i = 0; i < 50; ++i) {
+        queue.push([&most, &alive, life = std::make_shared<Alive>(alive)] { most = std::max(most.load(), alive.load()); });
+        most = std::max(most.load(), alive.load());
+    }
+    queue.finish();
+    EXPECT_LE(most, 3);  // at work, waiting, and the one whose push waits
+    EXPECT_EQ(alive, 0);
+}
+
+TEST(Background, AnErrorIsThrownToTheNextCallerAndWhatWaitsIsDropped)
+{
+    bool later = false;
+    std::binary_semaphore go(0);
+    BackgroundQueue queue(2);
+    queue.push([&] {
+        go.acquire();
+        throw FileError("frame", "no space left");
+    });
+    queue.push([&] { later = true; });
+    go.release();
+    try {
+        queue.finish();
+        FAIL() << "nothing was thrown";
+    } catch (const FileError& e) {
+        EXPECT_STREQ(e.what(), "frame: no space left");
+    }
+    queue.finish();  // an error is heard of once
+    EXPECT_FALSE(later);
+}
+
+TEST(Background, WhatWasHandedOverIsDoneEvenWhenTheCallerFails)
+{
+    int done = 0;
+    try {
+        BackgroundQueue queue(2);
+        for (int i = 0; i < 5; ++i) queue.push([&] { ++done; });
+        throw std::runtime_error("stop");
+    } catch (const std::runtime_error&) {
+    }
+    EXPECT_EQ(done, 5);
 }
 
 // --- files ---------------------------------------------------------------------------------------------------------

@@ -2,6 +2,8 @@
 #include "mesh_checks.h"
 #include "surface_checks.h"
 
+#include <vdbfrac/base/parallel.h>
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -199,6 +201,48 @@ TEST_P(Lattices, UpdateEqualsFreshCutToTheBit)
             }
         }
     }
+}
+
+TEST_P(Lattices, WorkOfAnUpdateIsThatOfItsChangeHoweverLargeTheMesh)
+{
+    const auto hole = hollow(ballAt({.31, -.12, .07}, .22));
+    const auto work = [&](double half) {
+        const int reach = int(half / dx) + 2;
+        CutMesh mesh = cut(reach, boxAt(Vec3(.013, -.021, .037), {half, half, half}));
+        const auto update = mesh.update(raised(mesh, {-2, -6, -4}, {8, 4, 5}, hole));
+        return std::array<std::int64_t, 5>{update.changedVoxels, update.cutCells, update.classifiedNodes, update.groupedCells,
+                                           std::int64_t(mesh.cells().size())};
+    };
+    const auto small = work(1.4), large = work(2.2);
+    EXPECT_GT(large[4], 3 * small[4]);
+    EXPECT_GT(small[3], 0);
+    for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(small[i], large[i]) << i;
+}
+
+TEST_P(Lattices, CellsThatStayWholeAreNotPutTogetherAgain)
+{
+    CutMesh mesh = cut(8, ballAt(Vec3(.01, .02, -.03), .7));
+    const CutMesh before = mesh;
+    const auto update = mesh.update(Changes{{{0, 0, 0}, -.05f}});  // was deeper, and is inside still
+    EXPECT_GT(update.cutCells, 0);
+    EXPECT_EQ(update.groupedCells, 0);
+    EXPECT_FALSE(update.topologyChanged);
+    EXPECT_EQ(mesh.nodes(), before.nodes());
+    expectSame(mesh, CutMesh(GetParam(), mesh.phi()));
+}
+
+TEST_P(Lattices, UpdatesHaveTheSameBitsForAnyNumberOfThreads)
+{
+    const auto tear = [&](int threads) {
+        const ThreadLimit limit(threads);
+        CutMesh mesh = cut(10, ballAt(Vec3(.01, .02, -.03), .9));
+        for (double x : {-.5, -.2, .1, .4})
+            mesh.update(raised(mesh, {-12, -12, -12}, {12, 12, 12}, hollow(boxAt({x, .3 * x, .1}, {.06, .5, 1.2}))));
+        return mesh;
+    };
+    const CutMesh one = tear(1);
+    EXPECT_GT(fragmentCount(one), 0u);
+    for (int threads : {2, 5}) expectSame(tear(threads), one);
 }
 
 TEST_P(Lattices, RemovingEverythingLeavesAnEmptyMesh)

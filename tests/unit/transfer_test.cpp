@@ -92,7 +92,7 @@ TEST_P(Transfer, VoxelsAboveAreThoseOfHotTets)
 {
     const CutMesh mesh = ball(GetParam());
     std::mt19937 random(3);
-    for (double share : {0., .002, .05, 1.}) {
+    for (double share : {0., .0002, .002, .05, 1.}) {
         std::bernoulli_distribution hot(share);
         std::vector<double> density(mesh.elements().size() * tetmesh::kMostTets);
         for (double& d : density) d = hot(random) ? 2 : 1;
@@ -147,6 +147,49 @@ grid::GriffithStep stepOf(double kappa, double epsilon, double s, double mostMov
     grid::GriffithStep step;
     step.kappa = kappa, step.epsilon = epsilon, step.s = s, step.mostMove = mostMove;
     return step;
+}
+
+TEST_P(Transfer, AverageIsTheWeightedSumOverItsBall)
+{
+    const CutMesh mesh = ball(GetParam());
+    std::mt19937 random(8);
+    std::uniform_real_distribution<double> any(0, 5);
+    std::vector<double> density(mesh.elements().size() * tetmesh::kMostTets);
+    for (double& d : density) d = any(random);
+    const auto energy = [&](std::uint32_t e, int t) { return density[e * tetmesh::kMostTets + std::size_t(t)]; };
+    const double radius = 3.4 * dx;
+    const std::vector<Coord> centres = {{0, 0, 0}, {-8, 0, 1}, {5, 4, -3}, {9, 9, 9}};  // far apart: not one block for all
+    const std::vector<Coord> voxels = allVoxels();
+    const auto psi = grid::nodalEnergy(mesh, energy, voxels);
+    const auto averaged = grid::averagedEnergy(mesh, energy, centres, radius);
+    for (std::size_t k = 0; k < centres.size(); ++k) {
+        double volume = 0, sum = 0;
+        for (std::size_t i = 0; i < voxels.size(); ++i) {
+            const double r2 = (dx * (voxels[i] - centres[k]).toVec()).squaredNorm() / (radius * radius);
+            if (r2 >= 1) continue;
+            const double part = (1 - r2) * (1 - r2) * grid::nodalVolume(mesh, voxels[i]);
+            volume += part, sum += part * psi[i];
+        }
+        EXPECT_NEAR(averaged[k], volume > 0 ? sum / volume : 0, kSums * 5) << k;
+    }
+}
+
+TEST(VoxelsAround, AreThoseOfAllBoxes)
+{
+    std::mt19937 random(4);
+    std::uniform_int_distribution<int> place(-20, 20);
+    for (int reach : {0, 1, 3})
+        for (int count : {0, 1, 40}) {
+            std::vector<Coord> voxels, expected;
+            for (int i = 0; i < count; ++i) voxels.push_back({place(random), place(random), place(random)});
+            for (const Coord& c : voxels)
+                for (int z = -reach; z <= reach; ++z)
+                    for (int y = -reach; y <= reach; ++y)
+                        for (int x = -reach; x <= reach; ++x) expected.push_back(c + Coord{x, y, z});
+            std::sort(expected.begin(), expected.end());
+            expected.erase(std::unique(expected.begin(), expected.end()), expected.end());
+            EXPECT_EQ(grid::voxelsAround(voxels, reach), expected) << reach << " " << count;
+        }
 }
 
 TEST(Griffith, UpdateIntegratesTheLaw)

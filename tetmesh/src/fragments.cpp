@@ -1,3 +1,4 @@
+#include <vdbfrac/base/parallel.h>
 #include <vdbfrac/tetmesh/fragments.h>
 
 #include <algorithm>
@@ -15,31 +16,82 @@ struct Components {
     std::vector<double> volume;
 };
 
+/// Sets of nodes, each named by its least one.
+class NodeSets {
+public:
+    explicit NodeSets(std::size_t count) : root_(count) { std::iota(root_.begin(), root_.end(), 0u); }
+
+    std::uint32_t find(std::uint32_t v)
+    {
+        while (root_[v] != v) v = root_[v] = root_[root_[v]];
+        return v;
+    }
+    /// Joins the set of v to that named r; returns the name of both.
+    std::uint32_t join(std::uint32_t r, std::uint32_t v)
+    {
+        if (root_[v] == r) return r;  // nearly always: elements come in the order of their nodes
+        const std::uint32_t other = find(v), least = std::min(r, other);
+        root_[std::max(r, other)] = least;
+        return least;
+    }
+    /// By rising node; a least node comes before all others of its set.
+    std::vector<std::uint32_t> roots() &&
+    {
+        for (std::uint32_t& r : root_) r = root_[r];
+        return std::move(root_);
+    }
+
+private:
+    std::vector<std::uint32_t> root_;
+};
+
+bool holdsAllTets(const CellElement& e)
+{
+    return std::all_of(e.fraction.begin(), e.fraction.begin() + cellTets(e.shape).count, [](double f) { return f != 0; });
+}
+
+void joinTets(NodeSets& sets, const CellElement& e)
+{
+    const CellTets& tets = cellTets(e.shape);
+    for (int t = 0; t < tets.count; ++t) {
+        if (e.fraction[std::size_t(t)] == 0) continue;
+        const auto& corner = tets.corner[std::size_t(t)];
+        std::uint32_t r = sets.find(e.node[std::size_t(corner[0])]);
+        for (std::size_t k = 1; k < 4; ++k) r = sets.join(r, e.node[std::size_t(corner[k])]);
+    }
+}
+
 /// Nodes of one tet hang together. Copies of lattice nodes are shared exactly where material is, so components of
 /// nodes are components of material.
 std::vector<std::uint32_t> joinNodes(const CutMesh& mesh)
 {
-    std::vector<std::uint32_t> root(mesh.nodeCount());
-    std::iota(root.begin(), root.end(), 0u);
-    const auto find = [&](std::uint32_t v) {
-        while (root[v] != v) v = root[v] = root[root[v]];
-        return v;
-    };
+    NodeSets sets(mesh.nodeCount());
     for (const CellElement& e : mesh.elements()) {
-        const CellTets& tets = cellTets(e.shape);
-        for (int t = 0; t < tets.count; ++t) {
-            if (e.fraction[std::size_t(t)] == 0) continue;
-            const auto& corner = tets.corner[std::size_t(t)];
-            std::uint32_t a = find(e.node[std::size_t(corner[0])]);
-            for (std::size_t k = 1; k < 4; ++k) {
-                const std::uint32_t b = find(e.node[std::size_t(corner[k])]);
-                if (a != b) root[std::max(a, b)] = std::min(a, b);
-                a = std::min(a, b);
-            }
+        if (!holdsAllTets(e)) {
+            joinTets(sets, e);
+            continue;
         }
+        std::uint32_t r = sets.find(e.node[0]);
+        for (std::size_t c = 1; c < kCorners; ++c) r = sets.join(r, e.node[c]);
     }
-    for (std::uint32_t& r : root) r = find(r);
-    return root;
+    return std::move(sets).roots();
+}
+
+/// Material volumes [m^3] of the components, each added up by rising element.
+std::vector<double> volumes(const CutMesh& mesh, const std::vector<std::uint32_t>& component, std::size_t count)
+{
+    const auto& elements = mesh.elements();
+    std::vector<double> ofElement(elements.size());
+    parallelChunks(elements.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t e = begin; e < end; ++e) ofElement[e] = mesh.volume(elements[e]);
+    });
+    std::vector<double> sum(count, 0);
+    if (count == 1) {  // no need to ask
+        for (double v : ofElement) sum[0] += v;
+        return sum;
+    }
+    for (std::size_t e = 0; e < elements.size(); ++e) sum[component[elements[e].node[0]]] += ofElement[e];
+    return sum;
 }
 
 Components components(const CutMesh& mesh)
@@ -54,8 +106,7 @@ Components components(const CutMesh& mesh)
         } else
             c.component[v] = c.component[root[v]];
     }
-    c.volume.assign(c.leastNode.size(), 0);
-    for (const CellElement& e : mesh.elements()) c.volume[c.component[e.node[0]]] += mesh.volume(e);
+    c.volume = volumes(mesh, c.component, c.leastNode.size());
     return c;
 }
 
@@ -78,6 +129,7 @@ FragmentTracker::FragmentTracker(const CutMesh& mesh, std::uint32_t& nextId)
         id[c] = nextId++;
         fragments_.push_back({id[c], -1, 0, found.volume[c]});
     }
+    ofNode_.reserve(found.component.size());
     for (std::uint32_t c : found.component) ofNode_.push_back(id[c]);
 }
 
@@ -103,6 +155,7 @@ void FragmentTracker::update(const CutMesh& mesh, std::span<const std::uint32_t>
         }
     }
     ofNode_.clear();
+    ofNode_.reserve(found.component.size());
     for (std::uint32_t c : found.component) ofNode_.push_back(id[c]);
 }
 

@@ -45,6 +45,18 @@ struct TargetAt {
     Vec3 operator()(const scene::Force&) const { return X; }
 };
 
+/// Distance [m] that a region is away, at least, from all of some lattice nodes: from their bounding sphere.
+double leastDistance(const Primitive& region, std::span<const Coord> nodes, double spacing)
+{
+    Coord lower = nodes[0], upper = nodes[0];
+    for (const Coord& c : nodes) {
+        lower = {std::min(lower.x, c.x), std::min(lower.y, c.y), std::min(lower.z, c.z)};
+        upper = {std::max(upper.x, c.x), std::max(upper.y, c.y), std::max(upper.z, c.z)};
+    }
+    const double h = spacing / 2;
+    return signedDistance(region, h * (lower + upper).toVec()) - h * (upper - lower).toVec().norm();
+}
+
 Vec3 forceAt(const scene::Force& move, double time)
 {
     return move.ramp > 0 ? (move.force * std::min(1., time / move.ramp)).eval() : move.force;
@@ -63,18 +75,24 @@ Simulation::Grips::Grips(const std::vector<scene::Grip>& grips, std::span<const 
 
 void Simulation::Grips::rebuild(std::span<const Body> bodies, const solver::ElasticOperator& elastic)
 {
+    constexpr std::size_t kNear = 256;  // nodes in a row: they are neighbours, most rows are far from a grip
     for (Held& held : held_) {
         const Body& body = bodies[held.body];
-        const double slack = kRegionSlack * body.mesh.lattice().spacing();
+        const double spacing = body.mesh.lattice().spacing(), slack = kRegionSlack * spacing;
         held.nodes.clear(), held.rest.clear(), held.share.clear();
         double mass = 0;
-        for (std::size_t i = 0; i < body.mesh.nodeCount(); ++i) {
-            const Vec3 X = body.mesh.restPosition(i);
-            if (signedDistance(held.grip->region, X) > slack) continue;
-            held.nodes.push_back(body.firstNode + std::uint32_t(i));
-            held.rest.push_back(X);
-            held.share.push_back(elastic.mass()[body.firstNode + i]);
-            mass += held.share.back();
+        const std::span<const Coord> nodes = body.mesh.nodes();
+        for (std::size_t begin = 0; begin < nodes.size(); begin += kNear) {
+            const std::size_t end = std::min(nodes.size(), begin + kNear);
+            if (leastDistance(held.grip->region, nodes.subspan(begin, end - begin), spacing) > 2 * slack) continue;
+            for (std::size_t i = begin; i < end; ++i) {
+                const Vec3 X = body.mesh.restPosition(i);
+                if (signedDistance(held.grip->region, X) > slack) continue;
+                held.nodes.push_back(body.firstNode + std::uint32_t(i));
+                held.rest.push_back(X);
+                held.share.push_back(elastic.mass()[body.firstNode + i]);
+                mass += held.share.back();
+            }
         }
         for (double& s : held.share) s /= mass;
     }

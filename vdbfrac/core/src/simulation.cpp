@@ -26,6 +26,18 @@ tetmesh::Lattice latticeOf(const scene::Grid& grid)
             grid.coarsening, grid.voxelSize};
 }
 
+/// Takes one body's part of a field along to its new nodes; `first`: where the part begins.
+void carry(std::vector<Vec3>& field, std::size_t first, std::size_t oldCount, std::span<const std::uint32_t> previousNode)
+{
+    std::vector<Vec3> now(field.size() - oldCount + previousNode.size());
+    std::copy_n(field.begin(), first, now.begin());
+    parallelChunks(previousNode.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) now[first + i] = field[first + previousNode[i]];
+    });
+    std::copy(field.begin() + std::ptrdiff_t(first + oldCount), field.end(), now.begin() + std::ptrdiff_t(first + previousNode.size()));
+    field = std::move(now);
+}
+
 }  // namespace
 
 Simulation::Simulation(const scene::Scene& scene, std::span<Effect* const> effects, std::uint64_t memoryLimit)
@@ -213,26 +225,20 @@ void Simulation::updateGrid(StepRecord& record)
 /// Re-cuts what changed and carries x and v exactly: a copy of a node starts where its original is.
 void Simulation::recut(StepRecord& record, std::size_t b, const grid::PhiChanges& changes)
 {
-    const StageTimer timer(record.work, "cut");
     Body& body = bodies_[b];
-    const std::size_t oldCount = body.mesh.nodeCount();
-    const tetmesh::CutUpdate update = body.mesh.update(changes);
-    record.work.count("cut", "cells", update.cutCells);
-    record.work.count("cut", "voxels", update.changedVoxels);
-    record.work.count("cut", "classified_nodes", update.classifiedNodes);
-    if (update.changedVoxels == 0) return;
-
-    const auto carry = [&](std::vector<Vec3>& field) {
-        const std::vector<Vec3> old(field.begin() + body.firstNode, field.begin() + body.firstNode + std::ptrdiff_t(oldCount));
-        std::vector<Vec3> now;
-        now.reserve(update.previousNode.size());
-        for (std::uint32_t p : update.previousNode) now.push_back(old[p]);
-        field.erase(field.begin() + body.firstNode, field.begin() + body.firstNode + std::ptrdiff_t(oldCount));
-        field.insert(field.begin() + body.firstNode, now.begin(), now.end());
-    };
-    carry(state_.x);
-    carry(state_.v);
-    body.fragments.update(body.mesh, update.previousNode, time_, nextFragment_);
+    {
+        const StageTimer timer(record.work, "cut");
+        const std::size_t oldCount = body.mesh.nodeCount();
+        const tetmesh::CutUpdate update = body.mesh.update(changes);
+        record.work.count("cut", "cells", update.cutCells);
+        record.work.count("cut", "voxels", update.changedVoxels);
+        record.work.count("cut", "classified_nodes", update.classifiedNodes);
+        record.work.count("cut", "grouped_cells", update.groupedCells);
+        if (update.changedVoxels == 0) return;
+        for (std::vector<Vec3>* field : {&state_.x, &state_.v}) carry(*field, body.firstNode, oldCount, update.previousNode);
+        body.fragments.update(body.mesh, update.previousNode, time_, nextFragment_);
+    }
+    const StageTimer timer(record.work, "rebuild");
     rebuild();
 }
 
@@ -328,8 +334,10 @@ std::uint64_t estimateMemory(const Simulation& simulation)
     // Vectors of the solve: some 14 of three doubles and one 3x3 block a node; 15 floats of tangent a tet.
     const std::uint64_t nodes = simulation.x().size(), tets = std::uint64_t(simulation.elastic().tetCount());
     std::uint64_t bytes = nodes * (14 * sizeof(Vec3) + sizeof(Mat3)) + tets * 15 * sizeof(float) * 8 / 7 + 2 * simulation.elastic().bytes();
+    constexpr std::uint64_t kFrames = 3, kFrameBytes = 2 * sizeof(float) + sizeof(Coord);  // that wait for the writer: phi, energy
+    bytes += kFrames * kFrameBytes * nodes;
     for (const Body& body : simulation.bodies())
-        bytes += body.mesh.elements().size() * (sizeof(tetmesh::CellElement) + sizeof(tetmesh::Cell)) + body.mesh.phi().bytes() * 3 +
+        bytes += kFrames * kFrameBytes * body.phi.activeVoxels() + body.mesh.elements().size() * (sizeof(tetmesh::CellElement) + sizeof(tetmesh::Cell)) + body.mesh.phi().bytes() * 3 +
                  body.phi.activeVoxels() * 64;
     constexpr std::uint64_t kProgram = 60u << 20;  // code and libraries
     return bytes + kProgram;

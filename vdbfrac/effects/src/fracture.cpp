@@ -144,16 +144,7 @@ std::vector<grid::BandSample> Fracture::candidates(const core::GridContext& cont
     const std::span<const double> own = context.tetEnergy().subspan(
         std::size_t(body.firstElement) * tetmesh::kMostTets, body.mesh.elements().size() * tetmesh::kMostTets);
     std::vector<Coord> voxels = grid::voxelsAbove(body.mesh, own, law.kappa);
-    if (law.radius > 0) {
-        const int reach = int(std::floor(law.radius / dx_));
-        const std::vector<Coord> hot = voxels;
-        for (const Coord& c : hot)
-            for (int z = -reach; z <= reach; ++z)
-                for (int y = -reach; y <= reach; ++y)
-                    for (int x = -reach; x <= reach; ++x) voxels.push_back(c + Coord{x, y, z});
-        std::sort(voxels.begin(), voxels.end());
-        voxels.erase(std::unique(voxels.begin(), voxels.end()), voxels.end());
-    }
+    if (law.radius > 0) voxels = grid::voxelsAround(voxels, int(std::floor(law.radius / dx_)));
     std::erase_if(voxels, [&](const Coord& c) { return context.gripDistance(body, dx_ * c.toVec()) < margin_; });
     // Material only: raising phi in the gap would eat into the faces behind the tip, and a crack be twice as wide.
     std::erase_if(voxels, [&](const Coord& c) { return body.mesh.phi()(c) >= 0; });

@@ -15,8 +15,8 @@
 
 #include <array>
 #include <cstdint>
-#include <map>
 #include <span>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -52,6 +52,7 @@ struct CutUpdate {
     std::int64_t changedVoxels = 0;           ///< voxel nodes whose phi the cut sees differently
     std::int64_t cutCells = 0;                ///< cells cut again: exactly those with such a voxel node
     std::int64_t classifiedNodes = 0;         ///< lattice nodes whose copies were counted again
+    std::int64_t groupedCells = 0;            ///< cells whose pieces were put together to elements again
     bool topologyChanged = false;             ///< nodes or their sharing may differ
 };
 
@@ -84,7 +85,7 @@ public:
 
     /// Material volume [m^3] of an element.
     double volume(const CellElement& element) const;
-    double volume() const;
+    double volume() const { return volume_; }
 
 private:
     /// The copies of one lattice node: the class of each star vertex (-1: no material there).
@@ -92,25 +93,48 @@ private:
         std::vector<std::int16_t> label;
         int count = 0;
     };
-    using ClassMap = std::map<Coord, NodeClasses>;  // only lattice nodes with several copies
+    /// A lattice node before and after its copies were counted again. Before: no label where there was one copy.
+    struct Reclassified {
+        std::uint32_t latticeNode = 0;
+        NodeClasses before, now;
+    };
+    /// Old and new ids of the nodes.
+    struct Renumbering {
+        std::vector<std::uint32_t> previous;  // of each new node: the old node it comes from
+        std::vector<std::uint32_t> now;       // of each old node: its new id, unless its lattice node was classified again;
+                                              // empty when no id has changed
+    };
+    /// New elements of some cells.
+    struct Regrouped {
+        std::vector<std::uint32_t> cells;  // rising
+        std::vector<std::uint32_t> first;  // of each cell: its first in `elements`; one more entry at the end
+        std::vector<CellElement> elements;
+    };
 
     void findCells();
     void findLatticeNodes();
     void sortByPatch(std::vector<Coord>& coords) const;
     Coord patchOf(Coord cell) const;
-    void cutCell(Cell& cell) const;
-    NodeClasses classify(Coord node) const;
-    int classOf(Coord node, Coord voxel) const;
     std::vector<std::uint32_t> cellsTouching(const std::vector<Coord>& voxels) const;
     std::vector<std::uint32_t> latticeNodesTouching(const std::vector<Coord>& voxels) const;
-    void reclassify(const std::vector<std::uint32_t>& latticeNodes);
-    std::vector<std::uint32_t> renumber(const std::vector<std::uint32_t>& dirty, const ClassMap& before);
+    std::vector<std::uint32_t> cutCells(const std::vector<std::uint32_t>& cells);
+    bool cutCell(Cell& cell, std::vector<double>& phi) const;
+    void seenPhi(Coord base, std::span<const Coord> offsets, std::vector<double>& phi) const;
+
+    const StarStencil& star(Coord node) const { return starStencil_[std::size_t((node.x + node.y + node.z) & 1)]; }
+    NodeClasses classify(Coord node) const;
+    std::vector<Reclassified> reclassify(const std::vector<std::uint32_t>& latticeNodes);
+    Renumbering renumber(const std::vector<Reclassified>& changed);
     void numberNodes();
-    void dropEmptyCells();
-    void gatherElements();
-    std::vector<CellElement> groupPieces(Cell& cell) const;
+
+    void addCellsRound(const std::vector<std::uint32_t>& latticeNodes, std::vector<std::uint32_t>& cells) const;
+    Regrouped regroup(std::vector<std::uint32_t> cells);
     CellElement wholeElement(const Cell& cell) const;
-    std::uint32_t nodeId(Coord node, int copy) const { return firstNode_[std::size_t(latticeIndex_(node))] + std::uint32_t(copy); }
+    void groupPieces(Cell& cell, std::vector<double>& phi, std::vector<CellElement>& elements) const;
+    void placeElements(const Regrouped& regrouped, const Renumbering& numbering);
+    void makeRoom(const Regrouped& regrouped);
+    void renumberCells(std::size_t begin);
+    double sumVolume() const;
 
     Lattice lattice_;
     std::array<CellStencil, 3> cellStencil_;  // by CellShape
@@ -123,9 +147,10 @@ private:
     NodeField<std::int32_t> latticeIndex_;
     std::vector<std::uint16_t> copies_;         // of each lattice node
     std::vector<std::uint32_t> firstNode_;      // id of copy 0 of each lattice node
-    ClassMap classes_;
+    std::unordered_map<std::uint32_t, NodeClasses> classes_;  // by lattice node, of those with several copies; never walked
     std::vector<Coord> nodes_;
     std::vector<CellElement> elements_;
+    double volume_ = 0;                         // m^3
 };
 
 }  // namespace vdbfrac::tetmesh

@@ -29,4 +29,7 @@ struct Coord {
     Vec3 toVec() const { return Vec3(x, y, z); }
 };
 
+/// a / m, rounded down also below 0; m > 0.
+inline int floorDiv(int a, int m) { return a >= 0 ? a / m : -((m - 1 - a) / m); }
+
 }  // namespace vdbfrac

@@ -1,11 +1,13 @@
 // The folder a run leaves behind: frames, manifest, statistics. Every file whole or not there.
 #pragma once
 
+#include <vdbfrac/base/background.h>
 #include <vdbfrac/core/simulation.h>
 #include <vdbfrac/scene/scene.h>
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -33,28 +35,36 @@ public:
 
     const std::filesystem::path& path() const { return folder_; }
 
-    /// Writes .vdb and .obj of a frame, then stats.csv and run.json with all there is so far. Returns the frame's record.
-    const FrameRecord& writeFrame(const Simulation& simulation, int frame);
+    /// What was handed over is finished; an error of the writer that no call has thrown is lost.
+    ~RunFolder();
+
+    /// Copies what a frame writes and hands it to a writer, which works beside the next steps: .vdb and .obj, then
+    /// stats.csv and run.json with all there is so far. Waits while two more frames are unwritten: three are in
+    /// memory at most. Returns the hash of the state. What the writer throws (FileError) is thrown by the next call, or by finish.
+    std::string writeFrame(const Simulation& simulation, int frame);
     void addStep(const StepRecord& step) { steps_.push_back(step); }
-    /// Marks the manifest as finished with a status word.
+    /// Waits for the writer; marks the manifest as finished with a status word.
     void finish(const Simulation& simulation, const std::string& status);
 
     const std::vector<StepRecord>& steps() const { return steps_; }
-    const std::vector<FrameRecord>& frames() const { return frames_; }
+    /// Frames that are written. After finish only: until then the writer adds to them.
+    const std::vector<FrameRecord>& frames() const;
+    /// After finish only. Stages: "snapshot", copying what frames write; "output", making files of it, beside the steps;
+    /// "wait", how long the steps stood still for the writer.
+    Ledger work() const;
 
 private:
-    std::string sequenceName(const char* kind, int frame, const char* extension) const;
-    grid::NamedGrid restField(const Simulation& simulation, const Body& body, const std::string& name) const;
-    void writeVdbFrame(const Simulation& simulation, FrameRecord& record);
-    void writeObjFrame(const Simulation& simulation, FrameRecord& record);
-    void note(FrameRecord& record, const std::string& relative);
-    void writeStats() const;
-    void writeManifest(const Simulation& simulation, const std::string& status) const;
+    class Writer;
+
+    std::vector<StepRecord> newSteps();
 
     std::filesystem::path folder_;
     scene::Scene scene_;
     std::vector<StepRecord> steps_;
-    std::vector<FrameRecord> frames_;
+    std::size_t handedOver_ = 0;  // steps that the writer knows
+    Ledger work_;
+    std::unique_ptr<Writer> writer_;
+    BackgroundQueue queue_;       // last: it ends before what its jobs use
 };
 
 /// All of stats.csv: a header and a row a step. docs/output.md explains the columns.

@@ -29,8 +29,8 @@ struct RelevelWork {
     std::int64_t voxels = 0;  ///< in them
 };
 
-/// Raises phi to the given values, then makes it a distance again in the leaves round them, with
-/// tools::LevelSetTracker (HJWENO5, TVD_RK1); the band follows the front. Voxels beside the surface move only where phi
+/// Raises phi to the given values, then makes it a distance again in the leaves round them, by the sweeps of
+/// tools::LevelSetTracker (HJWENO5, TVD_RK1), to its bits; the band follows the front. Voxels beside the surface move only where phi
 /// is steeper than a distance, so on a distance field re-levelling moves no surface. No value falls: material never grows.
 /// Returns every voxel whose value is not what it was before the call.
 PhiChanges raiseAndRelevel(LevelSet& phi, const PhiChanges& raised, RelevelWork& work);

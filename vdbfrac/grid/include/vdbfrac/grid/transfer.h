@@ -21,6 +21,9 @@ using TetEnergy = std::function<double(std::uint32_t element, int tet)>;
 /// a nodal energy above it. `density`: entry 6 e + t for tet t of element e.
 std::vector<Coord> voxelsAbove(const tetmesh::CutMesh& mesh, std::span<const double> density, double threshold);
 
+/// All voxels no farther than `reach` along any axis from one of `voxels`; sorted, each once.
+std::vector<Coord> voxelsAround(std::span<const Coord> voxels, int reach);
+
 /// Nodal energy [J/m^3] at voxel nodes; 0 where no material is.
 std::vector<double> nodalEnergy(const tetmesh::CutMesh& mesh, const TetEnergy& energy, std::span<const Coord> voxels);
 

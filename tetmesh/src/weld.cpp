@@ -1,0 +1,131 @@
+#include "weld.h"
+
+#include <algorithm>
+#include <bit>
+#include <numeric>
+#include <set>
+
+namespace vdbfrac::tetmesh {
+
+namespace {
+
+/// The first corner with the same key, of each corner: a table with open addresses, half full at most.
+std::vector<std::uint32_t> firstOfKey(const std::vector<std::uint64_t>& key)
+{
+    constexpr std::uint32_t kFree = ~0u;
+    const int bits = std::bit_width(2 * key.size() + 1);
+    const std::size_t mask = (std::size_t{1} << bits) - 1;
+    std::vector<std::uint32_t> table(mask + 1, kFree), first(key.size());
+    for (std::size_t c = 0; c < key.size(); ++c) {
+        std::size_t at = std::size_t(key[c] * 0x9e3779b97f4a7c15u >> (64 - bits));
+        while (table[at] != kFree && key[table[at]] != key[c]) at = (at + 1) & mask;
+        if (table[at] == kFree) table[at] = std::uint32_t(c);
+        first[c] = table[at];
+    }
+    return first;
+}
+
+/// `apart`: voxel nodes (by key) where neighbours are not joined.
+Welded weld(const Soup& soup, std::vector<std::uint32_t> root, const std::set<std::uint64_t>& apart)
+{
+    const auto find = [&](std::uint32_t c) {
+        while (root[c] != c) c = root[c] = root[root[c]];
+        return c;
+    };
+    for (const Soup::Polygon& p : soup.polygons)
+        for (std::uint32_t k = 0; k < p.size; ++k) {
+            const std::uint32_t a = p.firstCorner + k, b = p.firstCorner + (k + 1) % p.size;
+            const std::uint64_t node = soup.node[a];
+            if (node == 0 || node != soup.node[b] || apart.count(node)) continue;
+            const std::uint32_t ra = find(a), rb = find(b);
+            root[std::max(ra, rb)] = std::min(ra, rb);
+        }
+    Welded welded;
+    welded.pointOfCorner.resize(root.size());
+    for (std::size_t c = 0; c < root.size(); ++c) {
+        const std::uint32_t r = find(std::uint32_t(c));
+        if (r == c) {
+            welded.pointOfCorner[c] = std::uint32_t(welded.cornerOfPoint.size());
+            welded.cornerOfPoint.push_back(r);
+        } else
+            welded.pointOfCorner[c] = welded.pointOfCorner[r];
+    }
+    return welded;
+}
+
+/// Of each point, the points of higher number it has an edge to, once for each triangle.
+struct Neighbours {
+    std::vector<std::uint32_t> first;  // of each point, into `other`; one more entry at the end
+    std::vector<std::uint32_t> other;
+};
+
+Neighbours neighbours(const Soup& soup, const Welded& welded)
+{
+    Neighbours n;
+    n.first.assign(welded.cornerOfPoint.size() + 1, 0);
+    const auto forEdges = [&](const auto& visit) {
+        forTriangles(soup, welded, [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+            const auto& point = welded.pointOfCorner;
+            visit(std::minmax(point[a], point[b]));
+            visit(std::minmax(point[b], point[c]));
+            visit(std::minmax(point[c], point[a]));
+        });
+    };
+    forEdges([&](auto edge) { ++n.first[edge.first]; });
+    std::partial_sum(n.first.begin(), n.first.end(), n.first.begin());
+    n.other.resize(n.first.back());
+    forEdges([&](auto edge) { n.other[--n.first[edge.first]] = edge.second; });
+    return n;
+}
+
+/// Voxel nodes at the ends of edges with more than two triangles. Where a crack of no width ends, joining would pinch its
+/// two faces together along such an edge.
+std::set<std::uint64_t> pinchedNodes(const Soup& soup, const Welded& welded)
+{
+    Neighbours n = neighbours(soup, welded);
+    std::set<std::uint64_t> nodes;
+    for (std::size_t p = 0; p + 1 < n.first.size(); ++p) {
+        const auto begin = n.other.begin() + n.first[p], end = n.other.begin() + n.first[p + 1];
+        std::sort(begin, end);
+        for (auto q = begin; end - q > 2; ++q)
+            if (q[0] == q[2])  // all corners of a point lie on the same voxel node, or none does
+                nodes.insert({soup.node[welded.cornerOfPoint[p]], soup.node[welded.cornerOfPoint[*q]]});
+    }
+    nodes.erase(0);
+    return nodes;
+}
+
+}  // namespace
+
+void Soup::add(const Soup& other)
+{
+    const std::uint32_t corners = std::uint32_t(key.size());
+    for (Polygon p : other.polygons) {
+        p.firstCorner += corners;
+        polygons.push_back(p);
+    }
+    key.insert(key.end(), other.key.begin(), other.key.end());
+    node.insert(node.end(), other.node.begin(), other.node.end());
+    torn.insert(torn.end(), other.torn.begin(), other.torn.end());
+}
+
+std::uint64_t crossingKey(Coord inside, Coord outside, Coord lower)
+{
+    const Coord c = inside - lower, d = outside - inside;
+    const auto bits = [](int v, int shift) { return std::uint64_t(v) << shift; };
+    return bits(c.z, 43) | bits(c.y, 24) | bits(c.x, 5) | std::uint64_t((d.z + 1) * 9 + (d.y + 1) * 3 + d.x + 1);
+}
+
+Welded weldManifold(const Soup& soup)
+{
+    const std::vector<std::uint32_t> first = firstOfKey(soup.key);
+    std::set<std::uint64_t> apart;
+    for (;;) {
+        Welded welded = weld(soup, first, apart);
+        const std::size_t before = apart.size();
+        apart.merge(pinchedNodes(soup, welded));
+        if (apart.size() == before) return welded;
+    }
+}
+
+}  // namespace vdbfrac::tetmesh

@@ -1,0 +1,156 @@
+#include "frame_writer.h"
+
+#include <vdbfrac/base/atomic_file.h>
+#include <vdbfrac/base/hash.h>
+#include <vdbfrac/core/version.h>
+#include <vdbfrac/grid/world_fields.h>
+#include <vdbfrac/tetmesh/obj_file.h>
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+
+namespace vdbfrac::core {
+
+namespace {
+
+/// A field of the rest configuration; `levelSets` keeps the copy of phi.
+grid::NamedGrid restField(const Simulation& simulation, const Body& body, const std::string& name, std::list<grid::LevelSet>& levelSets)
+{
+    grid::NamedGrid g;
+    g.name = simulation.bodies().size() > 1 ? name + "_" + body.name : name;
+    g.voxelSize = body.phi.voxelSize();
+    if (name == "phi") {
+        levelSets.push_back(body.phi.copy());
+        g.levelSet = &levelSets.back(), g.unit = "m";
+    } else if (name == "energy") {
+        g.values = simulation.energyField(body), g.unit = "J/m^3";
+    } else {
+        g.unit = "s";
+        for (const FieldSource* source : simulation.stages().fields)
+            if (source->fieldName() == name) g.values = source->field(body);
+    }
+    return g;
+}
+
+}  // namespace
+
+bool isWorldField(const std::string& name) { return name == "surface" || name == "vel" || name == "fragment_id"; }
+
+RunState runState(const Simulation& simulation)
+{
+    RunState state;
+    for (const Body& body : simulation.bodies())
+        for (const tetmesh::Fragment& f : body.fragments.fragments()) state.fragments.push_back({body.name, f});
+    state.startVolume = simulation.startVolume();
+    state.volume = simulation.volume();
+    return state;
+}
+
+FrameData takeFrame(const Simulation& simulation, const scene::Scene& scene, int frame)
+{
+    FrameData data;
+    data.record.frame = frame;
+    data.record.time = simulation.time();
+    data.record.stateHash = hexadecimal(simulation.stateHash());
+    const auto& names = scene.output.vdb;
+    if (scene.output.obj || std::any_of(names.begin(), names.end(), isWorldField)) data.surface = simulation.surface();
+    for (const std::string& name : names) {
+        if (isWorldField(name))
+            data.grids.push_back({name, nullptr, {}, scene.grid.voxelSize, name == "surface" ? "m" : name == "vel" ? "m/s" : ""});
+        else
+            for (const Body& body : simulation.bodies()) data.grids.push_back(restField(simulation, body, name, data.levelSets));
+    }
+    data.state = runState(simulation);
+    return data;
+}
+
+std::string RunFolder::Writer::sequenceName(const char* kind, int frame, const char* extension) const
+{
+    char number[16];
+    std::snprintf(number, sizeof number, ".%04d.", frame);
+    return std::string(kind) + "/" + scene_.name + number + extension;
+}
+
+void RunFolder::Writer::note(FrameRecord& record, const std::string& relative)
+{
+    const std::string content = readText(folder_ / relative);
+    record.files.push_back({relative, content.size(), hexadecimal(hashBytes(content.data(), content.size()))});
+}
+
+void RunFolder::Writer::writeVdb(FrameData& data)
+{
+    grid::WorldFields world;
+    const auto isWorld = [](const grid::NamedGrid& g) { return isWorldField(g.name); };
+    if (std::any_of(data.grids.begin(), data.grids.end(), isWorld))
+        world = grid::worldFields(data.surface.surface, data.surface.velocity, scene_.grid.voxelSize);
+    for (grid::NamedGrid& g : data.grids) {
+        if (g.name == "surface")
+            g.levelSet = &world.surface;
+        else if (g.name == "vel")
+            g.values = world.velocity;
+        else if (g.name == "fragment_id")
+            g.values = world.fragment;
+    }
+    const grid::Metadata metadata = {{"creator", std::string("vdbfrac ") + kVersion},
+                                     {"scene", scene_.name},
+                                     {"frame", std::int64_t(data.record.frame)},
+                                     {"time", data.record.time},
+                                     {"fps", scene_.time.fps},
+                                     {"length_unit", std::string("m")},
+                                     {"up_axis", std::string("y")}};
+    const std::string relative = sequenceName("vdb", data.record.frame, "vdb");
+    grid::writeVdb(folder_ / relative, data.grids, metadata);
+    note(data.record, relative);
+}
+
+void RunFolder::Writer::write(FrameData& data)
+{
+    if (!scene_.output.vdb.empty()) writeVdb(data);
+    if (scene_.output.obj) {
+        const std::string relative = sequenceName("obj", data.record.frame, "obj");
+        tetmesh::writeObj(folder_ / relative, data.surface.surface, scene_.name + ".mtl");
+        note(data.record, relative);
+    }
+    frames_.push_back(std::move(data.record));
+    writeTables(data.steps, data.state, "running");
+}
+
+void RunFolder::Writer::writeTables(const std::vector<StepRecord>& steps, const RunState& state, const std::string& status)
+{
+    steps_.insert(steps_.end(), steps.begin(), steps.end());
+    writeText(folder_ / "stats.csv", statsText(steps_, scene_));
+    writeManifest(state, status);
+}
+
+void RunFolder::Writer::writeManifest(const RunState& state, const std::string& status) const
+{
+    using nlohmann::json;
+    json frames = json::array(), fragments = json::array();
+    for (const FrameRecord& f : frames_) {
+        json files = json::array();
+        for (const WrittenFile& w : f.files) files.push_back({{"path", w.path}, {"bytes", w.bytes}, {"xxh3", w.checksum}});
+        frames.push_back({{"frame", f.frame}, {"time", f.time}, {"state_hash", f.stateHash}, {"files", files}});
+    }
+    for (const auto& [body, f] : state.fragments) {
+        json entry = {{"id", f.id}, {"body", body}, {"birth", f.birth}, {"rest_volume", f.restVolume}};
+        entry["parent"] = f.parent < 0 ? json() : json(f.parent);
+        fragments.push_back(entry);
+    }
+    const json manifest = {{"creator", std::string("vdbfrac ") + kVersion},
+                           {"scene", scene_.name},
+                           {"status", status},
+                           {"fps", scene_.time.fps},
+                           {"units", {{"length", "m"}, {"mass", "kg"}, {"time", "s"}}},
+                           {"up_axis", "y"},
+                           {"voxel_size", scene_.grid.voxelSize},
+                           {"frame_range", {scene_.time.firstFrame, scene_.time.lastFrame}},
+                           {"steps", steps_.size()},
+                           {"start_volume", state.startVolume},
+                           {"volume", state.volume},
+                           {"frames", frames},
+                           {"fragments", fragments}};
+    writeText(folder_ / "run.json", manifest.dump(1) + "\n");
+}
+
+}  // namespace vdbfrac::core

@@ -1,0 +1,64 @@
+// What a frame writes, taken from the simulation, and the writer that makes files of it beside the next steps. Not
+// installed.
+#pragma once
+
+#include <vdbfrac/core/run_folder.h>
+#include <vdbfrac/core/simulation.h>
+#include <vdbfrac/scene/scene.h>
+
+#include <filesystem>
+#include <list>
+#include <string>
+#include <vector>
+
+namespace vdbfrac::core {
+
+/// Fields in world space: they are made of the deformed surface.
+bool isWorldField(const std::string& name);
+
+/// What the manifest tells of the state, beside frames.
+struct RunState {
+    struct Entry {
+        std::string body;
+        tetmesh::Fragment fragment;
+    };
+    std::vector<Entry> fragments;
+    double startVolume = 0, volume = 0;  // m^3
+};
+RunState runState(const Simulation& simulation);
+
+/// All that is written of one frame; nothing in it belongs to the simulation, which goes on.
+struct FrameData {
+    FrameRecord record;                     // without files
+    std::vector<StepRecord> steps;          // since the frame before
+    std::list<grid::LevelSet> levelSets;    // what `grids` point to
+    std::vector<grid::NamedGrid> grids;     // in the order of the file; those in world space are still empty
+    Simulation::MovingSurface surface;      // when something is made of it
+    RunState state;
+};
+FrameData takeFrame(const Simulation& simulation, const scene::Scene& scene, int frame);
+
+class RunFolder::Writer {
+public:
+    Writer(std::filesystem::path folder, const scene::Scene& scene) : folder_(std::move(folder)), scene_(scene) {}
+
+    /// Writes .vdb and .obj of a frame, then stats.csv and run.json with all there is so far.
+    void write(FrameData& data);
+    /// Writes stats.csv and run.json.
+    void writeTables(const std::vector<StepRecord>& steps, const RunState& state, const std::string& status);
+
+    const std::vector<FrameRecord>& frames() const { return frames_; }
+
+private:
+    std::string sequenceName(const char* kind, int frame, const char* extension) const;
+    void writeVdb(FrameData& data);
+    void note(FrameRecord& record, const std::string& relative);
+    void writeManifest(const RunState& state, const std::string& status) const;
+
+    std::filesystem::path folder_;
+    scene::Scene scene_;
+    std::vector<StepRecord> steps_;
+    std::vector<FrameRecord> frames_;
+};
+
+}  // namespace vdbfrac::core

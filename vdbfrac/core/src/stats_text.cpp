@@ -1,0 +1,74 @@
+#include <vdbfrac/core/run_folder.h>
+
+#include <charconv>
+#include <set>
+
+namespace vdbfrac::core {
+
+namespace {
+
+/// Shortest text that reads back as the same double.
+std::string number(double v)
+{
+    char text[40];
+    const auto end = std::to_chars(text, text + sizeof text, v).ptr;
+    return std::string(text, end);
+}
+
+const char* word(Outcome outcome)
+{
+    switch (outcome) {
+    case Outcome::converged: return "converged";
+    case Outcome::cutback: return "cutback";
+    case Outcome::capped: return "capped";
+    }
+    return "";
+}
+
+/// stage/count pairs that occur in any step, in a fixed order.
+std::vector<std::pair<std::string, std::string>> countColumns(const std::vector<StepRecord>& steps)
+{
+    std::set<std::pair<std::string, std::string>> columns;
+    for (const StepRecord& s : steps)
+        for (const StageWork& stage : s.work.stages())
+            for (const auto& [what, amount] : stage.counts) columns.insert({stage.name, what});
+    return {columns.begin(), columns.end()};
+}
+
+std::set<std::string> stageColumns(const std::vector<StepRecord>& steps)
+{
+    std::set<std::string> columns;
+    for (const StepRecord& s : steps)
+        for (const StageWork& stage : s.work.stages()) columns.insert(stage.name);
+    return columns;
+}
+
+}  // namespace
+
+std::string statsText(const std::vector<StepRecord>& steps, const scene::Scene& scene)
+{
+    const auto counts = countColumns(steps);
+    const auto stages = stageColumns(steps);
+    std::string text =
+        "step,time_s,dt_s,status,cutbacks,newton_iterations,linear_iterations,projections,residual,kinetic_J,elastic_J,"
+        "volume_m3,fragments,nodes,tets";
+    for (const scene::Grip& g : scene.grips)
+        for (const char* axis : {"x", "y", "z"}) text += ",load_" + g.name + "_" + axis + "_N";
+    for (const auto& [stage, what] : counts) text += "," + stage + "_" + what;
+    for (const std::string& stage : stages) text += "," + stage + "_s";
+    text += '\n';
+    for (const StepRecord& s : steps) {
+        text += std::to_string(s.step) + ',' + number(s.time) + ',' + number(s.dt) + ',' + word(s.outcome) + ',' +
+                std::to_string(s.cutbacks) + ',' + std::to_string(s.newtonIterations) + ',' + std::to_string(s.linearIterations) +
+                ',' + std::to_string(s.projections) + ',' + number(s.residual) + ',' + number(s.kineticEnergy) + ',' +
+                number(s.elasticEnergy) + ',' + number(s.volume) + ',' + std::to_string(s.fragments) + ',' +
+                std::to_string(s.nodes) + ',' + std::to_string(s.tets);
+        for (const Vec3& load : s.gripLoad) text += ',' + number(load.x()) + ',' + number(load.y()) + ',' + number(load.z());
+        for (const auto& [stage, what] : counts) text += ',' + std::to_string(s.work.countOf(stage, what));
+        for (const std::string& stage : stages) text += ',' + number(s.work.secondsOf(stage));
+        text += '\n';
+    }
+    return text;
+}
+
+}  // namespace vdbfrac::core
