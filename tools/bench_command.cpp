@@ -77,7 +77,8 @@ Action addBench(CLI::App& app)
         ->capture_default_str();
     c->add_option("-j,--threads", o->threads, "Threads to use (default: all cores)")->check(CLI::NonNegativeNumber);
     c->add_option("-o,--output", o->file, "Write the JSON to this file instead of stdout")->type_name("FILE");
-    addCommonOptions(*c, o->common);
+    c->add_flag("-q,--quiet", o->common.quiet, "Do not say what was just measured");
+    c->add_option("--log-file", o->common.logFile, "Write that to this file too")->type_name("FILE");
     return [o] { return run(*o); };
 }
 

@@ -26,7 +26,7 @@ struct Floors {
     double readBandwidth(int threads, double footprint) const;
 };
 
-/// Measures for one thread and for `threads`; some two seconds.
+/// Measures for one thread and for `threads`; some four seconds.
 Floors measureFloors(int threads);
 
 /// "AVX-512", "AVX2" or "baseline": the widest vector unit that the kernels may use on this machine.

@@ -1,4 +1,4 @@
-// A folder for files that only their writing is of interest of.
+// A folder for files that are written to see how long that takes.
 #pragma once
 
 #include <filesystem>
