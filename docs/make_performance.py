@@ -37,9 +37,9 @@ held, the top moves up at 0.4 m/s. Steps of 1/240 s from rest, one Newton iterat
 timing only counts with the right answer: the *probe* is how far one node inside has moved at the end. The reference was
 computed by a separate program with an assembled matrix and the SVD and conjugate gradients of Eigen."""
 
-TEXT_ITERATION = """Nearly all of that time goes into linear iterations. One has to move so many bytes between memory and processor, however
-clever the program is; at the bandwidth above that takes a time, the *floor*. The share is floor / measured: 100 % would be a
-machine that does nothing but read. *Evaluation* is one pass over all tets for energy, forces and their derivative."""
+TEXT_ITERATION = """Nearly all of that time goes into linear iterations. The bytes that one has to move follow from the sizes of its arrays and
+the passes over them; to read as many at the bandwidth above takes a time, the *floor*. The share is floor / measured: at
+100 % the processor would do nothing but wait for memory. Fewer bytes lower the floor itself. *Evaluation* is one pass over all tets for energy, forces and their derivative."""
 
 TEXT_TEAR = """`data/scenes/notched_block.toml`, a cube of 1 m with a notch that is pulled apart, at several resolutions (voxels along an
 edge). Seconds a step by stage; first over all steps, then over those in which something tore. A run ends after a number of

@@ -31,8 +31,13 @@ bench::Plan planOf(const std::string& set)
 
 bench::Json measure(const BenchOptions& options, const bench::Plan& plan, const bench::Say& say)
 {
-    const auto wanted = [&](const char* name) { return std::find(options.only.begin(), options.only.end(), name) != options.only.end(); };
-    bench::Json result = {{"program", "vdbfrac"}, {"version", core::kVersion}, {"set", options.set}, {"machine", bench::describeMachine(plan.threads)}};
+    const auto wanted = [&](const char* name) {
+        return std::find(options.only.begin(), options.only.end(), name) != options.only.end();
+    };
+    bench::Json result = {{"program", "vdbfrac"},
+                          {"version", core::kVersion},
+                          {"set", options.set},
+                          {"machine", bench::describeMachine(plan.threads)}};
     // The block is measured against the floors. They come first: nothing has heated or fragmented anything yet.
     bench::Floors floors;
     if (wanted("floors") || wanted("block")) {
@@ -54,7 +59,8 @@ int run(const BenchOptions& options)
     bench::Plan plan = planOf(options.set);
     plan.threads = threadCount();
     const auto log = makeLog(options.common);
-    const std::string text = measure(options, plan, [&](const std::string& line) { log->info("{}", line); }).dump(1) + "\n";
+    const std::string text =
+        measure(options, plan, [&](const std::string& line) { log->info("{}", line); }).dump(1) + "\n";
     if (options.file.empty())
         std::fputs(text.c_str(), stdout);
     else
@@ -67,7 +73,8 @@ int run(const BenchOptions& options)
 Action addBench(CLI::App& app)
 {
     auto o = std::make_shared<BenchOptions>();
-    CLI::App* c = app.add_subcommand("bench", "Time the standard workloads on this machine; prints JSON with work counts");
+    CLI::App* c =
+        app.add_subcommand("bench", "Time the standard workloads on this machine; prints JSON with work counts");
     c->add_option("--set", o->set, "How much: some seconds, some minutes, or an hour")
         ->check(CLI::IsMember({"quick", "standard", "full"}))
         ->capture_default_str();

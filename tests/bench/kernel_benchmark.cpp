@@ -1,5 +1,5 @@
-// The inner loops one at a time, on one thread: what a tet, a 3x3 matrix, a node or a cell costs. Each shows its cost in
-// the column named for the unit, in seconds ("20n": 20 ns). Filter with --benchmark_filter=REGEX.
+// The inner loops one at a time, on one thread: what a tet, a 3x3 matrix, a node or a cell costs. Each shows its cost
+// in the column named for the unit, in seconds ("20n": 20 ns). Filter with --benchmark_filter=REGEX.
 #include "block.h"
 
 #include <vdbfrac/base/parallel.h>
@@ -21,7 +21,8 @@ constexpr double kEdge = 1;  // m
 /// Seconds a unit, when one run of the loop deals with `count` of them.
 void costOf(benchmark::State& state, const char* unit, double count)
 {
-    state.counters[unit] = benchmark::Counter(count, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+    state.counters[unit] =
+        benchmark::Counter(count, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
 }
 
 /// A block bent, twisted and stretched by up to a fifth: no tet is inverted, none is at rest.
@@ -34,7 +35,8 @@ struct Bent {
     {
         for (Vec3& p : x) {
             const double angle = 0.5 * p.y();
-            const Vec3 q = {std::cos(angle) * p.x() - std::sin(angle) * p.z(), 1.2 * p.y(), std::sin(angle) * p.x() + std::cos(angle) * p.z()};
+            const Vec3 q = {std::cos(angle) * p.x() - std::sin(angle) * p.z(), 1.2 * p.y(),
+                            std::sin(angle) * p.x() + std::cos(angle) * p.z()};
             p = q + 0.05 * Vec3(std::sin(3 * p.z()), std::cos(2 * p.x()), std::sin(4 * p.y()));
         }
     }
@@ -111,7 +113,8 @@ void ConjugateGradientPasses(benchmark::State& state)
     system.inverseDiagonal = inverse;
     system.fixed = fixed;
     system.product = [&](std::span<const Vec3> in, std::span<Vec3> out) {
-        for (std::size_t i = 0; i < nodes; ++i) out[i] = (1 + double(i % 1000)) * in[i];  // far more eigenvalues than iterations
+        for (std::size_t i = 0; i < nodes; ++i)
+            out[i] = (1 + double(i % 1000)) * in[i];  // far more eigenvalues than iterations
     };
     for (auto _ : state) {
         const solver::LinearReport report = solver::solveConjugateGradient(system, b, u, {0, kIterations});
@@ -159,7 +162,8 @@ void CutWhatChanged(benchmark::State& state)
     for (int z = 0; z <= kReach; ++z)
         for (int y = 0; y <= kReach; ++y)
             for (int x = 0; x <= kReach; ++x)
-                if (const float value = whole.phi()({x, y, z}); std::abs(value) < dx) changes.emplace_back(Coord{x, y, z}, value + 0.5F * dx);
+                if (const float value = whole.phi()({x, y, z}); std::abs(value) < dx)
+                    changes.emplace_back(Coord{x, y, z}, value + 0.5F * dx);
     double cells = 0;
     for (auto _ : state) {
         state.PauseTiming();

@@ -24,9 +24,9 @@ struct BlockSize {
 
 /// Notched block, from rest until this much has happened.
 struct TearSize {
-    int voxels = 20;      ///< along an edge
-    int tornSteps = 0;    ///< stops after so many steps in which something tore
-    int lastFrame = 96;   ///< stops here in any case
+    int voxels = 20;     ///< along an edge
+    int tornSteps = 0;   ///< stops after so many steps in which something tore
+    int lastFrame = 96;  ///< stops here in any case
 };
 
 /// What is measured in one run of the program.

@@ -69,6 +69,6 @@ double multiplyAddChains(std::size_t rounds)
 
 }  // namespace
 
-const FloorKernel VDBFRAC_FLOOR = {readValues, streamTriad, multiplyAddChains, 2. * kChains * kLanes, kUnit};
+const FloorKernel VDBFRAC_FLOOR = {readValues, streamTriad, multiplyAddChains, 2. * kChains* kLanes, kUnit};
 
 }  // namespace vdbfrac::tools::bench

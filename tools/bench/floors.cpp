@@ -35,8 +35,9 @@ namespace {
 
 constexpr double kMiB = 1024. * 1024;
 constexpr double kFootprints[] = {1 * kMiB, 8 * kMiB, 32 * kMiB, 64 * kMiB, 256 * kMiB};
-constexpr int kRepetitions = 15;          // the best one counts: that in which nobody else wanted a core
-constexpr double kMoved = 384 * kMiB;     // bytes a thread moves in a repetition: milliseconds, so that waking up is nothing
+constexpr int kRepetitions = 15;  // the best one counts: that in which nobody else wanted a core
+constexpr double kMoved =
+    384 * kMiB;  // bytes a thread moves in a repetition: milliseconds, so that waking up is nothing
 constexpr std::size_t kRounds = 1 << 21;  // of multiply-adds in a repetition
 
 using Clock = std::chrono::steady_clock;
@@ -46,11 +47,13 @@ struct Task {
     std::function<void(std::size_t thread)> touch, work;
 };
 
-/// Seconds of the fastest of several repetitions, from the first thread's start to the last one's end. Plain threads and
-/// not the loops of the library: all of them have to work at the same time, each on memory that it touched first.
+/// Seconds of the fastest of several repetitions, from the first thread's start to the last one's end. Plain threads
+/// and not the loops of the library: all of them have to work at the same time, each on memory that it touched first.
 double bestSeconds(int threads, const Task& task)
 {
-    std::vector<std::vector<Clock::time_point>> start(kRepetitions, std::vector<Clock::time_point>(std::size_t(threads))), end = start;
+    std::vector<std::vector<Clock::time_point>> start(kRepetitions,
+                                                      std::vector<Clock::time_point>(std::size_t(threads))),
+        end = start;
     std::barrier together(threads);
     {
         std::vector<std::jthread> pool;
@@ -67,7 +70,8 @@ double bestSeconds(int threads, const Task& task)
     }
     double best = std::numeric_limits<double>::infinity();
     for (std::size_t r = 0; r < kRepetitions; ++r) {
-        const auto first = *std::min_element(start[r].begin(), start[r].end()), last = *std::max_element(end[r].begin(), end[r].end());
+        const auto first = *std::min_element(start[r].begin(), start[r].end()),
+                   last = *std::max_element(end[r].begin(), end[r].end());
         best = std::min(best, std::chrono::duration<double>(last - first).count());
     }
     return best;
@@ -97,7 +101,8 @@ double measureRead(int threads, double footprint)
     const int passes = passesOver(footprint / threads);
     Arrays values = reserve(threads, count);
     std::vector<double> sums(values.size(), 0.);  // used below, so that nothing can be left out
-    const Task task = {[&](std::size_t t) { fill(values[t], count); }, [&](std::size_t t) {
+    const Task task = {[&](std::size_t t) { fill(values[t], count); },
+                       [&](std::size_t t) {
                            double sum = 0;
                            for (int p = 0; p < passes; ++p) sum += floorKernel().read(values[t].data(), count);
                            sums[t] = sum;
@@ -128,7 +133,8 @@ double measureTriad(int threads, double footprint)
 double measureMultiplyAdds(int threads)
 {
     std::vector<double> results(std::size_t(threads), 0.);
-    const double seconds = bestSeconds(threads, {[](std::size_t) {}, [&](std::size_t t) { results[t] = floorKernel().multiplyAdd(kRounds); }});
+    const double seconds = bestSeconds(
+        threads, {[](std::size_t) {}, [&](std::size_t t) { results[t] = floorKernel().multiplyAdd(kRounds); }});
     const bool sound = std::all_of(results.begin(), results.end(), [](double r) { return std::isfinite(r) && r != 0; });
     return sound ? threads * double(kRounds) * floorKernel().flopsOfRound / seconds : 0;
 }

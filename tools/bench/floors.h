@@ -21,8 +21,8 @@ struct Floors {
     std::vector<Bandwidth> memory;
     std::vector<Arithmetic> arithmetic;
 
-    /// Bytes/s at which `threads` read a footprint [bytes]: between measured ones by the logarithm of the footprint, beyond
-    /// them that of the nearest. `threads` has to be one that was measured.
+    /// Bytes/s at which `threads` read a footprint [bytes]: between measured ones by the logarithm of the footprint,
+    /// beyond them that of the nearest. `threads` has to be one that was measured.
     double readBandwidth(int threads, double footprint) const;
 };
 

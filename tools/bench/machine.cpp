@@ -12,7 +12,8 @@ namespace vdbfrac::tools::bench {
 
 namespace {
 
-/// What stands behind the first line of a file that starts with `key`, without separators and quotes; empty when there is none.
+/// What stands behind the first line of a file that starts with `key`, without separators and quotes; empty when there
+/// is none.
 std::string valueOf(const char* file, const std::string& key)
 {
     std::ifstream lines(file);
@@ -66,8 +67,12 @@ Json toJson(const Floors& floors)
 {
     Json memory = Json::array(), arithmetic = Json::array();
     for (const Bandwidth& b : floors.memory)
-        memory.push_back({{"threads", b.threads}, {"footprint_bytes", std::int64_t(b.footprint)}, {"read_gb_per_s", b.read * 1e-9}, {"triad_gb_per_s", b.triad * 1e-9}});
-    for (const Arithmetic& a : floors.arithmetic) arithmetic.push_back({{"threads", a.threads}, {"double_gflop_per_s", a.flops * 1e-9}});
+        memory.push_back({{"threads", b.threads},
+                          {"footprint_bytes", std::int64_t(b.footprint)},
+                          {"read_gb_per_s", b.read * 1e-9},
+                          {"triad_gb_per_s", b.triad * 1e-9}});
+    for (const Arithmetic& a : floors.arithmetic)
+        arithmetic.push_back({{"threads", a.threads}, {"double_gflop_per_s", a.flops * 1e-9}});
     return {{"memory", memory}, {"arithmetic", arithmetic}};
 }
 

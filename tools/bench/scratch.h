@@ -5,7 +5,8 @@
 
 namespace vdbfrac::tools::bench {
 
-/// A new, empty folder among the temporary files ($TMPDIR), removed with all that is in it in the end. Throws FileError.
+/// A new, empty folder among the temporary files ($TMPDIR), removed with all that is in it in the end. Throws
+/// FileError.
 class ScratchFolder {
 public:
     ScratchFolder();

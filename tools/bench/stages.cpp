@@ -21,8 +21,8 @@ namespace vdbfrac::tools::bench {
 
 namespace {
 
-constexpr int kRepetitions = 3;    // the best one counts
-constexpr double kRadius = 0.5;    // m
+constexpr int kRepetitions = 3;  // the best one counts
+constexpr double kRadius = 0.5;  // m
 
 /// Times stages and collects the results.
 class Stopwatch {
@@ -42,7 +42,8 @@ public:
             best = std::min(best, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
         }
         const double each = count > 0 ? 1e9 * best / double(count) : 0;
-        results_.push_back({{"stage", stage}, {"unit", unit}, {"count", count}, {"seconds", best}, {"ns_a_unit", each}});
+        results_.push_back(
+            {{"stage", stage}, {"unit", unit}, {"count", count}, {"seconds", best}, {"ns_a_unit", each}});
         say_(fmt::format("stage {}: {:.0f} ns a {} ({} of them)", stage, each, unit, count));
     }
 
@@ -86,38 +87,47 @@ grid::PhiChanges raisedCap(const grid::LevelSet& phi)
 
 void measureCut(Stopwatch& watch, const grid::LevelSet& ball, const tetmesh::Lattice& lattice)
 {
-    watch.measure("cut", "cell", [&] { return grid::sampleNodes(ball); },
-                  [&](tetmesh::NodeField<float>& phi) { return tetmesh::CutMesh(lattice, std::move(phi)).cells().size(); });
+    watch.measure(
+        "cut", "cell", [&] { return grid::sampleNodes(ball); },
+        [&](tetmesh::NodeField<float>& phi) { return tetmesh::CutMesh(lattice, std::move(phi)).cells().size(); });
 
     grid::LevelSet torn = ball.copy();
     grid::RelevelWork ignored;
     const grid::PhiChanges changes = grid::raiseAndRelevel(torn, raisedCap(ball), ignored);
     const tetmesh::CutMesh whole(lattice, grid::sampleNodes(ball));
-    watch.measure("re-cut", "changed cell", [&] { return whole; },
-                  [&](tetmesh::CutMesh& mesh) { return mesh.update(changes).cutCells; });
+    watch.measure(
+        "re-cut", "changed cell", [&] { return whole; },
+        [&](tetmesh::CutMesh& mesh) { return mesh.update(changes).cutCells; });
 }
 
 void measureOutput(Stopwatch& watch, const grid::LevelSet& ball, const tetmesh::CutMesh& mesh)
 {
-    watch.measure("surface", "triangle", [] { return Nothing{}; },
-                  [&](Nothing) { return tetmesh::extractSurface(mesh).triangles.size(); });
+    watch.measure(
+        "surface", "triangle", [] { return Nothing{}; },
+        [&](Nothing) { return tetmesh::extractSurface(mesh).triangles.size(); });
 
     std::uint32_t nextId = 0;
     const tetmesh::FragmentTracker fragments(mesh, nextId);
-    const tetmesh::Surface surface = tetmesh::deform(tetmesh::extractSurface(mesh), tetmesh::restPositions(mesh), fragments.ofNode());
+    const tetmesh::Surface surface =
+        tetmesh::deform(tetmesh::extractSurface(mesh), tetmesh::restPositions(mesh), fragments.ofNode());
     const ScratchFolder folder;
-    watch.measure("write .obj", "triangle", [] { return Nothing{}; }, [&](Nothing) {
-        tetmesh::writeObj(folder.path() / "ball.obj", surface, "ball.mtl");
-        return surface.triangles.size();
-    });
-    watch.measure("write .vdb", "voxel", [&] {
-        std::vector<grid::NamedGrid> grids(1);
-        grids[0].name = "phi", grids[0].levelSet = &ball, grids[0].unit = "m";
-        return grids;
-    }, [&](const std::vector<grid::NamedGrid>& grids) {
-        grid::writeVdb(folder.path() / "ball.vdb", grids, {});
-        return ball.activeVoxels();
-    });
+    watch.measure(
+        "write .obj", "triangle", [] { return Nothing{}; },
+        [&](Nothing) {
+            tetmesh::writeObj(folder.path() / "ball.obj", surface, "ball.mtl");
+            return surface.triangles.size();
+        });
+    watch.measure(
+        "write .vdb", "voxel",
+        [&] {
+            std::vector<grid::NamedGrid> grids(1);
+            grids[0].name = "phi", grids[0].levelSet = &ball, grids[0].unit = "m";
+            return grids;
+        },
+        [&](const std::vector<grid::NamedGrid>& grids) {
+            grid::writeVdb(folder.path() / "ball.vdb", grids, {});
+            return ball.activeVoxels();
+        });
 }
 
 }  // namespace
@@ -126,15 +136,18 @@ Json benchStages(int voxels, const Say& say)
 {
     const double dx = 2 * kRadius / voxels;
     Stopwatch watch(say);
-    watch.measure("level set", "voxel", [] { return Nothing{}; }, [&](Nothing) { return makeBall(dx).activeVoxels(); });
+    watch.measure(
+        "level set", "voxel", [] { return Nothing{}; }, [&](Nothing) { return makeBall(dx).activeVoxels(); });
 
     const grid::LevelSet ball = makeBall(dx);
     const grid::PhiChanges raised = raisedCap(ball);
-    watch.measure("relevel", "voxel", [&] { return ball.copy(); }, [&](grid::LevelSet& phi) {
-        grid::RelevelWork work;
-        (void)grid::raiseAndRelevel(phi, raised, work);
-        return work.voxels;
-    });
+    watch.measure(
+        "relevel", "voxel", [&] { return ball.copy(); },
+        [&](grid::LevelSet& phi) {
+            grid::RelevelWork work;
+            (void)grid::raiseAndRelevel(phi, raised, work);
+            return work.voxels;
+        });
     const tetmesh::Lattice lattice{tetmesh::Lattice::Kind::six, 1, dx};
     measureCut(watch, ball, lattice);
     measureOutput(watch, ball, tetmesh::CutMesh(lattice, grid::sampleNodes(ball)));

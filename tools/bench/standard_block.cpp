@@ -1,6 +1,6 @@
-// The standard block: n^3 nodes, unit cube, E = 1 MPa, nu = .3, rho = 1000 kg/m^3, dt = 1/240 s, bottom clamped, top moved
-// up at .4 m/s; backward Euler from rest, one Newton iteration a step, linear solve to 1e-6 of the preconditioned residual,
-// plain tets. The height a probe node has gained at the end says whether a timing counts.
+// The standard block: n^3 nodes, unit cube, E = 1 MPa, nu = .3, rho = 1000 kg/m^3, dt = 1/240 s, bottom clamped, top
+// moved up at .4 m/s; backward Euler from rest, one Newton iteration a step, linear solve to 1e-6 of the preconditioned
+// residual, plain tets. The height a probe node has gained at the end says whether a timing counts.
 #include "bench.h"
 
 #include <vdbfrac/base/parallel.h>
@@ -25,8 +25,8 @@ double secondsSince(std::chrono::steady_clock::time_point start)
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-/// Height [m] the probe has gained, computed by a program that shares no code with this one: assembled matrix, rotations
-/// by Eigen's JacobiSVD, Eigen's conjugate gradients.
+/// Height [m] the probe has gained, computed by a program that shares no code with this one: assembled matrix,
+/// rotations by Eigen's JacobiSVD, Eigen's conjugate gradients.
 std::optional<double> referenceProbe(const BlockSize& size)
 {
     struct Known {
@@ -72,7 +72,8 @@ struct Mesh {
 
 class StandardBlock {
 public:
-    explicit StandardBlock(int n) : mesh_(n), elastic_(makeElastic()), probe_(std::size_t((n / 2 * n + int(0.75 * (n - 1))) * n + n / 2))
+    explicit StandardBlock(int n)
+        : mesh_(n), elastic_(makeElastic()), probe_(std::size_t((n / 2 * n + int(0.75 * (n - 1))) * n + n / 2))
     {
         boundary_.target.assign(mesh_.nodes.size(), Vec3::Zero());
         boundary_.force.assign(mesh_.nodes.size(), Vec3::Zero());
@@ -113,18 +114,18 @@ private:
     solver::Boundary boundary_;
 };
 
-/// Bytes that one iteration of conjugate gradients has to move, each array once for every pass over it: passes too long for
-/// the caches come from memory each time. What the operator holds is read once a product. Belongs to
+/// Bytes that one iteration of conjugate gradients has to move, each array once for every pass over it: passes too long
+/// for the caches come from memory each time. What the operator holds is read once a product. Belongs to
 /// solver/src/conjugate_gradient.cpp and elastic_operator.cpp as they are; change it with them.
 double bytesOfIteration(const solver::ElasticOperator& elastic)
 {
     constexpr double kVector = sizeof(Vec3), kMatrix = sizeof(Mat3);
-    constexpr double kInertia = sizeof(double) + 2 * kVector;           // mass, u; out
-    constexpr double kGatherAndAdd = 3 * kVector;                       // u; out read and written
-    constexpr double kDot = 2 * kVector;                                // p, q
+    constexpr double kInertia = sizeof(double) + 2 * kVector;                           // mass, u; out
+    constexpr double kGatherAndAdd = 3 * kVector;                                       // u; out read and written
+    constexpr double kDot = 2 * kVector;                                                // p, q
     constexpr double kAdvance = 2 * kVector + 2 * 2 * kVector + kMatrix + kVector + 1;  // p, q; u, r; B; z; fixed
-    constexpr double kDirection = 3 * kVector;                          // z; p read and written
-    constexpr double kTangent = 15 * sizeof(float);                     // of a tet: rotation and twist operator
+    constexpr double kDirection = 3 * kVector;                                          // z; p read and written
+    constexpr double kTangent = 15 * sizeof(float);  // of a tet: rotation and twist operator
     return double(elastic.nodeCount()) * (kInertia + kGatherAndAdd + kDot + kAdvance + kDirection) +
            double(elastic.tetCount()) * kTangent + double(elastic.bytes());
 }
@@ -152,7 +153,7 @@ struct Measured {
     double evaluation = 0;  // s
     double bytes = 0;       // of an iteration
     double nodes = 0, tets = 0;
-    double probe = 0;       // m
+    double probe = 0;  // m
 };
 
 Measured measure(const BlockSize& size)
@@ -209,8 +210,11 @@ Json benchBlock(const BlockSize& size, int threads, const Floors& floors, const 
         last = measure(size);
         if (t == 1) alone = last.seconds;
         runs.push_back(toJson(last, size, t, floors.readBandwidth(t, last.bytes)));
-        say(fmt::format("block n = {}, {} thread{}: {:.4f} s a step, {} iterations, {:.1f} ns a node and iteration ({:.0f} % of the floor), probe {:.6e} m",
-                        size.n, t, t == 1 ? "" : "s", last.seconds / size.steps, last.linear, runs.back()["iteration_ns_a_node"].get<double>(),
+        say(
+            fmt::format("block n = {}, {} thread{}: {:.4f} s a step, {} iterations, {:.1f} ns a node and iteration "
+                        "({:.0f} % of the floor), probe {:.6e} m",
+                        size.n, t, t == 1 ? "" : "s", last.seconds / size.steps, last.linear,
+                        runs.back()["iteration_ns_a_node"].get<double>(),
                         100 * runs.back()["share_of_floor"].get<double>(), last.probe));
     }
     const auto reference = referenceProbe(size);

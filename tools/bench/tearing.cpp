@@ -23,8 +23,9 @@ namespace {
 
 scene::Scene notchedBlock(const TearSize& size)
 {
-    return scene::parseScene(kNotchedBlock, "notched_block.toml", effects::effectTables(),
-                             {fmt::format("grid.voxel_size={}", 1. / size.voxels), fmt::format("time.frames=[1,{}]", size.lastFrame)});
+    return scene::parseScene(
+        kNotchedBlock, "notched_block.toml", effects::effectTables(),
+        {fmt::format("grid.voxel_size={}", 1. / size.voxels), fmt::format("time.frames=[1,{}]", size.lastFrame)});
 }
 
 /// The steps of one part of the run: all of them, or those in which something tore.
@@ -44,7 +45,8 @@ struct Part {
     {
         Json stages = Json::array();
         for (const StageWork& s : work.stages())
-            stages.push_back({{"stage", s.name}, {"seconds_a_step", s.seconds / std::max(1, steps)}, {"work", s.counts}});
+            stages.push_back(
+                {{"stage", s.name}, {"seconds_a_step", s.seconds / std::max(1, steps)}, {"work", s.counts}});
         return {{"steps", steps}, {"seconds_a_step", seconds / std::max(1, steps)}, {"stages", stages}};
     }
 };
@@ -52,7 +54,10 @@ struct Part {
 class Tearing {
 public:
     explicit Tearing(const TearSize& size)
-        : size_(size), scene_(notchedBlock(size)), effects_(effects::makeEffects(scene_)), simulation_(scene_, pointers(), defaultMemoryLimit()),
+        : size_(size),
+          scene_(notchedBlock(size)),
+          effects_(effects::makeEffects(scene_)),
+          simulation_(scene_, pointers(), defaultMemoryLimit()),
           folder_(scratch_.path() / "run", scene_, simulation_.stages(), false)
     {
     }
@@ -113,7 +118,8 @@ private:
     void write(int frame)
     {
         const StageTimer timer(output_, "output");
-        for (const core::WrittenFile& f : folder_.writeFrame(simulation_, frame).files) output_.count("output", "bytes", std::int64_t(f.bytes));
+        for (const core::WrittenFile& f : folder_.writeFrame(simulation_, frame).files)
+            output_.count("output", "bytes", std::int64_t(f.bytes));
     }
 
     TearSize size_;
@@ -133,9 +139,10 @@ Json benchTear(const TearSize& size, const Say& say)
     const std::uint64_t before = resetPeakMemory();
     Tearing tearing(size);
     tearing.run();
-    const Json result = tearing.toJson(before);
-    say(fmt::format("tear {}^3: {} steps, {} of them tearing, {:.3f} s a step, peak memory {:.2f} GiB", size.voxels, result["steps"].get<int>(),
-                    result["tearing_steps"]["steps"].get<int>(), result["all_steps"]["seconds_a_step"].get<double>(),
+    Json result = tearing.toJson(before);
+    say(fmt::format("tear {}^3: {} steps, {} of them tearing, {:.3f} s a step, peak memory {:.2f} GiB", size.voxels,
+                    result["steps"].get<int>(), result["tearing_steps"]["steps"].get<int>(),
+                    result["all_steps"]["seconds_a_step"].get<double>(),
                     result["peak_memory_bytes"].get<double>() / kGiB));
     return result;
 }
