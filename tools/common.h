@@ -40,5 +40,6 @@ Action addSim(CLI::App& app);
 Action addCheck(CLI::App& app);
 Action addScene(CLI::App& app);
 Action addPreview(CLI::App& app);
+Action addBench(CLI::App& app);
 
 }  // namespace vdbfrac::tools

@@ -25,6 +25,7 @@ int run(int argc, char** argv)
     actions["check"] = addCheck(app);
     actions["scene"] = addScene(app);
     actions["preview"] = addPreview(app);
+    actions["bench"] = addBench(app);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {

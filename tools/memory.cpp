@@ -1,6 +1,8 @@
 #include "memory.h"
 
+#include <malloc.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <fstream>
 #include <limits>
@@ -25,6 +27,19 @@ std::uint64_t peakMemory()
     rusage usage{};
     getrusage(RUSAGE_SELF, &usage);
     return std::uint64_t(usage.ru_maxrss) * 1024;
+}
+
+std::uint64_t resetPeakMemory()
+{
+    malloc_trim(0);
+    {
+        std::ofstream reset("/proc/self/clear_refs");
+        reset << "5";  // Linux: the peak becomes what is in use now
+    }
+    std::ifstream pages("/proc/self/statm");
+    std::uint64_t all = 0, resident = 0;
+    pages >> all >> resident;
+    return resident * std::uint64_t(sysconf(_SC_PAGESIZE));
 }
 
 }  // namespace vdbfrac::tools

@@ -245,6 +245,13 @@ std::size_t ElasticOperator::bytes() const
            (kDiagonalRows * d.p.nodeOfSlot.size() + (kDiagonalRows + 3) * d.p.largestStride * d.in.size()) * sizeof(double);
 }
 
+std::size_t ElasticOperator::productBytes() const
+{
+    const Patches& p = data_->p;
+    return p.batches.size() * sizeof(BatchTangent) + p.bytes() - p.laneOfElement.size() * sizeof(p.laneOfElement[0]) +
+           (2 * p.nodeOfSlot.size() + nodeCount()) * sizeof(Vec3);
+}
+
 double ElasticOperator::evaluate(std::span<const Vec3> x, std::span<Vec3> gradient, Tangent* tangent, double share) const
 {
     const Data& d = *data_;

@@ -137,6 +137,9 @@ public:
 
     const ElasticWork& work() const;
     std::size_t bytes() const;  ///< held by patches, slots and nodes; a Tangent is apart
+    /// What a product has to move at least, summed up in the caller's pass over the nodes: the tangent, the tables of the
+    /// patches, u, and the slots written and read.
+    std::size_t productBytes() const;
 
 private:
     struct Data;

@@ -1,0 +1,49 @@
+// The workloads of 'vdbfrac bench'. Each gives what it measured as JSON, work counts beside every time.
+#pragma once
+
+#include "floors.h"
+
+#include <nlohmann/json.hpp>
+
+#include <functional>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace vdbfrac::tools::bench {
+
+using Json = nlohmann::ordered_json;
+/// A line for people, on what was just measured.
+using Say = std::function<void(const std::string& line)>;
+
+/// Standard block: n^3 nodes.
+struct BlockSize {
+    int n = 20;
+    int steps = 12;
+};
+
+/// Notched block, from rest until this much has happened.
+struct TearSize {
+    int voxels = 20;     ///< along an edge
+    int tornSteps = 0;   ///< stops after so many steps in which something tore
+    int lastFrame = 96;  ///< stops here in any case
+};
+
+/// What is measured in one run of the program.
+struct Plan {
+    std::vector<BlockSize> blocks;
+    std::vector<TearSize> tears;
+    int ballVoxels = 24;  ///< across the ball of the single stages
+    int threads = 1;      ///< the most; single-threaded besides where a speed-up is of interest
+};
+
+Json describeMachine(int threads);
+Json toJson(const Floors& floors);
+Json benchBlock(const BlockSize& size, int threads, const Floors& floors, const Say& say);
+Json benchTear(const TearSize& size, const Say& say);
+Json benchStages(int voxels, const Say& say);
+
+/// Thread counts to measure: 1, and `threads` where that is more.
+std::set<int> threadCounts(int threads);
+
+}  // namespace vdbfrac::tools::bench

@@ -1,0 +1,35 @@
+// What the machine can do at best: bytes a second by footprint, multiply-adds a second.
+#pragma once
+
+#include <vector>
+
+namespace vdbfrac::tools::bench {
+
+struct Bandwidth {
+    int threads = 1;
+    double footprint = 0;  ///< bytes touched by all threads together
+    double read = 0;       ///< bytes/s
+    double triad = 0;      ///< bytes/s: two arrays read, one written
+};
+
+struct Arithmetic {
+    int threads = 1;
+    double flops = 0;  ///< double multiplications and additions a second
+};
+
+struct Floors {
+    std::vector<Bandwidth> memory;
+    std::vector<Arithmetic> arithmetic;
+
+    /// Bytes/s at which `threads` read a footprint [bytes]: between measured ones by the logarithm of the footprint,
+    /// beyond them that of the nearest. `threads` has to be one that was measured.
+    double readBandwidth(int threads, double footprint) const;
+};
+
+/// Measures for one thread and for `threads`; some four seconds.
+Floors measureFloors(int threads);
+
+/// "AVX-512", "AVX2" or "baseline": the widest vector unit that the kernels may use on this machine.
+const char* vectorUnit();
+
+}  // namespace vdbfrac::tools::bench

@@ -1,0 +1,147 @@
+// The notched block that ships, torn at a resolution: every stage of a real run with its time and its work.
+#include "bench.h"
+#include "scratch.h"
+
+#include "../memory.h"
+
+#include <bench_data.h>
+
+#include <vdbfrac/base/hash.h>
+#include <vdbfrac/base/parallel.h>
+#include <vdbfrac/core/run_folder.h>
+#include <vdbfrac/effects/effects.h>
+#include <vdbfrac/scene/reader.h>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+
+namespace vdbfrac::tools::bench {
+
+namespace {
+
+scene::Scene notchedBlock(const TearSize& size)
+{
+    return scene::parseScene(
+        kNotchedBlock, "notched_block.toml", effects::effectTables(),
+        {fmt::format("grid.voxel_size={}", 1. / size.voxels), fmt::format("time.frames=[1,{}]", size.lastFrame)});
+}
+
+/// The steps of one part of the run: all of them, or those in which something tore.
+struct Part {
+    int steps = 0;
+    double seconds = 0;  // by the clock: also what no stage accounts for
+    Ledger work;
+
+    void add(double stepSeconds, const Ledger& stepWork)
+    {
+        ++steps;
+        seconds += stepSeconds;
+        work.add(stepWork);
+    }
+
+    Json toJson() const
+    {
+        Json stages = Json::array();
+        for (const StageWork& s : work.stages())
+            stages.push_back(
+                {{"stage", s.name}, {"seconds_a_step", s.seconds / std::max(1, steps)}, {"work", s.counts}});
+        return {{"steps", steps}, {"seconds_a_step", seconds / std::max(1, steps)}, {"stages", stages}};
+    }
+};
+
+class Tearing {
+public:
+    explicit Tearing(const TearSize& size)
+        : size_(size),
+          scene_(notchedBlock(size)),
+          effects_(effects::makeEffects(scene_)),
+          simulation_(scene_, pointers(), defaultMemoryLimit()),
+          folder_(scratch_.path() / "run", scene_, simulation_.stages(), false)
+    {
+    }
+
+    /// Steps and writes frames until enough has torn. A frame is written when its time has come, as in any run.
+    void run()
+    {
+        for (int frame = 1; frame <= size_.lastFrame && !done(); ++frame) {
+            const double end = (frame - 1) / scene_.time.fps;
+            while (simulation_.time() < end - 1e-9 / scene_.time.fps && !done()) step(end);
+            if (!done()) (void)folder_.writeFrame(simulation_, frame);
+        }
+        const auto start = std::chrono::steady_clock::now();
+        folder_.finish(simulation_, "finished");
+        waited_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    }
+
+    Json toJson(std::uint64_t memoryBefore) const
+    {
+        const auto sum = [&](const char* count) { return all_.work.countOf("solve", count); };
+        Part whole = all_;
+        const Ledger output = folder_.work();
+        whole.work.add(output);
+        whole.seconds += output.secondsOf("snapshot") + waited_;
+        return {{"voxels", size_.voxels},
+                {"threads", threadCount()},
+                {"steps", all_.steps},
+                {"frames", folder_.frames().size()},
+                {"simulated_seconds", simulation_.time()},
+                {"nodes", simulation_.x().size()},
+                {"tets", simulation_.elastic().tetCount()},
+                {"fragments", simulation_.fragments()},
+                {"newton_iterations", sum("newton_iterations")},
+                {"linear_iterations", sum("linear_iterations")},
+                {"state_hash", hexadecimal(simulation_.stateHash())},
+                {"memory_before_bytes", memoryBefore},
+                {"peak_memory_bytes", peakMemory()},
+                {"all_steps", whole.toJson()},
+                {"tearing_steps", torn_.toJson()}};
+    }
+
+private:
+    std::vector<core::Effect*> pointers() const
+    {
+        std::vector<core::Effect*> p;
+        for (const auto& e : effects_) p.push_back(e.get());
+        return p;
+    }
+
+    bool done() const { return torn_.steps >= size_.tornSteps; }
+
+    void step(double end)
+    {
+        const auto start = std::chrono::steady_clock::now();
+        const core::StepRecord record = simulation_.step(end);
+        const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        folder_.addStep(record);
+        all_.add(seconds, record.work);
+        if (record.work.countOf("cut", "cells") > 0) torn_.add(seconds, record.work);
+    }
+
+    TearSize size_;
+    scene::Scene scene_;
+    ScratchFolder scratch_;
+    std::vector<std::unique_ptr<core::Effect>> effects_;
+    core::Simulation simulation_;
+    core::RunFolder folder_;
+    Part all_, torn_;
+    double waited_ = 0;  // s, for the last frames to be written
+};
+
+}  // namespace
+
+Json benchTear(const TearSize& size, const Say& say)
+{
+    const std::uint64_t before = resetPeakMemory();
+    Tearing tearing(size);
+    tearing.run();
+    Json result = tearing.toJson(before);
+    say(fmt::format("tear {}^3: {} steps, {} of them tearing, {:.3f} s a step, peak memory {:.2f} GiB", size.voxels,
+                    result["steps"].get<int>(), result["tearing_steps"]["steps"].get<int>(),
+                    result["all_steps"]["seconds_a_step"].get<double>(),
+                    result["peak_memory_bytes"].get<double>() / kGiB));
+    return result;
+}
+
+}  // namespace vdbfrac::tools::bench
