@@ -33,8 +33,15 @@ void eachNode(std::size_t count, const F& f)
 class BackwardEuler::Newton {
 public:
     Newton(const ElasticOperator& elastic, const NewtonSettings& settings)
-        : elastic_(elastic), settings_(settings), linear_(elastic, settings.linearMethod)
+        : elastic_(&elastic), settings_(settings), linear_(elastic, settings.linearMethod)
     {
+        rebind(elastic);
+    }
+
+    void rebind(const ElasticOperator& elastic)
+    {
+        elastic_ = &elastic;
+        linear_.rebind(elastic);
         for (auto* v : {&predicted_, &outer_, &direction_, &here_.x, &here_.gradient, &there_.x, &there_.gradient, &report_.reaction})
             v->resize(elastic.nodeCount());
     }
@@ -49,7 +56,7 @@ public:
     }
     std::size_t bytes() const
     {
-        return 8 * elastic_.nodeCount() * sizeof(Vec3) + tangent_.bytes() + linear_.bytes();
+        return 8 * elastic_->nodeCount() * sizeof(Vec3) + tangent_.bytes() + linear_.bytes();
     }
 
 private:
@@ -62,7 +69,7 @@ private:
     void balanceMomentum();
     void finish(State& state);
 
-    const ElasticOperator& elastic_;
+    const ElasticOperator* elastic_;
     NewtonSettings settings_;
     LinearSolver linear_;
     Tangent tangent_;
@@ -91,7 +98,7 @@ void BackwardEuler::Newton::begin(const State& state, double dt, const System& s
     boundary_ = &system.boundary;
     shares_ = {};
     for (Potential* potential : potentials_) {
-        potential->begin({state.x, state.v, dt, elastic_});
+        potential->begin({state.x, state.v, dt, *elastic_});
         const HessianShares h = potential->hessian();
         shares_ = {shares_.mass + h.mass, shares_.stiffness + h.stiffness};
     }
@@ -111,7 +118,7 @@ void BackwardEuler::Newton::evaluate(Point& p)
         p.gradient[i].setZero();
         outer_[i] = -boundary_->force[i];
     });
-    p.elastic = p.phi = elastic_.evaluate(p.x, p.gradient, &tangent_, shares_.stiffness);
+    p.elastic = p.phi = elastic_->evaluate(p.x, p.gradient, &tangent_, shares_.stiffness);
     double phiScale = std::abs(p.elastic);
     for (Potential* potential : potentials_) {
         const double value = potential->evaluate(p.x, outer_);
@@ -128,7 +135,7 @@ void BackwardEuler::Newton::measureForces(Point& p)
     constexpr double kRounding = 2e-15;  // of the magnitudes a nodal force is added from: some ten roundings of a double
     constexpr double kPhiRounding = 1e-14;  // of the magnitudes phi is added from
     enum { elastic, outer, inertia, total, noise, stretched, kinetic, work, sums };
-    const std::span<const double> mass = elastic_.mass(), stiffness = elastic_.stiffness();
+    const std::span<const double> mass = elastic_->mass(), stiffness = elastic_->stiffness();
     const auto sum = orderedSums<sums>(p.x.size(), kChunk, [&](std::size_t begin, std::size_t end) {
         std::array<double, sums> s{};
         for (std::size_t i = begin; i < end; ++i) {
@@ -163,7 +170,7 @@ LinearStatus BackwardEuler::Newton::solve()
     constexpr double kShare = 0.2, kLoosest = 0.1;
     const double enough = kShare * settings_.tolerance * here_.forceScale / here_.norm;
     const LinearLimits limits{std::max(settings_.linearTolerance, std::min(enough, kLoosest)), settings_.linearIterations};
-    const LinearReport r = linear_.solve({elastic_, tangent_, inertia_ + shares_.mass, boundary_->fixed}, here_.gradient, direction_, limits);
+    const LinearReport r = linear_.solve({*elastic_, tangent_, inertia_ + shares_.mass, boundary_->fixed}, here_.gradient, direction_, limits);
     report_.linearIterations += r.iterations;
     return r.status;
 }
@@ -173,7 +180,7 @@ LinearStatus BackwardEuler::Newton::solve()
 bool BackwardEuler::Newton::improve()
 {
     if (solve() != LinearStatus::negativeCurvature && search()) return true;
-    elastic_.project(tangent_);
+    elastic_->project(tangent_);
     ++report_.projections;
     return solve() != LinearStatus::negativeCurvature && search();
 }
@@ -206,7 +213,7 @@ void BackwardEuler::Newton::balanceMomentum()
 {
     if (!(inertia_ > 0)) return;
     const auto& labels = boundary_->part;
-    const auto mass = elastic_.mass();
+    const auto mass = elastic_->mass();
     parts_.assign(labels.empty() ? 1 : *std::max_element(labels.begin(), labels.end()) + 1, {Vec3::Zero(), 0, false});
     for (std::size_t i = 0; i < here_.x.size(); ++i) {
         Part& part = parts_[labels.empty() ? 0 : labels[i]];
@@ -254,6 +261,8 @@ BackwardEuler::BackwardEuler(const ElasticOperator& elastic, const NewtonSetting
 BackwardEuler::~BackwardEuler() = default;
 BackwardEuler::BackwardEuler(BackwardEuler&&) noexcept = default;
 BackwardEuler& BackwardEuler::operator=(BackwardEuler&&) noexcept = default;
+
+void BackwardEuler::rebind(const ElasticOperator& elastic) { newton_->rebind(elastic); }
 
 const StepReport& BackwardEuler::step(State& state, double dt, const System& system)
 {

@@ -2,21 +2,21 @@
 
 #include <vdbfrac/base/parallel.h>
 
-#include <Eigen/Dense>
-
 namespace vdbfrac::solver {
 
 namespace {
 
 /// The inverse of a definite block that single precision can hold as one; else of its size times the identity.
-SymmetricBlock inverted(const Mat3& block, double size)
+SymmetricBlock inverted(const Mat3& m, double size)
 {
-    constexpr double kWorst = 1e-5;  // of the smallest pivot to the size: beyond, rounding to floats could lose definiteness
-    const Eigen::LDLT<Mat3> factor(block);
-    const bool safe = factor.info() == Eigen::Success && factor.vectorD().minCoeff() > kWorst * block.trace();
-    const Mat3 inverse = safe ? Mat3(factor.solve(Mat3::Identity())) : Mat3(Mat3::Identity() / size);
-    return {{float(inverse(0, 0)), float(inverse(1, 1)), float(inverse(2, 2)), float(inverse(1, 2)), float(inverse(2, 0)),
-             float(inverse(0, 1))}};
+    constexpr double kWorst = 1e-7;  // of det to the cube of the mean eigenvalue: condition numbers up to 1e6
+    const double xx = m(0, 0), yy = m(1, 1), zz = m(2, 2), yz = m(1, 2), zx = m(2, 0), xy = m(0, 1);
+    const double a[6] = {yy * zz - yz * yz, zz * xx - zx * zx, xx * yy - xy * xy, zx * xy - xx * yz, xy * yz - yy * zx, yz * zx - zz * xy};
+    const double det = xx * a[0] + xy * a[5] + zx * a[4], mean = (xx + yy + zz) / 3;
+    const bool definite = xx > 0 && a[2] > 0 && det > kWorst * mean * mean * mean;
+    SymmetricBlock inverse;
+    for (int k = 0; k < 6; ++k) inverse.v[k] = float(definite ? a[k] / det : k < 3 ? 1 / size : 0.);
+    return inverse;
 }
 
 }  // namespace

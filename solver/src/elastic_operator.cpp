@@ -21,12 +21,14 @@ Tangent::Tangent() = default;
 Tangent::~Tangent() = default;
 Tangent::Tangent(Tangent&&) noexcept = default;
 Tangent& Tangent::operator=(Tangent&&) noexcept = default;
-std::size_t Tangent::bytes() const { return count_ * sizeof(BatchTangent); }
+std::size_t Tangent::bytes() const { return capacity_ * sizeof(BatchTangent); }
 
 void Tangent::resize(std::size_t batches)
 {
-    if (batches == count_) return;
-    batches_ = std::make_unique_for_overwrite<BatchTangent[]>(batches);  // first touched by the threads that fill it
+    if (batches > capacity_) {
+        capacity_ = capacity_ == 0 ? batches : batches + batches / 8;  // cracks add a few batches a step
+        batches_ = std::make_unique_for_overwrite<BatchTangent[]>(capacity_);  // first touched by the threads that fill it
+    }
     count_ = batches;
 }
 
@@ -128,14 +130,15 @@ void writePatch(const Patch& patch, const typename V::Scalar* out, V* slot)
     for (std::size_t i = 0; i < patch.nodes; ++i) slot[patch.firstSlot + i] = V(out[i], out[stride + i], out[2 * stride + i]);
 }
 
-/// a.b over a patch, in double, eight partial sums in a fixed order.
-double patchDot(const double* a, const double* b, std::size_t count)
+/// a.b over a patch, eight partial sums in a fixed order.
+template <class Real>
+double patchDot(const Real* a, const Real* b, std::size_t count)
 {
-    double part[kLanes] = {};
+    Real part[kLanes] = {};
     for (std::size_t i = 0; i < count; i += kLanes)
         for (std::size_t l = 0; l < kLanes; ++l) part[l] += a[i + l] * b[i + l];
     double sum = 0;
-    for (double v : part) sum += v;
+    for (Real v : part) sum += double(v);
     return sum;
 }
 
@@ -339,11 +342,11 @@ double ElasticOperator::multiply(const Tangent& tangent, std::span<const V> u) c
             kernel().product(patch, d.cellDilation, in, out);
         else
             kernel().productSingle(patch, d.cellDilation, in, out);
-        if constexpr (std::is_same_v<V, Vec3>) d.patchEnergy[i] = patchDot(in, out, 3 * d.p.patches[i].stride());
+        d.patchEnergy[i] = patchDot(in, out, 3 * d.p.patches[i].stride());
     });
     d.work.products += 1;
     d.work.productTets += d.p.tets;
-    return std::is_same_v<V, Vec3> ? d.totalEnergy() : 0;
+    return d.totalEnergy();
 }
 
 template <class V>

@@ -2,6 +2,7 @@
 
 #include "assembly.h"
 #include "block_diagonal.h"
+#include "flush_denormals.h"
 #include "multigrid.h"
 
 #include <vdbfrac/base/parallel.h>
@@ -14,10 +15,12 @@ namespace vdbfrac::solver {
 
 namespace {
 
-template <class F>
+/// Sum of term(i) over the nodes. Terms in single precision are computed without denormals.
+template <class Real, class F>
 double nodeSum(std::size_t count, const F& term)
 {
     return orderedSum(count, kChunk, [&](std::size_t begin, std::size_t end) {
+        [[maybe_unused]] std::conditional_t<std::is_same_v<Real, float>, FlushDenormals, int> flush;
         double sum = 0;
         for (std::size_t i = begin; i < end; ++i) sum += term(i);
         return sum;
@@ -29,9 +32,21 @@ double nodeSum(std::size_t count, const F& term)
 class BlockJacobi {
 public:
     explicit BlockJacobi(std::span<const SymmetricBlock> inverse) : inverse_(inverse) {}
-    double start(std::size_t i, const Vec3& r) const { return r.dot(inverse_[i] * r); }
-    double finish(std::span<const Vec3>) const { return 0; }
-    Vec3 z(std::size_t i, const Vec3& r) const { return inverse_[i] * r; }
+    template <class V>
+    double start(std::size_t i, const V& r) const
+    {
+        return double(r.dot(inverse_[i] * r));
+    }
+    template <class V>
+    double finish(const std::vector<V>&) const
+    {
+        return 0;
+    }
+    template <class V>
+    V z(std::size_t i, const V& r) const
+    {
+        return inverse_[i] * r;
+    }
 
 private:
     std::span<const SymmetricBlock> inverse_;
@@ -39,51 +54,57 @@ private:
 
 class VCycle {
 public:
-    /// `scale` brings r into the range of single precision.
-    VCycle(Multigrid& multigrid, double scale)
-        : multigrid_(multigrid), rightSide_(multigrid.rightSide()), result_(multigrid.result()), scale_(scale)
-    {
-    }
+    explicit VCycle(Multigrid& multigrid) : multigrid_(multigrid), rightSide_(multigrid.rightSide()), result_(multigrid.result()) {}
     double start(std::size_t i, const Vec3& r) const
     {
-        rightSide_[i] = (scale_ * r).cast<float>();
+        rightSide_[i] = r.cast<float>();
         return 0;
     }
-    double finish(std::span<const Vec3> r) const
+    double finish(const std::vector<Vec3>& r) const
     {
         multigrid_.apply();
-        return nodeSum(r.size(), [&](std::size_t i) { return r[i].dot(z(i, r[i])); });
+        return nodeSum<double>(r.size(), [&](std::size_t i) { return r[i].dot(z(i, r[i])); });
     }
-    Vec3 z(std::size_t i, const Vec3&) const { return result_[i].cast<double>() / scale_; }
+    Vec3 z(std::size_t i, const Vec3&) const { return result_[i].cast<double>(); }
 
 private:
     Multigrid& multigrid_;
     std::span<Vec3f> rightSide_;
     std::span<const Vec3f> result_;
-    double scale_;
 };
 
+/// Vectors of an iteration in numbers of one precision.
+template <class V>
 struct Vectors {
-    std::vector<Vec3> r, p;
+    std::vector<V> r, p;
+    void resize(std::size_t n)
+    {
+        r.resize(n);
+        p.resize(n);
+    }
+    std::size_t bytes() const { return (r.capacity() + p.capacity()) * sizeof(V); }
 };
 
+/// Conjugate gradients with vectors V: Vec3, or Vec3f where that is exact enough. `scale` times b is what they solve for.
 /// The product leaves its sums in the slots of the patches and p.K p behind, so that an iteration passes over the nodes
 /// twice: r with its part of r.z, then u and p with p.M p.
-template <class Preconditioner>
-LinearReport conjugateGradient(const LinearSystem& A, const Preconditioner& B, std::span<const Vec3> b, std::span<Vec3> u,
-                               LinearLimits limits, Vectors& v)
+template <class V, class Preconditioner>
+LinearReport conjugateGradient(const LinearSystem& A, const Preconditioner& B, std::span<const Vec3> b, double scale, std::span<Vec3> u,
+                               LinearLimits limits, Vectors<V>& v)
 {
+    using Real = typename V::Scalar;
     const std::size_t n = b.size();
     const std::span<const double> mass = A.elastic.mass();
-    double rz = nodeSum(n, [&](std::size_t i) {
+    v.resize(n);
+    double rz = nodeSum<Real>(n, [&](std::size_t i) -> double {
         u[i].setZero();
-        v.r[i] = A.fixed[i] ? Vec3::Zero().eval() : b[i];
+        v.r[i] = A.fixed[i] ? V::Zero().eval() : V((scale * b[i]).template cast<Real>());
         return B.start(i, v.r[i]);
     });
     rz += B.finish(v.r);
-    double pMp = nodeSum(n, [&](std::size_t i) {
-        v.p[i] = A.fixed[i] ? Vec3::Zero().eval() : B.z(i, v.r[i]);
-        return mass[i] * v.p[i].squaredNorm();
+    double pMp = nodeSum<Real>(n, [&](std::size_t i) -> double {
+        v.p[i] = A.fixed[i] ? V::Zero().eval() : V(B.z(i, v.r[i]));
+        return mass[i] * double(v.p[i].squaredNorm());
     });
     LinearReport report;
     for (const double goal = limits.tolerance * limits.tolerance * rz; rz > goal;) {
@@ -91,31 +112,50 @@ LinearReport conjugateGradient(const LinearSystem& A, const Preconditioner& B, s
             report.status = LinearStatus::capped;
             break;
         }
-        const double curvature = A.elastic.multiply<Vec3>(A.tangent, v.p) + A.massFactor * pMp;
+        const double curvature = A.elastic.multiply<V>(A.tangent, v.p) + A.massFactor * pMp;
         ++report.iterations;
         if (!(curvature > 0)) {
             report.status = LinearStatus::negativeCurvature;
             break;
         }
-        const auto Kp = A.elastic.sums<Vec3>();
+        const auto Kp = A.elastic.sums<V>();
         const double step = rz / curvature;
-        double rzNew = nodeSum(n, [&](std::size_t i) {
-            if (A.fixed[i]) return 0.;
-            v.r[i] -= step * (A.massFactor * mass[i] * v.p[i] + Kp(i));
+        double rzNew = nodeSum<Real>(n, [&](std::size_t i) -> double {
+            if (A.fixed[i]) return 0;
+            v.r[i] -= Real(step) * (Real(A.massFactor * mass[i]) * v.p[i] + Kp(i));
             return B.start(i, v.r[i]);
         });
         rzNew += B.finish(v.r);
-        const double beta = rzNew / rz;
+        const Real beta = Real(rzNew / rz);
         rz = rzNew;
-        pMp = nodeSum(n, [&](std::size_t i) {
-            if (A.fixed[i]) return 0.;
-            u[i] += step * v.p[i];
+        pMp = nodeSum<Real>(n, [&](std::size_t i) -> double {
+            if (A.fixed[i]) return 0;
+            u[i] += step / scale * v.p[i].template cast<double>();
             v.p[i] = B.z(i, v.r[i]) + beta * v.p[i];
-            return mass[i] * v.p[i].squaredNorm();
+            return mass[i] * double(v.p[i].squaredNorm());
         });
     }
     if (!(rz >= 0)) report.status = LinearStatus::negativeCurvature;
     return report;
+}
+
+/// Whether block-Jacobi or multigrid takes less time, from how many iterations block-Jacobi will need: waves cover
+/// `reach` cells in the time step, at most the body; each cell is some iterations, as measured on blocks.
+LinearMethod chosen(const LinearSystem& system, LinearLimits limits)
+{
+    constexpr double kDirectNodes = 1500;      // where factorising takes as long as a hundred iterations
+    constexpr double kIterationsACell = 0.25;  // for each factor e of the tolerance
+    constexpr double kWorthwhile = 45;         // iterations that cost as much as setting up multigrid and its own
+    const double nodes = double(system.elastic.nodeCount());
+    double stiffness = 0, inertia = 0;
+    for (std::size_t i = 0; i < system.elastic.nodeCount(); ++i) {
+        stiffness += system.elastic.stiffness()[i];
+        inertia += system.elastic.mass()[i] * system.massFactor;
+    }
+    const double across = std::cbrt(nodes), reach = inertia > 0 ? std::min(across, std::sqrt(stiffness / inertia)) : across;
+    const double iterations = kIterationsACell * reach * -std::log(limits.tolerance);
+    if (nodes < kDirectNodes && inertia == 0) return LinearMethod::direct;
+    return iterations > kWorthwhile ? LinearMethod::multigrid : LinearMethod::jacobi;
 }
 
 struct Direct {
@@ -126,9 +166,10 @@ struct Direct {
 }  // namespace
 
 struct LinearSolver::Data {
-    const ElasticOperator& elastic;
+    const ElasticOperator* elastic;
     LinearMethod method;
-    Vectors vectors;
+    Vectors<Vec3> vectors;
+    Vectors<Vec3f> singles;
     std::vector<SymmetricBlock> inverse;
     std::vector<Mat3> scratch;
     std::unique_ptr<Multigrid> multigrid;
@@ -136,7 +177,7 @@ struct LinearSolver::Data {
 };
 
 LinearSolver::LinearSolver(const ElasticOperator& elastic, LinearMethod method)
-    : data_(std::make_unique<Data>(Data{elastic, method, {}, {}, {}, nullptr, nullptr}))
+    : data_(std::make_unique<Data>(Data{&elastic, method, {}, {}, {}, {}, nullptr, nullptr}))
 {
 }
 LinearSolver::~LinearSolver() = default;
@@ -145,24 +186,31 @@ LinearSolver& LinearSolver::operator=(LinearSolver&&) noexcept = default;
 
 LinearReport LinearSolver::solve(const LinearSystem& system, std::span<const Vec3> b, std::span<Vec3> u, LinearLimits limits)
 {
+    constexpr double kSingle = 1e-4;  // reductions that vectors in single precision reach with room to spare
     Data& d = *data_;
-    d.vectors.r.resize(b.size());
-    d.vectors.p.resize(b.size());
-    const LinearMethod method = d.method == LinearMethod::automatic ? LinearMethod::jacobi : d.method;
+    const LinearMethod method = d.method == LinearMethod::automatic ? chosen(system, limits) : d.method;
     if (method == LinearMethod::direct) return solveDirectly(system, b, u);
-    LinearReport report;
+    const double size = std::sqrt(dot(b, b)), scale = size > 0 ? 1 / size : 1;  // into the range of single precision
     if (method == LinearMethod::multigrid) {
-        if (!d.multigrid) d.multigrid = std::make_unique<Multigrid>(d.elastic);
+        if (!d.multigrid) d.multigrid = std::make_unique<Multigrid>(*d.elastic);
         if (d.multigrid->setUp(system)) {
-            const double size = std::sqrt(dot(b, b));
-            report = conjugateGradient(system, VCycle(*d.multigrid, size > 0 ? 1 / size : 1), b, u, limits, d.vectors);
+            LinearReport report = conjugateGradient(system, VCycle(*d.multigrid), b, scale, u, limits, d.vectors);
             report.method = method;
             return report;
         }
     }
     d.inverse.resize(b.size());
     invertDiagonal(system, {}, d.scratch, d.inverse);
-    return conjugateGradient(system, BlockJacobi(d.inverse), b, u, limits, d.vectors);
+    const BlockJacobi jacobi(d.inverse);
+    return limits.tolerance >= kSingle ? conjugateGradient(system, jacobi, b, scale, u, limits, d.singles)
+                                       : conjugateGradient(system, jacobi, b, scale, u, limits, d.vectors);
+}
+
+void LinearSolver::rebind(const ElasticOperator& elastic)
+{
+    data_->elastic = &elastic;
+    data_->multigrid.reset();
+    data_->direct.reset();
 }
 
 LinearReport LinearSolver::solveDirectly(const LinearSystem& system, std::span<const Vec3> b, std::span<Vec3> u)
@@ -192,12 +240,12 @@ std::size_t LinearSolver::bytes() const
 {
     const Data& d = *data_;
     const auto of = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
-    return of(d.vectors.r) + of(d.vectors.p) + of(d.inverse) + of(d.scratch) + (d.multigrid ? d.multigrid->bytes() : 0);
+    return d.vectors.bytes() + d.singles.bytes() + of(d.inverse) + of(d.scratch) + (d.multigrid ? d.multigrid->bytes() : 0);
 }
 
 double dot(std::span<const Vec3> a, std::span<const Vec3> b)
 {
-    return nodeSum(a.size(), [&](std::size_t i) { return a[i].dot(b[i]); });
+    return nodeSum<double>(a.size(), [&](std::size_t i) { return a[i].dot(b[i]); });
 }
 
 }  // namespace vdbfrac::solver

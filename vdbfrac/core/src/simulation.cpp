@@ -38,11 +38,18 @@ void carry(std::vector<Vec3>& field, std::size_t first, std::size_t oldCount, st
     field = std::move(now);
 }
 
+solver::LinearMethod methodOf(const std::string& name)
+{
+    using enum solver::LinearMethod;
+    return name == "jacobi" ? jacobi : name == "multigrid" ? multigrid : name == "direct" ? direct : automatic;
+}
+
 }  // namespace
 
 Simulation::Simulation(const scene::Scene& scene, std::span<Effect* const> effects, std::uint64_t memoryLimit)
     : timeSettings_(scene.time),
-      newton_{scene.solver.newtonTolerance, scene.solver.newtonIterations, scene.solver.linearTolerance, scene.solver.linearIterations},
+      newton_{scene.solver.newtonTolerance, scene.solver.newtonIterations, scene.solver.linearTolerance,
+              scene.solver.linearIterations, methodOf(scene.solver.linearSolver)},
       volumetric_(scene.solver.cellDilation ? solver::Volumetric::cell : solver::Volumetric::none),
       h_(scene.grid.coarsening * scene.grid.voxelSize)
 {
@@ -113,9 +120,11 @@ void Simulation::rebuild()
         node += std::uint32_t(body.mesh.nodeCount()), element += std::uint32_t(body.mesh.elements().size());
         sets.push_back({body.mesh.elements(), body.mesh.nodes(), body.firstNode, body.material});
     }
-    stepper_.reset();  // refers to the operator
     elastic_ = std::make_unique<solver::ElasticOperator>(sets, node, h_, volumetric_);
-    stepper_ = std::make_unique<solver::BackwardEuler>(*elastic_, newton_);
+    if (stepper_)
+        stepper_->rebind(*elastic_);
+    else
+        stepper_ = std::make_unique<solver::BackwardEuler>(*elastic_, newton_);
     grips_->rebuild(bodies_, *elastic_);
 }
 

@@ -83,7 +83,7 @@ private:
 
     void readSolver(const Values& v)
     {
-        scene_.solver = {v.number("newton_tolerance"), int(v.integer("newton_iterations")),
+        scene_.solver = {v.number("newton_tolerance"), int(v.integer("newton_iterations")), v.text("linear_solver"),
                          v.number("linear_tolerance"), int(v.integer("linear_iterations")),
                          v.text("volumetric") == "cell"};
     }

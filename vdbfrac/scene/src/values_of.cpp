@@ -117,6 +117,7 @@ Content contentOf(const Solver& s)
 {
     return {valuesOf({{"newton_tolerance", s.newtonTolerance},
                       {"newton_iterations", static_cast<long long>(s.newtonIterations)},
+                      {"linear_solver", s.linearSolver},
                       {"linear_tolerance", s.linearTolerance},
                       {"linear_iterations", static_cast<long long>(s.linearIterations)},
                       {"volumetric", std::string(s.cellDilation ? "cell" : "none")}})};

@@ -67,6 +67,9 @@ public:
     BackwardEuler(BackwardEuler&&) noexcept;
     BackwardEuler& operator=(BackwardEuler&&) noexcept;
 
+    /// Goes on with another operator, in the same memory where it suffices.
+    void rebind(const ElasticOperator& elastic);
+
     /// Advances `state` by dt [s]; dt = infinity asks for the static equilibrium. On StepStatus::capped the state is the
     /// last iterate, and the caller decides whether to keep it. The report holds until the next step.
     /// A part without fixed nodes keeps its momentum balance to rounding, however loose the tolerances: what the linear

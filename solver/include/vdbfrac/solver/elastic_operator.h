@@ -64,7 +64,7 @@ private:
     void resize(std::size_t batches);
 
     std::unique_ptr<BatchTangent[]> batches_;
-    std::size_t count_ = 0;
+    std::size_t count_ = 0, capacity_ = 0;
     double share_ = 0;
 };
 
@@ -117,8 +117,8 @@ public:
     /// 2004): semidefinite, free of stress terms.
     void warp(Tangent& tangent) const;
 
-    /// K u, left in pieces that sums() adds up where the caller wants it. V is Vec3, which returns u.K u, or Vec3f for a
-    /// product in single precision, which returns 0.
+    /// K u, left in pieces that sums() adds up where the caller wants it; returns u.K u. V is Vec3, or Vec3f for a product
+    /// in single precision.
     template <class V>
     double multiply(const Tangent& tangent, std::span<const V> u) const;
     /// Of the last multiply with the same V.

@@ -1,7 +1,8 @@
 // Linear systems of a Newton step, A u = b with A = m M + K on the free nodes: M lumped mass, K the tangent.
 //
 //   jacobi     conjugate gradients (Hestenes & Stiefel 1952) with the 3x3 diagonal blocks: the least work where the time
-//              step is short; iterations grow with the nodes a side.
+//              step is short; iterations grow with the nodes a side. Tolerances of 1e-4 and looser are reached with vectors
+//              in single precision: what such a step is worth is seen in Newton's residual, which is in double.
 //   multigrid  conjugate gradients with one V-cycle over lattices of twice the spacing, in single precision (the
 //              residual of the outer iteration is in double): iterations do not grow. Cracks do not couple on any level.
 //   direct     the assembled matrix and a sparse Cholesky factorisation (CHOLMOD; Chen, Davis, Hager, Rajamanickam 2008):
@@ -46,6 +47,9 @@ public:
     ~LinearSolver();
     LinearSolver(LinearSolver&&) noexcept;
     LinearSolver& operator=(LinearSolver&&) noexcept;
+
+    /// Goes on with another operator, in the same memory where it suffices.
+    void rebind(const ElasticOperator& elastic);
 
     /// Solves A u = b from u = 0; u is 0 at fixed nodes. Iterations stop at the first direction p with p.A p <= 0 and
     /// leave u as it was before it; the direct method reports a matrix that is not positive definite the same way.

@@ -90,6 +90,7 @@ struct Grip {
 struct Solver {
     double newtonTolerance = 1e-3;  ///< of the residual, relative to the largest force
     int newtonIterations = 20;
+    std::string linearSolver = "auto";  ///< or "jacobi", "multigrid", "direct"
     double linearTolerance = 1e-2;
     int linearIterations = 2000;
     bool cellDilation = true;  ///< volumetric = "cell"; false is "none"
