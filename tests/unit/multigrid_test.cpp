@@ -10,6 +10,7 @@
 #include <memory>
 #include <ostream>
 #include <string>
+#include <utility>
 
 using namespace vdbfrac;
 using solver::LinearMethod;
@@ -210,6 +211,107 @@ TEST(MultigridIterations, DoNotGrowNearlyIncompressible)
 {
     const auto rubber = solver::makeMaterial(1e5, .49, 1000);
     expectNoGrowth("nu = .49", [&](int cells) { return makeSolid(Block({cells, cells, cells}, 1. / cells), {.held = onFloor}, rubber); });
+}
+
+/// Iterations for random forces on balls that the lattice cuts in different places.
+void expectFewOnCutBalls(Kind kind)
+{
+    constexpr int kFew = 15;  // twice those of a block; jacobi takes a hundred
+    for (double r : {5.3, 7.3, 9.5, 11.6}) {
+        const auto held = [r](Coord c) { return 2 * c.z < -r; };
+        const auto solid = makeSolid(test::asBlock(test::cutBall({kind, 1, .1}, r)), {.held = held});
+        solver::LinearSolver linear(solid->elastic(), LinearMethod::multigrid);
+        std::vector<Vec3> u(solid->nodeCount());
+        const int now = linear.solve(solid->system(), solid->randomForces(1), u, {1e-6, 1000}).iterations;
+        std::printf("cut ball of radius %g: %d iterations\n", r, now);
+        EXPECT_LE(now, kFew) << r;
+    }
+}
+
+TEST(MultigridIterations, AreFewOnCutBalls) { expectFewOnCutBalls(Kind::six); }
+
+/// Up to fifty: a cut tet of five counts in the coarse tet round its middle, which need not have the coarse nodes that its
+/// corners take their values from. Those are then too soft, down to no stiffness at all.
+TEST(MultigridIterations, DISABLED_AreFewOnCutBallsOfFive) { expectFewOnCutBalls(Kind::five); }
+
+struct CoarseLevel {
+    solver::CoarseLattice lattice;
+    std::vector<solver::ElementSet> sets;
+    solver::ElasticOperator elastic;
+    solver::Tangent tangent;
+
+    explicit CoarseLevel(Solid& solid)
+        : lattice(solver::coarsen(solid.elastic().sets(), solid.nodeCount())), sets(lattice.elementSets()),
+          elastic(sets, lattice.nodeCount, 2 * solid.elastic().h(), solid.elastic().volumetric())
+    {
+        elastic.average(solid.elastic(), solid.tangent(), lattice.finer, tangent);
+    }
+};
+
+/// u.A u on the coarse level over that of the interpolated u, for u of one coarse node: least and largest.
+std::pair<double, double> energyRatios(Solid& solid)
+{
+    const CoarseLevel coarse(solid);
+    std::vector<Mat3> blocks(coarse.lattice.nodeCount, Mat3::Zero());
+    coarse.elastic.addDiagonal(coarse.tangent, blocks);
+    std::vector<std::vector<std::uint32_t>> under(coarse.lattice.nodeCount);
+    for (std::uint32_t n = 0; n < solid.nodeCount(); ++n)
+        for (std::uint32_t parent : coarse.lattice.parents[n]) under[parent].push_back(n);
+    double least = 1e300, largest = 0;
+    std::vector<Vec3> u(solid.nodeCount(), Vec3::Zero());
+    for (std::size_t c = 0; c < under.size(); ++c) {
+        if (under[c].empty()) continue;
+        for (std::uint32_t n : under[c]) u[n] += Vec3(0, 0, .5);
+        const double ratio = blocks[c](2, 2) / solid.elastic().multiply<Vec3>(solid.tangent(), u);
+        least = std::min(least, ratio), largest = std::max(largest, ratio);
+        for (std::uint32_t n : under[c]) u[n].setZero();
+    }
+    return {least, largest};
+}
+
+std::unique_ptr<Solid> evenlyStretched(Block block, solver::Volumetric volumetric)
+{
+    return makeSolid(std::move(block), {.held = onFloor, .volumetric = volumetric, .shake = 0});
+}
+
+TEST(CoarseOperator, IsTheGalerkinOperatorOnNestedLattices)
+{
+    constexpr double kStored = 1e-6;  // rotations and twist operators are kept, and averaged, in single precision
+    Block block = halfParted(12, 5);
+    const auto cracked = evenlyStretched(std::move(block), solver::Volumetric::none);
+    const auto ball = evenlyStretched(test::asBlock(test::cutBall({Kind::six, 1, .1}, 7.3)), solver::Volumetric::none);
+    for (Solid* solid : {cracked.get(), ball.get()}) {
+        CoarseLevel coarse(*solid);
+        std::mt19937 random(1);
+        std::vector<Vec3> u(coarse.lattice.nodeCount), fine;
+        for (Vec3& v : u) v = test::randomVec(random, 1);
+        for (const auto& [p, q] : coarse.lattice.parents) fine.push_back((u[p] + u[q]) / 2);
+        std::vector<Vec3> Au(u.size(), Vec3::Zero()), Afine(fine.size(), Vec3::Zero()), restricted = Au;
+        coarse.elastic.addProduct(coarse.tangent, u, Au);
+        solid->elastic().addProduct(solid->tangent(), fine, Afine);
+        for (std::size_t n = 0; n < fine.size(); ++n)
+            for (std::uint32_t parent : coarse.lattice.parents[n]) restricted[parent] += Afine[n] / 2;
+        EXPECT_LE(test::norm(test::difference(Au, restricted)), kStored * test::norm(restricted));
+    }
+}
+
+TEST(CoarseOperator, IsNearTheGalerkinOperatorWhereTheMeanDilatationIsOfLargerCells)
+{
+    // Mean dilatations over cells of twice the spacing leave less of lambda; observed are .8 to 1.
+    const auto [least, largest] =
+        energyRatios(*evenlyStretched(test::asBlock(test::cutBall({Kind::six, 1, .1}, 7.3)), solver::Volumetric::cell));
+    EXPECT_GT(least, .7);
+    EXPECT_LT(largest, 1.01);
+}
+
+/// 0 to 700, see above; whole cells of five are within .4 and 2.
+TEST(CoarseOperator, DISABLED_IsNearTheGalerkinOperatorOnCutCellsOfFive)
+{
+    const auto [least, largest] =
+        energyRatios(*evenlyStretched(test::asBlock(test::cutBall({Kind::five, 1, .1}, 7.3)), solver::Volumetric::none));
+    std::printf("energies over those of the Galerkin operator: %.2g to %.2g\n", least, largest);
+    EXPECT_GT(least, .4);
+    EXPECT_LT(largest, 2);
 }
 
 }  // namespace
