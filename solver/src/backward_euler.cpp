@@ -94,6 +94,7 @@ void BackwardEuler::Newton::begin(const State& state, double dt, const System& s
 {
     dt_ = dt;
     inertia_ = 1 / (dt * dt);
+    linear_.refresh();
     potentials_ = system.potentials;
     boundary_ = &system.boundary;
     shares_ = {};
@@ -181,6 +182,7 @@ bool BackwardEuler::Newton::improve()
 {
     if (solve() != LinearStatus::negativeCurvature && search()) return true;
     elastic_->project(tangent_);
+    linear_.refresh();
     ++report_.projections;
     return solve() != LinearStatus::negativeCurvature && search();
 }

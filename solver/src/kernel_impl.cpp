@@ -235,7 +235,7 @@ VDBFRAC_INLINE void cofactor(const Matrix& F, Matrix& C)
 VDBFRAC_INLINE Pack traceOfS(Pack a, Pack b, Pack J)
 {
     constexpr int kMostSteps = 24;
-    constexpr double kConverged = 4e-16;  // two units in the last place
+    constexpr double kConverged = 1e-9;  // a move this small leaves its square times less than 800, by kSafe below
     Pack x = root(3. * a);
     const Pack c = 2. * b - a * a;
     Mask active = x > 0;

@@ -168,6 +168,7 @@ struct Direct {
 struct LinearSolver::Data {
     const ElasticOperator* elastic;
     LinearMethod method;
+    LinearMethod prepared = LinearMethod::automatic;  // what there is a preconditioner for; automatic: nothing
     Vectors<Vec3> vectors;
     Vectors<Vec3f> singles;
     std::vector<SymmetricBlock> inverse;
@@ -177,7 +178,7 @@ struct LinearSolver::Data {
 };
 
 LinearSolver::LinearSolver(const ElasticOperator& elastic, LinearMethod method)
-    : data_(std::make_unique<Data>(Data{&elastic, method, {}, {}, {}, {}, nullptr, nullptr}))
+    : data_(std::make_unique<Data>(Data{&elastic, method, LinearMethod::automatic, {}, {}, {}, {}, nullptr, nullptr}))
 {
 }
 LinearSolver::~LinearSolver() = default;
@@ -191,23 +192,36 @@ LinearReport LinearSolver::solve(const LinearSystem& system, std::span<const Vec
     const LinearMethod method = d.method == LinearMethod::automatic ? chosen(system, limits) : d.method;
     if (method == LinearMethod::direct) return solveDirectly(system, b, u);
     const double size = std::sqrt(dot(b, b)), scale = size > 0 ? 1 / size : 1;  // into the range of single precision
-    if (method == LinearMethod::multigrid) {
-        if (!d.multigrid) d.multigrid = std::make_unique<Multigrid>(*d.elastic);
-        if (d.multigrid->setUp(system)) {
-            LinearReport report = conjugateGradient(system, VCycle(*d.multigrid), b, scale, u, limits, d.vectors);
-            report.method = method;
-            return report;
-        }
+    if (d.prepared != method) prepare(system, method);
+    if (d.prepared == LinearMethod::multigrid) {
+        LinearReport report = conjugateGradient(system, VCycle(*d.multigrid), b, scale, u, limits, d.vectors);
+        report.method = method;
+        return report;
     }
-    d.inverse.resize(b.size());
-    invertDiagonal(system, {}, d.scratch, d.inverse);
     const BlockJacobi jacobi(d.inverse);
     return limits.tolerance >= kSingle ? conjugateGradient(system, jacobi, b, scale, u, limits, d.singles)
                                        : conjugateGradient(system, jacobi, b, scale, u, limits, d.vectors);
 }
 
+/// Makes the preconditioner; block-Jacobi where multigrid cannot be had.
+void LinearSolver::prepare(const LinearSystem& system, LinearMethod method)
+{
+    Data& d = *data_;
+    d.prepared = method;
+    if (method == LinearMethod::multigrid) {
+        if (!d.multigrid) d.multigrid = std::make_unique<Multigrid>(*d.elastic);
+        if (d.multigrid->setUp(system)) return;
+        d.prepared = LinearMethod::jacobi;
+    }
+    d.inverse.resize(system.elastic.nodeCount());
+    invertDiagonal(system, {}, d.scratch, d.inverse);
+}
+
+void LinearSolver::refresh() { data_->prepared = LinearMethod::automatic; }
+
 void LinearSolver::rebind(const ElasticOperator& elastic)
 {
+    refresh();
     data_->elastic = &elastic;
     data_->multigrid.reset();
     data_->direct.reset();
@@ -218,8 +232,11 @@ LinearReport LinearSolver::solveDirectly(const LinearSystem& system, std::span<c
     Data& d = *data_;
     LinearReport report{LinearStatus::converged, LinearMethod::direct, 1};
     const Eigen::SparseMatrix<double> A = assemble(system, {});
-    if (!d.direct) d.direct = std::make_unique<Direct>();
-    if (!std::equal(system.fixed.begin(), system.fixed.end(), d.direct->fixed.begin(), d.direct->fixed.end())) {
+    if (!d.direct) {
+        d.direct = std::make_unique<Direct>();
+        d.direct->factor.cholmod().print = 0;  // what it has to say is in info()
+    }
+    if (d.direct->fixed.empty() || !std::equal(system.fixed.begin(), system.fixed.end(), d.direct->fixed.begin(), d.direct->fixed.end())) {
         d.direct->factor.analyzePattern(A);
         d.direct->fixed.assign(system.fixed.begin(), system.fixed.end());
     }

@@ -69,7 +69,7 @@ struct Multigrid::Level {
 
 struct Multigrid::Coarsest {
     Eigen::SimplicialLLT<Eigen::SparseMatrix<double>> factor;
-    Eigen::VectorXd rhs;
+    Eigen::VectorXd rightSide, solution;
 };
 
 namespace {
@@ -260,12 +260,12 @@ void Multigrid::solveCoarsest(Level& level)
         smooth(level, false);
         return;
     }
-    Eigen::VectorXd& v = coarsest_->rhs;
-    v.resize(Eigen::Index(3 * level.b.size()));
-    for (std::size_t i = 0; i < level.b.size(); ++i) v.segment<3>(Eigen::Index(3 * i)) = level.b[i].cast<double>();
-    v = coarsest_->factor.solve(v);
+    Eigen::VectorXd &b = coarsest_->rightSide, &x = coarsest_->solution;
+    b.resize(Eigen::Index(3 * level.b.size()));
+    for (std::size_t i = 0; i < level.b.size(); ++i) b.segment<3>(Eigen::Index(3 * i)) = level.b[i].cast<double>();
+    x = coarsest_->factor.solve(b);
     for (std::size_t i = 0; i < level.b.size(); ++i)
-        level.x[i] = level.fixed[i] ? Vec3f::Zero() : Vec3f(v.segment<3>(Eigen::Index(3 * i)).cast<float>());
+        level.x[i] = level.fixed[i] ? Vec3f::Zero() : Vec3f(x.segment<3>(Eigen::Index(3 * i)).cast<float>());
 }
 
 std::span<Vec3f> Multigrid::rightSide() { return levels_[0]->b; }

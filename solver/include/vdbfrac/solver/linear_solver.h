@@ -48,6 +48,9 @@ public:
     LinearSolver(LinearSolver&&) noexcept;
     LinearSolver& operator=(LinearSolver&&) noexcept;
 
+    /// The next system gets a preconditioner of its own; until then that of an earlier one serves, which a tangent that
+    /// has changed a little hardly notices.
+    void refresh();
     /// Goes on with another operator, in the same memory where it suffices.
     void rebind(const ElasticOperator& elastic);
 
@@ -60,6 +63,7 @@ public:
 private:
     struct Data;
 
+    void prepare(const LinearSystem& system, LinearMethod method);
     LinearReport solveDirectly(const LinearSystem& system, std::span<const Vec3> b, std::span<Vec3> u);
 
     std::unique_ptr<Data> data_;

@@ -1,0 +1,155 @@
+// Newton's method with linear systems solved only as far as the step needs: what it reaches, and what that saves.
+#include "loads.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+
+using namespace vdbfrac;
+using solver::LinearMethod;
+
+namespace {
+
+/// A bar held at x = 0 whose other end is bent down and twisted, faster than it can follow.
+struct BentAndTwisted {
+    static constexpr int kCells = 16;
+    static constexpr double dt = .02, kTurn = .35;  // s; rad a step
+    test::Block block{{kCells, 5, 6}, 1. / kCells};
+    solver::ElasticOperator elastic = test::elasticOperator(block, solver::makeMaterial(1e5, .4, 1000));
+    solver::Boundary boundary = test::clamped(block, [](Coord c) { return c.x == 0 || c.x == kCells; });
+    solver::State state = test::atRest(block);
+
+    void moveEnd(int step)
+    {
+        const Mat3 bend = Eigen::AngleAxisd(step * kTurn / 2, Vec3::UnitY()).toRotationMatrix();
+        const Mat3 twist = Eigen::AngleAxisd(step * kTurn, Vec3::UnitX()).toRotationMatrix();
+        const Vec3 centre(1, 2.5 * block.h, 3 * block.h), moved = centre - step * Vec3(.02, 0, .05);
+        for (std::size_t i = 0; i < block.nodes.size(); ++i) {
+            if (block.nodes[i].x != kCells) continue;
+            boundary.target[i] = moved + bend * twist * (block.h * block.nodes[i].toVec() - centre);
+        }
+    }
+    solver::System system() const { return {{}, boundary}; }
+};
+
+solver::NewtonSettings settingsOf(double tolerance, LinearMethod method = LinearMethod::jacobi)
+{
+    solver::NewtonSettings settings;
+    settings.tolerance = tolerance;
+    settings.linearMethod = method;
+    settings.iterations = 60;
+    return settings;
+}
+
+constexpr LinearMethod kMethods[] = {LinearMethod::jacobi, LinearMethod::multigrid, LinearMethod::direct};
+
+TEST(InexactNewton, ReachesTheToleranceOfOneCheckerWithEveryMethod)
+{
+    constexpr double kRounding = 1e-9;  // of the tolerance: momentum of parts that hang free is not touched here
+    for (LinearMethod method : kMethods)
+        for (double tolerance : {1e-2, 1e-4, 1e-6}) {
+            BentAndTwisted bar;
+            solver::BackwardEuler stepper(bar.elastic, settingsOf(tolerance, method));
+            solver::BackwardEuler checker(bar.elastic, {});  // of other settings
+            for (int n = 1; n <= 4; ++n) {
+                bar.moveEnd(n);
+                const solver::State before = bar.state;
+                const auto& report = stepper.step(bar.state, bar.dt, bar.system());
+                EXPECT_EQ(report.status, solver::StepStatus::converged);
+                EXPECT_GT(report.newtonIterations, 0);
+                const double residual = checker.residual(before, bar.dt, bar.system(), bar.state.x);
+                EXPECT_LE(residual, tolerance) << int(method) << " step " << n;
+                EXPECT_NEAR(report.residual, residual, kRounding * tolerance);
+            }
+        }
+}
+
+TEST(InexactNewton, CheckerSeesWhatASmallerStepOfNewtonLeaves)
+{
+    BentAndTwisted bar;
+    bar.moveEnd(1);
+    const solver::State before = bar.state;
+    std::vector<Vec3> start = before.x;  // free nodes where they would drift to, held ones at their targets
+    for (std::size_t i = 0; i < start.size(); ++i)
+        if (bar.boundary.fixed[i]) start[i] = bar.boundary.target[i];
+    solver::BackwardEuler stepper(bar.elastic, settingsOf(1e-6));
+    const double first = stepper.residual(before, bar.dt, bar.system(), start);
+    (void)stepper.step(bar.state, bar.dt, bar.system());
+    std::vector<Vec3> half = start;
+    for (std::size_t i = 0; i < half.size(); ++i) half[i] = (start[i] + bar.state.x[i]) / 2;
+    const double middle = stepper.residual(before, bar.dt, bar.system(), half);
+    const double last = stepper.residual(before, bar.dt, bar.system(), bar.state.x);
+    EXPECT_GT(first, .1);
+    EXPECT_LT(middle, first);
+    EXPECT_LT(last, 1e-6);
+}
+
+/// Positions after some steps, each solved to rounding.
+std::vector<Vec3> endOf(LinearMethod method)
+{
+    BentAndTwisted bar;
+    solver::NewtonSettings settings = settingsOf(1e-12, method);
+    settings.linearTolerance = 1e-9;
+    settings.linearIterations = 50000;
+    solver::BackwardEuler stepper(bar.elastic, settings);
+    for (int n = 1; n <= 4; ++n) {
+        bar.moveEnd(n);
+        EXPECT_EQ(stepper.step(bar.state, bar.dt, bar.system()).status, solver::StepStatus::converged) << int(method);
+    }
+    return bar.state.x;
+}
+
+TEST(InexactNewton, MethodsEndInTheSameState)
+{
+    // Forces balance to 1e-12 of the largest; some 1e3 is the condition of the system of a step.
+    constexpr double kSame = 1e-9;  // of the displacement
+    const std::vector<Vec3> direct = endOf(LinearMethod::direct);
+    const std::vector<Vec3> rest = BentAndTwisted().state.x;
+    for (LinearMethod method : {LinearMethod::jacobi, LinearMethod::multigrid}) {
+        const std::vector<Vec3> x = endOf(method);
+        double error = 0, size = 0;
+        for (std::size_t i = 0; i < x.size(); ++i) error += (x[i] - direct[i]).squaredNorm(), size += (direct[i] - rest[i]).squaredNorm();
+        std::printf("method %d differs from direct by %.1e\n", int(method), std::sqrt(error / size));
+        EXPECT_LE(std::sqrt(error), kSame * std::sqrt(size)) << int(method);
+    }
+}
+
+/// Fewest linear iterations that bring the residual of a step to `tolerance` with every system solved to 1e-6: Newton's
+/// method stopped after one iteration, then after two, and so on.
+int iterationsSolvedTightly(const BentAndTwisted& bar, double tolerance, LinearMethod method)
+{
+    solver::NewtonSettings settings = settingsOf(0, method);  // a tolerance of 0 loosens nothing
+    settings.linearTolerance = 1e-6;
+    for (settings.iterations = 1; settings.iterations < 30; ++settings.iterations) {
+        solver::State state = bar.state;
+        solver::BackwardEuler stepper(bar.elastic, settings);
+        const auto& report = stepper.step(state, bar.dt, bar.system());
+        if (report.residual <= tolerance) return report.linearIterations;
+    }
+    ADD_FAILURE() << "not reached";
+    return 0;
+}
+
+TEST(InexactNewton, LooseSystemsSaveLinearIterations)
+{
+    constexpr double kTolerance = 1e-2, kLeastGain = 1.5;
+    for (LinearMethod method : {LinearMethod::jacobi, LinearMethod::multigrid}) {
+        BentAndTwisted bar;
+        solver::BackwardEuler stepper(bar.elastic, settingsOf(kTolerance, method));
+        int loose = 0, tight = 0, looseNewton = 0;
+        for (int n = 1; n <= 4; ++n) {
+            bar.moveEnd(n);
+            tight += iterationsSolvedTightly(bar, kTolerance, method);
+            const auto& report = stepper.step(bar.state, bar.dt, bar.system());
+            EXPECT_LE(report.residual, kTolerance);
+            loose += report.linearIterations;
+            looseNewton += report.newtonIterations;
+        }
+        std::printf("method %d: %d linear iterations in %d of Newton, solved to 1e-6: %d\n", int(method), loose, looseNewton, tight);
+        EXPECT_GE(tight, kLeastGain * loose) << int(method);
+    }
+}
+
+}  // namespace

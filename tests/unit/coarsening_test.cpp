@@ -1,0 +1,388 @@
+// The lattices of multigrid: what each level must keep of the finer one, and what cracks must part on all of them.
+#include "../../solver/src/coarsening.h"
+#include "solids.h"
+
+#include <vdbfrac/base/hash.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <numeric>
+#include <ostream>
+#include <string>
+
+using namespace vdbfrac;
+using solver::CoarseLattice;
+using solver::ElementSet;
+using test::Block;
+using Kind = tetmesh::Lattice::Kind;
+
+namespace {
+
+const solver::Material kGel = solver::makeMaterial(1e5, .3, 1000);
+
+/// A lattice and those of twice its spacing after it, down to a few elements.
+struct Hierarchy {
+    std::vector<Block> bodies;
+    struct Level {
+        std::vector<ElementSet> sets;
+        std::size_t nodeCount = 0;
+        CoarseLattice coarser;  ///< empty on the last level
+    };
+    std::vector<Level> levels;
+
+    explicit Hierarchy(std::vector<Block> some) : bodies(std::move(some))
+    {
+        constexpr int kLevels = 4;
+        Level top;
+        for (const Block& body : bodies) {
+            top.sets.push_back({body.elements, body.nodes, std::uint32_t(top.nodeCount), kGel});
+            top.nodeCount += body.nodes.size();
+        }
+        levels.push_back(std::move(top));
+        levels.reserve(kLevels);  // the sets of a level refer to the one before
+        while (levels.size() < kLevels) {
+            Level& fine = levels.back();
+            fine.coarser = solver::coarsen(fine.sets, fine.nodeCount);
+            Level next;
+            next.sets = fine.coarser.elementSets();
+            next.nodeCount = fine.coarser.nodeCount;
+            levels.push_back(std::move(next));
+        }
+    }
+};
+
+struct Classes {
+    std::vector<std::size_t> parent;
+    explicit Classes(std::size_t n) : parent(n) { std::iota(parent.begin(), parent.end(), std::size_t(0)); }
+    std::size_t find(std::size_t i) const { return parent[i] == i ? i : find(parent[i]); }
+    void join(std::size_t a, std::size_t b) { parent[find(a)] = find(b); }
+};
+
+/// Elements of a level, counted through its sets, in system node numbers.
+struct View {
+    struct Element {
+        Coord cell;
+        std::array<std::uint32_t, 8> node;
+        std::array<bool, 8> used{};  ///< corners of tets with material
+        double volume = 0;           ///< material, over that of a cell
+        std::array<double, 6> tetVolume{};
+        std::size_t set;
+    };
+    std::vector<Element> elements;
+    std::vector<Coord> at;  ///< of each node
+
+    View(const std::vector<ElementSet>& sets, std::size_t nodeCount) : at(nodeCount)
+    {
+        for (std::size_t s = 0; s < sets.size(); ++s) {
+            for (std::size_t n = 0; n < sets[s].nodes.size(); ++n) at[sets[s].firstNode + n] = sets[s].nodes[n];
+            for (const auto& e : sets[s].elements) elements.push_back(element(sets[s], e, s));
+        }
+    }
+
+private:
+    Element element(const ElementSet& set, const tetmesh::CellElement& e, std::size_t s) const
+    {
+        Element out{{}, {}, {}, 0, {}, s};
+        const auto& tets = tetmesh::cellTets(e.shape);
+        for (std::size_t t = 0; t < std::size_t(tets.count); ++t) {
+            if (!(e.fraction[t] > 0)) continue;
+            out.tetVolume[t] = tets.volume[t] * e.fraction[t];
+            out.volume += out.tetVolume[t];
+            for (int c : tets.corner[t]) {
+                out.used[std::size_t(c)] = true;
+                out.cell = set.nodes[e.node[std::size_t(c)]] - Coord{c & 1, c >> 1 & 1, c >> 2 & 1};
+            }
+        }
+        for (std::size_t c = 0; c < 8; ++c) out.node[c] = set.firstNode + e.node[c];
+        return out;
+    }
+};
+
+int halved(int i) { return i >= 0 ? i / 2 : -((1 - i) / 2); }
+Coord halved(Coord c) { return {halved(c.x), halved(c.y), halved(c.z)}; }
+
+struct Case {
+    const char* name;
+    std::function<std::vector<Block>()> make;
+    friend void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
+};
+std::string nameOf(const testing::TestParamInfo<Case>& info) { return info.param.name; }
+
+/// Calls f(finer lattice, coarser one, both as views) for each pair of levels.
+class Coarsening : public testing::TestWithParam<Case> {
+protected:
+    template <class F>
+    void eachLevel(const F& f) const
+    {
+        const Hierarchy h(GetParam().make());
+        for (std::size_t l = 0; l + 1 < h.levels.size(); ++l) {
+            SCOPED_TRACE("level " + std::to_string(l));
+            const auto &fine = h.levels[l], &coarse = h.levels[l + 1];
+            f(fine.coarser, View(fine.sets, fine.nodeCount), View(coarse.sets, coarse.nodeCount));
+        }
+    }
+};
+
+TEST_P(Coarsening, EveryFinerElementIsInOneCoarseElementOfItsCellAndBody)
+{
+    eachLevel([](const CoarseLattice& lattice, const View& fine, const View& coarse) {
+        const auto& finer = lattice.finer;
+        ASSERT_EQ(finer.start.size(), coarse.elements.size() + 1);
+        ASSERT_EQ(finer.start.front(), 0u);
+        ASSERT_EQ(finer.start.back(), finer.children.size());
+        std::vector<int> times(fine.elements.size(), 0);
+        for (std::size_t e = 0; e < coarse.elements.size(); ++e) {
+            EXPECT_LT(finer.start[e], finer.start[e + 1]);
+            for (std::size_t c = finer.start[e]; c < finer.start[e + 1]; ++c) {
+                const auto& child = fine.elements[finer.children[c].element];
+                ++times[finer.children[c].element];
+                EXPECT_EQ(halved(child.cell), coarse.elements[e].cell);
+                EXPECT_EQ(child.set, coarse.elements[e].set);
+            }
+        }
+        for (int t : times) EXPECT_EQ(t, 1);
+    });
+}
+
+TEST_P(Coarsening, CoarseElementsAreWhatHangsTogetherByNodes)
+{
+    eachLevel([](const CoarseLattice& lattice, const View& fine, const View& coarse) {
+        const auto& finer = lattice.finer;
+        std::map<std::pair<Coord, std::uint32_t>, std::size_t> ownerOf;  // by coarse cell and finer node
+        for (std::size_t e = 0; e < coarse.elements.size(); ++e) {
+            Classes classes(finer.start[e + 1] - finer.start[e]);
+            std::map<std::uint32_t, std::size_t> first;
+            for (std::size_t c = finer.start[e]; c < finer.start[e + 1]; ++c)
+                for (std::uint32_t n : fine.elements[finer.children[c].element].node) {
+                    const auto [at, isNew] = first.insert({n, c - finer.start[e]});
+                    if (!isNew) classes.join(c - finer.start[e], at->second);
+                    const auto owner = ownerOf.insert({{coarse.elements[e].cell, n}, e}).first->second;
+                    EXPECT_EQ(owner, e) << "two elements of one coarse cell share node " << n;
+                }
+            for (std::size_t c = 0; c < classes.parent.size(); ++c) EXPECT_EQ(classes.find(c), classes.find(0));
+        }
+    });
+}
+
+TEST_P(Coarsening, VolumesAreKept)
+{
+    constexpr double kRounding = 1e-14;  // of a cell's volume: sums of up to 48 tets
+    eachLevel([](const CoarseLattice& lattice, const View& fine, const View& coarse) {
+        const auto& finer = lattice.finer;
+        for (std::size_t e = 0; e < coarse.elements.size(); ++e) {
+            std::array<double, 6> tets{};
+            for (std::size_t c = finer.start[e]; c < finer.start[e + 1]; ++c) {
+                const auto& child = fine.elements[finer.children[c].element];
+                for (std::size_t t = 0; t < 6; ++t) tets[finer.children[c].coarseTet[t]] += child.tetVolume[t] / 8;
+            }
+            for (std::size_t t = 0; t < 6; ++t) EXPECT_NEAR(coarse.elements[e].tetVolume[t], tets[t], kRounding);
+        }
+    });
+}
+
+TEST_P(Coarsening, ParentsAreCornersOfEveryElementRoundTheNode)
+{
+    eachLevel([](const CoarseLattice& lattice, const View& fine, const View& coarse) {
+        ASSERT_EQ(lattice.parents.size(), fine.at.size());
+        for (std::size_t e = 0; e < coarse.elements.size(); ++e)
+            for (std::size_t c = lattice.finer.start[e]; c < lattice.finer.start[e + 1]; ++c) {
+                const auto& child = fine.elements[lattice.finer.children[c].element];
+                for (std::size_t k = 0; k < 8; ++k) {
+                    if (!child.used[k]) continue;
+                    for (std::uint32_t parent : lattice.parents[child.node[k]]) {
+                        const auto& corners = coarse.elements[e].node;
+                        EXPECT_NE(std::find(corners.begin(), corners.end(), parent), corners.end());
+                    }
+                }
+            }
+    });
+}
+
+TEST_P(Coarsening, LinearFieldsAreInterpolatedExactly)
+{
+    Mat3 G;
+    G << 1, -2, 3, .5, 4, -1, 2, .25, -3;  // numbers of few bits: the arithmetic is exact
+    const Vec3 a(1, 2, -5);
+    const auto field = [&](Coord c, double h) { return Vec3(a + G * (h * c.toVec())); };
+    eachLevel([&](const CoarseLattice& lattice, const View& fine, const View& coarse) {
+        for (std::size_t n = 0; n < fine.at.size(); ++n) {
+            const auto [p, q] = lattice.parents[n];
+            if (p >= coarse.at.size()) continue;  // a node that no tet uses
+            EXPECT_EQ(Vec3((field(coarse.at[p], 2) + field(coarse.at[q], 2)) / 2), field(fine.at[n], 1)) << n;
+        }
+    });
+}
+
+/// A corner is shared only between elements that a chain of finer nodes joins, each of which takes its value from it.
+TEST_P(Coarsening, CornersAreSharedOnlyThroughFinerNodes)
+{
+    eachLevel([](const CoarseLattice& lattice, const View& fine, const View& coarse) {
+        std::vector<std::vector<std::size_t>> roundNode(fine.at.size()), roundCorner(coarse.at.size());
+        for (std::size_t e = 0; e < coarse.elements.size(); ++e) {
+            for (std::uint32_t corner : coarse.elements[e].node) roundCorner[corner].push_back(e);
+            for (std::size_t c = lattice.finer.start[e]; c < lattice.finer.start[e + 1]; ++c) {
+                const auto& child = fine.elements[lattice.finer.children[c].element];
+                for (std::size_t k = 0; k < 8; ++k)
+                    if (child.used[k]) roundNode[child.node[k]].push_back(e);
+            }
+        }
+        std::vector<std::vector<std::uint32_t>> under(coarse.at.size());
+        for (std::uint32_t n = 0; n < fine.at.size(); ++n)
+            for (std::uint32_t parent : lattice.parents[n])
+                if (parent < under.size()) under[parent].push_back(n);
+        Classes classes(coarse.elements.size());
+        for (std::size_t corner = 0; corner < under.size(); ++corner) {
+            for (std::size_t e : roundCorner[corner]) classes.parent[e] = e;
+            for (std::uint32_t n : under[corner])
+                for (std::size_t e : roundNode[n]) classes.join(e, roundNode[n][0]);
+            for (std::size_t e : roundCorner[corner]) EXPECT_EQ(classes.find(e), classes.find(roundCorner[corner][0]));
+        }
+    });
+}
+
+TEST_P(Coarsening, IsTheSameEveryTime)
+{
+    const auto fingerprint = [] {
+        const Hierarchy h(GetParam().make());
+        std::uint64_t hash = 0;
+        for (const auto& level : h.levels) {
+            hash = hashOf(std::span<const std::array<std::uint32_t, 2>>(level.coarser.parents), hash);
+            hash = hashOf(std::span<const std::uint32_t>(level.coarser.finer.start), hash);
+            for (const auto& child : level.coarser.finer.children) hash = hashBytes(&child.element, sizeof child.element, hash);
+            for (const auto& set : level.coarser.sets) {
+                hash = hashOf(std::span<const Coord>(set.nodes), hash);
+                for (const auto& e : set.elements) {
+                    hash = hashOf(std::span<const std::uint32_t>(e.node), hash);
+                    hash = hashOf(std::span<const double>(e.fraction), hash);
+                }
+            }
+        }
+        return hash;
+    };
+    EXPECT_EQ(fingerprint(), fingerprint());
+}
+
+/// Open inside only: a rim of two cells holds the halves together.
+bool inside(Coord c) { return c.x > 2 && c.x < 14 && c.y > 2 && c.y < 14; }
+
+std::vector<Block> cracked(int plane, bool (*open)(Coord))
+{
+    Block block({16, 16, 12}, 1);
+    test::openCrack(block, plane, open);
+    return {block};
+}
+
+std::vector<Block> slitBox(Kind kind)
+{
+    const tetmesh::Lattice lattice{kind, 1, 1};
+    const auto phi = [](Vec3 p) {
+        const double box = (p.cwiseAbs() - Vec3(7.3, 6.2, 5.4)).maxCoeff();
+        const double slit = std::max(std::abs(p.z() - p.x() / 4) - .8, p.head<2>().norm() - 4.5);
+        return std::max(box, -slit);
+    };
+    return {test::asBlock(tetmesh::CutMesh(lattice, test::sample({-9, -8, -7}, {9, 8, 7}, 1, phi)))};
+}
+
+std::vector<Block> twoBodies()
+{
+    Block block({5, 6, 7}, 1), other({6, 5, 4}, 1);  // in the same place
+    for (Coord& c : other.nodes) c = c - Coord{3, 3, 3};
+    return {block, other};
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Solids, Coarsening,
+    testing::Values(Case{"block", [] { return std::vector<Block>{Block({9, 8, 11}, 1)}; }},
+                    Case{"five", [] { return std::vector<Block>{Block({9, 8, 11}, 1, Kind::five)}; }},
+                    Case{"crackOnCoarseNodes", [] { return cracked(6, inside); }},
+                    Case{"crackBetweenCoarseNodes", [] { return cracked(5, inside); }},
+                    Case{"ball", [] { return std::vector<Block>{test::asBlock(test::cutBall({Kind::six, 1, 1}, 7.3))}; }},
+                    Case{"ballOfFive", [] { return std::vector<Block>{test::asBlock(test::cutBall({Kind::five, 1, 1}, 7.3))}; }},
+                    Case{"slitBox", [] { return slitBox(Kind::six); }}, Case{"slitBoxOfFive", [] { return slitBox(Kind::five); }},
+                    Case{"twoBodiesInOnePlace", twoBodies}),
+    nameOf);
+
+/// Which sides of the plane there is material on, in and under each element and node of each level.
+struct Sides {
+    enum : int { below = 1, above = 2, both = 3 };
+    std::vector<std::vector<int>> element, node;
+
+    Sides(const Hierarchy& h, int plane)
+    {
+        const View top(h.levels[0].sets, h.levels[0].nodeCount);
+        element.emplace_back();
+        node.emplace_back(top.at.size(), 0);
+        for (const auto& e : top.elements) {
+            element[0].push_back(e.cell.z < plane ? below : above);
+            for (std::uint32_t n : e.node) node[0][n] |= element[0].back();
+        }
+        for (std::size_t l = 0; l + 1 < h.levels.size(); ++l) {
+            const CoarseLattice& lattice = h.levels[l].coarser;
+            element.emplace_back(lattice.finer.start.size() - 1, 0);
+            node.emplace_back(lattice.nodeCount, 0);
+            for (std::size_t e = 0; e + 1 < lattice.finer.start.size(); ++e)
+                for (std::size_t c = lattice.finer.start[e]; c < lattice.finer.start[e + 1]; ++c)
+                    element[l + 1][e] |= element[l][lattice.finer.children[c].element];
+            for (std::size_t n = 0; n < lattice.parents.size(); ++n)
+                for (std::uint32_t parent : lattice.parents[n])
+                    if (parent < lattice.nodeCount) node[l + 1][parent] |= node[l][n];
+        }
+    }
+};
+
+TEST(CoarseningOfCracks, HalvesStayApartOnAllLevels)
+{
+    for (int plane : {8, 7, 6, 4, 3, 1}) {
+        const Hierarchy h(cracked(plane, [](Coord) { return true; }));
+        const Sides sides(h, plane);
+        for (std::size_t l = 0; l < h.levels.size(); ++l) {
+            EXPECT_EQ(std::count(sides.element[l].begin(), sides.element[l].end(), Sides::both), 0) << plane << " " << l;
+            EXPECT_EQ(std::count(sides.node[l].begin(), sides.node[l].end(), Sides::both), 0) << plane << " " << l;
+        }
+    }
+}
+
+/// A cell that holds the front of the crack parts nothing, so all of its corners are front on its level, and cells that touch
+/// these are whole on the next: the crack ends within two cells of its true front on every level.
+TEST(CoarseningOfCracks, SidesOfAnInteriorCrackMeetOnlyAtItsFront)
+{
+    constexpr int kSide = 32, kFront = 2;
+    const auto open = [](Coord c) { return std::min({c.x, c.y, kSide - c.x, kSide - c.y}) > kFront; };
+    for (int plane : {8, 7, 6, 5}) {
+        Block block({kSide, kSide, 12}, 1);
+        test::openCrack(block, plane, open);
+        const Hierarchy h({block});
+        const Sides sides(h, plane);
+        int front = kFront;
+        for (std::size_t l = 1; l < h.levels.size(); ++l) {
+            const int size = 1 << l;
+            front = size * (front / size + 1);
+            EXPECT_LE(front - kFront, 2 * size);
+            const View view(h.levels[l].sets, h.levels[l].nodeCount);
+            int parted = 0;
+            for (std::size_t e = 0; e < view.elements.size(); ++e) {
+                const Coord low = size * view.elements[e].cell, high = low + size * Coord{1, 1, 1};
+                if (std::min({low.x, low.y, kSide - high.x, kSide - high.y}) < front) continue;
+                EXPECT_NE(sides.element[l][e], Sides::both) << "plane " << plane << " level " << l;
+                parted += low.z < plane && high.z > plane;
+            }
+            const int across = (kSide - 2 * front) / size;
+            EXPECT_EQ(parted, plane % size ? 2 * across * across : 0) << "plane " << plane << " level " << l;
+        }
+    }
+}
+
+TEST(CoarseningOfBlocks, WholeCellsStayWhole)
+{
+    const Hierarchy h({Block({16, 8, 8}, 1)});
+    for (const auto& level : h.levels)
+        for (const auto& e : level.sets[0].elements)
+            for (double fraction : e.fraction) EXPECT_EQ(fraction, 1);
+    EXPECT_EQ(h.levels[3].sets[0].elements.size(), 2u);
+    EXPECT_EQ(h.levels[3].nodeCount, 3u * 2 * 2);
+}
+
+}  // namespace
