@@ -86,6 +86,7 @@ private:
     // Of the step at hand.
     double dt_ = 0, inertia_ = 0;
     HessianShares shares_;
+    bool prepared_ = false;  // there is a preconditioner of this step
     std::span<Potential* const> potentials_;
     const Boundary* boundary_ = nullptr;
 };
@@ -94,7 +95,6 @@ void BackwardEuler::Newton::begin(const State& state, double dt, const System& s
 {
     dt_ = dt;
     inertia_ = 1 / (dt * dt);
-    linear_.refresh();
     potentials_ = system.potentials;
     boundary_ = &system.boundary;
     shares_ = {};
@@ -110,6 +110,7 @@ void BackwardEuler::Newton::begin(const State& state, double dt, const System& s
     });
     std::vector<Vec3> reaction = std::move(report_.reaction);  // keeps its memory
     report_ = {};
+    prepared_ = false;
     report_.reaction = std::move(reaction);
 }
 
@@ -171,7 +172,8 @@ LinearStatus BackwardEuler::Newton::solve()
     constexpr double kShare = 0.2, kLoosest = 0.1;
     const double enough = kShare * settings_.tolerance * here_.forceScale / here_.norm;
     const LinearLimits limits{std::max(settings_.linearTolerance, std::min(enough, kLoosest)), settings_.linearIterations};
-    const LinearReport r = linear_.solve({*elastic_, tangent_, inertia_ + shares_.mass, boundary_->fixed}, here_.gradient, direction_, limits);
+    const LinearReport r = linear_.solve({*elastic_, tangent_, inertia_ + shares_.mass, boundary_->fixed}, here_.gradient, direction_, limits, prepared_);
+    prepared_ = true;
     report_.linearIterations += r.iterations;
     return r.status;
 }
@@ -182,7 +184,7 @@ bool BackwardEuler::Newton::improve()
 {
     if (solve() != LinearStatus::negativeCurvature && search()) return true;
     elastic_->project(tangent_);
-    linear_.refresh();
+    prepared_ = false;
     ++report_.projections;
     return solve() != LinearStatus::negativeCurvature && search();
 }

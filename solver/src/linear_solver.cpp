@@ -185,14 +185,16 @@ LinearSolver::~LinearSolver() = default;
 LinearSolver::LinearSolver(LinearSolver&&) noexcept = default;
 LinearSolver& LinearSolver::operator=(LinearSolver&&) noexcept = default;
 
-LinearReport LinearSolver::solve(const LinearSystem& system, std::span<const Vec3> b, std::span<Vec3> u, LinearLimits limits)
+LinearReport LinearSolver::solve(const LinearSystem& system, std::span<const Vec3> b, std::span<Vec3> u, LinearLimits limits,
+                                 bool samePreconditioner)
 {
     constexpr double kSingle = 1e-4;  // reductions that vectors in single precision reach with room to spare
     Data& d = *data_;
-    const LinearMethod method = d.method == LinearMethod::automatic ? chosen(system, limits) : d.method;
+    const bool same = samePreconditioner && d.prepared != LinearMethod::automatic;
+    const LinearMethod method = d.method != LinearMethod::automatic ? d.method : same ? d.prepared : chosen(system, limits);
     if (method == LinearMethod::direct) return solveDirectly(system, b, u);
     const double size = std::sqrt(dot(b, b)), scale = size > 0 ? 1 / size : 1;  // into the range of single precision
-    if (d.prepared != method) prepare(system, method);
+    if (!same) prepare(system, method);
     if (d.prepared == LinearMethod::multigrid) {
         LinearReport report = conjugateGradient(system, VCycle(*d.multigrid), b, scale, u, limits, d.vectors);
         report.method = method;
@@ -217,11 +219,9 @@ void LinearSolver::prepare(const LinearSystem& system, LinearMethod method)
     invertDiagonal(system, {}, d.scratch, d.inverse);
 }
 
-void LinearSolver::refresh() { data_->prepared = LinearMethod::automatic; }
-
 void LinearSolver::rebind(const ElasticOperator& elastic)
 {
-    refresh();
+    data_->prepared = LinearMethod::automatic;
     data_->elastic = &elastic;
     data_->multigrid.reset();
     data_->direct.reset();
@@ -231,7 +231,7 @@ LinearReport LinearSolver::solveDirectly(const LinearSystem& system, std::span<c
 {
     Data& d = *data_;
     LinearReport report{LinearStatus::converged, LinearMethod::direct, 1};
-    const Eigen::SparseMatrix<double> A = assemble(system, {});
+    const Eigen::SparseMatrix<double> A = assemble(system);
     if (!d.direct) {
         d.direct = std::make_unique<Direct>();
         d.direct->factor.cholmod().print = 0;  // what it has to say is in info()

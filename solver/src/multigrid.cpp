@@ -4,7 +4,7 @@
 
 #include <vdbfrac/base/parallel.h>
 
-#include <Eigen/SparseCholesky>
+#include <Eigen/Dense>
 
 #include <algorithm>
 #include <cmath>
@@ -13,9 +13,9 @@ namespace vdbfrac::solver {
 
 namespace {
 
-constexpr std::size_t kCoarsestNodes = 300;  // a sparse factorisation of these takes a millisecond
+constexpr std::size_t kCoarsestNodes = 100;  // a dense factorisation of these takes two milliseconds
 constexpr double kLeastReduction = 0.7;      // of the nodes from level to level; dust of fragments does not get fewer
-constexpr double kSafety = 1.1, kRange = 8;  // smoother damps eigenvalues in [largest / kRange, kSafety largest]
+constexpr double kSafety = 1.1, kRange = 6;  // smoother damps eigenvalues in [largest / kRange, kSafety largest]
 constexpr int kPowerSteps = 10;
 
 /// A number in [-1, 1] from a node's number, the same on every machine.
@@ -68,8 +68,9 @@ struct Multigrid::Level {
 };
 
 struct Multigrid::Coarsest {
-    Eigen::SimplicialLLT<Eigen::SparseMatrix<double>> factor;
-    Eigen::VectorXd rightSide, solution;
+    Eigen::MatrixXd matrix;
+    Eigen::LLT<Eigen::MatrixXd> factor;
+    Eigen::VectorXd solution;
 };
 
 namespace {
@@ -144,7 +145,6 @@ bool Multigrid::setUp(const LinearSystem& system)
     Level& top = *levels_[0];
     top.tangent = &system.tangent;
     std::copy(system.fixed.begin(), system.fixed.end(), top.fixed.begin());
-    std::vector<Mat3> scratch;
     for (std::size_t l = 0; l < levels_.size(); ++l) {
         Level& level = *levels_[l];
         level.massFactor = system.massFactor;
@@ -157,12 +157,16 @@ bool Multigrid::setUp(const LinearSystem& system)
         const std::span<const double> mass = level.elastic->mass();
         eachNode(level.added.size(),
                  [&](std::size_t i) { level.added[i] = float(mass[i] * level.massFactor) + (l > 0 ? level.spring[i] : 0.f); });
-        invertDiagonal(level.system(), level.spring, scratch, level.inverse);
+        invertDiagonal(level.system(), level.spring, scratch_, level.inverse);
         if (l > 0 || levels_.size() == 1) level.largest = largestEigenvalue(level);
     }
     if (levels_.size() > 1) top.largest = levels_[1]->largest;  // both have the same kinds of tets: not worth products on the finest
     if (levels_.back()->elastic->nodeCount() > kCoarsestNodes) return true;
-    coarsest_->factor.compute(assemble(levels_.back()->system(), levels_.back()->spring));
+    const Eigen::Index size = Eigen::Index(3 * levels_.back()->elastic->nodeCount());
+    coarsest_->matrix.setZero(size, size);
+    eachEntry(levels_.back()->system(), levels_.back()->spring,
+              [&](Eigen::Index row, Eigen::Index column, double value) { coarsest_->matrix(row, column) += value; });
+    coarsest_->factor.compute(coarsest_->matrix);  // reads the lower triangle
     return coarsest_->factor.info() == Eigen::Success;
 }
 
@@ -260,10 +264,10 @@ void Multigrid::solveCoarsest(Level& level)
         smooth(level, false);
         return;
     }
-    Eigen::VectorXd &b = coarsest_->rightSide, &x = coarsest_->solution;
-    b.resize(Eigen::Index(3 * level.b.size()));
-    for (std::size_t i = 0; i < level.b.size(); ++i) b.segment<3>(Eigen::Index(3 * i)) = level.b[i].cast<double>();
-    x = coarsest_->factor.solve(b);
+    Eigen::VectorXd& x = coarsest_->solution;
+    x.resize(Eigen::Index(3 * level.b.size()));
+    for (std::size_t i = 0; i < level.b.size(); ++i) x.segment<3>(Eigen::Index(3 * i)) = level.b[i].cast<double>();
+    coarsest_->factor.solveInPlace(x);
     for (std::size_t i = 0; i < level.b.size(); ++i)
         level.x[i] = level.fixed[i] ? Vec3f::Zero() : Vec3f(x.segment<3>(Eigen::Index(3 * i)).cast<float>());
 }
@@ -277,7 +281,7 @@ std::span<const Vec3f> Multigrid::result() const { return levels_[0]->x; }
 std::size_t Multigrid::bytes() const
 {
     const auto of = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
-    std::size_t sum = 0;
+    std::size_t sum = of(scratch_);
     for (const auto& level : levels_) {
         sum += of(level->fixed) + of(level->spring) + of(level->added) + of(level->inverse) + of(level->x) + of(level->b) + of(level->step) +
                of(level->childStart) + of(level->child) + of(level->coarser.parents) + of(level->coarser.finer.start) +

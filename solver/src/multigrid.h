@@ -5,8 +5,8 @@
 // rotations this is the Galerkin operator; near nu = .5 the mean dilatation is taken over the coarse cell, which does not
 // lock as the Galerkin operator would.
 // A fixed node that has no coarse node in its place holds the coarse nodes round it by springs of its own stiffness.
-// Smoother: Chebyshev polynomial of the block-Jacobi iteration (Adams, Brezina, Hu, Tuminaro 2003); coarsest level: sparse
-// Cholesky. All in single precision: the V-cycle is the preconditioner of an iteration in double.
+// Smoother: Chebyshev polynomial of the block-Jacobi iteration (Adams, Brezina, Hu, Tuminaro 2003); coarsest level: Cholesky.
+// All but that in single precision: the V-cycle is the preconditioner of an iteration in double.
 #pragma once
 
 #include "block_diagonal.h"
@@ -47,6 +47,7 @@ private:
 
     std::vector<std::unique_ptr<Level>> levels_;
     std::unique_ptr<Coarsest> coarsest_;
+    std::vector<Mat3> scratch_;  // diagonal blocks
 };
 
 }  // namespace vdbfrac::solver

@@ -284,7 +284,7 @@ TEST(LinearSolver, KeepsNothingOfAFailedSystem)
 }
 
 /// CHOLMOD reports an indefinite matrix on stdout unless cholmod().print is 0.
-TEST(LinearSolver, DISABLED_PrintsNothing)
+TEST(LinearSolver, PrintsNothing)
 {
     const auto solid = squeezed();
     const std::vector<Vec3> b = solid->randomForces(5);

@@ -52,10 +52,10 @@ protected:
     std::vector<Vec3> cycle(std::span<const Vec3> r)
     {
         const double scale = 1 / test::norm(r);
-        const double rz = multigrid.apply(r, scale);
+        for (std::size_t i = 0; i < r.size(); ++i) multigrid.rightSide()[i] = (scale * r[i]).cast<float>();
+        multigrid.apply();
         std::vector<Vec3> z;
         for (const solver::Vec3f& v : multigrid.result()) z.push_back(v.cast<double>() / scale);
-        EXPECT_NEAR(rz, solver::dot(r, z), 1e-12 * std::abs(rz));  // sums of doubles, in another order
         return z;
     }
 

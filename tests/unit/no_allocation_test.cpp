@@ -147,7 +147,7 @@ TEST(NoAllocation, CheckingAResidualAllocatesNothing)
 }
 
 /// The coarsest level is assembled and factored anew for each system.
-TEST(NoAllocation, DISABLED_StepsAfterTheFirstAllocateNothingWithMultigrid)
+TEST(NoAllocation, StepsAfterTheFirstAllocateNothingWithMultigrid)
 {
     const ThreadLimit limit(1);
     Swing swing(LinearMethod::multigrid);
@@ -195,7 +195,7 @@ TEST(NoAllocation, IterationsOfMultigridCallNoOperatorNew)
 }
 
 /// Eigen's solve in place keeps a mask for each of the two permutations.
-TEST(NoAllocation, DISABLED_IterationsOfMultigridAllocateNothing)
+TEST(NoAllocation, IterationsOfMultigridAllocateNothing)
 {
     expectSameForMoreIterations(&Calls::mallocCalls);
 }

@@ -48,15 +48,14 @@ public:
     LinearSolver(LinearSolver&&) noexcept;
     LinearSolver& operator=(LinearSolver&&) noexcept;
 
-    /// The next system gets a preconditioner of its own; until then that of an earlier one serves, which a tangent that
-    /// has changed a little hardly notices.
-    void refresh();
     /// Goes on with another operator, in the same memory where it suffices.
     void rebind(const ElasticOperator& elastic);
 
     /// Solves A u = b from u = 0; u is 0 at fixed nodes. Iterations stop at the first direction p with p.A p <= 0 and
     /// leave u as it was before it; the direct method reports a matrix that is not positive definite the same way.
-    [[nodiscard]] LinearReport solve(const LinearSystem& system, std::span<const Vec3> b, std::span<Vec3> u, LinearLimits limits);
+    /// `samePreconditioner`: that of the last system serves, which had the same fixed nodes and nearly the same tangent.
+    [[nodiscard]] LinearReport solve(const LinearSystem& system, std::span<const Vec3> b, std::span<Vec3> u, LinearLimits limits,
+                                     bool samePreconditioner = false);
 
     std::size_t bytes() const;
 
