@@ -198,7 +198,8 @@ LinearReport LinearSolver::solve(const LinearSystem& system, std::span<const Vec
     if (d.prepared == LinearMethod::multigrid) {
         LinearReport report = conjugateGradient(system, VCycle(*d.multigrid), b, scale, u, limits, d.vectors);
         report.method = method;
-        return report;
+        if (report.status != LinearStatus::negativeCurvature) return report;
+        prepare(system, LinearMethod::jacobi);  // which tells whether it was the matrix or the V-cycle
     }
     const BlockJacobi jacobi(d.inverse);
     return limits.tolerance >= kSingle ? conjugateGradient(system, jacobi, b, scale, u, limits, d.singles)

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t kCoarsestNodes = 100;  // a dense factorisation of these takes two milliseconds
 constexpr double kLeastReduction = 0.7;      // of the nodes from level to level; dust of fragments does not get fewer
-constexpr double kSafety = 1.1, kRange = 6;  // smoother damps eigenvalues in [largest / kRange, kSafety largest]
+constexpr double kSafety = 1.15, kRange = 6;  // smoother damps eigenvalues in [largest / kRange, kSafety largest]
 constexpr int kPowerSteps = 10;
 
 /// A number in [-1, 1] from a node's number, the same on every machine.
@@ -147,20 +147,21 @@ bool Multigrid::setUp(const LinearSystem& system)
     std::copy(system.fixed.begin(), system.fixed.end(), top.fixed.begin());
     for (std::size_t l = 0; l < levels_.size(); ++l) {
         Level& level = *levels_[l];
-        level.massFactor = system.massFactor;
         if (l > 0) {
             const Level& fine = *levels_[l - 1];
             level.elastic->average(*fine.elastic, *fine.tangent, fine.coarser.finer, level.ownTangent);
             level.tangent = &level.ownTangent;
             restrictHolds(fine.fixed, fine.spring, fine.elastic->stiffness(), fine.coarser.parents, level.fixed, level.spring);
         }
-        const std::span<const double> mass = level.elastic->mass();
-        eachNode(level.added.size(),
-                 [&](std::size_t i) { level.added[i] = float(mass[i] * level.massFactor) + (l > 0 ? level.spring[i] : 0.f); });
-        invertDiagonal(level.system(), level.spring, scratch_, level.inverse);
+        if (l == 1) {
+            // The finest level has the same kinds of tets, and is spared the products. Twice the spacing has four times the
+            // mass for each stiffness, which would make the eigenvalue less.
+            weigh(level, system.massFactor / 4);
+            top.largest = largestEigenvalue(level);
+        }
+        weigh(level, system.massFactor);
         if (l > 0 || levels_.size() == 1) level.largest = largestEigenvalue(level);
     }
-    if (levels_.size() > 1) top.largest = levels_[1]->largest;  // both have the same kinds of tets: not worth products on the finest
     if (levels_.back()->elastic->nodeCount() > kCoarsestNodes) return true;
     const Eigen::Index size = Eigen::Index(3 * levels_.back()->elastic->nodeCount());
     coarsest_->matrix.setZero(size, size);
@@ -168,6 +169,17 @@ bool Multigrid::setUp(const LinearSystem& system)
               [&](Eigen::Index row, Eigen::Index column, double value) { coarsest_->matrix(row, column) += value; });
     coarsest_->factor.compute(coarsest_->matrix);  // reads the lower triangle
     return coarsest_->factor.info() == Eigen::Success;
+}
+
+/// Diagonal of the level: mass, springs, and the inverse blocks.
+void Multigrid::weigh(Level& level, double massFactor)
+{
+    level.massFactor = massFactor;
+    const std::span<const double> mass = level.elastic->mass();
+    eachNode(level.added.size(), [&](std::size_t i) {
+        level.added[i] = float(mass[i] * massFactor) + (level.spring.empty() ? 0.f : level.spring[i]);
+    });
+    invertDiagonal(level.system(), level.spring, scratch_, level.inverse);
 }
 
 /// By the power method from noise; a lower bound that kSafety makes up for.

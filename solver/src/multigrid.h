@@ -39,6 +39,7 @@ private:
     struct Level;
     struct Coarsest;
 
+    void weigh(Level& level, double massFactor);
     static float largestEigenvalue(Level& level);
     static void smooth(Level& level, bool fromZero);
     static void restrictResidual(Level& level, Level& coarse);
