@@ -48,6 +48,7 @@ STAGES = {
     "fracture": "where the crack goes",
     "relevel": "the level set made a distance again",
     "cut": "what changed cut again",
+    "rebuild": "the solver's tables made again for what was cut",
     "snapshot": "what frames need, copied",
     "output": "frames written, beside the steps",
     "wait": "until the last frames are written",
@@ -73,8 +74,8 @@ whose mesh was there before; in brackets: of the first step on a new mesh."""
 TEXT_EXPONENTS = """Time grows with the nodes to the power of (fitted to the table; 1 would be the same time for each node):"""
 
 TEXT_RESIDUAL = """How long until a step of the standard block, from rest and on a new mesh, is solved: until what is left of the forces is
-below a part (the target) of the largest force. All are judged by one and the same check of the positions they end with.
-*Exact*: each linear system is solved to 1e-6. *Inexact*: only as far as the target needs, which the program does by itself.
+below a part (the target) of the largest of inertia, elastic and outer force. All are judged by one and the same check of the
+positions they end with. *Exact*: each linear system is solved to 1e-6, in as many Newton iterations as it takes. *Inexact*: only as far as the target needs, which the program does by itself.
 *Direct* is a factorisation of the assembled matrix."""
 
 TEXT_KERNELS = """On a block of {n} nodes a side, bent and stretched so that no tet is at rest; a product without the sums at the nodes. The
