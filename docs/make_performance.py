@@ -7,9 +7,6 @@
 Several files of one machine complete each other; where two hold the same workload, the later one counts. Files of
 different machines become a part of the page each. With --check nothing is written: exit 1 says that the page is not what
 the files give, exit 2 that a file cannot be used.
-
-A file may also hold a key "memory": a list of {"what": text, "bytes": number, "per": unit, "bytes_each": number}, which
-becomes a table.
 """
 import argparse
 import json
@@ -51,7 +48,10 @@ STAGES = {
     "fracture": "where the crack goes",
     "relevel": "the level set made a distance again",
     "cut": "what changed cut again",
-    "output": "frames written",
+    "rebuild": "the solver's tables made again for what was cut",
+    "snapshot": "what frames need, copied",
+    "output": "frames written, beside the steps",
+    "wait": "until the last frames are written",
 }
 
 TEXT_STAGES = """Each stage alone, on a ball {voxels} voxels across, {threads}. *Relevel* and *re-cut* follow a change of half a voxel on a
@@ -60,7 +60,32 @@ part of the surface, about what a crack does in a step. Files are written, read 
 UNITS = {"level set": "made from the shape", "relevel": "made a distance again after a change", "cut": "all cells cut", "re-cut": "cells cut again",
          "surface": "triangles of the surface", "write .obj": "file", "write .vdb": "file"}
 
-TEXT_MEMORY = """What the large arrays take."""
+TEXT_THREADS = """A model, not a measurement: an iteration on t threads takes max(work / t, bytes / bandwidth). Its two numbers are those of
+n = {n} in the table above: *work*, the {work} ns a node that one thread needed, and *bytes / bandwidth*, the {floor} ns a node
+that reading takes at the bandwidth measured on {cores}. With this memory more than {most} threads would not help; a machine
+with more cores mostly has a faster one. The last column is what a machine must have for its threads not to wait."""
+
+TEXT_SCALING = """The standard block with 2^k + 1 nodes a side, one Newton iteration from rest, linear systems solved to 1e-6, {threads}. *Jacobi*
+is conjugate gradients with the 3x3 diagonal blocks, *multigrid* the same with a V-cycle over coarser lattices. *Dynamic* is a
+step of 1/240 s; *static* has no inertia, the top is moved just as far. *Torn*: an open crack through half of the block. A
+*product* is one pass over the tets of the block: jacobi has one an iteration, multigrid some more. The time is that of a step
+whose mesh was there before; in brackets: of the first step on a new mesh."""
+
+TEXT_EXPONENTS = """Time grows with the nodes to the power of (fitted to the table; 1 would be the same time for each node):"""
+
+TEXT_RESIDUAL = """How long until a step of the standard block, from rest and on a new mesh, is solved: until what is left of the forces is
+below a part (the target) of the largest of inertia, elastic and outer force. All are judged by one and the same check of the
+positions they end with. *Exact*: each linear system is solved to 1e-6, in as many Newton iterations as it takes. *Inexact*: only as far as the target needs, which the program does by itself.
+*Direct* is a factorisation of the assembled matrix."""
+
+TEXT_KERNELS = """On a block of {n} nodes a side, bent and stretched so that no tet is at rest; a product without the sums at the nodes. The
+forces of a tet include its polar decomposition. The rotation of one 3x3 matrix by Eigen's JacobiSVD takes {svd} ns on this
+machine: {ratio} times all of that. A ball cut by the lattice ({cut} of its {cells} cells are cut) takes {ball} ns for a product
+and tet with material: {over} times the {whole} ns of whole cells, since cut cells fill vectors less well."""
+
+TEXT_MEMORY = """Of the single structures: what their sizes add up to, after a step. *In all*: by how much the memory that the operating system
+counts for the program has grown, with all that a run keeps (the level set and the crack too); libraries, which take some
+tens of MiB once, apart. At rest is after the first step."""
 
 
 class Unusable(Exception):
@@ -162,6 +187,70 @@ def section_iteration(result):
     return f"{TEXT_ITERATION}\n\n{table(columns, rows)}"
 
 
+def section_threads(result):
+    block = result["block"][-1]
+    alone, full = (min((run for run in block["runs"]), key=lambda run: sign * run["threads"]) for sign in (1, -1))
+    work, floor, bandwidth = alone["iteration_ns_a_node"], full["floor_ns_a_node"], alone["gb_per_s"]
+    measured = {run["threads"]: digits(run["iteration_ns_a_node"]) for run in block["runs"]}
+    rows = []
+    for t in (1, 2, 4, 8, 16, 32, 64):
+        model = max(work / t, floor)
+        rows.append([t, digits(model), measured.get(t, ""), f"{work / model:.1f}", digits(bandwidth * t)])
+    text = TEXT_THREADS.format(n=block["n"], work=digits(work), floor=digits(floor), cores=threads_text(full["threads"]), most=digits(work / floor, 2))
+    return f"{text}\n\n{table([' threads', ' model, ns a node', ' measured', ' speed-up of the model', ' GB/s needed'], rows)}"
+
+
+def problem(row):
+    return row["problem"] + (", torn" if row["cracked"] else "")
+
+
+def section_scaling(result):
+    solvers = result["solvers"]
+    lines, columns, methods = {}, ["problem", " n", " nodes"], ("jacobi", "multigrid")
+    for row in solvers["scaling"]:
+        lines.setdefault((problem(row), row["n"], row["nodes"]), {})[row["method"]] = row
+    for method in methods:
+        columns += [f" {method}: iterations", " products", " time"]
+    rows = []
+    for (name, n, nodes), by_method in lines.items():
+        rows.append([name, n, grouped(nodes)])
+        for method in methods:
+            row = by_method.get(method)
+            rows[-1] += [row["linear_iterations"], row["products"], f"{seconds(row['seconds'])} ({seconds(row['first_seconds'])})"] if row else ["", "", ""]
+    fits = {}
+    for fit in solvers["exponents"]:
+        fits.setdefault(problem(fit), {})[fit["method"]] = f"{fit['seconds']:.2f}"
+    fit_rows = [[name] + [fit.get(method, "") for method in methods] for name, fit in fits.items()]
+    text = TEXT_SCALING.format(threads=threads_text(solvers["threads"]))
+    return f"{text}\n\n{table(columns, rows)}\n\n{TEXT_EXPONENTS}\n\n{table(['problem'] + [f' {method}' for method in methods], fit_rows)}"
+
+
+def section_residual(result):
+    runs = result["solvers"]["time_to_residual"]
+    targets = sorted({run["target"] for run in runs}, reverse=True)
+    columns = [" n", "linear solver"] + [c for t in targets for c in (f" to {t:.0e}", " Newton, linear iterations", " products", " left")]
+    lines = {}
+    for run in runs:
+        method = run["method"] if run["method"] == "direct" else f"{run['method']}, {run['linear']}"
+        lines.setdefault((run["n"], method), {})[run["target"]] = run
+    rows = []
+    for (n, method), by_target in lines.items():
+        rows.append([n, method])
+        for run in (by_target[t] for t in targets):
+            rows[-1] += [seconds(run["seconds"]), f"{run['newton_iterations']}, {run['linear_iterations']}", run["products"], f"{run['residual']:.0e}"]
+    return f"{TEXT_RESIDUAL}\n\n{table(columns, rows)}"
+
+
+def section_kernels(result):
+    kernels = result["solvers"]["kernels"]
+    ball, whole = kernels["cut_ball"], kernels["runs"][0]["product_ns_a_tet"]
+    text = TEXT_KERNELS.format(n=kernels["n"], svd=digits(kernels["svd_ns"]), ratio=digits(kernels["svd_over_force"], 2), cut=grouped(ball["cut_cells"]),
+                               cells=grouped(ball["cells"]), ball=digits(ball["product_ns_a_tet"]), over=digits(ball["over_whole"]), whole=digits(whole))
+    keys = ("force_ns_a_tet", "product_ns_a_tet", "product_ns_a_node", "product_single_ns_a_node")
+    columns = [" threads", " forces, ns a tet", " product, ns a tet", " ns a node", " in single precision, ns a node"]
+    return f"{text}\n\n{table(columns, [[run['threads']] + [digits(run[key]) for key in keys] for run in kernels['runs']])}"
+
+
 def stage_cells(tear, part, stages):
     total = tear[part]["seconds_a_step"]
     shown = {stage["stage"]: stage["seconds_a_step"] for stage in tear[part]["stages"]}
@@ -195,7 +284,9 @@ def section_memory(result):
 
 
 SECTIONS = [("Machine", "machine", section_machine), ("Floors", "floors", section_floors), ("Standard block", "block", section_block),
-            ("Iterations against the floor", "block", section_iteration), ("Tearing block", "tear", section_tear),
+            ("Iterations against the floor", "block", section_iteration), ("More threads", "block", section_threads),
+            ("Linear solvers", "solvers", section_scaling), ("Time to a residual", "solvers", section_residual),
+            ("Inner loops", "solvers", section_kernels), ("Tearing block", "tear", section_tear),
             ("Stages", "stages", section_stages), ("Memory", "memory", section_memory)]
 
 

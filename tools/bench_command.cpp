@@ -14,19 +14,36 @@ namespace vdbfrac::tools {
 
 namespace {
 
+const std::vector<std::string> kWorkloads = {"floors", "block", "tear", "stages", "solvers", "memory"};
+
 struct BenchOptions {
     CommonOptions common;
     std::string set = "standard", file;
-    std::vector<std::string> only = {"floors", "block", "tear", "stages"};
+    std::vector<std::string> only = kWorkloads;
     int threads = 0;
 };
 
 bench::Plan planOf(const std::string& set)
 {
     constexpr int kAll = 1 << 20;  // more steps than a run has: to its last frame
-    if (set == "quick") return {{{20, 12}}, {{20, 4, 24}}, 24};
-    if (set == "standard") return {{{20, 12}, {40, 12}, {60, 6}}, {{20, 40}, {50, 10}}, 64};
-    return {{{20, 12}, {40, 12}, {60, 6}, {80, 4}, {100, 3}}, {{20, kAll}, {50, 40}, {100, 6}}, 128};
+    bench::Plan plan;
+    if (set == "quick") {
+        plan.blocks = {{20, 12}}, plan.tears = {{20, 4, 24}};
+        plan.solverSizes = {9, 17}, plan.residualSizes = {9};
+        return plan;
+    }
+    plan.memoryNodes = 40;
+    plan.residualSizes = {17, 33};
+    if (set == "standard") {
+        plan.blocks = {{20, 12}, {40, 12}, {60, 6}}, plan.tears = {{20, 40}, {50, 10}}, plan.ballVoxels = 64;
+        plan.solverSizes = {17, 33, 65};
+        return plan;
+    }
+    plan.blocks = {{20, 12}, {40, 12}, {60, 6}, {80, 4}, {100, 3}};
+    plan.tears = {{20, kAll}, {50, 40}, {100, 6}};
+    plan.ballVoxels = 128;
+    plan.solverSizes = {17, 33, 65, 129};
+    return plan;
 }
 
 bench::Json measure(const BenchOptions& options, const bench::Plan& plan, const bench::Say& say)
@@ -38,7 +55,9 @@ bench::Json measure(const BenchOptions& options, const bench::Plan& plan, const 
                           {"version", core::kVersion},
                           {"set", options.set},
                           {"machine", bench::describeMachine(plan.threads)}};
-    // The block is measured against the floors. They come first: nothing has heated or fragmented anything yet.
+    // Memory comes first, before anything else has left holes in it that would be filled.
+    if (wanted("memory")) result["memory"] = bench::benchMemory(plan, say);
+    // The block is measured against the floors.
     bench::Floors floors;
     if (wanted("floors") || wanted("block")) {
         say("floors: memory and arithmetic");
@@ -50,6 +69,7 @@ bench::Json measure(const BenchOptions& options, const bench::Plan& plan, const 
     for (const bench::TearSize& size : plan.tears)
         if (wanted("tear")) result["tear"].push_back(bench::benchTear(size, say));
     if (wanted("stages")) result["stages"] = bench::benchStages(plan.ballVoxels, say);
+    if (wanted("solvers")) result["solvers"] = bench::benchSolvers(plan, say);
     return result;
 }
 
@@ -80,7 +100,7 @@ Action addBench(CLI::App& app)
         ->capture_default_str();
     c->add_option("--only", o->only, "Which workloads; 'block' measures the floors too")
         ->delimiter(',')
-        ->check(CLI::IsMember({"floors", "block", "tear", "stages"}))
+        ->check(CLI::IsMember(kWorkloads))
         ->capture_default_str();
     c->add_option("-j,--threads", o->threads, "Threads to use (default: all cores)")->check(CLI::NonNegativeNumber);
     c->add_option("-o,--output", o->file, "Write the JSON to this file instead of stdout")->type_name("FILE");

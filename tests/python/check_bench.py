@@ -10,6 +10,8 @@ import tempfile
 from pathlib import Path
 
 PROGRAM, DOCS = sys.argv[1], Path(sys.argv[2])
+MOST_MULTIGRID_GROWTH = 2  # iterations, from the smallest block on
+MOST_BYTES_A_NODE = 2048  # of a whole simulation at rest
 failures = []
 
 
@@ -65,7 +67,8 @@ def check_part(part, stages, where):
     names = [stage["stage"] for stage in part["stages"]]
     require(set(stages) <= set(names), f"{where}: stages {names}, expected at least {stages}")
     for stage in part["stages"]:
-        require_positive(stage["work"], ["calls"], f"{where}, stage {stage['stage']}")
+        if stage["stage"] != "wait":  # for the writer of frames: time without work
+            require_positive(stage["work"], ["calls"], f"{where}, stage {stage['stage']}")
 
 
 def check_tear(tear):
@@ -85,6 +88,50 @@ def check_stages(stages):
         require_positive(stage, ["count", "seconds", "ns_a_unit"], f"stage {stage['stage']}")
 
 
+def check_scaling(scaling, exponents):
+    """Jacobi takes more iterations the more nodes there are; multigrid does not, not across a crack either."""
+    series = {}
+    for row in scaling:
+        require_positive(row, ["n", "nodes", "linear_iterations", "products", "seconds", "first_seconds"], f"solvers.scaling, n = {row['n']}")
+        require(row["newton_iterations"] == 1, f"solvers.scaling: the linear solver failed: {row}")
+        series.setdefault((row["method"], row["problem"], row["cracked"]), []).append(row)
+    require(len(series) == 8, f"solvers.scaling: {sorted(series)}")
+    for key, rows in series.items():
+        iterations = [row["linear_iterations"] for row in rows]
+        if key[0] == "multigrid":
+            require(max(iterations) <= iterations[0] + MOST_MULTIGRID_GROWTH, f"solvers.scaling {key}: iterations grow: {iterations}")
+        else:
+            require(iterations == sorted(iterations), f"solvers.scaling {key}: iterations {iterations}")
+        require([row["nodes"] > row["n"] ** 3 for row in rows] == [key[2]] * len(rows), f"solvers.scaling {key}: wrong numbers of nodes")
+    require(len(exponents) == len(series) and all(math.isfinite(fit["seconds"]) for fit in exponents), "solvers.exponents: not one for each")
+
+
+def check_residuals(runs):
+    settings = {(run["method"], run["linear"]) for run in runs}
+    require(len(settings) == 5 and len(runs) == 3 * len(settings), f"solvers.time_to_residual: {sorted(settings)}, {len(runs)} runs")
+    for run in runs:
+        require_positive(run, ["n", "target", "residual", "seconds", "newton_iterations", "linear_iterations"], f"solvers.time_to_residual {run}")
+        require((run["products"] == 0) == (run["method"] == "direct"), f"solvers.time_to_residual: products of {run}")
+        require(run["residual"] < run["target"], f"solvers.time_to_residual: not reached: {run}")
+
+
+def check_kernels(kernels):
+    require_positive(kernels, ["n", "nodes", "tets", "svd_ns", "svd_over_force"], "solvers.kernels")
+    require([run["threads"] for run in kernels["runs"]] == [1, 2], "solvers.kernels: not on one and two threads")
+    for run in kernels["runs"]:
+        require_positive(run, ["force_ns_a_tet", "product_ns_a_node", "product_single_ns_a_node", "product_ns_a_tet"], "solvers.kernels.runs")
+    require_positive(kernels["cut_ball"], ["cells", "cut_cells", "tets", "product_ns_a_tet", "over_whole"], "solvers.kernels.cut_ball")
+
+
+def check_memory(memory):
+    for row in memory:
+        require_positive(row, ["bytes", "bytes_each"], f"memory, {row.get('what')}")
+    for end in ("operator", "tangent", "jacobi", "all levels", "at rest", "at its peak"):
+        require(any(row["what"].endswith(end) for row in memory), f"memory: nothing on '{end}'")
+    at_rest = [row["bytes_each"] for row in memory if row["what"].endswith("in all at rest")]
+    require(at_rest and max(at_rest) <= MOST_BYTES_A_NODE, f"memory: {at_rest} bytes a node at rest, at most {MOST_BYTES_A_NODE} are allowed")
+
+
 def make_page(*arguments):
     return subprocess.run(["/usr/bin/python3", str(DOCS / "make_performance.py"), *map(str, arguments)], capture_output=True, text=True)
 
@@ -94,31 +141,40 @@ with tempfile.TemporaryDirectory() as temporary:
     first, second, page = folder / "first.json", folder / "second.json", folder / "performance.md"
     bench("--set", "quick", "-j", "2", "-q", "-o", str(first))
     result = json.loads(first.read_text())
-    if require_keys(result, ["program", "version", "set", "machine", "floors", "block", "tear", "stages"], "result"):
+    if require_keys(result, ["program", "version", "set", "machine", "floors", "block", "tear", "stages", "solvers", "memory"], "result"):
         require_keys(result["machine"], ["processor", "cores", "threads", "vector_unit", "memory_bytes", "system", "compiler", "build_type"], "machine")
         check_floors(result["floors"])
         check_block(result["block"][0])
         check_tear(result["tear"][0])
         check_stages(result["stages"])
+        check_scaling(result["solvers"]["scaling"], result["solvers"]["exponents"])
+        check_residuals(result["solvers"]["time_to_residual"])
+        check_kernels(result["solvers"]["kernels"])
+        check_memory(result["memory"])
 
     # A part of it, on stdout, on one thread: the same state to the bit, and nothing that was not asked for.
     part = json.loads(bench("--set", "quick", "--only", "tear", "-j", "1").stdout)
     require(part["tear"][0]["state_hash"] == result["tear"][0]["state_hash"], "tear: the state depends on the number of threads")
-    require(not {"floors", "block", "stages"} & set(part), "--only tear: more than that was measured")
+    require(not {"floors", "block", "stages", "solvers", "memory"} & set(part), "--only tear: more than that was measured")
     bench("--only", "nonsense", code=2)
     bench("--set", "quick", "--only", "stages", "-o", str(folder / "none" / "out.json"), code=4)
 
-    # The page: of one file, of two that complete each other, with the memory table only where there is something for it.
+    # The page: of one file, of two that complete each other, with a table only where there is something for it.
     made = make_page(first, "-o", page)
     require(made.returncode == 0, f"make_performance.py failed:\n{made.stderr}")
     text = page.read_text() if page.exists() else ""
-    for heading in ("Generated by", "## Machine", "## Floors", "## Standard block", "## Iteration", "## Tearing", "## Stages"):
+    for heading in ("Generated by", "## Machine", "## Floors", "## Standard block", "## Iteration", "## More threads", "## Linear solvers",
+                    "## Time to a residual", "## Inner loops", "## Tearing", "## Stages", "## Memory"):
         require(heading in text, f"page: no '{heading}'")
-    require("## Memory" not in text, "page: a table of memory that nothing was measured for")
     require("nan" not in text and "None" not in text, "page: numbers that are none")
-    second.write_text(json.dumps({"machine": result["machine"], "memory": [{"what": "tangent", "bytes": 123000000, "per": "tet", "bytes_each": 60}]}))
+    second.write_text(json.dumps(part))
+    made = make_page(second, "-o", page)
+    require(made.returncode == 0 and "## Tearing" in page.read_text(), f"page of a part:\n{made.stderr}")
+    require("## Memory" not in page.read_text() and "## Linear" not in page.read_text(), "page: tables that nothing was measured for")
+    second.write_text(json.dumps({"machine": result["machine"], "memory": [{"what": "measured later", "bytes": 123000000, "per": "tet", "bytes_each": 60}]}))
     made = make_page(first, second, "-o", page)
-    require(made.returncode == 0 and "## Memory" in page.read_text() and "tangent" in page.read_text(), f"page of two files:\n{made.stderr}")
+    require(made.returncode == 0 and "## Linear" in page.read_text() and "measured later" in page.read_text(), f"page of two files:\n{made.stderr}")
+    require("in all at rest" not in page.read_text(), "page of two files: of two measurements of memory the later one does not count")
     require(make_page(first, second, "-o", page, "--check").returncode == 0, "--check rejects the page that was just made")
     page.write_text(page.read_text() + "by hand\n")
     require(make_page(first, second, "-o", page, "--check").returncode == 1, "--check accepts a page that was edited")

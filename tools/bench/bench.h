@@ -33,8 +33,12 @@ struct TearSize {
 struct Plan {
     std::vector<BlockSize> blocks;
     std::vector<TearSize> tears;
-    int ballVoxels = 24;  ///< across the ball of the single stages
-    int threads = 1;      ///< the most; single-threaded besides where a speed-up is of interest
+    int ballVoxels = 24;             ///< across the ball of the single stages and of the kernels
+    std::vector<int> solverSizes;    ///< nodes a side of the block that linear solvers are compared on, 2^k + 1
+    std::vector<int> residualSizes;  ///< nodes a side for the time to a residual
+    int memoryNodes = 20;            ///< a side of the block whose memory is counted
+    int memoryVoxels = 50;           ///< along an edge of the notched block whose memory is counted
+    int threads = 1;                 ///< the most; single-threaded besides where a speed-up is of interest
 };
 
 Json describeMachine(int threads);
@@ -42,6 +46,8 @@ Json toJson(const Floors& floors);
 Json benchBlock(const BlockSize& size, int threads, const Floors& floors, const Say& say);
 Json benchTear(const TearSize& size, const Say& say);
 Json benchStages(int voxels, const Say& say);
+Json benchSolvers(const Plan& plan, const Say& say);
+Json benchMemory(const Plan& plan, const Say& say);
 
 /// Thread counts to measure: 1, and `threads` where that is more.
 std::set<int> threadCounts(int threads);

@@ -1,16 +1,14 @@
 // The stages of a step one at a time, on a ball: level set, cut, re-cut of what changed, surface, files.
+#include "ball.h"
 #include "bench.h"
 #include "scratch.h"
 
 #include <vdbfrac/base/parallel.h>
-#include <vdbfrac/grid/body_level_set.h>
 #include <vdbfrac/grid/phi_nodes.h>
 #include <vdbfrac/grid/vdb_file.h>
 #include <vdbfrac/tetmesh/embedding.h>
 #include <vdbfrac/tetmesh/fragments.h>
 #include <vdbfrac/tetmesh/obj_file.h>
-
-#include "../memory.h"
 
 #include <fmt/format.h>
 
@@ -22,7 +20,6 @@ namespace vdbfrac::tools::bench {
 namespace {
 
 constexpr int kRepetitions = 3;  // the best one counts
-constexpr double kRadius = 0.5;  // m
 
 /// Times stages and collects the results.
 class Stopwatch {
@@ -56,25 +53,11 @@ private:
 
 struct Nothing {};
 
-grid::LevelSet makeBall(double dx)
-{
-    scene::Body body;
-    body.name = "ball";
-    body.place = "bench";
-    Primitive ball;
-    ball.kind = Primitive::Kind::sphere;
-    ball.radius = kRadius;
-    body.shape = ball;
-    scene::Grid grid;
-    grid.voxelSize = dx;
-    return grid::makeLevelSet(body, grid, defaultMemoryLimit());
-}
-
 /// Half a voxel off the surface within a cap of the ball: about what a crack front does in a step.
 grid::PhiChanges raisedCap(const grid::LevelSet& phi)
 {
     const double dx = phi.voxelSize();
-    const int reach = int(kRadius / dx) + 2, low = int(0.35 / dx);  // voxels; the cap is x > .35 m
+    const int reach = int(kBallRadius / dx) + 2, low = int(0.35 / dx);  // voxels; the cap is x > .35 m
     std::vector<Coord> voxels;
     for (int z = -reach; z <= reach; ++z)
         for (int y = -reach; y <= reach; ++y)
@@ -134,7 +117,7 @@ void measureOutput(Stopwatch& watch, const grid::LevelSet& ball, const tetmesh::
 
 Json benchStages(int voxels, const Say& say)
 {
-    const double dx = 2 * kRadius / voxels;
+    const double dx = 2 * kBallRadius / voxels;
     Stopwatch watch(say);
     watch.measure(
         "level set", "voxel", [] { return Nothing{}; }, [&](Nothing) { return makeBall(dx).activeVoxels(); });

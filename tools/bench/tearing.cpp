@@ -1,16 +1,13 @@
 // The notched block that ships, torn at a resolution: every stage of a real run with its time and its work.
 #include "bench.h"
+#include "notched_block.h"
 #include "scratch.h"
 
 #include "../memory.h"
 
-#include <bench_data.h>
-
 #include <vdbfrac/base/hash.h>
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/core/run_folder.h>
-#include <vdbfrac/effects/effects.h>
-#include <vdbfrac/scene/reader.h>
 
 #include <fmt/format.h>
 
@@ -20,13 +17,6 @@
 namespace vdbfrac::tools::bench {
 
 namespace {
-
-scene::Scene notchedBlock(const TearSize& size)
-{
-    return scene::parseScene(
-        kNotchedBlock, "notched_block.toml", effects::effectTables(),
-        {fmt::format("grid.voxel_size={}", 1. / size.voxels), fmt::format("time.frames=[1,{}]", size.lastFrame)});
-}
 
 /// The steps of one part of the run: all of them, or those in which something tore.
 struct Part {
@@ -55,24 +45,22 @@ class Tearing {
 public:
     explicit Tearing(const TearSize& size)
         : size_(size),
-          scene_(notchedBlock(size)),
-          effects_(effects::makeEffects(scene_)),
-          simulation_(scene_, pointers(), defaultMemoryLimit()),
-          folder_(scratch_.path() / "run", scene_, simulation_.stages(), false)
+          prepared_(notchedBlock(size.voxels, size.lastFrame)),
+          simulation_(prepared_.simulation),
+          folder_(scratch_.path() / "run", prepared_.scene, simulation_.stages(), false)
     {
     }
 
     /// Steps and writes frames until enough has torn. A frame is written when its time has come, as in any run.
     void run()
     {
+        const double fps = prepared_.scene.time.fps;
         for (int frame = 1; frame <= size_.lastFrame && !done(); ++frame) {
-            const double end = (frame - 1) / scene_.time.fps;
-            while (simulation_.time() < end - 1e-9 / scene_.time.fps && !done()) step(end);
+            const double end = (frame - 1) / fps;
+            while (simulation_.time() < end - 1e-9 / fps && !done()) step(end);
             if (!done()) (void)folder_.writeFrame(simulation_, frame);
         }
-        const auto start = std::chrono::steady_clock::now();
         folder_.finish(simulation_, "finished");
-        waited_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     }
 
     Json toJson(std::uint64_t memoryBefore) const
@@ -81,7 +69,7 @@ public:
         Part whole = all_;
         const Ledger output = folder_.work();
         whole.work.add(output);
-        whole.seconds += output.secondsOf("snapshot") + waited_;
+        whole.seconds += output.secondsOf("snapshot") + output.secondsOf("wait");
         return {{"voxels", size_.voxels},
                 {"threads", threadCount()},
                 {"steps", all_.steps},
@@ -100,13 +88,6 @@ public:
     }
 
 private:
-    std::vector<core::Effect*> pointers() const
-    {
-        std::vector<core::Effect*> p;
-        for (const auto& e : effects_) p.push_back(e.get());
-        return p;
-    }
-
     bool done() const { return torn_.steps >= size_.tornSteps; }
 
     void step(double end)
@@ -120,13 +101,11 @@ private:
     }
 
     TearSize size_;
-    scene::Scene scene_;
+    Prepared prepared_;
+    core::Simulation& simulation_;
     ScratchFolder scratch_;
-    std::vector<std::unique_ptr<core::Effect>> effects_;
-    core::Simulation simulation_;
     core::RunFolder folder_;
     Part all_, torn_;
-    double waited_ = 0;  // s, for the last frames to be written
 };
 
 }  // namespace
