@@ -7,10 +7,10 @@ namespace vdbfrac::solver {
 namespace {
 
 /// The inverse of a definite block that single precision can hold as one; else of its size times the identity.
-SymmetricBlock inverted(const Mat3& m, double size)
+SymmetricBlock inverted(const ElasticOperator::PackedBlock& m, double size)
 {
     constexpr double kWorst = 1e-7;  // of det to the cube of the mean eigenvalue: condition numbers up to 1e6
-    const double xx = m(0, 0), yy = m(1, 1), zz = m(2, 2), yz = m(1, 2), zx = m(2, 0), xy = m(0, 1);
+    const double xx = m[0], yy = m[1], zz = m[2], yz = m[3], zx = m[4], xy = m[5];
     const double a[6] = {yy * zz - yz * yz, zz * xx - zx * zx, xx * yy - xy * xy, zx * xy - xx * yz, xy * yz - yy * zx, yz * zx - zz * xy};
     const double det = xx * a[0] + xy * a[5] + zx * a[4], mean = (xx + yy + zz) / 3;
     const bool definite = xx > 0 && a[2] > 0 && det > kWorst * mean * mean * mean;
@@ -21,19 +21,16 @@ SymmetricBlock inverted(const Mat3& m, double size)
 
 }  // namespace
 
-void invertDiagonal(const LinearSystem& system, std::span<const float> extra, std::vector<Mat3>& scratch, std::span<SymmetricBlock> inverse)
+void invertDiagonal(const LinearSystem& system, std::span<const float> extra, std::span<SymmetricBlock> inverse)
 {
     const std::span<const double> mass = system.elastic.mass(), stiffness = system.elastic.stiffness();
-    const auto added = [&](std::size_t i) { return mass[i] * system.massFactor + (extra.empty() ? 0. : double(extra[i])); };
-    scratch.resize(inverse.size());
-    parallelChunks(inverse.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) scratch[i] = added(i) * Mat3::Identity();
-    });
-    system.elastic.addDiagonal(system.tangent, scratch);
+    const auto sums = system.elastic.diagonal(system.tangent);
     parallelChunks(inverse.size(), kChunk, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
-            const double size = stiffness[i] + added(i);
-            inverse[i] = system.fixed[i] || !(size > 0) ? SymmetricBlock{} : inverted(scratch[i], size);
+            const double added = mass[i] * system.massFactor + (extra.empty() ? 0. : double(extra[i])), size = stiffness[i] + added;
+            ElasticOperator::PackedBlock block = sums(i);
+            block.head<3>().array() += added;
+            inverse[i] = system.fixed[i] || !(size > 0) ? SymmetricBlock{} : inverted(block, size);
         }
     });
 }

@@ -5,7 +5,6 @@
 
 #include <cstdint>
 #include <span>
-#include <vector>
 
 namespace vdbfrac::solver {
 
@@ -24,6 +23,6 @@ struct SymmetricBlock {
 
 /// Writes the inverse block of each node to `inverse`: 0 at fixed nodes and where there is no material; a multiple of
 /// the identity where the block is not positive definite. `extra` [N/m], if any, is added to the diagonal.
-void invertDiagonal(const LinearSystem& system, std::span<const float> extra, std::vector<Mat3>& scratch, std::span<SymmetricBlock> inverse);
+void invertDiagonal(const LinearSystem& system, std::span<const float> extra, std::span<SymmetricBlock> inverse);
 
 }  // namespace vdbfrac::solver

@@ -470,11 +470,10 @@ void ElasticOperator::addProduct(const Tangent& tangent, std::span<const Vec3> u
     addSums(sums<Vec3>(), out);
 }
 
-void ElasticOperator::addDiagonal(const Tangent& tangent, std::span<Mat3> blocks) const
+NodeSums<ElasticOperator::PackedBlock> ElasticOperator::diagonal(const Tangent& tangent) const
 {
     const Data& d = *data_;
-    using Packed = Eigen::Matrix<double, kDiagonalRows, 1>;
-    Packed* const slot = d.slots.as<Packed>();
+    PackedBlock* const slot = d.slots.as<PackedBlock>();
     parallelChunks(d.p.patches.size(), 1, [&](std::size_t i, std::size_t) {
         const Patch& patch = d.p.patches[i];
         const std::size_t stride = patch.stride();
@@ -484,9 +483,14 @@ void ElasticOperator::addDiagonal(const Tangent& tangent, std::span<Mat3> blocks
         for (std::size_t n = 0; n < patch.nodes; ++n)
             for (std::size_t k = 0; k < kDiagonalRows; ++k) slot[patch.firstSlot + n][Eigen::Index(k)] = out[k * stride + n];
     });
+    return d.sums<PackedBlock>();
+}
+
+void ElasticOperator::addDiagonal(const Tangent& tangent, std::span<Mat3> blocks) const
+{
+    const auto sums = diagonal(tangent);
     parallelChunks(blocks.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t n = begin; n < end; ++n)
-            for (std::uint32_t s = d.p.slotStart[n]; s < d.p.slotStart[n + 1]; ++s) blocks[n] += unpackSymmetric(slot[d.p.slots[s]].data());
+        for (std::size_t n = begin; n < end; ++n) blocks[n] += unpackSymmetric(sums(n).data());
     });
 }
 

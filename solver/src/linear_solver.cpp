@@ -172,13 +172,12 @@ struct LinearSolver::Data {
     Vectors<Vec3> vectors;
     Vectors<Vec3f> singles;
     std::vector<SymmetricBlock> inverse;
-    std::vector<Mat3> scratch;
     std::unique_ptr<Multigrid> multigrid;
     std::unique_ptr<Direct> direct;
 };
 
 LinearSolver::LinearSolver(const ElasticOperator& elastic, LinearMethod method)
-    : data_(std::make_unique<Data>(Data{&elastic, method, LinearMethod::automatic, {}, {}, {}, {}, nullptr, nullptr}))
+    : data_(std::make_unique<Data>(Data{&elastic, method, LinearMethod::automatic, {}, {}, {}, nullptr, nullptr}))
 {
 }
 LinearSolver::~LinearSolver() = default;
@@ -217,7 +216,7 @@ void LinearSolver::prepare(const LinearSystem& system, LinearMethod method)
         d.prepared = LinearMethod::jacobi;
     }
     d.inverse.resize(system.elastic.nodeCount());
-    invertDiagonal(system, {}, d.scratch, d.inverse);
+    invertDiagonal(system, {}, d.inverse);
 }
 
 void LinearSolver::rebind(const ElasticOperator& elastic)
@@ -258,7 +257,7 @@ std::size_t LinearSolver::bytes() const
 {
     const Data& d = *data_;
     const auto of = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
-    return d.vectors.bytes() + d.singles.bytes() + of(d.inverse) + of(d.scratch) + (d.multigrid ? d.multigrid->bytes() : 0);
+    return d.vectors.bytes() + d.singles.bytes() + of(d.inverse) + (d.multigrid ? d.multigrid->bytes() : 0);
 }
 
 double dot(std::span<const Vec3> a, std::span<const Vec3> b)

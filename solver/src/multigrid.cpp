@@ -179,7 +179,7 @@ void Multigrid::weigh(Level& level, double massFactor)
     eachNode(level.added.size(), [&](std::size_t i) {
         level.added[i] = float(mass[i] * massFactor) + (level.spring.empty() ? 0.f : level.spring[i]);
     });
-    invertDiagonal(level.system(), level.spring, scratch_, level.inverse);
+    invertDiagonal(level.system(), level.spring, level.inverse);
 }
 
 /// By the power method from noise; a lower bound that kSafety makes up for.
@@ -293,7 +293,7 @@ std::span<const Vec3f> Multigrid::result() const { return levels_[0]->x; }
 std::size_t Multigrid::bytes() const
 {
     const auto of = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
-    std::size_t sum = of(scratch_);
+    std::size_t sum = 0;
     for (const auto& level : levels_) {
         sum += of(level->fixed) + of(level->spring) + of(level->added) + of(level->inverse) + of(level->x) + of(level->b) + of(level->step) +
                of(level->childStart) + of(level->child) + of(level->coarser.parents) + of(level->coarser.finer.start) +

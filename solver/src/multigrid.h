@@ -48,7 +48,6 @@ private:
 
     std::vector<std::unique_ptr<Level>> levels_;
     std::unique_ptr<Coarsest> coarsest_;
-    std::vector<Mat3> scratch_;  // diagonal blocks
 };
 
 }  // namespace vdbfrac::solver

@@ -126,6 +126,9 @@ public:
     NodeSums<V> sums() const;
     /// out += K u.
     void addProduct(const Tangent& tangent, std::span<const Vec3> u, std::span<Vec3> out) const;
+    /// The 3x3 diagonal blocks of K, as xx, yy, zz, yz, zx, xy, left in pieces like a product.
+    using PackedBlock = Eigen::Matrix<double, 6, 1>;
+    NodeSums<PackedBlock> diagonal(const Tangent& tangent) const;
     /// Adds the 3x3 diagonal blocks of K.
     void addDiagonal(const Tangent& tangent, std::span<Mat3> blocks) const;
 
