@@ -175,6 +175,7 @@ LinearStatus BackwardEuler::Newton::solve()
     const LinearReport r = linear_.solve({*elastic_, tangent_, inertia_ + shares_.mass, boundary_->fixed}, here_.gradient, direction_, limits, prepared_);
     prepared_ = true;
     report_.linearIterations += r.iterations;
+    report_.multigridSystems += r.method == LinearMethod::multigrid;
     return r.status;
 }
 

@@ -1,7 +1,6 @@
 #include <vdbfrac/solver/elastic_operator.h>
 
-#include "flush_denormals.h"
-#include "patches.h"
+#include "operator_data.h"
 
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/solver/corotational.h>
@@ -33,20 +32,6 @@ void Tangent::resize(std::size_t batches)
 }
 
 namespace {
-
-constexpr int kRow[6] = {0, 1, 2, 1, 2, 0}, kColumn[6] = {0, 1, 2, 2, 0, 1};
-
-void packSymmetric(const Mat3& m, double* packed)
-{
-    for (int k = 0; k < 6; ++k) packed[k] = m(kRow[k], kColumn[k]);
-}
-
-Mat3 unpackSymmetric(const double* packed)
-{
-    Mat3 m;
-    for (int k = 0; k < 6; ++k) m(kRow[k], kColumn[k]) = m(kColumn[k], kRow[k]) = packed[k];
-    return m;
-}
 
 void robustPolar(const double* F, double* R, double* S)
 {
@@ -84,8 +69,6 @@ std::vector<double> lumped(std::span<const ElementSet> sets, std::size_t nodeCou
     return sum;
 }
 
-constexpr std::size_t kDiagonalRows = 6;  // numbers of a symmetric 3x3 block
-
 /// to[n] += sum of the slots of node n.
 void addSums(const NodeSums<Vec3>& sums, std::span<Vec3> to)
 {
@@ -94,121 +77,7 @@ void addSums(const NodeSums<Vec3>& sums, std::span<Vec3> to)
     });
 }
 
-/// Memory for numbers of either precision, aligned for the kernel.
-class Scratch {
-public:
-    explicit Scratch(std::size_t doubles) : memory_(std::make_unique_for_overwrite<Line[]>(doubles / 8 + 1)) {}
-    template <class T>
-    T* as() const
-    {
-        return reinterpret_cast<T*>(memory_.get());
-    }
-
-private:
-    struct alignas(64) Line {
-        std::byte bytes[64];
-    };
-    std::unique_ptr<Line[]> memory_;
-};
-
-template <class V>
-void readPatch(const Patches& p, const Patch& patch, std::span<const V> x, typename V::Scalar* in)
-{
-    const std::size_t stride = patch.stride();
-    const std::uint32_t* const node = p.nodeOfSlot.data() + patch.firstSlot;
-    for (std::size_t i = 0; i < patch.nodes; ++i) {
-        const V& v = x[node[i]];
-        in[i] = v[0], in[stride + i] = v[1], in[2 * stride + i] = v[2];
-    }
-    for (std::size_t d = 0; d < 3; ++d) std::fill(in + d * stride + patch.nodes, in + (d + 1) * stride, 0);
-}
-
-template <class V>
-void writePatch(const Patch& patch, const typename V::Scalar* out, V* slot)
-{
-    const std::size_t stride = patch.stride();
-    for (std::size_t i = 0; i < patch.nodes; ++i) slot[patch.firstSlot + i] = V(out[i], out[stride + i], out[2 * stride + i]);
-}
-
-/// a.b over a patch, eight partial sums in a fixed order.
-template <class Real>
-double patchDot(const Real* a, const Real* b, std::size_t count)
-{
-    Real part[kLanes] = {};
-    for (std::size_t i = 0; i < count; i += kLanes)
-        for (std::size_t l = 0; l < kLanes; ++l) part[l] += a[i + l] * b[i + l];
-    double sum = 0;
-    for (Real v : part) sum += double(v);
-    return sum;
-}
-
 }  // namespace
-
-struct ElasticOperator::Data {
-    Patches p;
-    std::vector<double> mass, stiffness;
-    double h = 1;
-    bool cellDilation = true;
-    std::size_t elements = 0;
-    std::vector<ElementSet> sets;
-    mutable ElasticWork work;
-    mutable std::vector<double> patchEnergy;  // of the last pass
-    // Scratch, made once: what each patch adds to each of its nodes, and vectors of the patch that a thread works on.
-    Scratch slots{0};
-    std::vector<Scratch> in, out;
-
-    PatchData patchData(std::size_t i, BatchTangent* tangents, double share) const
-    {
-        const Patch& patch = p.patches[i];
-        PatchData d;
-        d.batch = p.batches.data() + patch.firstBatch;
-        d.corners = p.corners.data();
-        d.volumes = p.volumes.data();
-        if (tangents) d.tangent = tangents + patch.firstBatch;
-        d.batches = int(patch.batches);
-        d.stride = int(patch.stride());
-        d.h = h;
-        d.mu = patch.mu, d.lambda = patch.lambda;
-        d.share = share;
-        return d;
-    }
-
-    /// Calls f(patch number, in, out) for every patch, with scratch of its own: `in` holds x, `out` three rows of
-    /// zeros; then puts `out` into the patch's slots.
-    template <class V, class F>
-    void eachPatch(std::span<const V> x, const F& f) const
-    {
-        using Real = typename V::Scalar;
-        parallelChunks(p.patches.size(), 1, [&](std::size_t i, std::size_t) {
-            const Patch& patch = p.patches[i];
-            [[maybe_unused]] std::conditional_t<std::is_same_v<Real, float>, FlushDenormals, int> flush;
-            Real* const u = in[std::size_t(threadSlot())].template as<Real>();
-            Real* const sum = out[std::size_t(threadSlot())].template as<Real>();
-            readPatch(p, patch, x, u);
-            std::fill_n(sum, 3 * patch.stride(), Real(0));
-            f(i, u, sum);
-            writePatch(patch, sum, slots.as<V>());
-        });
-    }
-
-    template <class V>
-    NodeSums<V> sums() const
-    {
-        return {slots.as<V>(), p.slotStart.data(), p.slots.data()};
-    }
-
-    double totalEnergy() const { return std::accumulate(patchEnergy.begin(), patchEnergy.end(), 0.); }
-
-    /// Material volume of a tet over h^3; 0 in a lane that is not used.
-    double volumeShare(std::size_t batch, std::size_t t, std::size_t l) const
-    {
-        const Batch& b = p.batches[batch];
-        return b.cut < 0 ? tetmesh::cellTets(b.shape).volume[t] : p.volumes[std::size_t(b.cut)].share[t][l];
-    }
-
-    template <class F>
-    void eachTet(BatchTangent* tangents, const F& f) const;
-};
 
 ElasticOperator::ElasticOperator(std::span<const ElementSet> sets, std::size_t nodeCount, double h, Volumetric volumetric)
     : data_(std::make_unique<Data>())
@@ -359,110 +228,6 @@ template double ElasticOperator::multiply<Vec3>(const Tangent&, std::span<const 
 template double ElasticOperator::multiply<Vec3f>(const Tangent&, std::span<const Vec3f>) const;
 template NodeSums<Vec3> ElasticOperator::sums<Vec3>() const;
 template NodeSums<Vec3f> ElasticOperator::sums<Vec3f>() const;
-
-namespace {
-
-/// The rotation nearest to m, a weighted mean of rotations.
-Mat3 nearestRotation(const Mat3& m)
-{
-    constexpr double kNear = 0.3;  // Newton-Schulz converges from here, in four steps to single precision
-    Mat3 R = m;
-    for (int step = 0; step < 4; ++step) {
-        const Mat3 off = Mat3::Identity() - R.transpose() * R;
-        if (step == 0 && !(off.norm() < kNear && R.determinant() > 0)) return signedPolar(m).R;
-        R += 0.5 * R * off;
-    }
-    return R;
-}
-
-}  // namespace
-
-void ElasticOperator::average(const ElasticOperator& fine, const Tangent& fineTangent, const FinerElements& finer, Tangent& tangent) const
-{
-    const Data &d = *data_, &f = *fine.data_;
-    if (tangent.count_ != d.p.batches.size()) {
-        tangent.resize(d.p.batches.size());
-        std::memset(static_cast<void*>(tangent.batches_.get()), 0, tangent.bytes());  // lanes that no element fills
-    }
-    tangent.share_ = fineTangent.share_;
-    parallelChunks(d.elements, 64, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t e = begin; e < end; ++e) {
-            struct Sum {
-                Mat3 R = Mat3::Zero();
-                double share = 0, T[6] = {};
-            } sum[tetmesh::kMostTets];
-            for (std::uint32_t c = finer.start[e]; c < finer.start[e + 1]; ++c) {
-                const std::size_t at = f.p.laneOfElement[finer.children[c].element], batch = at / kLanes, lane = at % kLanes;
-                const BatchTangent& from = fineTangent.batches_[batch];
-                for (std::size_t t = 0; t < std::size_t(tetmesh::kMostTets); ++t) {
-                    const double share = f.volumeShare(batch, t, lane);
-                    if (!(share > 0)) continue;
-                    Sum& to = sum[finer.children[c].coarseTet[t]];
-                    to.share += share;
-                    for (int k = 0; k < 9; ++k) to.R(k / 3, k % 3) += share * from.tet[t].R[k][lane];
-                    for (int k = 0; k < 6; ++k) to.T[k] += from.tet[t].T[k][lane];
-                }
-            }
-            const std::size_t batch = d.p.laneOfElement[e] / kLanes, lane = d.p.laneOfElement[e] % kLanes;
-            for (std::size_t t = 0; t < std::size_t(tetmesh::kMostTets); ++t) {
-                BatchTangent::Tet& to = tangent.batches_[batch].tet[t];
-                const Mat3 R = sum[t].share > 0 ? nearestRotation(sum[t].R / sum[t].share) : Mat3(Mat3::Identity());
-                for (int k = 0; k < 9; ++k) to.R[k][lane] = float(R(k / 3, k % 3));
-                // T is per V / h^2: a coarse tet has the volume of its finer ones and twice their h.
-                for (int k = 0; k < 6; ++k) to.T[k][lane] = float(sum[t].T[k] / 4);
-            }
-        }
-    });
-}
-
-namespace {
-
-/// q x as a matrix.
-Mat3 crossMatrix(const Vec3& q)
-{
-    Mat3 m;
-    m << 0, -q.z(), q.y(), q.z(), 0, -q.x(), -q.y(), q.x(), 0;
-    return m;
-}
-
-}  // namespace
-
-ElasticOperator::ElementMatrix ElasticOperator::elementMatrix(const Tangent& tangent, std::size_t element) const
-{
-    const Data& d = *data_;
-    const std::size_t at = d.p.laneOfElement[element], b = at / kLanes, lane = at % kLanes;
-    const tetmesh::CellTets& cell = tetmesh::cellTets(d.p.batches[b].shape);
-    const auto patch = std::upper_bound(d.p.patches.begin(), d.p.patches.end(), element,
-                                        [](std::size_t e, const Patch& p) { return e < p.firstElement; }) - 1;
-    const double scale = d.h * (1 + tangent.share_), mu = patch->mu * scale, lambda = patch->lambda * scale;
-    ElementMatrix K = ElementMatrix::Zero();
-    Eigen::Matrix<double, 24, 1> bulk = Eigen::Matrix<double, 24, 1>::Zero();
-    double cellShare = 0;
-    for (std::size_t t = 0; t < std::size_t(cell.count); ++t) {
-        const double V = d.volumeShare(b, t, lane);
-        if (!(V > 0)) continue;
-        cellShare += V;
-        const BatchTangent::Tet& tet = tangent.batches_[b].tet[t];
-        Mat3 R;
-        double packed[6];
-        for (int k = 0; k < 9; ++k) R(k / 3, k % 3) = tet.R[k][lane];
-        for (int k = 0; k < 6; ++k) packed[k] = tet.T[k][lane];
-        const Mat3 T = unpackSymmetric(packed);
-        for (std::size_t i = 0; i < 4; ++i) {
-            const Vec3 gi(cell.gradient[t][i].data()), qi = R * gi;
-            const Eigen::Index row = 3 * cell.corner[t][i];
-            bulk.segment<3>(row) += V * qi;
-            for (std::size_t j = 0; j < 4; ++j) {
-                const Vec3 gj(cell.gradient[t][j].data()), qj = R * gj;
-                K.block<3, 3>(row, 3 * cell.corner[t][j]) += 2 * mu * V * gi.dot(gj) * Mat3::Identity() +
-                                                             (d.cellDilation ? -2. / 3. * mu : lambda) * V * qi * qj.transpose() +
-                                                             crossMatrix(qi) * T * crossMatrix(qj).transpose();
-            }
-        }
-    }
-    if (d.cellDilation && cellShare > 0) K += (lambda + 2. / 3. * mu) / cellShare * bulk * bulk.transpose();
-    return K;
-}
 
 void ElasticOperator::addProduct(const Tangent& tangent, std::span<const Vec3> u, std::span<Vec3> out) const
 {

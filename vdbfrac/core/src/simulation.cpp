@@ -187,6 +187,7 @@ void Simulation::solve(StepRecord& record, double dt)
         record.newtonIterations += report.newtonIterations;
         record.linearIterations += report.linearIterations;
         record.projections += report.projections;
+        record.work.count("solve", "multigrid_systems", report.multigridSystems);
         if (report.status == solver::StepStatus::converged || record.cutbacks == kMostCutbacks) break;
     }
     const solver::StepReport& report = *done;

@@ -46,6 +46,7 @@ struct StepReport {
     StepStatus status = StepStatus::converged;
     int newtonIterations = 0;
     int linearIterations = 0;
+    int multigridSystems = 0;   ///< linear systems that multigrid solved
     int projections = 0;        ///< linear systems for which the tangent had to be projected
     int lineSearchSteps = 0;    ///< halvings
     double residual = 0;        ///< |gradient| at the end, relative to the scale of the tolerance

@@ -1,0 +1,147 @@
+// What an elastic operator holds, and its loop over patches. Not installed.
+#pragma once
+
+#include "flush_denormals.h"
+#include "patches.h"
+
+#include <vdbfrac/base/parallel.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <numeric>
+#include <type_traits>
+
+namespace vdbfrac::solver {
+
+inline constexpr int kRow[6] = {0, 1, 2, 1, 2, 0}, kColumn[6] = {0, 1, 2, 2, 0, 1};
+
+inline void packSymmetric(const Mat3& m, double* packed)
+{
+    for (int k = 0; k < 6; ++k) packed[k] = m(kRow[k], kColumn[k]);
+}
+
+inline Mat3 unpackSymmetric(const double* packed)
+{
+    Mat3 m;
+    for (int k = 0; k < 6; ++k) m(kRow[k], kColumn[k]) = m(kColumn[k], kRow[k]) = packed[k];
+    return m;
+}
+
+inline constexpr std::size_t kDiagonalRows = 6;  // numbers of a symmetric 3x3 block
+
+/// Memory for numbers of either precision, aligned for the kernel.
+class Scratch {
+public:
+    explicit Scratch(std::size_t doubles) : memory_(std::make_unique_for_overwrite<Line[]>(doubles / 8 + 1)) {}
+    template <class T>
+    T* as() const
+    {
+        return reinterpret_cast<T*>(memory_.get());
+    }
+
+private:
+    struct alignas(64) Line {
+        std::byte bytes[64];
+    };
+    std::unique_ptr<Line[]> memory_;
+};
+
+template <class V>
+void readPatch(const Patches& p, const Patch& patch, std::span<const V> x, typename V::Scalar* in)
+{
+    const std::size_t stride = patch.stride();
+    const std::uint32_t* const node = p.nodeOfSlot.data() + patch.firstSlot;
+    for (std::size_t i = 0; i < patch.nodes; ++i) {
+        const V& v = x[node[i]];
+        in[i] = v[0], in[stride + i] = v[1], in[2 * stride + i] = v[2];
+    }
+    for (std::size_t d = 0; d < 3; ++d) std::fill(in + d * stride + patch.nodes, in + (d + 1) * stride, 0);
+}
+
+template <class V>
+void writePatch(const Patch& patch, const typename V::Scalar* out, V* slot)
+{
+    const std::size_t stride = patch.stride();
+    for (std::size_t i = 0; i < patch.nodes; ++i) slot[patch.firstSlot + i] = V(out[i], out[stride + i], out[2 * stride + i]);
+}
+
+/// a.b over a patch, eight partial sums in a fixed order.
+template <class Real>
+double patchDot(const Real* a, const Real* b, std::size_t count)
+{
+    Real part[kLanes] = {};
+    for (std::size_t i = 0; i < count; i += kLanes)
+        for (std::size_t l = 0; l < kLanes; ++l) part[l] += a[i + l] * b[i + l];
+    double sum = 0;
+    for (Real v : part) sum += double(v);
+    return sum;
+}
+
+struct ElasticOperator::Data {
+    Patches p;
+    std::vector<double> mass, stiffness;
+    double h = 1;
+    bool cellDilation = true;
+    std::size_t elements = 0;
+    std::vector<ElementSet> sets;
+    mutable ElasticWork work;
+    mutable std::vector<double> patchEnergy;  // of the last pass
+    // Scratch, made once: what each patch adds to each of its nodes, and vectors of the patch that a thread works on.
+    Scratch slots{0};
+    std::vector<Scratch> in, out;
+
+    PatchData patchData(std::size_t i, BatchTangent* tangents, double share) const
+    {
+        const Patch& patch = p.patches[i];
+        PatchData d;
+        d.batch = p.batches.data() + patch.firstBatch;
+        d.corners = p.corners.data();
+        d.volumes = p.volumes.data();
+        if (tangents) d.tangent = tangents + patch.firstBatch;
+        d.batches = int(patch.batches);
+        d.stride = int(patch.stride());
+        d.h = h;
+        d.mu = patch.mu, d.lambda = patch.lambda;
+        d.share = share;
+        return d;
+    }
+
+    /// Calls f(patch number, in, out) for every patch, with scratch of its own: `in` holds x, `out` three rows of
+    /// zeros; then puts `out` into the patch's slots.
+    template <class V, class F>
+    void eachPatch(std::span<const V> x, const F& f) const
+    {
+        using Real = typename V::Scalar;
+        parallelChunks(p.patches.size(), 1, [&](std::size_t i, std::size_t) {
+            const Patch& patch = p.patches[i];
+            [[maybe_unused]] std::conditional_t<std::is_same_v<Real, float>, FlushDenormals, int> flush;
+            Real* const u = in[std::size_t(threadSlot())].template as<Real>();
+            Real* const sum = out[std::size_t(threadSlot())].template as<Real>();
+            readPatch(p, patch, x, u);
+            std::fill_n(sum, 3 * patch.stride(), Real(0));
+            f(i, u, sum);
+            writePatch(patch, sum, slots.as<V>());
+        });
+    }
+
+    template <class V>
+    NodeSums<V> sums() const
+    {
+        return {slots.as<V>(), p.slotStart.data(), p.slots.data()};
+    }
+
+    double totalEnergy() const { return std::accumulate(patchEnergy.begin(), patchEnergy.end(), 0.); }
+
+    /// Material volume of a tet over h^3; 0 in a lane that is not used.
+    double volumeShare(std::size_t batch, std::size_t t, std::size_t l) const
+    {
+        const Batch& b = p.batches[batch];
+        return b.cut < 0 ? tetmesh::cellTets(b.shape).volume[t] : p.volumes[std::size_t(b.cut)].share[t][l];
+    }
+
+    /// Calls f(tangent of the batch, tet, lane, mu V / h^2) for every tet with material.
+    template <class F>
+    void eachTet(BatchTangent* tangents, const F& f) const;
+};
+
+}  // namespace vdbfrac::solver

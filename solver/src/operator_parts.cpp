@@ -1,0 +1,123 @@
+// Parts of an elastic operator one at a time: matrices of elements, and the tangent of a coarse lattice.
+#include "operator_data.h"
+
+#include <vdbfrac/solver/corotational.h>
+
+#include <Eigen/Dense>
+
+#include <cstring>
+
+namespace vdbfrac::solver {
+
+namespace {
+
+/// The rotation nearest to m, a weighted mean of rotations.
+Mat3 nearestRotation(const Mat3& m)
+{
+    constexpr double kNear = 0.3;  // Newton-Schulz converges from here, in four steps to single precision
+    Mat3 R = m;
+    for (int step = 0; step < 4; ++step) {
+        const Mat3 off = Mat3::Identity() - R.transpose() * R;
+        if (step == 0 && !(off.norm() < kNear && R.determinant() > 0)) return signedPolar(m).R;
+        R += 0.5 * R * off;
+    }
+    return R;
+}
+
+/// What the finer tets in one coarse tet add up to.
+struct FinerSum {
+    Mat3 R = Mat3::Zero();  ///< weighted by share
+    double share = 0;       ///< material volume over that of a finer cell
+    double T[6] = {};
+
+    void add(const BatchTangent::Tet& tet, std::size_t lane, double weight)
+    {
+        share += weight;
+        for (int k = 0; k < 9; ++k) R(k / 3, k % 3) += weight * tet.R[k][lane];
+        for (int k = 0; k < 6; ++k) T[k] += tet.T[k][lane];
+    }
+    void write(BatchTangent::Tet& tet, std::size_t lane) const
+    {
+        const Mat3 mean = share > 0 ? nearestRotation(R / share) : Mat3(Mat3::Identity());
+        for (int k = 0; k < 9; ++k) tet.R[k][lane] = float(mean(k / 3, k % 3));
+        // T is per V / h^2: a coarse tet has the volume of its finer ones and twice their h.
+        for (int k = 0; k < 6; ++k) tet.T[k][lane] = float(T[k] / 4);
+    }
+};
+
+}  // namespace
+
+void ElasticOperator::average(const ElasticOperator& fine, const Tangent& fineTangent, const FinerElements& finer, Tangent& tangent) const
+{
+    constexpr std::size_t kTets = tetmesh::kMostTets, kElements = 64;
+    const Data &d = *data_, &f = *fine.data_;
+    if (tangent.count_ != d.p.batches.size()) {
+        tangent.resize(d.p.batches.size());
+        std::memset(static_cast<void*>(tangent.batches_.get()), 0, tangent.bytes());  // lanes that no element fills
+    }
+    tangent.share_ = fineTangent.share_;
+    parallelChunks(d.elements, kElements, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t e = begin; e < end; ++e) {
+            FinerSum sum[kTets];
+            for (std::uint32_t c = finer.start[e]; c < finer.start[e + 1]; ++c) {
+                const std::size_t at = f.p.laneOfElement[finer.children[c].element], batch = at / kLanes, lane = at % kLanes;
+                for (std::size_t t = 0; t < kTets; ++t)
+                    if (const double share = f.volumeShare(batch, t, lane); share > 0)
+                        sum[finer.children[c].coarseTet[t]].add(fineTangent.batches_[batch].tet[t], lane, share);
+            }
+            const std::size_t at = d.p.laneOfElement[e];
+            for (std::size_t t = 0; t < kTets; ++t) sum[t].write(tangent.batches_[at / kLanes].tet[t], at % kLanes);
+        }
+    });
+}
+
+namespace {
+
+/// q x as a matrix.
+Mat3 crossMatrix(const Vec3& q)
+{
+    Mat3 m;
+    m << 0, -q.z(), q.y(), q.z(), 0, -q.x(), -q.y(), q.x(), 0;
+    return m;
+}
+
+}  // namespace
+
+ElasticOperator::ElementMatrix ElasticOperator::elementMatrix(const Tangent& tangent, std::size_t element) const
+{
+    const Data& d = *data_;
+    const std::size_t at = d.p.laneOfElement[element], b = at / kLanes, lane = at % kLanes;
+    const tetmesh::CellTets& cell = tetmesh::cellTets(d.p.batches[b].shape);
+    const auto patch = std::upper_bound(d.p.patches.begin(), d.p.patches.end(), element,
+                                        [](std::size_t e, const Patch& p) { return e < p.firstElement; }) - 1;
+    const double scale = d.h * (1 + tangent.share_), mu = patch->mu * scale, lambda = patch->lambda * scale;
+    ElementMatrix K = ElementMatrix::Zero();
+    Eigen::Matrix<double, 24, 1> bulk = Eigen::Matrix<double, 24, 1>::Zero();
+    double cellShare = 0;
+    for (std::size_t t = 0; t < std::size_t(cell.count); ++t) {
+        const double V = d.volumeShare(b, t, lane);
+        if (!(V > 0)) continue;
+        cellShare += V;
+        const BatchTangent::Tet& tet = tangent.batches_[b].tet[t];
+        Mat3 R;
+        double packed[6];
+        for (int k = 0; k < 9; ++k) R(k / 3, k % 3) = tet.R[k][lane];
+        for (int k = 0; k < 6; ++k) packed[k] = tet.T[k][lane];
+        const Mat3 T = unpackSymmetric(packed);
+        for (std::size_t i = 0; i < 4; ++i) {
+            const Vec3 gi(cell.gradient[t][i].data()), qi = R * gi;
+            const Eigen::Index row = 3 * cell.corner[t][i];
+            bulk.segment<3>(row) += V * qi;
+            for (std::size_t j = 0; j < 4; ++j) {
+                const Vec3 gj(cell.gradient[t][j].data()), qj = R * gj;
+                K.block<3, 3>(row, 3 * cell.corner[t][j]) += 2 * mu * V * gi.dot(gj) * Mat3::Identity() +
+                                                             (d.cellDilation ? -2. / 3. * mu : lambda) * V * qi * qj.transpose() +
+                                                             crossMatrix(qi) * T * crossMatrix(qj).transpose();
+            }
+        }
+    }
+    if (d.cellDilation && cellShare > 0) K += (lambda + 2. / 3. * mu) / cellShare * bulk * bulk.transpose();
+    return K;
+}
+
+}  // namespace vdbfrac::solver
