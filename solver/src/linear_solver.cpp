@@ -9,6 +9,7 @@
 
 #include <Eigen/CholmodSupport>
 
+#include <algorithm>
 #include <cmath>
 
 namespace vdbfrac::solver {
@@ -146,6 +147,7 @@ LinearMethod chosen(const LinearSystem& system, LinearLimits limits)
     constexpr double kDirectNodes = 1500;      // where factorising takes as long as a hundred iterations
     constexpr double kIterationsACell = 0.25;  // for each factor e of the tolerance
     constexpr double kWorthwhile = 45;         // iterations that cost as much as setting up multigrid and its own
+    constexpr double kFive = 5;                // times as many where five tets a cell, not nested, are cut
     const double nodes = double(system.elastic.nodeCount());
     double stiffness = 0, inertia = 0;
     for (std::size_t i = 0; i < system.elastic.nodeCount(); ++i) {
@@ -155,7 +157,11 @@ LinearMethod chosen(const LinearSystem& system, LinearLimits limits)
     const double across = std::cbrt(nodes), reach = inertia > 0 ? std::min(across, std::sqrt(stiffness / inertia)) : across;
     const double iterations = kIterationsACell * reach * -std::log(limits.tolerance);
     if (nodes < kDirectNodes && inertia == 0) return LinearMethod::direct;
-    return iterations > kWorthwhile ? LinearMethod::multigrid : LinearMethod::jacobi;
+    const auto sets = system.elastic.sets();
+    const bool six = std::all_of(sets.begin(), sets.end(), [](const ElementSet& set) {
+        return set.elements.empty() || set.elements[0].shape == tetmesh::CellShape::six;
+    });
+    return iterations > kWorthwhile * (six ? 1 : kFive) ? LinearMethod::multigrid : LinearMethod::jacobi;
 }
 
 struct Direct {
