@@ -1,6 +1,6 @@
 #include <vdbfrac/solver/backward_euler.h>
 
-#include <vdbfrac/base/parallel.h>
+#include "node_loops.h"
 
 #include <algorithm>
 #include <cmath>
@@ -20,20 +20,12 @@ struct Point {
     double noise = 0;       ///< N: what rounding alone can leave of the gradient
 };
 
-template <class F>
-void eachNode(std::size_t count, const F& f)
-{
-    parallelChunks(count, kChunk, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) f(i);
-    });
-}
-
 }  // namespace
 
 class BackwardEuler::Newton {
 public:
     Newton(const ElasticOperator& elastic, const NewtonSettings& settings)
-        : elastic_(&elastic), settings_(settings), linear_(elastic, settings.linearMethod)
+        : settings_(settings), linear_(elastic, settings.linearMethod)
     {
         rebind(elastic);
     }
@@ -69,7 +61,7 @@ private:
     void balanceMomentum();
     void finish(State& state);
 
-    const ElasticOperator* elastic_;
+    const ElasticOperator* elastic_ = nullptr;
     NewtonSettings settings_;
     LinearSolver linear_;
     Tangent tangent_;
@@ -104,7 +96,7 @@ void BackwardEuler::Newton::begin(const State& state, double dt, const System& s
         shares_ = {shares_.mass + h.mass, shares_.stiffness + h.stiffness};
     }
     const double drift = std::isfinite(dt) ? dt : 0;
-    eachNode(predicted_.size(), [&](std::size_t i) {
+    eachNode<double>(predicted_.size(), [&](std::size_t i) {
         predicted_[i] = state.x[i] + drift * state.v[i];
         here_.x[i] = boundary_->fixed[i] ? boundary_->target[i] : predicted_[i];
     });
@@ -116,7 +108,7 @@ void BackwardEuler::Newton::begin(const State& state, double dt, const System& s
 
 void BackwardEuler::Newton::evaluate(Point& p)
 {
-    eachNode(p.x.size(), [&](std::size_t i) {
+    eachNode<double>(p.x.size(), [&](std::size_t i) {
         p.gradient[i].setZero();
         outer_[i] = -boundary_->force[i];
     });
@@ -197,7 +189,7 @@ bool BackwardEuler::Newton::search()
     const double slope = dot(direction_, here_.gradient);  // the direction is 0 at fixed nodes
     double step = 1;
     for (int halving = 0; slope > 0 && halving <= kMostHalvings; ++halving, step *= 0.5) {
-        eachNode(here_.x.size(), [&](std::size_t i) { there_.x[i] = here_.x[i] - step * direction_[i]; });
+        eachNode<double>(here_.x.size(), [&](std::size_t i) { there_.x[i] = here_.x[i] - step * direction_[i]; });
         evaluate(there_);
         const double change = there_.phi - here_.phi, noise = here_.phiNoise + there_.phiNoise;
         const bool descends = change <= -kArmijo * step * slope;
@@ -226,7 +218,7 @@ void BackwardEuler::Newton::balanceMomentum()
         part.inertia += mass[i] * inertia_;
         part.held = part.held || boundary_->fixed[i];
     }
-    eachNode(here_.x.size(), [&](std::size_t i) {
+    eachNode<double>(here_.x.size(), [&](std::size_t i) {
         const Part& part = parts_[labels.empty() ? 0 : labels[i]];
         if (!part.held && part.inertia > 0) here_.x[i] -= part.force / part.inertia;
     });
@@ -238,7 +230,7 @@ void BackwardEuler::Newton::finish(State& state)
     const double scale = std::max(here_.forceScale, here_.noise);
     report_.residual = scale > 0 ? here_.norm / scale : 0;
     report_.elasticEnergy = here_.elastic;
-    eachNode(here_.x.size(), [&](std::size_t i) {
+    eachNode<double>(here_.x.size(), [&](std::size_t i) {
         report_.reaction[i] = boundary_->fixed[i] ? here_.gradient[i] : Vec3::Zero();
         if (std::isfinite(dt_)) state.v[i] = (here_.x[i] - state.x[i]) / dt_;
         state.x[i] = here_.x[i];

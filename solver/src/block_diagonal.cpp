@@ -1,6 +1,6 @@
 #include "block_diagonal.h"
 
-#include <vdbfrac/base/parallel.h>
+#include "node_loops.h"
 
 namespace vdbfrac::solver {
 
@@ -25,13 +25,11 @@ void invertDiagonal(const LinearSystem& system, std::span<const float> extra, st
 {
     const std::span<const double> mass = system.elastic.mass(), stiffness = system.elastic.stiffness();
     const auto sums = system.elastic.diagonal(system.tangent);
-    parallelChunks(inverse.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-            const double added = mass[i] * system.massFactor + (extra.empty() ? 0. : double(extra[i])), size = stiffness[i] + added;
-            ElasticOperator::PackedBlock block = sums(i);
-            block.head<3>().array() += added;
-            inverse[i] = system.fixed[i] || !(size > 0) ? SymmetricBlock{} : inverted(block, size);
-        }
+    eachNode<double>(inverse.size(), [&](std::size_t i) {
+        const double added = mass[i] * system.massFactor + (extra.empty() ? 0. : double(extra[i])), size = stiffness[i] + added;
+        ElasticOperator::PackedBlock block = sums(i);
+        block.head<3>().array() += added;
+        inverse[i] = system.fixed[i] || !(size > 0) ? SymmetricBlock{} : inverted(block, size);
     });
 }
 

@@ -1,7 +1,9 @@
 #include "coarsening.h"
 
+#include <vdbfrac/base/disjoint_sets.h>
+#include <vdbfrac/tetmesh/stencil.h>
+
 #include <algorithm>
-#include <numeric>
 
 namespace vdbfrac::solver {
 
@@ -15,19 +17,7 @@ using tetmesh::kMostTets;
 constexpr std::uint32_t kNone = 0xffffffff;
 
 Coord halved(Coord c) { return {c.x >> 1, c.y >> 1, c.z >> 1}; }
-Coord corner(int c) { return {c & 1, c >> 1 & 1, c >> 2 & 1}; }
 int cornerAt(Coord c) { return c.x | c.y << 1 | c.z << 2; }
-
-/// The Kuhn tet of a unit cell that holds a point: its axes by falling coordinate, in the order of makeCellTets.
-int kuhnTetOf(const std::array<double, 3>& p)
-{
-    constexpr int kOrder[6][2] = {{0, 1}, {0, 2}, {1, 0}, {1, 2}, {2, 0}, {2, 1}};
-    for (int t = 0; t < 6; ++t) {
-        const auto a = std::size_t(kOrder[t][0]), b = std::size_t(kOrder[t][1]), c = 3 - a - b;
-        if (p[a] >= p[b] && p[b] >= p[c]) return t;
-    }
-    return 0;
-}
 
 /// For a finer cell at `offset` (0 or 1 an axis) in the coarse one: the coarse tet round the middle of each of its tets.
 std::array<std::uint8_t, kMostTets> coarseTets(CellShape shape, Coord offset)
@@ -35,12 +25,9 @@ std::array<std::uint8_t, kMostTets> coarseTets(CellShape shape, Coord offset)
     const tetmesh::CellTets& tets = tetmesh::cellTets(shape);
     std::array<std::uint8_t, kMostTets> result{};
     for (std::size_t t = 0; t < std::size_t(tets.count); ++t) {
-        std::array<double, 3> p{};
-        for (int c : tets.corner[t]) {
-            const Coord at = offset + corner(c);
-            p[0] += at.x, p[1] += at.y, p[2] += at.z;
-        }
-        result[t] = std::uint8_t(kuhnTetOf(p));
+        Coord sum{};
+        for (int c : tets.corner[t]) sum = sum + offset + tetmesh::cornerOffset(c);
+        result[t] = tetmesh::kuhnTetOf(sum.toVec() / 8);  // four corners, in a cell of two
     }
     return result;
 }
@@ -50,33 +37,8 @@ struct CoarseTetTable {
     CoarseTetTable()
     {
         for (int shape = 0; shape < 3; ++shape)
-            for (int c = 0; c < kCorners; ++c) of[shape][c] = coarseTets(CellShape(shape), corner(c));
+            for (int c = 0; c < kCorners; ++c) of[shape][c] = coarseTets(CellShape(shape), tetmesh::cornerOffset(c));
     }
-};
-
-/// Classes of numbers; the least number of a class stands for it.
-class Classes {
-public:
-    void grow(std::size_t count)
-    {
-        const std::size_t old = parent_.size();
-        parent_.resize(count);
-        std::iota(parent_.begin() + std::ptrdiff_t(old), parent_.end(), std::uint32_t(old));
-    }
-    std::uint32_t find(std::uint32_t i)
-    {
-        while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-        return i;
-    }
-    void join(std::uint32_t a, std::uint32_t b)
-    {
-        a = find(a), b = find(b);
-        if (a != b) parent_[std::max(a, b)] = std::min(a, b);
-    }
-    std::size_t size() const { return parent_.size(); }
-
-private:
-    std::vector<std::uint32_t> parent_;
 };
 
 /// Which corners the tets of an element use; the others name any node.
@@ -93,7 +55,7 @@ Coord cellOf(const CellElement& e, std::span<const Coord> nodes)
 {
     const auto used = usedCorners(e);
     const std::size_t c = std::size_t(std::find(used.begin(), used.end(), true) - used.begin()) % kCorners;
-    return nodes[e.node[c]] - corner(int(c));
+    return nodes[e.node[c]] - tetmesh::cornerOffset(int(c));
 }
 
 /// Finer element with the coarse cell it lies in; ordered by blocks of 8^3 coarse cells, then by cell.
@@ -148,8 +110,7 @@ private:
     /// The elements of one coarse cell: those that share nodes become one element.
     void addCell(const ElementSet& set, std::span<const Placed> members, std::uint32_t firstElement)
     {
-        component_ = Classes();
-        component_.grow(members.size());
+        component_ = DisjointSets(members.size());
         seen_.clear();
         for (std::uint32_t m = 0; m < members.size(); ++m)
             for (std::uint32_t node : set.elements[members[m].element].node) seen_.push_back({node, m});
@@ -178,7 +139,7 @@ private:
             for (std::size_t t = 0; t < std::size_t(shape.count); ++t) coarse.share[tets[t]] += 6 * shape.volume[t] * fine.fraction[t];
             const auto used = usedCorners(fine);
             for (int c = 0; c < kCorners; ++c)
-                if (used[std::size_t(c)]) link(set.firstNode + fine.node[std::size_t(c)], number, offset + corner(c));
+                if (used[std::size_t(c)]) link(set.firstNode + fine.node[std::size_t(c)], number, offset + tetmesh::cornerOffset(c));
         }
         out_.finer.start.push_back(std::uint32_t(out_.finer.children.size()));
         coarse_.push_back(coarse);
@@ -203,7 +164,7 @@ private:
     std::vector<Element> coarse_;
     std::vector<std::uint32_t> firstElementOfSet_;
     std::vector<std::array<std::uint32_t, 2>> copies_;  // of each finer node: corners 8 element + corner of the first element that has it
-    Classes joints_, component_;
+    DisjointSets joints_, component_;
     std::vector<std::pair<std::uint32_t, std::uint32_t>> seen_;
     Coord block_;
     std::uint32_t patch_ = 0;
@@ -225,7 +186,7 @@ CoarseLattice Coarsener::finish()
                 const std::uint32_t joint = joints_.find(e * kCorners + c);
                 if (number[joint] == kNone) {
                     number[joint] = std::uint32_t(out_.nodeCount++);
-                    set.nodes.push_back(coarse_[e].cell + corner(int(c)));
+                    set.nodes.push_back(coarse_[e].cell + tetmesh::cornerOffset(int(c)));
                 }
                 element.node[c] = number[joint] - set.firstNode;
             }

@@ -7,14 +7,14 @@
 
 namespace vdbfrac::solver {
 
-namespace {
-
 Mat3 skew(const Vec3& w)
 {
     Mat3 m;
     m << 0, -w.z(), w.y(), w.z(), 0, -w.x(), -w.y(), w.x(), 0;
     return m;
 }
+
+namespace {
 
 /// w with skew(w) = A - A^T.
 Vec3 axialOfSkew(const Mat3& A) { return {A(2, 1) - A(1, 2), A(0, 2) - A(2, 0), A(1, 0) - A(0, 1)}; }

@@ -72,9 +72,7 @@ std::vector<double> lumped(std::span<const ElementSet> sets, std::size_t nodeCou
 /// to[n] += sum of the slots of node n.
 void addSums(const NodeSums<Vec3>& sums, std::span<Vec3> to)
 {
-    parallelChunks(to.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t n = begin; n < end; ++n) to[n] += sums(n);
-    });
+    eachNode<double>(to.size(), [&](std::size_t n) { to[n] += sums(n); });
 }
 
 }  // namespace
@@ -132,7 +130,7 @@ double ElasticOperator::evaluate(std::span<const Vec3> x, std::span<Vec3> gradie
         tangent->share_ = share;
     }
     std::atomic<std::int64_t> robust = 0;
-        d.eachPatch(x, [&](std::size_t i, const double* in, double* out) {
+    d.eachPatch(x, [&](std::size_t i, const double* in, double* out) {
         const KernelResult r = kernel().evaluate(d.patchData(i, tangent ? tangent->batches_.get() : nullptr, share), d.cellDilation, kRobust, in, out);
         d.patchEnergy[i] = r.energy;
         if (r.robustTets) robust += r.robustTets;
@@ -249,14 +247,6 @@ NodeSums<ElasticOperator::PackedBlock> ElasticOperator::diagonal(const Tangent& 
             for (std::size_t k = 0; k < kDiagonalRows; ++k) slot[patch.firstSlot + n][Eigen::Index(k)] = out[k * stride + n];
     });
     return d.sums<PackedBlock>();
-}
-
-void ElasticOperator::addDiagonal(const Tangent& tangent, std::span<Mat3> blocks) const
-{
-    const auto sums = diagonal(tangent);
-    parallelChunks(blocks.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t n = begin; n < end; ++n) blocks[n] += unpackSymmetric(sums(n).data());
-    });
 }
 
 }  // namespace vdbfrac::solver

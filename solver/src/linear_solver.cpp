@@ -2,10 +2,8 @@
 
 #include "assembly.h"
 #include "block_diagonal.h"
-#include "flush_denormals.h"
 #include "multigrid.h"
-
-#include <vdbfrac/base/parallel.h>
+#include "node_loops.h"
 
 #include <Eigen/CholmodSupport>
 
@@ -15,18 +13,6 @@
 namespace vdbfrac::solver {
 
 namespace {
-
-/// Sum of term(i) over the nodes. Terms in single precision are computed without denormals.
-template <class Real, class F>
-double nodeSum(std::size_t count, const F& term)
-{
-    return orderedSum(count, kChunk, [&](std::size_t begin, std::size_t end) {
-        [[maybe_unused]] std::conditional_t<std::is_same_v<Real, float>, FlushDenormals, int> flush;
-        double sum = 0;
-        for (std::size_t i = begin; i < end; ++i) sum += term(i);
-        return sum;
-    });
-}
 
 /// Preconditioners of conjugate gradients. start(i, r) is what node i adds to r.z when its r changes, finish() the rest of
 /// r.z, z(i, r) the result at node i.

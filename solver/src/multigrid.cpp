@@ -1,8 +1,7 @@
 #include "multigrid.h"
 
 #include "assembly.h"
-
-#include <vdbfrac/base/parallel.h>
+#include "node_loops.h"
 
 #include <Eigen/Dense>
 
@@ -27,15 +26,6 @@ float noise(std::uint32_t n)
     n *= 0x27d4eb2d;
     n ^= n >> 15;
     return float(n & 0xffff) / 32767.5f - 1;
-}
-
-template <class F>
-void eachNode(std::size_t count, const F& f)
-{
-    parallelChunks(count, kChunk, [&](std::size_t begin, std::size_t end) {
-        const FlushDenormals flush;
-        for (std::size_t i = begin; i < end; ++i) f(i);
-    });
 }
 
 }  // namespace
@@ -176,7 +166,7 @@ void Multigrid::weigh(Level& level, double massFactor)
 {
     level.massFactor = massFactor;
     const std::span<const double> mass = level.elastic->mass();
-    eachNode(level.added.size(), [&](std::size_t i) {
+    eachNode<float>(level.added.size(), [&](std::size_t i) {
         level.added[i] = float(mass[i] * massFactor) + (level.spring.empty() ? 0.f : level.spring[i]);
     });
     invertDiagonal(level.system(), level.spring, level.inverse);
@@ -185,23 +175,19 @@ void Multigrid::weigh(Level& level, double massFactor)
 /// By the power method from noise; a lower bound that kSafety makes up for.
 float Multigrid::largestEigenvalue(Level& level)
 {
-    eachNode(level.x.size(), [&](std::size_t i) {
+    eachNode<float>(level.x.size(), [&](std::size_t i) {
         const std::uint32_t n = 3 * std::uint32_t(i);
         level.x[i] = level.fixed[i] ? Vec3f::Zero() : Vec3f(noise(n), noise(n + 1), noise(n + 2));
     });
     const auto norm = [&] {
-        return std::sqrt(orderedSum(level.x.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-            double sum = 0;
-            for (std::size_t i = begin; i < end; ++i) sum += double(level.x[i].squaredNorm());
-            return sum;
-        }));
+        return std::sqrt(nodeSum<double>(level.x.size(), [&](std::size_t i) { return double(level.x[i].squaredNorm()); }));
     };
     double size = norm(), ratio = 1;
     for (int step = 0; step < kPowerSteps && size > 0; ++step) {
         (void)level.elastic->multiply<Vec3f>(*level.tangent, level.x);
         const auto sums = level.elastic->sums<Vec3f>();
         const float scale = float(1 / size);
-        eachNode(level.x.size(), [&](std::size_t i) {
+        eachNode<float>(level.x.size(), [&](std::size_t i) {
             level.x[i] = level.inverse[i] * Vec3f((level.added[i] * level.x[i] + sums(i)) * scale);
         });
         size = ratio = norm();
@@ -220,16 +206,16 @@ void Multigrid::smooth(Level& level, bool fromZero)
         return level.elastic->sums<Vec3f>();
     };
     if (fromZero)
-        eachNode(level.x.size(), [&](std::size_t i) { level.x[i] = level.step[i] = first * (level.inverse[i] * level.b[i]); });
+        eachNode<float>(level.x.size(), [&](std::size_t i) { level.x[i] = level.step[i] = first * (level.inverse[i] * level.b[i]); });
     else {
         const auto sums = product();
-        eachNode(level.x.size(), [&](std::size_t i) {
+        eachNode<float>(level.x.size(), [&](std::size_t i) {
             level.step[i] = first * (level.inverse[i] * Vec3f(level.b[i] - level.added[i] * level.x[i] - sums(i)));
             level.x[i] += level.step[i];
         });
     }
     const auto sums = product();
-    eachNode(level.x.size(), [&](std::size_t i) {
+    eachNode<float>(level.x.size(), [&](std::size_t i) {
         const Vec3f residual = level.b[i] - level.added[i] * level.x[i] - sums(i);
         level.step[i] = keep * level.step[i] + move * (level.inverse[i] * residual);
         level.x[i] += level.step[i];
@@ -241,10 +227,10 @@ void Multigrid::restrictResidual(Level& level, Level& coarse)
 {
     (void)level.elastic->multiply<Vec3f>(*level.tangent, level.x);
     const auto sums = level.elastic->sums<Vec3f>();
-    eachNode(level.x.size(), [&](std::size_t i) {
+    eachNode<float>(level.x.size(), [&](std::size_t i) {
         level.step[i] = level.fixed[i] ? Vec3f::Zero() : Vec3f(level.b[i] - level.added[i] * level.x[i] - sums(i));
     });
-    eachNode(coarse.b.size(), [&](std::size_t c) {
+    eachNode<float>(coarse.b.size(), [&](std::size_t c) {
         Vec3f sum = Vec3f::Zero();
         for (std::uint32_t k = level.childStart[c]; k < level.childStart[c + 1]; ++k) sum += level.step[level.child[k]];
         coarse.b[c] = coarse.fixed[c] ? Vec3f::Zero() : Vec3f(0.5f * sum);
@@ -262,7 +248,7 @@ void Multigrid::cycle(std::size_t l)
     Level& coarse = *levels_[l + 1];
     restrictResidual(level, coarse);
     cycle(l + 1);
-    eachNode(level.x.size(), [&](std::size_t i) {
+    eachNode<float>(level.x.size(), [&](std::size_t i) {
         const auto [a, b] = level.coarser.parents[i];
         if (!level.fixed[i] && a < coarse.x.size()) level.x[i] += 0.5f * (coarse.x[a] + coarse.x[b]);
     });

@@ -11,7 +11,6 @@
 
 #include "block_diagonal.h"
 #include "coarsening.h"
-#include "flush_denormals.h"
 
 #include <memory>
 #include <span>

@@ -1,15 +1,12 @@
 // What an elastic operator holds, and its loop over patches. Not installed.
 #pragma once
 
-#include "flush_denormals.h"
+#include "node_loops.h"
 #include "patches.h"
-
-#include <vdbfrac/base/parallel.h>
 
 #include <algorithm>
 #include <cstddef>
 #include <numeric>
-#include <type_traits>
 
 namespace vdbfrac::solver {
 
@@ -114,7 +111,7 @@ struct ElasticOperator::Data {
         using Real = typename V::Scalar;
         parallelChunks(p.patches.size(), 1, [&](std::size_t i, std::size_t) {
             const Patch& patch = p.patches[i];
-            [[maybe_unused]] std::conditional_t<std::is_same_v<Real, float>, FlushDenormals, int> flush;
+            [[maybe_unused]] const FlushFor<Real> flush{};
             Real* const u = in[std::size_t(threadSlot())].template as<Real>();
             Real* const sum = out[std::size_t(threadSlot())].template as<Real>();
             readPatch(p, patch, x, u);

@@ -71,18 +71,6 @@ void ElasticOperator::average(const ElasticOperator& fine, const Tangent& fineTa
     });
 }
 
-namespace {
-
-/// q x as a matrix.
-Mat3 crossMatrix(const Vec3& q)
-{
-    Mat3 m;
-    m << 0, -q.z(), q.y(), q.z(), 0, -q.x(), -q.y(), q.x(), 0;
-    return m;
-}
-
-}  // namespace
-
 ElasticOperator::ElementMatrix ElasticOperator::elementMatrix(const Tangent& tangent, std::size_t element) const
 {
     const Data& d = *data_;
@@ -112,7 +100,7 @@ ElasticOperator::ElementMatrix ElasticOperator::elementMatrix(const Tangent& tan
                 const Vec3 gj(cell.gradient[t][j].data()), qj = R * gj;
                 K.block<3, 3>(row, 3 * cell.corner[t][j]) += 2 * mu * V * gi.dot(gj) * Mat3::Identity() +
                                                              (d.cellDilation ? -2. / 3. * mu : lambda) * V * qi * qj.transpose() +
-                                                             crossMatrix(qi) * T * crossMatrix(qj).transpose();
+                                                             skew(qi) * T * skew(qj).transpose();
             }
         }
     }

@@ -78,4 +78,15 @@ inline solver::ElasticOperator elasticOperator(const tetmesh::CutMesh& mesh, con
     return solver::ElasticOperator(std::span(&set, 1), mesh.nodeCount(), mesh.lattice().spacing(), volumetric);
 }
 
+inline std::vector<Mat3> diagonalBlocks(const solver::ElasticOperator& elastic, const solver::Tangent& tangent)
+{
+    const auto sums = elastic.diagonal(tangent);
+    std::vector<Mat3> blocks(elastic.nodeCount());
+    for (std::size_t n = 0; n < blocks.size(); ++n) {
+        const solver::ElasticOperator::PackedBlock k = sums(n);
+        blocks[n] << k[0], k[5], k[4], k[5], k[1], k[3], k[4], k[3], k[2];
+    }
+    return blocks;
+}
+
 }  // namespace vdbfrac::test

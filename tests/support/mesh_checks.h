@@ -159,7 +159,7 @@ inline bool joined(const tetmesh::Lattice& lattice, Coord a, Coord b)
                 for (int t = 0; t < tets.count; ++t) {
                     bool hasA = false, hasB = false;
                     for (int c : tets.corner[std::size_t(t)]) {
-                        const Coord v = voxelCell + Coord{c & 1, c >> 1 & 1, c >> 2 & 1};
+                        const Coord v = voxelCell + tetmesh::cornerOffset(c);
                         hasA = hasA || v == a, hasB = hasB || v == b;
                     }
                     if (hasA && hasB) return true;

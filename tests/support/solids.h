@@ -7,10 +7,14 @@
 #include <vdbfrac/tetmesh/cut_mesh.h>
 
 #include <Eigen/Geometry>
+#include <gtest/gtest.h>
 
 #include <cmath>
 #include <functional>
 #include <map>
+#include <memory>
+#include <ostream>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -137,6 +141,28 @@ private:
     std::vector<Vec3> x_;
     std::vector<std::uint8_t> fixed_;
 };
+
+inline const solver::Material kGel = solver::makeMaterial(1e5, .3, 1000);
+
+inline bool onFloor(Coord c) { return c.z == 0; }
+
+inline std::unique_ptr<Solid> makeSolid(Block block, const Solid::Conditions& conditions, const solver::Material& material = kGel)
+{
+    return std::make_unique<Solid>(std::vector<Solid::Body>{{std::move(block), material}}, conditions);
+}
+
+/// Something to test, made when its test runs.
+template <class T>
+struct Case {
+    const char* name;
+    std::function<T()> make;
+    friend void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
+};
+template <class T>
+std::string nameOf(const testing::TestParamInfo<Case<T>>& info)
+{
+    return info.param.name;
+}
 
 inline std::vector<Vec3> difference(std::span<const Vec3> a, std::span<const Vec3> b)
 {

@@ -17,11 +17,10 @@ using namespace vdbfrac;
 using solver::CoarseLattice;
 using solver::ElementSet;
 using test::Block;
+using test::kGel;
 using Kind = tetmesh::Lattice::Kind;
 
 namespace {
-
-const solver::Material kGel = solver::makeMaterial(1e5, .3, 1000);
 
 /// A lattice and those of twice its spacing after it, down to a few elements.
 struct Hierarchy {
@@ -104,12 +103,8 @@ private:
 int halved(int i) { return i >= 0 ? i / 2 : -((1 - i) / 2); }
 Coord halved(Coord c) { return {halved(c.x), halved(c.y), halved(c.z)}; }
 
-struct Case {
-    const char* name;
-    std::function<std::vector<Block>()> make;
-    friend void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
-};
-std::string nameOf(const testing::TestParamInfo<Case>& info) { return info.param.name; }
+using Case = test::Case<std::vector<Block>>;
+constexpr auto nameOf = test::nameOf<std::vector<Block>>;
 
 /// Calls f(finer lattice, coarser one, both as views) for each pair of levels.
 class Coarsening : public testing::TestWithParam<Case> {

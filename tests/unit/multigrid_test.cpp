@@ -17,18 +17,12 @@ using solver::LinearMethod;
 using solver::LinearStatus;
 using test::Block;
 using test::Solid;
+using test::kGel;
+using test::makeSolid;
+using test::onFloor;
 using Kind = tetmesh::Lattice::Kind;
 
 namespace {
-
-const solver::Material kGel = solver::makeMaterial(1e5, .3, 1000);
-
-bool onFloor(Coord c) { return c.z == 0; }
-
-std::unique_ptr<Solid> makeSolid(Block block, const Solid::Conditions& conditions, const solver::Material& material = kGel)
-{
-    return std::make_unique<Solid>(std::vector<Solid::Body>{{std::move(block), material}}, conditions);
-}
 
 /// A cube parted half through, along its whole width.
 Block halfParted(int cells, int plane)
@@ -38,12 +32,8 @@ Block halfParted(int cells, int plane)
     return block;
 }
 
-struct Case {
-    const char* name;
-    std::function<std::unique_ptr<Solid>()> make;
-    friend void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
-};
-std::string nameOf(const testing::TestParamInfo<Case>& info) { return info.param.name; }
+using Case = test::Case<std::unique_ptr<Solid>>;
+constexpr auto nameOf = test::nameOf<std::unique_ptr<Solid>>;
 
 class VCycle : public testing::TestWithParam<Case> {
 protected:
@@ -251,8 +241,7 @@ struct CoarseLevel {
 std::pair<double, double> energyRatios(Solid& solid)
 {
     const CoarseLevel coarse(solid);
-    std::vector<Mat3> blocks(coarse.lattice.nodeCount, Mat3::Zero());
-    coarse.elastic.addDiagonal(coarse.tangent, blocks);
+    const std::vector<Mat3> blocks = test::diagonalBlocks(coarse.elastic, coarse.tangent);
     std::vector<std::vector<std::uint32_t>> under(coarse.lattice.nodeCount);
     for (std::uint32_t n = 0; n < solid.nodeCount(); ++n)
         for (std::uint32_t parent : coarse.lattice.parents[n]) under[parent].push_back(n);

@@ -1,7 +1,7 @@
 // Loops over boxes of coordinates, as the cut needs them. Not installed.
 #pragma once
 
-#include <vdbfrac/base/vec.h>
+#include <vdbfrac/tetmesh/stencil.h>
 
 #include <algorithm>
 #include <vector>
@@ -27,7 +27,7 @@ void forCellsRound(Coord voxel, int m, const Visit& visit)
            {floorDiv(voxel.x, m), floorDiv(voxel.y, m), floorDiv(voxel.z, m)}, visit);
 }
 
-inline Coord cornerOf(Coord cell, int c) { return cell + Coord{c & 1, c >> 1 & 1, c >> 2 & 1}; }
+inline Coord cornerOf(Coord cell, int c) { return cell + cornerOffset(c); }
 
 template <class T>
 void sortUnique(std::vector<T>& v)

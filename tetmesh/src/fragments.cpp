@@ -1,9 +1,9 @@
+#include <vdbfrac/base/disjoint_sets.h>
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/tetmesh/fragments.h>
 
 #include <algorithm>
 #include <map>
-#include <numeric>
 
 namespace vdbfrac::tetmesh {
 
@@ -16,48 +16,19 @@ struct Components {
     std::vector<double> volume;
 };
 
-/// Sets of nodes, each named by its least one.
-class NodeSets {
-public:
-    explicit NodeSets(std::size_t count) : root_(count) { std::iota(root_.begin(), root_.end(), 0u); }
-
-    std::uint32_t find(std::uint32_t v)
-    {
-        while (root_[v] != v) v = root_[v] = root_[root_[v]];
-        return v;
-    }
-    /// Joins the set of v to that named r; returns the name of both.
-    std::uint32_t join(std::uint32_t r, std::uint32_t v)
-    {
-        if (root_[v] == r) return r;  // nearly always: elements come in the order of their nodes
-        const std::uint32_t other = find(v), least = std::min(r, other);
-        root_[std::max(r, other)] = least;
-        return least;
-    }
-    /// By rising node; a least node comes before all others of its set.
-    std::vector<std::uint32_t> roots() &&
-    {
-        for (std::uint32_t& r : root_) r = root_[r];
-        return std::move(root_);
-    }
-
-private:
-    std::vector<std::uint32_t> root_;
-};
-
 bool holdsAllTets(const CellElement& e)
 {
     return std::all_of(e.fraction.begin(), e.fraction.begin() + cellTets(e.shape).count, [](double f) { return f != 0; });
 }
 
-void joinTets(NodeSets& sets, const CellElement& e)
+void joinTets(DisjointSets& sets, const CellElement& e)
 {
     const CellTets& tets = cellTets(e.shape);
     for (int t = 0; t < tets.count; ++t) {
         if (e.fraction[std::size_t(t)] == 0) continue;
         const auto& corner = tets.corner[std::size_t(t)];
         std::uint32_t r = sets.find(e.node[std::size_t(corner[0])]);
-        for (std::size_t k = 1; k < 4; ++k) r = sets.join(r, e.node[std::size_t(corner[k])]);
+        for (std::size_t k = 1; k < 4; ++k) r = sets.joinTo(r, e.node[std::size_t(corner[k])]);
     }
 }
 
@@ -65,16 +36,16 @@ void joinTets(NodeSets& sets, const CellElement& e)
 /// nodes are components of material.
 std::vector<std::uint32_t> joinNodes(const CutMesh& mesh)
 {
-    NodeSets sets(mesh.nodeCount());
+    DisjointSets sets(mesh.nodeCount());
     for (const CellElement& e : mesh.elements()) {
         if (!holdsAllTets(e)) {
             joinTets(sets, e);
             continue;
         }
         std::uint32_t r = sets.find(e.node[0]);
-        for (std::size_t c = 1; c < kCorners; ++c) r = sets.join(r, e.node[c]);
+        for (std::size_t c = 1; c < kCorners; ++c) r = sets.joinTo(r, e.node[c]);
     }
-    return std::move(sets).roots();
+    return std::move(sets).names();
 }
 
 /// Material volumes [m^3] of the components, each added up by rising element.

@@ -5,11 +5,6 @@
 
 namespace vdbfrac::tetmesh {
 
-namespace {
-
-Coord cornerOffset(int c) { return {c & 1, c >> 1 & 1, c >> 2 & 1}; }
-
-/// The Kuhn tet that holds a point of the unit cell: its first corners are reached along the axes by falling coordinate.
 std::uint8_t kuhnTetOf(const Vec3& p)
 {
     std::array<int, 3> axis{0, 1, 2};
@@ -23,8 +18,6 @@ std::uint8_t kuhnTetOf(const Vec3& p)
     assert(false);
     return 0;
 }
-
-}  // namespace
 
 CellStencil makeCellStencil(const Lattice& lattice, CellShape shape)
 {

@@ -1,5 +1,7 @@
 #include "weld.h"
 
+#include <vdbfrac/base/disjoint_sets.h>
+
 #include <algorithm>
 #include <bit>
 #include <numeric>
@@ -26,24 +28,19 @@ std::vector<std::uint32_t> firstOfKey(const std::vector<std::uint64_t>& key)
 }
 
 /// `apart`: voxel nodes (by key) where neighbours are not joined.
-Welded weld(const Soup& soup, std::vector<std::uint32_t> root, const std::set<std::uint64_t>& apart)
+Welded weld(const Soup& soup, DisjointSets points, const std::set<std::uint64_t>& apart)
 {
-    const auto find = [&](std::uint32_t c) {
-        while (root[c] != c) c = root[c] = root[root[c]];
-        return c;
-    };
     for (const Soup::Polygon& p : soup.polygons)
         for (std::uint32_t k = 0; k < p.size; ++k) {
             const std::uint32_t a = p.firstCorner + k, b = p.firstCorner + (k + 1) % p.size;
             const std::uint64_t node = soup.node[a];
             if (node == 0 || node != soup.node[b] || apart.count(node)) continue;
-            const std::uint32_t ra = find(a), rb = find(b);
-            root[std::max(ra, rb)] = std::min(ra, rb);
+            points.join(a, b);
         }
     Welded welded;
-    welded.pointOfCorner.resize(root.size());
-    for (std::size_t c = 0; c < root.size(); ++c) {
-        const std::uint32_t r = find(std::uint32_t(c));
+    welded.pointOfCorner.resize(points.size());
+    for (std::size_t c = 0; c < points.size(); ++c) {
+        const std::uint32_t r = points.find(std::uint32_t(c));
         if (r == c) {
             welded.pointOfCorner[c] = std::uint32_t(welded.cornerOfPoint.size());
             welded.cornerOfPoint.push_back(r);
@@ -118,7 +115,7 @@ std::uint64_t crossingKey(Coord inside, Coord outside, Coord lower)
 
 Welded weldManifold(const Soup& soup)
 {
-    const std::vector<std::uint32_t> first = firstOfKey(soup.key);
+    const DisjointSets first(firstOfKey(soup.key));
     std::set<std::uint64_t> apart;
     for (;;) {
         Welded welded = weld(soup, first, apart);

@@ -16,7 +16,7 @@ tetmesh::CellElement wholeCell(int n, const Coord& block, const Coord& cell)
     e.patch = std::uint32_t((block.z * 1024 + block.y) * 1024 + block.x);
     e.fraction.fill(1);
     for (int k = 0; k < tetmesh::kCorners; ++k) {
-        const Coord c = cell + Coord{k & 1, k >> 1 & 1, k >> 2 & 1};
+        const Coord c = cell + tetmesh::cornerOffset(k);
         e.node[std::size_t(k)] = std::uint32_t((c.z * n + c.y) * n + c.x);
     }
     return e;

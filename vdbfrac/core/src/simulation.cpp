@@ -176,31 +176,29 @@ void Simulation::solve(StepRecord& record, double dt)
     const StageTimer timer(record.work, "solve");
     const solver::ElasticWork before = elastic_->work();
     const solver::State saved = state_;
-    const solver::StepReport* done = nullptr;
+    const solver::StepReport* report = nullptr;
     solver::Boundary boundary;
     for (;; dt *= 0.5, ++record.cutbacks, state_ = saved) {
         boundary = grips_->boundary(time_ + dt, state_.x.size());
         for (const Body& body : bodies_)
             boundary.part.insert(boundary.part.end(), body.fragments.ofNode().begin(), body.fragments.ofNode().end());
-        const solver::StepReport& report = stepper_->step(state_, dt, {stages_.solve, boundary});
-        done = &report;
-        record.newtonIterations += report.newtonIterations;
-        record.linearIterations += report.linearIterations;
-        record.projections += report.projections;
-        record.work.count("solve", "multigrid_systems", report.multigridSystems);
-        if (report.status == solver::StepStatus::converged || record.cutbacks == kMostCutbacks) break;
+        report = &stepper_->step(state_, dt, {stages_.solve, boundary});
+        record.newtonIterations += report->newtonIterations;
+        record.linearIterations += report->linearIterations;
+        record.projections += report->projections;
+        record.work.count("solve", "multigrid_systems", report->multigridSystems);
+        if (report->status == solver::StepStatus::converged || record.cutbacks == kMostCutbacks) break;
     }
-    const solver::StepReport& report = *done;
     time_ += dt;
     record.step = ++steps_;
     record.time = time_;
     record.dt = dt;
-    record.residual = report.residual;
-    record.outcome = report.status == solver::StepStatus::capped ? Outcome::capped
+    record.residual = report->residual;
+    record.outcome = report->status == solver::StepStatus::capped ? Outcome::capped
                      : record.cutbacks > 0                       ? Outcome::cutback
                                                                  : Outcome::converged;
-    record.elasticEnergy = report.elasticEnergy;
-    record.gripLoad = grips_->loads(boundary, report.reaction);
+    record.elasticEnergy = report->elasticEnergy;
+    record.gripLoad = grips_->loads(boundary, report->reaction);
     const solver::ElasticWork& after = elastic_->work();
     record.work.count("solve", "evaluated_tets", after.evaluatedTets - before.evaluatedTets);
     record.work.count("solve", "product_tets", after.productTets - before.productTets);
@@ -341,7 +339,7 @@ std::uint64_t Simulation::stateHash() const
 
 std::uint64_t estimateMemory(const Simulation& simulation)
 {
-    // Vectors of the solve: some 14 of three doubles and one 3x3 block a node; 15 floats of tangent a tet.
+    // The state, twice, targets and forces, and 8 vectors of Newton; a linear solver's own; 15 floats of tangent a tet.
     const std::uint64_t nodes = simulation.x().size(), tets = std::uint64_t(simulation.elastic().tetCount());
     std::uint64_t bytes = nodes * (14 * sizeof(Vec3) + sizeof(Mat3)) + tets * 15 * sizeof(float) * 8 / 7 + 2 * simulation.elastic().bytes();
     constexpr std::uint64_t kFrames = 3, kFrameBytes = 2 * sizeof(float) + sizeof(Coord);  // that wait for the writer: phi, energy

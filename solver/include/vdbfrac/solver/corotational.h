@@ -16,6 +16,9 @@
 
 namespace vdbfrac::solver {
 
+/// w x as a matrix.
+Mat3 skew(const Vec3& w);
+
 struct Polar {
     Mat3 R;
     Mat3 S;

@@ -129,8 +129,6 @@ public:
     /// The 3x3 diagonal blocks of K, as xx, yy, zz, yz, zx, xy, left in pieces like a product.
     using PackedBlock = Eigen::Matrix<double, 6, 1>;
     NodeSums<PackedBlock> diagonal(const Tangent& tangent) const;
-    /// Adds the 3x3 diagonal blocks of K.
-    void addDiagonal(const Tangent& tangent, std::span<Mat3> blocks) const;
 
     /// K of one element (counted through all sets), rows and columns 3 corner + axis [N/m].
     using ElementMatrix = Eigen::Matrix<double, 24, 24>;

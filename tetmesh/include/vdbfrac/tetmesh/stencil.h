@@ -27,6 +27,12 @@ struct Lattice {
     }
 };
 
+/// Corner c of a unit cell.
+inline Coord cornerOffset(int c) { return {c & 1, c >> 1 & 1, c >> 2 & 1}; }
+
+/// The Kuhn tet that holds a point of the unit cell: its first corners are reached along the axes by falling coordinate.
+std::uint8_t kuhnTetOf(const Vec3& p);
+
 struct SubTet {
     std::array<std::uint16_t, 4> vertex;  ///< indices into the stencil's vertices
     std::uint8_t parent;                  ///< tet of the cell
