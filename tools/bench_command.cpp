@@ -39,7 +39,7 @@ bench::Plan planOf(const std::string& set)
         plan.solverSizes = {17, 33, 65};
         return plan;
     }
-    plan.blocks = {{20, 12}, {40, 12}, {60, 6}, {80, 4}, {100, 3}};
+    plan.blocks = {{20, 12}, {40, 12}, {60, 6}, {80, 4}, {100, 3}, {128, 2}};
     plan.tears = {{20, kAll}, {50, 40}, {100, 6}};
     plan.ballVoxels = 128;
     plan.solverSizes = {17, 33, 65, 129};

@@ -88,7 +88,7 @@ ElasticOperator::ElasticOperator(std::span<const ElementSet> sets, std::size_t n
     d.patchEnergy.resize(d.p.patches.size());
     d.h = h;
     d.cellDilation = volumetric == Volumetric::cell;
-    d.slots = Scratch(kDiagonalRows * d.p.nodeOfSlot.size());
+    d.slots = Scratch(kDiagonalRows * d.p.slotCount);
     for (int thread = 0; thread < threadSlots(); ++thread) {
         d.in.emplace_back(3 * d.p.largestStride);
         d.out.emplace_back(kDiagonalRows * d.p.largestStride);
@@ -112,14 +112,14 @@ std::size_t ElasticOperator::bytes() const
 {
     const Data& d = *data_;
     return d.p.bytes() + (d.mass.size() + d.stiffness.size()) * sizeof(double) +
-           (kDiagonalRows * d.p.nodeOfSlot.size() + (kDiagonalRows + 3) * d.p.largestStride * d.in.size()) * sizeof(double);
+           (kDiagonalRows * d.p.slotCount + (kDiagonalRows + 3) * d.p.largestStride * d.in.size()) * sizeof(double);
 }
 
 std::size_t ElasticOperator::productBytes() const
 {
     const Patches& p = data_->p;
     return p.batches.size() * sizeof(BatchTangent) + p.bytes() - p.laneOfElement.size() * sizeof(p.laneOfElement[0]) +
-           (2 * p.nodeOfSlot.size() + nodeCount()) * sizeof(Vec3);
+           (2 * p.slots.size() + nodeCount()) * sizeof(Vec3);
 }
 
 double ElasticOperator::evaluate(std::span<const Vec3> x, std::span<Vec3> gradient, Tangent* tangent, double share) const
@@ -130,8 +130,9 @@ double ElasticOperator::evaluate(std::span<const Vec3> x, std::span<Vec3> gradie
         tangent->share_ = share;
     }
     std::atomic<std::int64_t> robust = 0;
-    d.eachPatch(x, [&](std::size_t i, const double* in, double* out) {
-        const KernelResult r = kernel().evaluate(d.patchData(i, tangent ? tangent->batches_.get() : nullptr, share), d.cellDilation, kRobust, in, out);
+    BatchTangent* const tangents = tangent ? tangent->batches_.get() : nullptr;
+    d.eachPatch(x, tangents, share, [&](std::size_t i, const PatchData& patch, const double* in, double* out) {
+        const KernelResult r = kernel().evaluate(patch, d.cellDilation, kRobust, in, out);
         d.patchEnergy[i] = r.energy;
         if (r.robustTets) robust += r.robustTets;
     });
@@ -147,8 +148,7 @@ std::vector<double> ElasticOperator::energyDensities(std::span<const Vec3> x) co
     const Data& d = *data_;
     constexpr std::size_t kTets = tetmesh::kMostTets;
     std::vector<double> density(d.elements * kTets, 0.), psi(d.p.batches.size() * kTets * kLanes);
-    d.eachPatch(x, [&](std::size_t i, const double* in, double* out) {
-        PatchData patch = d.patchData(i, nullptr, 0);
+    d.eachPatch(x, nullptr, 0, [&](std::size_t i, PatchData patch, const double* in, double* out) {
         const std::size_t first = d.p.patches[i].firstBatch;
         patch.psi = psi.data() + first * kTets * kLanes;
         (void)kernel().evaluate(patch, d.cellDilation, kRobust, in, out);
@@ -203,13 +203,9 @@ template <class V>
 double ElasticOperator::multiply(const Tangent& tangent, std::span<const V> u) const
 {
     const Data& d = *data_;
-    d.eachPatch(u, [&](std::size_t i, const typename V::Scalar* in, typename V::Scalar* out) {
-        const PatchData patch = d.patchData(i, tangent.batches_.get(), tangent.share_);
-        if constexpr (std::is_same_v<V, Vec3>)
-            kernel().product(patch, d.cellDilation, in, out);
-        else
-            kernel().productSingle(patch, d.cellDilation, in, out);
-        d.patchEnergy[i] = patchDot(in, out, 3 * d.p.patches[i].stride());
+    using Real = typename V::Scalar;
+    d.eachPatch(u, tangent.batches_.get(), tangent.share_, [&](std::size_t i, const PatchData& patch, const Real* in, Real* out) {
+        d.patchEnergy[i] = kernel().of<Real>().product(patch, d.cellDilation, in, out);
     });
     d.work.products += 1;
     d.work.productTets += d.p.tets;

@@ -15,6 +15,7 @@
 
 #include <array>
 #include <cstdint>
+#include <type_traits>
 
 namespace vdbfrac::solver {
 
@@ -47,15 +48,22 @@ struct alignas(64) BatchTangent {
     } tet[tetmesh::kMostTets];
 };
 
-/// One patch. Vectors are three rows (x, y, z) of `stride` numbers, kLanes more than there are nodes.
+/// Local nodes from `local` on that are consecutive nodes of the system from `node` on.
+struct NodeRun {
+    std::uint32_t node = 0;
+    std::uint16_t local = 0, count = 0;
+};
+
+/// One patch. Vectors are three rows (x, y, z) of `stride` numbers, kLanes more than there are nodes, those 0.
 struct PatchData {
     const Batch* batch = nullptr;
     const LaneCorners* corners = nullptr;
     const LaneVolumes* volumes = nullptr;
     BatchTangent* tangent = nullptr;  ///< written by evaluate when not null, read by product and diagonal
     double* psi = nullptr;            ///< evaluate: energy density [J/m^3], [batch][tet][lane]; may be null
-    int batches = 0;
-    int stride = 0;
+    const NodeRun* run = nullptr;
+    int batches = 0, runs = 0;
+    int nodes = 0, stride = 0;
     double h = 1;
     double mu = 0, lambda = 0;  ///< [Pa]
     double share = 0;           ///< the tangent is that of the energy plus `share` times linear elasticity in the frame of R
@@ -72,14 +80,33 @@ struct RobustTet {
     void (*twist)(const double* S, double t, double* T);
 };
 
-/// `in`: x [m] or a displacement; `out` is added to: gradient [N], K times in, or six rows of diagonal blocks
-/// (xx, yy, zz, yz, zx, xy).
+/// What a kernel does to vectors of one precision. `in`: rows of x [m] or of a displacement; `out` is added to.
+template <class Real>
+struct VectorKernel {
+    /// Rows of the patch from points of the system, xyz after xyz.
+    void (*read)(const PatchData&, const Real* points, Real* in);
+    /// Rows of the patch as points, xyz after xyz, for its nodes and up to a multiple of kLanes.
+    void (*write)(const PatchData&, const Real* out, Real* points);
+    /// out += K in; returns in.out of the patch.
+    double (*product)(const PatchData&, bool cellDilation, const Real* in, Real* out);
+};
+
+/// `evaluate` adds the gradient [N] to `out`, `diagonal` six rows of diagonal blocks (xx, yy, zz, yz, zx, xy).
 struct Kernel {
     KernelResult (*evaluate)(const PatchData&, bool cellDilation, const RobustTet&, const double* in, double* out);
-    void (*product)(const PatchData&, bool cellDilation, const double* in, double* out);
-    void (*productSingle)(const PatchData&, bool cellDilation, const float* in, float* out);
     void (*diagonal)(const PatchData&, bool cellDilation, double* out);
+    VectorKernel<double> twice;
+    VectorKernel<float> single;
     const char* name;
+
+    template <class Real>
+    const VectorKernel<Real>& of() const
+    {
+        if constexpr (std::is_same_v<Real, float>)
+            return single;
+        else
+            return twice;
+    }
 };
 
 /// The widest kernel this machine runs.

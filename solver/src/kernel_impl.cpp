@@ -1,13 +1,7 @@
 // Compiled once for each vector unit (see CMakeLists.txt), with VDBFRAC_KERNEL naming the result.
 // Everything but that one symbol has internal linkage, so no code for a wide unit leaks into the rest of the program.
 #include "kernel.h"
-
-#if defined(__AVX512F__)
-#include <immintrin.h>
-#endif
-
-#include <type_traits>
-#include <utility>
+#include "kernel_packs.h"
 
 namespace vdbfrac::solver {
 
@@ -18,87 +12,14 @@ namespace {
 using tetmesh::CellShape;
 using tetmesh::kCellTets;
 
-typedef double Pack __attribute__((vector_size(64)));
-typedef float SinglePack __attribute__((vector_size(32)));
-typedef double LoosePack __attribute__((vector_size(64), aligned(8), may_alias));
-typedef float LooseSinglePack __attribute__((vector_size(32), aligned(4), may_alias));
-typedef long long Mask __attribute__((vector_size(64)));
-
-/// The pack of a number type: eight of them.
-template <class Real>
-struct PackOf;
-template <>
-struct PackOf<double> {
-    using Type = Pack;
-    using Loose = LoosePack;
-};
-template <>
-struct PackOf<float> {
-    using Type = SinglePack;
-    using Loose = LooseSinglePack;
-};
-template <class Real>
-using PackT = typename PackOf<Real>::Type;
-
-#define VDBFRAC_INLINE inline __attribute__((always_inline))
-
-/// Calls f(integral_constant<0>), ... at compile time.
-template <int n, class F>
-VDBFRAC_INLINE void unroll(const F& f)
-{
-    [&]<int... k>(std::integer_sequence<int, k...>) __attribute__((always_inline)) {
-        (f(std::integral_constant<int, k>{}), ...);
-    }(std::make_integer_sequence<int, n>{});
-}
-
-/// Eight aligned numbers of type From as a pack of Real.
-template <class Real, class From>
-VDBFRAC_INLINE PackT<Real> load(const From* p)
-{
-    const PackT<From> v = *reinterpret_cast<const PackT<From>*>(p);
-    if constexpr (std::is_same_v<Real, From>)
-        return v;
-#if defined(__AVX512F__)  // the compiler would convert halves and join them
-    else if constexpr (std::is_same_v<From, float>)
-        return Pack(_mm512_cvtps_pd(__m256(v)));
-#endif
-    else
-        return __builtin_convertvector(v, PackT<Real>);
-}
-VDBFRAC_INLINE void store(float* p, Pack v) { *reinterpret_cast<SinglePack*>(p) = __builtin_convertvector(v, SinglePack); }
-template <class Real>
-VDBFRAC_INLINE PackT<Real> loadLoose(const Real* p)
-{
-    return *reinterpret_cast<const typename PackOf<Real>::Loose*>(p);
-}
-template <class Real>
-VDBFRAC_INLINE void storeLoose(Real* p, PackT<Real> v)
-{
-    *reinterpret_cast<typename PackOf<Real>::Loose*>(p) = v;
-}
-VDBFRAC_INLINE Pack all(double v) { return Pack{} + v; }
-VDBFRAC_INLINE Pack root(Pack v)
-{
-    Pack r;
-    for (int l = 0; l < kLanes; ++l) r[l] = __builtin_sqrt(v[l]);
-    return r;
-}
-VDBFRAC_INLINE Pack magnitude(Pack v) { return v < 0 ? -v : v; }
-VDBFRAC_INLINE bool any(Mask m)
-{
-    typedef long long Half __attribute__((vector_size(32)));
-    typedef long long Quarter __attribute__((vector_size(16)));
-    const Half half = __builtin_shufflevector(m, m, 0, 1, 2, 3) | __builtin_shufflevector(m, m, 4, 5, 6, 7);
-    const Quarter quarter = __builtin_shufflevector(half, half, 0, 1) | __builtin_shufflevector(half, half, 2, 3);
-    return (quarter[0] | quarter[1]) != 0;
-}
-
 template <class P>
 using CornersOf = P[tetmesh::kCorners][3];
 using Corners = CornersOf<Pack>;
 template <class P>
 using MatrixOf = P[3][3];
 using Matrix = MatrixOf<Pack>;
+
+constexpr int kRow[6] = {0, 1, 2, 1, 2, 0}, kColumn[6] = {0, 1, 2, 2, 0, 1};  // of a symmetric matrix: xx, yy, zz, yz, zx, xy
 
 /// Volume shares of the tets of a batch: its own if it is cut, else those of a whole cell.
 template <CellShape shape>
@@ -231,19 +152,21 @@ VDBFRAC_INLINE void cofactor(const Matrix& F, Matrix& C)
         }
 }
 
-/// Largest root of x^4 - 2 a x^2 - 8 J x + 2 b - a^2: the trace of S. Newton from above is monotone.
+/// Largest root of x^4 - 2 a x^2 - 8 J x + 2 b - a^2: the trace of S. Chebyshev's method, of third order, from above: a
+/// step is as long in time as its one division, so fewer and better ones pay.
 VDBFRAC_INLINE Pack traceOfS(Pack a, Pack b, Pack J)
 {
     constexpr int kMostSteps = 24;
-    constexpr double kConverged = 1e-9;  // a move this small leaves its square times less than 800, by kSafe below
+    constexpr double kConverged = 1e-6;  // a move this small leaves its cube times some 1e4 at most, by kSafe below
     Pack x = root(3. * a);
     const Pack c = 2. * b - a * a;
     Mask active = x > 0;
     for (int step = 0; step < kMostSteps && any(active); ++step) {
         const Pack x2 = x * x;
         const Pack value = (x2 - 2. * a) * x2 - 8. * J * x + c;
-        const Pack slope = 4. * (x * (x2 - a) - 2. * J);
-        const Pack move = value / slope;
+        const Pack inverse = 0.25 / (x * (x2 - a) - 2. * J);  // of the slope
+        const Pack newton = value * inverse;
+        const Pack move = newton + newton * newton * ((6. * x2 - 2. * a) * inverse);  // half the second derivative
         x -= active ? move : all(0);
         active &= magnitude(move) > kConverged * x;
     }
@@ -364,7 +287,6 @@ VDBFRAC_INLINE void rotated(const Matrix& R, const Pack (&T)[6], Pack (&U)[6])
     const Matrix full = {{T[0], T[5], T[4]}, {T[5], T[1], T[3]}, {T[4], T[3], T[2]}};
     Matrix RT;
     product(R, full, RT);
-    constexpr int kRow[6] = {0, 1, 2, 1, 2, 0}, kColumn[6] = {0, 1, 2, 2, 0, 1};
     for (int k = 0; k < 6; ++k) {
         const int i = kRow[k], j = kColumn[k];
         U[k] = RT[i][0] * R[j][0] + RT[i][1] * R[j][1] + RT[i][2] * R[j][2];
@@ -534,7 +456,6 @@ VDBFRAC_INLINE void addTwistBlock(const Pack (&q)[3], const Pack (&U)[6], Pack (
             const int i1 = (i + 1) % 3, i2 = (i + 2) % 3;
             QU[i][j] = q[i1] * full[i2][j] - q[i2] * full[i1][j];
         }
-    constexpr int kRow[6] = {0, 1, 2, 1, 2, 0}, kColumn[6] = {0, 1, 2, 2, 0, 1};
     for (int k = 0; k < 6; ++k) {  // (skew(q) U) skew(q)^T: row i of QU crossed with q
         const int i = kRow[k], j1 = (kColumn[k] + 1) % 3, j2 = (kColumn[k] + 2) % 3;
         K[k] += q[j1] * QU[i][j2] - q[j2] * QU[i][j1];
@@ -618,11 +539,51 @@ KernelResult evaluate(const PatchData& patch, bool cellDilation, const RobustTet
     return sum;
 }
 
+/// a.b over three rows, in a fixed order.
 template <class Real>
-void productAll(const PatchData& patch, bool cellDilation, const Real* in, Real* out)
+double dotOfRows(const Real* a, const Real* b, int stride)
+{
+    PackT<Real> row[3] = {};
+    for (int i = 0; i < stride; i += kLanes)
+        for (int d = 0; d < 3; ++d) row[d] += loadLoose(a + d * stride + i) * loadLoose(b + d * stride + i);
+    const PackT<Real> sum = row[0] + row[1] + row[2];
+    double dot = 0;
+    for (int l = 0; l < kLanes; ++l) dot += double(sum[l]);
+    return dot;
+}
+
+template <class Real>
+double productAll(const PatchData& patch, bool cellDilation, const Real* in, Real* out)
 {
     eachBatch(patch, cellDilation,
               [&]<CellShape shape, bool dilation>(int b) { productBatch<Real, shape, dilation>(patch, b, in, out); });
+    return dotOfRows(in, out, patch.stride);
+}
+
+template <class Real>
+void readAll(const PatchData& patch, const Real* points, Real* in)
+{
+    for (const NodeRun* run = patch.run; run != patch.run + patch.runs; ++run) {
+        const Real* from = points + 3 * std::size_t(run->node);
+        int i = run->local;
+        const int end = i + run->count;
+        for (; i + kLanes <= end; i += kLanes, from += 3 * kLanes) {
+            PackT<Real> v[3];
+            split(from, v);
+            for (int d = 0; d < 3; ++d) storeLoose(in + d * patch.stride + i, v[d]);
+        }
+        for (; i < end; ++i, from += 3)
+            for (int d = 0; d < 3; ++d) in[d * patch.stride + i] = from[d];
+    }
+    for (int d = 0; d < 3; ++d)
+        for (int i = patch.nodes; i < patch.stride; ++i) in[d * patch.stride + i] = 0;
+}
+
+template <class Real>
+void writeAll(const PatchData& patch, const Real* out, Real* points)
+{
+    for (int i = 0; i < patch.nodes; i += kLanes, points += 3 * kLanes)
+        join(loadLoose(out + i), loadLoose(out + patch.stride + i), loadLoose(out + 2 * patch.stride + i), points);
 }
 
 void diagonalAll(const PatchData& patch, bool cellDilation, double* out)
@@ -633,8 +594,11 @@ void diagonalAll(const PatchData& patch, bool cellDilation, double* out)
 #define VDBFRAC_TEXT2(x) #x
 #define VDBFRAC_TEXT(x) VDBFRAC_TEXT2(x)
 
+template <class Real>
+constexpr VectorKernel<Real> kVectors = {readAll<Real>, writeAll<Real>, productAll<Real>};
+
 }  // namespace
 
-const Kernel VDBFRAC_KERNEL = {evaluate, productAll<double>, productAll<float>, diagonalAll, VDBFRAC_TEXT(VDBFRAC_KERNEL)};
+const Kernel VDBFRAC_KERNEL = {evaluate, diagonalAll, kVectors<double>, kVectors<float>, VDBFRAC_TEXT(VDBFRAC_KERNEL)};
 
 }  // namespace vdbfrac::solver

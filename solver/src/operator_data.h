@@ -43,37 +43,6 @@ private:
     std::unique_ptr<Line[]> memory_;
 };
 
-template <class V>
-void readPatch(const Patches& p, const Patch& patch, std::span<const V> x, typename V::Scalar* in)
-{
-    const std::size_t stride = patch.stride();
-    const std::uint32_t* const node = p.nodeOfSlot.data() + patch.firstSlot;
-    for (std::size_t i = 0; i < patch.nodes; ++i) {
-        const V& v = x[node[i]];
-        in[i] = v[0], in[stride + i] = v[1], in[2 * stride + i] = v[2];
-    }
-    for (std::size_t d = 0; d < 3; ++d) std::fill(in + d * stride + patch.nodes, in + (d + 1) * stride, 0);
-}
-
-template <class V>
-void writePatch(const Patch& patch, const typename V::Scalar* out, V* slot)
-{
-    const std::size_t stride = patch.stride();
-    for (std::size_t i = 0; i < patch.nodes; ++i) slot[patch.firstSlot + i] = V(out[i], out[stride + i], out[2 * stride + i]);
-}
-
-/// a.b over a patch, eight partial sums in a fixed order.
-template <class Real>
-double patchDot(const Real* a, const Real* b, std::size_t count)
-{
-    Real part[kLanes] = {};
-    for (std::size_t i = 0; i < count; i += kLanes)
-        for (std::size_t l = 0; l < kLanes; ++l) part[l] += a[i + l] * b[i + l];
-    double sum = 0;
-    for (Real v : part) sum += double(v);
-    return sum;
-}
-
 struct ElasticOperator::Data {
     Patches p;
     std::vector<double> mass, stiffness;
@@ -95,29 +64,30 @@ struct ElasticOperator::Data {
         d.corners = p.corners.data();
         d.volumes = p.volumes.data();
         if (tangents) d.tangent = tangents + patch.firstBatch;
-        d.batches = int(patch.batches);
-        d.stride = int(patch.stride());
+        d.run = p.runs.data() + patch.firstRun;
+        d.batches = int(patch.batches), d.runs = int(patch.runs);
+        d.nodes = int(patch.nodes), d.stride = int(patch.stride());
         d.h = h;
         d.mu = patch.mu, d.lambda = patch.lambda;
         d.share = share;
         return d;
     }
 
-    /// Calls f(patch number, in, out) for every patch, with scratch of its own: `in` holds x, `out` three rows of
+    /// Calls f(patch number, patch, in, out) for every patch, with scratch of its own: `in` holds x, `out` three rows of
     /// zeros; then puts `out` into the patch's slots.
     template <class V, class F>
-    void eachPatch(std::span<const V> x, const F& f) const
+    void eachPatch(std::span<const V> x, BatchTangent* tangents, double share, const F& f) const
     {
         using Real = typename V::Scalar;
         parallelChunks(p.patches.size(), 1, [&](std::size_t i, std::size_t) {
-            const Patch& patch = p.patches[i];
+            const PatchData patch = patchData(i, tangents, share);
             [[maybe_unused]] const FlushFor<Real> flush{};
             Real* const u = in[std::size_t(threadSlot())].template as<Real>();
             Real* const sum = out[std::size_t(threadSlot())].template as<Real>();
-            readPatch(p, patch, x, u);
-            std::fill_n(sum, 3 * patch.stride(), Real(0));
-            f(i, u, sum);
-            writePatch(patch, sum, slots.as<V>());
+            kernel().of<Real>().read(patch, x.data()->data(), u);
+            std::fill_n(sum, 3 * patch.stride, Real(0));
+            f(i, patch, u, sum);
+            kernel().of<Real>().write(patch, sum, slots.as<Real>() + 3 * std::size_t(p.patches[i].firstSlot));
         });
     }
 

@@ -21,7 +21,8 @@ struct Range {
 };
 
 struct Built {
-    std::vector<std::uint32_t> nodes;  // of the body, in local order
+    std::uint32_t nodes = 0;
+    std::vector<NodeRun> runs;
     std::vector<Batch> batches;        // entries of corners and volumes count from 0 in each patch
     std::vector<LaneCorners> corners;
     std::vector<LaneVolumes> volumes;
@@ -170,6 +171,17 @@ private:
     Built& built_;
 };
 
+/// Runs of consecutive numbers among the nodes of a patch; the system counts them from `first`.
+std::vector<NodeRun> runsOf(const std::vector<std::uint32_t>& nodes, std::uint32_t first)
+{
+    std::vector<NodeRun> runs;
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+        if (i == 0 || nodes[i] != nodes[i - 1] + 1) runs.push_back({first + nodes[i], std::uint16_t(i), 0});
+        ++runs.back().count;
+    }
+    return runs;
+}
+
 Built buildPatch(const Range& range)
 {
     constexpr std::size_t kShortestRow = 5;  // shorter rows fill lanes better when gathered from anywhere
@@ -198,7 +210,8 @@ Built buildPatch(const Range& range)
     for (const auto& some : loose)
         for (std::size_t i = 0; i < some.size(); i += kLanes)
             writer.add(std::span(some).subspan(i, std::min<std::size_t>(kLanes, some.size() - i)), false);
-    built.nodes = std::move(local.nodes);
+    built.nodes = std::uint32_t(local.nodes.size());
+    built.runs = runsOf(local.nodes, range.set->firstNode);
     for (const CellElement& e : elements) built.tets += std::count_if(e.fraction.begin(), e.fraction.end(), [](double f) { return f > 0; });
     return built;
 }
@@ -217,33 +230,39 @@ std::vector<Range> findRanges(std::span<const ElementSet> sets)
 
 void linkSlots(Patches& p, std::size_t nodeCount)
 {
+    const auto eachSlot = [&](const auto& f) {
+        for (const Patch& patch : p.patches)
+            for (std::size_t r = patch.firstRun; r < patch.firstRun + patch.runs; ++r)
+                for (std::uint32_t i = 0; i < p.runs[r].count; ++i) f(p.runs[r].node + i, patch.firstSlot + p.runs[r].local + i);
+    };
     p.slotStart.assign(nodeCount + 1, 0);
-    for (std::uint32_t node : p.nodeOfSlot) ++p.slotStart[node + 1];
+    eachSlot([&](std::uint32_t node, std::uint32_t) { ++p.slotStart[node + 1]; });
     for (std::size_t i = 0; i < nodeCount; ++i) p.slotStart[i + 1] += p.slotStart[i];
     std::vector<std::uint32_t> next(p.slotStart.begin(), p.slotStart.end() - 1);
-    p.slots.resize(p.nodeOfSlot.size());
-    for (std::size_t s = 0; s < p.nodeOfSlot.size(); ++s) p.slots[next[p.nodeOfSlot[s]]++] = std::uint32_t(s);
+    p.slots.resize(p.slotStart.back());
+    eachSlot([&](std::uint32_t node, std::uint32_t slot) { p.slots[next[node]++] = slot; });
 }
 
 /// Where the parts of each patch go, before they are copied there side by side.
 Patches layOut(const std::vector<Range>& ranges, const std::vector<Built>& built)
 {
     Patches p;
-    std::size_t batches = 0, slots = 0, elements = 0;
+    std::size_t batches = 0, runs = 0, elements = 0;
     for (std::size_t i = 0; i < ranges.size(); ++i) {
         const Material& m = ranges[i].set->material;
-        p.patches.push_back({std::uint32_t(batches), std::uint32_t(built[i].batches.size()), std::uint32_t(slots),
-                             std::uint32_t(built[i].nodes.size()), std::uint32_t(elements), std::uint32_t(built[i].laneOfElement.size()),
-                             m.mu, m.lambda});
+        p.patches.push_back({std::uint32_t(batches), std::uint32_t(built[i].batches.size()), std::uint32_t(p.slotCount), built[i].nodes,
+                             std::uint32_t(runs), std::uint32_t(built[i].runs.size()), std::uint32_t(elements),
+                             std::uint32_t(built[i].laneOfElement.size()), m.mu, m.lambda});
         elements += built[i].laneOfElement.size();
         batches += built[i].batches.size();
-        slots += built[i].nodes.size();
+        runs += built[i].runs.size();
+        p.slotCount += p.patches.back().slots();
         p.tets += built[i].tets;
         p.largestStride = std::max(p.largestStride, p.patches.back().stride());
     }
     p.batches.resize(batches);
     p.laneOfElement.resize(elements);
-    p.nodeOfSlot.resize(slots);
+    p.runs.resize(runs);
     return p;
 }
 
@@ -270,7 +289,7 @@ Patches makePatches(std::span<const ElementSet> sets, std::size_t nodeCount)
         std::copy(built[i].batches.begin(), built[i].batches.end(), p.batches.begin() + patch.firstBatch);
         for (std::size_t e = 0; e < patch.elements; ++e)
             p.laneOfElement[patch.firstElement + e] = patch.firstBatch * kLanes + built[i].laneOfElement[e];
-        for (std::size_t n = 0; n < patch.nodes; ++n) p.nodeOfSlot[patch.firstSlot + n] = ranges[i].set->firstNode + built[i].nodes[n];
+        std::copy(built[i].runs.begin(), built[i].runs.end(), p.runs.begin() + patch.firstRun);
     });
     linkSlots(p, nodeCount);
     return p;
@@ -279,7 +298,7 @@ Patches makePatches(std::span<const ElementSet> sets, std::size_t nodeCount)
 std::size_t Patches::bytes() const
 {
     const auto of = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
-    return of(patches) + of(batches) + of(corners) + of(volumes) + of(laneOfElement) + of(nodeOfSlot) + of(slotStart) + of(slots);
+    return of(patches) + of(batches) + of(corners) + of(volumes) + of(laneOfElement) + of(runs) + of(slotStart) + of(slots);
 }
 
 }  // namespace vdbfrac::solver

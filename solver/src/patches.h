@@ -14,10 +14,12 @@ namespace vdbfrac::solver {
 /// A block of cells: its batches, its nodes, and the slots it writes its sums to (one a node).
 struct Patch {
     std::uint32_t firstBatch = 0, batches = 0;
-    std::uint32_t firstSlot = 0, nodes = 0;
+    std::uint32_t firstSlot = 0, nodes = 0;  ///< slots of a patch begin at a multiple of kLanes
+    std::uint32_t firstRun = 0, runs = 0;
     std::uint32_t firstElement = 0, elements = 0;
     double mu = 0, lambda = 0;  ///< Pa
-    std::size_t stride() const { return nodes + kLanes + (kLanes - nodes % kLanes) % kLanes; }
+    std::size_t slots() const { return (nodes + kLanes - 1) / kLanes * kLanes; }  ///< one a node, and some that fill it up
+    std::size_t stride() const { return slots() + kLanes; }
 };
 
 struct Patches {
@@ -26,10 +28,10 @@ struct Patches {
     std::vector<LaneCorners> corners;
     std::vector<LaneVolumes> volumes;
     std::vector<std::uint32_t> laneOfElement;  ///< kLanes * batch + lane of each element of the system
-    std::vector<std::uint32_t> nodeOfSlot;     ///< system node
+    std::vector<NodeRun> runs;
     std::vector<std::uint32_t> slotStart, slots;  ///< slots of each node, by rising patch
     std::int64_t tets = 0;
-    std::size_t largestStride = 0;
+    std::size_t slotCount = 0, largestStride = 0;
 
     std::size_t bytes() const;
 };

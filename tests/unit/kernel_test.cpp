@@ -220,10 +220,13 @@ struct RandomPatch {
         solver::BatchTangent tangent[2] = {};
         std::vector<double> out(x.size(), 0.), product(x.size(), 0.), diagonal(2 * x.size(), 0.);
         std::vector<float> in(x.begin(), x.end()), single(x.size(), 0.f);
-        solver::PatchData d{batch, &corners, &volumes, tangent, nullptr, 2, kStride, 0.1, 3e4, 5e4, 0.2};
+        solver::PatchData d;
+        d.batch = batch, d.corners = &corners, d.volumes = &volumes, d.tangent = tangent;
+        d.batches = 2, d.nodes = kNodes, d.stride = kStride;
+        d.h = 0.1, d.mu = 3e4, d.lambda = 5e4, d.share = 0.2;
         const auto result = kernel.evaluate(d, cellDilation, scalar, x.data(), out.data());
-        kernel.product(d, cellDilation, x.data(), product.data());
-        kernel.productSingle(d, cellDilation, in.data(), single.data());
+        out.push_back(kernel.twice.product(d, cellDilation, x.data(), product.data()));
+        out.push_back(kernel.single.product(d, cellDilation, in.data(), single.data()));
         kernel.diagonal(d, cellDilation, diagonal.data());
         out.insert(out.end(), product.begin(), product.end());
         out.insert(out.end(), single.begin(), single.end());
@@ -232,6 +235,41 @@ struct RandomPatch {
         return out;
     }
 };
+
+/// Rows that were read from points, and points that were written from rows, in runs of all lengths round a pack.
+template <class Real>
+void checkReadAndWrite(const solver::Kernel& kernel)
+{
+    constexpr int kPoints = 100, kNodes = 45, kSlots = 48, kStride = 56;
+    std::vector<Real> points(3 * kPoints);
+    for (std::size_t i = 0; i < points.size(); ++i) points[i] = Real(i + 1);
+    const solver::NodeRun runs[] = {{50, 0, 1}, {7, 1, 8}, {99, 9, 1}, {60, 10, 17}, {20, 27, 7}, {30, 34, 11}};
+    solver::PatchData d;
+    d.run = runs, d.runs = int(std::size(runs)), d.nodes = kNodes, d.stride = kStride;
+    alignas(64) Real rows[3 * kStride], back[3 * kSlots];
+    std::fill(std::begin(rows), std::end(rows), Real(-1));
+    kernel.of<Real>().read(d, points.data(), rows);
+    kernel.of<Real>().write(d, rows, back);
+    for (const solver::NodeRun& run : runs)
+        for (int i = 0; i < run.count; ++i)
+            for (int axis = 0; axis < 3; ++axis) {
+                const Real expected = points[3 * (run.node + std::size_t(i)) + std::size_t(axis)];
+                EXPECT_EQ(rows[axis * kStride + run.local + i], expected) << kernel.name;
+                EXPECT_EQ(back[3 * (run.local + i) + axis], expected) << kernel.name;
+            }
+    for (int axis = 0; axis < 3; ++axis)
+        for (int i = kNodes; i < kStride; ++i) EXPECT_EQ(rows[axis * kStride + i], 0) << kernel.name;
+}
+
+TEST(Kernel, PointsBecomeRowsAndRowsPoints)
+{
+    int count = 0;
+    const solver::Kernel* const* all = solver::kernels(count);
+    for (int k = 0; k < count; ++k) {
+        checkReadAndWrite<double>(*all[k]);
+        checkReadAndWrite<float>(*all[k]);
+    }
+}
 
 /// Units that fuse multiplication and addition agree to the bit; plain code rounds twice where they round once.
 TEST(Kernel, VectorUnitsThatFuseGiveTheSameBits)

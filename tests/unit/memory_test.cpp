@@ -25,12 +25,12 @@ struct Level {
         : cells(double(edge) * edge * edge), nodes(double(edge + 1) * (edge + 1) * (edge + 1)), patches((edge + 7) / 8)
     {
         patches *= patches * patches;
-        const int side = std::min(edge, 8) + 1;  // nodes along a patch
-        patchNodes = double(side) * side * side;
+        patchSide = std::min(edge, 8) + 1;
+        patchNodes = patchSide * patchSide * patchSide;
     }
     double slots() const { return patches * patchNodes; }  // nodes on the borders of patches have several
 
-    double cells, nodes, patches, patchNodes = 0;
+    double cells, nodes, patches, patchSide = 0, patchNodes = 0;  // nodes along a patch and in it
 };
 
 /// Bytes in all, as the sum over what the structures are made of.
@@ -38,11 +38,12 @@ double operatorBytes(const Level& l)
 {
     const double batch = 28. / 8;                    // 8 corners of 2 bytes, two indices of 4, shape; by eight cells
     const double cell = batch + 4;                   // and the place of its element
-    const double slot = 4 + 4 + 6 * sizeof(double);  // node of slot, slot of node, six rows of sums
+    const double slot = 4 + 6 * sizeof(double);      // slot of node, six rows of sums
+    const double row = 2 * 8;                        // nodes of a patch in a row: two runs of them
     const double node = 4 + 2 * sizeof(double);      // start of its slots, mass, stiffness
     const double thread =
         9 * 8 * (l.patchNodes + 15);  // nine rows of the largest patch for each thread, padded to lanes
-    return l.cells * cell + l.slots() * slot + l.nodes * node + threadSlots() * thread;
+    return l.cells * cell + l.slots() * (slot + row / l.patchSide) + l.nodes * node + threadSlots() * thread;
 }
 
 double tangentBytes(const Level& l)

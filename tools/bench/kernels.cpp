@@ -17,7 +17,7 @@ namespace vdbfrac::tools::bench {
 
 namespace {
 
-constexpr int kRepetitions = 5;  // the best one counts
+constexpr int kRepetitions = 15;  // the best one counts
 
 /// ns a tet of energy and forces; the polar decomposition of every tet is in it.
 double forceNanoseconds(const BlockProblem& block, const std::vector<Vec3>& x)

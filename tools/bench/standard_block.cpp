@@ -91,7 +91,9 @@ double evaluationSeconds(const StandardBlock& block)
 }
 
 struct Measured {
-    double seconds = 0, fastest = std::numeric_limits<double>::infinity();  // of all steps, of one
+    double seconds = 0;                   // of all steps
+    double fastest = std::numeric_limits<double>::infinity();    // step
+    double iteration = std::numeric_limits<double>::infinity();  // s, linear, of the step in which they were fastest
     int newton = 0, linear = 0;
     solver::ElasticWork work;
     double evaluation = 0;  // s
@@ -103,18 +105,29 @@ struct Measured {
 
 Measured measure(const BlockSize& size, solver::LinearMethod method)
 {
+    struct Step {
+        double seconds;
+        std::int64_t evaluations;
+        int linear;
+    };
     StandardBlock block(size.n, method);
     Measured m;
+    std::vector<Step> steps;
     for (int s = 0; s < size.steps; ++s) {
         const solver::StepReport* report = nullptr;
+        const std::int64_t before = block.elastic().work().evaluations;
         const double seconds = secondsOf([&] { report = &block.step(); });
-        m.seconds += seconds;
-        m.fastest = std::min(m.fastest, seconds);
+        steps.push_back({seconds, block.elastic().work().evaluations - before, report->linearIterations});
         m.newton += report->newtonIterations;
-        m.linear += report->linearIterations;
     }
     m.work = block.elastic().work();
     m.evaluation = evaluationSeconds(block);
+    for (const Step& step : steps) {
+        m.seconds += step.seconds;
+        m.linear += step.linear;
+        m.fastest = std::min(m.fastest, step.seconds);
+        m.iteration = std::min(m.iteration, (step.seconds - double(step.evaluations) * m.evaluation) / step.linear);
+    }
     m.bytes = bytesOfIteration(block.elastic());
     m.nodes = double(block.elastic().nodeCount());
     m.tets = double(block.elastic().tetCount());
@@ -125,7 +138,6 @@ Measured measure(const BlockSize& size, solver::LinearMethod method)
 
 Json toJson(const Measured& m, const BlockSize& size, int threads, double bandwidth)
 {
-    const double iteration = (m.seconds - double(m.work.evaluations) * m.evaluation) / m.linear;
     const double bound = m.bytes / bandwidth;
     return {{"threads", threads},
             {"seconds_a_step", m.seconds / size.steps},
@@ -135,12 +147,12 @@ Json toJson(const Measured& m, const BlockSize& size, int threads, double bandwi
             {"evaluations", m.work.evaluations},
             {"products", m.work.products},
             {"evaluation_ns_a_tet", 1e9 * m.evaluation / m.tets},
-            {"iteration_ns_a_node", 1e9 * iteration / m.nodes},
+            {"iteration_ns_a_node", 1e9 * m.iteration / m.nodes},
             {"bytes_a_node_and_iteration", m.bytes / m.nodes},
-            {"gb_per_s", 1e-9 * m.bytes / iteration},
+            {"gb_per_s", 1e-9 * m.bytes / m.iteration},
             {"floor_gb_per_s", 1e-9 * bandwidth},
             {"floor_ns_a_node", 1e9 * bound / m.nodes},
-            {"share_of_floor", bound / iteration}};
+            {"share_of_floor", bound / m.iteration}};
 }
 
 Json benchMultigrid(const BlockSize& size, int threads, const Say& say)
