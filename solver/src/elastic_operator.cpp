@@ -122,6 +122,8 @@ std::size_t ElasticOperator::productBytes() const
            (2 * p.slots.size() + nodeCount()) * sizeof(Vec3);
 }
 
+std::size_t ElasticOperator::productBytesWritten() const { return data_->p.slots.size() * sizeof(Vec3); }
+
 double ElasticOperator::evaluate(std::span<const Vec3> x, std::span<Vec3> gradient, Tangent* tangent, double share) const
 {
     const Data& d = *data_;

@@ -152,7 +152,7 @@ Floors measureFloors(int threads)
     return floors;
 }
 
-double Floors::readBandwidth(int threads, double footprint) const
+double Floors::bandwidth(int threads, double footprint, double Bandwidth::*of) const
 {
     const Bandwidth *below = nullptr, *above = nullptr;  // measured footprints on either side; memory is sorted by it
     for (const Bandwidth& b : memory) {
@@ -160,10 +160,17 @@ double Floors::readBandwidth(int threads, double footprint) const
         if (b.footprint <= footprint) below = &b;
         if (b.footprint >= footprint && !above) above = &b;
     }
-    if (!below || !above) return below ? below->read : above ? above->read : 0;
-    if (below == above) return below->read;
+    if (!below || !above) return below ? below->*of : above ? above->*of : 0;
+    if (below == above) return below->*of;
     const double part = std::log(footprint / below->footprint) / std::log(above->footprint / below->footprint);
-    return below->read + part * (above->read - below->read);
+    return below->*of + part * (above->*of - below->*of);
+}
+
+double Floors::seconds(int threads, const Traffic& traffic) const
+{
+    const double inTriads = std::min(3 * traffic.written, traffic.bytes());
+    return inTriads / bandwidth(threads, traffic.bytes(), &Bandwidth::triad) +
+           (traffic.bytes() - inTriads) / bandwidth(threads, traffic.bytes(), &Bandwidth::read);
 }
 
 }  // namespace vdbfrac::tools::bench

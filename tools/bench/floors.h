@@ -17,13 +17,23 @@ struct Arithmetic {
     double flops = 0;  ///< double multiplications and additions a second
 };
 
+/// Bytes that have to be moved.
+struct Traffic {
+    double read = 0, written = 0;
+    double bytes() const { return read + written; }
+};
+
 struct Floors {
     std::vector<Bandwidth> memory;
     std::vector<Arithmetic> arithmetic;
 
-    /// Bytes/s at which `threads` read a footprint [bytes]: between measured ones by the logarithm of the footprint,
-    /// beyond them that of the nearest. `threads` has to be one that was measured.
-    double readBandwidth(int threads, double footprint) const;
+    /// Seconds in which `threads` move the bytes once: each byte written goes with two read as in a triad, the rest is
+    /// only read. The bandwidth is that of a footprint of all bytes: between measured ones by the logarithm of the
+    /// footprint, beyond them that of the nearest. `threads` has to be one that was measured.
+    double seconds(int threads, const Traffic& traffic) const;
+
+private:
+    double bandwidth(int threads, double footprint, double Bandwidth::*of) const;
 };
 
 /// Measures for one thread and for `threads`; some four seconds.

@@ -73,11 +73,13 @@ private:
 /// Bytes that one iteration of conjugate gradients with block-Jacobi has to move: those of the product, then
 ///   r -= a (m p + K p), r.Br: mass, p, r twice, B, fixed;  u += a p, p = B r + b p, p.Mp: r, B, p twice, u twice,
 ///   mass, fixed.
-double bytesOfIteration(const solver::ElasticOperator& elastic)
+Traffic trafficOfIteration(const solver::ElasticOperator& elastic)
 {
     constexpr double kVector = sizeof(Vec3), kBlock = 6 * sizeof(float), kMass = sizeof(double);
     constexpr double kResidual = kMass + 3 * kVector + kBlock + 1, kDirection = 5 * kVector + kBlock + kMass + 1;
-    return double(elastic.productBytes()) + double(elastic.nodeCount()) * (kResidual + kDirection);
+    constexpr double kWritten = 3 * kVector;  // r, u and p
+    const double nodes = double(elastic.nodeCount()), slots = double(elastic.productBytesWritten());
+    return {double(elastic.productBytes()) - slots + nodes * (kResidual + kDirection - kWritten), slots + nodes * kWritten};
 }
 
 /// Seconds of one pass over the elements for energy, gradient and tangent; the best of several.
@@ -97,7 +99,7 @@ struct Measured {
     int newton = 0, linear = 0;
     solver::ElasticWork work;
     double evaluation = 0;  // s
-    double bytes = 0;       // of an iteration
+    Traffic traffic;        // of an iteration
     double nodes = 0, tets = 0;
     double probe = 0;        // m
     double solverBytes = 0;  // operator and stepper
@@ -128,7 +130,7 @@ Measured measure(const BlockSize& size, solver::LinearMethod method)
         m.fastest = std::min(m.fastest, step.seconds);
         m.iteration = std::min(m.iteration, (step.seconds - double(step.evaluations) * m.evaluation) / step.linear);
     }
-    m.bytes = bytesOfIteration(block.elastic());
+    m.traffic = trafficOfIteration(block.elastic());
     m.nodes = double(block.elastic().nodeCount());
     m.tets = double(block.elastic().tetCount());
     m.probe = block.probe();
@@ -136,9 +138,9 @@ Measured measure(const BlockSize& size, solver::LinearMethod method)
     return m;
 }
 
-Json toJson(const Measured& m, const BlockSize& size, int threads, double bandwidth)
+Json toJson(const Measured& m, const BlockSize& size, int threads, const Floors& floors)
 {
-    const double bound = m.bytes / bandwidth;
+    const double bound = floors.seconds(threads, m.traffic), bytes = m.traffic.bytes();
     return {{"threads", threads},
             {"seconds_a_step", m.seconds / size.steps},
             {"seconds_of_fastest_step", m.fastest},
@@ -148,9 +150,9 @@ Json toJson(const Measured& m, const BlockSize& size, int threads, double bandwi
             {"products", m.work.products},
             {"evaluation_ns_a_tet", 1e9 * m.evaluation / m.tets},
             {"iteration_ns_a_node", 1e9 * m.iteration / m.nodes},
-            {"bytes_a_node_and_iteration", m.bytes / m.nodes},
-            {"gb_per_s", 1e-9 * m.bytes / m.iteration},
-            {"floor_gb_per_s", 1e-9 * bandwidth},
+            {"bytes_a_node_and_iteration", bytes / m.nodes},
+            {"gb_per_s", 1e-9 * bytes / m.iteration},
+            {"floor_gb_per_s", 1e-9 * bytes / bound},
             {"floor_ns_a_node", 1e9 * bound / m.nodes},
             {"share_of_floor", bound / m.iteration}};
 }
@@ -181,7 +183,7 @@ Json benchBlock(const BlockSize& size, int threads, const Floors& floors, const 
         const ThreadLimit limit(t);
         last = measure(size, solver::LinearMethod::jacobi);
         if (t == 1) alone = last.seconds;
-        runs.push_back(toJson(last, size, t, floors.readBandwidth(t, last.bytes)));
+        runs.push_back(toJson(last, size, t, floors));
         say(
             fmt::format("block n = {}, {} thread{}: {:.4f} s a step, {} iterations, {:.1f} ns a node and iteration "
                         "({:.0f} % of the floor), probe {:.6e} m",

@@ -141,6 +141,7 @@ public:
     /// What a product has to move at least, summed up in the caller's pass over the nodes: the tangent, the tables of the
     /// patches, u, and the slots written and read.
     std::size_t productBytes() const;
+    std::size_t productBytesWritten() const;  ///< of these: the slots
 
 private:
     struct Data;
