@@ -20,15 +20,15 @@ Tangent::Tangent() = default;
 Tangent::~Tangent() = default;
 Tangent::Tangent(Tangent&&) noexcept = default;
 Tangent& Tangent::operator=(Tangent&&) noexcept = default;
-std::size_t Tangent::bytes() const { return capacity_ * sizeof(BatchTangent); }
+std::size_t Tangent::bytes() const { return capacity_ * sizeof(TetTangent); }
 
-void Tangent::resize(std::size_t batches)
+void Tangent::resize(std::size_t tets)
 {
-    if (batches > capacity_) {
-        capacity_ = capacity_ == 0 ? batches : batches + batches / 8;  // cracks add a few batches a step
-        batches_ = std::make_unique_for_overwrite<BatchTangent[]>(capacity_);  // first touched by the threads that fill it
+    if (tets > capacity_) {
+        capacity_ = capacity_ == 0 ? tets : tets + tets / 8;  // cracks add a few a step
+        tets_ = std::make_unique_for_overwrite<TetTangent[]>(capacity_);  // first touched by the threads that fill it
     }
-    count_ = batches;
+    count_ = tets;
 }
 
 namespace {
@@ -118,7 +118,7 @@ std::size_t ElasticOperator::bytes() const
 std::size_t ElasticOperator::productBytes() const
 {
     const Patches& p = data_->p;
-    return p.batches.size() * sizeof(BatchTangent) + p.bytes() - p.laneOfElement.size() * sizeof(p.laneOfElement[0]) +
+    return p.tangentCount * sizeof(TetTangent) + p.bytes() - p.laneOfElement.size() * sizeof(p.laneOfElement[0]) +
            (2 * p.slots.size() + nodeCount()) * sizeof(Vec3);
 }
 
@@ -128,11 +128,11 @@ double ElasticOperator::evaluate(std::span<const Vec3> x, std::span<Vec3> gradie
 {
     const Data& d = *data_;
     if (tangent) {
-        tangent->resize(d.p.batches.size());
+        tangent->resize(d.p.tangentCount);
         tangent->share_ = share;
     }
     std::atomic<std::int64_t> robust = 0;
-    BatchTangent* const tangents = tangent ? tangent->batches_.get() : nullptr;
+    TetTangent* const tangents = tangent ? tangent->tets_.get() : nullptr;
     d.eachPatch(x, tangents, share, [&](std::size_t i, const PatchData& patch, const double* in, double* out) {
         const KernelResult r = kernel().evaluate(patch, d.cellDilation, kRobust, in, out);
         d.patchEnergy[i] = r.energy;
@@ -155,49 +155,48 @@ std::vector<double> ElasticOperator::energyDensities(std::span<const Vec3> x) co
         patch.psi = psi.data() + first * kTets * kLanes;
         (void)kernel().evaluate(patch, d.cellDilation, kRobust, in, out);
         const Patch& range = d.p.patches[i];
-        for (std::size_t e = range.firstElement; e < range.firstElement + range.elements; ++e)
-            for (std::size_t t = 0; t < kTets; ++t) {
-                const std::size_t batch = d.p.laneOfElement[e] / kLanes, lane = d.p.laneOfElement[e] % kLanes;
+        for (std::size_t e = range.firstElement; e < range.firstElement + range.elements; ++e) {
+            const std::size_t batch = d.p.laneOfElement[e] / kLanes, lane = d.p.laneOfElement[e] % kLanes;
+            for (std::size_t t = 0; t < d.p.tetsOf(batch); ++t)
                 if (d.volumeShare(batch, t, lane) > 0) density[e * kTets + t] = psi[(batch * kTets + t) * kLanes + lane];
-            }
+        }
     });
     d.work.evaluations += 1;
     d.work.evaluatedTets += d.p.tets;
     return density;
 }
 
-/// Calls f(tangent of the batch, tet, lane, mu V / h^2) for every tet with material.
 template <class F>
-void ElasticOperator::Data::eachTet(BatchTangent* tangents, const F& f) const
+void ElasticOperator::Data::eachTet(TetTangent* tangents, const F& f) const
 {
     parallelChunks(p.patches.size(), 1, [&](std::size_t i, std::size_t) {
         const Patch& patch = p.patches[i];
         for (std::size_t b = patch.firstBatch; b < patch.firstBatch + patch.batches; ++b)
-            for (std::size_t t = 0; t < std::size_t(tetmesh::kMostTets); ++t)
+            for (std::size_t t = 0; t < p.tetsOf(b); ++t)
                 for (std::size_t l = 0; l < kLanes; ++l)
-                    if (const double share = volumeShare(b, t, l); share > 0) f(tangents[b], t, l, patch.mu * share * h);
+                    if (const double share = volumeShare(b, t, l); share > 0) f(tangents[p.batches[b].tangent + t], l, patch.mu * share * h);
     });
 }
 
 void ElasticOperator::project(Tangent& tangent) const
 {
-    data_->eachTet(tangent.batches_.get(), [&](BatchTangent& batch, std::size_t t, std::size_t l, double mu) {
+    data_->eachTet(tangent.tets_.get(), [&](TetTangent& tet, std::size_t l, double mu) {
         const double least = -mu * (1 + tangent.share_);
         double T[6];
-        for (std::size_t k = 0; k < 6; ++k) T[k] = batch.tet[t].T[k][l];
+        for (std::size_t k = 0; k < 6; ++k) T[k] = tet.T[k][l];
         const Eigen::SelfAdjointEigenSolver<Mat3> eigen(unpackSymmetric(T));
         if (eigen.eigenvalues()[0] >= least) return;
         const Vec3 clamped = eigen.eigenvalues().cwiseMax(least);
         packSymmetric(eigen.eigenvectors() * clamped.asDiagonal() * eigen.eigenvectors().transpose(), T);
-        for (std::size_t k = 0; k < 6; ++k) batch.tet[t].T[k][l] = float(T[k]);
+        for (std::size_t k = 0; k < 6; ++k) tet.T[k][l] = float(T[k]);
     });
 }
 
 void ElasticOperator::warp(Tangent& tangent) const
 {
     tangent.share_ = 0;
-    data_->eachTet(tangent.batches_.get(), [](BatchTangent& batch, std::size_t t, std::size_t l, double mu) {
-        for (std::size_t k = 0; k < 6; ++k) batch.tet[t].T[k][l] = k < 3 ? float(-mu) : 0;
+    data_->eachTet(tangent.tets_.get(), [](TetTangent& tet, std::size_t l, double mu) {
+        for (std::size_t k = 0; k < 6; ++k) tet.T[k][l] = k < 3 ? float(-mu) : 0;
     });
 }
 
@@ -206,7 +205,7 @@ double ElasticOperator::multiply(const Tangent& tangent, std::span<const V> u) c
 {
     const Data& d = *data_;
     using Real = typename V::Scalar;
-    d.eachPatch(u, tangent.batches_.get(), tangent.share_, [&](std::size_t i, const PatchData& patch, const Real* in, Real* out) {
+    d.eachPatch(u, tangent.tets_.get(), tangent.share_, [&](std::size_t i, const PatchData& patch, const Real* in, Real* out) {
         d.patchEnergy[i] = kernel().of<Real>().product(patch, d.cellDilation, in, out);
     });
     d.work.products += 1;
@@ -240,7 +239,7 @@ NodeSums<ElasticOperator::PackedBlock> ElasticOperator::diagonal(const Tangent& 
         const std::size_t stride = patch.stride();
         double* const out = d.out[std::size_t(threadSlot())].as<double>();
         std::fill_n(out, kDiagonalRows * stride, 0.);
-        kernel().diagonal(d.patchData(i, tangent.batches_.get(), tangent.share_), d.cellDilation, out);
+        kernel().diagonal(d.patchData(i, tangent.tets_.get(), tangent.share_), d.cellDilation, out);
         for (std::size_t n = 0; n < patch.nodes; ++n)
             for (std::size_t k = 0; k < kDiagonalRows; ++k) slot[patch.firstSlot + n][Eigen::Index(k)] = out[k * stride + n];
     });

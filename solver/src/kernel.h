@@ -25,7 +25,8 @@ inline constexpr int kLanes = 8;
 struct Batch {
     std::array<std::uint16_t, tetmesh::kCorners> corner{};  ///< local nodes of the first cell
     std::int32_t gathered = -1;  ///< entry of `LaneCorners`; -1: a row, cell l has corner[c] + l and corner[c | 1] = corner[c] + 1
-    std::int32_t cut = -1;       ///< entry of `LaneVolumes`; -1: eight whole cells
+    std::int32_t cut = -1;       ///< entry of `LaneVolumes`; -1: eight whole cells. Shape tet: entry of `LaneTets`
+    std::uint32_t tangent = 0;   ///< place of its first tet among the tangents
     tetmesh::CellShape shape = tetmesh::CellShape::six;
 };
 
@@ -39,13 +40,18 @@ struct alignas(64) LaneVolumes {
     double share[tetmesh::kMostTets][kLanes];
 };
 
-/// What a product with the tangent needs of eight cells. A product is bound by reading this, so it is kept in single
-/// precision: a slightly different symmetric operator inside an iteration whose residual is evaluated in double.
-struct alignas(64) BatchTangent {
-    struct Tet {
-        float R[9][kLanes];  ///< row-major
-        float T[6][kLanes];  ///< R (twist operator) R^T times V / h^2: xx, yy, zz, yz, zx, xy
-    } tet[tetmesh::kMostTets];
+/// Eight tets of any shape.
+struct alignas(64) LaneTets {
+    double gradient[3][3][kLanes];  ///< TetGradients
+    double share[1][kLanes];        ///< material volume over h^3. A lane that is not used has none
+    std::uint16_t corner[4][kLanes];
+};
+
+/// What a product with the tangent needs of a tet in eight cells. A product is bound by reading this, so it is kept in
+/// single precision: a slightly different symmetric operator inside an iteration whose residual is evaluated in double.
+struct alignas(32) TetTangent {
+    float R[9][kLanes];  ///< row-major
+    float T[6][kLanes];  ///< R (twist operator) R^T times V / h^2: xx, yy, zz, yz, zx, xy
 };
 
 /// Local nodes from `local` on that are consecutive nodes of the system from `node` on.
@@ -59,7 +65,8 @@ struct PatchData {
     const Batch* batch = nullptr;
     const LaneCorners* corners = nullptr;
     const LaneVolumes* volumes = nullptr;
-    BatchTangent* tangent = nullptr;  ///< written by evaluate when not null, read by product and diagonal
+    const LaneTets* tets = nullptr;
+    TetTangent* tangent = nullptr;  ///< written by evaluate when not null, read by product and diagonal
     double* psi = nullptr;            ///< evaluate: energy density [J/m^3], [batch][tet][lane]; may be null
     const NodeRun* run = nullptr;
     int batches = 0, runs = 0;
@@ -74,7 +81,7 @@ struct KernelResult {
     std::int64_t robustTets = 0;  ///< tets that took the scalar path
 };
 
-/// Scalar path for a lane whose polar decomposition is not safe in closed form. Row-major F, R; S, T as in BatchTangent.
+/// Scalar path for a lane whose polar decomposition is not safe in closed form. Row-major F, R; S, T as in TetTangent.
 struct RobustTet {
     void (*polar)(const double* F, double* R, double* S);
     void (*twist)(const double* S, double t, double* T);

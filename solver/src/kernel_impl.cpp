@@ -34,15 +34,29 @@ struct WholeVolumes {
 template <CellShape shape>
 constexpr WholeVolumes<shape> kWhole;
 
+/// Rest shape of eight tets, for elements that are tets.
+template <CellShape shape>
+VDBFRAC_INLINE const LaneTets* ownTets(const PatchData& patch, const Batch& batch)
+{
+    return shape == CellShape::tet ? patch.tets + batch.cut : nullptr;
+}
+
 template <CellShape shape>
 VDBFRAC_INLINE const double (*volumeShares(const PatchData& patch, const Batch& batch))[kLanes]
 {
+    if constexpr (shape == CellShape::tet) return patch.tets[batch.cut].share;
     return batch.cut < 0 ? kWhole<shape>.share : patch.volumes[batch.cut].share;
 }
 
-template <class Real>
+template <CellShape shape, class Real>
 VDBFRAC_INLINE void gather(const PatchData& patch, const Batch& batch, const Real* in, CornersOf<PackT<Real>>& u)
 {
+    if constexpr (shape == CellShape::tet) {
+        for (int c = 0; c < 4; ++c)
+            for (int i = 0; i < 3; ++i)
+                for (int l = 0; l < kLanes; ++l) u[c][i][l] = in[i * patch.stride + patch.tets[batch.cut].corner[c][l]];
+        return;
+    }
     if (batch.gathered < 0) {
         for (int c = 0; c < tetmesh::kCorners; ++c)
             for (int i = 0; i < 3; ++i) u[c][i] = loadLoose(in + i * patch.stride + batch.corner[c]);
@@ -56,9 +70,15 @@ VDBFRAC_INLINE void gather(const PatchData& patch, const Batch& batch, const Rea
 
 /// Adds f to the rows of `out`. In a row of cells the corners at x + 1 are those at x of the next cell: both are added
 /// up in registers, and memory sees one addition for each line of nodes.
-template <int rows, class Real>
+template <CellShape shape, int rows, class Real>
 VDBFRAC_INLINE void scatter(const PatchData& patch, const Batch& batch, const PackT<Real> (&f)[tetmesh::kCorners][rows], Real* out)
 {
+    if constexpr (shape == CellShape::tet) {
+        for (int c = 0; c < 4; ++c)
+            for (int i = 0; i < rows; ++i)
+                for (int l = 0; l < kLanes; ++l) out[i * patch.stride + patch.tets[batch.cut].corner[c][l]] += f[c][i][l];
+        return;
+    }
     if (batch.gathered < 0) {
         for (int c = 0; c < tetmesh::kCorners; c += 2)
             for (int i = 0; i < rows; ++i) {
@@ -90,6 +110,13 @@ VDBFRAC_INLINE void addScaled(P& a, double g, P b)
         a += Real(g) * b;
 }
 
+/// Component d of h grad N_(a + 1).
+template <class P>
+VDBFRAC_INLINE P gradientOf(const LaneTets* own, int a, int d)
+{
+    return load<std::remove_cvref_t<decltype(P{}[0])>>(own->gradient[a][d]);
+}
+
 /// First tet vertex whose gradient has a positive component d: the sum starts there.
 constexpr int firstVertex(CellShape shape, int t, int d)
 {
@@ -99,10 +126,18 @@ constexpr int firstVertex(CellShape shape, int t, int d)
     return 0;
 }
 
-/// E = sum_a u_a (x) (h grad N_a): differences of corner values, because the rest shape is that of the lattice.
+/// E = sum_a u_a (x) (h grad N_a): differences of corner values, where the rest shape is that of the lattice.
 template <CellShape shape, int t, class P>
-VDBFRAC_INLINE void differences(const CornersOf<P>& u, MatrixOf<P>& E)
+VDBFRAC_INLINE void differences(const LaneTets* own, const CornersOf<P>& u, MatrixOf<P>& E)
 {
+    if constexpr (shape == CellShape::tet) {
+        for (int i = 0; i < 3; ++i) {
+            const P edge[3] = {u[1][i] - u[0][i], u[2][i] - u[0][i], u[3][i] - u[0][i]};
+            for (int d = 0; d < 3; ++d)
+                E[i][d] = gradientOf<P>(own, 0, d) * edge[0] + gradientOf<P>(own, 1, d) * edge[1] + gradientOf<P>(own, 2, d) * edge[2];
+        }
+        return;
+    }
     unroll<3>([&](auto d) __attribute__((always_inline)) {
         constexpr int first = firstVertex(shape, t, d);
         constexpr auto& tets = kCellTets<shape>;
@@ -117,8 +152,17 @@ VDBFRAC_INLINE void differences(const CornersOf<P>& u, MatrixOf<P>& E)
 
 /// f_a += P (h grad N_a).
 template <CellShape shape, int t, class P>
-VDBFRAC_INLINE void spread(const MatrixOf<P>& stress, CornersOf<P>& f)
+VDBFRAC_INLINE void spread(const LaneTets* own, const MatrixOf<P>& stress, CornersOf<P>& f)
 {
+    if constexpr (shape == CellShape::tet) {
+        for (int a = 0; a < 3; ++a)
+            for (int i = 0; i < 3; ++i) {
+                const P force = stress[i][0] * gradientOf<P>(own, a, 0) + stress[i][1] * gradientOf<P>(own, a, 1) + stress[i][2] * gradientOf<P>(own, a, 2);
+                f[a + 1][i] += force;
+                f[0][i] -= force;
+            }
+        return;
+    }
     constexpr auto& tets = kCellTets<shape>;
     unroll<4>([&](auto a) __attribute__((always_inline)) {
         unroll<3>([&](auto d) __attribute__((always_inline)) {
@@ -250,11 +294,11 @@ void takeRobustPolar(Strains& s, int t, const RobustTet& scalar)
 }
 
 template <CellShape shape, int t>
-VDBFRAC_INLINE std::int64_t strainOfTet(const Corners& x, Pack volume, double h, Strains& s, const RobustTet& scalar)
+VDBFRAC_INLINE std::int64_t strainOfTet(const LaneTets* own, const Corners& x, Pack volume, double h, Strains& s, const RobustTet& scalar)
 {
     const Mask used = volume > 0;
     const double scale = 1 / h;
-    differences<shape, t, Pack>(x, s.F[t]);
+    differences<shape, t, Pack>(own, x, s.F[t]);
     for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j) s.F[t][i][j] = used ? s.F[t][i][j] * scale : all(i == j);
     s.robust[t] = closedPolar(s.F[t], s.R[t]);
@@ -295,7 +339,7 @@ VDBFRAC_INLINE void rotated(const Matrix& R, const Pack (&T)[6], Pack (&U)[6])
 
 /// `twistOfTet`: t of the twist operator; `warped`: what linear elasticity adds to it.
 template <int t>
-VDBFRAC_INLINE void storeTangent(const Strains& s, Pack twistOfTet, Pack warped, Pack scale, BatchTangent& out, const RobustTet& scalar)
+VDBFRAC_INLINE void storeTangent(const Strains& s, Pack twistOfTet, Pack warped, Pack scale, TetTangent& out, const RobustTet& scalar)
 {
     Pack T[6], U[6];
     twist(s.S[t], twistOfTet, T);
@@ -309,8 +353,8 @@ VDBFRAC_INLINE void storeTangent(const Strains& s, Pack twistOfTet, Pack warped,
         }
     for (int k = 0; k < 3; ++k) T[k] += warped;
     rotated(s.R[t], T, U);
-    for (int k = 0; k < 9; ++k) store(out.tet[t].R[k], s.R[t][k / 3][k % 3]);
-    for (int k = 0; k < 6; ++k) store(out.tet[t].T[k], U[k] * scale);
+    for (int k = 0; k < 9; ++k) store(out.R[k], s.R[t][k / 3][k % 3]);
+    for (int k = 0; k < 6; ++k) store(out.T[k], U[k] * scale);
 }
 
 template <CellShape shape, bool cellDilation>
@@ -322,9 +366,10 @@ KernelResult evaluateBatch(const PatchData& patch, int b, const RobustTet& scala
     Corners x, f;
     Strains s;
     KernelResult result;
-    gather<double>(patch, batch, in, x);
+    gather<shape, double>(patch, batch, in, x);
+    const LaneTets* const own = ownTets<shape>(patch, batch);
     unroll<tets>([&](auto t) __attribute__((always_inline)) {
-        result.robustTets += strainOfTet<shape, t>(x, load<double>(share[t]), patch.h, s, scalar);
+        result.robustTets += strainOfTet<shape, t>(own, x, load<double>(share[t]), patch.h, s, scalar);
     });
     for (auto& corner : f)
         for (Pack& v : corner) v = all(0);
@@ -349,11 +394,11 @@ KernelResult evaluateBatch(const PatchData& patch, int b, const RobustTet& scala
                                       : mu * deviation + 0.5 * lambda * d * d;
         energy += V * psi;
         if (patch.psi) storeLoose(patch.psi + (b * tetmesh::kMostTets + t) * kLanes, psi);
-        spread<shape, t, Pack>(P, f);
+        spread<shape, t, Pack>(own, P, f);
         if (patch.tangent)
-            storeTangent<t>(s, pressure - 2. * mu, all(-mu * patch.share), V * perLength, patch.tangent[b], scalar);
+            storeTangent<t>(s, pressure - 2. * mu, all(-mu * patch.share), V * perLength, patch.tangent[batch.tangent + t], scalar);
     });
-    scatter<3, double>(patch, batch, f, out);
+    scatter<shape, 3, double>(patch, batch, f, out);
     for (int l = 0; l < kLanes; ++l) result.energy += cellVolume * energy[l];
     return result;
 }
@@ -361,7 +406,7 @@ KernelResult evaluateBatch(const PatchData& patch, int b, const RobustTet& scala
 /// dP = 2 mu dF + bulk R + skew(T axial(dF R^T - R dF^T)) R, times V / h^2 with dF in units of 1/h: `T` holds that
 /// factor, `twoMu` and `bulk` bring it. By columns c: axial = sum_c R_c x dF_c, and skew(v) R has the columns v x R_c.
 template <CellShape shape, int t, class P>
-VDBFRAC_INLINE void productOfTet(const MatrixOf<P>& E, const MatrixOf<P>& R, const P (&T)[6], P twoMu, P bulk, CornersOf<P>& f)
+VDBFRAC_INLINE void productOfTet(const LaneTets* own, const MatrixOf<P>& E, const MatrixOf<P>& R, const P (&T)[6], P twoMu, P bulk, CornersOf<P>& f)
 {
     P w[3], v[3];
     for (int i = 0; i < 3; ++i) {
@@ -378,7 +423,7 @@ VDBFRAC_INLINE void productOfTet(const MatrixOf<P>& E, const MatrixOf<P>& R, con
         const int j = (i + 1) % 3, k = (i + 2) % 3;
         for (int c = 0; c < 3; ++c) stress[i][c] = twoMu * E[i][c] + bulk * R[i][c] + v[j] * R[k][c] - v[k] * R[j][c];
     }
-    spread<shape, t, P>(stress, f);
+    spread<shape, t, P>(own, stress, f);
 }
 
 template <class P>
@@ -390,18 +435,19 @@ VDBFRAC_INLINE P traceOf(const MatrixOf<P>& E, const MatrixOf<P>& R)
 }
 
 template <class Real>
-VDBFRAC_INLINE void loadRotation(const BatchTangent& tangent, int t, MatrixOf<PackT<Real>>& R)
+VDBFRAC_INLINE void loadRotation(const TetTangent& tangent, MatrixOf<PackT<Real>>& R)
 {
-    for (int k = 0; k < 9; ++k) R[k / 3][k % 3] = load<Real>(tangent.tet[t].R[k]);
+    for (int k = 0; k < 9; ++k) R[k / 3][k % 3] = load<Real>(tangent.R[k]);
 }
 
-/// Asks the second-level cache for the tangent of a batch to come: a product is bound by reading them.
-VDBFRAC_INLINE void prefetch(const BatchTangent* now)
+/// Asks the second-level cache for the tangents of a batch to come: a product is bound by reading them.
+template <int tets>
+VDBFRAC_INLINE void prefetch(const TetTangent* now)
 {
-    constexpr std::size_t kLine = 64, kAhead = 4;  // batches; measured
-    const char* const next = reinterpret_cast<const char*>(now) + kAhead * sizeof *now;
+    constexpr std::size_t kLine = 64, kAhead = 24;  // tets; measured
+    const char* const next = reinterpret_cast<const char*>(now + kAhead);
 #pragma GCC unroll 64
-    for (std::size_t i = 0; i < sizeof *now; i += kLine) __builtin_prefetch(next + i, 0, 2);
+    for (std::size_t i = 0; i < tets * sizeof *now; i += kLine) __builtin_prefetch(next + i, 0, 2);
 }
 
 template <class Real, CellShape shape, bool cellDilation>
@@ -410,11 +456,12 @@ void productBatch(const PatchData& patch, int b, const Real* in, Real* out)
     using P = PackT<Real>;
     constexpr int tets = kCellTets<shape>.count;
     const Batch& batch = patch.batch[b];
-    const BatchTangent& tangent = patch.tangent[b];
+    const TetTangent* const tangent = patch.tangent + batch.tangent;
     const auto share = volumeShares<shape>(patch, batch);
-    prefetch(&tangent);
+    const LaneTets* const own = ownTets<shape>(patch, batch);
+    prefetch<tets>(tangent);
     CornersOf<P> u, f;
-    gather<Real>(patch, batch, in, u);
+    gather<shape, Real>(patch, batch, in, u);
     for (auto& corner : f)
         for (P& v : corner) v = P{};
     const double scale = patch.h * (1 + patch.share);
@@ -424,8 +471,8 @@ void productBatch(const PatchData& patch, int b, const Real* in, Real* out)
         P volume = {};
         unroll<tets>([&](auto t) __attribute__((always_inline)) {
             MatrixOf<P> E, R;
-            differences<shape, t, P>(u, E);
-            loadRotation<Real>(tangent, t, R);
+            differences<shape, t, P>(own, u, E);
+            loadRotation<Real>(tangent[t], R);
             trace[t] = traceOf<P>(E, R);
             const P V = load<Real>(share[t]);
             mean += V * trace[t];
@@ -436,14 +483,14 @@ void productBatch(const PatchData& patch, int b, const Real* in, Real* out)
     unroll<tets>([&](auto t) __attribute__((always_inline)) {
         MatrixOf<P> E, R;
         P T[6];
-        differences<shape, t, P>(u, E);
-        loadRotation<Real>(tangent, t, R);
-        for (int k = 0; k < 6; ++k) T[k] = load<Real>(tangent.tet[t].T[k]);
+        differences<shape, t, P>(own, u, E);
+        loadRotation<Real>(tangent[t], R);
+        for (int k = 0; k < 6; ++k) T[k] = load<Real>(tangent[t].T[k]);
         const P V = load<Real>(share[t]);
         const P pressure = cellDilation ? mean - third * trace[t] : lambda * traceOf<P>(E, R);
-        productOfTet<shape, t, P>(E, R, T, twoMu * V, pressure * V, f);
+        productOfTet<shape, t, P>(own, E, R, T, twoMu * V, pressure * V, f);
     });
-    scatter<3, Real>(patch, batch, f, out);
+    scatter<shape, 3, Real>(patch, batch, f, out);
 }
 
 /// Adds skew(q) U skew(q)^T.
@@ -472,12 +519,21 @@ VDBFRAC_INLINE void addOuter(const Pack (&r)[3], Pack s, Pack (&K)[6])
     }
 }
 
+/// Component d of h grad N_a.
+template <CellShape shape>
+VDBFRAC_INLINE Pack vertexGradient(const LaneTets* own, int t, int a, int d)
+{
+    if constexpr (shape != CellShape::tet) return all(kCellTets<shape>.gradient[t][a][d]);
+    if (a > 0) return gradientOf<Pack>(own, a - 1, d);
+    return -(gradientOf<Pack>(own, 0, d) + gradientOf<Pack>(own, 1, d) + gradientOf<Pack>(own, 2, d));
+}
+
 template <CellShape shape, bool cellDilation>
 void diagonalBatch(const PatchData& patch, int b, double* out)
 {
     constexpr auto& cell = kCellTets<shape>;
     const Batch& batch = patch.batch[b];
-    const BatchTangent& tangent = patch.tangent[b];
+    const TetTangent* const tangent = patch.tangent + batch.tangent;
     const auto share = volumeShares<shape>(patch, batch);
     const double scale = patch.h * (1 + patch.share), mu = patch.mu * scale, lambda = patch.lambda * scale;
     Pack K[tetmesh::kCorners][6], bulk[tetmesh::kCorners][3], cellVolume = all(0);
@@ -490,14 +546,14 @@ void diagonalBatch(const PatchData& patch, int b, double* out)
         cellVolume += V;
         Matrix R;
         Pack T[6];
-        loadRotation<double>(tangent, t, R);
-        for (int k = 0; k < 6; ++k) T[k] = load<double>(tangent.tet[t].T[k]);
+        loadRotation<double>(tangent[t], R);
+        for (int k = 0; k < 6; ++k) T[k] = load<double>(tangent[t].T[k]);
         for (int a = 0; a < 4; ++a) {
-            const auto& g = cell.gradient[t][a];
             const int c = cell.corner[t][a];
-            Pack q[3];
+            Pack g[3], q[3];
+            for (int d = 0; d < 3; ++d) g[d] = vertexGradient<shape>(ownTets<shape>(patch, batch), t, a, d);
             for (int i = 0; i < 3; ++i) q[i] = R[i][0] * g[0] + R[i][1] * g[1] + R[i][2] * g[2];
-            const double length2 = g[0] * g[0] + g[1] * g[1] + g[2] * g[2];
+            const Pack length2 = g[0] * g[0] + g[1] * g[1] + g[2] * g[2];
             for (int i = 0; i < 3; ++i) K[c][i] += 2. * length2 * mu * V;
             addTwistBlock(q, T, K[c]);
             addOuter(q, (cellDilation ? -2. / 3. * mu : lambda) * V, K[c]);
@@ -509,7 +565,7 @@ void diagonalBatch(const PatchData& patch, int b, double* out)
         const Pack weight = cellVolume > 0 ? (lambda + 2. / 3. * mu) / cellVolume : all(0);
         for (int c = 0; c < tetmesh::kCorners; ++c) addOuter(bulk[c], weight, K[c]);
     }
-    scatter<6, double>(patch, batch, K, out);
+    scatter<shape, 6, double>(patch, batch, K, out);
 }
 
 /// Calls f<shape, cellDilation>(b) for each batch of the patch.
@@ -524,6 +580,7 @@ VDBFRAC_INLINE void eachBatch(const PatchData& patch, bool cellDilation, const F
         case CellShape::six: withShape.template operator()<CellShape::six>(); break;
         case CellShape::fiveEven: withShape.template operator()<CellShape::fiveEven>(); break;
         case CellShape::fiveOdd: withShape.template operator()<CellShape::fiveOdd>(); break;
+        case CellShape::tet: withShape.template operator()<CellShape::tet>(); break;
         }
     }
 }

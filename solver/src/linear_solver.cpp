@@ -143,6 +143,7 @@ LinearMethod chosen(const LinearSystem& system, LinearLimits limits)
     const double across = std::cbrt(nodes), reach = inertia > 0 ? std::min(across, std::sqrt(stiffness / inertia)) : across;
     const double iterations = kIterationsACell * reach * -std::log(limits.tolerance);
     if (nodes < kDirectNodes && inertia == 0) return LinearMethod::direct;
+    if (!Multigrid::fits(system.elastic)) return LinearMethod::jacobi;
     const auto sets = system.elastic.sets();
     const bool six = std::all_of(sets.begin(), sets.end(), [](const ElementSet& set) {
         return set.elements.empty() || set.elements[0].shape == tetmesh::CellShape::six;
@@ -203,8 +204,8 @@ void LinearSolver::prepare(const LinearSystem& system, LinearMethod method)
     Data& d = *data_;
     d.prepared = method;
     if (method == LinearMethod::multigrid) {
-        if (!d.multigrid) d.multigrid = std::make_unique<Multigrid>(*d.elastic);
-        if (d.multigrid->setUp(system)) return;
+        if (!d.multigrid && Multigrid::fits(*d.elastic)) d.multigrid = std::make_unique<Multigrid>(*d.elastic);
+        if (d.multigrid && d.multigrid->setUp(system)) return;
         d.prepared = LinearMethod::jacobi;
     }
     d.inverse.resize(system.elastic.nodeCount());

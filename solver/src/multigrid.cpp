@@ -82,6 +82,12 @@ void linkChildren(const CoarseLattice& lattice, std::vector<std::uint32_t>& star
 
 }  // namespace
 
+bool Multigrid::fits(const ElasticOperator& elastic)
+{
+    const auto sets = elastic.sets();
+    return std::all_of(sets.begin(), sets.end(), [](const ElementSet& set) { return set.gradients.empty(); });
+}
+
 Multigrid::Multigrid(const ElasticOperator& elastic)
 {
     levels_.push_back(std::make_unique<Level>());

@@ -20,7 +20,9 @@ namespace vdbfrac::solver {
 
 class Multigrid {
 public:
-    explicit Multigrid(const ElasticOperator& elastic);
+    /// Whether the operator has a lattice to coarsen.
+    static bool fits(const ElasticOperator& elastic);
+    explicit Multigrid(const ElasticOperator& elastic);  ///< one that fits
     ~Multigrid();
 
     /// For one system of the operator: tangents, diagonals and fixed nodes of all levels. False: a block or the coarsest

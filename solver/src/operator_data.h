@@ -56,14 +56,15 @@ struct ElasticOperator::Data {
     Scratch slots{0};
     std::vector<Scratch> in, out;
 
-    PatchData patchData(std::size_t i, BatchTangent* tangents, double share) const
+    PatchData patchData(std::size_t i, TetTangent* tangents, double share) const
     {
         const Patch& patch = p.patches[i];
         PatchData d;
         d.batch = p.batches.data() + patch.firstBatch;
         d.corners = p.corners.data();
         d.volumes = p.volumes.data();
-        if (tangents) d.tangent = tangents + patch.firstBatch;
+        d.tets = p.laneTets.data();
+        d.tangent = tangents;
         d.run = p.runs.data() + patch.firstRun;
         d.batches = int(patch.batches), d.runs = int(patch.runs);
         d.nodes = int(patch.nodes), d.stride = int(patch.stride());
@@ -76,7 +77,7 @@ struct ElasticOperator::Data {
     /// Calls f(patch number, patch, in, out) for every patch, with scratch of its own: `in` holds x, `out` three rows of
     /// zeros; then puts `out` into the patch's slots.
     template <class V, class F>
-    void eachPatch(std::span<const V> x, BatchTangent* tangents, double share, const F& f) const
+    void eachPatch(std::span<const V> x, TetTangent* tangents, double share, const F& f) const
     {
         using Real = typename V::Scalar;
         parallelChunks(p.patches.size(), 1, [&](std::size_t i, std::size_t) {
@@ -103,12 +104,26 @@ struct ElasticOperator::Data {
     double volumeShare(std::size_t batch, std::size_t t, std::size_t l) const
     {
         const Batch& b = p.batches[batch];
+        if (b.shape == tetmesh::CellShape::tet) return p.laneTets[std::size_t(b.cut)].share[t][l];
         return b.cut < 0 ? tetmesh::cellTets(b.shape).volume[t] : p.volumes[std::size_t(b.cut)].share[t][l];
     }
 
-    /// Calls f(tangent of the batch, tet, lane, mu V / h^2) for every tet with material.
+    /// h grad N_a of a tet.
+    Vec3 gradient(std::size_t batch, std::size_t t, std::size_t a, std::size_t l) const
+    {
+        const Batch& b = p.batches[batch];
+        if (b.shape != tetmesh::CellShape::tet) return Vec3(tetmesh::cellTets(b.shape).gradient[t][a].data());
+        const auto& own = p.laneTets[std::size_t(b.cut)].gradient;
+        Vec3 g = Vec3::Zero();
+        for (std::size_t k = 0; k < 3; ++k)
+            if (a == 0 || a == k + 1) g += (a == 0 ? -1 : 1) * Vec3(own[k][0][l], own[k][1][l], own[k][2][l]);
+        return g;
+    }
+
+    /// Calls f(tangent, lane, mu V / h^2) for every tet with material.
     template <class F>
-    void eachTet(BatchTangent* tangents, const F& f) const;
+    void eachTet(TetTangent* tangents, const F& f) const;
+
 };
 
 }  // namespace vdbfrac::solver

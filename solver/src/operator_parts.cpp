@@ -30,13 +30,13 @@ struct FinerSum {
     double share = 0;       ///< material volume over that of a finer cell
     double T[6] = {};
 
-    void add(const BatchTangent::Tet& tet, std::size_t lane, double weight)
+    void add(const TetTangent& tet, std::size_t lane, double weight)
     {
         share += weight;
         for (int k = 0; k < 9; ++k) R(k / 3, k % 3) += weight * tet.R[k][lane];
         for (int k = 0; k < 6; ++k) T[k] += tet.T[k][lane];
     }
-    void write(BatchTangent::Tet& tet, std::size_t lane) const
+    void write(TetTangent& tet, std::size_t lane) const
     {
         const Mat3 mean = share > 0 ? nearestRotation(R / share) : Mat3(Mat3::Identity());
         for (int k = 0; k < 9; ++k) tet.R[k][lane] = float(mean(k / 3, k % 3));
@@ -51,9 +51,9 @@ void ElasticOperator::average(const ElasticOperator& fine, const Tangent& fineTa
 {
     constexpr std::size_t kTets = tetmesh::kMostTets, kElements = 64;
     const Data &d = *data_, &f = *fine.data_;
-    if (tangent.count_ != d.p.batches.size()) {
-        tangent.resize(d.p.batches.size());
-        std::memset(static_cast<void*>(tangent.batches_.get()), 0, tangent.bytes());  // lanes that no element fills
+    if (tangent.count_ != d.p.tangentCount) {
+        tangent.resize(d.p.tangentCount);
+        std::memset(static_cast<void*>(tangent.tets_.get()), 0, tangent.bytes());  // lanes that no element fills
     }
     tangent.share_ = fineTangent.share_;
     parallelChunks(d.elements, kElements, [&](std::size_t begin, std::size_t end) {
@@ -61,12 +61,12 @@ void ElasticOperator::average(const ElasticOperator& fine, const Tangent& fineTa
             FinerSum sum[kTets];
             for (std::uint32_t c = finer.start[e]; c < finer.start[e + 1]; ++c) {
                 const std::size_t at = f.p.laneOfElement[finer.children[c].element], batch = at / kLanes, lane = at % kLanes;
-                for (std::size_t t = 0; t < kTets; ++t)
+                for (std::size_t t = 0; t < f.p.tetsOf(batch); ++t)
                     if (const double share = f.volumeShare(batch, t, lane); share > 0)
-                        sum[finer.children[c].coarseTet[t]].add(fineTangent.batches_[batch].tet[t], lane, share);
+                        sum[finer.children[c].coarseTet[t]].add(fineTangent.tets_[f.p.batches[batch].tangent + t], lane, share);
             }
             const std::size_t at = d.p.laneOfElement[e];
-            for (std::size_t t = 0; t < kTets; ++t) sum[t].write(tangent.batches_[at / kLanes].tet[t], at % kLanes);
+            for (std::size_t t = 0; t < kTets; ++t) sum[t].write(tangent.tets_[d.p.batches[at / kLanes].tangent + t], at % kLanes);
         }
     });
 }
@@ -86,18 +86,18 @@ ElasticOperator::ElementMatrix ElasticOperator::elementMatrix(const Tangent& tan
         const double V = d.volumeShare(b, t, lane);
         if (!(V > 0)) continue;
         cellShare += V;
-        const BatchTangent::Tet& tet = tangent.batches_[b].tet[t];
+        const TetTangent& tet = tangent.tets_[d.p.batches[b].tangent + t];
         Mat3 R;
         double packed[6];
         for (int k = 0; k < 9; ++k) R(k / 3, k % 3) = tet.R[k][lane];
         for (int k = 0; k < 6; ++k) packed[k] = tet.T[k][lane];
         const Mat3 T = unpackSymmetric(packed);
         for (std::size_t i = 0; i < 4; ++i) {
-            const Vec3 gi(cell.gradient[t][i].data()), qi = R * gi;
+            const Vec3 gi = d.gradient(b, t, i, lane), qi = R * gi;
             const Eigen::Index row = 3 * cell.corner[t][i];
             bulk.segment<3>(row) += V * qi;
             for (std::size_t j = 0; j < 4; ++j) {
-                const Vec3 gj(cell.gradient[t][j].data()), qj = R * gj;
+                const Vec3 gj = d.gradient(b, t, j, lane), qj = R * gj;
                 K.block<3, 3>(row, 3 * cell.corner[t][j]) += 2 * mu * V * gi.dot(gj) * Mat3::Identity() +
                                                              (d.cellDilation ? -2. / 3. * mu : lambda) * V * qi * qj.transpose() +
                                                              skew(qi) * T * skew(qj).transpose();

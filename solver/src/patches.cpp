@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
+#include <type_traits>
 
 namespace vdbfrac::solver {
 
@@ -26,6 +27,8 @@ struct Built {
     std::vector<Batch> batches;        // entries of corners and volumes count from 0 in each patch
     std::vector<LaneCorners> corners;
     std::vector<LaneVolumes> volumes;
+    std::vector<LaneTets> laneTets;
+    std::uint32_t tangents = 0;
     std::vector<std::uint32_t> laneOfElement;  // in the patch
     std::int64_t tets = 0;
 };
@@ -56,6 +59,26 @@ public:
 private:
     std::span<const Coord> nodes_;
     Coord low_, size_;
+};
+
+/// Local numbers of the nodes of a range of tets that are on no lattice: by rising number.
+class SortedNodes {
+public:
+    explicit SortedNodes(const Range& range)
+    {
+        for (std::size_t e = range.begin; e < range.end; ++e) {
+            const auto& node = range.set->elements[e].node;
+            nodes.insert(nodes.end(), node.begin(), node.end());
+        }
+        std::sort(nodes.begin(), nodes.end());
+        nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+    }
+    std::uint16_t operator[](std::uint32_t node) const
+    {
+        return std::uint16_t(std::lower_bound(nodes.begin(), nodes.end(), node) - nodes.begin());
+    }
+
+    std::vector<std::uint32_t> nodes;
 };
 
 /// Local numbers of the nodes of a range: along rows of the lattice, so that cells in a row read and write consecutive
@@ -131,9 +154,15 @@ public:
         Batch batch;
         batch.shape = element(elements[0]).shape;
         batch.corner = corners_[elements[0]];
-        if (!row) batch.gathered = gather(elements);
-        if (elements.size() < kLanes || !std::all_of(elements.begin(), elements.end(), [&](std::size_t e) { return whole(e); }))
-            batch.cut = shares(elements);
+        batch.tangent = built_.tangents;
+        built_.tangents += std::uint32_t(tetmesh::cellTets(batch.shape).count);
+        if (batch.shape == CellShape::tet)
+            batch.cut = tets(elements);
+        else {
+            if (!row) batch.gathered = gather(elements);
+            if (elements.size() < kLanes || !std::all_of(elements.begin(), elements.end(), [&](std::size_t e) { return whole(e); }))
+                batch.cut = shares(elements);
+        }
         for (std::size_t l = 0; l < elements.size(); ++l)
             built_.laneOfElement[elements[l]] = std::uint32_t(kLanes * built_.batches.size() + l);
         built_.batches.push_back(batch);
@@ -166,6 +195,20 @@ private:
         return std::int32_t(built_.volumes.size()) - 1;
     }
 
+    std::int32_t tets(std::span<const std::size_t> elements)
+    {
+        LaneTets lanes{};
+        for (std::size_t l = 0; l < elements.size(); ++l) {
+            for (std::size_t c = 0; c < 4; ++c) lanes.corner[c][l] = corners_[elements[l]][c];
+            lanes.share[0][l] = element(elements[l]).fraction[0];
+            const tetmesh::TetGradients& own = range_.set->gradients[range_.begin + elements[l]];
+            for (std::size_t a = 0; a < 3; ++a)
+                for (std::size_t d = 0; d < 3; ++d) lanes.gradient[a][d][l] = own[a][d];
+        }
+        built_.laneTets.push_back(lanes);
+        return std::int32_t(built_.laneTets.size()) - 1;
+    }
+
     const Range& range_;
     const std::vector<Local>& corners_;
     Built& built_;
@@ -182,18 +225,10 @@ std::vector<NodeRun> runsOf(const std::vector<std::uint32_t>& nodes, std::uint32
     return runs;
 }
 
-Built buildPatch(const Range& range)
+/// Batches of a range of cells: rows first, then what is left of each shape.
+void addCells(std::span<const CellElement> elements, const std::vector<Local>& corners, BatchWriter& writer)
 {
     constexpr std::size_t kShortestRow = 5;  // shorter rows fill lanes better when gathered from anywhere
-    LocalNodes local(range);
-    assert(local.nodes.size() + 2 * kLanes < 65536);
-    const auto elements = range.set->elements.subspan(range.begin, range.end - range.begin);
-    std::vector<Local> corners(elements.size());
-    for (std::size_t e = 0; e < elements.size(); ++e)
-        for (std::size_t c = 0; c < kCorners; ++c) corners[e][c] = local[elements[e].node[c]];
-    Built built;
-    built.laneOfElement.resize(elements.size());
-    BatchWriter writer(range, corners, built);
     std::array<std::vector<std::size_t>, 3> loose;  // by shape
     std::vector<std::size_t> row;
     for (std::size_t e = 0; e < corners.size();) {
@@ -210,6 +245,36 @@ Built buildPatch(const Range& range)
     for (const auto& some : loose)
         for (std::size_t i = 0; i < some.size(); i += kLanes)
             writer.add(std::span(some).subspan(i, std::min<std::size_t>(kLanes, some.size() - i)), false);
+}
+
+/// Batches of a range of tets, in their order.
+void addTets(std::size_t count, BatchWriter& writer)
+{
+    std::vector<std::size_t> lanes;
+    for (std::size_t e = 0; e < count; ++e) {
+        lanes.push_back(e);
+        if (lanes.size() < kLanes && e + 1 < count) continue;
+        writer.add(lanes, false);
+        lanes.clear();
+    }
+}
+
+template <class Nodes>
+Built buildPatch(const Range& range)
+{
+    Nodes local(range);
+    assert(local.nodes.size() + 2 * kLanes < 65536);
+    const auto elements = range.set->elements.subspan(range.begin, range.end - range.begin);
+    std::vector<Local> corners(elements.size());
+    for (std::size_t e = 0; e < elements.size(); ++e)
+        for (std::size_t c = 0; c < kCorners; ++c) corners[e][c] = local[elements[e].node[c]];
+    Built built;
+    built.laneOfElement.resize(elements.size());
+    BatchWriter writer(range, corners, built);
+    if (std::is_same_v<Nodes, SortedNodes>)
+        addTets(elements.size(), writer);
+    else
+        addCells(elements, corners, writer);
     built.nodes = std::uint32_t(local.nodes.size());
     built.runs = runsOf(local.nodes, range.set->firstNode);
     for (const CellElement& e : elements) built.tets += std::count_if(e.fraction.begin(), e.fraction.end(), [](double f) { return f > 0; });
@@ -272,17 +337,22 @@ Patches makePatches(std::span<const ElementSet> sets, std::size_t nodeCount)
 {
     const std::vector<Range> ranges = findRanges(sets);
     std::vector<Built> built(ranges.size());
-    parallelChunks(ranges.size(), 1, [&](std::size_t begin, std::size_t) { built[begin] = buildPatch(ranges[begin]); });
+    parallelChunks(ranges.size(), 1, [&](std::size_t begin, std::size_t) {
+        built[begin] = ranges[begin].set->gradients.empty() ? buildPatch<LocalNodes>(ranges[begin]) : buildPatch<SortedNodes>(ranges[begin]);
+    });
 
     Patches p = layOut(ranges, built);
     for (std::size_t i = 0; i < built.size(); ++i) {
         Built& b = built[i];
         for (Batch& batch : b.batches) {
+            batch.tangent += std::uint32_t(p.tangentCount);
             if (batch.gathered >= 0) batch.gathered += std::int32_t(p.corners.size());
-            if (batch.cut >= 0) batch.cut += std::int32_t(p.volumes.size());
+            if (batch.cut >= 0) batch.cut += std::int32_t(batch.shape == CellShape::tet ? p.laneTets.size() : p.volumes.size());
         }
         p.corners.insert(p.corners.end(), b.corners.begin(), b.corners.end());
         p.volumes.insert(p.volumes.end(), b.volumes.begin(), b.volumes.end());
+        p.laneTets.insert(p.laneTets.end(), b.laneTets.begin(), b.laneTets.end());
+        p.tangentCount += b.tangents;
     }
     parallelChunks(built.size(), 1, [&](std::size_t i, std::size_t) {
         const Patch& patch = p.patches[i];
@@ -298,7 +368,7 @@ Patches makePatches(std::span<const ElementSet> sets, std::size_t nodeCount)
 std::size_t Patches::bytes() const
 {
     const auto of = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
-    return of(patches) + of(batches) + of(corners) + of(volumes) + of(laneOfElement) + of(runs) + of(slotStart) + of(slots);
+    return of(patches) + of(batches) + of(corners) + of(volumes) + of(laneTets) + of(laneOfElement) + of(runs) + of(slotStart) + of(slots);
 }
 
 }  // namespace vdbfrac::solver

@@ -27,12 +27,15 @@ struct Patches {
     std::vector<Batch> batches;
     std::vector<LaneCorners> corners;
     std::vector<LaneVolumes> volumes;
+    std::vector<LaneTets> laneTets;
     std::vector<std::uint32_t> laneOfElement;  ///< kLanes * batch + lane of each element of the system
     std::vector<NodeRun> runs;
     std::vector<std::uint32_t> slotStart, slots;  ///< slots of each node, by rising patch
     std::int64_t tets = 0;
+    std::size_t tangentCount = 0;  ///< tets of all batches, eight of them at a time
     std::size_t slotCount = 0, largestStride = 0;
 
+    std::size_t tetsOf(std::size_t batch) const { return std::size_t(tetmesh::cellTets(batches[batch].shape).count); }
     std::size_t bytes() const;
 };
 

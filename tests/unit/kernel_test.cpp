@@ -1,6 +1,7 @@
 // The vectorised kernel against the scalar reference and against finite differences.
 #include "../../solver/src/kernel.h"
 #include "block.h"
+#include "solids.h"
 
 #include <vdbfrac/solver/corotational.h>
 
@@ -16,7 +17,7 @@ using tetmesh::Lattice;
 
 namespace {
 
-const solver::Material kGel = solver::makeMaterial(1e5, 0.3, 1000);
+using test::kGel;
 
 Vec3 randomVec(std::mt19937& random, double size)
 {
@@ -185,6 +186,79 @@ INSTANTIATE_TEST_SUITE_P(Lattices, KernelCases,
                                          Case{{Lattice::Kind::five, 1, 0.1}, Volumetric::none},
                                          Case{{Lattice::Kind::five, 1, 0.1}, Volumetric::cell}));
 
+/// The tets of a lattice as tets of any shape, in patches of `perPatch`.
+struct LooseTets {
+    std::vector<tetmesh::CellElement> elements;
+    std::vector<tetmesh::TetGradients> gradients;
+
+    LooseTets(const tetmesh::CutMesh& mesh, std::uint32_t perPatch)
+    {
+        for (const tetmesh::CellElement& cell : mesh.elements()) {
+            const tetmesh::CellTets& tets = tetmesh::cellTets(cell.shape);
+            for (std::size_t t = 0; t < std::size_t(tets.count); ++t) {
+                if (cell.fraction[t] == 0) continue;
+                tetmesh::CellElement tet;
+                tet.node.fill(cell.node[std::size_t(tets.corner[t][0])]);
+                for (std::size_t a = 0; a < 4; ++a) tet.node[a] = cell.node[std::size_t(tets.corner[t][a])];
+                tet.fraction[0] = tets.volume[t] * cell.fraction[t];
+                tet.shape = tetmesh::CellShape::tet;
+                tet.patch = std::uint32_t(elements.size()) / perPatch;
+                gradients.push_back({tets.gradient[t][1], tets.gradient[t][2], tets.gradient[t][3]});
+                elements.push_back(tet);
+            }
+        }
+    }
+};
+
+/// The rest shape of a tet that is kept beside it gives what the lattice knows at compile time.
+TEST(Kernel, TetsOfAnyShapeAgreeWithThoseOfALattice)
+{
+    const tetmesh::CutMesh mesh = ball({Lattice::Kind::six, 1, 0.1});
+    const LooseTets loose(mesh, 100);
+    const solver::ElementSet cells{mesh.elements(), mesh.nodes(), 0, kGel}, tets{loose.elements, {}, 0, kGel, loose.gradients};
+    const solver::ElasticOperator lattice(std::span(&cells, 1), mesh.nodeCount(), 0.1, Volumetric::none);
+    const std::vector<Vec3> x = shaken(mesh, 0.02, 5), u = shaken(mesh, 1, 6);
+    const std::size_t n = x.size();
+    constexpr double kRounding = 1e-12, kSingle = 1e-6;  // tangents are kept in single precision
+    for (Volumetric volumetric : {Volumetric::none, Volumetric::cell}) {  // the mean over one tet is its own
+        const solver::ElasticOperator free(std::span(&tets, 1), mesh.nodeCount(), 0.1, volumetric);
+        std::vector<Vec3> g1(n, Vec3::Zero()), g2 = g1, Ku1 = g1, Ku2 = g1;
+        solver::Tangent t1, t2;
+        const double energy = lattice.evaluate(x, g1, &t1);
+        EXPECT_NEAR(free.evaluate(x, g2, &t2), energy, kRounding * energy);
+        lattice.addProduct(t1, u, Ku1);
+        free.addProduct(t2, u, Ku2);
+        EXPECT_LE(test::norm(test::difference(g1, g2)), kRounding * test::norm(g1));
+        EXPECT_LE(test::norm(test::difference(Ku1, Ku2)), kSingle * test::norm(Ku1));
+        const auto d1 = test::diagonalBlocks(lattice, t1), d2 = test::diagonalBlocks(free, t2);
+        for (std::size_t i = 0; i < n; ++i) {
+            EXPECT_LE((d1[i] - d2[i]).norm(), kSingle * d1[i].norm());
+            EXPECT_NEAR(free.mass()[i], lattice.mass()[i], kRounding * lattice.mass()[i]);
+        }
+        EXPECT_EQ(free.tetCount(), lattice.tetCount());
+    }
+}
+
+/// The matrix of an element is that of its product.
+TEST(Kernel, MatrixOfALooseTetIsThatOfItsProduct)
+{
+    const tetmesh::CutMesh mesh = ball({Lattice::Kind::six, 1, 0.1});
+    LooseTets loose(mesh, 1);
+    loose.elements.resize(1), loose.gradients.resize(1);
+    const solver::ElementSet tets{loose.elements, {}, 0, kGel, loose.gradients};
+    const solver::ElasticOperator free(std::span(&tets, 1), mesh.nodeCount(), 0.1, Volumetric::none);
+    solver::Tangent tangent;
+    free.evaluate(shaken(mesh, 0.02, 5), {}, &tangent);
+    const std::vector<Vec3> u = shaken(mesh, 1, 6);
+    std::vector<Vec3> Ku(u.size(), Vec3::Zero());
+    free.addProduct(tangent, u, Ku);
+    Eigen::Matrix<double, 24, 1> own = Eigen::Matrix<double, 24, 1>::Zero();
+    for (std::size_t a = 0; a < 4; ++a) own.segment<3>(Eigen::Index(3 * a)) = u[loose.elements[0].node[a]];
+    own = free.elementMatrix(tangent, 0) * own;
+    for (std::size_t a = 0; a < 4; ++a)
+        EXPECT_LE((own.segment<3>(Eigen::Index(3 * a)) - Ku[loose.elements[0].node[a]]).norm(), 1e-10 * own.norm());
+}
+
 /// A patch of two batches, one a row of whole cells and one of cut cells in any order, in a random state.
 struct RandomPatch {
     static constexpr int kNodes = 40, kStride = kNodes + solver::kLanes;
@@ -198,6 +272,7 @@ struct RandomPatch {
         std::mt19937 random(2);
         for (std::size_t c = 0; c < tetmesh::kCorners; ++c) batch[0].corner[c] = std::uint16_t(9 * (c / 2) + c % 2);
         batch[1].gathered = batch[1].cut = 0;
+        batch[1].tangent = tetmesh::kMostTets;
         for (auto& lane : corners.corner)
             for (auto& corner : lane) corner = std::uint16_t(random() % kNodes);
         for (auto& tet : volumes.share)
@@ -217,7 +292,7 @@ struct RandomPatch {
             [](const double*, double t, double* T) {
                 for (int k = 0; k < 6; ++k) T[k] = k < 3 ? t : 0;
             }};
-        solver::BatchTangent tangent[2] = {};
+        solver::TetTangent tangent[2 * tetmesh::kMostTets] = {};
         std::vector<double> out(x.size(), 0.), product(x.size(), 0.), diagonal(2 * x.size(), 0.);
         std::vector<float> in(x.begin(), x.end()), single(x.size(), 0.f);
         solver::PatchData d;
@@ -285,7 +360,9 @@ TEST(Kernel, VectorUnitsThatFuseGiveTheSameBits)
             const std::vector<double> fused = patch.run(*all[k], cellDilation);
             for (std::size_t i = 0; i < plain.size(); ++i)
                 EXPECT_NEAR(fused[i], plain[i], 1e-5 * largest) << all[k]->name;  // the product in single precision rounds at 6e-8
-            if (k > 1) EXPECT_EQ(fused, patch.run(*all[k - 1], cellDilation)) << all[k]->name << " and " << all[k - 1]->name;
+            if (k > 1) {
+                EXPECT_EQ(fused, patch.run(*all[k - 1], cellDilation)) << all[k]->name << " and " << all[k - 1]->name;
+            }
         }
     }
 }

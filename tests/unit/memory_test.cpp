@@ -36,7 +36,7 @@ struct Level {
 /// Bytes in all, as the sum over what the structures are made of.
 double operatorBytes(const Level& l)
 {
-    const double batch = 28. / 8;                    // 8 corners of 2 bytes, two indices of 4, shape; by eight cells
+    const double batch = 32. / 8;                    // 8 corners of 2 bytes, three indices of 4, shape; by eight cells
     const double cell = batch + 4;                   // and the place of its element
     const double slot = 4 + 6 * sizeof(double);      // slot of node, six rows of sums
     const double row = 2 * 8;                        // nodes of a patch in a row: two runs of them

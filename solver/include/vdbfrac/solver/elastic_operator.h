@@ -20,9 +20,10 @@ namespace vdbfrac::solver {
 /// One body's share of a system.
 struct ElementSet {
     std::span<const tetmesh::CellElement> elements;
-    std::span<const Coord> nodes;     ///< lattice coordinates of its nodes
+    std::span<const Coord> nodes;     ///< lattice coordinates of its nodes; empty without a lattice
     std::uint32_t firstNode = 0;      ///< of the system: node 0 of the body
     Material material;
+    std::span<const tetmesh::TetGradients> gradients = {};  ///< of each element where they are tets of any shape
 };
 
 enum class Volumetric { cell, none };  ///< cell: mean dilatation over the tets of a cell, against locking
@@ -47,7 +48,7 @@ struct FinerElements {
     std::vector<Child> children;
 };
 
-struct BatchTangent;
+struct TetTangent;
 
 /// The tangent at one x: rotation and twist operator of every tet.
 class Tangent {
@@ -61,9 +62,9 @@ public:
 
 private:
     friend class ElasticOperator;
-    void resize(std::size_t batches);
+    void resize(std::size_t tets);
 
-    std::unique_ptr<BatchTangent[]> batches_;
+    std::unique_ptr<TetTangent[]> tets_;  ///< of eight elements each
     std::size_t count_ = 0, capacity_ = 0;
     double share_ = 0;
 };

@@ -3,6 +3,7 @@
 // Corner c of a cell sits at (c & 1, c >> 1 & 1, c >> 2 & 1), in units of the lattice spacing h.
 //   six   Kuhn: one tet for each order (a, b, c) of the axes, through corners 0, a, a+b, 7. Refined grids nest in it.
 //   five  four tets at alternate corners and one in the middle; neighbouring cells are mirrored (even, odd).
+// A tet of any shape is a cell of its own, "tet": its volume counts as h^3, its gradients are kept beside it.
 // Symbols: N_a shape function of tet vertex a; gradient = grad N_a * h; volume = tet volume / h^3.
 #pragma once
 
@@ -11,10 +12,13 @@
 
 namespace vdbfrac::tetmesh {
 
-enum class CellShape : std::uint8_t { six, fiveEven, fiveOdd };
+enum class CellShape : std::uint8_t { six, fiveEven, fiveOdd, tet };
 
 inline constexpr int kCorners = 8;
 inline constexpr int kMostTets = 6;
+
+/// The rest shape of a tet that is a cell of its own: h grad N_a of vertices 1, 2, 3; that of vertex 0 is minus their sum.
+using TetGradients = std::array<std::array<double, 3>, 3>;
 
 struct CellTets {
     int count = 0;
@@ -66,6 +70,12 @@ constexpr CellTets makeCellTets(CellShape shape)
         for (auto [a, b] : kOrder) detail::addTet(cell, {0, 1 << a, 1 << a | 1 << b, 7});
         return cell;
     }
+    if (shape == CellShape::tet) {
+        cell.count = 1;
+        cell.corner[0] = {0, 1, 2, 3};
+        cell.volume[0] = 1;
+        return cell;
+    }
     const int flip = shape == CellShape::fiveOdd ? 7 : 0;  // mirrors the cell through its centre
     for (int c : {0, 3, 5, 6}) detail::addTet(cell, {c ^ flip, c ^ 1 ^ flip, c ^ 2 ^ flip, c ^ 4 ^ flip});
     detail::addTet(cell, {1 ^ flip, 2 ^ flip, 4 ^ flip, 7 ^ flip});
@@ -80,7 +90,8 @@ inline const CellTets& cellTets(CellShape shape)
     switch (shape) {
     case CellShape::six: return kCellTets<CellShape::six>;
     case CellShape::fiveEven: return kCellTets<CellShape::fiveEven>;
-    default: return kCellTets<CellShape::fiveOdd>;
+    case CellShape::fiveOdd: return kCellTets<CellShape::fiveOdd>;
+    default: return kCellTets<CellShape::tet>;
     }
 }
 
