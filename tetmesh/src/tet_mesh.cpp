@@ -5,23 +5,10 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 namespace vdbfrac::tetmesh {
-
-namespace {
-
-/// A face of a tet, found again by its sorted corners.
-struct Face {
-    std::array<std::uint32_t, 3> key;
-    std::uint32_t tet;
-    std::uint8_t opposite;  // corner of the tet
-};
-
-// Corners of the face opposite each corner, outward where the tet has positive volume.
-constexpr std::size_t kFace[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
-
-}  // namespace
 
 std::array<std::uint32_t, 4> lowestFirst(std::array<std::uint32_t, 4> tet)
 {
@@ -34,23 +21,38 @@ std::array<std::uint32_t, 4> lowestFirst(std::array<std::uint32_t, 4> tet)
 
 std::vector<std::array<std::uint32_t, 3>> boundaryOf(std::span<const std::array<std::uint32_t, 4>> tets)
 {
-    std::vector<Face> faces;
-    faces.reserve(4 * tets.size());
-    for (std::size_t t = 0; t < tets.size(); ++t)
-        for (std::size_t f = 0; f < 4; ++f) {
-            std::array<std::uint32_t, 3> key{tets[t][kFace[f][0]], tets[t][kFace[f][1]], tets[t][kFace[f][2]]};
-            std::sort(key.begin(), key.end());
-            faces.push_back({key, std::uint32_t(t), std::uint8_t(f)});
-        }
-    std::sort(faces.begin(), faces.end(), [](const Face& a, const Face& b) { return a.key < b.key; });
-    std::vector<std::pair<std::uint32_t, std::uint8_t>> single;
-    for (std::size_t i = 0, end; i < faces.size(); i = end) {
-        for (end = i + 1; end < faces.size() && faces[end].key == faces[i].key; ++end) {}
-        if (end == i + 1) single.emplace_back(faces[i].tet, faces[i].opposite);
+    const auto corners = [&](std::size_t face) {
+        const auto& tet = tets[face / 4];
+        const auto& f = kTetFaces[face % 4];
+        return std::array<std::uint32_t, 3>{tet[f[0]], tet[f[1]], tet[f[2]]};
+    };
+    const auto key = [&](std::size_t face) {
+        auto k = corners(face);
+        std::sort(k.begin(), k.end());
+        return k;
+    };
+    // Faces sorted by their lowest point: equal ones are then a few neighbours.
+    std::vector<std::size_t> first;
+    for (std::size_t face = 0; face < 4 * tets.size(); ++face) {
+        const std::size_t lowest = key(face)[0];
+        if (first.size() < lowest + 2) first.resize(lowest + 2);
+        ++first[lowest + 1];
     }
-    std::sort(single.begin(), single.end());
+    std::partial_sum(first.begin(), first.end(), first.begin());
+    std::vector<std::size_t> faces(4 * tets.size()), next = first;
+    for (std::size_t face = 0; face < faces.size(); ++face) faces[next[key(face)[0]]++] = face;
+
+    std::vector<std::uint8_t> single(faces.size());
+    parallelChunks(first.empty() ? 0 : first.size() - 1, kChunk, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t p = begin; p < end; ++p) {
+            const std::span<const std::size_t> around = std::span(faces).subspan(first[p], first[p + 1] - first[p]);
+            for (std::size_t a : around)
+                single[a] = std::count_if(around.begin(), around.end(), [&](std::size_t b) { return key(a) == key(b); }) == 1;
+        }
+    });
     std::vector<std::array<std::uint32_t, 3>> boundary;
-    for (auto [t, f] : single) boundary.push_back({tets[t][kFace[f][0]], tets[t][kFace[f][1]], tets[t][kFace[f][2]]});
+    for (std::size_t face = 0; face < single.size(); ++face)
+        if (single[face]) boundary.push_back(corners(face));
     return boundary;
 }
 

@@ -18,6 +18,9 @@ struct TetMesh {
     std::vector<std::array<std::uint32_t, 3>> boundary;  ///< its surface, counter-clockwise seen from outside
 };
 
+/// Corners of the face opposite each corner of a tet, outward where the tet has positive volume.
+inline constexpr std::size_t kTetFaces[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
+
 /// The same tet with its lowest number first and its orientation kept.
 std::array<std::uint32_t, 4> lowestFirst(std::array<std::uint32_t, 4> tet);
 
