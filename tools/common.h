@@ -39,6 +39,7 @@ using Action = std::function<int()>;
 Action addSim(CLI::App& app);
 Action addCheck(CLI::App& app);
 Action addScene(CLI::App& app);
+Action addMesh(CLI::App& app);
 Action addPreview(CLI::App& app);
 Action addBench(CLI::App& app);
 

@@ -24,6 +24,7 @@ int run(int argc, char** argv)
     actions["sim"] = addSim(app);
     actions["check"] = addCheck(app);
     actions["scene"] = addScene(app);
+    actions["mesh"] = addMesh(app);
     actions["preview"] = addPreview(app);
     actions["bench"] = addBench(app);
     try {

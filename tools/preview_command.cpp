@@ -1,14 +1,12 @@
 // vdbfrac preview: pictures of a run, and a contact sheet of them.
 #include "common.h"
+#include "run_frames.h"
 
-#include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/base/primitive.h>
 #include <vdbfrac/grid/png_file.h>
 #include <vdbfrac/grid/render.h>
 #include <vdbfrac/tetmesh/obj_file.h>
-
-#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -27,38 +25,22 @@ struct PreviewOptions {
     std::vector<double> direction = {-0.55, -0.35, -1};
 };
 
-struct Run {
-    std::string scene;
-    double voxelSize = 0;
-    std::vector<std::pair<int, fs::path>> frames;  // with an .obj
-};
-
-Run readRun(const fs::path& folder)
+/// The run, with those of its frames that have an .obj.
+RunFrames readRun(const fs::path& folder)
 {
-    const fs::path manifest = folder / "run.json";
-    Run run;
-    try {
-        const auto json = nlohmann::json::parse(readText(manifest));
-        run.scene = json.at("scene").get<std::string>();
-        run.voxelSize = json.at("voxel_size").get<double>();
-        for (const auto& frame : json.at("frames"))
-            for (const auto& file : frame.at("files"))
-                if (const auto path = file.at("path").get<std::string>(); path.ends_with(".obj"))
-                    run.frames.emplace_back(frame.at("frame").get<int>(), folder / path);
-    } catch (const nlohmann::json::exception& e) {
-        throw InputError({manifest.string(), std::string("is not the manifest of a run: ") + e.what(), "", "give the folder that 'vdbfrac sim -o' wrote"});
-    }
+    RunFrames run = readRunFrames(folder);
+    std::erase_if(run.frames, [](const RunFrame& f) { return f.obj.empty(); });
     if (run.frames.empty())
         throw InputError({folder.string(), "holds no .obj frames to make pictures of", "", "simulate with output.obj = true"});
     return run;
 }
 
 /// The frames asked for, or `count` of them spread over the run with the first and the last.
-std::vector<std::pair<int, fs::path>> chosenFrames(const Run& run, const PreviewOptions& options)
+std::vector<RunFrame> chosenFrames(const RunFrames& run, const PreviewOptions& options)
 {
-    std::vector<std::pair<int, fs::path>> chosen;
+    std::vector<RunFrame> chosen;
     for (int wanted : options.frames) {
-        const auto it = std::find_if(run.frames.begin(), run.frames.end(), [&](const auto& f) { return f.first == wanted; });
+        const auto it = std::find_if(run.frames.begin(), run.frames.end(), [&](const auto& f) { return f.frame == wanted; });
         if (it == run.frames.end()) throw InputError({options.folder, "has no frame " + std::to_string(wanted), "", ""});
         chosen.push_back(*it);
     }
@@ -80,12 +62,12 @@ void grow(Bounds& bounds, const tetmesh::Surface& surface)
 int preview(const PreviewOptions& options)
 {
     const fs::path folder = options.folder;
-    const Run run = readRun(folder);
+    const RunFrames run = readRun(folder);
     const auto frames = chosenFrames(run, options);
     Bounds bounds{Vec3::Constant(1e300), Vec3::Constant(-1e300)};
     std::vector<tetmesh::Surface> surfaces;
-    for (const auto& [number, path] : frames) {
-        surfaces.push_back(tetmesh::readObjFrame(path));
+    for (const RunFrame& frame : frames) {
+        surfaces.push_back(tetmesh::readObjFrame(frame.obj));
         grow(bounds, surfaces.back());
     }
     grid::View view;
@@ -102,7 +84,7 @@ int preview(const PreviewOptions& options)
     for (std::size_t i = 0; i < frames.size(); ++i) {
         images.push_back(grid::render(surfaces[i], view, voxel));
         char name[32];
-        std::snprintf(name, sizeof name, ".%04d.png", frames[i].first);
+        std::snprintf(name, sizeof name, ".%04d.png", frames[i].frame);
         const fs::path file = folder / "preview" / (run.scene + name);
         grid::writePng(file, images.back());
         std::printf("%s\n", file.c_str());

@@ -1,12 +1,12 @@
 #include <vdbfrac/tetmesh/obj_file.h>
 
 #include "text_reader.h"
+#include "text_writer.h"
 
 #include <vdbfrac/base/atomic_file.h>
 
 #include <algorithm>
 #include <cassert>
-#include <charconv>
 #include <limits>
 #include <numeric>
 #include <span>
@@ -17,30 +17,8 @@ namespace vdbfrac::tetmesh {
 namespace {
 
 constexpr int kDigits = 9;  // of a coordinate: more than a float holds, which is what programs make of it
-constexpr std::size_t kLongestNumber = 32;
 constexpr std::uint32_t kUnused = std::numeric_limits<std::uint32_t>::max();
 constexpr std::string_view kObject = "fragment_";
-
-/// Text in one growing buffer.
-class Text {
-public:
-    void add(std::string_view s) { text_ += s; }
-    void add(double v)
-    {
-        char digits[kLongestNumber];
-        constexpr auto kForm = std::chars_format::general;
-        text_.append(digits, std::to_chars(digits, digits + kLongestNumber, v, kForm, kDigits).ptr);
-    }
-    void add(std::uint64_t v)
-    {
-        char digits[kLongestNumber];
-        text_.append(digits, std::to_chars(digits, digits + kLongestNumber, v).ptr);
-    }
-    const std::string& text() const { return text_; }
-
-private:
-    std::string text_;
-};
 
 std::string objectName(std::uint32_t fragment)
 {
@@ -56,12 +34,12 @@ public:
     void addFragment(std::span<const std::uint32_t> triangles)
     {
         const std::string name = objectName(surface_.fragment[triangles[0]]);
-        text_.add("o " + name + "\n");
+        text_ << "o " << name << "\n";
         addPoints(triangles);
         addFaces(triangles, 0, name + "_outside\nusemtl outside\n");
         addFaces(triangles, 1, name + "_inside\nusemtl inside\n");
     }
-    Text& text() { return text_; }
+    TextWriter& text() { return text_; }
 
 private:
     void addPoints(std::span<const std::uint32_t> triangles)
@@ -74,13 +52,7 @@ private:
         for (std::uint32_t p : used_) {
             number_[p] = ++written_;
             const Vec3& x = surface_.points[p];
-            text_.add("v ");
-            text_.add(x.x());
-            text_.add(" ");
-            text_.add(x.y());
-            text_.add(" ");
-            text_.add(x.z());
-            text_.add("\n");
+            text_.line("v", x.x(), x.y(), x.z());
         }
     }
     void addFaces(std::span<const std::uint32_t> triangles, int torn, const std::string& head)
@@ -88,14 +60,10 @@ private:
         bool begun = false;
         for (std::uint32_t t : triangles) {
             if ((surface_.torn[t] != 0) != (torn != 0)) continue;
-            if (!begun) text_.add("g " + head);
+            if (!begun) text_ << "g " << head;
             begun = true;
-            text_.add("f");
-            for (std::uint32_t corner : surface_.triangles[t]) {
-                text_.add(" ");
-                text_.add(std::uint64_t(number_[corner]));
-            }
-            text_.add("\n");
+            const auto& corner = surface_.triangles[t];
+            text_.line("f", number_[corner[0]], number_[corner[1]], number_[corner[2]]);
         }
     }
 
@@ -103,7 +71,7 @@ private:
     std::vector<std::uint32_t> number_;  // in the file, of the fragment being written
     std::vector<std::uint32_t> used_;
     std::uint32_t written_ = 0;
-    Text text_;
+    TextWriter text_{kDigits};
 };
 
 std::uint32_t fragmentOf(TextReader& in)
@@ -136,7 +104,7 @@ void writeObj(const std::filesystem::path& file, const Surface& surface, const s
     const auto fragment = [&](std::uint32_t t) { return surface.fragment[t]; };
     std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return fragment(a) < fragment(b); });
     ObjWriter writer(surface);
-    if (!mtlName.empty()) writer.text().add("mtllib " + mtlName + "\n");
+    if (!mtlName.empty()) writer.text() << "mtllib " << mtlName << "\n";
     for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
         while (end < order.size() && fragment(order[end]) == fragment(order[begin])) ++end;
         writer.addFragment(std::span(order).subspan(begin, end - begin));

@@ -103,6 +103,8 @@ PolygonSoup readTextStl(std::string_view text, const std::string& file)
     return soup;
 }
 
+}  // namespace
+
 std::string extensionOf(const std::filesystem::path& file)
 {
     std::string e = file.extension().string();
@@ -110,8 +112,6 @@ std::string extensionOf(const std::filesystem::path& file)
         if (c >= 'A' && c <= 'Z') c = char(c - 'A' + 'a');
     return e;
 }
-
-}  // namespace
 
 PolygonSoup readObj(std::string_view text, const std::string& file)
 {

@@ -9,6 +9,7 @@
 #include <bit>
 #include <charconv>
 #include <cstdint>
+#include <filesystem>
 #include <limits>
 #include <optional>
 #include <string>
@@ -116,6 +117,9 @@ private:
     std::string_view rest_;
     std::size_t next_ = 0, line_ = 0;
 };
+
+/// The extension of a file in lower case, with its dot.
+std::string extensionOf(const std::filesystem::path& file);
 
 /// The readers of readSurface, from the whole content of a file.
 PolygonSoup readObj(std::string_view text, const std::string& file);

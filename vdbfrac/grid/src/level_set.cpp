@@ -25,6 +25,14 @@ openvdb::FloatGrid::Ptr makeLevelSetGrid(double voxelSize, double halfWidth)
     return grid;
 }
 
+openvdb::CoordBBox materialVoxels(const openvdb::FloatGrid& phi)
+{
+    openvdb::CoordBBox box;
+    for (auto it = phi.cbeginValueOn(); it; ++it)
+        if (*it < 0) box.expand(it.getBoundingBox());
+    return box;
+}
+
 LevelSet wrap(openvdb::FloatGrid::Ptr grid)
 {
     return LevelSet(std::make_unique<LevelSetGrid>(LevelSetGrid{std::move(grid)}));

@@ -15,14 +15,6 @@ using Leaf = Grid::TreeType::LeafNodeType;
 
 openvdb::Coord leafOrigin(const openvdb::Coord& c) { return {c.x() & ~7, c.y() & ~7, c.z() & ~7}; }
 
-openvdb::CoordBBox materialBounds(const Grid& grid)
-{
-    openvdb::CoordBBox box;
-    for (auto it = grid.cbeginValueOn(); it; ++it)
-        if (*it < 0) box.expand(it.getBoundingBox());
-    return box;
-}
-
 /// Origins, sorted, of the leaves that hold a voxel within `reach` <= 8 of a change: as far as the band goes, and one more.
 std::vector<openvdb::Coord> touchedLeaves(const PhiChanges& raised, int reach)
 {
@@ -44,7 +36,7 @@ std::vector<openvdb::Coord> touchedLeaves(const PhiChanges& raised, int reach)
 tetmesh::NodeField<float> sampleNodes(const LevelSet& phi)
 {
     const Grid& grid = *phi.grid().grid;
-    const openvdb::CoordBBox box = materialBounds(grid);
+    const openvdb::CoordBBox box = materialVoxels(grid);
     const Coord grow{3, 3, 3};
     const Coord lower = fromVdb(box.min()) - grow, upper = fromVdb(box.max()) + grow;
     tetmesh::NodeField<float> nodes(lower, upper, grid.background(), -grid.background());

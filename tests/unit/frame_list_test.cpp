@@ -1,0 +1,43 @@
+// Lists of frames, and names of sequences.
+#include "frame_list.h"
+
+#include <vdbfrac/base/error.h>
+
+#include <gtest/gtest.h>
+
+using namespace vdbfrac;
+using namespace vdbfrac::tools;
+
+TEST(FrameList, ReadsRangesStepsAndLists)
+{
+    EXPECT_EQ(parseFrames("3"), (std::vector<int>{3}));
+    EXPECT_EQ(parseFrames("1-4"), (std::vector<int>{1, 2, 3, 4}));
+    EXPECT_EQ(parseFrames("1-8x3"), (std::vector<int>{1, 4, 7}));
+    EXPECT_EQ(parseFrames("12,5,9"), (std::vector<int>{12, 5, 9}));
+    EXPECT_EQ(parseFrames("1-2,10-20x5"), (std::vector<int>{1, 2, 10, 15, 20}));
+}
+
+TEST(FrameList, RefusesAnythingElse)
+{
+    for (const char* text : {"", "a", "1-", "-3", "5-1", "1-9x0", "1-9x", "1,,2", "1,", "1 2", "1-2-3", "99999999999", "0-99999999"})
+        EXPECT_THROW(parseFrames(text), InputError) << text;
+}
+
+TEST(FrameNames, FillEveryKindOfPlace)
+{
+    EXPECT_EQ(frameName("a.####.vdb", 7), "a.0007.vdb");
+    EXPECT_EQ(frameName("a.$F4.vdb", 7), "a.0007.vdb");
+    EXPECT_EQ(frameName("a.$F.vdb", 7), "a.7.vdb");
+    EXPECT_EQ(frameName("a.%04d.vdb", 7), "a.0007.vdb");
+    EXPECT_EQ(frameName("a.%d.vdb", 12345), "a.12345.vdb");
+    EXPECT_EQ(frameName("a.##.vdb", 12345), "a.12345.vdb");
+    EXPECT_EQ(frameName("##/a.###", 5), "05/a.005");
+}
+
+TEST(FrameNames, LeaveOtherNamesAlone)
+{
+    for (const char* name : {"a.vdb", "100%.vdb", "$HOME.vdb", "%5d", "a%", "$"}) {
+        EXPECT_FALSE(isSequence(name)) << name;
+        EXPECT_EQ(frameName(name, 3), name);
+    }
+}

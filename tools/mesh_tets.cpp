@@ -1,0 +1,157 @@
+#include "mesh.h"
+#include "memory.h"
+#include "tet_report.h"
+
+#include <vdbfrac/base/atomic_file.h>
+#include <vdbfrac/base/error.h>
+#include <vdbfrac/base/ledger.h>
+#include <vdbfrac/grid/body_level_set.h>
+#include <vdbfrac/grid/level_set_surface.h>
+#include <vdbfrac/grid/phi_nodes.h>
+#include <vdbfrac/grid/phi_sampler.h>
+#include <vdbfrac/grid/vdb_file.h>
+#include <vdbfrac/mesher/sharp_edges.h>
+#include <vdbfrac/tetmesh/material_tets.h>
+#include <vdbfrac/tetmesh/surface_input.h>
+#include <vdbfrac/tetmesh/tet_file.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace vdbfrac::tools {
+
+namespace {
+
+// Most tets for a volume of size^3, and the most memory for each of them until it is written, as measured.
+struct Cost {
+    double tets, bytes;
+};
+Cost costOf(const std::string& kind)
+{
+    if (kind == "delaunay") return {9, 900};
+    return {kind == "five" ? 5. : 6., kind == "cut" ? 330. : 300.};
+}
+
+/// A regular tet with edges a has a circumradius of .61 a; refinement stops below its bound, on average at two thirds of it.
+constexpr double kRadiusOfSize = 0.9;
+
+struct Input {
+    scene::Body body;
+    double longestSide = 0, voxelSize = 0;  // m; voxelSize of a .vdb only
+    tetmesh::PolygonSoup soup;              // of a surface
+};
+
+Input openVdb(const MeshOptions& options)
+{
+    Input input;
+    input.body.shape = scene::VdbFile{options.in, options.grid};
+    for (const grid::GridInfo& info : grid::describeVdb(options.in)) {
+        if (info.gridClass != "level set" || (!options.grid.empty() && info.name != options.grid)) continue;
+        const Vec3 sides = info.voxelSize * (info.upper - info.lower).toVec();
+        input.longestSide = sides.maxCoeff(), input.voxelSize = info.voxelSize;
+        break;
+    }
+    return input;  // a file without such a grid is refused where it is read
+}
+
+Input openSurface(const MeshOptions& options)
+{
+    Input input;
+    input.body.shape = scene::MeshFile{options.in};
+    input.soup = tetmesh::readSurface(options.in);
+    const tetmesh::SurfaceReport report = tetmesh::examine(input.soup);
+    if (!report.closed)
+        throw InputError({options.in.string(), "is not closed: it has " + std::to_string(report.openEdges) + " open edges", "a closed surface",
+                          "make a solid of it first: vdbfrac relevel " + options.in.string() + " -o SOLID.vdb"});
+    input.longestSide = (report.upper - report.lower).maxCoeff();
+    return input;
+}
+
+Input open(const MeshOptions& options)
+{
+    const bool vdb = options.in.extension() == ".vdb";
+    if (vdb && options.sharpDegrees > 0)
+        throw InputError({"--sharp", "needs the edges of a surface mesh", "an .obj, .stl, .ply or .off file as input", ""});
+    Input input = vdb ? openVdb(options) : openSurface(options);
+    input.body.name = options.in.filename().string();
+    input.body.place = options.in.string();
+    return input;
+}
+
+double sizeOf(const Input& input, const MeshOptions& options)
+{
+    constexpr int kAcross = 64;
+    if (options.size > 0) return options.size;
+    if (options.across == 0 && input.voxelSize > 0) return input.voxelSize;
+    return input.longestSide / (options.across > 0 ? options.across : kAcross);
+}
+
+void requireMemory(const MeshOptions& options, double volume, double size)
+{
+    const Cost cost = costOf(options.tets);
+    const double tets = cost.tets * volume / (size * size * size), bytes = tets * cost.bytes;
+    if (bytes <= double(options.memoryLimit)) return;
+    char text[200];
+    std::snprintf(text, sizeof text, "about %.3g tets need %.2f GiB, the limit is %.2f GiB; use a larger --size or --max-memory", tets,
+                  bytes / kGiB, double(options.memoryLimit) / kGiB);
+    throw LimitError(text);
+}
+
+tetmesh::TetMesh delaunay(const grid::LevelSet& phi, const Input& input, const MeshOptions& options, double size)
+{
+    mesher::ImplicitSolid solid{grid::phiSampler(phi), grid::materialBox(phi), {}};
+    if (options.sharpDegrees > 0) solid.sharpEdges = mesher::sharpEdges(input.soup, options.sharpDegrees);
+    mesher::DelaunayCriteria criteria = options.delaunay;
+    if (criteria.facetSize == 0) criteria.facetSize = kRadiusOfSize * size;
+    if (criteria.edgeSize == 0) criteria.edgeSize = size;
+    criteria.mostPoints = std::size_t(double(options.memoryLimit) / costOf("delaunay").bytes / 5) + 1;  // about 5 tets a point
+    return mesher::delaunayMesh(solid, criteria);
+}
+
+TetResult makeTets(const grid::LevelSet& phi, const Input& input, const MeshOptions& options, double size)
+{
+    TetResult result;
+    if (options.tets == "delaunay") {
+        result.mesh = delaunay(phi, input, options, size);
+        result.materialVolume = volumeOf(result.mesh);
+        return result;
+    }
+    const auto kind = options.tets == "five" ? tetmesh::Lattice::Kind::five : tetmesh::Lattice::Kind::six;
+    const tetmesh::CutMesh cut({kind, 1, phi.voxelSize()}, grid::sampleNodes(phi));
+    result.materialVolume = cut.volume();
+    if (options.tets == "cut") {
+        result.mesh = tetmesh::materialTets(cut);
+        return result;
+    }
+    tetmesh::WholeTets whole = tetmesh::wholeTets(cut);
+    result.mesh = std::move(whole.mesh);
+    result.fields.onTets.push_back({"fraction", std::move(whole.fraction)});
+    return result;
+}
+
+}  // namespace
+
+int meshTets(const MeshOptions& options)
+{
+    using Clock = StageTimer;
+    const auto log = makeLog(options.common);
+    tetmesh::TetFormat format = tetmesh::tetFormatOf(options.out);
+    if (format == tetmesh::TetFormat::gmsh41 && options.mshVersion == "2.2") format = tetmesh::TetFormat::gmsh22;
+    Ledger work;
+    TetReport report;
+    const Input input = (Clock(work, "read"), open(options));
+    scene::Grid grid;
+    grid.voxelSize = report.voxelSize = sizeOf(input, options);
+    const grid::LevelSet phi = (Clock(work, "level_set"), grid::makeLevelSet(input.body, grid, options.memoryLimit));
+    report.levelSetVolume = grid::enclosedVolume(phi);
+    requireMemory(options, report.levelSetVolume, grid.voxelSize);
+    const TetResult result = (Clock(work, "tets"), makeTets(phi, input, options, grid.voxelSize));
+    report.quality = (Clock(work, "quality"), qualityOf(result.mesh));
+    const auto files = (Clock(work, "write"), writeTets(options.out, format, result.mesh, result.fields));
+    for (const auto& file : files) std::printf("%s\n", file.c_str());
+    log->info("{}", reportText(report, result, options.tets));
+    if (!options.quality.empty()) writeText(options.quality, reportJson(report, result, options.tets, work));
+    return kDone;
+}
+
+}  // namespace vdbfrac::tools
