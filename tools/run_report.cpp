@@ -43,8 +43,8 @@ std::string planText(const scene::Scene& scene, const core::Simulation& simulati
                                    scene.time.lastFrame, scene.time.fps,
                                    scene.time.substeps > 0 ? std::to_string(scene.time.substeps) : std::string("auto"));
     for (const core::Body& body : simulation.bodies())
-        text += fmt::format("  body '{}': {:.4g} m^3, {} cells, {} nodes, {} voxels in the band, {} {}\n", body.name, body.startVolume,
-                            body.mesh.cells().size(), body.mesh.nodeCount(), body.phi.activeVoxels(), body.fragments.alive(),
+        text += fmt::format("  body '{}': {:.4g} m^3, {} elements, {} nodes, {} voxels in the band, {} {}\n", body.name, body.startVolume,
+                            body.mesh->elements().size(), body.mesh->nodeCount(), body.phi.activeVoxels(), body.fragments.alive(),
                             body.fragments.alive() == 1 ? "fragment" : "fragments");
     text += fmt::format("memory: about {:.2f} GiB\n", double(core::estimateMemory(simulation)) / kGiB);
     text += "stages:\n  cut           on   elements from phi\n";

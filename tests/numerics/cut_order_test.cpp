@@ -33,7 +33,7 @@ Errors errorsAt(const Lattice::Kind kind, int coarsening, int cellsPerRadius)
                                     test::sample({-reach, -reach, -reach}, {reach, reach, reach}, dx,
                                                  [&](Vec3 p) { return (p - centre).norm() - R; }));
         mean.volume += std::abs(mesh.volume() / (4. / 3 * pi) - 1) / kPlaces;
-        mean.area += std::abs(tetmesh::extractSurface(mesh).cutArea / (4 * pi) - 1) / kPlaces;
+        mean.area += std::abs(mesh.surface().cutArea / (4 * pi) - 1) / kPlaces;
     }
     return mean;
 }

@@ -69,9 +69,9 @@ inline void expectSame(const tetmesh::CutMesh& a, const tetmesh::CutMesh& b)
 using Changes = std::vector<std::pair<Coord, float>>;
 
 /// phi = max(phi, hole) over the box, as changes to the mesh; the capped band is kept.
-inline Changes raised(const tetmesh::CutMesh& mesh, Coord lower, Coord upper, const Phi& hole)
+inline Changes raised(const tetmesh::BodyMesh& mesh, Coord lower, Coord upper, const Phi& hole)
 {
-    const double dx = mesh.lattice().voxelSize;
+    const double dx = mesh.voxelSize();
     const float band = float(3 * dx);
     Changes changes;
     for (int z = lower.z; z <= upper.z; ++z)
@@ -110,7 +110,7 @@ inline std::int64_t cellsTouched(const tetmesh::CutMesh& mesh, const Changes& ch
     return touched;
 }
 
-inline std::vector<double> lumpedMass(const tetmesh::CutMesh& mesh)
+inline std::vector<double> lumpedMass(const tetmesh::BodyMesh& mesh)
 {
     std::vector<double> mass(mesh.nodeCount(), 0);
     for (const auto& e : mesh.elements()) {
@@ -122,7 +122,7 @@ inline std::vector<double> lumpedMass(const tetmesh::CutMesh& mesh)
     return mass;
 }
 
-inline std::size_t fragmentCount(const tetmesh::CutMesh& mesh)
+inline std::size_t fragmentCount(const tetmesh::BodyMesh& mesh)
 {
     std::uint32_t nextId = 0;
     return tetmesh::FragmentTracker(mesh, nextId).alive();

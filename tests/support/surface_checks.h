@@ -3,7 +3,7 @@
 
 #include "block.h"
 
-#include <vdbfrac/tetmesh/embedding.h>
+#include <vdbfrac/tetmesh/body_mesh.h>
 
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
@@ -15,9 +15,9 @@
 namespace vdbfrac::test {
 
 /// Every directed edge of the surface has exactly one triangle, and its reverse exactly one other.
-inline void expectClosed(const tetmesh::CutMesh& mesh)
+inline void expectClosed(const tetmesh::BodyMesh& mesh)
 {
-    const auto surface = tetmesh::extractSurface(mesh);
+    const auto surface = mesh.surface();
     std::map<std::pair<std::uint32_t, std::uint32_t>, int> count;
     for (const auto& t : surface.triangles)
         for (std::size_t k = 0; k < 3; ++k) ++count[{t[k], t[(k + 1) % 3]}];
@@ -33,9 +33,9 @@ inline void expectClosed(const tetmesh::CutMesh& mesh)
 }
 
 /// Volume within the surface at rest [m^3], by the divergence theorem.
-inline double enclosedVolume(const tetmesh::CutMesh& mesh)
+inline double enclosedVolume(const tetmesh::BodyMesh& mesh)
 {
-    const auto surface = tetmesh::extractSurface(mesh);
+    const auto surface = mesh.surface();
     const auto rest = tetmesh::restPositions(mesh);
     double volume = 0;
     for (const auto& t : surface.triangles)

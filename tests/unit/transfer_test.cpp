@@ -106,7 +106,7 @@ TEST_P(Transfer, VoxelsAboveAreThoseOfHotTets)
         for (std::size_t i = 0; i < voxels.size(); ++i)
             if (psi[i] > 0) expected.push_back(voxels[i]);
         std::sort(expected.begin(), expected.end());
-        EXPECT_EQ(grid::voxelsAbove(mesh, density, 1.5), expected) << share;
+        EXPECT_EQ(mesh.voxelsAbove(density, 1.5), expected) << share;
     }
 }
 

@@ -36,4 +36,33 @@ void sortUnique(std::vector<T>& v)
     v.erase(std::unique(v.begin(), v.end()), v.end());
 }
 
+/// Sorts and drops what is there twice. Where the box of all is well filled, it is swept instead.
+inline void sortUniqueCoords(std::vector<Coord>& coords)
+{
+    if (coords.empty()) return;
+    Coord lower = coords[0], upper = coords[0];
+    for (const Coord& c : coords) {
+        lower = {std::min(lower.x, c.x), std::min(lower.y, c.y), std::min(lower.z, c.z)};
+        upper = {std::max(upper.x, c.x), std::max(upper.y, c.y), std::max(upper.z, c.z)};
+    }
+    const Coord size = upper - lower + Coord{1, 1, 1};
+    constexpr double kSparse = 32;  // places to sweep for each coordinate that would have to be sorted
+    if (double(size.x) * size.y * size.z > kSparse * double(coords.size())) {
+        std::sort(coords.begin(), coords.end());
+        coords.erase(std::unique(coords.begin(), coords.end()), coords.end());
+        return;
+    }
+    std::vector<std::uint8_t> marks(std::size_t(size.x) * std::size_t(size.y) * std::size_t(size.z));
+    for (const Coord& c : coords) {
+        const Coord d = c - lower;
+        marks[(std::size_t(d.z) * std::size_t(size.y) + std::size_t(d.y)) * std::size_t(size.x) + std::size_t(d.x)] = 1;
+    }
+    coords.clear();
+    auto mark = marks.begin();
+    for (int z = lower.z; z <= upper.z; ++z)
+        for (int y = lower.y; y <= upper.y; ++y)
+            for (int x = lower.x; x <= upper.x; ++x)
+                if (*mark++) coords.push_back({x, y, z});
+}
+
 }  // namespace vdbfrac::tetmesh

@@ -1,5 +1,6 @@
 #include <vdbfrac/tetmesh/cut_mesh.h>
 
+#include "body_volume.h"
 #include "coord_ranges.h"
 
 #include <vdbfrac/base/parallel.h>
@@ -70,7 +71,7 @@ CutMesh::CutMesh(Lattice lattice, NodeField<float> phi) : lattice_(lattice), phi
     reclassify(allUpTo(latticeNodes_.size()));
     numberNodes();
     placeElements(regroup(all), {});
-    volume_ = sumVolume();
+    volume_ = sumOfVolumes(*this);
 }
 
 double CutMesh::seenPhi(Coord voxel) const
@@ -215,31 +216,13 @@ CutUpdate CutMesh::update(std::span<const std::pair<Coord, float>> newPhi)
     Renumbering numbering = renumber(reclassify(dirty));
     const Regrouped regrouped = regroup(std::move(different));
     placeElements(regrouped, numbering);
-    volume_ = sumVolume();
+    volume_ = sumOfVolumes(*this);
     update.previousNode = std::move(numbering.previous);
     update.cutCells = std::int64_t(cells.size());
     update.classifiedNodes = std::int64_t(dirty.size());
     update.groupedCells = std::int64_t(regrouped.cells.size());
     update.topologyChanged = !left.empty();
     return update;
-}
-
-double CutMesh::volume(const CellElement& element) const
-{
-    const CellTets& tets = cellTets(element.shape);
-    double sum = 0;
-    for (int t = 0; t < tets.count; ++t) sum += tets.volume[std::size_t(t)] * element.fraction[std::size_t(t)];
-    const double h = lattice_.spacing();
-    return h * h * h * sum;
-}
-
-double CutMesh::sumVolume() const
-{
-    return orderedSum(elements_.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-        double sum = 0;
-        for (std::size_t i = begin; i < end; ++i) sum += volume(elements_[i]);
-        return sum;
-    });
 }
 
 }  // namespace vdbfrac::tetmesh

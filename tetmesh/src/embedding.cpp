@@ -4,10 +4,6 @@
 
 #include <vdbfrac/base/parallel.h>
 
-#include <Eigen/Geometry>
-
-#include <algorithm>
-
 namespace vdbfrac::tetmesh {
 
 namespace {
@@ -57,42 +53,15 @@ Soup gatherPolygons(const CutMesh& mesh)
     return soup;
 }
 
-/// The place of each point, from the first corner that is there.
-std::vector<EmbeddedPoint> embedPoints(const CutMesh& mesh, const Soup& soup, const Welded& welded)
+/// The place of a corner of a polygon.
+EmbeddedPoint embedCorner(const CutMesh& mesh, const Soup::Polygon& polygon, std::uint32_t corner)
 {
-    std::vector<std::uint32_t> polygonOfCorner(soup.key.size());
-    for (std::size_t p = 0; p < soup.polygons.size(); ++p)
-        std::fill_n(polygonOfCorner.begin() + soup.polygons[p].firstCorner, soup.polygons[p].size, std::uint32_t(p));
-    std::vector<EmbeddedPoint> points(welded.cornerOfPoint.size());
-    parallelChunks(points.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-            const std::uint32_t corner = welded.cornerOfPoint[i];
-            const Soup::Polygon& polygon = soup.polygons[polygonOfCorner[corner]];
-            const Cell& cell = mesh.cells()[polygon.cell];
-            const Piece& piece = cell.pieces[polygon.piece];
-            const CellElement& element = mesh.elements()[cell.firstElement + piece.element];
-            const CellStencil& stencil = mesh.stencil(element.shape);
-            const Crossing c = crossing(stencil, piece, corner - polygon.firstCorner);
-            points[i] = embed(mesh, element, stencil.subTets[piece.subTet].parent, c.in.toVec() + c.t * (c.out - c.in).toVec());
-        }
-    });
-    return points;
-}
-
-/// Area [m^2] at rest, added up by rising triangle.
-double restArea(const CutMesh& mesh, const EmbeddedSurface& surface)
-{
-    std::vector<Vec3> X(surface.points.size());
-    parallelChunks(X.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-            const EmbeddedPoint& p = surface.points[i];
-            X[i] = Vec3::Zero();
-            for (std::size_t a = 0; a < 4; ++a) X[i] += p.weight[a] * mesh.restPosition(p.node[a]);
-        }
-    });
-    double area = 0;
-    for (const auto& t : surface.triangles) area += 0.5 * (X[t[1]] - X[t[0]]).cross(X[t[2]] - X[t[0]]).norm();
-    return area;
+    const Cell& cell = mesh.cells()[polygon.cell];
+    const Piece& piece = cell.pieces[polygon.piece];
+    const CellElement& element = mesh.elements()[cell.firstElement + piece.element];
+    const CellStencil& stencil = mesh.stencil(element.shape);
+    const Crossing c = crossing(stencil, piece, corner - polygon.firstCorner);
+    return embed(mesh, element, stencil.subTets[piece.subTet].parent, c.in.toVec() + c.t * (c.out - c.in).toVec());
 }
 
 }  // namespace
@@ -114,40 +83,10 @@ EmbeddedPoint embed(const CutMesh& mesh, const CellElement& element, int tet, co
 
 EmbeddedSurface extractSurface(const CutMesh& mesh)
 {
-    const Soup soup = gatherPolygons(mesh);
-    const Welded welded = weldManifold(soup);
-    EmbeddedSurface surface;
-    surface.points = embedPoints(mesh, soup, welded);
-    surface.triangles.reserve(2 * surface.points.size());
-    surface.torn.reserve(2 * surface.points.size());
-    forTriangles(soup, welded, [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
-        surface.triangles.push_back({welded.pointOfCorner[a], welded.pointOfCorner[b], welded.pointOfCorner[c]});
-        surface.torn.push_back(soup.torn[a] + soup.torn[b] + soup.torn[c] >= 2);
-    });
-    surface.cutArea = restArea(mesh, surface);
-    return surface;
+    return surfaceOf(mesh, gatherPolygons(mesh),
+                     [&](const Soup::Polygon& polygon, std::uint32_t corner) { return embedCorner(mesh, polygon, corner); });
 }
 
-Surface deform(const EmbeddedSurface& embedded, std::span<const Vec3> x, std::span<const std::uint32_t> fragmentOfNode)
-{
-    Surface surface;
-    surface.points.resize(embedded.points.size());
-    parallelChunks(embedded.points.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) surface.points[i] = embedded.points[i].at(x);
-    });
-    surface.triangles = embedded.triangles;
-    surface.torn = embedded.torn;
-    surface.fragment.resize(embedded.triangles.size());
-    for (std::size_t i = 0; i < surface.fragment.size(); ++i)
-        surface.fragment[i] = fragmentOfNode[embedded.points[embedded.triangles[i][0]].node[0]];
-    return surface;
-}
-
-std::vector<Vec3> restPositions(const CutMesh& mesh)
-{
-    std::vector<Vec3> X(mesh.nodeCount());
-    for (std::size_t i = 0; i < X.size(); ++i) X[i] = mesh.restPosition(i);
-    return X;
-}
+EmbeddedSurface CutMesh::surface() const { return extractSurface(*this); }
 
 }  // namespace vdbfrac::tetmesh

@@ -34,7 +34,7 @@ void joinTets(DisjointSets& sets, const CellElement& e)
 
 /// Nodes of one tet hang together. Copies of lattice nodes are shared exactly where material is, so components of
 /// nodes are components of material.
-std::vector<std::uint32_t> joinNodes(const CutMesh& mesh)
+std::vector<std::uint32_t> joinNodes(const BodyMesh& mesh)
 {
     DisjointSets sets(mesh.nodeCount());
     for (const CellElement& e : mesh.elements()) {
@@ -49,7 +49,7 @@ std::vector<std::uint32_t> joinNodes(const CutMesh& mesh)
 }
 
 /// Material volumes [m^3] of the components, each added up by rising element.
-std::vector<double> volumes(const CutMesh& mesh, const std::vector<std::uint32_t>& component, std::size_t count)
+std::vector<double> volumes(const BodyMesh& mesh, const std::vector<std::uint32_t>& component, std::size_t count)
 {
     const auto& elements = mesh.elements();
     std::vector<double> ofElement(elements.size());
@@ -65,7 +65,7 @@ std::vector<double> volumes(const CutMesh& mesh, const std::vector<std::uint32_t
     return sum;
 }
 
-Components components(const CutMesh& mesh)
+Components components(const BodyMesh& mesh)
 {
     const std::vector<std::uint32_t> root = joinNodes(mesh);
     Components c;
@@ -92,7 +92,7 @@ std::vector<std::uint32_t> bySize(const Components& c)
 
 }  // namespace
 
-FragmentTracker::FragmentTracker(const CutMesh& mesh, std::uint32_t& nextId)
+FragmentTracker::FragmentTracker(const BodyMesh& mesh, std::uint32_t& nextId)
 {
     const Components found = components(mesh);
     std::vector<std::uint32_t> id(found.volume.size());
@@ -104,7 +104,7 @@ FragmentTracker::FragmentTracker(const CutMesh& mesh, std::uint32_t& nextId)
     for (std::uint32_t c : found.component) ofNode_.push_back(id[c]);
 }
 
-void FragmentTracker::update(const CutMesh& mesh, std::span<const std::uint32_t> previousNode, double time, std::uint32_t& nextId)
+void FragmentTracker::update(const BodyMesh& mesh, std::span<const std::uint32_t> previousNode, double time, std::uint32_t& nextId)
 {
     const Components found = components(mesh);
     std::map<std::uint32_t, std::size_t> index;  // of a fragment by id

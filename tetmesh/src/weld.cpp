@@ -1,6 +1,9 @@
 #include "weld.h"
 
 #include <vdbfrac/base/disjoint_sets.h>
+#include <vdbfrac/base/parallel.h>
+
+#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <bit>
@@ -123,6 +126,51 @@ Welded weldManifold(const Soup& soup)
         apart.merge(pinchedNodes(soup, welded));
         if (apart.size() == before) return welded;
     }
+}
+
+namespace {
+
+/// Area [m^2] at rest, added up by rising triangle.
+double restArea(const BodyMesh& mesh, const EmbeddedSurface& surface)
+{
+    std::vector<Vec3> X(surface.points.size());
+    parallelChunks(X.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            const EmbeddedPoint& p = surface.points[i];
+            X[i] = Vec3::Zero();
+            for (std::size_t a = 0; a < 4; ++a) X[i] += p.weight[a] * mesh.restPosition(p.node[a]);
+        }
+    });
+    double area = 0;
+    for (const auto& t : surface.triangles) area += 0.5 * (X[t[1]] - X[t[0]]).cross(X[t[2]] - X[t[0]]).norm();
+    return area;
+}
+
+}  // namespace
+
+EmbeddedSurface surfaceOf(const BodyMesh& mesh, const Soup& soup,
+                          const std::function<EmbeddedPoint(const Soup::Polygon&, std::uint32_t corner)>& place)
+{
+    const Welded welded = weldManifold(soup);
+    std::vector<std::uint32_t> polygonOfCorner(soup.key.size());
+    for (std::size_t p = 0; p < soup.polygons.size(); ++p)
+        std::fill_n(polygonOfCorner.begin() + soup.polygons[p].firstCorner, soup.polygons[p].size, std::uint32_t(p));
+    EmbeddedSurface surface;
+    surface.points.resize(welded.cornerOfPoint.size());
+    parallelChunks(surface.points.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            const std::uint32_t corner = welded.cornerOfPoint[i];
+            surface.points[i] = place(soup.polygons[polygonOfCorner[corner]], corner);
+        }
+    });
+    surface.triangles.reserve(2 * surface.points.size());
+    surface.torn.reserve(2 * surface.points.size());
+    forTriangles(soup, welded, [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+        surface.triangles.push_back({welded.pointOfCorner[a], welded.pointOfCorner[b], welded.pointOfCorner[c]});
+        surface.torn.push_back(soup.torn[a] + soup.torn[b] + soup.torn[c] >= 2);
+    });
+    surface.cutArea = restArea(mesh, surface);
+    return surface;
 }
 
 }  // namespace vdbfrac::tetmesh

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <vdbfrac/base/vec.h>
+#include <vdbfrac/tetmesh/body_mesh.h>
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 namespace vdbfrac::tetmesh {
@@ -12,7 +14,7 @@ namespace vdbfrac::tetmesh {
 struct Soup {
     struct Polygon {
         std::uint32_t firstCorner = 0;
-        std::uint32_t cell = 0;   ///< index into the mesh's cells
+        std::uint32_t cell = 0;   ///< index into the cells of a lattice, or the tets of a mesh
         std::uint16_t piece = 0;  ///< of the cell
         std::uint16_t size = 0;   ///< corners
     };
@@ -48,5 +50,9 @@ void forTriangles(const Soup& soup, const Welded& welded, const Visit& visit)
             if (point[a] != point[b] && point[b] != point[c] && point[c] != point[a]) visit(a, b, c);
         }
 }
+
+/// The surface of a soup. `place`: where a corner of a polygon is, given its number in the soup; asked for once a point.
+EmbeddedSurface surfaceOf(const BodyMesh& mesh, const Soup& soup,
+                          const std::function<EmbeddedPoint(const Soup::Polygon&, std::uint32_t corner)>& place);
 
 }  // namespace vdbfrac::tetmesh

@@ -81,8 +81,8 @@ void addSimulation(int voxels, Table& table)
     const std::size_t nodes = simulation.x().size();
     std::size_t cut = 0, phi = 0;
     for (const core::Body& body : simulation.bodies()) {
-        cut += cutBytes(body.mesh);
-        phi += 2 * body.mesh.phi().bytes();  // now and at rest
+        cut += cutBytes(dynamic_cast<const tetmesh::CutMesh&>(*body.mesh));  // it is on a lattice
+        phi += 2 * body.mesh->phi().bytes();  // now and at rest
     }
     const std::string where = fmt::format("notched block, {} voxels an edge: ", voxels);
     table.add(where + "elastic operator", simulation.elastic().bytes(), nodes);

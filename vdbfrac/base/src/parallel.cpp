@@ -16,8 +16,8 @@ void parallelChunks(std::size_t count, std::size_t chunk, ChunkBody<void> body)
     const auto run = [&](std::size_t c) { body(c * chunk, std::min(count, (c + 1) * chunk)); };
     if (chunks == 1)
         run(0);
-    else
-        tbb::parallel_for(std::size_t{0}, chunks, run);
+    else  // isolated: a thread that waits for the end of a loop within a loop takes no other work of the outer one meanwhile
+        tbb::this_task_arena::isolate([&] { tbb::parallel_for(std::size_t{0}, chunks, run); });
 }
 
 namespace {

@@ -45,16 +45,12 @@ struct TargetAt {
     Vec3 operator()(const scene::Force&) const { return X; }
 };
 
-/// Distance [m] that a region is away, at least, from all of some lattice nodes: from their bounding sphere.
-double leastDistance(const Primitive& region, std::span<const Coord> nodes, double spacing)
+/// Distance [m] that a region is away, at least, from all of some points: from their bounding sphere.
+double leastDistance(const Primitive& region, std::span<const Vec3> points)
 {
-    Coord lower = nodes[0], upper = nodes[0];
-    for (const Coord& c : nodes) {
-        lower = {std::min(lower.x, c.x), std::min(lower.y, c.y), std::min(lower.z, c.z)};
-        upper = {std::max(upper.x, c.x), std::max(upper.y, c.y), std::max(upper.z, c.z)};
-    }
-    const double h = spacing / 2;
-    return signedDistance(region, h * (lower + upper).toVec()) - h * (upper - lower).toVec().norm();
+    Vec3 lower = points[0], upper = points[0];
+    for (const Vec3& X : points) lower = lower.cwiseMin(X), upper = upper.cwiseMax(X);
+    return signedDistance(region, 0.5 * (lower + upper)) - 0.5 * (upper - lower).norm();
 }
 
 Vec3 forceAt(const scene::Force& move, double time)
@@ -78,15 +74,15 @@ void Simulation::Grips::rebuild(std::span<const Body> bodies, const solver::Elas
     constexpr std::size_t kNear = 256;  // nodes in a row: they are neighbours, most rows are far from a grip
     for (Held& held : held_) {
         const Body& body = bodies[held.body];
-        const double spacing = body.mesh.lattice().spacing(), slack = kRegionSlack * spacing;
+        const double slack = kRegionSlack * body.mesh->spacing();
         held.nodes.clear(), held.rest.clear(), held.share.clear();
         double mass = 0;
-        const std::span<const Coord> nodes = body.mesh.nodes();
-        for (std::size_t begin = 0; begin < nodes.size(); begin += kNear) {
-            const std::size_t end = std::min(nodes.size(), begin + kNear);
-            if (leastDistance(held.grip->region, nodes.subspan(begin, end - begin), spacing) > 2 * slack) continue;
+        const std::vector<Vec3> rest = tetmesh::restPositions(*body.mesh);
+        for (std::size_t begin = 0; begin < rest.size(); begin += kNear) {
+            const std::size_t end = std::min(rest.size(), begin + kNear);
+            if (leastDistance(held.grip->region, std::span(rest).subspan(begin, end - begin)) > 2 * slack) continue;
             for (std::size_t i = begin; i < end; ++i) {
-                const Vec3 X = body.mesh.restPosition(i);
+                const Vec3& X = rest[i];
                 if (signedDistance(held.grip->region, X) > slack) continue;
                 held.nodes.push_back(body.firstNode + std::uint32_t(i));
                 held.rest.push_back(X);

@@ -1,5 +1,6 @@
 #include <vdbfrac/core/simulation.h>
 
+#include "body_mesh.h"
 #include "grips.h"
 
 #include <vdbfrac/base/error.h>
@@ -19,12 +20,6 @@ namespace vdbfrac::core {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-tetmesh::Lattice latticeOf(const scene::Grid& grid)
-{
-    return {grid.lattice == scene::LatticeKind::six ? tetmesh::Lattice::Kind::six : tetmesh::Lattice::Kind::five,
-            grid.coarsening, grid.voxelSize};
-}
 
 /// Takes one body's part of a field along to its new nodes; `first`: where the part begins.
 void carry(std::vector<Vec3>& field, std::size_t first, std::size_t oldCount, std::span<const std::uint32_t> previousNode)
@@ -71,14 +66,14 @@ void Simulation::addBody(const scene::Scene& scene, const scene::Body& spec, std
     body.name = spec.name;
     body.material = solver::makeMaterial(m.youngsModulus, m.poissonRatio, m.density);
     body.phi = grid::makeLevelSet(spec, scene.grid, memoryLimit);
-    body.mesh = tetmesh::CutMesh(latticeOf(scene.grid), grid::sampleNodes(body.phi));
-    if (body.mesh.nodeCount() == 0)
+    body.mesh = makeBodyMesh(scene.grid, body.phi, memoryLimit);
+    if (body.mesh->nodeCount() == 0)
         throw InputError({spec.place, "body '" + spec.name + "' holds no material on the lattice", "at least one voxel inside",
                           "make grid.voxel_size smaller than the body"});
-    body.fragments = tetmesh::FragmentTracker(body.mesh, nextFragment_);
-    body.startVolume = body.mesh.volume();
+    body.fragments = tetmesh::FragmentTracker(*body.mesh, nextFragment_);
+    body.startVolume = body.mesh->volume();
     warnOfThinParts(body);
-    const std::vector<Vec3> rest = tetmesh::restPositions(body.mesh);
+    const std::vector<Vec3> rest = tetmesh::restPositions(*body.mesh);
     state_.x.insert(state_.x.end(), rest.begin(), rest.end());
     state_.v.resize(state_.x.size(), Vec3::Zero());
     bodies_.push_back(std::move(body));
@@ -87,7 +82,7 @@ void Simulation::addBody(const scene::Scene& scene, const scene::Body& spec, std
 void Simulation::warnOfThinParts(const Body& body)
 {
     constexpr double kThin = 2;  // cells: a plate this thin, or a rod twice as thick, bends far too stiffly or too softly
-    const double surface = tetmesh::extractSurface(body.mesh).cutArea;
+    const double surface = body.mesh->surface().cutArea;
     const double thickness = 2 * body.startVolume / surface / h_;  // exact for a plate, half the diameter of a rod
     if (thickness >= kThin) return;
     char text[160];
@@ -101,12 +96,12 @@ void Simulation::setInitialVelocity(const scene::Body& spec, const Body& body)
     Vec3 centre = Vec3::Zero();
     double mass = 0;
     const auto masses = elastic_->mass();
-    for (std::size_t i = body.firstNode; i < body.firstNode + body.mesh.nodeCount(); ++i) {
+    for (std::size_t i = body.firstNode; i < body.firstNode + body.mesh->nodeCount(); ++i) {
         centre += masses[i] * state_.x[i];
         mass += masses[i];
     }
     centre /= mass;
-    for (std::size_t i = body.firstNode; i < body.firstNode + body.mesh.nodeCount(); ++i)
+    for (std::size_t i = body.firstNode; i < body.firstNode + body.mesh->nodeCount(); ++i)
         state_.v[i] = spec.velocity + spec.angularVelocity.cross(state_.x[i] - centre);
 }
 
@@ -117,8 +112,8 @@ void Simulation::rebuild()
     std::uint32_t node = 0, element = 0;
     for (Body& body : bodies_) {
         body.firstNode = node, body.firstElement = element;
-        node += std::uint32_t(body.mesh.nodeCount()), element += std::uint32_t(body.mesh.elements().size());
-        sets.push_back({body.mesh.elements(), body.mesh.nodes(), body.firstNode, body.material});
+        node += std::uint32_t(body.mesh->nodeCount()), element += std::uint32_t(body.mesh->elements().size());
+        sets.push_back({body.mesh->elements(), body.mesh->latticeCoords(), body.firstNode, body.material, body.mesh->gradients()});
     }
     elastic_ = std::make_unique<solver::ElasticOperator>(sets, node, h_, volumetric_);
     if (stepper_)
@@ -133,7 +128,7 @@ double Simulation::nodeLimit() const
 {
     double fastest = 0;
     for (const Body& body : bodies_) {
-        const auto& elements = body.mesh.elements();
+        const auto& elements = body.mesh->elements();
         fastest = orderedMax(elements.size(), kChunk, fastest, [&](std::size_t begin, std::size_t end) {
             double most = 0;
             for (std::size_t e = begin; e < end; ++e) {
@@ -236,15 +231,15 @@ void Simulation::recut(StepRecord& record, std::size_t b, const grid::PhiChanges
     Body& body = bodies_[b];
     {
         const StageTimer timer(record.work, "cut");
-        const std::size_t oldCount = body.mesh.nodeCount();
-        const tetmesh::CutUpdate update = body.mesh.update(changes);
+        const std::size_t oldCount = body.mesh->nodeCount();
+        const tetmesh::CutUpdate update = body.mesh->update(changes);
         record.work.count("cut", "cells", update.cutCells);
         record.work.count("cut", "voxels", update.changedVoxels);
         record.work.count("cut", "classified_nodes", update.classifiedNodes);
         record.work.count("cut", "grouped_cells", update.groupedCells);
         if (update.changedVoxels == 0) return;
         for (std::vector<Vec3>* field : {&state_.x, &state_.v}) carry(*field, body.firstNode, oldCount, update.previousNode);
-        body.fragments.update(body.mesh, update.previousNode, time_, nextFragment_);
+        body.fragments.update(*body.mesh, update.previousNode, time_, nextFragment_);
     }
     const StageTimer timer(record.work, "rebuild");
     rebuild();
@@ -267,7 +262,7 @@ void Simulation::measure(StepRecord& record) const
 double Simulation::volume() const
 {
     double sum = 0;
-    for (const Body& body : bodies_) sum += body.mesh.volume();
+    for (const Body& body : bodies_) sum += body.mesh->volume();
     return sum;
 }
 
@@ -290,9 +285,9 @@ Simulation::MovingSurface Simulation::surface() const
     MovingSurface all;
     tetmesh::Surface& sum = all.surface;
     for (const Body& body : bodies_) {
-        const tetmesh::EmbeddedSurface embedded = tetmesh::extractSurface(body.mesh);
+        const tetmesh::EmbeddedSurface embedded = body.mesh->surface();
         const auto own = [&](const std::vector<Vec3>& field) {
-            return std::span<const Vec3>(field.data() + body.firstNode, body.mesh.nodeCount());
+            return std::span<const Vec3>(field.data() + body.firstNode, body.mesh->nodeCount());
         };
         const tetmesh::Surface one = tetmesh::deform(embedded, own(state_.x), body.fragments.ofNode());
         for (const tetmesh::EmbeddedPoint& p : embedded.points) all.velocity.push_back(p.at(own(state_.v)));
@@ -309,11 +304,11 @@ grid::VoxelValues Simulation::energyField(const Body& body) const
 {
     const std::vector<double> density = elastic_->energyDensities(state_.x);
     const std::span<const double> own = std::span(density).subspan(
-        std::size_t(body.firstElement) * tetmesh::kMostTets, body.mesh.elements().size() * tetmesh::kMostTets);
+        std::size_t(body.firstElement) * tetmesh::kMostTets, body.mesh->elements().size() * tetmesh::kMostTets);
     grid::VoxelValues field;
-    field.coords = grid::voxelsAbove(body.mesh, own, -1);
+    field.coords = body.mesh->voxelsAbove(own, -1);
     const auto energy = [&](std::uint32_t e, int t) { return own[std::size_t(e) * tetmesh::kMostTets + std::size_t(t)]; };
-    for (double psi : grid::nodalEnergy(body.mesh, energy, field.coords)) field.scalars.push_back(float(psi));
+    for (double psi : grid::nodalEnergy(*body.mesh, energy, field.coords)) field.scalars.push_back(float(psi));
     return field;
 }
 
@@ -324,12 +319,12 @@ std::uint64_t Simulation::stateHash() const
     add(state_.x);
     add(state_.v);
     for (const Body& body : bodies_) {
-        body.mesh.phi().forEachBlock([&](Coord low) {
+        body.mesh->phi().forEachBlock([&](Coord low) {
             std::array<float, tetmesh::NodeField<float>::kBlock> values;
             std::size_t i = 0;
             for (int z = 0; z < 8; ++z)
                 for (int y = 0; y < 8; ++y)
-                    for (int x = 0; x < 8; ++x) values[i++] = body.mesh.phi()(low + Coord{x, y, z});
+                    for (int x = 0; x < 8; ++x) values[i++] = body.mesh->phi()(low + Coord{x, y, z});
             add(values);
         });
         add(body.fragments.ofNode());
@@ -345,7 +340,7 @@ std::uint64_t estimateMemory(const Simulation& simulation)
     constexpr std::uint64_t kFrames = 3, kFrameBytes = 2 * sizeof(float) + sizeof(Coord);  // that wait for the writer: phi, energy
     bytes += kFrames * kFrameBytes * nodes;
     for (const Body& body : simulation.bodies())
-        bytes += kFrames * kFrameBytes * body.phi.activeVoxels() + body.mesh.elements().size() * (sizeof(tetmesh::CellElement) + sizeof(tetmesh::Cell)) + body.mesh.phi().bytes() * 3 +
+        bytes += kFrames * kFrameBytes * body.phi.activeVoxels() + body.mesh->elements().size() * 2 * sizeof(tetmesh::CellElement) + body.mesh->phi().bytes() * 3 +
                  body.phi.activeVoxels() * 64;
     constexpr std::uint64_t kProgram = 60u << 20;  // code and libraries
     return bytes + kProgram;

@@ -142,12 +142,12 @@ Law Fracture::lawOf(const core::Body& body, std::vector<std::string>& notes) con
 std::vector<grid::BandSample> Fracture::candidates(const core::GridContext& context, const core::Body& body, const Law& law) const
 {
     const std::span<const double> own = context.tetEnergy().subspan(
-        std::size_t(body.firstElement) * tetmesh::kMostTets, body.mesh.elements().size() * tetmesh::kMostTets);
-    std::vector<Coord> voxels = grid::voxelsAbove(body.mesh, own, law.kappa);
+        std::size_t(body.firstElement) * tetmesh::kMostTets, body.mesh->elements().size() * tetmesh::kMostTets);
+    std::vector<Coord> voxels = body.mesh->voxelsAbove(own, law.kappa);
     if (law.radius > 0) voxels = grid::voxelsAround(voxels, int(std::floor(law.radius / dx_)));
     std::erase_if(voxels, [&](const Coord& c) { return context.gripDistance(body, dx_ * c.toVec()) < margin_; });
     // Material only: raising phi in the gap would eat into the faces behind the tip, and a crack be twice as wide.
-    std::erase_if(voxels, [&](const Coord& c) { return body.mesh.phi()(c) >= 0; });
+    std::erase_if(voxels, [&](const Coord& c) { return body.mesh->phi()(c) >= 0; });
     return grid::sampleBand(body.phi, voxels);
 }
 
@@ -159,7 +159,7 @@ std::vector<double> Fracture::energies(const core::GridContext& context, const c
         return all[(std::size_t(body.firstElement) + e) * tetmesh::kMostTets + std::size_t(t)];
     };
     const auto tension = [&](std::uint32_t e, int t) {
-        const tetmesh::CellElement& element = body.mesh.elements()[e];
+        const tetmesh::CellElement& element = body.mesh->elements()[e];
         const auto& tets = tetmesh::cellTets(element.shape);
         Mat3 F = Mat3::Zero();
         for (std::size_t a = 0; a < 4; ++a)
@@ -170,15 +170,15 @@ std::vector<double> Fracture::energies(const core::GridContext& context, const c
     const grid::TetEnergy energy = values_.text("driver") == "tension" ? grid::TetEnergy(tension) : grid::TetEnergy(full);
     std::vector<Coord> voxels;
     for (const grid::BandSample& b : band) voxels.push_back(b.voxel);
-    return law.radius > 0 ? grid::averagedEnergy(body.mesh, energy, voxels, law.radius)
-                          : grid::nodalEnergy(body.mesh, energy, voxels);
+    return law.radius > 0 ? grid::averagedEnergy(*body.mesh, energy, voxels, law.radius)
+                          : grid::nodalEnergy(*body.mesh, energy, voxels);
 }
 
 void Fracture::noteArrivals(const core::Body& body, const grid::PhiChanges& changes, double time)
 {
     auto& arrival = arrival_[body.name];
     for (const auto& [voxel, value] : changes)
-        if (value >= 0 && body.mesh.phi()(voxel) < 0) arrival.emplace(voxel, float(time));  // the mesh still has the old phi
+        if (value >= 0 && body.mesh->phi()(voxel) < 0) arrival.emplace(voxel, float(time));  // the mesh still has the old phi
 }
 
 grid::PhiChanges Fracture::update(const core::GridContext& context, core::Body& body)

@@ -3,91 +3,35 @@
 #include <vdbfrac/base/parallel.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <compare>
 
 namespace vdbfrac::grid {
 
 namespace {
 
-using tetmesh::Cell;
-using tetmesh::CellShape;
-using tetmesh::CutMesh;
-using tetmesh::kMostTets;
-using tetmesh::Piece;
+using tetmesh::BodyMesh;
+using Share = tetmesh::NodalShare;
 
-/// Material round a voxel node: sum of the integrals of N_p, and of those times the energy, in units of a voxel.
-struct Share {
-    double volume = 0, energy = 0;
+/// Voxels in a row along x.
+struct Row {
+    int z, y, first, last;
+    auto operator<=>(const Row&) const = default;
 };
 
-/// A tet of a cell, and which of its vertices is a certain corner.
-struct TetVertex {
-    std::uint8_t tet, vertex;
-};
-struct CornerTets {
-    std::array<std::array<TetVertex, tetmesh::kMostTets>, tetmesh::kCorners> at{};
-    std::array<std::size_t, tetmesh::kCorners> count{};
-};
-
-constexpr CornerTets makeCornerTets(const tetmesh::CellTets& tets)
+/// Sorts, and joins rows that touch.
+void joinRows(std::vector<Row>& rows)
 {
-    CornerTets table;
-    for (int t = 0; t < tets.count; ++t)
-        for (std::size_t a = 0; a < 4; ++a) {
-            const std::size_t corner = std::size_t(tets.corner[std::size_t(t)][a]);
-            table.at[corner][table.count[corner]++] = {std::uint8_t(t), std::uint8_t(a)};
-        }
-    return table;
-}
-template <CellShape shape>
-constexpr CornerTets kCornerTets = makeCornerTets(tetmesh::kCellTets<shape>);
-
-/// The tets of a cell that have a corner of it as a vertex, by rising number.
-std::span<const TetVertex> tetsAt(CellShape shape, int corner)
-{
-    const CornerTets& table = shape == CellShape::six        ? kCornerTets<CellShape::six>
-                              : shape == CellShape::fiveEven ? kCornerTets<CellShape::fiveEven>
-                                                             : kCornerTets<CellShape::fiveOdd>;
-    return std::span(table.at[std::size_t(corner)]).first(table.count[std::size_t(corner)]);
-}
-
-const Piece* pieceOf(const Cell& cell, std::size_t subTet)
-{
-    const auto it = std::lower_bound(cell.pieces.begin(), cell.pieces.end(), subTet,
-                                     [](const Piece& p, std::size_t s) { return p.subTet < s; });
-    return it != cell.pieces.end() && it->subTet == subTet ? &*it : nullptr;
-}
-
-/// Adds the sub-tets of one voxel cell that have its corner k as a vertex.
-void addVoxelCell(const CutMesh& mesh, Coord voxelCell, int k, const TetEnergy& energy, Share& share)
-{
-    const int m = mesh.lattice().coarsening;
-    const Coord coarse{floorDiv(voxelCell.x, m), floorDiv(voxelCell.y, m), floorDiv(voxelCell.z, m)};
-    const std::int32_t index = mesh.cellAt(coarse);
-    if (index < 0) return;
-    const Cell& cell = mesh.cells()[std::size_t(index)];
-    const CellShape shape = mesh.lattice().shapeOf(coarse);
-    const auto& tets = tetmesh::cellTets(shape);
-    const Coord local = voxelCell - m * coarse;
-    const std::size_t first = std::size_t(((local.z * m + local.y) * m + local.x) * tets.count);
-    const auto& subTets = mesh.stencil(shape).subTets;
-    for (const auto [t, a] : tetsAt(shape, k)) {
-        const Piece* piece = cell.whole ? nullptr : pieceOf(cell, first + t);
-        if (!cell.whole && !piece) continue;
-        const double part = tets.volume[t] * (piece ? piece->cut.moment[a] : 0.25);
-        const int parent = subTets[first + t].parent;
-        share.volume += part;
-        share.energy += part * energy(cell.firstElement + (piece ? piece->element : 0u), parent);
+    std::sort(rows.begin(), rows.end());
+    std::size_t count = 0;
+    for (const Row& row : rows) {
+        Row* before = count > 0 ? &rows[count - 1] : nullptr;
+        if (before && before->z == row.z && before->y == row.y && row.first <= before->last + 1)
+            before->last = std::max(before->last, row.last);
+        else
+            rows[count++] = row;
     }
-}
-
-Share shareOf(const CutMesh& mesh, Coord voxel, const TetEnergy& energy)
-{
-    Share share;
-    for (int k = 0; k < tetmesh::kCorners; ++k)
-        addVoxelCell(mesh, voxel - Coord{k & 1, k >> 1 & 1, k >> 2 & 1}, k, energy, share);
-    return share;
+    rows.resize(count);
 }
 
 /// What a voxel counts in an average, by its offset [voxels] from the middle.
@@ -109,7 +53,7 @@ std::vector<Weight> weightsWithin(double radius, double dx)
 }
 
 /// The shares of all voxel nodes up to `reach` away from some: of each once, however many averages it takes part in.
-tetmesh::NodeField<Share> sharesWithin(const CutMesh& mesh, const TetEnergy& energy, std::span<const Coord> voxels, int reach)
+tetmesh::NodeField<Share> sharesWithin(const BodyMesh& mesh, const TetEnergy& energy, std::span<const Coord> voxels, int reach)
 {
     const Coord all{reach, reach, reach};
     Coord lower = voxels.empty() ? Coord{} : voxels[0], upper = lower;
@@ -129,7 +73,7 @@ tetmesh::NodeField<Share> sharesWithin(const CutMesh& mesh, const TetEnergy& ene
             for (int y = 0; y < 8; ++y)
                 for (int x = 0; x < 8; ++x) {
                     const Coord c = blocks[i] + Coord{x, y, z};
-                    shares.set(c, shareOf(mesh, c, energy));
+                    shares.set(c, mesh.nodalShare(c, energy));
                 }
     });
     return shares;
@@ -137,23 +81,45 @@ tetmesh::NodeField<Share> sharesWithin(const CutMesh& mesh, const TetEnergy& ene
 
 }  // namespace
 
-std::vector<double> nodalEnergy(const CutMesh& mesh, const TetEnergy& energy, std::span<const Coord> voxels)
+std::vector<Coord> voxelsAround(std::span<const Coord> voxels, int reach)
+{
+    // Axis by axis, on rows of voxels: as many rows as the result has, not as many voxels as all the boxes hold.
+    std::vector<Row> rows;
+    for (const Coord& c : voxels) rows.push_back({c.z, c.y, c.x - reach, c.x + reach});
+    joinRows(rows);
+    for (int Row::*axis : {&Row::y, &Row::z}) {
+        std::vector<Row> wide;
+        for (const Row& row : rows)
+            for (int d = -reach; d <= reach; ++d) {
+                wide.push_back(row);
+                wide.back().*axis += d;
+            }
+        joinRows(wide);
+        rows = std::move(wide);
+    }
+    std::vector<Coord> all;
+    for (const Row& row : rows)
+        for (int x = row.first; x <= row.last; ++x) all.push_back({x, row.y, row.z});
+    return all;
+}
+
+std::vector<double> nodalEnergy(const BodyMesh& mesh, const TetEnergy& energy, std::span<const Coord> voxels)
 {
     std::vector<double> psi(voxels.size());
     parallelChunks(voxels.size(), 64, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
-            const Share share = shareOf(mesh, voxels[i], energy);
+            const Share share = mesh.nodalShare(voxels[i], energy);
             psi[i] = share.volume > 0 ? share.energy / share.volume : 0;
         }
     });
     return psi;
 }
 
-std::vector<double> averagedEnergy(const CutMesh& mesh, const TetEnergy& energy, std::span<const Coord> voxels, double radius)
+std::vector<double> averagedEnergy(const BodyMesh& mesh, const TetEnergy& energy, std::span<const Coord> voxels, double radius)
 {
-    const int reach = int(std::floor(radius / mesh.lattice().voxelSize));
+    const int reach = int(std::floor(radius / mesh.voxelSize()));
     const tetmesh::NodeField<Share> shares = sharesWithin(mesh, energy, voxels, reach);
-    const std::vector<Weight> weights = weightsWithin(radius, mesh.lattice().voxelSize);
+    const std::vector<Weight> weights = weightsWithin(radius, mesh.voxelSize());
     std::vector<double> psi(voxels.size());
     parallelChunks(voxels.size(), 4, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
@@ -169,9 +135,9 @@ std::vector<double> averagedEnergy(const CutMesh& mesh, const TetEnergy& energy,
     return psi;
 }
 
-double nodalVolume(const CutMesh& mesh, Coord voxel)
+double nodalVolume(const BodyMesh& mesh, Coord voxel)
 {
-    return shareOf(mesh, voxel, [](std::uint32_t, int) { return 0.; }).volume;
+    return mesh.nodalShare(voxel, [](std::uint32_t, int) { return 0.; }).volume;
 }
 
 }  // namespace vdbfrac::grid

@@ -77,8 +77,10 @@ private:
 
     void readGrid(const Values& v)
     {
-        const LatticeKind lattice = v.text("lattice") == "five" ? LatticeKind::five : LatticeKind::six;
-        scene_.grid = {v.number("voxel_size"), lattice, int(v.integer("coarsening")), int(v.integer("half_width"))};
+        const LatticeKind lattice = v.text("lattice") == "five"       ? LatticeKind::five
+                                    : v.text("lattice") == "delaunay" ? LatticeKind::delaunay
+                                                                      : LatticeKind::six;
+        scene_.grid = {v.number("voxel_size"), lattice, int(v.integer("coarsening")), int(v.integer("half_width")), v.number("grading")};
     }
 
     void readSolver(const Values& v)

@@ -27,11 +27,13 @@ const std::vector<Key> kTime = {
 
 const std::vector<Key> kGrid = {
     {"voxel_size", Type::number, "m", "Edge of a voxel of the level set.", nullptr, 0, kEndless, true},
-    {"lattice", Type::choice, "", "Tetrahedra a lattice cube is split into.", "\"six\"", -kEndless, kEndless, false,
-     false, {"six", "five"}},
+    {"lattice", Type::choice, "", "Tetrahedra: six or five in a lattice cube, or a Delaunay mesh.", "\"six\"", -kEndless,
+     kEndless, false, false, {"six", "five", "delaunay"}},
     {"coarsening", Type::integer, "voxels", "Lattice spacing in voxels; only 1 with the lattice \"five\".", "1", 1,
      1024},
     {"half_width", Type::integer, "voxels", "Half width of the narrow band around the surface.", "3", 3, 10},
+    {"grading", Type::number, "", "Delaunay only: how many times larger tetrahedra below the narrow band may be.", "1", 1,
+     16},
 };
 
 const std::vector<Key> kBody = {
@@ -139,8 +141,9 @@ const std::vector<Key> kPose = {
 
 std::string checkGrid(const Values& v)
 {
-    const bool fits = v.text("lattice") != "five" || v.integer("coarsening") == 1;
-    return fits ? "" : "the lattice \"five\" goes with coarsening = 1 only";
+    if (v.text("lattice") == "five" && v.integer("coarsening") != 1) return "the lattice \"five\" goes with coarsening = 1 only";
+    if (v.text("lattice") != "delaunay" && v.number("grading") != 1) return "grading goes with the lattice \"delaunay\" only";
+    return "";
 }
 
 const TableSpec kRootSpec = {"", "Keys outside of any table.", kRoot};

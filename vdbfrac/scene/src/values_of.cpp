@@ -85,12 +85,21 @@ Content contentOf(const Time& t)
                       {"front_cfl", t.frontCfl}})};
 }
 
+std::string nameOf(LatticeKind lattice)
+{
+    switch (lattice) {
+    case LatticeKind::six: return "six";
+    case LatticeKind::five: return "five";
+    default: return "delaunay";
+    }
+}
+
 Content contentOf(const Grid& g)
 {
     return {valuesOf({{"voxel_size", g.voxelSize},
-                      {"lattice", std::string(g.lattice == LatticeKind::five ? "five" : "six")},
+                      {"lattice", nameOf(g.lattice)},
                       {"coarsening", static_cast<long long>(g.coarsening)},
-                      {"half_width", static_cast<long long>(g.halfWidth)}})};
+                      {"half_width", static_cast<long long>(g.halfWidth)}, {"grading", g.grading}})};
 }
 
 Content contentOf(const Body& b)

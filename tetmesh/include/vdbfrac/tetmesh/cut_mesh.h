@@ -8,6 +8,7 @@
 #pragma once
 
 #include <vdbfrac/base/vec.h>
+#include <vdbfrac/tetmesh/body_mesh.h>
 #include <vdbfrac/tetmesh/cell.h>
 #include <vdbfrac/tetmesh/cut.h>
 #include <vdbfrac/tetmesh/node_field.h>
@@ -21,14 +22,6 @@
 #include <vector>
 
 namespace vdbfrac::tetmesh {
-
-/// Tets of one lattice cell that agree on the cell's corner nodes: the unit the solver works on.
-struct CellElement {
-    std::array<std::uint32_t, kCorners> node{};  ///< a corner no tet uses names some node of the element
-    std::array<double, kMostTets> fraction{};    ///< material volume / tet volume of each tet; 0: the tet is not here
-    CellShape shape = CellShape::six;
-    std::uint32_t patch = 0;                     ///< elements of one block of 8^3 cells share it and are consecutive
-};
 
 /// The material part of one sub-tet of a cut cell.
 struct Piece {
@@ -46,46 +39,39 @@ struct Cell {
     std::vector<Piece> pieces;  ///< of a cell that is not whole, by sub-tet
 };
 
-/// What an update touched and how to carry node data over.
-struct CutUpdate {
-    std::vector<std::uint32_t> previousNode;  ///< of each new node: the old node whose x and v it takes
-    std::int64_t changedVoxels = 0;           ///< voxel nodes whose phi the cut sees differently
-    std::int64_t cutCells = 0;                ///< cells cut again: exactly those with such a voxel node
-    std::int64_t classifiedNodes = 0;         ///< lattice nodes whose copies were counted again
-    std::int64_t groupedCells = 0;            ///< cells whose pieces were put together to elements again
-    bool topologyChanged = false;             ///< nodes or their sharing may differ
-};
-
-class CutMesh {
+class CutMesh final : public BodyMesh {
 public:
     CutMesh() = default;
     /// Cuts everything. phi [m] on voxel coordinates; its box must hold every material voxel and two layers more.
     CutMesh(Lattice lattice, NodeField<float> phi);
 
-    /// Takes new values of phi [m] (none lower than before) and re-cuts only the cells whose view of phi changed.
-    /// The result equals a CutMesh made from the new phi, to the bit.
-    CutUpdate update(std::span<const std::pair<Coord, float>> newPhi);
+    CutUpdate update(std::span<const std::pair<Coord, float>> newPhi) override;
 
     const Lattice& lattice() const { return lattice_; }
-    const NodeField<float>& phi() const { return phi_; }
+    const NodeField<float>& phi() const override { return phi_; }
     /// phi as the cut sees it: snapped to 0 within kSnap dx.
     double seenPhi(Coord voxel) const;
     /// Was the voxel node material when the mesh was made?
     bool wasMaterial(Coord voxel) const { return rest_(voxel) < 0; }
 
     const std::vector<Cell>& cells() const { return cells_; }
-    const std::vector<CellElement>& elements() const { return elements_; }
+    const std::vector<CellElement>& elements() const override { return elements_; }
     const CellStencil& stencil(CellShape shape) const { return cellStencil_[std::size_t(shape)]; }
-    std::size_t nodeCount() const { return nodes_.size(); }
+    std::size_t nodeCount() const override { return nodes_.size(); }
     /// Lattice coordinates of each node (copies share theirs), in a fixed order.
     const std::vector<Coord>& nodes() const { return nodes_; }
-    Vec3 restPosition(std::size_t node) const { return lattice_.spacing() * nodes_[node].toVec(); }
+    std::span<const Coord> latticeCoords() const override { return nodes_; }
+    double spacing() const override { return lattice_.spacing(); }
+    double voxelSize() const override { return lattice_.voxelSize; }
+    Vec3 restPosition(std::size_t node) const override { return lattice_.spacing() * nodes_[node].toVec(); }
     /// Index of the cell at lattice coordinates, or -1.
     std::int32_t cellAt(Coord cell) const { return cellIndex_(cell); }
 
-    /// Material volume [m^3] of an element.
-    double volume(const CellElement& element) const;
-    double volume() const { return volume_; }
+    using BodyMesh::volume;
+    double volume() const override { return volume_; }
+    EmbeddedSurface surface() const override;
+    std::vector<Coord> voxelsAbove(std::span<const double> density, double threshold) const override;
+    NodalShare nodalShare(Coord voxel, const TetEnergy& energy) const override;
 
 private:
     /// The copies of one lattice node: the class of each star vertex (-1: no material there).
@@ -134,7 +120,6 @@ private:
     void placeElements(const Regrouped& regrouped, const Renumbering& numbering);
     void makeRoom(const Regrouped& regrouped);
     void renumberCells(std::size_t begin);
-    double sumVolume() const;
 
     Lattice lattice_;
     std::array<CellStencil, 3> cellStencil_;  // by CellShape

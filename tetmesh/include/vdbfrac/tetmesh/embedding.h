@@ -1,47 +1,15 @@
-// The cut surface, embedded in the elements: it moves with the nodes.
+// The surface of a cut lattice.
 #pragma once
 
-#include <vdbfrac/base/vec.h>
 #include <vdbfrac/tetmesh/cut_mesh.h>
-#include <vdbfrac/tetmesh/surface.h>
-
-#include <array>
-#include <cstdint>
-#include <span>
-#include <vector>
+#include <vdbfrac/tetmesh/embedded_surface.h>
 
 namespace vdbfrac::tetmesh {
 
-/// A point of a tet: sum of weight * x[node].
-struct EmbeddedPoint {
-    std::array<std::uint32_t, 4> node{};
-    std::array<double, 4> weight{};
-
-    Vec3 at(std::span<const Vec3> x) const
-    {
-        Vec3 p = Vec3::Zero();
-        for (std::size_t a = 0; a < 4; ++a) p += weight[a] * x[node[a]];
-        return p;
-    }
-};
-
-/// Closed surface of the material, normals outward. Vertices are shared along every edge the cut crosses.
-struct EmbeddedSurface {
-    std::vector<EmbeddedPoint> points;
-    std::vector<std::array<std::uint32_t, 3>> triangles;
-    std::vector<std::uint8_t> torn;  ///< of each triangle: most of it lies where material was at rest
-    double cutArea = 0;              ///< area in the rest configuration [m^2]
-};
-
+/// Closed surface of the material, normals outward.
 EmbeddedSurface extractSurface(const CutMesh& mesh);
 
 /// Point of a cell (in voxels from its corner 0) in one tet of one of its elements.
 EmbeddedPoint embed(const CutMesh& mesh, const CellElement& element, int tet, const Vec3& local);
-
-/// The surface in the configuration x [m]; `fragmentOfNode` gives each triangle its fragment.
-Surface deform(const EmbeddedSurface& surface, std::span<const Vec3> x, std::span<const std::uint32_t> fragmentOfNode);
-
-/// Rest positions of all nodes [m].
-std::vector<Vec3> restPositions(const CutMesh& mesh);
 
 }  // namespace vdbfrac::tetmesh

@@ -1,7 +1,7 @@
 // Connected pieces of material, with ids that last.
 #pragma once
 
-#include <vdbfrac/tetmesh/cut_mesh.h>
+#include <vdbfrac/tetmesh/body_mesh.h>
 
 #include <cstdint>
 #include <span>
@@ -21,10 +21,10 @@ class FragmentTracker {
 public:
     FragmentTracker() = default;
     /// Ids are taken from `nextId` (several bodies share one sequence), larger fragments first.
-    FragmentTracker(const CutMesh& mesh, std::uint32_t& nextId);
+    FragmentTracker(const BodyMesh& mesh, std::uint32_t& nextId);
 
     /// Follows the mesh through an update. `previousNode` as in CutUpdate; `nextId` is advanced for new fragments.
-    void update(const CutMesh& mesh, std::span<const std::uint32_t> previousNode, double time, std::uint32_t& nextId);
+    void update(const BodyMesh& mesh, std::span<const std::uint32_t> previousNode, double time, std::uint32_t& nextId);
 
     const std::vector<Fragment>& fragments() const { return fragments_; }   ///< by rising id, also those gone
     const std::vector<std::uint32_t>& ofNode() const { return ofNode_; }    ///< id of each node's fragment

@@ -3,10 +3,11 @@
 
 #include <vdbfrac/grid/level_set.h>
 #include <vdbfrac/solver/material.h>
-#include <vdbfrac/tetmesh/cut_mesh.h>
+#include <vdbfrac/tetmesh/body_mesh.h>
 #include <vdbfrac/tetmesh/fragments.h>
 
 #include <cstdint>
+#include <memory>
 #include <string>
 
 namespace vdbfrac::core {
@@ -15,7 +16,7 @@ struct Body {
     std::string name;
     solver::Material material;
     grid::LevelSet phi;
-    tetmesh::CutMesh mesh;
+    std::unique_ptr<tetmesh::BodyMesh> mesh;
     tetmesh::FragmentTracker fragments;
     std::uint32_t firstNode = 0;     ///< of the system: node 0 of the mesh
     std::uint32_t firstElement = 0;  ///< of the system: element 0 of the mesh

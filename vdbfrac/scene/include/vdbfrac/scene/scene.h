@@ -22,13 +22,14 @@ struct Time {
     double frontCfl = 0.5;   ///< "auto": voxels the crack front may move in a step
 };
 
-enum class LatticeKind { six, five };
+enum class LatticeKind { six, five, delaunay };
 
 struct Grid {
     double voxelSize = 0;  ///< dx [m]
     LatticeKind lattice = LatticeKind::six;
     int coarsening = 1;   ///< lattice spacing h = coarsening * dx
     int halfWidth = 3;    ///< of the narrow band [voxels]
+    double grading = 1;   ///< delaunay: times that tets deep inside may be larger
 };
 
 struct MeshFile {
