@@ -22,8 +22,8 @@ namespace vdbfrac::tools {
 
 namespace {
 
-/// Tets in a volume of size^3, in a voxel's share of the surface, and the memory of each until it is written: fitted to runs of
-/// 70 000 to 2 million tets, from which they differ by up to 15 %.
+/// Tets in a volume of size^3, in a voxel's share of the surface, and the memory of each until it is written: fitted to
+/// runs of 70 000 to 2 million tets, from which they differ by up to 15 %.
 struct Cost {
     double perVolume, perSurface, bytes;
 };
@@ -33,10 +33,11 @@ Cost costOf(const std::string& kind)
     if (kind == "cut") return {6, 12.5, 215};
     return kind == "five" ? Cost{5, 3.5, 240} : Cost{6, 4, 240};
 }
-constexpr double kProgram = 60e6;     // bytes, of code and libraries
+constexpr double kProgram = 60e6;      // bytes, of code and libraries
 constexpr double kTetsPerPoint = 5.5;  // of Delaunay tets
 
-/// A regular tet with edges a has a circumradius of .61 a; refinement stops below its bound, on average at two thirds of it.
+/// A regular tet with edges a has a circumradius of .61 a; refinement stops below its bound, on average at two thirds
+/// of it.
 constexpr double kRadiusOfSize = 0.9;
 
 struct Input {
@@ -65,8 +66,9 @@ Input openSurface(const MeshOptions& options)
     input.soup = tetmesh::readSurface(options.in);
     const tetmesh::SurfaceReport report = tetmesh::examine(input.soup);
     if (!report.closed)
-        throw InputError({options.in.string(), "is not closed: it has " + std::to_string(report.openEdges) + " open edges", "a closed surface",
-                          "make a solid of it first: vdbfrac relevel " + options.in.string() + " -o SOLID.vdb"});
+        throw InputError(
+            {options.in.string(), "is not closed: it has " + std::to_string(report.openEdges) + " open edges",
+             "a closed surface", "make a solid of it first: vdbfrac relevel " + options.in.string() + " -o SOLID.vdb"});
     input.longestSide = (report.upper - report.lower).maxCoeff();
     return input;
 }
@@ -75,7 +77,8 @@ Input open(const MeshOptions& options)
 {
     const bool vdb = options.in.extension() == ".vdb";
     if (vdb && options.sharpDegrees > 0)
-        throw InputError({"--sharp", "needs the edges of a surface mesh", "an .obj, .stl, .ply or .off file as input", ""});
+        throw InputError(
+            {"--sharp", "needs the edges of a surface mesh", "an .obj, .stl, .ply or .off file as input", ""});
     Input input = vdb ? openVdb(options) : openSurface(options);
     input.body.name = options.in.filename().string();
     input.body.place = options.in.string();
@@ -98,10 +101,12 @@ void requireMemory(const MeshOptions& options, const grid::LevelSet& phi, double
     if (options.tets == "delaunay" && options.delaunay.cellSize > 0) size = options.delaunay.cellSize / kRadiusOfSize;
     const double band = 2 * phi.background() / phi.voxelSize(), shrink = phi.voxelSize() / size;
     const double surface = double(phi.activeVoxels()) / band * shrink * shrink;
-    const double tets = cost.perVolume * volume / (size * size * size) + cost.perSurface * surface, bytes = kProgram + tets * cost.bytes;
+    const double tets = cost.perVolume * volume / (size * size * size) + cost.perSurface * surface,
+                 bytes = kProgram + tets * cost.bytes;
     if (bytes <= double(options.memoryLimit)) return;
     char text[200];
-    std::snprintf(text, sizeof text, "%s: about %.3g tets need %.2f GiB, the limit is %.2f GiB; use a larger --size or --max-memory",
+    std::snprintf(text, sizeof text,
+                  "%s: about %.3g tets need %.2f GiB, the limit is %.2f GiB; use a larger --size or --max-memory",
                   options.in.c_str(), tets, bytes / kGiB, double(options.memoryLimit) / kGiB);
     throw LimitError(text);
 }

@@ -34,7 +34,8 @@ TEST(LevelSetSurface, VolumeOfABallConvergesSecondOrder)
     // phi between voxels is lower than the distance by about dx^2 / (4 r): the ball seems larger by area times that.
     for (double radius : {.55, 1.2, 4.1}) {
         const double bias = 4 * std::numbers::pi * radius * kDx * kDx / 4;
-        EXPECT_NEAR(grid::enclosedVolume(grid::wrap(ball(radius, {.03f, -.02f, .01f}))), ballVolume(radius), 2 * bias) << radius;
+        EXPECT_NEAR(grid::enclosedVolume(grid::wrap(ball(radius, {.03f, -.02f, .01f}))), ballVolume(radius), 2 * bias)
+            << radius;
     }
 }
 
@@ -48,7 +49,8 @@ TEST(LevelSetSurface, VolumeOfABoxDoesNotDependOnWhereItsFacesLie)
         grid.voxelSize = dx;
         // The trilinear phi rounds the twelve edges off, by less than a fifth of a voxel's face.
         const double rounded = 4 * sides.sum() * .2 * dx * dx;
-        EXPECT_NEAR(grid::enclosedVolume(grid::makeLevelSet(body, grid, std::uint64_t(1) << 30)), sides.prod(), rounded) << dx;
+        EXPECT_NEAR(grid::enclosedVolume(grid::makeLevelSet(body, grid, std::uint64_t(1) << 30)), sides.prod(), rounded)
+            << dx;
     }
 }
 

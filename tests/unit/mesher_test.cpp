@@ -49,7 +49,8 @@ TEST(DelaunayMesh, BallIsClosedOutwardAndOfItsVolume)
 
 TEST(DelaunayMesh, SliverAngleHolds)
 {
-    const auto mesh = mesher::delaunayMesh(solidOf([](const Vec3& X) { return ball(X, Vec3::Zero(), 1); }), coarse(.15));
+    const auto mesh =
+        mesher::delaunayMesh(solidOf([](const Vec3& X) { return ball(X, Vec3::Zero(), 1); }), coarse(.15));
     constexpr double kAsked = 10;  // degrees; the default sliverAngle is 12, exudation may stop short of it
     EXPECT_GE(test::smallestDihedral(mesh), kAsked);
 }
@@ -71,7 +72,9 @@ TEST(DelaunayMesh, FindsSmallFarComponentsAndCavities)
 
 TEST(DelaunayMesh, SameBitsOnEveryCall)
 {
-    const auto make = [] { return mesher::delaunayMesh(solidOf([](const Vec3& X) { return ball(X, Vec3::Zero(), 1); }), coarse()); };
+    const auto make = [] {
+        return mesher::delaunayMesh(solidOf([](const Vec3& X) { return ball(X, Vec3::Zero(), 1); }), coarse());
+    };
     const auto a = make(), b = make();
     EXPECT_EQ(a.points, b.points);
     EXPECT_EQ(a.tets, b.tets);
@@ -153,7 +156,8 @@ TEST(DelaunayMesh, RefusesWhatHasNoMesh)
     EXPECT_THROW(mesher::delaunayMesh(solidOf(unitBall), {}), InputError) << "no size";
     EXPECT_THROW(mesher::delaunayMesh(solidOf(unitBall, .9), coarse()), InputError) << "reaches the box";
     EXPECT_THROW(mesher::delaunayMesh(solidOf([](const Vec3&) { return 1.; }), coarse()), InputError) << "empty";
-    EXPECT_THROW(mesher::delaunayMesh(solidOf([](const Vec3& X) { return std::sqrt(X.x()); }), coarse()), InputError) << "NaN";
+    EXPECT_THROW(mesher::delaunayMesh(solidOf([](const Vec3& X) { return std::sqrt(X.x()); }), coarse()), InputError)
+        << "NaN";
     DelaunayCriteria few = coarse(.05);
     few.mostPoints = 500;
     EXPECT_THROW(mesher::delaunayMesh(solidOf(unitBall), few), LimitError);

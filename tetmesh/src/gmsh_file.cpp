@@ -36,13 +36,16 @@ std::string gmsh22Text(const TetMesh& mesh, const TetFields& fields)
 {
     TextWriter out;
     out << "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n" << kGroups << "$Nodes\n" << mesh.points.size() << "\n";
-    for (std::size_t i = 0; i < mesh.points.size(); ++i) out.line(i + 1, mesh.points[i].x(), mesh.points[i].y(), mesh.points[i].z());
+    for (std::size_t i = 0; i < mesh.points.size(); ++i)
+        out.line(i + 1, mesh.points[i].x(), mesh.points[i].y(), mesh.points[i].z());
     // meshio stops at a 2.2 file that has both fields of elements and elements of two types.
     const std::size_t triangles = fields.onTets.empty() ? mesh.boundary.size() : 0;
     out << "$EndNodes\n$Elements\n" << triangles + mesh.tets.size() << "\n";
     std::size_t tag = 0;
-    for (const auto& f : std::span(mesh.boundary).first(triangles)) out.line(++tag, kTriangle, 2, kSurface, kSurface, f[0] + 1, f[1] + 1, f[2] + 1);
-    for (const auto& t : mesh.tets) out.line(++tag, kTetra, 2, kVolume, kVolume, t[0] + 1, t[1] + 1, t[2] + 1, t[3] + 1);
+    for (const auto& f : std::span(mesh.boundary).first(triangles))
+        out.line(++tag, kTriangle, 2, kSurface, kSurface, f[0] + 1, f[1] + 1, f[2] + 1);
+    for (const auto& t : mesh.tets)
+        out.line(++tag, kTetra, 2, kVolume, kVolume, t[0] + 1, t[1] + 1, t[2] + 1, t[3] + 1);
     out << "$EndElements\n";
     addAllData(out, triangles, fields);
     return out.text();
@@ -56,7 +59,8 @@ std::string gmsh41Text(const TetMesh& mesh, const TetFields& fields)
     TextWriter out;
     out << "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n" << kGroups << "$Entities\n0 0 1 1\n";
     for (int bounding : {0, 1}) {  // the surface, and the volume that it bounds
-        out << "1 " << lower.x() << " " << lower.y() << " " << lower.z() << " " << upper.x() << " " << upper.y() << " " << upper.z() << " 1 1 ";
+        out << "1 " << lower.x() << " " << lower.y() << " " << lower.z() << " " << upper.x() << " " << upper.y() << " "
+            << upper.z() << " 1 1 ";
         out << (bounding ? "1 1\n" : "0\n");
     }
     out << "$EndEntities\n$Nodes\n";

@@ -57,7 +57,8 @@ std::vector<std::array<std::uint32_t, 3>> boundaryOf(std::span<const std::array<
             const std::size_t begin = p > 0 ? end[p - 1] : 0;
             const std::span<const Face> around = std::span(faces).subspan(begin, end[p] - begin);
             for (const Face& a : around)
-                single[a.number] = std::count_if(around.begin(), around.end(), [&](const Face& b) { return b.others == a.others; }) == 1;
+                single[a.number] = std::count_if(around.begin(), around.end(),
+                                                 [&](const Face& b) { return b.others == a.others; }) == 1;
         }
     });
     std::vector<std::array<std::uint32_t, 3>> boundary;

@@ -55,12 +55,13 @@ std::array<int, 3> steepestFirst(const float* phi)
         for (int c = 0; c < 8; ++c) sum += (c & s) != 0 ? phi[c] : -phi[c];
         return std::abs(sum);
     };
-    std::iter_swap(stride.begin(), std::max_element(stride.begin(), stride.end(), [&](int a, int b) { return change(a) < change(b); }));
+    std::iter_swap(stride.begin(),
+                   std::max_element(stride.begin(), stride.end(), [&](int a, int b) { return change(a) < change(b); }));
     return stride;
 }
 
-/// How much of the cell above a voxel is inside: exact on lines along the steepest axis, where the trilinear phi is linear.
-/// Points instead of lines would see planes along the axes only where they pass a point.
+/// How much of the cell above a voxel is inside: exact on lines along the steepest axis, where the trilinear phi is
+/// linear. Points instead of lines would see planes along the axes only where they pass a point.
 double shareInside(openvdb::FloatGrid::ConstUnsafeAccessor& voxels, const openvdb::Coord& c)
 {
     constexpr int kSamples = 4;  // along both other axes
@@ -74,7 +75,8 @@ double shareInside(openvdb::FloatGrid::ConstUnsafeAccessor& voxels, const openvd
     for (int n = 0; n < kSamples * kSamples; ++n) {
         const double u = (n % kSamples + 0.5) / kSamples, v = (n / kSamples + 0.5) / kSamples;
         const auto bilinear = [&](const float* p) {
-            return (1 - u) * ((1 - v) * p[0] + v * p[stride[2]]) + u * ((1 - v) * p[stride[1]] + v * p[stride[1] + stride[2]]);
+            return (1 - u) * ((1 - v) * p[0] + v * p[stride[2]]) +
+                   u * ((1 - v) * p[stride[1]] + v * p[stride[1] + stride[2]]);
         };
         const double low = bilinear(all), high = bilinear(all + stride[0]);
         sum += low < 0 && high < 0 ? 1 : low < 0 ? low / (low - high) : high < 0 ? high / (high - low) : 0;
@@ -95,7 +97,8 @@ double enclosedVolume(const LevelSet& phi)
         auto voxels = grid.getConstUnsafeAccessor();
         double sum = 0;
         for (std::size_t n = begin; n < end; ++n)
-            for (openvdb::Index i = 0; i < Leaf::SIZE; ++i) sum += shareInside(voxels, leaves[n]->offsetToGlobalCoord(i));
+            for (openvdb::Index i = 0; i < Leaf::SIZE; ++i)
+                sum += shareInside(voxels, leaves[n]->offsetToGlobalCoord(i));
         return sum;
     });
     return cells * std::pow(phi.voxelSize(), 3);
