@@ -67,7 +67,8 @@ Place findPlace(const std::string& name, std::size_t from)
         }
         if (name[i] != '%') continue;
         if (name.compare(i, 2, "%d") == 0) return {i, 2, 1};
-        if (name.compare(i, 2, "%0") == 0 && digit(i + 2) && name.compare(i + 3, 1, "d") == 0) return {i, 4, name[i + 2] - '0'};
+        if (name.compare(i, 2, "%0") == 0 && digit(i + 2) && name.compare(i + 3, 1, "d") == 0)
+            return {i, 4, name[i + 2] - '0'};
     }
     return {};
 }
@@ -81,7 +82,8 @@ std::vector<int> parseFrames(const std::string& text)
         const std::size_t end = std::min(text.find(',', begin), text.size());
         const std::string_view part = std::string_view(text).substr(begin, end - begin);
         if (part.empty() || !addRange(part, frames))
-            throw InputError({"--frames", "'" + std::string(part) + "' is no list of frames", "1-96, 1-96x2, or 5,9,12", ""});
+            throw InputError(
+                {"--frames", "'" + std::string(part) + "' is no list of frames", "1-96, 1-96x2, or 5,9,12", ""});
         begin = end + 1;
     }
     return frames;

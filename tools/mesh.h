@@ -18,17 +18,17 @@ struct MeshOptions {
     int threads = 0;
     std::uint64_t memoryLimit = 0;  ///< bytes
 
-    std::string grid;               ///< of a .vdb; empty takes the first level set
+    std::string grid;  ///< of a .vdb; empty takes the first level set
     // To tets.
-    std::string tets = "lattice";   ///< lattice, five, cut, delaunay
-    double size = 0;                ///< m; 0: by `across`
-    int across = 0;                 ///< voxels along the longest side; 0: 64, or the voxels of the .vdb
+    std::string tets = "lattice";       ///< lattice, five, cut, delaunay
+    double size = 0;                    ///< m; 0: by `across`
+    int across = 0;                     ///< voxels along the longest side; 0: 64, or the voxels of the .vdb
     mesher::DelaunayCriteria delaunay;  ///< sizes that are 0 follow from `size`
-    double sharpDegrees = 0;        ///< 0: no sharp edges are kept
+    double sharpDegrees = 0;            ///< 0: no sharp edges are kept
     std::string mshVersion = "4.1";
     std::filesystem::path quality;  ///< where the report goes as JSON; empty: nowhere
     // To surfaces.
-    std::vector<int> frames;        ///< empty: all of a run
+    std::vector<int> frames;  ///< empty: all of a run
     double adaptivity = 0;
 };
 

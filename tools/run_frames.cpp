@@ -25,7 +25,8 @@ RunFrames readRunFrames(const std::filesystem::path& folder)
             }
         }
     } catch (const nlohmann::json::exception& e) {
-        throw InputError({manifest.string(), std::string("is not the manifest of a run: ") + e.what(), "", "give the folder that 'vdbfrac sim -o' wrote"});
+        throw InputError({manifest.string(), std::string("is not the manifest of a run: ") + e.what(), "",
+                          "give the folder that 'vdbfrac sim -o' wrote"});
     }
     return run;
 }

@@ -23,10 +23,10 @@ std::string reportText(const TetReport& report, const TetResult& result, const s
     const tetmesh::TetQuality& q = report.quality;
     std::string text = fmt::format("{} tets ({}), {} points, {} triangles of boundary\n", result.mesh.tets.size(), kind,
                                    result.mesh.points.size(), result.mesh.boundary.size());
-    text += fmt::format("volume {:.6g} m^3, the level set has {:.6g} m^3 ({:+.3f} %), {} inverted tets\n", result.materialVolume,
-                        report.levelSetVolume, 100 * volumeError(report, result), q.inverted);
-    text += fmt::format("dihedral angles {:.2f} to {:.2f} degrees; radius ratio {:.3f} at least, {:.3f} on average\n", q.smallestDihedral,
-                        q.largestDihedral, q.smallestRadiusRatio, q.meanRadiusRatio);
+    text += fmt::format("volume {:.6g} m^3, the level set has {:.6g} m^3 ({:+.3f} %), {} inverted tets\n",
+                        result.materialVolume, report.levelSetVolume, 100 * volumeError(report, result), q.inverted);
+    text += fmt::format("dihedral angles {:.2f} to {:.2f} degrees; radius ratio {:.3f} at least, {:.3f} on average\n",
+                        q.smallestDihedral, q.largestDihedral, q.smallestRadiusRatio, q.meanRadiusRatio);
     std::int64_t most = 1;
     for (std::int64_t n : q.dihedrals) most = std::max(most, n);
     for (std::size_t b = 0; b < tetmesh::kDihedralBins; ++b)
@@ -52,7 +52,8 @@ std::string reportJson(const TetReport& report, const TetResult& result, const s
         {"volume_error", volumeError(report, result)},
         {"tet_volume", {{"sum", q.volume}, {"smallest", q.smallestVolume}}},
         {"inverted", q.inverted},
-        {"dihedral_degrees", {{"smallest", q.smallestDihedral}, {"largest", q.largestDihedral}, {"histogram", q.dihedrals}}},
+        {"dihedral_degrees",
+         {{"smallest", q.smallestDihedral}, {"largest", q.largestDihedral}, {"histogram", q.dihedrals}}},
         {"radius_ratio", {{"smallest", q.smallestRadiusRatio}, {"mean", q.meanRadiusRatio}}},
         {"seconds", seconds},
         {"peak_memory", peakMemory()},

@@ -16,8 +16,8 @@
 
 namespace vdbfrac::test {
 
-/// Tets of positive volume without stray points; a boundary that is the faces of one tet, closed, outward, each edge of it
-/// in two triangles.
+/// Tets of positive volume without stray points; a boundary that is the faces of one tet, closed, outward, each edge of
+/// it in two triangles.
 inline void expectSound(const tetmesh::TetMesh& mesh)
 {
     ASSERT_FALSE(mesh.tets.empty());

@@ -19,7 +19,8 @@ TEST(FrameList, ReadsRangesStepsAndLists)
 
 TEST(FrameList, RefusesAnythingElse)
 {
-    for (const char* text : {"", "a", "1-", "-3", "5-1", "1-9x0", "1-9x", "1,,2", "1,", "1 2", "1-2-3", "99999999999", "0-99999999"})
+    for (const char* text :
+         {"", "a", "1-", "-3", "5-1", "1-9x0", "1-9x", "1,,2", "1,", "1 2", "1-2-3", "99999999999", "0-99999999"})
         EXPECT_THROW(parseFrames(text), InputError) << text;
 }
 

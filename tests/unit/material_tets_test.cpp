@@ -133,7 +133,8 @@ INSTANTIATE_TEST_SUITE_P(, MaterialTets,
                          testing::Values(Lattice{Lattice::Kind::six, 1, .1}, Lattice{Lattice::Kind::six, 2, .1},
                                          Lattice{Lattice::Kind::five, 1, .1}),
                          [](const auto& info) {
-                             return (info.param.kind == Lattice::Kind::six ? "six" : "five") + std::to_string(info.param.coarsening);
+                             return (info.param.kind == Lattice::Kind::six ? "six" : "five") +
+                                    std::to_string(info.param.coarsening);
                          });
 
 TEST(TetQuality, KnowsRegularAndCornerTets)

@@ -3,6 +3,7 @@
 
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/mesher/delaunay.h>
+#include <vdbfrac/mesher/sharp_edges.h>
 
 #include <gtest/gtest.h>
 
@@ -48,7 +49,8 @@ TEST(DelaunayMesh, BallIsClosedOutwardAndOfItsVolume)
 
 TEST(DelaunayMesh, SliverAngleHolds)
 {
-    const auto mesh = mesher::delaunayMesh(solidOf([](const Vec3& X) { return ball(X, Vec3::Zero(), 1); }), coarse(.15));
+    const auto mesh =
+        mesher::delaunayMesh(solidOf([](const Vec3& X) { return ball(X, Vec3::Zero(), 1); }), coarse(.15));
     constexpr double kAsked = 10;  // degrees; the default sliverAngle is 12, exudation may stop short of it
     EXPECT_GE(test::smallestDihedral(mesh), kAsked);
 }
@@ -70,7 +72,9 @@ TEST(DelaunayMesh, FindsSmallFarComponentsAndCavities)
 
 TEST(DelaunayMesh, SameBitsOnEveryCall)
 {
-    const auto make = [] { return mesher::delaunayMesh(solidOf([](const Vec3& X) { return ball(X, Vec3::Zero(), 1); }), coarse()); };
+    const auto make = [] {
+        return mesher::delaunayMesh(solidOf([](const Vec3& X) { return ball(X, Vec3::Zero(), 1); }), coarse());
+    };
     const auto a = make(), b = make();
     EXPECT_EQ(a.points, b.points);
     EXPECT_EQ(a.tets, b.tets);
@@ -100,6 +104,41 @@ TEST(DelaunayMesh, SharpEdgesOfACubeAreEdgesOfTheMesh)
     EXPECT_LT(volumeOf(blunt), 8 * (1 - kRounding)) << "without them the test would show nothing";
 }
 
+TEST(SharpEdges, OfACubeAreItsTwelve)
+{
+    tetmesh::PolygonSoup cube;
+    for (int c = 0; c < 8; ++c) cube.points.emplace_back(c & 1, c >> 1 & 1, c >> 2 & 1);
+    cube.polygons = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+    const auto lines = mesher::sharpEdges(cube, 60);
+    EXPECT_EQ(lines.size(), 12u);
+    for (const auto& line : lines) {
+        ASSERT_EQ(line.size(), 2u);
+        EXPECT_EQ((line[1] - line[0]).norm(), 1);
+    }
+    EXPECT_TRUE(mesher::sharpEdges(cube, 100).empty());
+}
+
+TEST(SharpEdges, RoundTheCapsOfACylinderAreTwoLoops)
+{
+    constexpr std::size_t kSides = 24;
+    tetmesh::PolygonSoup cylinder;
+    cylinder.polygons.resize(2);
+    for (std::size_t k = 0; k < kSides; ++k) {
+        const double angle = 2 * kPi * double(k) / kSides;
+        for (double z : {0., 1.}) cylinder.points.emplace_back(std::cos(angle), std::sin(angle), z);
+        const std::size_t a = 2 * k, b = 2 * ((k + 1) % kSides);
+        cylinder.polygons.push_back({a, b, b + 1, a + 1});
+        cylinder.polygons[0].insert(cylinder.polygons[0].begin(), a);
+        cylinder.polygons[1].push_back(a + 1);
+    }
+    const auto lines = mesher::sharpEdges(cylinder, 60);
+    ASSERT_EQ(lines.size(), 2u);
+    for (const auto& line : lines) {
+        EXPECT_EQ(line.size(), kSides + 1);
+        EXPECT_EQ(line.front(), line.back());
+    }
+}
+
 TEST(DelaunayMesh, SizingFieldRefinesWhereItIsSmall)
 {
     DelaunayCriteria c = coarse(.3);
@@ -117,7 +156,8 @@ TEST(DelaunayMesh, RefusesWhatHasNoMesh)
     EXPECT_THROW(mesher::delaunayMesh(solidOf(unitBall), {}), InputError) << "no size";
     EXPECT_THROW(mesher::delaunayMesh(solidOf(unitBall, .9), coarse()), InputError) << "reaches the box";
     EXPECT_THROW(mesher::delaunayMesh(solidOf([](const Vec3&) { return 1.; }), coarse()), InputError) << "empty";
-    EXPECT_THROW(mesher::delaunayMesh(solidOf([](const Vec3& X) { return std::sqrt(X.x()); }), coarse()), InputError) << "NaN";
+    EXPECT_THROW(mesher::delaunayMesh(solidOf([](const Vec3& X) { return std::sqrt(X.x()); }), coarse()), InputError)
+        << "NaN";
     DelaunayCriteria few = coarse(.05);
     few.mostPoints = 500;
     EXPECT_THROW(mesher::delaunayMesh(solidOf(unitBall), few), LimitError);

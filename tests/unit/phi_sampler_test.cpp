@@ -19,7 +19,8 @@ constexpr double kDx = 0.1, kRadius = 1.7;
 
 grid::LevelSet ball()
 {
-    return grid::wrap(openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(float(kRadius), openvdb::Vec3f(0), float(kDx), 3));
+    return grid::wrap(
+        openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(float(kRadius), openvdb::Vec3f(0), float(kDx), 3));
 }
 
 }  // namespace
@@ -44,11 +45,14 @@ TEST(PhiSampler, OutlivesItsLevelSetAndServesAllThreads)
     std::vector<double> error(kCount);
     parallelChunks(kCount, 100, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
-            const Vec3 X = kRadius * Vec3(std::sin(.1 * double(i)), std::cos(.1 * double(i)), std::sin(.07 * double(i))).normalized();
+            const Vec3 X =
+                kRadius *
+                Vec3(std::sin(.1 * double(i)), std::cos(.1 * double(i)), std::sin(.07 * double(i))).normalized();
             error[i] = std::abs(phi(X));
         }
     });
-    const double curvature = kDx * kDx / (4 * kRadius) * 2;  // of the distance to a ball between voxels, with the float's share
+    const double curvature =
+        kDx * kDx / (4 * kRadius) * 2;  // of the distance to a ball between voxels, with the float's share
     for (double e : error) EXPECT_LT(e, curvature);
 }
 

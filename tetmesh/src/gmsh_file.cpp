@@ -2,7 +2,7 @@
 #include "tet_text.h"
 #include "text_writer.h"
 
-#include <algorithm>
+#include <span>
 
 namespace vdbfrac::tetmesh {
 
@@ -24,10 +24,10 @@ void addData(TextWriter& out, const std::vector<TetField>& fields, const std::st
     }
 }
 
-void addAllData(TextWriter& out, const TetMesh& mesh, const TetFields& fields)
+void addAllData(TextWriter& out, std::size_t triangles, const TetFields& fields)
 {
     addData(out, fields.onPoints, "NodeData", 0);
-    addData(out, fields.onTets, "ElementData", mesh.boundary.size());
+    addData(out, fields.onTets, "ElementData", triangles);
 }
 
 }  // namespace
@@ -36,13 +36,18 @@ std::string gmsh22Text(const TetMesh& mesh, const TetFields& fields)
 {
     TextWriter out;
     out << "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n" << kGroups << "$Nodes\n" << mesh.points.size() << "\n";
-    for (std::size_t i = 0; i < mesh.points.size(); ++i) out.line(i + 1, mesh.points[i].x(), mesh.points[i].y(), mesh.points[i].z());
-    out << "$EndNodes\n$Elements\n" << mesh.boundary.size() + mesh.tets.size() << "\n";
+    for (std::size_t i = 0; i < mesh.points.size(); ++i)
+        out.line(i + 1, mesh.points[i].x(), mesh.points[i].y(), mesh.points[i].z());
+    // meshio stops at a 2.2 file that has both fields of elements and elements of two types.
+    const std::size_t triangles = fields.onTets.empty() ? mesh.boundary.size() : 0;
+    out << "$EndNodes\n$Elements\n" << triangles + mesh.tets.size() << "\n";
     std::size_t tag = 0;
-    for (const auto& f : mesh.boundary) out.line(++tag, kTriangle, 2, kSurface, kSurface, f[0] + 1, f[1] + 1, f[2] + 1);
-    for (const auto& t : mesh.tets) out.line(++tag, kTetra, 2, kVolume, kVolume, t[0] + 1, t[1] + 1, t[2] + 1, t[3] + 1);
+    for (const auto& f : std::span(mesh.boundary).first(triangles))
+        out.line(++tag, kTriangle, 2, kSurface, kSurface, f[0] + 1, f[1] + 1, f[2] + 1);
+    for (const auto& t : mesh.tets)
+        out.line(++tag, kTetra, 2, kVolume, kVolume, t[0] + 1, t[1] + 1, t[2] + 1, t[3] + 1);
     out << "$EndElements\n";
-    addAllData(out, mesh, fields);
+    addAllData(out, triangles, fields);
     return out.text();
 }
 
@@ -54,7 +59,8 @@ std::string gmsh41Text(const TetMesh& mesh, const TetFields& fields)
     TextWriter out;
     out << "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n" << kGroups << "$Entities\n0 0 1 1\n";
     for (int bounding : {0, 1}) {  // the surface, and the volume that it bounds
-        out << "1 " << lower.x() << " " << lower.y() << " " << lower.z() << " " << upper.x() << " " << upper.y() << " " << upper.z() << " 1 1 ";
+        out << "1 " << lower.x() << " " << lower.y() << " " << lower.z() << " " << upper.x() << " " << upper.y() << " "
+            << upper.z() << " 1 1 ";
         out << (bounding ? "1 1\n" : "0\n");
     }
     out << "$EndEntities\n$Nodes\n";
@@ -70,7 +76,7 @@ std::string gmsh41Text(const TetMesh& mesh, const TetFields& fields)
     out.line(3, kVolume, kTetra, tets);
     for (const auto& t : mesh.tets) out.line(++tag, t[0] + 1, t[1] + 1, t[2] + 1, t[3] + 1);
     out << "$EndElements\n";
-    addAllData(out, mesh, fields);
+    addAllData(out, triangles, fields);
     return out.text();
 }
 

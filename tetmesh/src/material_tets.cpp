@@ -92,10 +92,13 @@ public:
     {
         numberVoxels();
         crossings_ = fromCells<Crossing>(cut, [&](const Cell& cell, auto& part) {
-            forSubTets(cell, [&](const Sorted& s) {
-                for (int a = 0; a < s.inside; ++a)
-                    for (int b = s.inside; b < 4; ++b) part.push_back(crossing(s, a, b));
-            }, false);
+            forSubTets(
+                cell,
+                [&](const Sorted& s) {
+                    for (int a = 0; a < s.inside; ++a)
+                        for (int b = s.inside; b < 4; ++b) part.push_back(crossing(s, a, b));
+                },
+                false);
         });
         const auto byKey = [](const Crossing& a, const Crossing& b) { return a.key < b.key; };
         std::sort(crossings_.begin(), crossings_.end(), byKey);
@@ -109,7 +112,8 @@ public:
         TetMesh mesh;
         mesh.points = points();
         mesh.tets = fromCells<Tet>(cut_, [&](const Cell& cell, auto& part) {
-            forSubTets(cell, [&](const Sorted& s) { addTets(s, part); }, true);
+            forSubTets(
+                cell, [&](const Sorted& s) { addTets(s, part); }, true);
         });
         mesh.boundary = surfaceOf(mesh.tets);
         return mesh;
@@ -202,7 +206,8 @@ private:
         std::vector<std::array<std::uint32_t, 3>> surface;
         for (const Tet& tet : tets)
             for (const auto& f : kTetFaces)
-                if (std::min({tet[f[0]], tet[f[1]], tet[f[2]]}) >= voxels_.size()) surface.push_back({tet[f[0]], tet[f[1]], tet[f[2]]});
+                if (std::min({tet[f[0]], tet[f[1]], tet[f[2]]}) >= voxels_.size())
+                    surface.push_back({tet[f[0]], tet[f[1]], tet[f[2]]});
         return surface;
     }
 

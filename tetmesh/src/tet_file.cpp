@@ -34,7 +34,8 @@ std::string nodeText(const TetMesh& mesh)
 {
     TextWriter out;
     out.line(mesh.points.size(), 3, 0, 0);
-    for (std::size_t i = 0; i < mesh.points.size(); ++i) out.line(i, mesh.points[i].x(), mesh.points[i].y(), mesh.points[i].z());
+    for (std::size_t i = 0; i < mesh.points.size(); ++i)
+        out.line(i, mesh.points[i].x(), mesh.points[i].y(), mesh.points[i].z());
     return out.text();
 }
 std::string eleText(const TetMesh& mesh)
@@ -51,9 +52,12 @@ void requireSane(const TetField& field, std::size_t count)
     const bool named = !field.name.empty() && std::all_of(field.name.begin(), field.name.end(), [](char c) {
         return c == '_' || (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
     });
-    if (!named) throw InputError({"field '" + field.name + "'", "has no name that every format takes", "letters, digits and _", ""});
+    if (!named)
+        throw InputError(
+            {"field '" + field.name + "'", "has no name that every format takes", "letters, digits and _", ""});
     if (field.values.size() != count)
-        throw InputError({"field '" + field.name + "'", "has " + std::to_string(field.values.size()) + " values", std::to_string(count), ""});
+        throw InputError({"field '" + field.name + "'", "has " + std::to_string(field.values.size()) + " values",
+                          std::to_string(count), ""});
 }
 
 }  // namespace

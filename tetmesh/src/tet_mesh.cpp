@@ -10,6 +10,16 @@
 
 namespace vdbfrac::tetmesh {
 
+namespace {
+
+/// A face of a tet in the list of its lowest point: its two other points in order, and 4 x tet + its opposite corner.
+struct Face {
+    std::uint64_t others;
+    std::size_t number;
+};
+
+}  // namespace
+
 std::array<std::uint32_t, 4> lowestFirst(std::array<std::uint32_t, 4> tet)
 {
     const std::size_t k = std::size_t(std::min_element(tet.begin(), tet.end()) - tet.begin());
@@ -26,28 +36,29 @@ std::vector<std::array<std::uint32_t, 3>> boundaryOf(std::span<const std::array<
         const auto& f = kTetFaces[face % 4];
         return std::array<std::uint32_t, 3>{tet[f[0]], tet[f[1]], tet[f[2]]};
     };
-    const auto key = [&](std::size_t face) {
-        auto k = corners(face);
-        std::sort(k.begin(), k.end());
-        return k;
-    };
-    // Faces sorted by their lowest point: equal ones are then a few neighbours.
-    std::vector<std::size_t> first;
+    // Faces by their lowest point: equal ones are then a few neighbours.
+    std::vector<std::size_t> end;
     for (std::size_t face = 0; face < 4 * tets.size(); ++face) {
-        const std::size_t lowest = key(face)[0];
-        if (first.size() < lowest + 2) first.resize(lowest + 2);
-        ++first[lowest + 1];
+        const auto c = corners(face);
+        const std::size_t lowest = std::min({c[0], c[1], c[2]});
+        if (end.size() <= lowest) end.resize(lowest + 1);
+        ++end[lowest];
     }
-    std::partial_sum(first.begin(), first.end(), first.begin());
-    std::vector<std::size_t> faces(4 * tets.size()), next = first;
-    for (std::size_t face = 0; face < faces.size(); ++face) faces[next[key(face)[0]]++] = face;
-
+    std::exclusive_scan(end.begin(), end.end(), end.begin(), std::size_t(0));
+    std::vector<Face> faces(4 * tets.size());
+    for (std::size_t face = 0; face < faces.size(); ++face) {
+        auto c = corners(face);
+        std::sort(c.begin(), c.end());
+        faces[end[c[0]]++] = {std::uint64_t(c[1]) << 32 | c[2], face};
+    }
     std::vector<std::uint8_t> single(faces.size());
-    parallelChunks(first.empty() ? 0 : first.size() - 1, kChunk, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t p = begin; p < end; ++p) {
-            const std::span<const std::size_t> around = std::span(faces).subspan(first[p], first[p + 1] - first[p]);
-            for (std::size_t a : around)
-                single[a] = std::count_if(around.begin(), around.end(), [&](std::size_t b) { return key(a) == key(b); }) == 1;
+    parallelChunks(end.size(), kChunk, [&](std::size_t first, std::size_t last) {
+        for (std::size_t p = first; p < last; ++p) {
+            const std::size_t begin = p > 0 ? end[p - 1] : 0;
+            const std::span<const Face> around = std::span(faces).subspan(begin, end[p] - begin);
+            for (const Face& a : around)
+                single[a.number] = std::count_if(around.begin(), around.end(),
+                                                 [&](const Face& b) { return b.others == a.others; }) == 1;
         }
     });
     std::vector<std::array<std::uint32_t, 3>> boundary;

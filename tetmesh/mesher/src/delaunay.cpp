@@ -50,7 +50,10 @@ struct Size {
     double most;
     const std::function<double(const Vec3&)>* field;
 
-    double operator()(const Point& p, int, const Index&) const { return *field ? std::min(most, (*field)(fromCgal(p))) : most; }
+    double operator()(const Point& p, int, const Index&) const
+    {
+        return *field ? std::min(most, (*field)(fromCgal(p))) : most;
+    }
 };
 
 void require(bool good, const std::string& what, const std::string& allowed)
@@ -63,20 +66,24 @@ DelaunayCriteria checked(DelaunayCriteria c)
 {
     const auto length = [](double v) { return v > 0 && std::isfinite(v); };
     require(length(c.facetSize), "facet size " + std::to_string(c.facetSize) + " m", "> 0");
-    for (auto [value, otherwise] : {std::pair{&c.facetDistance, 0.1 * c.facetSize}, {&c.cellSize, c.facetSize}, {&c.edgeSize, c.facetSize}}) {
+    for (auto [value, otherwise] :
+         {std::pair{&c.facetDistance, 0.1 * c.facetSize}, {&c.cellSize, c.facetSize}, {&c.edgeSize, c.facetSize}}) {
         if (*value == 0) *value = otherwise;
         require(length(*value), "a size of " + std::to_string(*value) + " m", "> 0, or 0 for the default");
     }
     require(c.facetAngle >= 0 && c.facetAngle <= 30, "facet angle " + std::to_string(c.facetAngle), "0 to 30 degrees");
-    require(c.radiusEdge >= 1, "radius-edge ratio " + std::to_string(c.radiusEdge), ">= 1; above 2 the refinement is sure to end");
-    require(c.sliverAngle >= 0 && c.sliverAngle <= 40, "sliver angle " + std::to_string(c.sliverAngle), "0 to 40 degrees");
+    require(c.radiusEdge >= 1, "radius-edge ratio " + std::to_string(c.radiusEdge),
+            ">= 1; above 2 the refinement is sure to end");
+    require(c.sliverAngle >= 0 && c.sliverAngle <= 40, "sliver angle " + std::to_string(c.sliverAngle),
+            "0 to 40 degrees");
     return c;
 }
 
 Domain makeDomain(const ImplicitSolid& solid, const DelaunayCriteria& criteria)
 {
     const Vec3 &a = solid.box.lower, &b = solid.box.upper;
-    require(solid.phi != nullptr && a.allFinite() && b.allFinite() && (b - a).minCoeff() > 0, "phi or its box is missing", "a box with volume");
+    require(solid.phi != nullptr && a.allFinite() && b.allFinite() && (b - a).minCoeff() > 0,
+            "phi or its box is missing", "a box with volume");
     const auto label = [&phi = solid.phi](const Point& p) { return phi(fromCgal(p)) < 0 ? 1 : 0; };
     const double bound = kBisection * criteria.facetDistance / (0.5 * (b - a).norm());
     Domain domain(label, CGAL::Bbox_3(a.x(), a.y(), a.z(), b.x(), b.y(), b.z()), bound);
@@ -98,7 +105,8 @@ bool isProtected(const Triangulation& t, const Point& p)
     return v != Triangulation::Vertex_handle() && CGAL::squared_distance(v->point().point(), p) <= v->point().weight();
 }
 
-/// Points on every component of the surface. CGAL shoots rays from the middle of the box, which miss what is small or hidden.
+/// Points on every component of the surface. CGAL shoots rays from the middle of the box, which miss what is small or
+/// hidden.
 void insertStartPoints(Complex& complex, const Domain& domain, const std::vector<SurfaceEdge>& edges)
 {
     const auto intersection = domain.construct_intersection_object();
@@ -138,10 +146,9 @@ Complex mesh(const ImplicitSolid& solid, const DelaunayCriteria& c)
     p::internal::Mesh_3_options options;
     options.maximal_number_of_vertices = c.mostPoints;
     options.pointer_to_error_code = &error;
-    CGAL::refine_mesh_3(complex, domain, criteria,
-                        c.exude ? p::exude(p::sliver_bound = c.sliverAngle) : p::no_exude(),
-                        c.perturb ? p::perturb(p::sliver_bound = c.sliverAngle) : p::no_perturb(), p::no_odt(), p::no_lloyd(),
-                        p::no_reset_c3t3(), options, p::manifold());
+    CGAL::refine_mesh_3(complex, domain, criteria, c.exude ? p::exude(p::sliver_bound = c.sliverAngle) : p::no_exude(),
+                        c.perturb ? p::perturb(p::sliver_bound = c.sliverAngle) : p::no_perturb(), p::no_odt(),
+                        p::no_lloyd(), p::no_reset_c3t3(), options, p::manifold());
     checkPoints(error, c);
     return complex;
 }

@@ -62,7 +62,8 @@ struct TurnsSharply {
     {
         const auto [begin, end] = boost::adjacent_vertices(v, graph);
         if (std::distance(begin, end) != 2) return true;
-        const Vec3 in = (graph[v] - graph[*begin]).normalized(), out = (graph[*std::next(begin)] - graph[v]).normalized();
+        const Vec3 in = (graph[v] - graph[*begin]).normalized(),
+                   out = (graph[*std::next(begin)] - graph[v]).normalized();
         return in.dot(out) < cosine;
     }
 };

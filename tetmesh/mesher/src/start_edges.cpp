@@ -36,7 +36,8 @@ struct Samples {
     std::array<std::size_t, 3> stride() const { return {1, count[0], std::size_t(count[0]) * count[1]}; }
     std::array<std::uint32_t, 3> place(std::size_t i) const
     {
-        return {std::uint32_t(i % count[0]), std::uint32_t(i / count[0] % count[1]), std::uint32_t(i / count[0] / count[1])};
+        return {std::uint32_t(i % count[0]), std::uint32_t(i / count[0] % count[1]),
+                std::uint32_t(i / count[0] / count[1])};
     }
     Vec3 point(std::size_t i) const
     {
@@ -69,7 +70,8 @@ std::vector<std::uint8_t> insideOf(const ImplicitSolid& solid, const Samples& sa
             if (!std::isfinite(phi)) throw InputError({"Delaunay mesh", "phi is not finite inside the box", "", ""});
             inside[i] = phi < 0;
             if (inside[i] && samples.onFace(i))
-                throw InputError({"Delaunay mesh", "the solid reaches the faces of its box", "phi > 0 on them", "give a larger box"});
+                throw InputError({"Delaunay mesh", "the solid reaches the faces of its box", "phi > 0 on them",
+                                  "give a larger box"});
         }
     });
     return inside;
@@ -120,7 +122,8 @@ void thin(const Samples& samples, std::span<const Crossing> component, double ap
     std::unordered_map<std::int64_t, std::vector<Vec3>> taken;  // by bucket of edge `apart`; never walked
     const auto bucket = [&](const Vec3& p, int dx, int dy, int dz) {
         const Vec3 q = (p - samples.lower) / apart;
-        return ((std::int64_t(q.z()) + 1 + dz) << 42) + ((std::int64_t(q.y()) + 1 + dy) << 21) + std::int64_t(q.x()) + 1 + dx;
+        return ((std::int64_t(q.z()) + 1 + dz) << 42) + ((std::int64_t(q.y()) + 1 + dy) << 21) + std::int64_t(q.x()) +
+               1 + dx;
     };
     const auto hasRoom = [&](const Vec3& p) {
         for (int n = 0; n < 27; ++n)
@@ -153,7 +156,8 @@ std::vector<SurfaceEdge> startEdges(const ImplicitSolid& solid, double spacing, 
         begin = end;
     }
     if (edges.empty())
-        throw InputError({"Delaunay mesh", "no material found in the box", "parts wider than half of the surface's triangles", "make the triangles smaller"});
+        throw InputError({"Delaunay mesh", "no material found in the box",
+                          "parts wider than half of the surface's triangles", "make the triangles smaller"});
     return edges;
 }
 

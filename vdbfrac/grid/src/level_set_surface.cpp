@@ -3,17 +3,22 @@
 #include "openvdb_access.h"
 
 #include <vdbfrac/base/disjoint_sets.h>
+#include <vdbfrac/base/parallel.h>
 
-#include <openvdb/tools/LevelSetMeasure.h>
+#include <openvdb/tools/Interpolation.h>
 #include <openvdb/tools/VolumeToMesh.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <numeric>
 #include <vector>
 
 namespace vdbfrac::grid {
 
 namespace {
+
+using Leaf = openvdb::FloatTree::LeafNodeType;
 
 /// Names the connected parts by size: 0 has most triangles. Parts of one size keep the order of their points.
 void nameParts(tetmesh::Surface& surface)
@@ -30,9 +35,74 @@ void nameParts(tetmesh::Surface& surface)
     for (const auto& t : surface.triangles) surface.fragment.push_back(rank[sets.find(t[0])]);
 }
 
+/// Cells, named by their lowest voxels, in the tiles that are all inside.
+double insideTiles(const openvdb::FloatGrid& grid)
+{
+    double cells = 0;
+    auto tile = grid.tree().cbeginValueAll();
+    tile.setMaxDepth(openvdb::FloatTree::ValueAllCIter::LEAF_DEPTH - 1);
+    for (; tile; ++tile)
+        if (*tile < 0) cells += double(tile.getVoxelCount());
+    return cells;
+}
+
+/// Strides of the axes in phi[2][2][2], the one along which phi changes most first.
+std::array<int, 3> steepestFirst(const float* phi)
+{
+    std::array<int, 3> stride{4, 2, 1};
+    const auto change = [&](int s) {
+        double sum = 0;
+        for (int c = 0; c < 8; ++c) sum += (c & s) != 0 ? phi[c] : -phi[c];
+        return std::abs(sum);
+    };
+    std::iter_swap(stride.begin(),
+                   std::max_element(stride.begin(), stride.end(), [&](int a, int b) { return change(a) < change(b); }));
+    return stride;
+}
+
+/// How much of the cell above a voxel is inside: exact on lines along the steepest axis, where the trilinear phi is
+/// linear. Points instead of lines would see planes along the axes only where they pass a point.
+double shareInside(openvdb::FloatGrid::ConstUnsafeAccessor& voxels, const openvdb::Coord& c)
+{
+    constexpr int kSamples = 4;  // along both other axes
+    float phi[2][2][2];
+    openvdb::tools::BoxSampler::getValues(phi, voxels, c);
+    const float* all = &phi[0][0][0];
+    const auto inside = std::count_if(all, all + 8, [](float v) { return v < 0; });
+    if (inside == 0 || inside == 8) return inside == 8;
+    const std::array<int, 3> stride = steepestFirst(all);
+    double sum = 0;
+    for (int n = 0; n < kSamples * kSamples; ++n) {
+        const double u = (n % kSamples + 0.5) / kSamples, v = (n / kSamples + 0.5) / kSamples;
+        const auto bilinear = [&](const float* p) {
+            return (1 - u) * ((1 - v) * p[0] + v * p[stride[2]]) +
+                   u * ((1 - v) * p[stride[1]] + v * p[stride[1] + stride[2]]);
+        };
+        const double low = bilinear(all), high = bilinear(all + stride[0]);
+        sum += low < 0 && high < 0 ? 1 : low < 0 ? low / (low - high) : high < 0 ? high / (high - low) : 0;
+    }
+    return sum / (kSamples * kSamples);
+}
+
 }  // namespace
 
-double enclosedVolume(const LevelSet& phi) { return openvdb::tools::levelSetVolume(*phi.grid().grid); }
+double enclosedVolume(const LevelSet& phi)
+{
+    const openvdb::FloatGrid& grid = *phi.grid().grid;
+    double cells = insideTiles(grid);
+    std::vector<const Leaf*> leaves;
+    grid.tree().getNodes(leaves);
+    constexpr std::size_t kLeafChunk = 64;
+    cells += orderedSum(leaves.size(), kLeafChunk, [&](std::size_t begin, std::size_t end) {
+        auto voxels = grid.getConstUnsafeAccessor();
+        double sum = 0;
+        for (std::size_t n = begin; n < end; ++n)
+            for (openvdb::Index i = 0; i < Leaf::SIZE; ++i)
+                sum += shareInside(voxels, leaves[n]->offsetToGlobalCoord(i));
+        return sum;
+    });
+    return cells * std::pow(phi.voxelSize(), 3);
+}
 
 tetmesh::Surface surfaceOf(const LevelSet& phi, double adaptivity)
 {

@@ -23,7 +23,8 @@ Bounds materialBox(const LevelSet& phi)
     const openvdb::CoordBBox box = materialVoxels(*phi.grid().grid);
     if (box.empty()) return {Vec3::Ones(), -Vec3::Ones()};
     const Vec3 room = Vec3::Constant(2);
-    return {phi.voxelSize() * (fromVdb(box.min()).toVec() - room), phi.voxelSize() * (fromVdb(box.max()).toVec() + room)};
+    return {phi.voxelSize() * (fromVdb(box.min()).toVec() - room),
+            phi.voxelSize() * (fromVdb(box.max()).toVec() + room)};
 }
 
 }  // namespace vdbfrac::grid

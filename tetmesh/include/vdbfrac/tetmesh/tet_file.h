@@ -30,10 +30,11 @@ struct TetFields {
 /// The format that an extension stands for, in upper or lower case; .msh is `gmsh41`. Throws InputError.
 TetFormat tetFormatOf(const std::filesystem::path& file);
 
-/// Writes a mesh atomically and verified, with the doubles as they are (in text: with all digits that count). Gmsh and Medit
-/// files also hold the boundary as triangles, where fields of tets are 0: the tets are volume 1, the triangles surface 1.
-/// `tetgen` writes two files, NAME.node and NAME.ele, whichever of both is named; tets count from 0.
-/// Returns the files. Throws FileError; InputError for fields of a wrong length or name.
+/// Writes a mesh atomically and verified, with the doubles as they are (in text: with all digits that count). Gmsh and
+/// Medit files also hold the boundary as triangles, where fields of tets are 0: the tets are volume 1, the triangles
+/// surface 1. (Only `gmsh22` with fields of tets has none.) `tetgen` writes two files, NAME.node and NAME.ele,
+/// whichever of both is named; tets count from 0. Returns the files. Throws FileError; InputError for fields of a wrong
+/// length or name.
 std::vector<std::filesystem::path> writeTets(const std::filesystem::path& file, TetFormat format, const TetMesh& mesh,
                                              const TetFields& fields = {});
 

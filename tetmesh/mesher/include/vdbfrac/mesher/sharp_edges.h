@@ -8,9 +8,9 @@
 
 namespace vdbfrac::mesher {
 
-/// Lines along the edges where two faces meet at an angle above `degrees` between their normals, or more than two faces do.
-/// They end where three or more such edges meet, and where a line turns by more than `degrees`. Points with equal coordinates
-/// count as one. `degrees` in (0, 180).
+/// Lines along the edges where two faces meet at an angle above `degrees` between their normals, or more than two faces
+/// do. They end where three or more such edges meet, and where a line turns by more than `degrees`. Points with equal
+/// coordinates count as one. `degrees` in (0, 180).
 std::vector<Polyline> sharpEdges(const tetmesh::PolygonSoup& soup, double degrees);
 
 }  // namespace vdbfrac::mesher

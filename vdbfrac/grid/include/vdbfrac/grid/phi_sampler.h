@@ -9,11 +9,12 @@
 
 namespace vdbfrac::grid {
 
-/// phi [m] at X [m], trilinear between voxels. May be called from any number of threads while the level set does not change;
-/// shares its grid, so it may outlive the owner.
+/// phi [m] at X [m], trilinear between voxels. May be called from any number of threads while the level set does not
+/// change; shares its grid, so it may outlive the owner.
 std::function<double(const Vec3&)> phiSampler(const LevelSet& phi);
 
-/// Box round all voxels inside the surface, two voxels wider [m]: phi > 0 on its faces. Empty (lower > upper) without any.
+/// Box round all voxels inside the surface, two voxels wider [m]: phi > 0 on its faces. Empty (lower > upper) without
+/// any.
 Bounds materialBox(const LevelSet& phi);
 
 }  // namespace vdbfrac::grid

@@ -1,0 +1,97 @@
+// Files of tets and surfaces: what is refused, and what our own reader finds in surfaces again.
+// (tests/python/check_mesh.py reads every format with another program.)
+#include <vdbfrac/base/error.h>
+#include <vdbfrac/tetmesh/surface_file.h>
+#include <vdbfrac/tetmesh/surface_input.h>
+#include <vdbfrac/tetmesh/tet_file.h>
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+
+using namespace vdbfrac;
+using tetmesh::TetFormat;
+
+namespace {
+
+tetmesh::TetMesh twoTets()
+{
+    tetmesh::TetMesh mesh;
+    mesh.points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1. / 3, -1, .1}};
+    mesh.tets = {{0, 1, 2, 3}, {0, 4, 1, 3}};
+    mesh.boundary = tetmesh::boundaryOf(mesh.tets);
+    return mesh;
+}
+
+tetmesh::Surface shell()
+{
+    const tetmesh::TetMesh mesh = twoTets();
+    tetmesh::Surface surface;
+    surface.points = mesh.points;
+    surface.triangles = mesh.boundary;
+    surface.fragment.assign(mesh.boundary.size(), 7);
+    surface.torn.assign(mesh.boundary.size(), 0);
+    return surface;
+}
+
+std::filesystem::path inTemp(const std::string& name)
+{
+    return std::filesystem::path(testing::TempDir()) / ("vdbfrac_" + name);
+}
+
+}  // namespace
+
+TEST(TetFiles, ExtensionChoosesTheFormatInAnyCase)
+{
+    EXPECT_EQ(tetmesh::tetFormatOf("a.VTU"), TetFormat::vtu);
+    EXPECT_EQ(tetmesh::tetFormatOf("a.msh"), TetFormat::gmsh41);
+    EXPECT_EQ(tetmesh::tetFormatOf("a.ele"), TetFormat::tetgen);
+    for (const char* name : {"a", "a.obj", "vtu", "a.vtu.gz"})
+        EXPECT_THROW(tetmesh::tetFormatOf(name), InputError) << name;
+}
+
+TEST(TetFiles, FieldsOfAWrongLengthOrNameAreRefused)
+{
+    const auto file = inTemp("fields.vtu");
+    const auto write = [&](const tetmesh::TetFields& fields) { writeTets(file, TetFormat::vtu, twoTets(), fields); };
+    EXPECT_THROW(write({{}, {{"a", {1}}}}), InputError);
+    EXPECT_THROW(write({{{"a", {1, 2}}}, {}}), InputError);
+    EXPECT_THROW(write({{}, {{"with blank", {1, 2}}}}), InputError);
+    EXPECT_THROW(write({{}, {{"", {1, 2}}}}), InputError);
+    EXPECT_FALSE(std::filesystem::exists(file));
+    EXPECT_NO_THROW(write({{{"a", {1, 2, 3, 4, 5}}}, {{"b_2", {1, 2}}}}));
+    std::filesystem::remove(file);
+}
+
+TEST(TetFiles, AFolderThatIsNotThereIsAnErrorOfTheFile)
+{
+    for (auto format :
+         {TetFormat::vtu, TetFormat::vtk, TetFormat::gmsh41, TetFormat::gmsh22, TetFormat::medit, TetFormat::tetgen})
+        EXPECT_THROW(writeTets(inTemp("none") / "a.vtu", format, twoTets()), FileError);
+}
+
+TEST(SurfaceFiles, AreReadBackAsTheyWere)
+{
+    const tetmesh::Surface surface = shell();
+    for (const char* extension : {".obj", ".ply", ".stl"}) {
+        const auto file = inTemp(std::string("surface") + extension);
+        ASSERT_TRUE(tetmesh::isSurfaceFile(file));
+        tetmesh::writeSurface(file, surface);
+        const tetmesh::PolygonSoup read = tetmesh::readSurface(file);
+        ASSERT_EQ(read.polygons.size(), surface.triangles.size());
+        // .ply keeps doubles; .obj has 9 digits and .stl floats.
+        const double rounding = file.extension() == ".ply" ? 0 : file.extension() == ".obj" ? 1e-9 : 1e-7;
+        for (std::size_t t = 0; t < read.polygons.size(); ++t)
+            for (std::size_t k = 0; k < 3; ++k)
+                EXPECT_LE((read.points[read.polygons[t][k]] - surface.points[surface.triangles[t][k]]).norm(), rounding)
+                    << extension;
+        std::filesystem::remove(file);
+    }
+}
+
+TEST(SurfaceFiles, OtherExtensionsAreRefused)
+{
+    EXPECT_FALSE(tetmesh::isSurfaceFile("a.off"));
+    EXPECT_THROW(tetmesh::writeSurface(inTemp("a.off"), shell()), InputError);
+}
