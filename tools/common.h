@@ -41,5 +41,6 @@ Action addCheck(CLI::App& app);
 Action addScene(CLI::App& app);
 Action addPreview(CLI::App& app);
 Action addBench(CLI::App& app);
+Action addRelevel(CLI::App& app);
 
 }  // namespace vdbfrac::tools

@@ -26,6 +26,7 @@ int run(int argc, char** argv)
     actions["scene"] = addScene(app);
     actions["preview"] = addPreview(app);
     actions["bench"] = addBench(app);
+    actions["relevel"] = addRelevel(app);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {

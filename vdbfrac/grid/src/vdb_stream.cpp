@@ -24,6 +24,7 @@ constexpr std::uint64_t kMagic = 0x56444220;      // " BDV" and four zero bytes
 constexpr std::uint32_t kOldestVersion = 222;     // masks are compressed since; older trees take other, unchecked ways
 constexpr std::uint32_t kNewestVersion = openvdb::OPENVDB_FILE_VERSION;
 constexpr std::int32_t kMostGrids = 10000;
+constexpr std::uint64_t kMostMemory = std::uint64_t{1} << 48;  // bytes of a grid, whatever it says: sums stay in range
 constexpr std::array kKnownTypes{"Tree_float_5_4_3", "Tree_double_5_4_3", "Tree_int32_5_4_3", "Tree_int64_5_4_3",
                                  "Tree_bool_5_4_3",  "Tree_vec3s_5_4_3",  "Tree_vec3d_5_4_3", "Tree_vec3i_5_4_3"};
 
@@ -48,13 +49,17 @@ public:
         in_.read(s.data(), length);
         return s;
     }
-    void metadata()
+    /// Returns the bytes that a grid says it takes in memory, 0 when it does not say.
+    std::uint64_t metadata()
     {
         const std::uint32_t count = value<std::uint32_t>();
+        std::uint64_t memory = 0;
         for (std::uint32_t i = 0; i < count; ++i) {
-            text();
-            entry(text());
+            const std::string key = text();
+            const std::string bytes = entry(text());
+            if (key == openvdb::GridBase::META_FILE_MEM_BYTES && bytes.size() == sizeof(memory)) std::memcpy(&memory, bytes.data(), sizeof(memory));
         }
+        return memory;
     }
     void require(bool holds, const char* what)
     {
@@ -63,14 +68,15 @@ public:
 
 private:
     /// The declared length has to be what the library will read, or all that follows would be read shifted.
-    void entry(const std::string& type)
+    std::string entry(const std::string& type)
     {
-        const std::string bytes = text();
+        std::string bytes = text();
         if (type == io::DelayedLoadMetadata::staticTypeName()) {
             delayedLoad(bytes);
         } else if (type != openvdb::StringMetadata::staticTypeName() && openvdb::Metadata::isRegisteredType(type)) {
             require(bytes.size() == openvdb::Metadata::createMetadata(type)->size(), "has metadata of a wrong length");
         }
+        return bytes;
     }
 
     /// A table of the leafs, with lengths of its own.
@@ -97,6 +103,8 @@ private:
 /// What io::Stream does, with a look at every size before it is believed.
 class CheckedArchive : public io::Archive {
 public:
+    CheckedArchive(std::string name, std::uint64_t memoryLimit) : name_(std::move(name)), memoryLimit_(memoryLimit) {}
+
     openvdb::GridPtrVec read(std::istream& in, std::uint64_t fileSize)
     {
         requireHeader(in, fileSize);
@@ -171,15 +179,25 @@ private:
         in.seekg(end_);
     }
 
-    static void lookAtGrid(std::istream& in, std::uint64_t fileSize)
+    void lookAtGrid(std::istream& in, std::uint64_t fileSize)
     {
         LookAhead ahead(in, fileSize);
         ahead.value<std::uint32_t>();  // compression flags
-        ahead.metadata();
+        requireMemory(ahead.metadata());
         ahead.text();  // the map of the transform
         ahead.goBack();
     }
 
+    void requireMemory(std::uint64_t bytes)
+    {
+        memory_ += std::min(bytes, kMostMemory);
+        if (memory_ > memoryLimit_)
+            throw LimitError(name_ + ": its grids take " + std::to_string(memory_) + " bytes or more, the memory limit is " +
+                             std::to_string(memoryLimit_));
+    }
+
+    std::string name_;
+    std::uint64_t memoryLimit_, memory_ = 0;
     openvdb::GridPtrVec grids_;
     NamedGridMap byName_;
     std::int64_t end_ = 0;
@@ -187,7 +205,7 @@ private:
 
 }  // namespace
 
-openvdb::GridPtrVec readGrids(const std::filesystem::path& file)
+openvdb::GridPtrVec readGrids(const std::filesystem::path& file, std::uint64_t memoryLimit)
 {
     initializeOpenVdb();
     useCheckedDecompression();
@@ -199,7 +217,9 @@ openvdb::GridPtrVec readGrids(const std::filesystem::path& file)
     if (error || !in) throw FileError(name, error ? error.message() : std::strerror(errno));
     try {
         in.exceptions(std::ios::failbit | std::ios::badbit | std::ios::eofbit);
-        return CheckedArchive().read(in, size);
+        return CheckedArchive(name, memoryLimit).read(in, size);
+    } catch (const LimitError&) {
+        throw;
     } catch (const std::ios_base::failure&) {
         throw FileError(name, "is damaged: it ends too early");
     } catch (const std::exception& e) {  // openvdb's own, bad_alloc, length_error: the file asked for it
