@@ -226,7 +226,7 @@ TEST(SurfaceLevelSet, SheetsAndEmptySolidsAreNamed)
     tetmesh::PolygonSoup sheet = cube(0, 1);
     sheet.polygons.resize(1);
     EXPECT_THROW(volumeOf(sheet, 0.02), InputError);
-    EXPECT_THROW(volumeOf(cube(0, 0.01), 0), InputError);
+    EXPECT_THROW(volumeOf(cube(0.005, 0.015), 0), InputError);  // between voxels
     Band fine;
     fine.across = 100000;
     fine.memoryLimit = 1000000000;

@@ -51,9 +51,6 @@ void requireReach(const Build& build, const Vec3& lower, const Vec3& upper);
 /// Checks reach and memory; `report` is of the soup, and every index is in range.
 openvdb::FloatGrid::Ptr fromSurface(const tetmesh::PolygonSoup& soup, const tetmesh::SurfaceReport& report, const Build& build);
 
-/// Makes the band `halfWidth` voxels wide: what lies beyond is no longer active, and the background.
-void trimBand(openvdb::FloatGrid& grid, double halfWidth);
-
 /// Is any voxel inside?
 bool hasMaterial(const openvdb::FloatGrid& grid);
 

@@ -1,15 +1,12 @@
-#include "body_sources.h"
 #include "interpolant.h"
+#include "redistance.h"
 #include "sample_leaves.h"
 #include "vdb_stream.h"
 
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/grid/relevel.h>
 
-#include <openvdb/tools/FastSweeping.h>
-#include <openvdb/tools/LevelSetTracker.h>
 #include <openvdb/tools/LevelSetUtil.h>
-#include <openvdb/tools/Prune.h>
 #include <openvdb/tree/LeafManager.h>
 
 #include <algorithm>
@@ -21,36 +18,18 @@ namespace {
 
 using Grid = openvdb::FloatGrid;
 using Leaf = Grid::TreeType::LeafNodeType;
-using Mask = openvdb::MaskTree;
 
 /// Beside the surface a distance has |grad phi| = 1, but at creases and where it is poorly resolved.
 constexpr double kNearMean = 0.1, kNearRms = 0.25;
-/// By central differences no distance is steeper than 1; above this a voxel beside the surface is set anew.
+/// A wrap of a sheet has the volume inset * area.
+constexpr double kSkin = 1.5;
 constexpr double kSameVoxel = 1e-9;  // relative; files keep doubles
-constexpr double kTooSteep = 1.05;
-/// Peak bytes of a voxel that is swept: its values, the order it is swept in, the masks, and the buffers of the tracker.
-constexpr double kBytesPerSweptVoxel = 64;
-
-/// Tiles are not part of a narrow band.
-void deactivateTiles(Grid& grid)
-{
-    for (auto tile = grid.beginValueOn(); tile; ++tile)
-        if (!tile.isVoxelValue()) tile.setValueOff();
-}
 
 /// What is to be made.
 struct Job {
     const Build& build;  ///< grid: that of the result
     Ledger& work;
 };
-
-double smallestVoxel(const Grid& grid)
-{
-    const openvdb::Vec3d size = grid.voxelSize();
-    return std::min({size.x(), size.y(), size.z()});
-}
-
-double voxel(const Grid& grid) { return grid.voxelSize()[0]; }
 
 bool isUniform(const openvdb::math::Transform& transform)
 {
@@ -60,90 +39,6 @@ bool isUniform(const openvdb::math::Transform& transform)
         for (int column = 0; column < 3; ++column)
             if (!(std::abs(m[row][column] - (row == column ? m[0][0] : 0)) <= kSame * m[0][0])) return false;
     return true;
-}
-
-void requireSweepMemory(const Grid& grid, int extraVoxels, const Job& job)
-{
-    const double width = 2 * grid.background() / voxel(grid);
-    const double voxels = double(grid.activeVoxelCount()) * (1 + 2 * extraVoxels / std::max(1., width));
-    requireMemory(job.build, double(grid.tree().memUsage()) + kBytesPerSweptVoxel * voxels);
-}
-
-/// A band of distances -> one that reaches `extra` voxels farther on both sides, by fast sweeping.
-Grid::Ptr widened(const Grid& grid, int extra, const Job& job)
-{
-    requireSweepMemory(grid, extra, job);
-    const double reach = grid.background() + extra * voxel(grid);
-    Grid::Ptr wide = openvdb::tools::dilateSdf(grid, extra, openvdb::tools::NN_FACE_EDGE_VERTEX);
-    openvdb::tools::changeLevelSetBackground(wide->tree(), float(reach));
-    return wide;
-}
-
-bool isBeside(const Grid::ConstAccessor& phi, const openvdb::Coord& c)
-{
-    const bool inside = phi.getValue(c) < 0;
-    for (int n = 0; n < 27; ++n)
-        if ((phi.getValue(c.offsetBy(n / 9 - 1, n / 3 % 3 - 1, n % 3 - 1)) < 0) != inside) return true;
-    return false;
-}
-
-/// The active voxels that have the surface between them and one of their 26 neighbours.
-Mask voxelsBeside(const Grid& grid)
-{
-    Mask mask(grid.tree(), false, openvdb::TopologyCopy());
-    openvdb::tree::LeafManager<Mask> leaves(mask);
-    leaves.foreach([&](Mask::LeafNodeType& leaf, std::size_t) {
-        const auto phi = grid.getConstAccessor();
-        const Leaf* values = grid.tree().probeConstLeaf(leaf.origin());
-        for (auto v = values->cbeginValueOn(); v; ++v) leaf.setActiveState(v.pos(), isBeside(phi, v.getCoord()));
-    });
-    return mask;
-}
-
-/// Sets the values [m] of voxels beside the surface to their distances where |grad phi| is above `steep`.
-void settle(Grid& grid, const Mask& beside, double steep)
-{
-    const Grid::ConstPtr source = grid.deepCopy();
-    const double dx = voxel(grid);
-    openvdb::tree::LeafManager<const Mask> leaves(beside);
-    leaves.foreach([&](const Mask::LeafNodeType& leaf, std::size_t) {
-        const auto values = source->getConstAccessor();
-        Interpolant phi(*source);
-        Leaf& settled = *grid.tree().probeLeaf(leaf.origin());
-        for (auto v = leaf.cbeginValueOn(); v; ++v) {
-            const openvdb::Coord c = v.getCoord();
-            if (phi.at(fromVdb(c).toVec()).gradient.norm() <= steep * dx) continue;
-            settled.setValueOnly(v.pos(), std::copysign(float(dx * distanceToZero(values, phi, c)), values.getValue(c)));
-        }
-    });
-}
-
-/// The sweeps of LevelSetTracker, with the voxels beside the surface held.
-void sweep(Grid& grid, const Mask& beside, int halfWidth)
-{
-    Mask moving(grid.tree(), false, openvdb::TopologyCopy());
-    moving.topologyDifference(beside);
-    openvdb::tools::LevelSetTracker<Grid> tracker(grid);
-    tracker.setSpatialScheme(openvdb::math::HJWENO5_BIAS);
-    tracker.setTemporalScheme(openvdb::math::TVD_RK1);
-    tracker.setNormCount(int(std::ceil((halfWidth + 1) / 0.3)));  // a sweep carries a distance by 0.3 voxels
-    tracker.normalize(&moving);
-}
-
-/// A band of 3 voxels in which only the zero of the source counts, not its slope.
-Grid::Ptr sweptBand(const Grid& source, const Job& job)
-{
-    requireSweepMemory(source, 1, job);
-    Grid::Ptr grid = source.deepCopy();
-    deactivateTiles(*grid);
-    openvdb::tools::dilateActiveValues(grid->tree(), 1, openvdb::tools::NN_FACE_EDGE_VERTEX, openvdb::tools::IGNORE_TILES);
-    const Mask beside = voxelsBeside(*grid);
-    settle(*grid, beside, -1);
-    grid->tree().topologyIntersection(beside);
-    openvdb::tools::changeLevelSetBackground(grid->tree(), float(2 * voxel(*grid)));  // none is farther than sqrt(3)
-    grid = widened(*grid, 2, job);
-    trimBand(*grid, 3);
-    return grid;
 }
 
 Bounds worldBox(const Grid& grid, const openvdb::CoordBBox& box)
@@ -208,7 +103,7 @@ Grid::Ptr resampled(const Grid& source, double dx, const Job& job)
 Grid::Ptr resampledWide(Grid::Ptr grid, double dx, const Job& job)
 {
     const double missing = 2 * std::max(dx / voxel(*grid), 1.) + 1 - grid->background() / voxel(*grid);
-    if (missing > 1e-3) grid = widened(*grid, int(std::ceil(missing)), job);
+    if (missing > 1e-3) grid = widened(*grid, int(std::ceil(missing)), job.build);
     return resampled(*grid, dx, job);
 }
 
@@ -241,11 +136,8 @@ Grid::Ptr completed(Grid::Ptr grid, const Job& job)
     const StageTimer timer(job.work, "redistance");
     const double dx = voxel(*grid);
     const int missing = std::max(0, int(std::ceil(halfWidth - grid->background() / dx - 1e-3)));
-    grid = widened(*grid, missing + 1, job);
-    openvdb::tools::changeLevelSetBackground(grid->tree(), float((halfWidth + 2) * dx));
-    const Mask beside = voxelsBeside(*grid);
-    settle(*grid, beside, kTooSteep);
-    sweep(*grid, beside, halfWidth);
+    grid = widened(*grid, missing + 1, job.build);
+    polish(*grid, halfWidth);
     trimBand(*grid, halfWidth);
     return grid;
 }
@@ -254,7 +146,7 @@ Grid::Ptr completed(Grid::Ptr grid, const Job& job)
 Grid::Ptr nearSurface(const Grid& source, Redistancing how, const Job& job)
 {
     const StageTimer timer(job.work, "redistance");
-    if (how == Redistancing::sweep) return sweptBand(source, job);
+    if (how == Redistancing::sweep) return sweptBand(source, job.build);
     Grid::Ptr grid = source.deepCopy();
     const double enough = std::max(job.build.grid.halfWidth + 1., 2 * job.build.grid.voxelSize / voxel(source) + 2);
     trimBand(*grid, std::min(enough, source.background() / voxel(source)));
@@ -291,19 +183,6 @@ Relevelled relevelGrid(Grid::Ptr source, const std::string& place, const Relevel
 
 }  // namespace
 
-void trimBand(openvdb::FloatGrid& grid, double halfWidth)
-{
-    const float background = float(halfWidth * voxel(grid));
-    deactivateTiles(grid);
-    openvdb::tree::LeafManager<openvdb::FloatTree> leaves(grid.tree());
-    leaves.foreach([&](Leaf& leaf, std::size_t) {
-        for (auto v = leaf.beginValueOn(); v; ++v)
-            if (!(std::abs(*v) < background)) v.setValueOff();
-    });
-    openvdb::tools::changeLevelSetBackground(grid.tree(), background);
-    openvdb::tools::pruneLevelSet(grid.tree());
-}
-
 double voxelSizeOf(const Band& band, double longest, double given)
 {
     if (band.voxelSize > 0) return band.voxelSize;
@@ -316,6 +195,8 @@ LevelSet surfaceLevelSet(const SurfaceSource& surface, const Band& band)
     build.grid.voxelSize = voxelSizeOf(band, (surface.report.upper - surface.report.lower).maxCoeff());
     const double dx = build.grid.voxelSize;
     if (!(dx > 0) || !std::isfinite(dx)) complain(build, "voxel size " + shortNumber(dx) + " m", "above 0", "");
+    if (surface.inset > 0 && surface.report.volume < kSkin * surface.inset * surface.report.area)
+        complain(build, "encloses nothing", "a solid", "an open sheet has no inside: give it a thickness");
     build.grid.halfWidth = band.halfWidth + int(std::ceil(surface.inset / dx));
     Grid::Ptr grid = fromSurface(surface.soup, surface.report, build);
     if (surface.inset > 0) {

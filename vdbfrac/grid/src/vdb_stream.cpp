@@ -25,8 +25,14 @@ constexpr std::uint32_t kOldestVersion = 222;     // masks are compressed since;
 constexpr std::uint32_t kNewestVersion = openvdb::OPENVDB_FILE_VERSION;
 constexpr std::int32_t kMostGrids = 10000;
 constexpr std::uint64_t kMostMemory = std::uint64_t{1} << 48;  // bytes of a grid, whatever it says: sums stay in range
-constexpr std::array kKnownTypes{"Tree_float_5_4_3", "Tree_double_5_4_3", "Tree_int32_5_4_3", "Tree_int64_5_4_3",
-                                 "Tree_bool_5_4_3",  "Tree_vec3s_5_4_3",  "Tree_vec3d_5_4_3", "Tree_vec3i_5_4_3"};
+/// Trees that are read, with the bytes of a value. Not those of bool: the library takes any byte of a file for one.
+struct KnownType {
+    const char* name;
+    std::uint64_t valueBytes;
+};
+constexpr std::array<KnownType, 7> kKnownTypes{{{"Tree_float_5_4_3", 4}, {"Tree_double_5_4_3", 8}, {"Tree_int32_5_4_3", 4},
+                                                {"Tree_int64_5_4_3", 8}, {"Tree_vec3s_5_4_3", 12}, {"Tree_vec3d_5_4_3", 24},
+                                                {"Tree_vec3i_5_4_3", 12}}};
 
 /// Looks ahead in a stream, to see that what is declared there fits into the file; goBack() ends the look.
 class LookAhead {
@@ -60,6 +66,26 @@ public:
             if (key == openvdb::GridBase::META_FILE_MEM_BYTES && bytes.size() == sizeof(memory)) std::memcpy(&memory, bytes.data(), sizeof(memory));
         }
         return memory;
+    }
+    void transform()
+    {
+        const std::streampos start = in_.tellg();
+        text();  // the name of its map
+        in_.seekg(start);
+        openvdb::math::Transform().read(in_);
+    }
+    /// The root of a tree: the library would believe its counts, and take any byte for the state of a tile.
+    void root(std::uint64_t valueBytes)
+    {
+        constexpr std::uint64_t kOrigin = 3 * sizeof(std::int32_t);
+        require(value<std::int32_t>() == 1, "has a tree of more than one buffer");
+        in_.seekg(std::streamoff(valueBytes), std::ios::cur);  // the background
+        const std::uint64_t tiles = value<std::uint32_t>(), children = value<std::uint32_t>();
+        require(tiles * (kOrigin + valueBytes + 1) + children * kOrigin <= size_, "declares more tiles than it can hold");
+        for (std::uint64_t t = 0; t < tiles; ++t) {
+            in_.seekg(std::streamoff(kOrigin + valueBytes), std::ios::cur);
+            require(value<std::uint8_t>() <= 1, "has a tile that is neither on nor off");
+        }
     }
     void require(bool holds, const char* what)
     {
@@ -142,13 +168,14 @@ private:
 
     void readNext(std::istream& in, std::uint64_t fileSize)
     {
-        if (!lookAtDescriptor(in, fileSize)) {
+        const KnownType* type = lookAtDescriptor(in, fileSize);
+        if (!type) {
             skipUnknown(in);
             return;
         }
         io::GridDescriptor descriptor;
         openvdb::GridBase::Ptr grid = descriptor.read(in);
-        lookAtGrid(in, fileSize);
+        lookAtGrid(in, fileSize, descriptor.isInstance() ? nullptr : type);
         readGrid(grid, descriptor, in);
         byName_[descriptor.uniqueName()] = grid;
         if (descriptor.isInstance()) connectInstance(descriptor, byName_);
@@ -156,8 +183,8 @@ private:
         io::setDataCompression(in, compression());
     }
 
-    /// Whether a grid is of a type that is read. Leaves the end of its data in end_.
-    bool lookAtDescriptor(std::istream& in, std::uint64_t fileSize)
+    /// The type of a grid; null when it is none that is read. Leaves the end of its data in end_.
+    const KnownType* lookAtDescriptor(std::istream& in, std::uint64_t fileSize)
     {
         LookAhead ahead(in, fileSize);
         ahead.text();
@@ -169,7 +196,8 @@ private:
         end_ = ahead.value<std::int64_t>();
         ahead.require(end_ <= std::int64_t(fileSize), "points beyond its end");
         ahead.goBack();
-        return std::find(kKnownTypes.begin(), kKnownTypes.end(), type) != kKnownTypes.end();
+        const auto known = std::find_if(kKnownTypes.begin(), kKnownTypes.end(), [&](const KnownType& k) { return type == k.name; });
+        return known == kKnownTypes.end() ? nullptr : &*known;
     }
 
     void skipUnknown(std::istream& in)
@@ -179,12 +207,14 @@ private:
         in.seekg(end_);
     }
 
-    void lookAtGrid(std::istream& in, std::uint64_t fileSize)
+    /// `type`: of its tree; null when it has none of its own.
+    void lookAtGrid(std::istream& in, std::uint64_t fileSize, const KnownType* type)
     {
         LookAhead ahead(in, fileSize);
         ahead.value<std::uint32_t>();  // compression flags
         requireMemory(ahead.metadata());
-        ahead.text();  // the map of the transform
+        ahead.transform();
+        if (type) ahead.root(type->valueBytes);
         ahead.goBack();
     }
 
