@@ -42,5 +42,7 @@ Action addScene(CLI::App& app);
 Action addMesh(CLI::App& app);
 Action addPreview(CLI::App& app);
 Action addBench(CLI::App& app);
+Action addRelevel(CLI::App& app);
+Action addInfo(CLI::App& app);
 
 }  // namespace vdbfrac::tools

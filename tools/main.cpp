@@ -27,6 +27,8 @@ int run(int argc, char** argv)
     actions["mesh"] = addMesh(app);
     actions["preview"] = addPreview(app);
     actions["bench"] = addBench(app);
+    actions["relevel"] = addRelevel(app);
+    actions["info"] = addInfo(app);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {

@@ -1,4 +1,5 @@
 """The program as a user meets it: help, plan, messages with their places, exit codes, nothing lost on failure."""
+import json
 import subprocess
 import sys
 import tempfile
@@ -15,6 +16,15 @@ def expect(name, arguments, code, *texts):
     missing = [t for t in texts if t not in said]
     if run.returncode != code or missing:
         failures.append(f"{name}: exit {run.returncode} (expected {code}), missing {missing} in:\n{said}")
+
+
+def report(name, arguments, code=0):
+    """The JSON that a command prints, or None."""
+    run = subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True, timeout=120)
+    if run.returncode == code:
+        return json.loads(run.stdout)
+    failures.append(f"{name}: exit {run.returncode} (expected {code}): {run.stdout + run.stderr}")
+    return None
 
 
 with tempfile.TemporaryDirectory() as temporary:
@@ -59,6 +69,50 @@ with tempfile.TemporaryDirectory() as temporary:
     expect("preview", ["preview", out, "--count", "1", "--width", "64", "--height", "64"], 0, "contact_sheet.png")
     expect("preview of nothing", ["preview", folder], 4, "run.json")
     expect("preview looking nowhere", ["preview", out, "--direction", "0", "0", "0"], 2, "--direction")
+
+    # A cube of 1 m without its top, one face turned: repaired, levelled, and levelled again.
+    cube, ball, again = folder / "cube.obj", folder / "cube.vdb", folder / "again.vdb"
+    points = "".join(f"v {i & 1} {i >> 1 & 1} {i >> 2}\n" for i in range(8))
+    faces = ["1 3 4 2", "1 2 6 5", "3 7 8 4", "1 5 7 3", "6 8 4 2"]
+    cube.write_text(points + "".join(f"f {f}\n" for f in faces))
+    said = report("relevel a surface", ["relevel", cube, "-o", ball, "--across", 32, "--json", "-q"])
+    if said and not (said["repair"]["filled_holes"] == said["repair"]["turned_faces"] == 1 and not said["repair"]["wrapped"]):
+        failures.append(f"relevel: not the gentlest repair: {said['repair']}")
+    if said and abs(said["after"]["volume"] - 1) > 0.01:  # edges are rounded by half a voxel
+        failures.append(f"relevel: volume {said['after']['volume']} of a unit cube")
+    more = report("relevel a grid", ["relevel", ball, "-o", again, "--json", "-q"])
+    if said and more and abs(more["after"]["volume"] / said["after"]["volume"] - 1) > 1e-3:
+        failures.append(f"relevel moved the surface: {more['before']} {more['after']}")
+    wrapped = report("relevel by a wrap", ["relevel", cube, "-o", ball, "--across", 32, "--wrap", 0.7, "--json", "-q"])
+    if wrapped and not (wrapped["repair"]["wrapped"] and abs(wrapped["after"]["volume"] - 1) < 0.1):
+        failures.append(f"relevel --wrap: {wrapped}")
+    expect("relevel without a size", ["relevel", cube, "-o", ball], 2, "--voxel", "--across")
+    expect("relevel into a mesh", ["relevel", cube, "-o", folder / "x.obj", "--across", 8], 2, ".vdb")
+    expect("relevel too fine", ["relevel", cube, "-o", ball, "--voxel", 1e-5, "--max-memory", 1], 5, "memory limit")
+    sheet = folder / "sheet.obj"
+    sheet.write_text(points + "f 1 2 4 3\n")
+    expect("relevel of an open sheet", ["relevel", sheet, "-o", folder / "y.vdb", "--across", 16], 2, "sheet.obj")
+    expect("relevel of nothing", ["relevel", folder / "none.stl", "-o", ball, "--across", 8], 4, "none.stl")
+    expect("wraps are for surfaces", ["relevel", ball, "-o", again, "--wrap", 0.1], 2, "--wrap")
+
+    grids = report("info of a .vdb", ["info", ball, "--json"])
+    if grids and not (grids["grids"][0]["class"] == "level set" and grids["grids"][0]["metadata"]["length_unit"] == "m"):
+        failures.append(f"info of a .vdb: {grids}")
+    expect("info of a surface", ["info", cube], 0, "open_edges: 4", "faces: 5")
+    expect("info of a run", ["info", out, "--verify"], 0, "frames: 1", "frames_with_flaws: none", "rest_volume")
+    frame = next((out / "vdb").glob("*.vdb"))
+    content = bytearray(frame.read_bytes())
+    content[len(content) // 2] ^= 1
+    frame.write_bytes(content)
+    expect("a flipped bit has the right size", ["info", out], 0, "frames: 1")
+    expect("and another checksum", ["info", out, "--verify"], 4, frame.name, "checksum")
+    frame.unlink()
+    gone = report("info of a run with a missing file", ["info", out, "--json"], 4)
+    if gone and [f["flaw"] for f in gone["flaws"]] != ["missing"]:
+        failures.append(f"info: missing file not told: {gone}")
+    expect("info of no run", ["info", folder], 4, "run.json")
+    frame.write_bytes(content[:1000])
+    expect("info of half a .vdb", ["info", frame], 4, "damaged")
 
 print("\n".join(failures) or "all as expected")
 sys.exit(1 if failures else 0)

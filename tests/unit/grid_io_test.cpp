@@ -273,6 +273,8 @@ TEST_F(GridIo, VdbFileSurvivesWritingAndReading)
     EXPECT_EQ(infos[0].gridClass, "level set");
     EXPECT_EQ(infos[0].activeVoxels, std::int64_t(phi.activeVoxels()));
     EXPECT_EQ(infos[1].upper, (Coord{4, 5, 3}));
+    EXPECT_NEAR(infos[1].lowerWorld.z(), -6 * kDx, 1e-12);
+    EXPECT_EQ(infos[1].metadata.at("units"), "J/m^3");
     EXPECT_EQ(infos[2].type, "vec3s");
     EXPECT_DOUBLE_EQ(infos[1].voxelSize, kDx);
     const ReadLevelSet back = readLevelSet(file, "");
@@ -282,6 +284,16 @@ TEST_F(GridIo, VdbFileSurvivesWritingAndReading)
     EXPECT_THROW(readLevelSet(file, "none"), InputError);
     EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator{}), 1);
     EXPECT_THROW(writeVdb(folder_ / "missing" / "x.vdb", {level}, {}), FileError);
+}
+
+TEST_F(GridIo, GridsAreRefusedByTheMemoryTheySayTheyTake)
+{
+    const LevelSet phi = make(bodyOf(sphere(0.5)));
+    writeVdb(folder_ / "ball.vdb", {{"phi", &phi, {}, 1, ""}}, {});
+    const std::uint64_t bytes = phi.grid().grid->memUsage();
+    EXPECT_THROW(readLevelSet(folder_ / "ball.vdb", "", bytes / 2), LimitError);
+    EXPECT_THROW(describeVdb(folder_ / "ball.vdb", bytes / 2), LimitError);
+    EXPECT_NO_THROW(readLevelSet(folder_ / "ball.vdb", "", 2 * bytes));
 }
 
 TEST_F(GridIo, VdbBodyIsTakenAsItIsOrRebuilt)

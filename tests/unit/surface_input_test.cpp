@@ -241,6 +241,13 @@ TEST_F(SurfaceInput, MissingFilesAndFoldersAreFileErrors)
     EXPECT_THROW(readSurface(folder_ / "folder.obj"), FileError);
 }
 
+TEST_F(SurfaceInput, FilesTooLargeForTheMemoryAreNotRead)
+{
+    const fs::path file = write("t.obj", kTetPoints + kTetFaces);
+    EXPECT_THROW(readSurface(file, fs::file_size(file)), LimitError);
+    EXPECT_NO_THROW(readSurface(file, 100 * fs::file_size(file)));
+}
+
 TEST_F(SurfaceInput, ReportCountsOpenAndCrowdedEdges)
 {
     PolygonSoup open = read("t.obj", kTetPoints + "f 1 3 2\nf 1 2 4\nf 1 4 3\n");

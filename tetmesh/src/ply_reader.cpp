@@ -186,11 +186,12 @@ void readElement(const Element& element, Values& values, std::size_t points, Pol
         if (p.isList) {
             const std::size_t count = whole(values, values.next(p.countType), values.left() + 1, "list count");
             const bool corners = isFace && (p.name == "vertex_indices" || p.name == "vertex_index");
-            if (corners) soup.polygons.emplace_back();
+            std::vector<std::size_t> polygon;
             for (std::size_t i = 0; i < count; ++i) {
                 const double v = values.next(p.type);
-                if (corners) soup.polygons.back().push_back(whole(values, v, points, "point index"));
+                if (corners) polygon.push_back(whole(values, v, points, "point index"));
             }
+            addPolygon(soup, std::move(polygon));
         } else {
             const double v = values.next(p.type);
             if (isVertex && p.name.size() == 1 && p.name[0] >= 'x' && p.name[0] <= 'z') X[p.name[0] - 'x'] = v;

@@ -103,6 +103,24 @@ PolygonSoup readTextStl(std::string_view text, const std::string& file)
     return soup;
 }
 
+/// Peak bytes for each byte of a file: its text twice, then points and faces. Faces of few characters, "f 1 2 3", cost most.
+constexpr std::uint64_t kBytesPerFileByte = 12;
+
+void requireMemory(const std::filesystem::path& file, std::uint64_t limit)
+{
+    std::error_code none;
+    const std::uint64_t size = std::filesystem::file_size(file, none);
+    if (!none && size > limit / kBytesPerFileByte)
+        throw LimitError(file.string() + ": reading " + std::to_string(size) + " bytes may take " +
+                         std::to_string(size * kBytesPerFileByte) + ", the memory limit is " + std::to_string(limit));
+}
+
+void requireKnown(const std::string& extension, const std::string& name)
+{
+    if (extension != ".obj" && extension != ".ply" && extension != ".stl" && extension != ".off")
+        throw InputError({name, "'" + extension + "' is no format of surfaces", ".obj, .ply, .stl, .off", ""});
+}
+
 }  // namespace
 
 std::string extensionOf(const std::filesystem::path& file)
@@ -128,7 +146,7 @@ PolygonSoup readObj(std::string_view text, const std::string& file)
                 else
                     polygon.push_back(objIndex(in, w, soup.points.size()));
             }
-            soup.polygons.push_back(std::move(polygon));
+            addPolygon(soup, std::move(polygon));
         } else if (key.find('\0') != std::string_view::npos) {
             in.fail("zero bytes in the text", "a text file");
         } else {
@@ -177,23 +195,26 @@ PolygonSoup readOff(std::string_view text, const std::string& file)
         if (!in.nextDataLine()) in.fail("ends after " + std::to_string(i) + " of " + std::to_string(faces) + " faces");
         std::vector<std::size_t> polygon(in.index(text.size(), "number of corners"));
         for (std::size_t& corner : polygon) corner = in.index(points, "point index");
-        soup.polygons.push_back(std::move(polygon));
+        addPolygon(soup, std::move(polygon));
     }
     return soup;
 }
 
-PolygonSoup readSurface(const std::filesystem::path& file)
+PolygonSoup readSurface(const std::filesystem::path& file, std::uint64_t memoryLimit)
 {
-    const std::string name = file.string();
     const std::string extension = extensionOf(file);
-    if (extension != ".obj" && extension != ".ply" && extension != ".stl" && extension != ".off")
-        throw InputError({name, "'" + extension + "' is no format of surfaces", ".obj, .ply, .stl, .off", ""});
-    const std::string bytes = readText(file);
+    requireKnown(extension, file.string());
+    requireMemory(file, memoryLimit);
+    return parseSurface(readText(file), extension, file.string());
+}
+
+PolygonSoup parseSurface(std::string_view bytes, const std::string& extension, const std::string& name)
+{
+    requireKnown(extension, name);
     PolygonSoup soup = extension == ".obj"   ? readObj(bytes, name)
                        : extension == ".ply" ? readPly(bytes, name)
                        : extension == ".stl" ? readStl(bytes, name)
                                              : readOff(bytes, name);
-    std::erase_if(soup.polygons, [](const auto& polygon) { return polygon.size() < 3; });
     for (const std::vector<std::size_t>& polygon : soup.polygons)
         for (std::size_t corner : polygon)
             if (corner >= soup.points.size())

@@ -14,6 +14,8 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 namespace vdbfrac::tetmesh {
 
@@ -122,6 +124,16 @@ private:
 std::string extensionOf(const std::filesystem::path& file);
 
 /// The readers of readSurface, from the whole content of a file.
+/// Adds a face of 3 corners or more, and drops others at once: a file of empty faces must not fill the memory.
+inline void addPolygon(PolygonSoup& soup, std::vector<std::size_t> polygon)
+{
+    if (polygon.size() >= 3) soup.polygons.push_back(std::move(polygon));
+}
+
+/// readSurface from the whole content of a file called `name`; `extension` in lower case, with its dot.
+PolygonSoup parseSurface(std::string_view bytes, const std::string& extension, const std::string& name);
+
+/// The readers of it, for each format.
 PolygonSoup readObj(std::string_view text, const std::string& file);
 PolygonSoup readPly(std::string_view bytes, const std::string& file);
 PolygonSoup readStl(std::string_view bytes, const std::string& file);

@@ -4,6 +4,7 @@
 #include "openvdb_access.h"
 
 #include <vdbfrac/scene/scene.h>
+#include <vdbfrac/tetmesh/surface_input.h>
 
 #include <cstdint>
 #include <string>
@@ -15,7 +16,7 @@ struct Build {
     scene::Grid grid;
     std::uint64_t memoryLimit = 0;  ///< bytes
     std::string place;              ///< of the body in its scene, for complaints
-    std::string body;               ///< its name
+    std::string subject;            ///< what it is called in complaints: "body 'block'"
 };
 
 /// Farthest voxel from the origin along an axis. Well inside 32 bits, and floats of this size still tell voxels apart.
@@ -45,6 +46,13 @@ void requireMemory(const Build& build, double bytes);
 
 /// Throws InputError when a box [m] has a corner that is not finite or beyond kFarthestVoxel.
 void requireReach(const Build& build, const Vec3& lower, const Vec3& upper);
+
+/// A surface as a level set, by the closest polygon of each voxel of the band; what no way from outside leads to is inside.
+/// Checks reach and memory; `report` is of the soup, and every index is in range.
+openvdb::FloatGrid::Ptr fromSurface(const tetmesh::PolygonSoup& soup, const tetmesh::SurfaceReport& report, const Build& build);
+
+/// Is any voxel inside?
+bool hasMaterial(const openvdb::FloatGrid& grid);
 
 /// A closed mesh as a level set, by the closest polygon of each voxel of the band. Orientation does not matter.
 openvdb::FloatGrid::Ptr fromMesh(const scene::MeshFile& mesh, const Build& build);

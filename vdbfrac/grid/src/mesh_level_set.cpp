@@ -66,24 +66,29 @@ void requireSolid(const tetmesh::SurfaceReport& report, const scene::MeshFile& m
 
 }  // namespace
 
-openvdb::FloatGrid::Ptr fromMesh(const scene::MeshFile& mesh, const Build& build)
+openvdb::FloatGrid::Ptr fromSurface(const tetmesh::PolygonSoup& soup, const tetmesh::SurfaceReport& report, const Build& build)
 {
-    tetmesh::PolygonSoup soup = tetmesh::readSurface(mesh.file);
-    place(soup, mesh);
-    const tetmesh::SurfaceReport report = tetmesh::examine(soup);
-    requireSolid(report, mesh, build);
     const double dx = build.grid.voxelSize;
     const Vec3 band = Vec3::Constant((build.grid.halfWidth + 1) * dx);
     requireReach(build, report.lower - band, report.upper + band);
     requireMemory(build, bytesOfBand(report.area / (dx * dx), build.grid.halfWidth));
     if (soup.points.size() > std::numeric_limits<std::uint32_t>::max() || report.area == 0)
-        complain(build, mesh.file.string() + " has no area or too many points", "", "");
+        complain(build, "a surface without area or with too many points", "", "");
 
     const auto transform = openvdb::math::Transform::createLinearTransform(dx);
     const float width = float(build.grid.halfWidth);
     auto grid = openvdb::tools::meshToVolume<openvdb::FloatGrid>(triangles(soup, dx), *transform, width, width);
     grid->setGridClass(openvdb::GRID_LEVEL_SET);
     return grid;
+}
+
+openvdb::FloatGrid::Ptr fromMesh(const scene::MeshFile& mesh, const Build& build)
+{
+    tetmesh::PolygonSoup soup = tetmesh::readSurface(mesh.file, build.memoryLimit);
+    place(soup, mesh);
+    const tetmesh::SurfaceReport report = tetmesh::examine(soup);
+    requireSolid(report, mesh, build);
+    return fromSurface(soup, report, build);
 }
 
 }  // namespace vdbfrac::grid

@@ -44,7 +44,7 @@ void capAtBackground(openvdb::FloatGrid& grid)
 
 openvdb::FloatGrid::Ptr fromVdb(const scene::VdbFile& file, const Build& build)
 {
-    ReadLevelSet read = readLevelSet(file.file, file.grid);
+    ReadLevelSet read = readLevelSet(file.file, file.grid, build.memoryLimit);
     openvdb::FloatGrid::Ptr source = read.levelSet.grid().grid;
     const openvdb::CoordBBox box = source->evalActiveVoxelBoundingBox();
     if (box.empty()) complain(build, file.file.string() + " holds an empty level set", "", "");

@@ -24,8 +24,15 @@ constexpr std::uint64_t kMagic = 0x56444220;      // " BDV" and four zero bytes
 constexpr std::uint32_t kOldestVersion = 222;     // masks are compressed since; older trees take other, unchecked ways
 constexpr std::uint32_t kNewestVersion = openvdb::OPENVDB_FILE_VERSION;
 constexpr std::int32_t kMostGrids = 10000;
-constexpr std::array kKnownTypes{"Tree_float_5_4_3", "Tree_double_5_4_3", "Tree_int32_5_4_3", "Tree_int64_5_4_3",
-                                 "Tree_bool_5_4_3",  "Tree_vec3s_5_4_3",  "Tree_vec3d_5_4_3", "Tree_vec3i_5_4_3"};
+constexpr std::uint64_t kMostMemory = std::uint64_t{1} << 48;  // bytes of a grid, whatever it says: sums stay in range
+/// Trees that are read, with the bytes of a value. Not those of bool: the library takes any byte of a file for one.
+struct KnownType {
+    const char* name;
+    std::uint64_t valueBytes;
+};
+constexpr std::array<KnownType, 7> kKnownTypes{{{"Tree_float_5_4_3", 4}, {"Tree_double_5_4_3", 8}, {"Tree_int32_5_4_3", 4},
+                                                {"Tree_int64_5_4_3", 8}, {"Tree_vec3s_5_4_3", 12}, {"Tree_vec3d_5_4_3", 24},
+                                                {"Tree_vec3i_5_4_3", 12}}};
 
 /// Looks ahead in a stream, to see that what is declared there fits into the file; goBack() ends the look.
 class LookAhead {
@@ -48,12 +55,36 @@ public:
         in_.read(s.data(), length);
         return s;
     }
-    void metadata()
+    /// Returns the bytes that a grid says it takes in memory, 0 when it does not say.
+    std::uint64_t metadata()
     {
         const std::uint32_t count = value<std::uint32_t>();
+        std::uint64_t memory = 0;
         for (std::uint32_t i = 0; i < count; ++i) {
-            text();
-            entry(text());
+            const std::string key = text();
+            const std::string bytes = entry(text());
+            if (key == openvdb::GridBase::META_FILE_MEM_BYTES && bytes.size() == sizeof(memory)) std::memcpy(&memory, bytes.data(), sizeof(memory));
+        }
+        return memory;
+    }
+    void transform()
+    {
+        const std::streampos start = in_.tellg();
+        text();  // the name of its map
+        in_.seekg(start);
+        openvdb::math::Transform().read(in_);
+    }
+    /// The root of a tree: the library would believe its counts, and take any byte for the state of a tile.
+    void root(std::uint64_t valueBytes)
+    {
+        constexpr std::uint64_t kOrigin = 3 * sizeof(std::int32_t);
+        require(value<std::int32_t>() == 1, "has a tree of more than one buffer");
+        in_.seekg(std::streamoff(valueBytes), std::ios::cur);  // the background
+        const std::uint64_t tiles = value<std::uint32_t>(), children = value<std::uint32_t>();
+        require(tiles * (kOrigin + valueBytes + 1) + children * kOrigin <= size_, "declares more tiles than it can hold");
+        for (std::uint64_t t = 0; t < tiles; ++t) {
+            in_.seekg(std::streamoff(kOrigin + valueBytes), std::ios::cur);
+            require(value<std::uint8_t>() <= 1, "has a tile that is neither on nor off");
         }
     }
     void require(bool holds, const char* what)
@@ -63,14 +94,15 @@ public:
 
 private:
     /// The declared length has to be what the library will read, or all that follows would be read shifted.
-    void entry(const std::string& type)
+    std::string entry(const std::string& type)
     {
-        const std::string bytes = text();
+        std::string bytes = text();
         if (type == io::DelayedLoadMetadata::staticTypeName()) {
             delayedLoad(bytes);
         } else if (type != openvdb::StringMetadata::staticTypeName() && openvdb::Metadata::isRegisteredType(type)) {
             require(bytes.size() == openvdb::Metadata::createMetadata(type)->size(), "has metadata of a wrong length");
         }
+        return bytes;
     }
 
     /// A table of the leafs, with lengths of its own.
@@ -97,6 +129,8 @@ private:
 /// What io::Stream does, with a look at every size before it is believed.
 class CheckedArchive : public io::Archive {
 public:
+    CheckedArchive(std::string name, std::uint64_t memoryLimit) : name_(std::move(name)), memoryLimit_(memoryLimit) {}
+
     openvdb::GridPtrVec read(std::istream& in, std::uint64_t fileSize)
     {
         requireHeader(in, fileSize);
@@ -134,13 +168,14 @@ private:
 
     void readNext(std::istream& in, std::uint64_t fileSize)
     {
-        if (!lookAtDescriptor(in, fileSize)) {
+        const KnownType* type = lookAtDescriptor(in, fileSize);
+        if (!type) {
             skipUnknown(in);
             return;
         }
         io::GridDescriptor descriptor;
         openvdb::GridBase::Ptr grid = descriptor.read(in);
-        lookAtGrid(in, fileSize);
+        lookAtGrid(in, fileSize, descriptor.isInstance() ? nullptr : type);
         readGrid(grid, descriptor, in);
         byName_[descriptor.uniqueName()] = grid;
         if (descriptor.isInstance()) connectInstance(descriptor, byName_);
@@ -148,8 +183,8 @@ private:
         io::setDataCompression(in, compression());
     }
 
-    /// Whether a grid is of a type that is read. Leaves the end of its data in end_.
-    bool lookAtDescriptor(std::istream& in, std::uint64_t fileSize)
+    /// The type of a grid; null when it is none that is read. Leaves the end of its data in end_.
+    const KnownType* lookAtDescriptor(std::istream& in, std::uint64_t fileSize)
     {
         LookAhead ahead(in, fileSize);
         ahead.text();
@@ -161,7 +196,8 @@ private:
         end_ = ahead.value<std::int64_t>();
         ahead.require(end_ <= std::int64_t(fileSize), "points beyond its end");
         ahead.goBack();
-        return std::find(kKnownTypes.begin(), kKnownTypes.end(), type) != kKnownTypes.end();
+        const auto known = std::find_if(kKnownTypes.begin(), kKnownTypes.end(), [&](const KnownType& k) { return type == k.name; });
+        return known == kKnownTypes.end() ? nullptr : &*known;
     }
 
     void skipUnknown(std::istream& in)
@@ -171,15 +207,27 @@ private:
         in.seekg(end_);
     }
 
-    static void lookAtGrid(std::istream& in, std::uint64_t fileSize)
+    /// `type`: of its tree; null when it has none of its own.
+    void lookAtGrid(std::istream& in, std::uint64_t fileSize, const KnownType* type)
     {
         LookAhead ahead(in, fileSize);
         ahead.value<std::uint32_t>();  // compression flags
-        ahead.metadata();
-        ahead.text();  // the map of the transform
+        requireMemory(ahead.metadata());
+        ahead.transform();
+        if (type) ahead.root(type->valueBytes);
         ahead.goBack();
     }
 
+    void requireMemory(std::uint64_t bytes)
+    {
+        memory_ += std::min(bytes, kMostMemory);
+        if (memory_ > memoryLimit_)
+            throw LimitError(name_ + ": its grids take " + std::to_string(memory_) + " bytes or more, the memory limit is " +
+                             std::to_string(memoryLimit_));
+    }
+
+    std::string name_;
+    std::uint64_t memoryLimit_, memory_ = 0;
     openvdb::GridPtrVec grids_;
     NamedGridMap byName_;
     std::int64_t end_ = 0;
@@ -187,7 +235,7 @@ private:
 
 }  // namespace
 
-openvdb::GridPtrVec readGrids(const std::filesystem::path& file)
+openvdb::GridPtrVec readGrids(const std::filesystem::path& file, std::uint64_t memoryLimit)
 {
     initializeOpenVdb();
     useCheckedDecompression();
@@ -199,7 +247,9 @@ openvdb::GridPtrVec readGrids(const std::filesystem::path& file)
     if (error || !in) throw FileError(name, error ? error.message() : std::strerror(errno));
     try {
         in.exceptions(std::ios::failbit | std::ios::badbit | std::ios::eofbit);
-        return CheckedArchive().read(in, size);
+        return CheckedArchive(name, memoryLimit).read(in, size);
+    } catch (const LimitError&) {
+        throw;
     } catch (const std::ios_base::failure&) {
         throw FileError(name, "is damaged: it ends too early");
     } catch (const std::exception& e) {  // openvdb's own, bad_alloc, length_error: the file asked for it

@@ -5,6 +5,7 @@
 #include <vdbfrac/tetmesh/surface.h>
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 
 namespace vdbfrac::tetmesh {
@@ -13,8 +14,9 @@ namespace vdbfrac::tetmesh {
 /// chooses, in upper or lower case. Only positions and faces are kept. Every coordinate of the result is finite,
 /// every index in range, every polygon has at least 3 corners: faces with fewer are dropped. Numbers do not depend
 /// on the locale. STL corners with the same bits become one point. Units are those of the file.
-/// Throws InputError with file:line (text) or file and element (binary); FileError when the file cannot be read.
-PolygonSoup readSurface(const std::filesystem::path& file);
+/// Throws InputError with file:line (text) or file and element (binary); FileError when the file cannot be read;
+/// LimitError, before anything is read, when a file of its size may take more than `memoryLimit` bytes.
+PolygonSoup readSurface(const std::filesystem::path& file, std::uint64_t memoryLimit = ~std::uint64_t{0});
 
 /// What a soup looks like as the boundary of a solid. Points with equal coordinates count as one, so seams that
 /// only split the vertices of a file do not open the surface.

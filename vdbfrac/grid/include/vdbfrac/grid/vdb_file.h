@@ -4,6 +4,7 @@
 #include <vdbfrac/base/vec.h>
 #include <vdbfrac/grid/level_set.h>
 
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <string>
@@ -42,16 +43,19 @@ struct GridInfo {
     std::int64_t activeVoxels = 0;
     double voxelSize = 0;
     Coord lower, upper;  ///< of the active voxels
+    Vec3 lowerWorld = Vec3::Zero(), upperWorld = Vec3::Zero();  ///< of their centres [m]
+    std::map<std::string, std::string> metadata;
 };
-std::vector<GridInfo> describeVdb(const std::filesystem::path& file);
+/// Reads all of it. Throws FileError for what is damaged, LimitError for what is larger than `memoryLimit` bytes.
+std::vector<GridInfo> describeVdb(const std::filesystem::path& file, std::uint64_t memoryLimit = ~std::uint64_t{0});
 
 /// Reads one level set (the first when `name` is empty), checked: magic, version, class, uniform voxel size, finite
-/// values, extents. Throws FileError for what is damaged, InputError for what is not a level set. The transform's
+/// values, extents. Throws FileError for what is damaged, InputError for what is not a level set, LimitError. The transform's
 /// translation is kept in `origin` [m]: the world position of voxel (0,0,0).
 struct ReadLevelSet {
     LevelSet levelSet;
     Vec3 origin = Vec3::Zero();
 };
-ReadLevelSet readLevelSet(const std::filesystem::path& file, const std::string& name);
+ReadLevelSet readLevelSet(const std::filesystem::path& file, const std::string& name, std::uint64_t memoryLimit = ~std::uint64_t{0});
 
 }  // namespace vdbfrac::grid

@@ -1,0 +1,33 @@
+// What is said of a re-levelled surface or grid.
+#pragma once
+
+#include <vdbfrac/base/ledger.h>
+#include <vdbfrac/grid/relevel.h>
+#include <vdbfrac/repair/surface_repair.h>
+
+#include <nlohmann/json.hpp>
+
+#include <optional>
+#include <string>
+
+namespace vdbfrac::tools {
+
+/// What became of a grid.
+struct GridChange {
+    grid::LevelSetReport before;
+    bool resampled = false;
+    grid::Redistancing redistancing = grid::Redistancing::track;
+};
+
+struct RelevelReport {
+    grid::LevelSet levelSet;
+    grid::LevelSetReport after;
+    std::optional<repair::Repaired> repair;  ///< of a surface
+    std::optional<GridChange> grid;          ///< of a grid
+    Ledger work;
+};
+
+std::string reportText(const RelevelReport& report);
+nlohmann::ordered_json reportJson(const RelevelReport& report, const std::string& input, const std::string& output);
+
+}  // namespace vdbfrac::tools

@@ -1,0 +1,175 @@
+#include "vdb_stream.h"
+
+#include <vdbfrac/base/error.h>
+#include <vdbfrac/grid/vdb_file.h>
+
+#include <openvdb/tools/SignedFloodFill.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace vdbfrac::grid {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kFarthestVoxel = 1 << 23;      // as for bodies: well inside 32 bits
+constexpr double kUniformTolerance = 1e-6;      // of the voxel size; the file's matrix went through products of doubles
+
+GridInfo describe(const openvdb::GridBase& grid)
+{
+    const openvdb::CoordBBox box = grid.evalActiveVoxelBoundingBox();
+    GridInfo info{grid.getName(), grid.valueType(), openvdb::GridBase::gridClassToString(grid.getGridClass()),
+                  std::int64_t(grid.activeVoxelCount()), grid.voxelSize()[0], fromVdb(box.min()), fromVdb(box.max()), {}, {}, {}};
+    if (!box.empty()) {
+        const openvdb::BBoxd world = grid.transform().indexToWorld(openvdb::BBoxd(box.min().asVec3d(), box.max().asVec3d()));
+        info.lowerWorld = {world.min().x(), world.min().y(), world.min().z()};
+        info.upperWorld = {world.max().x(), world.max().y(), world.max().z()};
+    }
+    for (auto entry = grid.beginMeta(); entry != grid.endMeta(); ++entry) info.metadata[entry->first] = entry->second->str();
+    return info;
+}
+
+openvdb::FloatGrid::Ptr findLevelSet(const openvdb::GridPtrVec& grids, const std::string& file, const std::string& name)
+{
+    for (const openvdb::GridBase::Ptr& grid : grids) {
+        if (!name.empty() && grid->getName() != name) continue;
+        const bool isLevelSet = grid->getGridClass() == openvdb::GRID_LEVEL_SET && grid->isType<openvdb::FloatGrid>();
+        if (isLevelSet) return openvdb::gridPtrCast<openvdb::FloatGrid>(grid);
+        if (!name.empty())
+            throw InputError({file, "grid '" + name + "' is a " + grid->valueType() + " grid of class '" +
+                                        openvdb::GridBase::gridClassToString(grid->getGridClass()) + "'",
+                              "a float grid of class 'level set'", "a fog volume has to be turned into an SDF first"});
+    }
+    std::string names;
+    for (const openvdb::GridBase::Ptr& grid : grids) names += (names.empty() ? "" : ", ") + grid->getName();
+    throw InputError({file, name.empty() ? "holds no level set" : "holds no grid '" + name + "'", "",
+                      "it holds: " + (names.empty() ? "nothing" : names)});
+}
+
+/// Spacing and origin of a transform that is nothing but both.
+struct Placement {
+    double voxelSize;
+    Vec3 origin;
+};
+
+Placement placement(const openvdb::FloatGrid& grid, const std::string& file)
+{
+    const auto refuse = [&](const std::string& what) {
+        throw InputError({file, "grid '" + grid.getName() + "' " + what,
+                          "one voxel size > 0 along x, y and z, no rotation",
+                          "resample it in the program it comes from"});
+    };
+    if (!grid.transform().isLinear()) refuse("has a transform that is not linear");
+    const openvdb::Mat4d m = grid.transform().baseMap()->getAffineMap()->getMat4();
+    const double dx = m[0][0];
+    if (!(dx > 0) || !std::isfinite(dx)) refuse("has voxels of size " + std::to_string(dx));
+    for (int row = 0; row < 3; ++row)
+        for (int column = 0; column < 3; ++column)
+            if (!(std::abs(m[row][column] - (row == column ? dx : 0)) <= kUniformTolerance * dx))
+                refuse("has voxels that are not cubes along the axes");
+    const Vec3 origin(m[3][0], m[3][1], m[3][2]);
+    if (!origin.allFinite()) refuse("has an origin that is not finite");
+    return {dx, origin};
+}
+
+void requireSoundTree(const openvdb::FloatGrid& grid, const std::string& file)
+{
+    const auto damaged = [&](const char* what) { throw FileError(file, std::string("is damaged: ") + what); };
+    if (!std::isfinite(grid.background())) damaged("a background that is not finite");
+    for (auto leaf = grid.tree().cbeginLeaf(); leaf; ++leaf) {
+        if (grid.tree().probeConstLeaf(leaf->origin()) != &*leaf) damaged("a leaf in a wrong place");
+        for (auto value = leaf->cbeginValueAll(); value; ++value)
+            if (!std::isfinite(*value)) damaged("values that are not finite");
+    }
+    auto tile = grid.tree().cbeginValueAll();
+    tile.setMaxDepth(openvdb::FloatTree::ValueAllCIter::LEAF_DEPTH - 1);
+    for (; tile; ++tile)
+        if (!std::isfinite(*tile)) damaged("values that are not finite");
+    const openvdb::CoordBBox box = grid.evalActiveVoxelBoundingBox();
+    for (int a = 0; a < 3 && !box.empty(); ++a)
+        if (box.min()[a] < -kFarthestVoxel || box.max()[a] > kFarthestVoxel) damaged("voxels impossibly far away");
+}
+
+void requireBackground(const openvdb::FloatGrid& grid, const std::string& file)
+{
+    if (!(grid.background() > 0)) throw FileError(file, "is damaged: a background that is not above 0");
+}
+
+/// The outermost voxels of a band are outside the material, so phi has to be positive there.
+void requireNegativeInside(const openvdb::FloatGrid& grid, const std::string& file)
+{
+    const openvdb::CoordBBox box = grid.evalActiveVoxelBoundingBox();
+    for (auto v = grid.cbeginValueOn(); v; ++v)
+        if (v.getCoord().x() == box.min().x() && *v <= 0)
+            throw InputError({file, "grid '" + grid.getName() + "' is not positive at its outermost voxels",
+                              "phi < 0 inside, > 0 outside, with the whole surface in the grid", "negate it"});
+}
+
+/// The grid that is asked for, or the first level set, or the first float grid of no class.
+openvdb::FloatGrid::Ptr findSdf(const openvdb::GridPtrVec& grids, const std::string& file, const std::string& name)
+{
+    const auto hasClass = [&](const openvdb::GridBase::Ptr& grid, openvdb::GridClass c) {
+        return grid->isType<openvdb::FloatGrid>() && grid->getGridClass() == c && (name.empty() || grid->getName() == name);
+    };
+    for (const openvdb::GridClass c : {openvdb::GRID_LEVEL_SET, openvdb::GRID_UNKNOWN})
+        for (const openvdb::GridBase::Ptr& grid : grids)
+            if (hasClass(grid, c)) return openvdb::gridPtrCast<openvdb::FloatGrid>(grid);
+    return findLevelSet(grids, file, name);  // complains
+}
+
+/// Grids of other programs: of no class, with tiles that are active, without a background.
+void makeLevelSetLike(openvdb::FloatGrid& grid)
+{
+    float largest = 0;
+    for (auto v = grid.cbeginValueOn(); v; ++v) largest = std::max(largest, std::abs(*v));
+    if (!(grid.background() > 0)) grid.tree().root().setBackground(largest, true);
+    grid.setGridClass(openvdb::GRID_LEVEL_SET);
+    openvdb::tools::signedFloodFill(grid.tree());
+}
+
+}  // namespace
+
+std::vector<GridInfo> describeVdb(const fs::path& file, std::uint64_t memoryLimit)
+try {
+    std::vector<GridInfo> infos;
+    for (const openvdb::GridBase::Ptr& grid : readGrids(file, memoryLimit)) infos.push_back(describe(*grid));
+    return infos;
+} catch (const openvdb::Exception& e) {
+    throw FileError(file.string(), std::string("is damaged: ") + e.what());
+}
+
+ReadLevelSet readLevelSet(const fs::path& file, const std::string& name, std::uint64_t memoryLimit)
+try {
+    const std::string text = file.string();
+    openvdb::FloatGrid::Ptr grid = findLevelSet(readGrids(file, memoryLimit), text, name);
+    const Placement place = placement(*grid, text);
+    requireSoundTree(*grid, text);
+    requireBackground(*grid, text);
+    requireNegativeInside(*grid, text);
+    grid->setTransform(openvdb::math::Transform::createLinearTransform(place.voxelSize));
+    return {wrap(std::move(grid)), place.origin};
+} catch (const openvdb::Exception& e) {  // a singular transform, for one
+    throw FileError(file.string(), std::string("is damaged: ") + e.what());
+}
+
+
+openvdb::FloatGrid::Ptr readSdf(const fs::path& file, const std::string& name, std::uint64_t memoryLimit)
+try {
+    const std::string text = file.string();
+    openvdb::FloatGrid::Ptr grid = findSdf(readGrids(file, memoryLimit), text, name);
+    requireSoundTree(*grid, text);
+    if (!grid->transform().isLinear())
+        throw InputError({text, "grid '" + grid->getName() + "' has a transform that is not linear", "a linear one", ""});
+    requireNegativeInside(*grid, text);
+    if (grid->getGridClass() != openvdb::GRID_LEVEL_SET)
+        makeLevelSetLike(*grid);
+    else
+        requireBackground(*grid, text);
+    return grid;
+} catch (const openvdb::Exception& e) {
+    throw FileError(file.string(), std::string("is damaged: ") + e.what());
+}
+
+}  // namespace vdbfrac::grid
