@@ -35,8 +35,10 @@ timing only counts with the right answer: the *probe* is how far one node inside
 computed by a separate program with an assembled matrix and the SVD and conjugate gradients of Eigen."""
 
 TEXT_ITERATION = """Nearly all of that time goes into linear iterations. The bytes that one has to move follow from the sizes of its arrays and
-the passes over them; to read as many at the bandwidth above takes a time, the *floor*. The share is floor / measured: at
-100 % the processor would do nothing but wait for memory. Fewer bytes lower the floor itself. *Evaluation* is one pass over all tets for energy, forces and their derivative."""
+the passes over them; to move as many at the bandwidths above takes a time, the *floor*: each byte written goes with two read
+as in a triad, the rest is only read. The share is floor / measured, both in the fastest of their repetitions: at 100 % the
+processor would do nothing but wait for memory. Fewer bytes lower the floor itself. *Evaluation* is one pass over all tets for
+energy, forces and their derivative."""
 
 TEXT_TEAR = """`data/scenes/notched_block.toml`, a cube of 1 m with a notch that is pulled apart, at several resolutions (voxels along an
 edge). Seconds a step by stage; first over all steps, then over those in which something tore. A run ends after a number of
@@ -62,7 +64,7 @@ UNITS = {"level set": "made from the shape", "relevel": "made a distance again a
 
 TEXT_THREADS = """A model, not a measurement: an iteration on t threads takes max(work / t, bytes / bandwidth). Its two numbers are those of
 n = {n} in the table above: *work*, the {work} ns a node that one thread needed, and *bytes / bandwidth*, the {floor} ns a node
-that reading takes at the bandwidth measured on {cores}. With this memory more than {most} threads would not help; a machine
+that moving them takes at the bandwidth measured on {cores}. With this memory more than {most} threads would not help; a machine
 with more cores mostly has a faster one. The last column is what a machine must have for its threads not to wait."""
 
 TEXT_SCALING = """The standard block with 2^k + 1 nodes a side, one Newton iteration from rest, linear systems solved to 1e-6, {threads}. *Jacobi*

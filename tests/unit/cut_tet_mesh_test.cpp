@@ -27,8 +27,8 @@ namespace {
 constexpr double dx = .1;
 constexpr double kSums = 1e-12;  // relative rounding of sums over some thousand pieces
 
-/// Tets of a box of `reach` voxels on each side of the origin, six a cell of `m` voxels; points inside are moved by up to
-/// `shake` of an edge.
+/// Tets of a box of `reach` voxels on each side of the origin, six a cell of `m` voxels; points inside are moved by up
+/// to `shake` of an edge.
 TetMesh tetsOfBox(int reach, int m, double shake)
 {
     const int side = 2 * reach / m + 1;
@@ -50,7 +50,8 @@ TetMesh tetsOfBox(int reach, int m, double shake)
             for (int x = 0; x + 1 < side; ++x)
                 for (std::size_t t = 0; t < 6; ++t) {
                     std::array<std::uint32_t, 4> tet{};
-                    for (std::size_t a = 0; a < 4; ++a) tet[a] = number(Coord{x, y, z} + tetmesh::cornerOffset(cell.corner[t][a]));
+                    for (std::size_t a = 0; a < 4; ++a)
+                        tet[a] = number(Coord{x, y, z} + tetmesh::cornerOffset(cell.corner[t][a]));
                     mesh.tets.push_back(tet);
                 }
     return mesh;
@@ -58,7 +59,8 @@ TetMesh tetsOfBox(int reach, int m, double shake)
 
 CutTetMesh cut(int reach, const Phi& solid, double shake = .2, int m = 1)
 {
-    return CutTetMesh(tetsOfBox(reach, m, shake), m * dx, dx, test::sample({-reach, -reach, -reach}, {reach, reach, reach}, dx, solid));
+    return CutTetMesh(tetsOfBox(reach, m, shake), m * dx, dx,
+                      test::sample({-reach, -reach, -reach}, {reach, reach, reach}, dx, solid));
 }
 
 void expectSame(const CutTetMesh& a, const CutTetMesh& b)
@@ -97,7 +99,8 @@ TEST(CutTetMesh, OfTheTetsOfALatticeIsTheCutLattice)
 
 TEST(CutTetMesh, SurfaceIsClosedOrientedAndEnclosesTheVolume)
 {
-    for (const Phi& solid : {ballAt({.01, .02, -.03}, .7), boxAt({.013, -.021, .037}, {.6, .5, .4}), test::torus(.5, .22)}) {
+    for (const Phi& solid :
+         {ballAt({.01, .02, -.03}, .7), boxAt({.013, -.021, .037}, {.6, .5, .4}), test::torus(.5, .22)}) {
         const CutTetMesh mesh = cut(10, solid);
         test::expectClosed(mesh);
         EXPECT_NEAR(test::enclosedVolume(mesh), mesh.volume(), kSums * mesh.volume());
@@ -112,7 +115,9 @@ TEST(CutTetMesh, VolumeOfABallConvergesInSecondOrder)
         const int reach = across / 2 + 3;
         TetMesh tets = tetsOfBox(reach, 1, .2);
         for (Vec3& p : tets.points) p *= step / dx;
-        const CutTetMesh mesh(tets, step, step, test::sample({-reach, -reach, -reach}, {reach, reach, reach}, step, ballAt({.01, .02, -.03}, .6)));
+        const CutTetMesh mesh(
+            tets, step, step,
+            test::sample({-reach, -reach, -reach}, {reach, reach, reach}, step, ballAt({.01, .02, -.03}, .6)));
         const double exact = 4. / 3 * M_PI * std::pow(.6, 3);
         return std::abs(mesh.volume() - exact) / exact;
     };
@@ -131,7 +136,8 @@ TEST(CutTetMesh, UpdateEqualsFreshCutToTheBit)
         const std::vector<Vec3> oldPlaces = tetmesh::restPositions(mesh);
         const auto update = mesh.update(changes);
         ASSERT_EQ(update.previousNode.size(), mesh.nodeCount());
-        for (std::size_t i = 0; i < mesh.nodeCount(); ++i) ASSERT_EQ(oldPlaces[update.previousNode[i]], mesh.restPosition(i));
+        for (std::size_t i = 0; i < mesh.nodeCount(); ++i)
+            ASSERT_EQ(oldPlaces[update.previousNode[i]], mesh.restPosition(i));
         expectSame(mesh, CutTetMesh(tets, dx, dx, mesh.phi()));
         if (HasFatalFailure()) return;
     }
@@ -164,7 +170,8 @@ TEST(CutTetMesh, NodalSharesAddUpToTheMaterial)
                 volume += share.volume, energy += share.energy;
             }
     double expected = 0;
-    for (std::uint32_t e = 0; e < mesh.elements().size(); ++e) expected += mesh.volume(mesh.elements()[e]) * density(e, 0);
+    for (std::uint32_t e = 0; e < mesh.elements().size(); ++e)
+        expected += mesh.volume(mesh.elements()[e]) * density(e, 0);
     constexpr double kSingle = 1e-6;  // weights are kept in single precision
     EXPECT_NEAR(volume * dx * dx * dx, mesh.volume(), kSingle * mesh.volume());
     EXPECT_NEAR(energy * dx * dx * dx, expected, kSingle * expected);
@@ -180,7 +187,8 @@ TEST(CutTetMesh, NodalShareOfALinearFieldIsThatOfTheVoxel)
         for (std::size_t a = 0; a < 4; ++a) middle += .25 * mesh.restPosition(e.node[a]);
         density.push_back(2 + middle.x() - middle.z());
     }
-    constexpr double kQuadrature = .01, kPiecewise = .08;  // half a voxel wide sub-tets; constant within tets two voxels wide
+    constexpr double kQuadrature = .01,
+                     kPiecewise = .08;  // half a voxel wide sub-tets; constant within tets two voxels wide
     for (Coord c : {Coord{0, 0, 0}, Coord{1, 2, -3}, Coord{-4, 1, 2}}) {
         const auto share = mesh.nodalShare(c, [&](std::uint32_t e, int) { return density[e]; });
         EXPECT_NEAR(share.volume, 1, kQuadrature);
@@ -214,9 +222,6 @@ TEST(CutTetMesh, SameBitsForAnyNumberOfThreads)
     for (int threads : {2, 3}) expectSame(one, make(threads));
 }
 
-TEST(CutTetMesh, MaterialAtTheBoundaryIsAnError)
-{
-    EXPECT_THROW(cut(5, ballAt({0, 0, 0}, .7)), InputError);
-}
+TEST(CutTetMesh, MaterialAtTheBoundaryIsAnError) { EXPECT_THROW(cut(5, ballAt({0, 0, 0}, .7)), InputError); }
 
 }  // namespace

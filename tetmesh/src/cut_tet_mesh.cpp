@@ -51,8 +51,10 @@ CutTetMesh::CutTetMesh(const TetMesh& mesh, double spacing, double voxelSize, No
         for (std::uint32_t p : face)
             if (seen_[p] < 0) {
                 char place[100];
-                std::snprintf(place, sizeof place, "(%.6g, %.6g, %.6g) m", points_[p].x(), points_[p].y(), points_[p].z());
-                throw InputError({place, "the mesh of tets does not enclose the material", "phi >= 0 at its boundary", ""});
+                std::snprintf(place, sizeof place, "(%.6g, %.6g, %.6g) m", points_[p].x(), points_[p].y(),
+                              points_[p].z());
+                throw InputError(
+                    {place, "the mesh of tets does not enclose the material", "phi >= 0 at its boundary", ""});
             }
     cut_.resize(tets_.size());
     label_.assign(star_.size(), kNone);
@@ -119,10 +121,12 @@ void CutTetMesh::measureShapes()
     parallelChunks(tets_.size(), kChunk, [&](std::size_t begin, std::size_t end) {
         for (std::size_t t = begin; t < end; ++t) {
             Mat3 edges;
-            for (std::size_t k = 0; k < 3; ++k) edges.col(Eigen::Index(k)) = points_[tets_[t][k + 1]] - points_[tets_[t][0]];
+            for (std::size_t k = 0; k < 3; ++k)
+                edges.col(Eigen::Index(k)) = points_[tets_[t][k + 1]] - points_[tets_[t][0]];
             const Mat3 gradients = h_ * edges.inverse();  // its rows: grad N_1, N_2, N_3
             for (std::size_t a = 0; a < 3; ++a)
-                for (std::size_t d = 0; d < 3; ++d) shape_[t].gradient[a][d] = gradients(Eigen::Index(a), Eigen::Index(d));
+                for (std::size_t d = 0; d < 3; ++d)
+                    shape_[t].gradient[a][d] = gradients(Eigen::Index(a), Eigen::Index(d));
             shape_[t].volume = edges.determinant() / 6 / (h_ * h_ * h_);
         }
     });
@@ -136,7 +140,8 @@ double CutTetMesh::phiAt(const Vec3& X) const
     double sum = 0;
     for (int c = 0; c < kCorners; ++c) {
         const Coord o = cornerOffset(c);
-        sum += (o.x ? t.x() : 1 - t.x()) * (o.y ? t.y() : 1 - t.y()) * (o.z ? t.z() : 1 - t.z()) * double(phi_(base + o));
+        sum +=
+            (o.x ? t.x() : 1 - t.x()) * (o.y ? t.y() : 1 - t.y()) * (o.z ? t.z() : 1 - t.z()) * double(phi_(base + o));
     }
     return std::abs(sum) < kSnap * dx_ ? 0 : sum;
 }
@@ -146,7 +151,8 @@ void CutTetMesh::cut(std::span<const std::uint32_t> tets)
     parallelChunks(tets.size(), kChunk, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             const auto& v = tets_[tets[i]];
-            cut_[tets[i]] = cutTet({points_[v[0]], points_[v[1]], points_[v[2]], points_[v[3]]}, {seen_[v[0]], seen_[v[1]], seen_[v[2]], seen_[v[3]]});
+            cut_[tets[i]] = cutTet({points_[v[0]], points_[v[1]], points_[v[2]], points_[v[3]]},
+                                   {seen_[v[0]], seen_[v[1]], seen_[v[2]], seen_[v[3]]});
         }
     });
 }
@@ -169,7 +175,8 @@ void CutTetMesh::classify(std::uint32_t point)
             for (std::size_t b = 0; b < a; ++b) {
                 const std::uint32_t p = tets_[t][a], q = tets_[t][b];
                 if (p == point || q == point) continue;
-                if (seen_[point] < 0 || seen_[p] < 0 || seen_[q] < 0) faces.push_back({{std::min(p, q), std::max(p, q)}, i});
+                if (seen_[point] < 0 || seen_[p] < 0 || seen_[q] < 0)
+                    faces.push_back({{std::min(p, q), std::max(p, q)}, i});
             }
     }
     std::sort(faces.begin(), faces.end());
@@ -243,7 +250,8 @@ CutUpdate CutTetMesh::update(std::span<const std::pair<Coord, float>> newPhi)
 {
     CutUpdate update;
     std::vector<std::uint32_t> tets, touched;
-    for (std::uint32_t p : takePhi(newPhi, update)) tets.insert(tets.end(), star_.begin() + starStart_[p], star_.begin() + starStart_[p + 1]);
+    for (std::uint32_t p : takePhi(newPhi, update))
+        tets.insert(tets.end(), star_.begin() + starStart_[p], star_.begin() + starStart_[p + 1]);
     sortUnique(tets);
     cut(tets);
     for (std::uint32_t t : tets) touched.insert(touched.end(), tets_[t].begin(), tets_[t].end());
@@ -261,7 +269,8 @@ CutUpdate CutTetMesh::update(std::span<const std::pair<Coord, float>> newPhi)
 }
 
 /// Of each node the old one that any of its tets had: material only goes, so each of them had one.
-std::vector<std::uint32_t> CutTetMesh::previousNodes(const std::vector<std::uint8_t>& oldLabel, const std::vector<std::uint32_t>& oldFirst) const
+std::vector<std::uint32_t> CutTetMesh::previousNodes(const std::vector<std::uint8_t>& oldLabel,
+                                                     const std::vector<std::uint32_t>& oldFirst) const
 {
     std::vector<std::uint32_t> previous(pointOfNode_.size());
     for (std::uint32_t p = 0; p < points_.size(); ++p)
@@ -307,7 +316,8 @@ std::vector<Coord> CutTetMesh::voxelsAbove(std::span<const double> density, doub
 {
     std::vector<Coord> voxels;
     for (std::size_t e = 0; e < elements_.size(); ++e)
-        if (density[e * kMostTets] > threshold) weights().eachVoxel(tetOfElement_[e], [&](Coord v) { voxels.push_back(v); });
+        if (density[e * kMostTets] > threshold)
+            weights().eachVoxel(tetOfElement_[e], [&](Coord v) { voxels.push_back(v); });
     sortUniqueCoords(voxels);
     return voxels;
 }

@@ -16,8 +16,8 @@ namespace {
 
 using Barycentric = std::array<double, 4>;
 
-/// Centroids of the parts^3 sub-tets of a tet. The Kuhn tets of a grid with `parts` cells along an edge that lie in the tet
-/// 1 >= x >= y >= z >= 0 divide it into parts of equal volume.
+/// Centroids of the parts^3 sub-tets of a tet. The Kuhn tets of a grid with `parts` cells along an edge that lie in the
+/// tet 1 >= x >= y >= z >= 0 divide it into parts of equal volume.
 std::vector<Barycentric> centroids(int parts)
 {
     constexpr double kCentroid[3] = {3. / 4, 2. / 4, 1. / 4};  // of a Kuhn tet, along its axes in their order
@@ -27,7 +27,8 @@ std::vector<Barycentric> centroids(int parts)
         do {
             std::array<double, 3> p = {double(c.x), double(c.y), double(c.z)};
             for (std::size_t k = 0; k < 3; ++k) p[std::size_t(axis[k])] += kCentroid[k];
-            if (p[0] > p[1] && p[1] > p[2]) result.push_back({1 - p[0] / parts, (p[0] - p[1]) / parts, (p[1] - p[2]) / parts, p[2] / parts});
+            if (p[0] > p[1] && p[1] > p[2])
+                result.push_back({1 - p[0] / parts, (p[0] - p[1]) / parts, (p[1] - p[2]) / parts, p[2] / parts});
         } while (std::next_permutation(axis.begin(), axis.end()));
     });
     return result;
@@ -41,7 +42,8 @@ struct VoxelVolume {
 /// Adds up equal voxels; sorted.
 void addUp(std::vector<VoxelVolume>& shares)
 {
-    std::stable_sort(shares.begin(), shares.end(), [](const VoxelVolume& a, const VoxelVolume& b) { return a.voxel < b.voxel; });
+    std::stable_sort(shares.begin(), shares.end(),
+                     [](const VoxelVolume& a, const VoxelVolume& b) { return a.voxel < b.voxel; });
     std::size_t count = 0;
     for (const VoxelVolume& share : shares) {
         if (count > 0 && shares[count - 1].voxel == share.voxel)
@@ -65,14 +67,16 @@ public:
         double longest = 0;
         for (std::size_t a = 0; a < 4; ++a)
             for (std::size_t b = 0; b < a; ++b) longest = std::max(longest, (X[a] - X[b]).norm());
-        const std::size_t parts = std::clamp<std::size_t>(std::size_t(std::ceil(2 * longest / dx_)), 1, centroids_.size());
+        const std::size_t parts =
+            std::clamp<std::size_t>(std::size_t(std::ceil(2 * longest / dx_)), 1, centroids_.size());
         const auto& samples = centroids_[parts - 1];
         Mat3 edges;
         for (Eigen::Index k = 0; k < 3; ++k) edges.col(k) = X[std::size_t(k) + 1] - X[0];
         const double volume = std::abs(edges.determinant()) / 6 / (dx_ * dx_ * dx_) / double(samples.size());
         std::vector<VoxelVolume> shares;
         shares.reserve(8 * samples.size());
-        for (const Barycentric& b : samples) spread((b[0] * X[0] + b[1] * X[1] + b[2] * X[2] + b[3] * X[3]) / dx_, volume, shares);
+        for (const Barycentric& b : samples)
+            spread((b[0] * X[0] + b[1] * X[1] + b[2] * X[2] + b[3] * X[3]) / dx_, volume, shares);
         addUp(shares);
         return shares;
     }
@@ -95,7 +99,8 @@ private:
 
 }  // namespace
 
-NodalWeights::NodalWeights(std::span<const Vec3> points, std::span<const std::array<std::uint32_t, 4>> tets, double voxelSize)
+NodalWeights::NodalWeights(std::span<const Vec3> points, std::span<const std::array<std::uint32_t, 4>> tets,
+                           double voxelSize)
 {
     const Divider divider(voxelSize, kMostParts);
     std::vector<std::vector<VoxelVolume>> ofTet(tets.size());

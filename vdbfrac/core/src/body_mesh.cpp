@@ -12,33 +12,38 @@ namespace vdbfrac::core {
 
 namespace {
 
-/// Tets of edges near h round the material and half a voxel beyond it, so that phi > 0 at the boundary of the mesh; larger
-/// ones, where the scene allows it, where phi says no more than that the surface is far.
+/// Tets of edges near h round the material and half a voxel beyond it, so that phi > 0 at the boundary of the mesh;
+/// larger ones, where the scene allows it, where phi says no more than that the surface is far.
 tetmesh::TetMesh enclosingTets(const scene::Grid& grid, const grid::LevelSet& phi, std::uint64_t memoryLimit)
 {
-    constexpr double kMargin = 0.5;          // voxels
-    constexpr double kRadiusOfEdge = 0.9;    // bound on circumradii for edges of h on average, as measured
-    constexpr double kBytesAPoint = 12000;   // of mesher, mesh and solver
+    constexpr double kMargin = 0.5;         // voxels
+    constexpr double kRadiusOfEdge = 0.9;   // bound on circumradii for edges of h on average, as measured
+    constexpr double kBytesAPoint = 12000;  // of mesher, mesh and solver
     const double dx = phi.voxelSize(), size = kRadiusOfEdge * grid.coarsening * dx, deep = -0.9 * phi.background();
     const auto sample = grid::phiSampler(phi);
     mesher::DelaunayCriteria criteria;
     criteria.facetSize = size;
     criteria.cellSize = size * grid.grading;
     criteria.mostPoints = std::max<std::size_t>(1, std::size_t(double(memoryLimit) / kBytesAPoint));
-    if (grid.grading > 1) criteria.sizing = [=](const Vec3& X) { return sample(X) > deep ? size : size * grid.grading; };
-    return mesher::delaunayMesh({[=](const Vec3& X) { return sample(X) - kMargin * dx; }, grid::materialBox(phi), {}}, criteria);
+    if (grid.grading > 1)
+        criteria.sizing = [=](const Vec3& X) { return sample(X) > deep ? size : size * grid.grading; };
+    return mesher::delaunayMesh({[=](const Vec3& X) { return sample(X) - kMargin * dx; }, grid::materialBox(phi), {}},
+                                criteria);
 }
 
 }  // namespace
 
-std::unique_ptr<tetmesh::BodyMesh> makeBodyMesh(const scene::Grid& grid, const grid::LevelSet& phi, std::uint64_t memoryLimit)
+std::unique_ptr<tetmesh::BodyMesh> makeBodyMesh(const scene::Grid& grid, const grid::LevelSet& phi,
+                                                std::uint64_t memoryLimit)
 {
     using Kind = tetmesh::Lattice::Kind;
     if (grid.lattice == scene::LatticeKind::delaunay)
-        return std::make_unique<tetmesh::CutTetMesh>(enclosingTets(grid, phi, memoryLimit), grid.coarsening * grid.voxelSize, grid.voxelSize,
+        return std::make_unique<tetmesh::CutTetMesh>(enclosingTets(grid, phi, memoryLimit),
+                                                     grid.coarsening * grid.voxelSize, grid.voxelSize,
                                                      grid::sampleNodes(phi));
     const Kind kind = grid.lattice == scene::LatticeKind::six ? Kind::six : Kind::five;
-    return std::make_unique<tetmesh::CutMesh>(tetmesh::Lattice{kind, grid.coarsening, grid.voxelSize}, grid::sampleNodes(phi));
+    return std::make_unique<tetmesh::CutMesh>(tetmesh::Lattice{kind, grid.coarsening, grid.voxelSize},
+                                              grid::sampleNodes(phi));
 }
 
 }  // namespace vdbfrac::core

@@ -15,12 +15,13 @@
 
 namespace vdbfrac::tetmesh {
 
-/// Tets of one lattice cell that agree on the cell's corner nodes, or one tet of any shape: the unit the solver works on.
+/// Tets of one lattice cell that agree on the cell's corner nodes, or one tet of any shape: the unit the solver works
+/// on.
 struct CellElement {
     std::array<std::uint32_t, kCorners> node{};  ///< a corner no tet uses names some node of the element
     std::array<double, kMostTets> fraction{};    ///< material volume / tet volume of each tet; 0: the tet is not here
     CellShape shape = CellShape::six;
-    std::uint32_t patch = 0;                     ///< elements of one block of 8^3 cells share it and are consecutive
+    std::uint32_t patch = 0;  ///< elements of one block of 8^3 cells share it and are consecutive
 };
 
 /// What an update touched and how to carry node data over.
@@ -36,8 +37,8 @@ struct CutUpdate {
 /// Energy density [J/m^3] of tet t of an element.
 using TetEnergy = std::function<double(std::uint32_t element, int tet)>;
 
-/// Material round a voxel node p: the integral of its trilinear or nodal function N_p over it, and of N_p times an energy
-/// density, in units of a voxel.
+/// Material round a voxel node p: the integral of its trilinear or nodal function N_p over it, and of N_p times an
+/// energy density, in units of a voxel.
 struct NodalShare {
     double volume = 0, energy = 0;
 };
@@ -46,18 +47,21 @@ class BodyMesh {
 public:
     virtual ~BodyMesh() = default;
 
-    /// Takes new values of phi [m] (none lower than before) and re-cuts only what sees a change. The result equals a mesh
-    /// made from the new phi, to the bit.
+    /// Takes new values of phi [m] (none lower than before) and re-cuts only what sees a change. The result equals a
+    /// mesh made from the new phi, to the bit.
     virtual CutUpdate update(std::span<const std::pair<Coord, float>> newPhi) = 0;
 
     virtual const NodeField<float>& phi() const = 0;  ///< on voxels [m]
     virtual const std::vector<CellElement>& elements() const = 0;
-    virtual std::span<const TetGradients> gradients() const { return {}; }  ///< of each element that is a tet of any shape
+    virtual std::span<const TetGradients> gradients() const
+    {
+        return {};
+    }  ///< of each element that is a tet of any shape
     virtual std::size_t nodeCount() const = 0;
     virtual std::span<const Coord> latticeCoords() const { return {}; }  ///< of each node; empty without a lattice
-    virtual Vec3 restPosition(std::size_t node) const = 0;              ///< m
-    virtual double spacing() const = 0;                                 ///< h: typical edge of a tet [m]
-    virtual double voxelSize() const = 0;                               ///< dx [m]
+    virtual Vec3 restPosition(std::size_t node) const = 0;               ///< m
+    virtual double spacing() const = 0;                                  ///< h: typical edge of a tet [m]
+    virtual double voxelSize() const = 0;                                ///< dx [m]
 
     virtual double volume() const = 0;  ///< of the material [m^3]
     /// Material volume [m^3] of an element.
@@ -66,8 +70,8 @@ public:
     /// Closed surface of the material, normals outward.
     virtual EmbeddedSurface surface() const = 0;
 
-    /// Voxel nodes of all tets whose energy density exceeds `threshold`, sorted, each once. No other voxel node can have a
-    /// nodal energy above it. `density`: entry 6 e + t for tet t of element e.
+    /// Voxel nodes of all tets whose energy density exceeds `threshold`, sorted, each once. No other voxel node can
+    /// have a nodal energy above it. `density`: entry 6 e + t for tet t of element e.
     virtual std::vector<Coord> voxelsAbove(std::span<const double> density, double threshold) const = 0;
     virtual NodalShare nodalShare(Coord voxel, const TetEnergy& energy) const = 0;
 };

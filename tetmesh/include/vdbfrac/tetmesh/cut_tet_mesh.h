@@ -1,9 +1,10 @@
 // A mesh of tets that encloses the material, cut by phi, with nodes duplicated where material is apart.
 //
-// phi lives on voxels and is taken, trilinear, at the points of the mesh; within a tet it is linear, so the material of a tet
-// is one convex piece. Each point has a copy for each part of its star that hangs together: two tets with a face in common
-// share the copies of its points where material is on the face. phi only grows, so copies only split: a new one lies in
-// exactly one old one. The same rule as on a lattice (cut_mesh.h), after Teran et al. 2005 / Sifakis et al. 2007.
+// phi lives on voxels and is taken, trilinear, at the points of the mesh; within a tet it is linear, so the material of
+// a tet is one convex piece. Each point has a copy for each part of its star that hangs together: two tets with a face
+// in common share the copies of its points where material is on the face. phi only grows, so copies only split: a new
+// one lies in exactly one old one. The same rule as on a lattice (cut_mesh.h), after Teran et al. 2005 / Sifakis et al.
+// 2007.
 #pragma once
 
 #include <vdbfrac/base/vec.h>
@@ -25,9 +26,9 @@ class NodalWeights;
 
 class CutTetMesh final : public BodyMesh {
 public:
-    /// `spacing`: the edge that tets mostly have [m]; `phi` [m] on voxels, its box holds every voxel of material and two
-    /// layers more. Tets and points are sorted into blocks of 8 spacings. Throws InputError when phi < 0 at a boundary
-    /// point: the mesh has to enclose the material.
+    /// `spacing`: the edge that tets mostly have [m]; `phi` [m] on voxels, its box holds every voxel of material and
+    /// two layers more. Tets and points are sorted into blocks of 8 spacings. Throws InputError when phi < 0 at a
+    /// boundary point: the mesh has to enclose the material.
     CutTetMesh(const TetMesh& mesh, double spacing, double voxelSize, NodeField<float> phi);
     CutTetMesh(CutTetMesh&&) noexcept;
     ~CutTetMesh() override;
@@ -68,32 +69,33 @@ private:
     void numberNodes();
     void makeElements();
     const NodalWeights& weights() const;
-    std::vector<std::uint32_t> previousNodes(const std::vector<std::uint8_t>& oldLabel, const std::vector<std::uint32_t>& oldFirst) const;
+    std::vector<std::uint32_t> previousNodes(const std::vector<std::uint8_t>& oldLabel,
+                                             const std::vector<std::uint32_t>& oldFirst) const;
 
     double h_ = 1, dx_ = 1;
     NodeField<float> phi_;
     std::vector<Vec3> points_;
     std::vector<std::array<std::uint32_t, 4>> tets_;
     std::vector<std::uint32_t> patchOfTet_;
-    std::vector<Shape> shape_;                                  // of each tet
-    std::vector<std::uint32_t> starStart_, star_;               // tets round each point, by rising tet
-    std::vector<std::array<std::uint32_t, 4>> slot_;            // of each tet: where it is in the stars of its points
+    std::vector<Shape> shape_;                        // of each tet
+    std::vector<std::uint32_t> starStart_, star_;     // tets round each point, by rising tet
+    std::vector<std::array<std::uint32_t, 4>> slot_;  // of each tet: where it is in the stars of its points
     std::vector<std::pair<Coord, std::uint32_t>> pointsOfVoxelCell_;  // sorted
     struct Weights;
-    std::unique_ptr<Weights> weights_;        // made when they are first asked for
+    std::unique_ptr<Weights> weights_;  // made when they are first asked for
 
-    std::vector<double> seen_;                // phi at each point, snapped to 0 within kSnap dx
-    std::vector<std::uint8_t> wasMaterial_;   // was phi < 0 there at first?
-    std::vector<TetCut> cut_;                 // of each tet
-    std::vector<std::uint8_t> label_;         // of each slot: the copy of the point that the tet has; kNone without material
-    std::vector<std::uint8_t> copies_;        // of each point
-    std::vector<std::uint32_t> firstNode_;    // of each point, and the end
+    std::vector<double> seen_;               // phi at each point, snapped to 0 within kSnap dx
+    std::vector<std::uint8_t> wasMaterial_;  // was phi < 0 there at first?
+    std::vector<TetCut> cut_;                // of each tet
+    std::vector<std::uint8_t> label_;   // of each slot: the copy of the point that the tet has; kNone without material
+    std::vector<std::uint8_t> copies_;  // of each point
+    std::vector<std::uint32_t> firstNode_;  // of each point, and the end
     std::vector<std::uint32_t> pointOfNode_;
     std::vector<CellElement> elements_;
     std::vector<TetGradients> gradients_;     // of each element
     std::vector<std::int32_t> elementOfTet_;  // -1 without material
     std::vector<std::uint32_t> tetOfElement_;
-    double volume_ = 0;                       // m^3
+    double volume_ = 0;  // m^3
 };
 
 }  // namespace vdbfrac::tetmesh
