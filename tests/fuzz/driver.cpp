@@ -7,7 +7,9 @@
 #include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/parallel.h>
 
+#include <sys/mman.h>
 #include <sys/resource.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -17,7 +19,9 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <new>
 #include <random>
+#include <stdexcept>
 
 namespace fs = std::filesystem;
 using namespace vdbfrac;
@@ -26,15 +30,12 @@ using namespace vdbfrac::fuzz;
 namespace {
 
 constexpr unsigned kSeconds = 10;            // for one file
-constexpr std::size_t kMemory = 2ull << 30;  // bytes, for the whole program; under ASan see the options below
-
-volatile std::sig_atomic_t currentSeed = 0;  // for the handler alone
+constexpr std::size_t kMemory = 2ull << 30;  // bytes, for a process; under ASan see the options below
 
 void onHang(int)
 {
-    char text[64];
-    const int length = std::snprintf(text, sizeof text, "hangs: seed %ld\n", long(currentSeed));
-    [[maybe_unused]] const auto written = ::write(2, text, std::size_t(length));
+    constexpr char kText[] = "hangs\n";
+    [[maybe_unused]] const auto written = ::write(2, kText, sizeof kText - 1);
     ::_exit(1);
 }
 
@@ -100,40 +101,73 @@ int replay(const Kind& kind, char** paths, int count)
     return files == 0 || unreadable > 0;
 }
 
-/// Reads the mutations of a kind; returns how many ended in each way.
-std::array<std::size_t, 4> outcomes(const Kind& kind, std::size_t count, std::uint64_t firstSeed)
-{
-    const std::vector<std::string> sound = kind.soundFiles();
+/// What a process that reads mutations tells the one that waits for it.
+struct Progress {
     std::array<std::size_t, 4> counts{};
-    for (std::uint64_t i = 0; i < count; ++i) {
-        currentSeed = std::sig_atomic_t(firstSeed + i);
-        const std::string bytes = mutated(sound[i % sound.size()], firstSeed + i);
+    std::uint64_t seed = 0;  // of the file being read
+};
+
+/// Reads mutations from progress.seed up to `end`; a process of its own, so that one that breaks does not end them all,
+/// and what OpenVDB leaks goes with it.
+void readMutations(const Kind& kind, const std::vector<std::string>& sound, std::uint64_t end, Progress& progress)
+{
+    for (; progress.seed < end; ++progress.seed) {
+        const std::string bytes = mutated(sound[progress.seed % sound.size()], progress.seed);
         try {
-            ++counts[std::size_t(readTimed(kind, bytes))];
+            ++progress.counts[std::size_t(readTimed(kind, bytes))];
         } catch (const std::exception& e) {
-            const std::string name = std::string("breaker_") + kind.name + "_" + std::to_string(firstSeed + i);
-            writeText(name, bytes);
-            std::fprintf(stderr, "%s: not a named error: %s\n", name.c_str(), e.what());
-            throw;
+            std::fprintf(stderr, "not a named error: %s\n", e.what());
+            ::_exit(1);
         }
     }
-    return counts;
+    ::_exit(0);
+}
+
+/// Returns how many broke the reader; each is kept as a file.
+std::size_t runMutations(const Kind& kind, std::uint64_t first, std::size_t count, Progress& progress)
+{
+    constexpr std::uint64_t kBatch = 100;  // files a process
+    const std::vector<std::string> sound = kind.soundFiles();
+    std::size_t broken = 0;
+    progress = {{}, first};
+    while (progress.seed < first + count) {
+        const ::pid_t child = ::fork();
+        if (child == 0) readMutations(kind, sound, std::min(progress.seed + kBatch, first + count), progress);
+        int status = 0;
+        if (child < 0 || ::waitpid(child, &status, 0) != child) throw std::runtime_error("no process can be started");
+        if (status == 0) continue;
+        const std::string name = std::string("breaker_") + kind.name + "_" + std::to_string(progress.seed);
+        writeText(name, mutated(sound[progress.seed % sound.size()], progress.seed));
+        std::printf("%s breaks the reader\n", name.c_str());
+        ++broken;
+        ++progress.seed;
+    }
+    return broken;
+}
+
+long largestChild()
+{
+    rusage usage{};
+    ::getrusage(RUSAGE_CHILDREN, &usage);
+    return usage.ru_maxrss / 1024;
 }
 
 int mutate(std::size_t count, std::uint64_t seed)
 {
-    std::printf("%-8s %9s %8s %12s %11s %12s\n", "kind", "mutations", kOutcomeNames[0], kOutcomeNames[1], kOutcomeNames[2], kOutcomeNames[3]);
-    bool both = true;
+    void* shared = ::mmap(nullptr, sizeof(Progress), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    if (shared == MAP_FAILED) throw std::runtime_error("no shared memory");
+    Progress& progress = *new (shared) Progress;
+    std::printf("%-8s %9s %8s %12s %11s %12s %7s %15s\n", "kind", "mutations", kOutcomeNames[0], kOutcomeNames[1], kOutcomeNames[2], kOutcomeNames[3],
+                "broken", "peak so far, MB");
+    bool good = true;
     for (const Kind& kind : kinds()) {
-        const std::size_t share = count / kinds().size();
-        const auto c = outcomes(kind, share, seed);
-        std::printf("%-8s %9zu %8zu %12zu %11zu %12zu\n", kind.name, share, c[0], c[1], c[2], c[3]);
-        both = both && c[0] < share;  // were none refused, nothing would have been mutated
+        const std::size_t share = (count + kinds().size() - 1) / kinds().size();
+        const std::size_t broken = runMutations(kind, seed, share, progress);
+        const auto& c = progress.counts;
+        std::printf("%-8s %9zu %8zu %12zu %11zu %12zu %7zu %15ld\n", kind.name, share, c[0], c[1], c[2], c[3], broken, largestChild());
+        good = good && broken == 0 && c[0] < share;  // were none refused, nothing would have been mutated
     }
-    rusage usage{};
-    ::getrusage(RUSAGE_SELF, &usage);
-    std::printf("peak memory %ld MB\n", usage.ru_maxrss / 1024);
-    return both ? 0 : 1;
+    return good ? 0 : 1;
 }
 
 }  // namespace

@@ -1,5 +1,7 @@
 #include "openvdb_access.h"
 
+#include <openvdb/io/DelayedLoadMetadata.h>
+
 #include <utility>
 
 namespace vdbfrac::grid {
@@ -13,7 +15,12 @@ constexpr float kDefaultHalfWidth = 3;  // voxels
 void initializeOpenVdb()
 {
     // openvdb::initialize registers the types that files can name. Grids in memory do not need it.
-    static const bool done = (openvdb::initialize(), true);
+    // The table for loading leafs late is taken out again: it is not used here, and the library believes the lengths in it.
+    static const bool done = [] {
+        openvdb::initialize();
+        openvdb::Metadata::unregisterType(openvdb::io::DelayedLoadMetadata::staticTypeName());
+        return true;
+    }();
     (void)done;
 }
 

@@ -119,6 +119,15 @@ openvdb::FloatGrid::Ptr findSdf(const openvdb::GridPtrVec& grids, const std::str
     return findLevelSet(grids, file, name);  // complains
 }
 
+void requireInvertible(const openvdb::FloatGrid& grid, const std::string& file)
+{
+    const auto refuse = [&](const char* what) { throw InputError({file, "grid '" + grid.getName() + "' has a transform that " + what, "a linear one", ""}); };
+    if (!grid.transform().isLinear()) refuse("is not linear");
+    const openvdb::Mat4d m = grid.transform().baseMap()->getAffineMap()->getMat4(), inverse = m.inverse();  // throw when singular
+    for (int i = 0; i < 16; ++i)
+        if (!std::isfinite(m.asPointer()[i]) || !std::isfinite(inverse.asPointer()[i])) refuse("is not finite");
+}
+
 /// Grids of other programs: of no class, with tiles that are active, without a background.
 void makeLevelSetLike(openvdb::FloatGrid& grid)
 {
@@ -160,8 +169,7 @@ try {
     const std::string text = file.string();
     openvdb::FloatGrid::Ptr grid = findSdf(readGrids(file, memoryLimit), text, name);
     requireSoundTree(*grid, text);
-    if (!grid->transform().isLinear())
-        throw InputError({text, "grid '" + grid->getName() + "' has a transform that is not linear", "a linear one", ""});
+    requireInvertible(*grid, text);
     requireNegativeInside(*grid, text);
     if (grid->getGridClass() != openvdb::GRID_LEVEL_SET)
         makeLevelSetLike(*grid);

@@ -3,7 +3,6 @@
 #include <vdbfrac/base/error.h>
 
 #include <openvdb/io/Archive.h>
-#include <openvdb/io/DelayedLoadMetadata.h>
 #include <openvdb/io/GridDescriptor.h>
 #include <openvdb/io/io.h>
 
@@ -12,7 +11,6 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
-#include <sstream>
 
 namespace vdbfrac::grid {
 
@@ -97,28 +95,11 @@ private:
     std::string entry(const std::string& type)
     {
         std::string bytes = text();
-        if (type == io::DelayedLoadMetadata::staticTypeName()) {
-            delayedLoad(bytes);
-        } else if (type != openvdb::StringMetadata::staticTypeName() && openvdb::Metadata::isRegisteredType(type)) {
+        if (type == openvdb::BoolMetadata::staticTypeName())
+            require(bytes.size() == 1 && static_cast<unsigned char>(bytes[0]) <= 1, "has a truth that is neither true nor false");
+        else if (type != openvdb::StringMetadata::staticTypeName() && openvdb::Metadata::isRegisteredType(type))
             require(bytes.size() == openvdb::Metadata::createMetadata(type)->size(), "has metadata of a wrong length");
-        }
         return bytes;
-    }
-
-    /// A table of the leafs, with lengths of its own.
-    void delayedLoad(const std::string& bytes)
-    {
-        if (bytes.empty()) return;  // of a tree without leafs
-        std::uint32_t leafs = 0;
-        require(bytes.size() >= sizeof(leafs), "has a table of leafs that is cut off");
-        std::memcpy(&leafs, bytes.data(), sizeof(leafs));
-        require(leafs <= size_, "declares more leafs than it can hold");
-        const std::uint32_t length = std::uint32_t(bytes.size());
-        std::istringstream in(std::string(reinterpret_cast<const char*>(&length), sizeof(length)) + bytes);
-        in.exceptions(std::ios::failbit | std::ios::badbit | std::ios::eofbit);
-        io::DelayedLoadMetadata table;
-        table.read(in);
-        require(std::uint64_t(in.tellg()) == sizeof(length) + bytes.size(), "has a damaged table of leafs");
     }
 
     std::istream& in_;
@@ -177,6 +158,7 @@ private:
         openvdb::GridBase::Ptr grid = descriptor.read(in);
         lookAtGrid(in, fileSize, descriptor.isInstance() ? nullptr : type);
         readGrid(grid, descriptor, in);
+        grid->removeMeta(openvdb::GridBase::META_FILE_DELAYED_LOAD);  // kept as raw bytes; see initializeOpenVdb
         byName_[descriptor.uniqueName()] = grid;
         if (descriptor.isInstance()) connectInstance(descriptor, byName_);
         grids_.push_back(grid);
