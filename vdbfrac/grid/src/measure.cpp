@@ -1,9 +1,10 @@
 #include "openvdb_access.h"
 
 #include <vdbfrac/base/parallel.h>
+#include <vdbfrac/grid/level_set_surface.h>
 #include <vdbfrac/grid/relevel.h>
 
-#include <openvdb/tools/LevelSetMeasure.h>
+#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <array>
@@ -74,6 +75,14 @@ LeafSums sumsOf(const Leaf& leaf, const Grid::ConstAccessor& phi, double dx)
     return sums;
 }
 
+double areaOf(const tetmesh::Surface& surface)
+{
+    double area = 0;
+    for (const auto& [a, b, c] : surface.triangles)
+        area += 0.5 * (surface.points[b] - surface.points[a]).cross(surface.points[c] - surface.points[a]).norm();
+    return area;
+}
+
 }  // namespace
 
 LevelSetReport measure(const LevelSet& phi)
@@ -96,9 +105,8 @@ LevelSetReport measure(const LevelSet& phi)
     report.beside = all.beside.statistics();
     report.band = all.band.statistics();
     if (leaves.empty()) return report;
-    openvdb::tools::LevelSetMeasure<Grid> measure(grid);
-    report.volume = measure.volume(/*useWorldUnits=*/true);
-    report.area = measure.area(true);
+    report.volume = enclosedVolume(phi);
+    report.area = areaOf(surfaceOf(phi, 0));
     return report;
 }
 

@@ -20,8 +20,8 @@ struct GradientStatistics {
 };
 
 struct LevelSetReport {
-    double volume = 0;  ///< [m^3], tools::levelSetVolume
-    double area = 0;    ///< [m^2], tools::levelSetArea
+    double volume = 0;  ///< [m^3], enclosedVolume
+    double area = 0;    ///< [m^2], of the triangles of surfaceOf
     GradientStatistics beside;  ///< within one voxel of the surface
     GradientStatistics band;    ///< all of the band
 };
