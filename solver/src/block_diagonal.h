@@ -1,28 +1,35 @@
 // Inverses of the 3x3 diagonal blocks of a linear system, in single precision. Not installed.
 #pragma once
 
+#include "kernel.h"
+
 #include <vdbfrac/solver/linear_solver.h>
 
-#include <cstdint>
 #include <span>
+#include <vector>
 
 namespace vdbfrac::solver {
 
-/// Symmetric 3x3 block: xx, yy, zz, yz, zx, xy.
-struct SymmetricBlock {
-    float v[6] = {};
-
+class BlockDiagonal {
+public:
+    void resize(std::size_t nodes) { lanes_.resize((nodes + kLanes - 1) / kLanes); }
+    const LaneBlocks* lanes() const { return lanes_.data(); }
+    float& at(std::size_t node, std::size_t k) { return lanes_[node / kLanes].v[k][node % kLanes]; }  ///< k: xx, yy, zz, yz, zx, xy
     template <class V>
-    V operator*(const V& r) const
+    V times(std::size_t node, const V& r) const
     {
         using Real = typename V::Scalar;
-        const Real xx = Real(v[0]), yy = Real(v[1]), zz = Real(v[2]), yz = Real(v[3]), zx = Real(v[4]), xy = Real(v[5]);
-        return V(xx * r[0] + xy * r[1] + zx * r[2], xy * r[0] + yy * r[1] + yz * r[2], zx * r[0] + yz * r[1] + zz * r[2]);
+        const auto v = [&](std::size_t k) { return Real(lanes_[node / kLanes].v[k][node % kLanes]); };
+        return V(v(0) * r[0] + v(5) * r[1] + v(4) * r[2], v(5) * r[0] + v(1) * r[1] + v(3) * r[2], v(4) * r[0] + v(3) * r[1] + v(2) * r[2]);
     }
+    std::size_t bytes() const { return lanes_.capacity() * sizeof(LaneBlocks); }
+
+private:
+    std::vector<LaneBlocks> lanes_;
 };
 
 /// Writes the inverse block of each node to `inverse`: 0 at fixed nodes and where there is no material; a multiple of
 /// the identity where the block is not positive definite. `extra` [N/m], if any, is added to the diagonal.
-void invertDiagonal(const LinearSystem& system, std::span<const float> extra, std::span<SymmetricBlock> inverse);
+void invertDiagonal(const LinearSystem& system, std::span<const float> extra, BlockDiagonal& inverse);
 
 }  // namespace vdbfrac::solver

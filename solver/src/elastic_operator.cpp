@@ -118,7 +118,9 @@ std::size_t ElasticOperator::bytes() const
 std::size_t ElasticOperator::productBytes() const
 {
     const Patches& p = data_->p;
-    return p.tangentCount * sizeof(TetTangent) + p.bytes() - p.laneOfElement.size() * sizeof(p.laneOfElement[0]) +
+    const auto straight = std::size_t(std::count_if(p.straight.begin(), p.straight.end(), [](std::uint32_t slot) { return slot != kNoSlot; }));
+    const std::size_t unread = sizeof(std::uint32_t) * (p.laneOfElement.size() + 2 * kLanes * straight);  // start and slots
+    return p.tangentCount * sizeof(TetTangent) + p.bytes() - unread +
            (2 * p.slots.size() + nodeCount()) * sizeof(Vec3);
 }
 

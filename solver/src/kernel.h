@@ -1,4 +1,4 @@
-// The element kernel: eight lattice cells at a time, one a lane. Not installed.
+// The kernels: eight lattice cells at a time, one a lane, and eight nodes at a time. Not installed.
 //
 // Every operation on a lane is a plain IEEE operation, fused multiply-add where the unit has it, and each lane is added up
 // in the same order: AVX2 and AVX-512 give the same bits, and so does any number of threads. Plain code, for machines
@@ -14,6 +14,7 @@
 #include <vdbfrac/tetmesh/cell.h>
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <type_traits>
 
@@ -76,6 +77,39 @@ struct PatchData {
     double share = 0;           ///< the tangent is that of the energy plus `share` times linear elasticity in the frame of R
 };
 
+/// What the patches add to the nodes of a system, xyz after xyz.
+template <class Real>
+struct SlotSums {
+    const Real* slot;
+    const std::uint32_t* straight;  ///< of each eight nodes: the slot of the first, where they have one each and in a row; else kNoSlot
+    const std::uint32_t *start, *slots;  ///< slots[start[n]] up to slots[start[n + 1]] are those of node n
+};
+inline constexpr std::uint32_t kNoSlot = 0xffffffff;
+
+/// Symmetric 3x3 blocks of eight consecutive nodes: xx, yy, zz, yz, zx, xy.
+struct alignas(32) LaneBlocks {
+    float v[6][kLanes] = {};
+};
+
+/// Vectors of conjugate gradients for A = K + diag(massFactor mass), preconditioned by B.
+template <class Real>
+struct GradientNodes {
+    SlotSums<Real> Kp;
+    const LaneBlocks* B;  ///< 0 at fixed nodes
+    const double* mass;   ///< kg
+    double massFactor;    ///< 1/s^2
+    Real *r, *p;
+    double* u;
+};
+
+/// Vectors of the Chebyshev iteration for A = K + diag(added), preconditioned by B.
+struct SmootherNodes {
+    SlotSums<float> Kx;
+    const LaneBlocks* B;
+    const float *added, *b;
+    float *x, *step;
+};
+
 struct KernelResult {
     double energy = 0;          ///< [J]
     std::int64_t robustTets = 0;  ///< tets that took the scalar path
@@ -96,6 +130,11 @@ struct VectorKernel {
     void (*write)(const PatchData&, const Real* out, Real* points);
     /// out += K in; returns in.out of the patch.
     double (*product)(const PatchData&, bool cellDilation, const Real* in, Real* out);
+    // Over nodes [begin, end) of the system; `begin` is a multiple of kLanes.
+    /// r -= step A p; returns r.B r.
+    double (*descend)(const GradientNodes<Real>&, std::size_t begin, std::size_t end, Real step);
+    /// u += move p, then p = B r + beta p; returns the new p.M p.
+    double (*turn)(const GradientNodes<Real>&, std::size_t begin, std::size_t end, double move, Real beta);
 };
 
 /// `evaluate` adds the gradient [N] to `out`, `diagonal` six rows of diagonal blocks (xx, yy, zz, yz, zx, xy).
@@ -104,6 +143,8 @@ struct Kernel {
     void (*diagonal)(const PatchData&, bool cellDilation, double* out);
     VectorKernel<double> twice;
     VectorKernel<float> single;
+    /// step = keep step + move B (b - A x), then x += step; over nodes [begin, end), `begin` a multiple of kLanes.
+    void (*smooth)(const SmootherNodes&, std::size_t begin, std::size_t end, float keep, float move);
     const char* name;
 
     template <class Real>

@@ -2,6 +2,7 @@
 // Everything but that one symbol has internal linkage, so no code for a wide unit leaks into the rest of the program.
 #include "kernel.h"
 #include "kernel_packs.h"
+#include "node_passes.h"
 
 namespace vdbfrac::solver {
 
@@ -652,10 +653,10 @@ void diagonalAll(const PatchData& patch, bool cellDilation, double* out)
 #define VDBFRAC_TEXT(x) VDBFRAC_TEXT2(x)
 
 template <class Real>
-constexpr VectorKernel<Real> kVectors = {readAll<Real>, writeAll<Real>, productAll<Real>};
+constexpr VectorKernel<Real> kVectors = {readAll<Real>, writeAll<Real>, productAll<Real>, descend<Real>, turn<Real>};
 
 }  // namespace
 
-const Kernel VDBFRAC_KERNEL = {evaluate, diagonalAll, kVectors<double>, kVectors<float>, VDBFRAC_TEXT(VDBFRAC_KERNEL)};
+const Kernel VDBFRAC_KERNEL = {evaluate, diagonalAll, kVectors<double>, kVectors<float>, smoothNodes, VDBFRAC_TEXT(VDBFRAC_KERNEL)};
 
 }  // namespace vdbfrac::solver

@@ -48,19 +48,26 @@ VDBFRAC_INLINE void unroll(const F& f)
     }(std::make_integer_sequence<int, n>{});
 }
 
+template <class Real, class P>
+VDBFRAC_INLINE PackT<Real> convert(P v)
+{
+    if constexpr (std::is_same_v<P, PackT<Real>>)
+        return v;
+#if defined(__AVX512F__)  // the compiler would convert halves and join them
+    else if constexpr (std::is_same_v<P, SinglePack>)
+        return Pack(_mm512_cvtps_pd(__m256(v)));
+    else
+        return SinglePack(_mm512_cvtpd_ps(__m512d(v)));
+#else
+    else
+        return __builtin_convertvector(v, PackT<Real>);
+#endif
+}
 /// Eight aligned numbers of type From as a pack of Real.
 template <class Real, class From>
 VDBFRAC_INLINE PackT<Real> load(const From* p)
 {
-    const PackT<From> v = *reinterpret_cast<const PackT<From>*>(p);
-    if constexpr (std::is_same_v<Real, From>)
-        return v;
-#if defined(__AVX512F__)  // the compiler would convert halves and join them
-    else if constexpr (std::is_same_v<From, float>)
-        return Pack(_mm512_cvtps_pd(__m256(v)));
-#endif
-    else
-        return __builtin_convertvector(v, PackT<Real>);
+    return convert<Real>(*reinterpret_cast<const PackT<From>*>(p));
 }
 VDBFRAC_INLINE void store(float* p, Pack v) { *reinterpret_cast<SinglePack*>(p) = __builtin_convertvector(v, SinglePack); }
 template <class Real>

@@ -14,15 +14,37 @@ namespace vdbfrac::solver {
 
 namespace {
 
-/// Preconditioners of conjugate gradients. start(i, r) is what node i adds to r.z when its r changes, finish() the rest of
-/// r.z, z(i, r) the result at node i.
+/// Vectors of an iteration in numbers of one precision.
+template <class V>
+struct Vectors {
+    std::vector<V> r, p;
+    void resize(std::size_t n)
+    {
+        r.resize(n);
+        p.resize(n);
+    }
+    std::size_t bytes() const { return (r.capacity() + p.capacity()) * sizeof(V); }
+};
+
+/// What the passes of an iteration work on.
+template <class V>
+struct Iteration {
+    const LinearSystem& A;
+    Vectors<V>& v;
+    std::span<Vec3> u;
+};
+
+// Preconditioners of conjugate gradients. start(i, r) is what node i adds to r.z, finish() the rest of r.z, z(i, r) the
+// result at node i. Two passes follow each product, which has left K p in the slots of the patches: descend() does
+// r -= step A p and returns the new r.z, turn() does u += move p and p = z + beta p and returns the new p.M p.
+
 class BlockJacobi {
 public:
-    explicit BlockJacobi(std::span<const SymmetricBlock> inverse) : inverse_(inverse) {}
+    explicit BlockJacobi(const BlockDiagonal& inverse) : inverse_(inverse) {}
     template <class V>
     double start(std::size_t i, const V& r) const
     {
-        return double(r.dot(inverse_[i] * r));
+        return double(r.dot(z(i, r)));
     }
     template <class V>
     double finish(const std::vector<V>&) const
@@ -32,11 +54,41 @@ public:
     template <class V>
     V z(std::size_t i, const V& r) const
     {
-        return inverse_[i] * r;
+        return inverse_.times(i, r);
+    }
+    template <class V>
+    double descend(const Iteration<V>& it, double step) const
+    {
+        using Real = typename V::Scalar;
+        return pass(it, [&](const GradientNodes<Real>& nodes, std::size_t begin, std::size_t end) {
+            return kernel().of<Real>().descend(nodes, begin, end, Real(step));
+        });
+    }
+    template <class V>
+    double turn(const Iteration<V>& it, double move, double beta) const
+    {
+        using Real = typename V::Scalar;
+        return pass(it, [&](const GradientNodes<Real>& nodes, std::size_t begin, std::size_t end) {
+            return kernel().of<Real>().turn(nodes, begin, end, move, Real(beta));
+        });
     }
 
 private:
-    std::span<const SymmetricBlock> inverse_;
+    /// At fixed nodes r is whatever holds them, which B takes to 0.
+    template <class V, class F>
+    double pass(const Iteration<V>& it, const F& f) const
+    {
+        using Real = typename V::Scalar;
+        const ElasticOperator& elastic = it.A.elastic;
+        const GradientNodes<Real> nodes{slotSums(elastic.sums<V>()), inverse_.lanes(),      elastic.mass().data(),  it.A.massFactor,
+                                        it.v.r.data()->data(),       it.v.p.data()->data(), it.u.data()->data()};
+        return orderedSum(it.u.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+            [[maybe_unused]] const FlushFor<Real> flush{};
+            return f(nodes, begin, end);
+        });
+    }
+
+    const BlockDiagonal& inverse_;
 };
 
 class VCycle {
@@ -53,6 +105,27 @@ public:
         return nodeSum<double>(r.size(), [&](std::size_t i) { return r[i].dot(z(i, r[i])); });
     }
     Vec3 z(std::size_t i, const Vec3&) const { return result_[i].cast<double>(); }
+    double descend(const Iteration<Vec3>& it, double step) const
+    {
+        const auto Kp = it.A.elastic.sums<Vec3>();
+        const std::span<const double> mass = it.A.elastic.mass();
+        eachNode<double>(it.u.size(), [&](std::size_t i) {
+            if (it.A.fixed[i]) return;
+            it.v.r[i] -= step * (it.A.massFactor * mass[i] * it.v.p[i] + Kp(i));
+            (void)start(i, it.v.r[i]);
+        });
+        return finish(it.v.r);
+    }
+    double turn(const Iteration<Vec3>& it, double move, double beta) const
+    {
+        const std::span<const double> mass = it.A.elastic.mass();
+        return nodeSum<double>(it.u.size(), [&](std::size_t i) -> double {
+            if (it.A.fixed[i]) return 0;
+            it.u[i] += move * it.v.p[i];
+            it.v.p[i] = z(i, it.v.r[i]) + beta * it.v.p[i];
+            return mass[i] * it.v.p[i].squaredNorm();
+        });
+    }
 
 private:
     Multigrid& multigrid_;
@@ -60,28 +133,13 @@ private:
     std::span<const Vec3f> result_;
 };
 
-/// Vectors of an iteration in numbers of one precision.
-template <class V>
-struct Vectors {
-    std::vector<V> r, p;
-    void resize(std::size_t n)
-    {
-        r.resize(n);
-        p.resize(n);
-    }
-    std::size_t bytes() const { return (r.capacity() + p.capacity()) * sizeof(V); }
-};
-
 /// Conjugate gradients with vectors V: Vec3, or Vec3f where that is exact enough. `scale` times b is what they solve for.
-/// The product leaves its sums in the slots of the patches and p.K p behind, so that an iteration passes over the nodes
-/// twice: r with its part of r.z, then u and p with p.M p.
 template <class V, class Preconditioner>
 LinearReport conjugateGradient(const LinearSystem& A, const Preconditioner& B, std::span<const Vec3> b, double scale, std::span<Vec3> u,
                                LinearLimits limits, Vectors<V>& v)
 {
     using Real = typename V::Scalar;
     const std::size_t n = b.size();
-    const std::span<const double> mass = A.elastic.mass();
     v.resize(n);
     double rz = nodeSum<Real>(n, [&](std::size_t i) -> double {
         u[i].setZero();
@@ -91,8 +149,9 @@ LinearReport conjugateGradient(const LinearSystem& A, const Preconditioner& B, s
     rz += B.finish(v.r);
     double pMp = nodeSum<Real>(n, [&](std::size_t i) -> double {
         v.p[i] = A.fixed[i] ? V::Zero().eval() : V(B.z(i, v.r[i]));
-        return mass[i] * double(v.p[i].squaredNorm());
+        return A.elastic.mass()[i] * double(v.p[i].squaredNorm());
     });
+    const Iteration<V> iteration{A, v, u};
     LinearReport report;
     for (const double goal = limits.tolerance * limits.tolerance * rz; rz > goal;) {
         if (report.iterations == limits.iterations) {
@@ -105,22 +164,9 @@ LinearReport conjugateGradient(const LinearSystem& A, const Preconditioner& B, s
             report.status = LinearStatus::negativeCurvature;
             break;
         }
-        const auto Kp = A.elastic.sums<V>();
-        const double step = rz / curvature;
-        double rzNew = nodeSum<Real>(n, [&](std::size_t i) -> double {
-            if (A.fixed[i]) return 0;
-            v.r[i] -= Real(step) * (Real(A.massFactor * mass[i]) * v.p[i] + Kp(i));
-            return B.start(i, v.r[i]);
-        });
-        rzNew += B.finish(v.r);
-        const Real beta = Real(rzNew / rz);
+        const double step = rz / curvature, rzNew = B.descend(iteration, step), beta = rzNew / rz;
         rz = rzNew;
-        pMp = nodeSum<Real>(n, [&](std::size_t i) -> double {
-            if (A.fixed[i]) return 0;
-            u[i] += step / scale * v.p[i].template cast<double>();
-            v.p[i] = B.z(i, v.r[i]) + beta * v.p[i];
-            return mass[i] * double(v.p[i].squaredNorm());
-        });
+        pMp = B.turn(iteration, step / scale, beta);
     }
     if (!(rz >= 0)) report.status = LinearStatus::negativeCurvature;
     return report;
@@ -164,7 +210,7 @@ struct LinearSolver::Data {
     LinearMethod prepared = LinearMethod::automatic;  // what there is a preconditioner for; automatic: nothing
     Vectors<Vec3> vectors;
     Vectors<Vec3f> singles;
-    std::vector<SymmetricBlock> inverse;
+    BlockDiagonal inverse;
     std::unique_ptr<Multigrid> multigrid;
     std::unique_ptr<Direct> direct;
 };
@@ -208,7 +254,6 @@ void LinearSolver::prepare(const LinearSystem& system, LinearMethod method)
         if (d.multigrid && d.multigrid->setUp(system)) return;
         d.prepared = LinearMethod::jacobi;
     }
-    d.inverse.resize(system.elastic.nodeCount());
     invertDiagonal(system, {}, d.inverse);
 }
 
@@ -249,8 +294,7 @@ LinearReport LinearSolver::solveDirectly(const LinearSystem& system, std::span<c
 std::size_t LinearSolver::bytes() const
 {
     const Data& d = *data_;
-    const auto of = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
-    return d.vectors.bytes() + d.singles.bytes() + of(d.inverse) + (d.multigrid ? d.multigrid->bytes() : 0);
+    return d.vectors.bytes() + d.singles.bytes() + d.inverse.bytes() + (d.multigrid ? d.multigrid->bytes() : 0);
 }
 
 double dot(std::span<const Vec3> a, std::span<const Vec3> b)

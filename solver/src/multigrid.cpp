@@ -38,7 +38,7 @@ struct Multigrid::Level {
     double massFactor = 0;
     std::vector<std::uint8_t> fixed;
     std::vector<float> spring, added;  // N/m: of fixed nodes finer down; of springs and mass
-    std::vector<SymmetricBlock> inverse;
+    BlockDiagonal inverse;
     std::vector<Vec3f> x, b, step;
     float largest = 1;  // eigenvalue of inverse * A
 
@@ -52,7 +52,6 @@ struct Multigrid::Level {
         for (auto* v : {&x, &b, &step}) v->resize(n);
         fixed.resize(n);
         added.resize(n);
-        inverse.resize(n);
     }
     LinearSystem system() const { return {*elastic, *tangent, massFactor, fixed}; }
 };
@@ -194,7 +193,7 @@ float Multigrid::largestEigenvalue(Level& level)
         const auto sums = level.elastic->sums<Vec3f>();
         const float scale = float(1 / size);
         eachNode<float>(level.x.size(), [&](std::size_t i) {
-            level.x[i] = level.inverse[i] * Vec3f((level.added[i] * level.x[i] + sums(i)) * scale);
+            level.x[i] = level.inverse.times(i, Vec3f((level.added[i] * level.x[i] + sums(i)) * scale));
         });
         size = ratio = norm();
     }
@@ -207,25 +206,21 @@ void Multigrid::smooth(Level& level, bool fromZero)
     const float high = float(kSafety) * level.largest, low = level.largest / float(kRange);
     const float middle = (high + low) / 2, half = (high - low) / 2, sigma = middle / half;
     const float first = 1 / middle, damp = 1 / (2 * sigma - 1 / sigma), keep = damp / sigma, move = 2 * damp / half;
-    const auto product = [&] {
+    const std::size_t count = level.x.size();
+    const auto pass = [&](float kept, float moved) {
         (void)level.elastic->multiply<Vec3f>(*level.tangent, level.x);
-        return level.elastic->sums<Vec3f>();
+        const SmootherNodes nodes{slotSums(level.elastic->sums<Vec3f>()), level.inverse.lanes(),   level.added.data(),
+                                  level.b.data()->data(),                 level.x.data()->data(), level.step.data()->data()};
+        parallelChunks(count, kChunk, [&](std::size_t begin, std::size_t end) {
+            const FlushDenormals flush;
+            kernel().smooth(nodes, begin, end, kept, moved);
+        });
     };
     if (fromZero)
-        eachNode<float>(level.x.size(), [&](std::size_t i) { level.x[i] = level.step[i] = first * (level.inverse[i] * level.b[i]); });
-    else {
-        const auto sums = product();
-        eachNode<float>(level.x.size(), [&](std::size_t i) {
-            level.step[i] = first * (level.inverse[i] * Vec3f(level.b[i] - level.added[i] * level.x[i] - sums(i)));
-            level.x[i] += level.step[i];
-        });
-    }
-    const auto sums = product();
-    eachNode<float>(level.x.size(), [&](std::size_t i) {
-        const Vec3f residual = level.b[i] - level.added[i] * level.x[i] - sums(i);
-        level.step[i] = keep * level.step[i] + move * (level.inverse[i] * residual);
-        level.x[i] += level.step[i];
-    });
+        eachNode<float>(count, [&](std::size_t i) { level.x[i] = level.step[i] = first * level.inverse.times(i, level.b[i]); });
+    else
+        pass(0, first);
+    pass(keep, move);
 }
 
 /// Puts the residual of `level` on the right-hand side of the coarser one.
@@ -287,7 +282,7 @@ std::size_t Multigrid::bytes() const
     const auto of = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
     std::size_t sum = 0;
     for (const auto& level : levels_) {
-        sum += of(level->fixed) + of(level->spring) + of(level->added) + of(level->inverse) + of(level->x) + of(level->b) + of(level->step) +
+        sum += of(level->fixed) + of(level->spring) + of(level->added) + level->inverse.bytes() + of(level->x) + of(level->b) + of(level->step) +
                of(level->childStart) + of(level->child) + of(level->coarser.parents) + of(level->coarser.finer.start) +
                of(level->coarser.finer.children) + level->ownTangent.bytes();
         if (level->own) sum += level->own->bytes();

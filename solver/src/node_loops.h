@@ -2,8 +2,10 @@
 #pragma once
 
 #include "flush_denormals.h"
+#include "kernel.h"
 
 #include <vdbfrac/base/parallel.h>
+#include <vdbfrac/solver/elastic_operator.h>
 
 #include <cstddef>
 #include <type_traits>
@@ -21,6 +23,13 @@ void eachNode(std::size_t count, const F& f)
         [[maybe_unused]] const FlushFor<Real> flush{};
         for (std::size_t i = begin; i < end; ++i) f(i);
     });
+}
+
+/// `sums` as kernels take them.
+template <class V>
+SlotSums<typename V::Scalar> slotSums(const NodeSums<V>& sums)
+{
+    return {sums.slot->data(), sums.straight, sums.start, sums.slots};
 }
 
 /// Sum of term(i), in a fixed order.

@@ -95,7 +95,7 @@ struct ElasticOperator::Data {
     template <class V>
     NodeSums<V> sums() const
     {
-        return {slots.as<V>(), p.slotStart.data(), p.slots.data()};
+        return {slots.as<V>(), p.slotStart.data(), p.slots.data(), p.straight.data()};
     }
 
     double totalEnergy() const { return std::accumulate(patchEnergy.begin(), patchEnergy.end(), 0.); }

@@ -308,6 +308,20 @@ void linkSlots(Patches& p, std::size_t nodeCount)
     eachSlot([&](std::uint32_t node, std::uint32_t slot) { p.slots[next[node]++] = slot; });
 }
 
+/// The first slot of each eight nodes that have one each, in a row.
+void findStraight(Patches& p, std::size_t nodeCount)
+{
+    p.straight.assign((nodeCount + kLanes - 1) / kLanes, kNoSlot);
+    parallelChunks(nodeCount / kLanes, kChunk, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t g = begin; g < end; ++g) {
+            const std::uint32_t *const start = p.slotStart.data() + kLanes * g, *const slot = p.slots.data() + start[0];
+            bool straight = true;
+            for (std::uint32_t l = 0; l < kLanes && straight; ++l) straight = start[l + 1] == start[0] + l + 1 && slot[l] == slot[0] + l;
+            if (straight) p.straight[g] = slot[0];
+        }
+    });
+}
+
 /// Where the parts of each patch go, before they are copied there side by side.
 Patches layOut(const std::vector<Range>& ranges, const std::vector<Built>& built)
 {
@@ -362,13 +376,14 @@ Patches makePatches(std::span<const ElementSet> sets, std::size_t nodeCount)
         std::copy(built[i].runs.begin(), built[i].runs.end(), p.runs.begin() + patch.firstRun);
     });
     linkSlots(p, nodeCount);
+    findStraight(p, nodeCount);
     return p;
 }
 
 std::size_t Patches::bytes() const
 {
     const auto of = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
-    return of(patches) + of(batches) + of(corners) + of(volumes) + of(laneTets) + of(laneOfElement) + of(runs) + of(slotStart) + of(slots);
+    return of(patches) + of(batches) + of(corners) + of(volumes) + of(laneTets) + of(laneOfElement) + of(runs) + of(slotStart) + of(slots) + of(straight);
 }
 
 }  // namespace vdbfrac::solver

@@ -9,7 +9,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <random>
+#include <type_traits>
 
 using namespace vdbfrac;
 using solver::Volumetric;
@@ -259,6 +261,57 @@ TEST(Kernel, MatrixOfALooseTetIsThatOfItsProduct)
         EXPECT_LE((own.segment<3>(Eigen::Index(3 * a)) - Ku[loose.elements[0].node[a]]).norm(), 1e-10 * own.norm());
 }
 
+/// A body of 45 nodes, the last five of a group of eight: some have one slot in a row, others none, one or two anywhere.
+template <class Real>
+struct RandomNodes {
+    static constexpr std::size_t kNodes = 45, kSlots = 120;
+    std::vector<Real> slot, r, p, step;
+    std::vector<float> added;
+    std::vector<double> mass, u;
+    std::vector<solver::LaneBlocks> B{6};
+    std::vector<std::uint32_t> straight{solver::kNoSlot, 16, solver::kNoSlot, 64, solver::kNoSlot, solver::kNoSlot}, start{0}, slots;
+
+    RandomNodes()
+    {
+        std::mt19937 random(17);
+        std::uniform_real_distribution<double> unit(-1, 1);
+        const auto fill = [&](auto& v, std::size_t count) {
+            v.resize(count);
+            for (auto& value : v) value = std::remove_reference_t<decltype(value)>(unit(random));
+        };
+        fill(slot, 3 * kSlots), fill(r, 3 * kNodes), fill(p, 3 * kNodes), fill(step, 3 * kNodes);
+        fill(added, kNodes), fill(mass, kNodes), fill(u, 3 * kNodes);
+        for (solver::LaneBlocks& block : B)
+            for (auto& row : block.v)
+                for (float& v : row) v = float(unit(random));
+        for (std::uint32_t n = 0; n < kNodes; ++n) {
+            const std::uint32_t first = straight[n / 8];
+            if (first != solver::kNoSlot)
+                slots.push_back(first + n % 8);
+            else
+                for (std::uint32_t k = 0; k < n % 3; ++k) slots.push_back((7 * n + 31 * k) % std::uint32_t(kSlots));
+            start.push_back(std::uint32_t(slots.size()));
+        }
+    }
+    solver::SlotSums<Real> sums() const { return {slot.data(), straight.data(), start.data(), slots.data()}; }
+    Vec3 sum(std::size_t n) const
+    {
+        Vec3 s = Vec3::Zero();
+        for (std::uint32_t k = start[n]; k < start[n + 1]; ++k) s += point(slot, slots[k]);
+        return s;
+    }
+    template <class T>
+    static Vec3 point(const std::vector<T>& v, std::size_t n)
+    {
+        return Vec3(double(v[3 * n]), double(v[3 * n + 1]), double(v[3 * n + 2]));
+    }
+    Vec3 applyB(std::size_t n, const Vec3& v) const
+    {
+        const auto b = [&](std::size_t k) { return double(B[n / 8].v[k][n % 8]); };
+        return (Mat3() << b(0), b(5), b(4), b(5), b(1), b(3), b(4), b(3), b(2)).finished() * v;
+    }
+};
+
 /// A patch of two batches, one a row of whole cells and one of cut cells in any order, in a random state.
 struct RandomPatch {
     static constexpr int kNodes = 40, kStride = kNodes + solver::kLanes;
@@ -307,6 +360,11 @@ struct RandomPatch {
         out.insert(out.end(), single.begin(), single.end());
         out.insert(out.end(), diagonal.begin(), diagonal.end());
         out.push_back(result.energy);
+        RandomNodes<double> n;
+        const solver::GradientNodes<double> nodes{n.sums(), n.B.data(), n.mass.data(), 2., n.r.data(), n.p.data(), n.u.data()};
+        out.push_back(kernel.twice.descend(nodes, 0, n.kNodes, .3));
+        out.push_back(kernel.twice.turn(nodes, 0, n.kNodes, .4, .7));
+        out.insert(out.end(), n.p.begin(), n.p.end());
         return out;
     }
 };
@@ -343,6 +401,60 @@ TEST(Kernel, PointsBecomeRowsAndRowsPoints)
     for (int k = 0; k < count; ++k) {
         checkReadAndWrite<double>(*all[k]);
         checkReadAndWrite<float>(*all[k]);
+    }
+}
+
+template <class Real>
+void checkGradientPasses(const solver::Kernel& kernel)
+{
+    using Nodes = RandomNodes<Real>;
+    const double tolerance = 50 * double(std::numeric_limits<Real>::epsilon());  // sums of some ten products of order one
+    const Real step = Real(.3), beta = Real(.7);
+    Nodes after;
+    const Nodes before;
+    const solver::GradientNodes<Real> nodes{after.sums(), after.B.data(), after.mass.data(), 2., after.r.data(), after.p.data(), after.u.data()};
+    const double rz = kernel.of<Real>().descend(nodes, 0, Nodes::kNodes, step);
+    const double pMp = kernel.of<Real>().turn(nodes, 0, Nodes::kNodes, .4, beta);
+    double expectedRz = 0, expectedPMp = 0;
+    for (std::size_t n = 0; n < Nodes::kNodes; ++n) {
+        const Vec3 p = Nodes::point(before.p, n);
+        const Vec3 r = Nodes::point(before.r, n) - double(step) * (2 * before.mass[n] * p + before.sum(n)), z = before.applyB(n, r);
+        const Vec3 turned = z + double(beta) * p;
+        expectedRz += r.dot(z);
+        expectedPMp += before.mass[n] * turned.squaredNorm();
+        EXPECT_LT((Nodes::point(after.r, n) - r).norm(), tolerance) << kernel.name;
+        EXPECT_LT((Nodes::point(after.p, n) - turned).norm(), tolerance) << kernel.name;
+        EXPECT_LT((Nodes::point(after.u, n) - Nodes::point(before.u, n) - .4 * p).norm(), tolerance) << kernel.name;
+    }
+    EXPECT_NEAR(rz, expectedRz, double(Nodes::kNodes) * tolerance) << kernel.name;
+    EXPECT_NEAR(pMp, expectedPMp, double(Nodes::kNodes) * tolerance) << kernel.name;
+}
+
+TEST(Kernel, PassesOfConjugateGradientsMatchTheirDefinition)
+{
+    int count = 0;
+    const solver::Kernel* const* all = solver::kernels(count);
+    for (int k = 0; k < count; ++k) {
+        checkGradientPasses<double>(*all[k]);
+        checkGradientPasses<float>(*all[k]);
+    }
+}
+
+TEST(Kernel, SmootherMatchesItsDefinition)
+{
+    using Nodes = RandomNodes<float>;
+    int count = 0;
+    const solver::Kernel* const* all = solver::kernels(count);
+    const Nodes before;
+    for (int k = 0; k < count; ++k) {
+        Nodes after;  // r stands for b, p for x
+        all[k]->smooth({after.sums(), after.B.data(), after.added.data(), after.r.data(), after.p.data(), after.step.data()}, 0, Nodes::kNodes, .2f, .6f);
+        for (std::size_t n = 0; n < Nodes::kNodes; ++n) {
+            const Vec3 x = Nodes::point(before.p, n), residual = Nodes::point(before.r, n) - double(before.added[n]) * x - before.sum(n);
+            const Vec3 step = double(.2f) * Nodes::point(before.step, n) + double(.6f) * before.applyB(n, residual);
+            EXPECT_LT((Nodes::point(after.step, n) - step).norm(), 5e-6) << all[k]->name;
+            EXPECT_LT((Nodes::point(after.p, n) - x - step).norm(), 5e-6) << all[k]->name;
+        }
     }
 }
 

@@ -71,12 +71,11 @@ private:
 };
 
 /// Bytes that one iteration of conjugate gradients with block-Jacobi has to move: those of the product, then
-///   r -= a (m p + K p), r.Br: mass, p, r twice, B, fixed;  u += a p, p = B r + b p, p.Mp: r, B, p twice, u twice,
-///   mass, fixed.
+///   r -= a (m p + K p), r.Br: mass, p, r twice, B;  u += a p, p = B r + b p, p.Mp: r, B, p twice, u twice, mass.
 Traffic trafficOfIteration(const solver::ElasticOperator& elastic)
 {
     constexpr double kVector = sizeof(Vec3), kBlock = 6 * sizeof(float), kMass = sizeof(double);
-    constexpr double kResidual = kMass + 3 * kVector + kBlock + 1, kDirection = 5 * kVector + kBlock + kMass + 1;
+    constexpr double kResidual = kMass + 3 * kVector + kBlock, kDirection = 5 * kVector + kBlock + kMass;
     constexpr double kWritten = 3 * kVector;  // r, u and p
     const double nodes = double(elastic.nodeCount()), slots = double(elastic.productBytesWritten());
     return {double(elastic.productBytes()) - slots + nodes * (kResidual + kDirection - kWritten), slots + nodes * kWritten};

@@ -73,7 +73,7 @@ private:
 template <class V>
 struct NodeSums {
     const V* slot;
-    const std::uint32_t *start, *slots;
+    const std::uint32_t *start, *slots, *straight;  // SlotSums in kernel.h
 
     V operator()(std::size_t n) const
     {
