@@ -441,26 +441,27 @@ VDBFRAC_INLINE void loadRotation(const TetTangent& tangent, MatrixOf<PackT<Real>
     for (int k = 0; k < 9; ++k) R[k / 3][k % 3] = load<Real>(tangent.R[k]);
 }
 
-/// Asks the second-level cache for the tangents of a batch to come: a product is bound by reading them.
-template <int tets>
-VDBFRAC_INLINE void prefetch(const TetTangent* now)
+/// Asks the second-level cache for one of `parts` of the tangents of a batch to come: a product is bound by reading them.
+/// In parts between the arithmetic, as a core waits once it has asked for some twenty lines.
+template <int tets, int parts>
+VDBFRAC_INLINE void prefetch(const TetTangent* now, int part)
 {
-    constexpr std::size_t kLine = 64, kAhead = 24;  // tets; measured
+    constexpr int kLine = 64, kAhead = 24;  // tets; measured
+    constexpr int kLines = tets * int(sizeof *now) / kLine;
     const char* const next = reinterpret_cast<const char*>(now + kAhead);
 #pragma GCC unroll 64
-    for (std::size_t i = 0; i < tets * sizeof *now; i += kLine) __builtin_prefetch(next + i, 0, 2);
+    for (int i = kLines * part / parts; i < kLines * (part + 1) / parts; ++i) __builtin_prefetch(next + kLine * i, 0, 2);
 }
 
 template <class Real, CellShape shape, bool cellDilation>
 void productBatch(const PatchData& patch, int b, const Real* in, Real* out)
 {
     using P = PackT<Real>;
-    constexpr int tets = kCellTets<shape>.count;
+    constexpr int tets = kCellTets<shape>.count, passes = cellDilation ? 2 : 1;
     const Batch& batch = patch.batch[b];
     const TetTangent* const tangent = patch.tangent + batch.tangent;
     const auto share = volumeShares<shape>(patch, batch);
     const LaneTets* const own = ownTets<shape>(patch, batch);
-    prefetch<tets>(tangent);
     CornersOf<P> u, f;
     gather<shape, Real>(patch, batch, in, u);
     for (auto& corner : f)
@@ -472,6 +473,7 @@ void productBatch(const PatchData& patch, int b, const Real* in, Real* out)
         P volume = {};
         unroll<tets>([&](auto t) __attribute__((always_inline)) {
             MatrixOf<P> E, R;
+            prefetch<tets, passes * tets>(tangent, t);
             differences<shape, t, P>(own, u, E);
             loadRotation<Real>(tangent[t], R);
             trace[t] = traceOf<P>(E, R);
@@ -484,6 +486,7 @@ void productBatch(const PatchData& patch, int b, const Real* in, Real* out)
     unroll<tets>([&](auto t) __attribute__((always_inline)) {
         MatrixOf<P> E, R;
         P T[6];
+        prefetch<tets, passes * tets>(tangent, (passes - 1) * tets + t);
         differences<shape, t, P>(own, u, E);
         loadRotation<Real>(tangent[t], R);
         for (int k = 0; k < 6; ++k) T[k] = load<Real>(tangent[t].T[k]);
