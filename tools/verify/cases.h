@@ -43,7 +43,6 @@ Measurements unitsOfAnySize(Extent);
 Measurements manySteps(Extent);
 // scenes.cpp
 Measurements badNumbers(Extent);
-Measurements fasterThanSound(Extent);
 Measurements foam(Extent);
 Measurements unbreakable(Extent);
 Measurements notFinite(Extent);

@@ -119,18 +119,6 @@ double notFiniteNodes(const core::Simulation& simulation)
     return double(count(simulation.x()) + count(simulation.v()));
 }
 
-/// sum of m v, and of m |v|.
-std::pair<Vec3, double> momentum(const core::Simulation& simulation)
-{
-    Vec3 sum = Vec3::Zero();
-    double scale = 0;
-    for (std::size_t i = 0; i < simulation.v().size(); ++i) {
-        sum += simulation.elastic().mass()[i] * simulation.v()[i];
-        scale += simulation.elastic().mass()[i] * simulation.v()[i].norm();
-    }
-    return {sum, scale};
-}
-
 }  // namespace
 
 Measurements badNumbers(Extent)
@@ -183,26 +171,6 @@ Measurements notFinite(Extent)
     }
     return {atLeast("scenes of 10 refused, naming line, key and range", refused(kBad), kScenes),
             atLeast("surfaces of 16 refused, naming the file", surfaces, 16)};
-}
-
-/// The block spins so that its rim moves at 1000 times sqrt(E / rho) = 10 m/s: some thousand turns a step.
-Measurements fasterThanSound(Extent)
-{
-    constexpr double kMomentum = 1e-8;
-    constexpr int kSteps = 4;  // each may be tried nine times
-    Measurements all;
-    for (double nu : kPoissonRatios) {
-        test::SceneRun run(blockWith(nu), {"body.0.angular_velocity=[0, 0, 5e4]"});
-        const auto [start, scale] = momentum(*run.simulation);
-        double capped = 0;
-        for (int n = 0; n < kSteps; ++n) run.steps.push_back(run.simulation->step(1));
-        for (const core::StepRecord& s : run.steps) capped += s.outcome == core::Outcome::capped;
-        all.push_back(atMost(at(nu) + "numbers that are not finite", notFiniteNodes(*run.simulation), 0));
-        all.push_back(atMost(at(nu) + "drift of momentum, relative",
-                             (momentum(*run.simulation).first - start).norm() / scale, kMomentum));
-        all.push_back(atMost(at(nu) + "steps of " + std::to_string(run.steps.size()) + " that are capped", capped, 0));
-    }
-    return all;
 }
 
 Measurements foam(Extent)
