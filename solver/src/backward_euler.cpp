@@ -55,8 +55,13 @@ private:
     void evaluate(Point& p);
     void measureForces(Point& p);
     bool small(const Point& p) const { return p.norm <= settings_.tolerance * p.forceScale + p.noise; }
+    void freezeLooseParts();
+    void hold(Point& p) const;
+    double jump() const;
+    void lift();
     bool improve();
-    LinearStatus solve();
+    LinearStatus solve(double tolerance);
+    double enough() const;
     bool search();
     void balanceMomentum();
     void finish(State& state);
@@ -81,6 +86,7 @@ private:
     bool prepared_ = false;  // there is a preconditioner of this step
     std::span<Potential* const> potentials_;
     const Boundary* boundary_ = nullptr;
+    std::vector<std::uint8_t> fixed_;  // nodes that do not answer: held ones, and frozen ones
 };
 
 void BackwardEuler::Newton::begin(const State& state, double dt, const System& system)
@@ -90,6 +96,12 @@ void BackwardEuler::Newton::begin(const State& state, double dt, const System& s
     potentials_ = system.potentials;
     boundary_ = &system.boundary;
     shares_ = {};
+    prepared_ = false;
+    std::vector<Vec3> reaction = std::move(report_.reaction);  // keeps its memory
+    report_ = {};
+    report_.reaction = std::move(reaction);
+    fixed_ = boundary_->fixed;
+    if (!std::isfinite(dt)) freezeLooseParts();
     for (Potential* potential : potentials_) {
         potential->begin({state.x, state.v, dt, *elastic_});
         const HessianShares h = potential->hessian();
@@ -98,12 +110,19 @@ void BackwardEuler::Newton::begin(const State& state, double dt, const System& s
     const double drift = std::isfinite(dt) ? dt : 0;
     eachNode<double>(predicted_.size(), [&](std::size_t i) {
         predicted_[i] = state.x[i] + drift * state.v[i];
-        here_.x[i] = boundary_->fixed[i] ? boundary_->target[i] : predicted_[i];
+        here_.x[i] = predicted_[i];
     });
-    std::vector<Vec3> reaction = std::move(report_.reaction);  // keeps its memory
-    report_ = {};
-    prepared_ = false;
-    report_.reaction = std::move(reaction);
+}
+
+/// A part that nothing holds has no static equilibrium, or infinitely many: it stays where it is.
+void BackwardEuler::Newton::freezeLooseParts()
+{
+    const auto& part = boundary_->part;
+    if (part.empty()) return;
+    std::vector<std::uint8_t> held(*std::max_element(part.begin(), part.end()) + 1, 0);
+    for (std::size_t i = 0; i < part.size(); ++i) held[part[i]] |= boundary_->fixed[i];
+    for (std::size_t i = 0; i < part.size(); ++i) fixed_[i] |= !held[part[i]];
+    report_.frozenNodes = std::size_t(std::count_if(part.begin(), part.end(), [&](std::uint32_t p) { return !held[p]; }));
 }
 
 void BackwardEuler::Newton::evaluate(Point& p)
@@ -140,7 +159,7 @@ void BackwardEuler::Newton::measureForces(Point& p)
             s[stretched] += stiffness[i] * size2;
             const Vec3 own = p.gradient[i];
             p.gradient[i] += outer_[i] + accelerating;
-            if (boundary_->fixed[i]) continue;
+            if (fixed_[i]) continue;
             s[elastic] += own.squaredNorm();
             s[outer] += outer_[i].squaredNorm();
             s[inertia] += accelerating.squaredNorm();
@@ -158,13 +177,58 @@ void BackwardEuler::Newton::measureForces(Point& p)
                  kRounding * std::sqrt(sum[stretched] * std::abs(p.elastic));
 }
 
-/// Solves for the direction. No further than a fraction of what would meet the tolerance if Phi were quadratic.
-LinearStatus BackwardEuler::Newton::solve()
+/// Takes the held nodes to their targets.
+void BackwardEuler::Newton::hold(Point& p) const
+{
+    eachNode<double>(p.x.size(), [&](std::size_t i) {
+        if (boundary_->fixed[i]) p.x[i] = boundary_->target[i];
+    });
+}
+
+/// Farthest that a held node is from where it would have gone by itself [m].
+double BackwardEuler::Newton::jump() const
+{
+    return orderedMax(predicted_.size(), kChunk, 0, [&](std::size_t begin, std::size_t end) {
+        double most = 0;
+        for (std::size_t i = begin; i < end; ++i)
+            if (boundary_->fixed[i]) most = std::max(most, (boundary_->target[i] - predicted_[i]).norm());
+        return most;
+    });
+}
+
+/// The start of a step in which held nodes jump: the linearised body follows them as a whole. Moved alone they would crush
+/// or tear the cells next to them, and Newton's method would start from there; it does so if that is lower.
+void BackwardEuler::Newton::lift()
+{
+    evaluate(here_);
+    eachNode<double>(direction_.size(), [&](std::size_t i) {
+        direction_[i] = boundary_->fixed[i] ? Vec3(boundary_->target[i] - here_.x[i]) : Vec3::Zero();
+    });
+    elastic_->addProduct(tangent_, direction_, here_.gradient);
+    there_.x = here_.x;
+    hold(there_);
+    const bool definite = solve(settings_.linearTolerance) != LinearStatus::negativeCurvature;
+    ++report_.newtonIterations;
+    eachNode<double>(here_.x.size(), [&](std::size_t i) { here_.x[i] -= direction_[i]; });
+    hold(here_);
+    evaluate(there_);
+    if (definite) evaluate(here_);
+    if (!definite || !(here_.phi < there_.phi)) std::swap(here_, there_);
+    prepared_ = false;
+}
+
+/// How well to solve: no further than a fraction of what would meet the Newton tolerance if Phi were quadratic.
+double BackwardEuler::Newton::enough() const
 {
     constexpr double kShare = 0.2, kLoosest = 0.1;
-    const double enough = kShare * settings_.tolerance * here_.forceScale / here_.norm;
-    const LinearLimits limits{std::max(settings_.linearTolerance, std::min(enough, kLoosest)), settings_.linearIterations};
-    const LinearReport r = linear_.solve({*elastic_, tangent_, inertia_ + shares_.mass, boundary_->fixed}, here_.gradient, direction_, limits, prepared_);
+    return std::max(settings_.linearTolerance, std::min(kShare * settings_.tolerance * here_.forceScale / here_.norm, kLoosest));
+}
+
+/// Solves for the direction.
+LinearStatus BackwardEuler::Newton::solve(double tolerance)
+{
+    const LinearReport r = linear_.solve({*elastic_, tangent_, inertia_ + shares_.mass, fixed_}, here_.gradient, direction_,
+                                         {tolerance, settings_.linearIterations}, prepared_);
     prepared_ = true;
     report_.linearIterations += r.iterations;
     report_.multigridSystems += r.method == LinearMethod::multigrid;
@@ -175,11 +239,11 @@ LinearStatus BackwardEuler::Newton::solve()
 /// A capped linear solve still gives a direction of descent; whether it was good enough shows in the Newton residual.
 bool BackwardEuler::Newton::improve()
 {
-    if (solve() != LinearStatus::negativeCurvature && search()) return true;
+    if (solve(enough()) != LinearStatus::negativeCurvature && search()) return true;
     elastic_->project(tangent_);
     prepared_ = false;
     ++report_.projections;
-    return solve() != LinearStatus::negativeCurvature && search();
+    return solve(enough()) != LinearStatus::negativeCurvature && search();
 }
 
 bool BackwardEuler::Newton::search()
@@ -239,6 +303,11 @@ void BackwardEuler::Newton::finish(State& state)
 
 const StepReport& BackwardEuler::Newton::run(State& state)
 {
+    constexpr double kJump = 0.1;  // of a cell: strains for which the linearised body is a better start than one at rest
+    if (jump() > kJump * elastic_->h())
+        lift();
+    else
+        hold(here_);
     evaluate(here_);
     while (!small(here_)) {
         if (report_.newtonIterations == settings_.iterations || !improve()) {

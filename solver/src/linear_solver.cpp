@@ -197,6 +197,13 @@ LinearMethod chosen(const LinearSystem& system, LinearLimits limits)
     return iterations > kWorthwhile * (six ? 1 : kFive) ? LinearMethod::multigrid : LinearMethod::jacobi;
 }
 
+/// Mean of the diagonal, roughly [N/m]: b of this size has a solution of size one, whose square single precision can hold.
+double meanDiagonal(const LinearSystem& system)
+{
+    const std::span<const double> mass = system.elastic.mass(), stiffness = system.elastic.stiffness();
+    return nodeSum<double>(mass.size(), [&](std::size_t i) { return stiffness[i] + system.massFactor * mass[i]; }) / double(mass.size());
+}
+
 struct Direct {
     Eigen::CholmodSupernodalLLT<Eigen::SparseMatrix<double>> factor;
     std::vector<std::uint8_t> fixed;  // of the analysed pattern
@@ -231,7 +238,7 @@ LinearReport LinearSolver::solve(const LinearSystem& system, std::span<const Vec
     const bool same = samePreconditioner && d.prepared != LinearMethod::automatic;
     const LinearMethod method = d.method != LinearMethod::automatic ? d.method : same ? d.prepared : chosen(system, limits);
     if (method == LinearMethod::direct) return solveDirectly(system, b, u);
-    const double size = std::sqrt(dot(b, b)), scale = size > 0 ? 1 / size : 1;  // into the range of single precision
+    const double size = std::sqrt(dot(b, b)), scale = size > 0 ? meanDiagonal(system) / size : 1;
     if (!same) prepare(system, method);
     if (d.prepared == LinearMethod::multigrid) {
         LinearReport report = conjugateGradient(system, VCycle(*d.multigrid), b, scale, u, limits, d.vectors);

@@ -123,8 +123,8 @@ void Simulation::rebuild()
     grips_->rebuild(bodies_, *elastic_);
 }
 
-/// Longest step in which no two nodes of a cell move apart by more than the CFL number allows.
-double Simulation::nodeLimit() const
+/// Longest step in which no two nodes of a cell move apart by more than `cells`.
+double Simulation::nodeLimit(double cells) const
 {
     double fastest = 0;
     for (const Body& body : bodies_) {
@@ -138,7 +138,7 @@ double Simulation::nodeLimit() const
             return most;
         });
     }
-    return fastest > 0 ? timeSettings_.nodeCfl * h_ / std::sqrt(fastest) : kInfinity;
+    return fastest > 0 ? cells * h_ / std::sqrt(fastest) : kInfinity;
 }
 
 double Simulation::chooseStep(double until) const
@@ -148,9 +148,10 @@ double Simulation::chooseStep(double until) const
     if (timeSettings_.substeps > 0)
         limit = frame / timeSettings_.substeps;
     else {
-        limit = std::min(limit, nodeLimit());
+        limit = std::min(limit, nodeLimit(timeSettings_.nodeCfl));
         for (const StepLimit* l : stages_.limits) limit = std::min(limit, l->largestStep());
     }
+    limit = std::min(limit, trusted_);
     constexpr double kWhole = 1e-9;  // a quotient this near to a whole number is one
     return left / std::max(1., std::ceil(left / limit - kWhole));
 }
@@ -164,16 +165,20 @@ StepRecord Simulation::step(double until)
     return record;
 }
 
-/// Solves for the end of the step; halves dt from the saved state as often as it takes, within reason.
+/// Solves for the end of the step; halves dt from the saved state as often as it takes, within reason. Without trying it
+/// where nodes of a cell would fly apart so far that Newton's method has nothing to start from.
 void Simulation::solve(StepRecord& record, double dt)
 {
-    constexpr int kMostCutbacks = 8;
+    constexpr int kMostTries = 9;
+    constexpr double kHopeless = 4;  // cells
+    for (const double most = nodeLimit(kHopeless); dt > most; ++record.cutbacks) dt *= 0.5;
     const StageTimer timer(record.work, "solve");
     const solver::ElasticWork before = elastic_->work();
     const solver::State saved = state_;
+    const double tried = dt;
     const solver::StepReport* report = nullptr;
     solver::Boundary boundary;
-    for (;; dt *= 0.5, ++record.cutbacks, state_ = saved) {
+    for (int tries = 1;; ++tries, dt *= 0.5, ++record.cutbacks, state_ = saved) {
         boundary = grips_->boundary(time_ + dt, state_.x.size());
         for (const Body& body : bodies_)
             boundary.part.insert(boundary.part.end(), body.fragments.ofNode().begin(), body.fragments.ofNode().end());
@@ -182,16 +187,16 @@ void Simulation::solve(StepRecord& record, double dt)
         record.linearIterations += report->linearIterations;
         record.projections += report->projections;
         record.work.count("solve", "multigrid_systems", report->multigridSystems);
-        if (report->status == solver::StepStatus::converged || record.cutbacks == kMostCutbacks) break;
+        if (report->status == solver::StepStatus::converged || tries == kMostTries) break;
     }
+    const bool converged = report->status == solver::StepStatus::converged;
+    trusted_ = !converged ? tried : dt < tried ? dt : 2 * trusted_;  // where nothing converges, shorter steps only take longer
     time_ += dt;
     record.step = ++steps_;
     record.time = time_;
     record.dt = dt;
     record.residual = report->residual;
-    record.outcome = report->status == solver::StepStatus::capped ? Outcome::capped
-                     : record.cutbacks > 0                       ? Outcome::cutback
-                                                                 : Outcome::converged;
+    record.outcome = !converged ? Outcome::capped : record.cutbacks > 0 ? Outcome::cutback : Outcome::converged;
     record.elasticEnergy = report->elasticEnergy;
     record.gripLoad = grips_->loads(boundary, report->reaction);
     const solver::ElasticWork& after = elastic_->work();
@@ -314,7 +319,7 @@ grid::VoxelValues Simulation::energyField(const Body& body) const
 
 std::uint64_t Simulation::stateHash() const
 {
-    std::uint64_t hash = hashBytes(&time_, sizeof time_);
+    std::uint64_t hash = hashBytes(&trusted_, sizeof trusted_, hashBytes(&time_, sizeof time_));
     const auto add = [&](const auto& values) { hash = hashBytes(values.data(), values.size() * sizeof(values[0]), hash); };
     add(state_.x);
     add(state_.v);

@@ -51,6 +51,7 @@ struct StepReport {
     int lineSearchSteps = 0;    ///< halvings
     double residual = 0;        ///< |gradient| at the end, relative to the scale of the tolerance
     double elasticEnergy = 0;   ///< J at the end
+    std::size_t frozenNodes = 0; ///< static: nodes of parts that nothing holds, which stay where they are
     std::vector<Vec3> reaction; ///< N that holds each fixed node: gradient of Phi there, 0 elsewhere
 };
 

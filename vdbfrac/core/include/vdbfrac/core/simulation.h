@@ -9,6 +9,7 @@
 #include <vdbfrac/tetmesh/embedding.h>
 
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -74,7 +75,7 @@ private:
     void addBody(const scene::Scene& scene, const scene::Body& body, std::uint64_t memoryLimit);
     void setInitialVelocity(const scene::Body& spec, const Body& body);
     double chooseStep(double until) const;
-    double nodeLimit() const;
+    double nodeLimit(double cells) const;
     void solve(StepRecord& record, double dt);
     void updateGrid(StepRecord& record);
     void recut(StepRecord& record, std::size_t body, const grid::PhiChanges& changes);
@@ -94,6 +95,7 @@ private:
     std::unique_ptr<solver::BackwardEuler> stepper_;
     std::unique_ptr<Grips> grips_;
     double time_ = 0;
+    double trusted_ = std::numeric_limits<double>::infinity();  // s: a longer step is not tried after a cut-back; doubles with each step
     int steps_ = 0;
 };
 
