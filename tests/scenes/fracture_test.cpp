@@ -170,6 +170,18 @@ TEST(BarOnset, KeysThatAreOneChangeNothing)
     EXPECT_EQ(hash(""), hash("\nkeys = [{ time = 1, scale = 1 }]"));
 }
 
+TEST(Front, ThatTheStepHoldsBackIsCounted)
+{
+    const auto held = [](const char* frontCfl) {
+        SceneRun run(bar(8, "kappa = 0.5", 0.1), {std::string("time.front_cfl=") + frontCfl, "time.fps=100"});
+        run.toFrame(8);
+        EXPECT_GT(run.work.countOf("fracture", "moved_voxels"), 0);
+        return run.work.countOf("fracture", "held_back");
+    };
+    EXPECT_GT(held("0.5"), 0);  // c_R dt is 1.5 voxels, and the energy four times the resistance
+    EXPECT_EQ(held("2"), 0);
+}
+
 TEST(BarOnset, StrengthIsTheStressThatTears)
 {
     // Averaged over 2 * .235 E Gc / strength^2 = .56 m, nine voxels: both numbers can be honoured.

@@ -141,33 +141,33 @@ double Simulation::nodeLimit() const
     return fastest > 0 ? timeSettings_.nodeCfl * h_ / std::sqrt(fastest) : kInfinity;
 }
 
-double Simulation::chooseStep(double until) const
+/// Longest step [s] that the scene allows.
+double Simulation::stepLimit() const
 {
-    const double left = until - time_, frame = 1 / timeSettings_.fps;
-    double limit = frame;
-    if (timeSettings_.substeps > 0)
-        limit = frame / timeSettings_.substeps;
-    else {
-        limit = std::min(limit, nodeLimit());
-        for (const StepLimit* l : stages_.limits) limit = std::min(limit, l->largestStep());
-    }
-    constexpr double kWhole = 1e-9;  // a quotient this near to a whole number is one
-    return left / std::max(1., std::ceil(left / limit - kWhole));
+    double limit = 1 / timeSettings_.fps;
+    if (timeSettings_.substeps > 0) return limit / timeSettings_.substeps;
+    limit = std::min(limit, nodeLimit());
+    for (const StepLimit* l : stages_.limits) limit = std::min(limit, l->largestStep());
+    return limit;
 }
 
 StepRecord Simulation::step(double until)
 {
     StepRecord record;
-    solve(record, chooseStep(until));
+    constexpr double kWhole = 1e-9;  // a quotient this near to a whole number is one
+    constexpr double kMostCutbacks = 8;
+    const double left = until - time_, limit = stepLimit();
+    // Not of what is left of a frame: where nothing converges, that would shrink with each step and never end.
+    const double shortest = (0.5 + kWhole) * limit / std::exp2(kMostCutbacks);
+    solve(record, left / std::max(1., std::ceil(left / limit - kWhole)), shortest);
     updateGrid(record);
     measure(record);
     return record;
 }
 
-/// Solves for the end of the step; halves dt from the saved state as often as it takes, within reason.
-void Simulation::solve(StepRecord& record, double dt)
+/// Solves for the end of the step; halves dt from the saved state as often as it takes, but not below `shortest` [s].
+void Simulation::solve(StepRecord& record, double dt, double shortest)
 {
-    constexpr int kMostCutbacks = 8;
     const StageTimer timer(record.work, "solve");
     const solver::ElasticWork before = elastic_->work();
     const solver::State saved = state_;
@@ -182,13 +182,17 @@ void Simulation::solve(StepRecord& record, double dt)
         record.linearIterations += report->linearIterations;
         record.projections += report->projections;
         record.work.count("solve", "multigrid_systems", report->multigridSystems);
-        if (report->status == solver::StepStatus::converged || record.cutbacks == kMostCutbacks) break;
+        if (report->status == solver::StepStatus::converged || 0.5 * dt < shortest) break;
     }
+    if (!std::isfinite(report->residual))
+        throw LimitError("step " + std::to_string(steps_ + 1) + ": forces or positions are beyond what a number can hold; are grips or bodies "
+                         "too fast, or forces too large?");
     time_ += dt;
     record.step = ++steps_;
     record.time = time_;
     record.dt = dt;
     record.residual = report->residual;
+    record.leastResidual = report->leastResidual;
     record.outcome = report->status == solver::StepStatus::capped ? Outcome::capped
                      : record.cutbacks > 0                       ? Outcome::cutback
                                                                  : Outcome::converged;

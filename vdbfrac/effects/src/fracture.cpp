@@ -204,22 +204,24 @@ grid::PhiChanges Fracture::update(const core::GridContext& context, core::Body& 
     const double eps = values_.number("front_width") * dx_;
     // Mobility: at Psi = 2 kappa the front (phi = 0) moves at front_speed * c_R.
     const double mobility = values_.number("front_speed") * law.waveSpeed * std::numbers::pi * eps / law.kappa;
-    const double most = std::min(law.waveSpeed * context.dt, frontCfl_ * dx_);
+    const double possible = law.waveSpeed * context.dt, most = std::min(possible, frontCfl_ * dx_);
     const int parts = std::max(1, int(std::ceil(most / (kMostMove * dx_) - 1e-9)));
     grid::GriffithStep step{law.kappa, eps, 0, most / parts};
 
     grid::PhiChanges all;
+    bool heldBack = false;
     for (int part = 0; part < parts; ++part) {
         grid::PhiChanges raised;
         // One pseudo-time step for all voxels, as long as the fastest allows (CFL): clipping each on its own would let the
         // flanks of a crack catch up with its tip.
-        step.s = mobility * context.dt / parts;
+        const double wanted = step.s = mobility * context.dt / parts;
         for (std::size_t i = 0; i < band.size(); ++i) step.s = std::min(step.s, griffithTime(band[i].phi, psi[i], step.mostMove, step));
         for (std::size_t i = 0; i < band.size(); ++i) {
             const double phi = griffithUpdate(band[i].phi, psi[i], step);
             if (float(phi) > band[i].phi) raised.emplace_back(band[i].voxel, band[i].phi = float(phi));
         }
         if (raised.empty()) break;
+        heldBack = heldBack || (most < possible && step.s < wanted);
         limit_ = std::min(limit_, frontCfl_ * dx_ / law.waveSpeed);
         const StageTimer timer(context.ledger, "relevel");
         grid::RelevelWork work;
@@ -229,6 +231,7 @@ grid::PhiChanges Fracture::update(const core::GridContext& context, core::Body& 
         context.ledger.count("relevel", "voxels", work.voxels);
         all.insert(all.end(), changes.begin(), changes.end());
     }
+    context.ledger.count("fracture", "held_back", heldBack);
     noteArrivals(body, all, context.time);
     return all;
 }
