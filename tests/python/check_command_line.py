@@ -100,6 +100,7 @@ with tempfile.TemporaryDirectory() as temporary:
     if [c["id"] for c in cases] != ["bad_numbers", "contact"] or not all(m["holds"] for m in cases[0]["measured"]):
         failures.append(f"verify: {cases}")
     expect("verify what", ["verify"], 2, "--hard")
+    expect("verify torture", ["verify", "--torture", "--quick", "--only", "moving_plane"], 0, "1 cases hold")
     expect("verify an unknown case", ["verify", "--hard", "--only", "nonsense"], 2, "nonsense")
 
     # A cube of 1 m without its top, one face turned: repaired, levelled, and levelled again.
