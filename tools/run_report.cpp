@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace vdbfrac::tools {
 
@@ -33,6 +34,23 @@ std::string workTable(const Ledger& work)
         text += fmt::format("{:<10}{:>10.2f}{:>7.1f}%  {}\n", s.name, s.seconds, total > 0 ? 100 * s.seconds / total : 0., counts);
     }
     return text + fmt::format("{:<10}{:>10.2f}", "all", total);
+}
+
+/// What did not go as it should: steps that were cut back or are not solved, cracks that were held back. A line each.
+std::string shortcomings(const std::vector<core::StepRecord>& steps, const Ledger& work)
+{
+    double shortest = INFINITY, worst = 0, best = 0;
+    for (const core::StepRecord& s : steps) {
+        if (s.cutbacks > 0) shortest = std::min(shortest, s.dt);
+        if (s.outcome != core::Outcome::capped) continue;
+        worst = std::max(worst, s.residual), best = std::max(best, s.leastResidual);
+    }
+    std::string text;
+    if (shortest < INFINITY) text += fmt::format("cut back: steps down to {:.2e} s\n", shortest);
+    if (anyCapped(steps)) text += fmt::format("capped: relative residuals up to {:.2g}, of the best iterates up to {:.2g}\n", worst, best);
+    if (const auto held = work.countOf("fracture", "held_back"); held > 0)
+        text += fmt::format("held back: in {} steps time.front_cfl let cracks run slower than the material would\n", held);
+    return text;
 }
 
 }  // namespace
@@ -82,7 +100,7 @@ std::string summaryText(const core::Simulation& simulation, const core::RunFolde
     text += fmt::format("{} {}; {:.2f} % of the material lost to cracks; peak memory {:.2f} GiB; state {}\n", simulation.fragments(),
                         simulation.fragments() == 1 ? "fragment" : "fragments", 100 * (1 - simulation.volume() / simulation.startVolume()), double(peakMemory()) / kGiB,
                         folder.frames().empty() ? "-" : folder.frames().back().stateHash);
-    text += workTable(work);
+    text += shortcomings(folder.steps(), work) + workTable(work);
     return text + "\nwritten to " + folder.path().string();
 }
 

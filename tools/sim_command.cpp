@@ -92,7 +92,8 @@ int simulate(const SimOptions& options, const scene::Scene& scene)
                 folder.addStep(step);
                 log->debug("{}", stepText(step));
                 if (step.outcome == core::Outcome::capped)
-                    log->warn("step {}: the solver hit its caps (relative residual {:.2g}); the last iterate was kept", step.step, step.residual);
+                    log->warn("step {}: the solver hit its caps (relative residual {:.2g}, of the best iterate {:.2g}); the last iterate was kept",
+                              step.step, step.residual, step.leastResidual);
                 progress.update(frame - first + (simulation.time() - start) / (end - start), stepText(step));
             }
             log->debug("frame {}  state {}", frame, folder.writeFrame(simulation, frame));

@@ -21,7 +21,7 @@ using Json = nlohmann::ordered_json;
 
 struct VerifyOptions {
     CommonOptions common;
-    bool hard = false, quick = false;
+    bool hard = false, torture = false, quick = false;
     std::vector<std::string> only;
     std::string json;
     int threads = 0;
@@ -72,10 +72,11 @@ int run(const VerifyOptions& options)
     const ThreadLimit limit(options.threads);
     Json all = {{"program", "vdbfrac"},
                 {"version", core::kVersion},
+                {"table", options.torture ? "torture" : "hard"},
                 {"extent", options.quick ? "quick" : "full"},
                 {"cases", Json::array()}};
     int holding = 0, failing = 0, missing = 0;
-    for (const verify::HardCase& c : verify::hardCases()) {
+    for (const verify::HardCase& c : options.torture ? verify::tortureCases() : verify::hardCases()) {
         if (!options.only.empty() && std::find(options.only.begin(), options.only.end(), c.id) == options.only.end())
             continue;
         const auto measured = measure(c, options.quick ? verify::Extent::quick : verify::Extent::full);
@@ -94,11 +95,15 @@ int run(const VerifyOptions& options)
 Action addVerify(CLI::App& app)
 {
     std::vector<std::string> ids;
-    for (const verify::HardCase& c : verify::hardCases()) ids.push_back(c.id);
+    for (const auto cases : {verify::hardCases(), verify::tortureCases()})
+        for (const verify::HardCase& c : cases) ids.push_back(c.id);
     auto o = std::make_shared<VerifyOptions>();
     CLI::App* c = app.add_subcommand(
         "verify", "Measure what the program promises against its limits; ends with 3 when one is missed");
-    c->add_flag("--hard", o->hard, "The hard cases of the simulation")->required();
+    auto* which = c->add_option_group("Which");
+    which->require_option(1);
+    which->add_flag("--hard", o->hard, "The hard cases of the simulation");
+    which->add_flag("--torture", o->torture, "Hard cases while something tears");
     c->add_flag("--quick", o->quick, "Shorter runs where cases have long ones, as the tests do");
     c->add_option("--only", o->only, "Which cases")->delimiter(',')->check(CLI::IsMember(ids))->type_name("CASE,...");
     c->add_option("--json", o->json, "Write the measurements to this file too")->type_name("FILE");

@@ -44,7 +44,7 @@ public:
     {
         std::copy(x.begin(), x.end(), here_.x.begin());
         evaluate(here_);
-        return here_.norm / std::max(here_.forceScale, here_.noise);
+        return relative(here_);
     }
     std::size_t bytes() const
     {
@@ -54,7 +54,16 @@ public:
 private:
     void evaluate(Point& p);
     void measureForces(Point& p);
-    bool small(const Point& p) const { return p.norm <= settings_.tolerance * p.forceScale + p.noise; }
+    /// Not where forces overflow: there any x would look solved.
+    bool small(const Point& p) const
+    {
+        return p.norm <= settings_.tolerance * p.forceScale + p.noise && std::isfinite(p.forceScale + p.noise);
+    }
+    static double relative(const Point& p)
+    {
+        const double scale = std::max(p.forceScale, p.noise);
+        return std::isinf(scale) ? scale : p.norm > 0 ? p.norm / scale : p.norm;
+    }
     void freezeLooseParts();
     void hold(Point& p) const;
     double jump() const;
@@ -291,8 +300,7 @@ void BackwardEuler::Newton::balanceMomentum()
 void BackwardEuler::Newton::finish(State& state)
 {
     balanceMomentum();
-    const double scale = std::max(here_.forceScale, here_.noise);
-    report_.residual = scale > 0 ? here_.norm / scale : 0;
+    report_.residual = relative(here_);
     report_.elasticEnergy = here_.elastic;
     eachNode<double>(here_.x.size(), [&](std::size_t i) {
         report_.reaction[i] = boundary_->fixed[i] ? here_.gradient[i] : Vec3::Zero();
@@ -309,12 +317,14 @@ const StepReport& BackwardEuler::Newton::run(State& state)
     else
         hold(here_);
     evaluate(here_);
+    report_.leastResidual = relative(here_);
     while (!small(here_)) {
         if (report_.newtonIterations == settings_.iterations || !improve()) {
             report_.status = StepStatus::capped;
             break;
         }
         ++report_.newtonIterations;
+        report_.leastResidual = std::min(report_.leastResidual, relative(here_));
     }
     finish(state);
     return report_;

@@ -60,7 +60,8 @@ const Key kKeys[] = {{"toughness", Type::number, "J/m^2", "A number.", "", 0, 1e
                      {"along", Type::direction, "", "A direction.", "\"y\""},
                      {"pull", Type::vector, "m/s^2", "A vector.", "[0, -9.81, 0]"},
                      {"between", Type::range, "", "A range.", "[1, 2]"},
-                     {"called", Type::label, "", "A name.", "\"x\""}};
+                     {"called", Type::label, "", "A name.", "\"x\""},
+                     {"keys", Type::curve, "", "A factor over time.", "", 0, 1e300, true}};
 const scene::TableSpec kTables[] = {{"fracture", "Like an effect.", kKeys}};
 
 /// A scene that ships, with its effects replaced.
@@ -68,7 +69,8 @@ std::string shipped(const char* name)
 {
     const std::string text = readText(std::string(VDBFRAC_SOURCE "/data/scenes/") + name);
     return text.substr(0, std::min(text.find("[gravity]"), text.find("[damping]"))) +
-           "[fracture]\ntoughness = 100\nalong = [1, 2, 2]\nmodes = [\"b\"]\npull = [0, 1, 0]\nbetween = [3, 4]\n";
+           "[fracture]\ntoughness = 100\nalong = [1, 2, 2]\nmodes = [\"b\"]\npull = [0, 1, 0]\nbetween = [3, 4]\n"
+           "keys = [{ time = 0, scale = 1 }, { time = 1, scale = 1e-6 }]\n";
 }
 
 }  // namespace

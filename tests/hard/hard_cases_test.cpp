@@ -1,5 +1,5 @@
-// The hard cases as 'vdbfrac verify --hard --quick' measures them. What does not hold yet is listed here with its
-// number: a change to the better or to the worse has to be entered, here and in docs/hard_cases.md.
+// The hard cases as 'vdbfrac verify --quick' with --hard and with --torture measures them. What does not hold yet is listed here with its
+// number: a change to the better or to the worse has to be entered, here and in docs/hard_cases.md or docs/torture.md.
 #include "hard_case.h"
 
 #include <gtest/gtest.h>
@@ -61,10 +61,15 @@ TEST_P(HardCases, AreWithinTheirLimitsButForTheKnownMisses)
 INSTANTIATE_TEST_SUITE_P(Table, HardCases, testing::ValuesIn(verify::hardCases().begin(), verify::hardCases().end()),
                          [](const auto& info) { return std::string(info.param.id); });
 
+INSTANTIATE_TEST_SUITE_P(Torture, HardCases, testing::ValuesIn(verify::tortureCases().begin(), verify::tortureCases().end()),
+                         [](const auto& info) { return std::string(info.param.id); });
+
 TEST(HardCaseTable, RowsAreInOrder)
 {
-    int row = 0;
-    for (const HardCase& c : verify::hardCases()) EXPECT_EQ(c.row, ++row) << c.id;
+    for (const auto cases : {verify::hardCases(), verify::tortureCases()}) {
+        int row = 0;
+        for (const HardCase& c : cases) EXPECT_EQ(c.row, ++row) << c.id;
+    }
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
 """The program as a user meets it: help, plan, messages with their places, exit codes, nothing lost on failure."""
+import csv
 import json
 import subprocess
 import sys
@@ -70,12 +71,36 @@ with tempfile.TemporaryDirectory() as temporary:
     expect("preview of nothing", ["preview", folder], 4, "run.json")
     expect("preview looking nowhere", ["preview", out, "--direction", "0", "0", "0"], 2, "--direction")
 
+    # What a run could not do is told, in the summary and in stats.csv; --strict makes an error of what was not solved.
+    def statuses(run):
+        with open(run / "stats.csv", newline="") as rows:
+            return list(csv.DictReader(rows))
+
+    quick = ["--set", "grid.voxel_size=0.1", "--set", "time.substeps=1"]
+    never = [*quick, "-f", "2", "--set", "solver.newton_iterations=1", "--set", "solver.newton_tolerance=1e-14"]
+    capped = folder / "capped"
+    expect("capped steps", ["sim", good, "-o", capped, *never], 0, "hit its caps", "capped: relative residuals", "of the best iterates")
+    expect("capped steps under --strict", ["sim", good, "-o", capped, *never, "--strict", "--overwrite"], 3, " capped")
+    told = statuses(capped)
+    if {s["status"] for s in told} != {"capped"} or not all(0 < float(s["least_residual"]) <= float(s["residual"]) for s in told):
+        failures.append(f"capped: {told}")
+    if len(told) > 512:
+        failures.append(f"capped: {len(told)} steps for a frame, each shorter than the one before")
+    if json.loads((capped / "run.json").read_text())["status"] != "done, not converged everywhere":
+        failures.append("capped: run.json does not say so")
+    held = folder / "held"
+    expect("a front held back", ["sim", good, "-o", held, *quick, "-f", "24", "--set", "fracture.keys=[{ time = 0, scale = 1e-3 }]", "--strict"], 0, "held back: in ")
+    if not any(int(s["fracture_held_back"]) for s in statuses(held)):
+        failures.append("held back: not in stats.csv")
+    expect("forces beyond numbers", ["sim", good, "-o", folder / "o5", "-f", "2", *quick, "--set", "grip.0.move.velocity=[0,1e200,0]"], 5, "step 1", "beyond what a number can hold")
+
     measured = folder / "verify.json"
     expect("verify", ["verify", "--hard", "--only", "bad_numbers,contact", "--json", measured], 0, "holds", "not there yet", "1 cases hold")
     cases = json.loads(measured.read_text())["cases"]
     if [c["id"] for c in cases] != ["bad_numbers", "contact"] or not all(m["holds"] for m in cases[0]["measured"]):
         failures.append(f"verify: {cases}")
     expect("verify what", ["verify"], 2, "--hard")
+    expect("verify torture", ["verify", "--torture", "--quick", "--only", "moving_plane"], 0, "1 cases hold")
     expect("verify an unknown case", ["verify", "--hard", "--only", "nonsense"], 2, "nonsense")
 
     # A cube of 1 m without its top, one face turned: repaired, levelled, and levelled again.

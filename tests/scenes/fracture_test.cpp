@@ -153,6 +153,36 @@ bool isNoted(const SceneRun& run, const std::string& text)
     return std::any_of(notes.begin(), notes.end(), [&](const std::string& n) { return n.find(text) != std::string::npos; });
 }
 
+TEST(BarOnset, KeysScaleTheResistanceOverTime)
+{
+    // kappa = 50 (1 - .24 t) meets the energy E e^2 / 2 = 2 t^2 of the strain e = .002 t at t = sqrt(34) - 3.
+    SceneRun run(bar(16, "kappa = 50\nkeys = [{ time = 0, scale = 1 }, { time = 4, scale = 0.04 }]"));
+    EXPECT_NEAR(tearingStrain(run), 0.002 * (std::sqrt(34.) - 3), 1.001 * kIncrement);
+}
+
+TEST(BarOnset, KeysThatAreOneChangeNothing)
+{
+    const auto hash = [](const std::string& keys) {
+        SceneRun run(bar(8, "kappa = 0.5" + keys));
+        run.toFrame(40);
+        EXPECT_GT(run.work.countOf("fracture", "moved_voxels"), 0);
+        return run.simulation->stateHash();
+    };
+    EXPECT_EQ(hash(""), hash("\nkeys = [{ time = 1, scale = 1 }]"));
+}
+
+TEST(Front, ThatTheStepHoldsBackIsCounted)
+{
+    const auto held = [](const char* frontCfl) {
+        SceneRun run(bar(8, "kappa = 0.5", 0.1), {std::string("time.front_cfl=") + frontCfl, "time.fps=100"});
+        run.toFrame(8);
+        EXPECT_GT(run.work.countOf("fracture", "moved_voxels"), 0);
+        return run.work.countOf("fracture", "held_back");
+    };
+    EXPECT_GT(held("0.5"), 0);  // c_R dt is 1.5 voxels, and the energy four times the resistance
+    EXPECT_EQ(held("2"), 0);
+}
+
 TEST(BarOnset, StrengthIsTheStressThatTears)
 {
     // Averaged over 2 * .235 E Gc / strength^2 = .56 m, nine voxels: both numbers can be honoured.

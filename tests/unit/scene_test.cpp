@@ -21,6 +21,7 @@ const std::vector<Key> kPullKeys = {
     {"direction", Type::direction, "", "Where to.", "[0, 0, 2]"},
     {"label", Type::text, "", "A note.", "\"\""},
     {"on", Type::boolean, "", "Whether.", "true"},
+    {"keys", Type::curve, "", "How much, over time.", "", 0, 5, true},
 };
 const std::vector<Key> kDragKeys = {{"air", Type::vector, "m/s", "Wind.", "[0, 0, 0]"}};
 
@@ -505,6 +506,26 @@ TEST(SceneReader, OutputListsTakeEachGridOnce)
     EXPECT_EQ(errorsOf(kGood + output + "[\"phi\", \"phi\"]\n").size(), 1u);
     EXPECT_EQ(errorsOf(kGood + output + "\"phi\"\n").size(), 1u);
     EXPECT_TRUE(parse(kGood + output + "[]\n").output.vdb.empty());
+}
+
+TEST(SceneReader, ACurveIsAListOfTimesAndScalesThatRises)
+{
+    const std::string pull = kGood + "[pull]\nrate = 1\nkeys = ";
+    const Scene s = parse(pull + "[{ time = -1, scale = 1 }, { time = 1, scale = 5 }]\n");
+    const Curve& curve = s.effects[0].values.curve("keys");
+    EXPECT_EQ(curve, (Curve{{{-1, 1}, {1, 5}}}));
+    for (const auto& [time, scale] : {std::pair{-9., 1.}, {-1., 1.}, {0., 3.}, {.5, 4.}, {1., 5.}, {9., 5.}}) EXPECT_EQ(curve.at(time), scale);
+    EXPECT_EQ(Curve().at(3), 1);
+    EXPECT_EQ(parse(writeScene(s, kEffects)).effects[0].values.curve("keys"), curve);
+    EXPECT_EQ(onlyError(pull + "[{ time = 0, scale = 6 }]\n", "dir/s.toml:22:29").allowed,
+              "a list of tables {time, scale}, times rising, each scale greater than 0 and not more than 5");
+    onlyError(pull + "[]\n", "dir/s.toml:22:8");
+    onlyError(pull + "{ time = 0, scale = 1 }\n", "dir/s.toml:22:8");
+    onlyError(pull + "[{ time = 0, scale = 0 }]\n", "dir/s.toml:22:29");
+    onlyError(pull + "[{ time = nan, scale = 1 }]\n", "dir/s.toml:22:18");
+    onlyError(pull + "[{ time = 0 }]\n", "dir/s.toml:22:9");
+    onlyError(pull + "[{ time = 0, scale = 1, scael = 1 }]\n", "dir/s.toml:22:9");
+    onlyError(pull + "[{ time = 1, scale = 1 }, { time = 1, scale = 2 }]\n", "dir/s.toml:22:43");
 }
 
 TEST(SceneReader, EverythingWrongIsReportedAtOnceInTheOrderOfTheText)

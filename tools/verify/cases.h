@@ -3,6 +3,10 @@
 
 #include "hard_case.h"
 
+namespace vdbfrac::core {
+class Simulation;
+}
+
 namespace vdbfrac::tools::verify {
 
 using Measurements = std::vector<Measurement>;
@@ -19,6 +23,8 @@ inline Measurement atLeast(std::string what, double value, double limit)
 }
 /// "nu = 0.3: " before what is measured.
 std::string at(double nu);
+/// Positions and velocities of nodes that are not finite; in scenes.cpp.
+double notFiniteNodes(const core::Simulation& simulation);
 
 // starts.cpp
 Measurements mirroredStart(Extent);
@@ -47,5 +53,13 @@ Measurements thousandfoldSpeed(Extent);
 Measurements foam(Extent);
 Measurements unbreakable(Extent);
 Measurements notFinite(Extent);
+// torture.cpp
+Measurements jerkedGrips(Extent);
+Measurements resistanceGone(Extent);
+Measurements coarseLattices(Extent);
+Measurements thinWalls(Extent);
+// torture_motion.cpp
+Measurements planeThroughNodes(Extent);
+Measurements spunApart(Extent);
 
 }  // namespace vdbfrac::tools::verify

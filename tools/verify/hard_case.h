@@ -1,5 +1,5 @@
 // The hard cases of the simulation: what usually breaks such programs, each measured against a limit. Tests and
-// 'vdbfrac verify --hard' run the same functions.
+// 'vdbfrac verify --hard', '--torture' run the same functions.
 #pragma once
 
 #include <span>
@@ -35,5 +35,8 @@ struct HardCase {
 
 /// All rows, in the order of the table.
 std::span<const HardCase> hardCases();
+
+/// Hard cases while something tears, rows of a table of their own.
+std::span<const HardCase> tortureCases();
 
 }  // namespace vdbfrac::tools::verify

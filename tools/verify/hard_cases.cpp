@@ -35,9 +35,21 @@ constexpr HardCase kCases[] = {
     {23, "removed", "a tet removed elsewhere", "neighbours twist", tetRemovedElsewhere},
 };
 
+constexpr HardCase kTorture[] = {
+    {1, "jerked", "grips at 100 wave speeds, reversed, stopped", "inversions, explosions", jerkedGrips},
+    {2, "resistance_gone", "kappa, toughness dropped to 1e-6 in mid-run", "everything erodes at once, mass is lost track of",
+     resistanceGone},
+    {3, "coarsening", "coarsening 1, 2, 4", "material that hangs together through cells", coarseLattices},
+    {4, "walls", "walls of 1, 2, 3 voxels torn", "shreds that lose their mass", thinWalls},
+    {5, "moving_plane", "a plane that moves through nodes, edges, faces", "pieces without volume, holes in the surface",
+     planeThroughNodes},
+    {6, "spun_apart", "a body that spins itself apart", "momentum from nowhere", spunApart},
+};
+
 }  // namespace
 
 std::span<const HardCase> hardCases() { return kCases; }
+std::span<const HardCase> tortureCases() { return kTorture; }
 
 std::string at(double nu)
 {

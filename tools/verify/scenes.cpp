@@ -112,6 +112,8 @@ bool surfaceIsRefused(const Folder& folder, const char* name, const std::string&
     return false;
 }
 
+}  // namespace
+
 double notFiniteNodes(const core::Simulation& simulation)
 {
     const auto count = [](std::span<const Vec3> values) {
@@ -119,8 +121,6 @@ double notFiniteNodes(const core::Simulation& simulation)
     };
     return double(count(simulation.x()) + count(simulation.v()));
 }
-
-}  // namespace
 
 Measurements badNumbers(Extent)
 {

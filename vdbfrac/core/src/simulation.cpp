@@ -141,44 +141,43 @@ double Simulation::nodeLimit(double cells) const
     return fastest > 0 ? cells * h_ / std::sqrt(fastest) : kInfinity;
 }
 
-double Simulation::chooseStep(double until) const
+/// Longest step [s] that the scene allows.
+double Simulation::stepLimit() const
 {
-    const double left = until - time_, frame = 1 / timeSettings_.fps;
-    double limit = frame;
-    if (timeSettings_.substeps > 0)
-        limit = frame / timeSettings_.substeps;
-    else {
-        limit = std::min(limit, nodeLimit(timeSettings_.nodeCfl));
-        for (const StepLimit* l : stages_.limits) limit = std::min(limit, l->largestStep());
-    }
-    limit = std::min(limit, trusted_);
-    constexpr double kWhole = 1e-9;  // a quotient this near to a whole number is one
-    return left / std::max(1., std::ceil(left / limit - kWhole));
+    double limit = 1 / timeSettings_.fps;
+    if (timeSettings_.substeps > 0) return limit / timeSettings_.substeps;
+    limit = std::min(limit, nodeLimit(timeSettings_.nodeCfl));
+    for (const StepLimit* l : stages_.limits) limit = std::min(limit, l->largestStep());
+    return limit;
 }
 
 StepRecord Simulation::step(double until)
 {
+    constexpr double kWhole = 1e-9;  // a quotient this near to a whole number is one
+    constexpr double kMostCutbacks = 8;
+    constexpr double kHopeless = 4;  // cells that nodes of one may fly apart: beyond, Newton's method has nothing to start from
     StepRecord record;
-    solve(record, chooseStep(until));
+    double limit = stepLimit();
+    for (const double most = nodeLimit(kHopeless); limit > most; ++record.cutbacks) limit *= 0.5;
+    const double left = until - time_, longest = std::min(limit, trusted_);
+    // Not of what is left of a frame: where nothing converges, that would shrink with each step and never end.
+    const double shortest = (0.5 + kWhole) * limit / std::exp2(kMostCutbacks);
+    solve(record, left / std::max(1., std::ceil(left / longest - kWhole)), shortest);
     updateGrid(record);
     measure(record);
     return record;
 }
 
-/// Solves for the end of the step; halves dt from the saved state as often as it takes, within reason. Without trying it
-/// where nodes of a cell would fly apart so far that Newton's method has nothing to start from.
-void Simulation::solve(StepRecord& record, double dt)
+/// Solves for the end of the step; halves dt from the saved state as often as it takes, but not below `shortest` [s].
+void Simulation::solve(StepRecord& record, double dt, double shortest)
 {
-    constexpr int kMostTries = 9;
-    constexpr double kHopeless = 4;  // cells
-    for (const double most = nodeLimit(kHopeless); dt > most; ++record.cutbacks) dt *= 0.5;
     const StageTimer timer(record.work, "solve");
     const solver::ElasticWork before = elastic_->work();
     const solver::State saved = state_;
     const double tried = dt;
     const solver::StepReport* report = nullptr;
     solver::Boundary boundary;
-    for (int tries = 1;; ++tries, dt *= 0.5, ++record.cutbacks, state_ = saved) {
+    for (;; dt *= 0.5, ++record.cutbacks, state_ = saved) {
         boundary = grips_->boundary(time_ + dt, state_.x.size());
         for (const Body& body : bodies_)
             boundary.part.insert(boundary.part.end(), body.fragments.ofNode().begin(), body.fragments.ofNode().end());
@@ -187,16 +186,21 @@ void Simulation::solve(StepRecord& record, double dt)
         record.linearIterations += report->linearIterations;
         record.projections += report->projections;
         record.work.count("solve", "multigrid_systems", report->multigridSystems);
-        if (report->status == solver::StepStatus::converged || tries == kMostTries) break;
+        if (report->status == solver::StepStatus::converged || 0.5 * dt < shortest) break;
     }
-    const bool converged = report->status == solver::StepStatus::converged;
-    trusted_ = !converged ? tried : dt < tried ? dt : 2 * trusted_;  // where nothing converges, shorter steps only take longer
+    trusted_ = dt < tried ? dt : 2 * trusted_;
+    if (!std::isfinite(report->residual))
+        throw LimitError("step " + std::to_string(steps_ + 1) + ": forces or positions are beyond what a number can hold; are grips or bodies "
+                         "too fast, or forces too large?");
     time_ += dt;
     record.step = ++steps_;
     record.time = time_;
     record.dt = dt;
     record.residual = report->residual;
-    record.outcome = !converged ? Outcome::capped : record.cutbacks > 0 ? Outcome::cutback : Outcome::converged;
+    record.leastResidual = report->leastResidual;
+    record.outcome = report->status == solver::StepStatus::capped ? Outcome::capped
+                     : record.cutbacks > 0                       ? Outcome::cutback
+                                                                 : Outcome::converged;
     record.elasticEnergy = report->elasticEnergy;
     record.gripLoad = grips_->loads(boundary, report->reaction);
     const solver::ElasticWork& after = elastic_->work();

@@ -5,6 +5,7 @@
 //   kappa                  as given: strength of a smooth bar sqrt(2 E kappa), cracked samples weaken as h shrinks
 //   toughness              kappa = C Gc / h: at a crack tip the energy spent per area is then Gc at any h
 //   toughness + strength   kappa = sigma_t^2 / (2 E), Psi averaged over l = 2 A E Gc / sigma_t^2
+// Keys scale kappa over time, and so Gc alike and sigma_t by the root: l stays.
 #include "all.h"
 
 #include <vdbfrac/grid/griffith.h>
@@ -38,6 +39,7 @@ const Key kKeys[] = {
     {"kappa", Type::number, "J/m^3", "fracture resistance; a smooth bar tears at the strain sqrt(2 kappa / E)", "", 0, kInfinity, true},
     {"toughness", Type::number, "J/m^2", "energy a crack takes per area, at any resolution; instead of kappa", "", 0, kInfinity, true},
     {"strength", Type::number, "Pa", "stress at which an uncracked bar tears; with toughness", "", 0, kInfinity, true},
+    {"keys", Type::curve, "", "factor on the resistance kappa over time; toughness goes with it, strength with its root", "", 0, kInfinity, true},
     {"driver", Type::choice, "", "energy that drives the crack: all of it, or only what pulls", "\"full\"", -kInfinity, kInfinity, false, false, {"full", "tension"}},
     {"front_speed", Type::number, "", "speed of the front at twice the resistance, in Rayleigh wave speeds; the front never passes 1", "1", 0, kInfinity, true},
     {"front_width", Type::number, "voxels", "width of the smoothed delta that spreads the update round the surface", "1.25", 1, 1.5},
@@ -62,6 +64,7 @@ class Fracture : public core::Effect, public core::GridStage, public core::StepL
 public:
     Fracture(const Values& values, const scene::Scene& scene)
         : values_(values), dx_(scene.grid.voxelSize), h_(scene.grid.coarsening * dx_), frontCfl_(scene.time.frontCfl),
+          resistance_(values.has("keys") ? values.curve("keys") : scene::Curve()),
           margin_(values.has("grip_margin") ? values.number("grip_margin") : 2 * h_)
     {
     }
@@ -102,7 +105,9 @@ private:
     void noteArrivals(const core::Body& body, const grid::PhiChanges& changes, double time);
 
     Values values_;
-    double dx_, h_, frontCfl_, margin_;
+    double dx_, h_, frontCfl_;
+    scene::Curve resistance_;  // factor on kappa
+    double margin_;
     std::map<std::string, Law> laws_;                          // by body
     std::map<std::string, std::map<Coord, float>> arrival_;    // by body: time [s] at which a voxel node failed
     double limit_ = kInfinity;                                 // s
@@ -183,7 +188,8 @@ void Fracture::noteArrivals(const core::Body& body, const grid::PhiChanges& chan
 
 grid::PhiChanges Fracture::update(const core::GridContext& context, core::Body& body)
 {
-    const Law& law = laws_.at(body.name);
+    Law law = laws_.at(body.name);
+    law.kappa *= resistance_.at(context.time);
     (void)context.tetEnergy();  // timed on its own
     if (limitTime_ != context.time) limit_ = kInfinity, limitTime_ = context.time;
 
@@ -198,22 +204,24 @@ grid::PhiChanges Fracture::update(const core::GridContext& context, core::Body& 
     const double eps = values_.number("front_width") * dx_;
     // Mobility: at Psi = 2 kappa the front (phi = 0) moves at front_speed * c_R.
     const double mobility = values_.number("front_speed") * law.waveSpeed * std::numbers::pi * eps / law.kappa;
-    const double most = std::min(law.waveSpeed * context.dt, frontCfl_ * dx_);
+    const double possible = law.waveSpeed * context.dt, most = std::min(possible, frontCfl_ * dx_);
     const int parts = std::max(1, int(std::ceil(most / (kMostMove * dx_) - 1e-9)));
     grid::GriffithStep step{law.kappa, eps, 0, most / parts};
 
     grid::PhiChanges all;
+    bool heldBack = false;
     for (int part = 0; part < parts; ++part) {
         grid::PhiChanges raised;
         // One pseudo-time step for all voxels, as long as the fastest allows (CFL): clipping each on its own would let the
         // flanks of a crack catch up with its tip.
-        step.s = mobility * context.dt / parts;
+        const double wanted = step.s = mobility * context.dt / parts;
         for (std::size_t i = 0; i < band.size(); ++i) step.s = std::min(step.s, griffithTime(band[i].phi, psi[i], step.mostMove, step));
         for (std::size_t i = 0; i < band.size(); ++i) {
             const double phi = griffithUpdate(band[i].phi, psi[i], step);
             if (float(phi) > band[i].phi) raised.emplace_back(band[i].voxel, band[i].phi = float(phi));
         }
         if (raised.empty()) break;
+        heldBack = heldBack || (most < possible && step.s < wanted);
         limit_ = std::min(limit_, frontCfl_ * dx_ / law.waveSpeed);
         const StageTimer timer(context.ledger, "relevel");
         grid::RelevelWork work;
@@ -223,6 +231,7 @@ grid::PhiChanges Fracture::update(const core::GridContext& context, core::Body& 
         context.ledger.count("relevel", "voxels", work.voxels);
         all.insert(all.end(), changes.begin(), changes.end());
     }
+    context.ledger.count("fracture", "held_back", heldBack);
     noteArrivals(body, all, context.time);
     return all;
 }

@@ -25,6 +25,7 @@ Values::Value standIn(const Key& key)
     case Type::direction: return Vec3(Vec3::UnitY());
     case Type::range: return Values::Range(0, 0);
     case Type::choices: return std::vector<std::string>();
+    case Type::curve: return Curve();
     default: return std::string();
     }
 }

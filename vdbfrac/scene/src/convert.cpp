@@ -132,6 +132,24 @@ Conversion toRange(const Node& node, const Key& key)
     return {Values::Range(*first, *last)};
 }
 
+Conversion toCurve(const Node& node, const Key& key)
+{
+    const Key time = {"time", Type::number, "s", "", nullptr};
+    const Array* array = node.array();
+    if (!array || array->items.empty()) return {};
+    Curve curve;
+    for (const Node& item : array->items) {
+        const Table* entry = item.table();
+        const Node *when = entry ? entry->find("time") : nullptr, *what = entry ? entry->find("scale") : nullptr;
+        if (!when || !what || entry->members.size() != 2) return {{}, &item, "each with time and scale, and nothing else"};
+        const auto t = numberIn(*when, time), scale = numberIn(*what, key);
+        if (!t || !scale) return {{}, t ? what : when};
+        if (!curve.keys.empty() && *t <= curve.keys.back().time) return {{}, when, "later than the entry before"};
+        curve.keys.push_back({*t, *scale});
+    }
+    return {curve};
+}
+
 }  // namespace
 
 Conversion convert(const Node& node, const Key& key)
@@ -152,6 +170,7 @@ Conversion convert(const Node& node, const Key& key)
         return toInteger(node, key);
     case Type::range: return toRange(node, key);
     case Type::choices: return toChoices(node, key);
+    case Type::curve: return toCurve(node, key);
     default: return {};  // parts
     }
 }

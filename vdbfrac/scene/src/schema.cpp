@@ -66,6 +66,16 @@ Json choiceOf(const Key& key)
     return {{"type", "string"}, {"enum", names}};
 }
 
+Json curveOf(const Key& key)
+{
+    Json entry = {{"type", "object"}, {"properties", {{"time", {{"type", "number"}}}, {"scale", bounded("number", key)}}}};
+    entry["required"] = {"time", "scale"};
+    entry["additionalProperties"] = false;
+    Json schema = listOf(std::move(entry));
+    schema["minItems"] = 1;
+    return schema;
+}
+
 Json oneOf(std::initializer_list<Json> schemas)
 {
     Json list = Json::array();
@@ -92,6 +102,7 @@ Json typeSchema(const Key& key)
         schema["uniqueItems"] = true;
         return schema;
     }
+    case Type::curve: return curveOf(key);
     case Type::shape: return reference("shape");
     case Type::solid: return reference("solid");
     case Type::solids: return listOf(reference("solid"));

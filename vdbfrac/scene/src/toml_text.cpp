@@ -60,6 +60,13 @@ struct Writer {
         for (const std::string& item : v) text += (text.empty() ? "" : ", ") + quotedText(item);
         return "[" + text + "]";
     }
+    std::string operator()(const Curve& v) const
+    {
+        std::string text;
+        for (const Curve::Key& k : v.keys)
+            text += (text.empty() ? "{ time = " : ", { time = ") + numberText(k.time) + ", scale = " + numberText(k.scale) + " }";
+        return "[" + text + "]";
+    }
 };
 
 struct Describer {

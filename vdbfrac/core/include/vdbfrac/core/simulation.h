@@ -27,7 +27,8 @@ struct StepRecord {
     Outcome outcome = Outcome::converged;
     int cutbacks = 0;            ///< times dt was halved for this step
     int newtonIterations = 0, linearIterations = 0, projections = 0;
-    double residual = 0;
+    double residual = 0;         ///< relative to the largest force
+    double leastResidual = 0;    ///< smallest of the Newton iterates
     double kineticEnergy = 0;    ///< J
     double elasticEnergy = 0;    ///< J
     double volume = 0;           ///< m^3 of material
@@ -45,7 +46,8 @@ public:
     Simulation(const scene::Scene& scene, std::span<Effect* const> effects, std::uint64_t memoryLimit);
     ~Simulation();
 
-    /// One time step that ends no later than `until` [s].
+    /// One time step that ends no later than `until` [s]. Throws LimitError when forces or positions are beyond what a double
+    /// holds, also after dt was cut back: there is nothing to go on from.
     StepRecord step(double until);
 
     double time() const { return time_; }
@@ -74,9 +76,9 @@ private:
 
     void addBody(const scene::Scene& scene, const scene::Body& body, std::uint64_t memoryLimit);
     void setInitialVelocity(const scene::Body& spec, const Body& body);
-    double chooseStep(double until) const;
+    double stepLimit() const;
     double nodeLimit(double cells) const;
-    void solve(StepRecord& record, double dt);
+    void solve(StepRecord& record, double dt, double shortest);
     void updateGrid(StepRecord& record);
     void recut(StepRecord& record, std::size_t body, const grid::PhiChanges& changes);
     void rebuild();

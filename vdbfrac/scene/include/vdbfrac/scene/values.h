@@ -2,6 +2,7 @@
 #pragma once
 
 #include <vdbfrac/base/vec.h>
+#include <vdbfrac/scene/curve.h>
 
 #include <limits>
 #include <map>
@@ -26,6 +27,7 @@ enum class Type {
     autoInteger,  ///< an integer, or "auto", kept as 0
     range,        ///< two integers [first, last], not falling
     choices,      ///< a list out of Key::choices, each at most once
+    curve,        ///< a list of tables {time, scale}, times rising
     // Inner tables. Only the scene's own tables have them; they are not kept in Values.
     shape,   ///< a solid or a file
     solid,   ///< one Primitive
@@ -41,7 +43,7 @@ struct Key {
     const char* unit;          ///< "m", "Pa", ...; "" for none
     const char* doc;           ///< one sentence
     const char* defaultText;   ///< TOML text of the default; nullptr: required, "": optional without default
-    /// Bounds of a number, of each component of a vector, of each end of a range.
+    /// Bounds of a number, of each component of a vector, of each end of a range, of each scale of a curve.
     double least = -std::numeric_limits<double>::infinity();
     double most = std::numeric_limits<double>::infinity();
     bool leastOpen = false;    ///< the bound itself is not allowed
@@ -62,7 +64,7 @@ struct TableSpec {
 class Values {
 public:
     using Range = std::pair<long long, long long>;
-    using Value = std::variant<bool, long long, double, std::string, Vec3, Range, std::vector<std::string>>;
+    using Value = std::variant<bool, long long, double, std::string, Vec3, Range, std::vector<std::string>, Curve>;
 
     bool has(const std::string& key) const { return values_.count(key) != 0; }  ///< set, or has a default
     bool boolean(const std::string& key) const { return std::get<bool>(values_.at(key)); }
@@ -75,6 +77,7 @@ public:
     {
         return std::get<std::vector<std::string>>(values_.at(key));
     }
+    const Curve& curve(const std::string& key) const { return std::get<Curve>(values_.at(key)); }
     void set(const std::string& key, Value value) { values_[key] = std::move(value); }
     const std::map<std::string, Value>& all() const { return values_; }
 
