@@ -44,5 +44,6 @@ Action addPreview(CLI::App& app);
 Action addBench(CLI::App& app);
 Action addRelevel(CLI::App& app);
 Action addInfo(CLI::App& app);
+Action addVerify(CLI::App& app);
 
 }  // namespace vdbfrac::tools

@@ -29,6 +29,7 @@ int run(int argc, char** argv)
     actions["bench"] = addBench(app);
     actions["relevel"] = addRelevel(app);
     actions["info"] = addInfo(app);
+    actions["verify"] = addVerify(app);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {

@@ -12,6 +12,7 @@
 
 using namespace vdbfrac;
 using solver::Volumetric;
+using test::shaken;
 
 namespace {
 
@@ -20,25 +21,6 @@ solver::StepReport step(solver::State& state, double dt, const solver::ElasticOp
                         const solver::NewtonSettings& settings = test::tightSettings())
 {
     return solver::stepBackwardEuler(elastic, state, dt, {{}, boundary}, settings);
-}
-
-/// Shakes positions by `size` lattice spacings and velocities by `speed`.
-solver::State shaken(const test::Block& block, double size, double speed, unsigned seed)
-{
-    solver::State state = test::atRest(block);
-    std::mt19937 random(seed);
-    for (std::size_t i = 0; i < state.x.size(); ++i) {
-        state.x[i] += test::randomVec(random, size * block.h);
-        state.v[i] = test::randomVec(random, speed);
-    }
-    return state;
-}
-
-bool finite(const solver::State& state)
-{
-    bool all = true;
-    for (std::size_t i = 0; i < state.x.size(); ++i) all = all && state.x[i].allFinite() && state.v[i].allFinite();
-    return all;
 }
 
 TEST(BackwardEuler, FreeFallIsExact)
@@ -220,85 +202,6 @@ TEST(BackwardEuler, SameBitsForAnyNumberOfThreads)
         if (threads == 1) first = hash;
         EXPECT_EQ(hash, first) << threads << " threads";
     }
-}
-
-class HardStart : public testing::TestWithParam<double> {
-protected:
-    /// Energy left, over that at the start, after relaxing a free block from `x` in long steps.
-    double leftAfter(const test::Block& block, const std::vector<Vec3>& x) const
-    {
-        const auto elastic = test::elasticOperator(block, solver::makeMaterial(1e5, GetParam(), 1000));
-        const solver::Boundary boundary = test::freeBoundary(block.nodes.size());
-        solver::State state{x, std::vector<Vec3>(x.size(), Vec3::Zero())};
-        const double start = elastic.evaluate(x, {}, nullptr);
-        solver::NewtonSettings settings;
-        settings.iterations = 60;
-        double left = start;
-        for (int n = 0; n < 40 && left > kRecovered * start; ++n) {
-            left = step(state, 0.1, elastic, boundary, settings).elasticEnergy;
-            for (Vec3& v : state.v) v.setZero();  // only the shape matters here
-        }
-        EXPECT_TRUE(finite(state));
-        return left / start;
-    }
-    static constexpr double kRecovered = 1e-8;  // of the initial energy
-    static constexpr unsigned kSeeds = 20;
-};
-
-TEST_P(HardStart, MirroredBodyRecovers)
-{
-    const test::Block block({4, 4, 4}, 0.1);
-    for (unsigned seed = 0; seed < kSeeds; ++seed) {
-        std::mt19937 random(seed);
-        std::vector<Vec3> x = block.restPositions();
-        for (Vec3& p : x) p = Vec3(-p.x(), p.y(), p.z()) + test::randomVec(random, 0.05 * block.h);
-        EXPECT_LE(leftAfter(block, x), kRecovered) << "seed " << seed;
-    }
-}
-
-TEST_P(HardStart, ScrambledBodyRecovers)
-{
-    const test::Block block({4, 4, 4}, 0.1);
-    for (unsigned seed = 0; seed < kSeeds; ++seed) {
-        std::mt19937 random(seed);
-        std::vector<Vec3> x = block.restPositions();
-        for (Vec3& p : x) p = test::randomVec(random, 2 * block.h);
-        EXPECT_LE(leftAfter(block, x), kRecovered) << "seed " << seed;
-    }
-}
-
-TEST_P(HardStart, CollapsedBodyRecovers)
-{
-    const test::Block block({3, 3, 3}, 0.1);
-    std::vector<Vec3> plane = block.restPositions(), point(plane.size(), Vec3::Zero());
-    for (Vec3& p : plane) p.z() = 0;
-    EXPECT_LE(leftAfter(block, plane), kRecovered);
-    EXPECT_LE(leftAfter(block, point), kRecovered);
-}
-
-INSTANTIATE_TEST_SUITE_P(Poisson, HardStart, testing::Values(.3, .45, .49));
-
-TEST(BackwardEuler, LongStepsConvergeStayFiniteAndKeepMomentum)
-{
-    constexpr double kMomentum = 1e-10;
-    const test::Block block({5, 4, 3}, 0.1);
-    const auto elastic = test::elasticOperator(block, solver::makeMaterial(1e5, .3, 1000));
-    const solver::Boundary boundary = test::freeBoundary(block.nodes.size());
-    solver::NewtonSettings settings;
-    settings.iterations = 120;
-    for (double dt : {0.1, 1., 30.})
-        for (unsigned seed : {3, 4}) {
-            solver::State state = shaken(block, 0.2, 0, seed);
-            for (Vec3& v : state.v) v = Vec3(.1, 0, 0);
-            const test::Momentum start = test::momentum(elastic, state.v);
-            EXPECT_EQ(step(state, dt, elastic, boundary, settings).status, solver::StepStatus::converged) << dt;
-            for (int n = 0; n < 2; ++n)
-                (void)step(state, dt, elastic, boundary, settings);  // may be capped: rounding is all that is left
-            EXPECT_TRUE(finite(state));
-            const double drift = (test::momentum(elastic, state.v).linear - start.linear).norm() / start.scale;
-            std::printf("dt = %g s: drift of momentum %.2e\n", dt, drift);
-            EXPECT_LE(drift, kMomentum) << dt;
-        }
 }
 
 }  // namespace

@@ -70,6 +70,14 @@ with tempfile.TemporaryDirectory() as temporary:
     expect("preview of nothing", ["preview", folder], 4, "run.json")
     expect("preview looking nowhere", ["preview", out, "--direction", "0", "0", "0"], 2, "--direction")
 
+    measured = folder / "verify.json"
+    expect("verify", ["verify", "--hard", "--only", "bad_numbers,contact", "--json", measured], 0, "holds", "not there yet", "1 cases hold")
+    cases = json.loads(measured.read_text())["cases"]
+    if [c["id"] for c in cases] != ["bad_numbers", "contact"] or not all(m["holds"] for m in cases[0]["measured"]):
+        failures.append(f"verify: {cases}")
+    expect("verify what", ["verify"], 2, "--hard")
+    expect("verify an unknown case", ["verify", "--hard", "--only", "nonsense"], 2, "nonsense")
+
     # A cube of 1 m without its top, one face turned: repaired, levelled, and levelled again.
     cube, ball, again = folder / "cube.obj", folder / "cube.vdb", folder / "again.vdb"
     points = "".join(f"v {i & 1} {i >> 1 & 1} {i >> 2}\n" for i in range(8))

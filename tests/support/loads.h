@@ -87,6 +87,18 @@ inline Vec3 randomVec(std::mt19937& random, double size)
     return {x, y, z};
 }
 
+/// Shakes positions by `size` lattice spacings and velocities by `speed`.
+inline solver::State shaken(const Block& block, double size, double speed, unsigned seed)
+{
+    solver::State state = atRest(block);
+    std::mt19937 random(seed);
+    for (std::size_t i = 0; i < state.x.size(); ++i) {
+        state.x[i] += randomVec(random, size * block.h);
+        state.v[i] = randomVec(random, speed);
+    }
+    return state;
+}
+
 /// sum of m v, and of m |v| (its scale).
 struct Momentum {
     Vec3 linear = Vec3::Zero();

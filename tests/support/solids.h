@@ -1,6 +1,7 @@
 // Solids of one or more bodies as linear systems: what they are made of, how they are held, at which x.
 #pragma once
 
+#include "crack.h"
 #include "loads.h"
 
 #include <vdbfrac/solver/linear_solver.h>
@@ -19,23 +20,6 @@
 #include <vector>
 
 namespace vdbfrac::test {
-
-/// Parts a block along the lattice plane z = `plane`: the cells above get copies of those of its nodes for which
-/// `open(node)`. The other nodes of the plane stay shared; those next to open ones are the crack's front.
-template <class Open>
-void openCrack(Block& block, int plane, const Open& open)
-{
-    std::map<std::uint32_t, std::uint32_t> copy;
-    for (auto& e : block.elements) {
-        if (block.nodes[e.node[0]].z < plane) continue;  // corner 0 is the lowest of the cell
-        for (std::uint32_t& n : e.node) {
-            if (block.nodes[n].z != plane || !open(block.nodes[n])) continue;
-            const auto [at, isNew] = copy.insert({n, std::uint32_t(block.nodes.size())});
-            if (isNew) block.nodes.push_back(block.nodes[n]);
-            n = at->second;
-        }
-    }
-}
 
 inline Block asBlock(const tetmesh::CutMesh& mesh)
 {

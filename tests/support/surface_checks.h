@@ -2,15 +2,9 @@
 #pragma once
 
 #include "block.h"
+#include "surface_measures.h"
 
-#include <vdbfrac/tetmesh/body_mesh.h>
-
-#include <Eigen/Geometry>
 #include <gtest/gtest.h>
-
-#include <cstdint>
-#include <map>
-#include <utility>
 
 namespace vdbfrac::test {
 
@@ -18,30 +12,10 @@ namespace vdbfrac::test {
 inline void expectClosed(const tetmesh::BodyMesh& mesh)
 {
     const auto surface = mesh.surface();
-    std::map<std::pair<std::uint32_t, std::uint32_t>, int> count;
-    for (const auto& t : surface.triangles)
-        for (std::size_t k = 0; k < 3; ++k) ++count[{t[k], t[(k + 1) % 3]}];
-    std::size_t open = 0, crowded = 0;
-    for (const auto& [edge, n] : count) {
-        const auto reverse = count.find({edge.second, edge.first});
-        open += reverse == count.end() || reverse->second != n;
-        crowded += n != 1;
-    }
-    EXPECT_EQ(open, 0u) << "edges whose faces do not match";
-    EXPECT_EQ(crowded, 0u) << "edges with more than two faces";
+    const BadEdges bad = badEdges(surface);
+    EXPECT_EQ(bad.open, 0u) << "edges whose faces do not match";
+    EXPECT_EQ(bad.crowded, 0u) << "edges with more than two faces";
     EXPECT_EQ(surface.torn.size(), surface.triangles.size());
-}
-
-/// Volume within the surface at rest [m^3], by the divergence theorem.
-inline double enclosedVolume(const tetmesh::BodyMesh& mesh)
-{
-    const auto surface = mesh.surface();
-    const auto rest = tetmesh::restPositions(mesh);
-    double volume = 0;
-    for (const auto& t : surface.triangles)
-        volume +=
-            surface.points[t[0]].at(rest).dot(surface.points[t[1]].at(rest).cross(surface.points[t[2]].at(rest))) / 6;
-    return volume;
 }
 
 }  // namespace vdbfrac::test

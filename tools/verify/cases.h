@@ -1,0 +1,50 @@
+// The functions behind the rows, by what they need.
+#pragma once
+
+#include "hard_case.h"
+
+namespace vdbfrac::tools::verify {
+
+using Measurements = std::vector<Measurement>;
+
+inline constexpr double kPoissonRatios[] = {.3, .49};  ///< where nu matters
+
+inline Measurement atMost(std::string what, double value, double limit)
+{
+    return {std::move(what), value, Bound::atMost, limit};
+}
+inline Measurement atLeast(std::string what, double value, double limit)
+{
+    return {std::move(what), value, Bound::atLeast, limit};
+}
+/// "nu = 0.3: " before what is measured.
+std::string at(double nu);
+
+// starts.cpp
+Measurements mirroredStart(Extent);
+Measurements scrambledStart(Extent);
+Measurements collapsedStart(Extent);
+Measurements stretchAndSquash(Extent);
+// stiffness.cpp
+Measurements locking(Extent);
+Measurements stiffnessContrast(Extent);
+Measurements tinyFractions(Extent);
+Measurements tetRemovedElsewhere(Extent);
+// shapes.cpp
+Measurements phiZeroAtNodes(Extent);
+Measurements thinSheet(Extent);
+Measurements singleTets(Extent);
+Measurements resolutions(Extent);
+// motion.cpp
+Measurements detachedDynamic(Extent);
+Measurements detachedStatic(Extent);
+Measurements longSteps(Extent);
+Measurements unitsOfAnySize(Extent);
+Measurements manySteps(Extent);
+// scenes.cpp
+Measurements badNumbers(Extent);
+Measurements foam(Extent);
+Measurements unbreakable(Extent);
+Measurements notFinite(Extent);
+
+}  // namespace vdbfrac::tools::verify

@@ -1,0 +1,209 @@
+// What motion has to keep, however long or odd it is.
+#include "cantilever.h"
+#include "cases.h"
+#include "crack.h"
+
+#include <malloc.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace vdbfrac::tools::verify {
+
+namespace {
+
+bool finite(const solver::State& state)
+{
+    const auto all = [](const std::vector<Vec3>& values) {
+        return std::all_of(values.begin(), values.end(), [](const Vec3& v) { return v.allFinite(); });
+    };
+    return all(state.x) && all(state.v);
+}
+
+/// A block of 6 x 4 x 6 cells, held at its bottom and torn through at half its height: the upper half is a fragment.
+struct TornBlock {
+    static constexpr int kPlane = 3;
+    test::Block block{{6, 4, 6}, .1};
+    std::size_t whole = block.nodes.size();
+    solver::Boundary boundary;
+
+    TornBlock()
+    {
+        test::openCrack(block, kPlane, [](Coord) { return true; });
+        boundary = test::clamped(block, [](Coord c) { return c.z == 0; });
+        for (std::size_t i = 0; i < block.nodes.size(); ++i) boundary.part.push_back(isLoose(i));
+    }
+    bool isLoose(std::size_t i) const { return i >= whole || block.nodes[i].z > kPlane; }
+    double length() const { return 6 * block.h; }
+};
+
+/// Farthest that a node of the fragment goes in a static solve under a force per mass [m/s^2], in lengths of the block.
+double staticDisplacement(double nu, const Vec3& pull)
+{
+    TornBlock torn;
+    const auto elastic = test::elasticOperator(torn.block, solver::makeMaterial(1e5, nu, 1000));
+    for (std::size_t i = 0; i < torn.block.nodes.size(); ++i) torn.boundary.force[i] = elastic.mass()[i] * pull;
+    const solver::State start = test::shaken(torn.block, .05, 0, 2);
+    solver::State state = start;
+    (void)solver::stepBackwardEuler(elastic, state, test::kStatic, {{}, torn.boundary}, {});
+    double most = 0;
+    for (std::size_t i = 0; i < state.x.size(); ++i) {
+        const double moved = (state.x[i] - start.x[i]).norm();
+        if (!(moved <= most)) most = moved;  // a NaN stays
+    }
+    return most / torn.length();
+}
+
+/// Positions, in lengths of a cell, of a free block after ten steps: lengths `length` times those of a block of 10 cm
+/// cells, stiffness `stiffness` times its 1e5 Pa, and the density at which time runs alike.
+std::vector<Vec3> scaledRun(double nu, double length, double stiffness)
+{
+    const test::Block block({4, 3, 3}, .125 * length);
+    const auto elastic =
+        test::elasticOperator(block, solver::makeMaterial(1e5 * stiffness, nu, 1000 * stiffness / (length * length)));
+    const solver::Boundary boundary = test::freeBoundary(block.nodes.size());
+    solver::State state = test::shaken(block, .125, 0, 6);
+    for (Vec3& v : state.v) v = Vec3(length, 0, -length);
+    for (int n = 0; n < 10; ++n)
+        (void)solver::stepBackwardEuler(elastic, state, 1. / 64, {{}, boundary}, test::tightSettings());
+    for (Vec3& x : state.x) x /= block.h;
+    return state.x;
+}
+
+double difference(const std::vector<Vec3>& a, const std::vector<Vec3>& b)
+{
+    double worst = 0, size = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        const double d = (a[i] - b[i]).norm();
+        if (!(d <= worst)) worst = d;
+        size = std::max(size, b[i].norm());
+    }
+    return worst / size;
+}
+
+double heapInUse()
+{
+    const auto info = mallinfo2();
+    return double(info.uordblks + info.hblkhd);
+}
+
+}  // namespace
+
+Measurements detachedDynamic(Extent)
+{
+    constexpr double kDrift = 1e-12;
+    Measurements all;
+    for (double nu : kPoissonRatios) {
+        const TornBlock torn;
+        const auto elastic = test::elasticOperator(torn.block, solver::makeMaterial(1e5, nu, 1000));
+        solver::State state = test::shaken(torn.block, .1, 1, 1);
+        const auto loose = [&] {
+            std::vector<Vec3> v = state.v;
+            for (std::size_t i = 0; i < v.size(); ++i)
+                if (!torn.isLoose(i)) v[i].setZero();
+            return test::momentum(elastic, v);
+        };
+        const test::Momentum start = loose();
+        double worst = 0;
+        for (int n = 0; n < 50; ++n) {
+            (void)solver::stepBackwardEuler(elastic, state, .01, {{}, torn.boundary}, {});
+            const double drift = (loose().linear - start.linear).norm() / start.scale;
+            if (!(drift <= worst)) worst = drift;
+        }
+        all.push_back(atMost(at(nu) + "drift of the fragment's momentum in 50 steps, relative", worst, kDrift));
+    }
+    return all;
+}
+
+Measurements detachedStatic(Extent)
+{
+    constexpr double kBound = 10;
+    Measurements all;
+    for (double nu : kPoissonRatios) {
+        all.push_back(
+            atMost(at(nu) + "displacement without a load, in lengths", staticDisplacement(nu, Vec3::Zero()), kBound));
+        all.push_back(atMost(at(nu) + "displacement under its weight, in lengths",
+                             staticDisplacement(nu, {0, 0, -9.81}), kBound));
+    }
+    return all;
+}
+
+Measurements longSteps(Extent)
+{
+    constexpr double kMomentum = 1e-10, kIterations = 120;
+    const test::Block block({5, 4, 3}, 0.1);
+    const solver::Boundary boundary = test::freeBoundary(block.nodes.size());
+    solver::NewtonSettings settings;
+    settings.iterations = int(kIterations);
+    Measurements all;
+    for (double nu : kPoissonRatios) {
+        const auto elastic = test::elasticOperator(block, solver::makeMaterial(1e5, nu, 1000));
+        double iterations = 0, drift = 0, broken = 0;
+        for (double dt : {0.1, 1., 30.})
+            for (unsigned seed : {3, 4}) {
+                solver::State state = test::shaken(block, 0.2, 0, seed);
+                for (Vec3& v : state.v) v = Vec3(.1, 0, 0);
+                const test::Momentum start = test::momentum(elastic, state.v);
+                const auto first = solver::stepBackwardEuler(elastic, state, dt, {{}, boundary}, settings);
+                iterations =
+                    std::max(iterations, first.status == solver::StepStatus::capped ? 1000. : first.newtonIterations);
+                // Later steps may be capped: rounding is all that is left.
+                for (int n = 0; n < 2; ++n)
+                    (void)solver::stepBackwardEuler(elastic, state, dt, {{}, boundary}, settings);
+                drift = std::max(drift, (test::momentum(elastic, state.v).linear - start.linear).norm() / start.scale);
+                broken += !finite(state);
+            }
+        all.push_back(atMost(at(nu) + "runs that are not finite", broken, 0));
+        all.push_back(atMost(at(nu) + "drift of momentum, relative", drift, kMomentum));
+        all.push_back(atMost(at(nu) + "Newton iterations until a step has converged", iterations, kIterations));
+    }
+    return all;
+}
+
+Measurements unitsOfAnySize(Extent)
+{
+    constexpr double kAgree = 1e-9;
+    Measurements all;
+    for (double nu : kPoissonRatios) {
+        const std::vector<Vec3> plain = scaledRun(nu, 1, 1);
+        double bits = 0;
+        for (auto [length, stiffness] : {std::pair{0x1p-20, 1.}, std::pair{0x1p20, 1.}, std::pair{1., 0x1p23}})
+            bits = std::max(bits, difference(scaledRun(nu, length, stiffness), plain));
+        all.push_back(atMost(at(nu) + "difference under lengths times 1e-6, relative",
+                             difference(scaledRun(nu, 1e-6, 1), plain), kAgree));
+        all.push_back(atMost(at(nu) + "difference under lengths times 1e6, relative",
+                             difference(scaledRun(nu, 1e6, 1), plain), kAgree));
+        all.push_back(atMost(at(nu) + "difference under E = 1e12 Pa, relative",
+                             difference(scaledRun(nu, 1, 1e7), plain), kAgree));
+        all.push_back(atMost(at(nu) + "difference under powers of two", bits, 0));
+    }
+    return all;
+}
+
+Measurements manySteps(Extent extent)
+{
+    constexpr double kMomentum = 1e-9, kMemory = 1e6;
+    const int steps = extent == Extent::full ? 100000 : 2000;
+    const test::Block block({3, 2, 2}, 0.1);
+    const solver::Boundary boundary = test::freeBoundary(block.nodes.size());
+    Measurements all;
+    for (double nu : kPoissonRatios) {
+        const auto elastic = test::elasticOperator(block, solver::makeMaterial(1e5, nu, 1000));
+        solver::BackwardEuler stepper(elastic, {});
+        solver::State state = test::shaken(block, .1, 1, 1);
+        for (Vec3& v : state.v) v += Vec3(1, 2, -1);
+        const test::Momentum start = test::momentum(elastic, state.v);
+        double heap = 0;
+        for (int n = 0; n < steps; ++n) {
+            if (n == 100) heap = heapInUse();
+            (void)stepper.step(state, .01, {{}, boundary});
+        }
+        const std::string after = " after " + std::to_string(steps) + " steps";
+        all.push_back(atMost(at(nu) + "drift of momentum" + after + ", relative",
+                             (test::momentum(elastic, state.v).linear - start.linear).norm() / start.scale, kMomentum));
+        all.push_back(atMost(at(nu) + "growth of the heap" + after + ", bytes", heapInUse() - heap, kMemory));
+    }
+    return all;
+}
+
+}  // namespace vdbfrac::tools::verify
