@@ -272,15 +272,15 @@ void Generator::effects(const Body& b)
         if (dice_.chance(.5)) text_ += format("mass = %.6g\n", dice_.decades(.01, 10) / span());
         if (dice_.chance(.7)) text_ += format("stiffness = %.6g\n", dt_ * dice_.decades(.01, 10));
     }
-    if (dice_.chance(.65)) fracture(b);
+    if (dice_.chance(.75)) fracture(b);
 }
 
-/// A resistance within three decades of the energy that the scene may bring about.
+/// A resistance over six decades, round a tenth of the energy density that the scene may bring about.
 void Generator::fracture(const Body& b)
 {
     constexpr double kTipFactor = .25, kAverageFactor = .235;  // C and A of docs/physics.md
     const double strain = std::clamp(strain_, 1e-4, 3.);
-    const double kappa = .5 * b.E * strain * strain * dice_.decades(1e-3, 1e3);
+    const double kappa = .1 * .5 * b.E * strain * strain * dice_.decades(1e-3, 1e3);
     text_ += "[fracture]\n";
     switch (dice_.below(5)) {
     case 0:

@@ -20,8 +20,8 @@ namespace {
 constexpr double kSumRounding = 1e-12;
 /// Of the allowed residual: the shift that gives a free part its momentum back comes after it was measured.
 constexpr double kResidualSlack = 3;
-/// Products and evaluations of tets, after which a scene is left: some seconds of one core.
-constexpr std::int64_t kMostWork = 200'000'000;
+/// After so many products and evaluations of tets, or Newton iterations, a scene is left: some seconds of one core.
+constexpr std::int64_t kMostTets = 200'000'000, kMostIterations = 1500;
 
 struct Broken {
     std::string what;
@@ -52,10 +52,8 @@ core::StepRecord nextStep(test::SceneRun& run)
 
 class LawfulRun {
 public:
-    LawfulRun(const std::string& scene, const LawSettings& settings, SceneOutcome& outcome)
-        : run_(scene, {}, &witness_), outcome_(outcome),
-          tolerance_(settings.newtonTolerance > 0 ? settings.newtonTolerance : run_.scene.solver.newtonTolerance),
-          volume_(run_.simulation->startVolume())
+    LawfulRun(const std::string& scene, SceneOutcome& outcome)
+        : run_(scene, {}, &witness_), outcome_(outcome), volume_(run_.simulation->startVolume())
     {
         outcome_.startVolume = outcome_.volume = volume_;
         requireFragments();
@@ -84,8 +82,9 @@ private:
         ++(record.outcome == core::Outcome::converged ? outcome_.converged
            : record.outcome == core::Outcome::cutback ? outcome_.cutback
                                                       : outcome_.capped);
-        work_ += record.work.countOf("solve", "evaluated_tets") + record.work.countOf("solve", "product_tets");
-        outcome_.cutShort = work_ > kMostWork;
+        iterations_ += record.newtonIterations;
+        tets_ += record.work.countOf("solve", "evaluated_tets") + record.work.countOf("solve", "product_tets");
+        outcome_.cutShort = tets_ > kMostTets || iterations_ > kMostIterations;
     }
 
     void requireFinite(const core::StepRecord& r) const
@@ -101,7 +100,7 @@ private:
     {
         const StepBalance& b = witness_.balance();
         if (record.outcome == core::Outcome::capped) return;
-        const double allowed = kResidualSlack * tolerance_ * b.openWork + b.rounding;
+        const double allowed = kResidualSlack * run_.scene.solver.newtonTolerance * b.openWork + b.rounding;
         outcome_.solveGain = std::max(outcome_.solveGain, (b.growth - allowed) / b.turnover);
         requireAtMost("energy beyond the work done", b.growth, allowed + b.nonconvex);
         requireAtMost("reported elastic energy", std::abs(record.elasticEnergy - b.elastic), b.rounding);
@@ -134,8 +133,8 @@ private:
     EnergyWitness witness_;
     test::SceneRun run_;
     SceneOutcome& outcome_;
-    double tolerance_, volume_;
-    std::int64_t work_ = 0;
+    double volume_;
+    std::int64_t tets_ = 0, iterations_ = 0;
 };
 
 /// The state after as many steps on some threads, with nobody looking on.
@@ -147,18 +146,18 @@ std::uint64_t hashOnThreads(const std::string& scene, int threads, int steps)
     return run.simulation->stateHash();
 }
 
-void runAll(const std::string& scene, const LawSettings& settings, SceneOutcome& outcome)
+void runAll(const std::string& scene, bool compareThreads, SceneOutcome& outcome)
 {
     std::optional<LawfulRun> run;
     try {
-        run.emplace(scene, settings, outcome);
+        run.emplace(scene, outcome);
     } catch (const InputError& error) {
         outcome.refused = true;
         outcome.refusal = error.what();
         return;
     }
     while (run->step()) {}
-    if (!settings.compareThreads) return;
+    if (!compareThreads) return;
     const std::uint64_t hash = run->hash();
     for (int threads : {1, 2})
         require(hashOnThreads(scene, threads, outcome.steps) == hash, "same bits on another number of threads", threads, 0);
@@ -166,13 +165,13 @@ void runAll(const std::string& scene, const LawSettings& settings, SceneOutcome&
 
 }  // namespace
 
-SceneOutcome runUnderLaws(const std::string& scene, const LawSettings& settings)
+SceneOutcome runUnderLaws(const std::string& scene, bool compareThreads)
 {
     const auto start = std::chrono::steady_clock::now();
     SceneOutcome outcome;
     const auto at = [&](const std::string& what) { return "step " + std::to_string(outcome.steps) + ": " + what; };
     try {
-        runAll(scene, settings, outcome);
+        runAll(scene, compareThreads, outcome);
     } catch (const Broken& broken) {
         outcome.broken = at(broken.what);
     } catch (const std::bad_alloc&) {
