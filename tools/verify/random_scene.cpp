@@ -38,7 +38,7 @@ private:
     return text;
 }
 
-std::string list(const Vec3& v) { return format("[%.5g, %.5g, %.5g]", v.x(), v.y(), v.z()); }
+std::string list(const Vec3& v) { return format("[%.5g, %.5g, %.5g]", v.x() + 0, v.y() + 0, v.z() + 0); }  // no -0
 
 constexpr char kAxes[] = "xyz";
 

@@ -174,8 +174,6 @@ SceneOutcome runUnderLaws(const std::string& scene, bool compareThreads)
         runAll(scene, compareThreads, outcome);
     } catch (const Broken& broken) {
         outcome.broken = at(broken.what);
-    } catch (const std::bad_alloc&) {
-        throw;
     } catch (const std::exception& error) {
         outcome.broken = at(std::string("error: ") + error.what());
     }

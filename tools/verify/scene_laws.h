@@ -30,7 +30,7 @@ struct SceneOutcome {
 ///
 /// Backward Euler dissipates if the energy lies above its tangent plane at the end of the step. Corotational energy is not
 /// convex: material that is compressed and turns may gain E(x0) - E(x1) below that plane. This much is computed and allowed.
-/// Throws nothing but bad_alloc: what a scene throws is a broken law.
+/// Throws nothing: what a scene throws is a broken law.
 SceneOutcome runUnderLaws(const std::string& scene, bool compareThreads = false);
 
 }  // namespace vdbfrac::tools::verify
