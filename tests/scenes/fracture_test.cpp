@@ -175,7 +175,7 @@ TEST(BarOnset, UnderTensionDriverSqueezingDoesNotTear)
     SceneRun pulled(bar(8, "kappa = 50\ndriver = \"tension\""));
     EXPECT_NEAR(tearingStrain(pulled), 0.01, 1.001 * kIncrement);
     SceneRun delaunay(bar(8, "kappa = 50\ndriver = \"tension\""), {"grid.lattice=\"delaunay\""});
-    EXPECT_NEAR(tearingStrain(delaunay), 0.01, 1.001 * kIncrement);
+    EXPECT_NEAR(tearingStrain(delaunay), 0.01, 2 * 0.01 / 8);  // its nodes leave the free length open by a cell at each grip
 }
 
 TEST(Grips, ForceIsRampedAndFoundAgainAtTheOtherEnd)
