@@ -1,6 +1,8 @@
-// vdbfrac verify: does the program hold what it promises, on this machine? The hard cases, as a table and as JSON.
+// vdbfrac verify: does the program hold what it promises, on this machine? The hard cases and random scenes, as tables
+// and as JSON.
 #include "common.h"
 #include "verify/hard_case.h"
+#include "verify_random.h"
 
 #include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
@@ -25,6 +27,7 @@ struct VerifyOptions {
     std::vector<std::string> only;
     std::string json;
     int threads = 0;
+    RandomOptions random;
 };
 
 std::string numberText(double value)
@@ -70,6 +73,7 @@ std::vector<verify::Measurement> measure(const verify::HardCase& c, verify::Exte
 int run(const VerifyOptions& options)
 {
     const ThreadLimit limit(options.threads);
+    if (options.random.scenes > 0) return runRandom(options.random, {options.json, options.common.quiet});
     Json all = {{"program", "vdbfrac"},
                 {"version", core::kVersion},
                 {"table", options.torture ? "torture" : "hard"},
@@ -100,10 +104,13 @@ Action addVerify(CLI::App& app)
     auto o = std::make_shared<VerifyOptions>();
     CLI::App* c = app.add_subcommand(
         "verify", "Measure what the program promises against its limits; ends with 3 when one is missed");
-    auto* which = c->add_option_group("Which");
+    CLI::Option_group* which = c->add_option_group("Which");
     which->require_option(1);
     which->add_flag("--hard", o->hard, "The hard cases of the simulation");
     which->add_flag("--torture", o->torture, "Hard cases while something tears");
+    which->add_option("--random", o->random.scenes, "Random scenes, this many")->check(CLI::Range(1, 1000000))->type_name("N");
+    c->add_option("--seed", o->random.seed, "Of the first random scene; the others follow")->capture_default_str();
+    c->add_option("--keep", o->random.keep, "Write random scenes that break a law into this folder")->type_name("DIR");
     c->add_flag("--quick", o->quick, "Shorter runs where cases have long ones, as the tests do");
     c->add_option("--only", o->only, "Which cases")->delimiter(',')->check(CLI::IsMember(ids))->type_name("CASE,...");
     c->add_option("--json", o->json, "Write the measurements to this file too")->type_name("FILE");

@@ -101,6 +101,10 @@ with tempfile.TemporaryDirectory() as temporary:
         failures.append(f"verify: {cases}")
     expect("verify what", ["verify"], 2, "--hard")
     expect("verify torture", ["verify", "--torture", "--quick", "--only", "moving_plane"], 0, "1 cases hold")
+    expect("verify both", ["verify", "--hard", "--random", 2], 2, "--random")
+    expect("random scenes", ["verify", "--random", 2, "--seed", 7, "--json", measured], 0, "seeds 7 to 8", "0 scenes break a law")
+    if [c["seed"] for c in json.loads(measured.read_text())["scenes"]] != [7, 8]:
+        failures.append(f"verify --random: {measured.read_text()}")
     expect("verify an unknown case", ["verify", "--hard", "--only", "nonsense"], 2, "nonsense")
 
     # A cube of 1 m without its top, one face turned: repaired, levelled, and levelled again.

@@ -12,14 +12,15 @@
 
 namespace vdbfrac::test {
 
-/// A simulation with the effects that its scene names.
+/// A simulation with the effects that its scene names, and one that looks on.
 class SceneRun {
 public:
-    explicit SceneRun(const std::string& text, const std::vector<std::string>& set = {})
+    explicit SceneRun(const std::string& text, const std::vector<std::string>& set = {}, core::Effect* witness = nullptr)
         : scene(scene::parseScene(text, "test.toml", effects::effectTables(), set)), effects_(effects::makeEffects(scene))
     {
         std::vector<core::Effect*> pointers;
         for (const auto& e : effects_) pointers.push_back(e.get());
+        if (witness) pointers.push_back(witness);
         simulation = std::make_unique<core::Simulation>(scene, pointers, std::numeric_limits<std::uint64_t>::max());
     }
 

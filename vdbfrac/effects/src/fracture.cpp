@@ -156,6 +156,20 @@ std::vector<grid::BandSample> Fracture::candidates(const core::GridContext& cont
     return grid::sampleBand(body.phi, voxels);
 }
 
+/// F of tet t of an element, times h [m]; `x`: of the body's nodes.
+Mat3 deformation(const tetmesh::BodyMesh& mesh, std::span<const Vec3> x, std::uint32_t e, std::size_t t)
+{
+    const tetmesh::CellElement& element = mesh.elements()[e];
+    const auto& tets = tetmesh::cellTets(element.shape);
+    const Vec3& x0 = x[element.node[std::size_t(tets.corner[t][0])]];
+    Mat3 F = Mat3::Zero();
+    for (std::size_t a = 1; a < 4; ++a) {
+        const auto& gradient = element.shape == tetmesh::CellShape::tet ? mesh.gradients()[e][a - 1] : tets.gradient[t][a];
+        F += (x[element.node[std::size_t(tets.corner[t][a])]] - x0) * Eigen::Map<const Vec3>(gradient.data()).transpose();
+    }
+    return F;
+}
+
 std::vector<double> Fracture::energies(const core::GridContext& context, const core::Body& body, const Law& law,
                                        const std::vector<grid::BandSample>& band) const
 {
@@ -164,13 +178,8 @@ std::vector<double> Fracture::energies(const core::GridContext& context, const c
         return all[(std::size_t(body.firstElement) + e) * tetmesh::kMostTets + std::size_t(t)];
     };
     const auto tension = [&](std::uint32_t e, int t) {
-        const tetmesh::CellElement& element = body.mesh->elements()[e];
-        const auto& tets = tetmesh::cellTets(element.shape);
-        Mat3 F = Mat3::Zero();
-        for (std::size_t a = 0; a < 4; ++a)
-            F += context.x[body.firstNode + element.node[std::size_t(tets.corner[std::size_t(t)][a])]] *
-                 Eigen::Map<const Vec3>(tets.gradient[std::size_t(t)][a].data()).transpose() / h_;
-        return solver::tensilePart(full(e, t), F, body.material);
+        return solver::tensilePart(full(e, t), deformation(*body.mesh, context.x.subspan(body.firstNode), e, std::size_t(t)) / h_,
+                                   body.material);
     };
     const grid::TetEnergy energy = values_.text("driver") == "tension" ? grid::TetEnergy(tension) : grid::TetEnergy(full);
     std::vector<Coord> voxels;
