@@ -129,10 +129,17 @@ Law Fracture::lawOf(const core::Body& body, std::vector<std::string>& notes) con
     if (!values_.has("strength")) return law;
     const double strength = values_.number("strength"), radius = 2 * kAverageFactor * E * Gc / (strength * strength);
     const bool resolved = h_ <= radius / 2 && 2 * dx_ <= radius / 4;  // a crack is up to two voxels wide
-    char text[220];
+    char text[256];
     if (resolved) {
+        constexpr double kWidest = 24;  // voxels; the cost of an average goes with the cube
         law.kappa = strength * strength / (2 * E);
-        law.radius = radius;
+        law.radius = std::min(radius, kWidest * dx_);
+        if (law.radius == radius) return law;
+        std::snprintf(text, sizeof text,
+                      "body '%s': strength and toughness together average the energy over %.3g m, here over %.3g m: notches tear "
+                      "before toughness says so",
+                      body.name.c_str(), radius, law.radius);
+        notes.push_back(text);
         return law;
     }
     std::snprintf(text, sizeof text,
