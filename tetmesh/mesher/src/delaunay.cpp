@@ -146,8 +146,11 @@ Complex mesh(const ImplicitSolid& solid, const DelaunayCriteria& c)
     p::internal::Mesh_3_options options;
     options.maximal_number_of_vertices = c.mostPoints;
     options.pointer_to_error_code = &error;
-    CGAL::refine_mesh_3(complex, domain, criteria, c.exude ? p::exude(p::sliver_bound = c.sliverAngle) : p::no_exude(),
-                        c.perturb ? p::perturb(p::sliver_bound = c.sliverAngle) : p::no_perturb(), p::no_odt(),
+    // Without a limit of their own these stages may take as long as the refinement took by the clock: no two runs would agree.
+    constexpr double kNoLimit = 0;
+    CGAL::refine_mesh_3(complex, domain, criteria,
+                        c.exude ? p::exude(p::sliver_bound = c.sliverAngle, p::time_limit = kNoLimit) : p::no_exude(),
+                        c.perturb ? p::perturb(p::sliver_bound = c.sliverAngle, p::time_limit = kNoLimit) : p::no_perturb(), p::no_odt(),
                         p::no_lloyd(), p::no_reset_c3t3(), options, p::manifold());
     checkPoints(error, c);
     return complex;
