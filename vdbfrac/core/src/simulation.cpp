@@ -123,8 +123,8 @@ void Simulation::rebuild()
     grips_->rebuild(bodies_, *elastic_);
 }
 
-/// Longest step in which no two nodes of a cell move apart by more than `cells`.
-double Simulation::nodeLimit(double cells) const
+/// Fastest that a node of a cell moves away from another [m/s].
+double Simulation::fastestSpread() const
 {
     double fastest = 0;
     for (const Body& body : bodies_) {
@@ -138,15 +138,15 @@ double Simulation::nodeLimit(double cells) const
             return most;
         });
     }
-    return fastest > 0 ? cells * h_ / std::sqrt(fastest) : kInfinity;
+    return std::sqrt(fastest);
 }
 
 /// Longest step [s] that the scene allows.
-double Simulation::stepLimit() const
+double Simulation::stepLimit(double spread) const
 {
     double limit = 1 / timeSettings_.fps;
     if (timeSettings_.substeps > 0) return limit / timeSettings_.substeps;
-    limit = std::min(limit, nodeLimit(timeSettings_.nodeCfl));
+    if (spread > 0) limit = std::min(limit, timeSettings_.nodeCfl * h_ / spread);
     for (const StepLimit* l : stages_.limits) limit = std::min(limit, l->largestStep());
     return limit;
 }
@@ -157,8 +157,9 @@ StepRecord Simulation::step(double until)
     constexpr double kMostCutbacks = 8;
     constexpr double kHopeless = 4;  // cells that nodes of one may fly apart: beyond, Newton's method has nothing to start from
     StepRecord record;
-    double limit = stepLimit();
-    for (const double most = nodeLimit(kHopeless); limit > most; ++record.cutbacks) limit *= 0.5;
+    const double spread = fastestSpread();
+    double limit = stepLimit(spread);
+    for (; limit * spread > kHopeless * h_; ++record.cutbacks) limit *= 0.5;
     const double left = until - time_, longest = std::min(limit, trusted_);
     // Not of what is left of a frame: where nothing converges, that would shrink with each step and never end.
     const double shortest = (0.5 + kWhole) * limit / std::exp2(kMostCutbacks);

@@ -76,8 +76,8 @@ private:
 
     void addBody(const scene::Scene& scene, const scene::Body& body, std::uint64_t memoryLimit);
     void setInitialVelocity(const scene::Body& spec, const Body& body);
-    double stepLimit() const;
-    double nodeLimit(double cells) const;
+    double stepLimit(double spread) const;
+    double fastestSpread() const;
     void solve(StepRecord& record, double dt, double shortest);
     void updateGrid(StepRecord& record);
     void recut(StepRecord& record, std::size_t body, const grid::PhiChanges& changes);
