@@ -25,7 +25,7 @@ struct Point {
 class BackwardEuler::Newton {
 public:
     Newton(const ElasticOperator& elastic, const NewtonSettings& settings)
-        : settings_(settings), linear_(elastic, settings.linearMethod)
+        : settings_(settings), linear_(elastic, settings.linearMethod, settings.linearPrecision)
     {
         rebind(elastic);
     }
@@ -220,10 +220,14 @@ void BackwardEuler::Newton::lift()
     ++report_.newtonIterations;
     eachNode<double>(here_.x.size(), [&](std::size_t i) { here_.x[i] -= direction_[i]; });
     hold(here_);
-    evaluate(there_);
-    if (definite) evaluate(here_);
-    if (!definite || !(here_.phi < there_.phi)) std::swap(here_, there_);
     prepared_ = false;
+    if (definite) {
+        evaluate(there_);
+        evaluate(here_);
+        if (here_.phi < there_.phi) return;
+    }
+    std::swap(here_, there_);
+    evaluate(here_);
 }
 
 /// How well to solve: no further than a fraction of what would meet the Newton tolerance if Phi were quadratic.
@@ -244,14 +248,20 @@ LinearStatus BackwardEuler::Newton::solve(double tolerance)
     return r.status;
 }
 
-/// One Newton iteration: the exact tangent first; projected only where it shows negative curvature or does not descend.
+/// One Newton iteration. The exact tangent is projected only where it shows negative curvature or does not descend.
 /// A capped linear solve still gives a direction of descent; whether it was good enough shows in the Newton residual.
 bool BackwardEuler::Newton::improve()
 {
-    if (solve(enough()) != LinearStatus::negativeCurvature && search()) return true;
-    elastic_->project(tangent_);
-    prepared_ = false;
-    ++report_.projections;
+    if (settings_.tangent == NewtonTangent::exact) {
+        if (solve(enough()) != LinearStatus::negativeCurvature && search()) return true;
+        prepared_ = false;
+    }
+    if (settings_.tangent == NewtonTangent::warped) {
+        elastic_->warp(tangent_);
+    } else {
+        elastic_->project(tangent_);
+        ++report_.projections;
+    }
     return solve(enough()) != LinearStatus::negativeCurvature && search();
 }
 
@@ -312,11 +322,12 @@ void BackwardEuler::Newton::finish(State& state)
 const StepReport& BackwardEuler::Newton::run(State& state)
 {
     constexpr double kJump = 0.1;  // of a cell: strains for which the linearised body is a better start than one at rest
-    if (jump() > kJump * elastic_->h())
+    if (jump() > kJump * elastic_->h()) {
         lift();
-    else
+    } else {
         hold(here_);
-    evaluate(here_);
+        evaluate(here_);
+    }
     report_.leastResidual = relative(here_);
     while (!small(here_)) {
         if (report_.newtonIterations == settings_.iterations || !improve()) {

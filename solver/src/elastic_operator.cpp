@@ -77,7 +77,7 @@ void addSums(const NodeSums<Vec3>& sums, std::span<Vec3> to)
 
 }  // namespace
 
-ElasticOperator::ElasticOperator(std::span<const ElementSet> sets, std::size_t nodeCount, double h, Volumetric volumetric)
+ElasticOperator::ElasticOperator(std::span<const ElementSet> sets, std::size_t nodeCount, double h, Elasticity elasticity)
     : data_(std::make_unique<Data>())
 {
     Data& d = *data_;
@@ -87,7 +87,8 @@ ElasticOperator::ElasticOperator(std::span<const ElementSet> sets, std::size_t n
     d.stiffness = lumped(sets, nodeCount, h, [h](const Material& m) { return 8 * (2 * m.mu + std::abs(m.lambda)) / (h * h); });
     d.patchEnergy.resize(d.p.patches.size());
     d.h = h;
-    d.cellDilation = volumetric == Volumetric::cell;
+    d.cellDilation = elasticity.volumetric == Volumetric::cell;
+    d.strain = elasticity.strain;
     d.slots = Scratch(kDiagonalRows * d.p.slotCount);
     for (int thread = 0; thread < threadSlots(); ++thread) {
         d.in.emplace_back(3 * d.p.largestStride);
@@ -101,7 +102,10 @@ ElasticOperator& ElasticOperator::operator=(ElasticOperator&&) noexcept = defaul
 
 std::span<const ElementSet> ElasticOperator::sets() const { return data_->sets; }
 double ElasticOperator::h() const { return data_->h; }
-Volumetric ElasticOperator::volumetric() const { return data_->cellDilation ? Volumetric::cell : Volumetric::none; }
+Elasticity ElasticOperator::elasticity() const
+{
+    return {data_->cellDilation ? Volumetric::cell : Volumetric::none, data_->strain};
+}
 std::size_t ElasticOperator::nodeCount() const { return data_->mass.size(); }
 std::int64_t ElasticOperator::tetCount() const { return data_->p.tets; }
 std::span<const double> ElasticOperator::mass() const { return data_->mass; }
@@ -183,7 +187,8 @@ void ElasticOperator::Data::eachTet(TetTangent* tangents, const F& f) const
 void ElasticOperator::project(Tangent& tangent) const
 {
     data_->eachTet(tangent.tets_.get(), [&](TetTangent& tet, std::size_t l, double mu) {
-        const double least = -mu * (1 + tangent.share_);
+        // Of Green's strain only Sigma can be indefinite: the rest is a square of its rate.
+        const double least = data_->strain == Strain::green ? 0 : -mu * (1 + tangent.share_);
         double T[6];
         for (std::size_t k = 0; k < 6; ++k) T[k] = tet.T[k][l];
         const Eigen::SelfAdjointEigenSolver<Mat3> eigen(unpackSymmetric(T));
@@ -196,9 +201,9 @@ void ElasticOperator::project(Tangent& tangent) const
 
 void ElasticOperator::warp(Tangent& tangent) const
 {
-    tangent.share_ = 0;
-    data_->eachTet(tangent.tets_.get(), [](TetTangent& tet, std::size_t l, double mu) {
-        for (std::size_t k = 0; k < 6; ++k) tet.T[k][l] = k < 3 ? float(-mu) : 0;
+    data_->eachTet(tangent.tets_.get(), [&](TetTangent& tet, std::size_t l, double mu) {
+        const double own = data_->strain == Strain::green ? 0 : -mu * (1 + tangent.share_);
+        for (std::size_t k = 0; k < 6; ++k) tet.T[k][l] = k < 3 ? float(own) : 0;
     });
 }
 

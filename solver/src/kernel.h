@@ -11,6 +11,7 @@
 // lambda term alone would leave 2 mu/3 of the bulk stiffness locked.
 #pragma once
 
+#include <vdbfrac/solver/material.h>
 #include <vdbfrac/tetmesh/cell.h>
 
 #include <array>
@@ -48,7 +49,7 @@ struct alignas(64) LaneTets {
     std::uint16_t corner[4][kLanes];
 };
 
-/// What a product with the tangent needs of a tet in eight cells. A product is bound by reading this, so it is kept in
+/// What a product with the tangent needs of a tet in eight cells (green: F and Sigma V / h^2, see kernel_strain.h). A product is bound by reading this, so it is kept in
 /// single precision: a slightly different symmetric operator inside an iteration whose residual is evaluated in double.
 struct alignas(32) TetTangent {
     float R[9][kLanes];  ///< row-major
@@ -74,6 +75,7 @@ struct PatchData {
     int nodes = 0, stride = 0;
     double h = 1;
     double mu = 0, lambda = 0;  ///< [Pa]
+    Strain strain = Strain::corotational;
     double share = 0;           ///< the tangent is that of the energy plus `share` times linear elasticity in the frame of R
 };
 

@@ -2,6 +2,7 @@
 // Everything but that one symbol has internal linkage, so no code for a wide unit leaks into the rest of the program.
 #include "kernel.h"
 #include "kernel_packs.h"
+#include "kernel_strain.h"
 #include "node_passes.h"
 
 namespace vdbfrac::solver {
@@ -16,12 +17,6 @@ using tetmesh::kCellTets;
 template <class P>
 using CornersOf = P[tetmesh::kCorners][3];
 using Corners = CornersOf<Pack>;
-template <class P>
-using MatrixOf = P[3][3];
-using Matrix = MatrixOf<Pack>;
-
-constexpr int kRow[6] = {0, 1, 2, 1, 2, 0}, kColumn[6] = {0, 1, 2, 2, 0, 1};  // of a symmetric matrix: xx, yy, zz, yz, zx, xy
-
 /// Volume shares of the tets of a batch: its own if it is cut, else those of a whole cell.
 template <CellShape shape>
 struct WholeVolumes {
@@ -174,127 +169,7 @@ VDBFRAC_INLINE void spread(const LaneTets* own, const MatrixOf<P>& stress, Corne
     });
 }
 
-/// C = A^T B.
-VDBFRAC_INLINE void transposedProduct(const Matrix& A, const Matrix& B, Matrix& C)
-{
-    for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j) C[i][j] = A[0][i] * B[0][j] + A[1][i] * B[1][j] + A[2][i] * B[2][j];
-}
-
-VDBFRAC_INLINE void product(const Matrix& A, const Matrix& B, Matrix& C)
-{
-    for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j) C[i][j] = A[i][0] * B[0][j] + A[i][1] * B[1][j] + A[i][2] * B[2][j];
-}
-
-/// cof F, with F^{-1} = cof(F)^T / det F.
-VDBFRAC_INLINE void cofactor(const Matrix& F, Matrix& C)
-{
-    for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j) {
-            const int i1 = (i + 1) % 3, i2 = (i + 2) % 3, j1 = (j + 1) % 3, j2 = (j + 2) % 3;
-            C[i][j] = F[i1][j1] * F[i2][j2] - F[i1][j2] * F[i2][j1];
-        }
-}
-
-/// Largest root of x^4 - 2 a x^2 - 8 J x + 2 b - a^2: the trace of S. Chebyshev's method, of third order, from above: a
-/// step is as long in time as its one division, so fewer and better ones pay.
-VDBFRAC_INLINE Pack traceOfS(Pack a, Pack b, Pack J)
-{
-    constexpr int kMostSteps = 24;
-    constexpr double kConverged = 1e-6;  // a move this small leaves its cube times some 1e4 at most, by kSafe below
-    Pack x = root(3. * a);
-    const Pack c = 2. * b - a * a;
-    Mask active = x > 0;
-    for (int step = 0; step < kMostSteps && any(active); ++step) {
-        const Pack x2 = x * x;
-        const Pack value = (x2 - 2. * a) * x2 - 8. * J * x + c;
-        const Pack inverse = 0.25 / (x * (x2 - a) - 2. * J);  // of the slope
-        const Pack newton = value * inverse;
-        const Pack move = newton + newton * newton * ((6. * x2 - 2. * a) * inverse);  // half the second derivative
-        x -= active ? move : all(0);
-        active &= magnitude(move) > kConverged * x;
-    }
-    return x;
-}
-
-/// Rotation R of the signed polar decomposition in closed form. I1 = tr S is a root of a quartic in the invariants of
-/// F, and R = dI1/dF:
-///   R = ((I1^2 + a) F + 2 I1 cof F - 2 F F^T F) / D,  D = I1 (I1^2 - a) - 2 J = (s1+s2)(s2+s3)(s3+s1),
-/// a = |F|^2, b = |F^T F|^2, J = det F; then one Newton-Schulz step to orthogonality. Returns the lanes in which D is
-/// too small for it.
-VDBFRAC_INLINE Mask closedPolar(const Matrix& F, Matrix& R)
-{
-    constexpr double kSafe = 1e-2;  // of |F|^3; rounding is magnified by its inverse
-    Matrix C, cof, FC, raw, G;
-    transposedProduct(F, F, C);
-    cofactor(F, cof);
-    product(F, C, FC);
-    const Pack a = C[0][0] + C[1][1] + C[2][2];
-    const Pack b = C[0][0] * C[0][0] + C[1][1] * C[1][1] + C[2][2] * C[2][2] +
-                   2. * (C[0][1] * C[0][1] + C[1][2] * C[1][2] + C[2][0] * C[2][0]);
-    const Pack J = F[0][0] * cof[0][0] + F[0][1] * cof[0][1] + F[0][2] * cof[0][2];
-    const Pack I1 = traceOfS(a, b, J);
-    const Pack D = I1 * (I1 * I1 - a) - 2. * J;
-    const Pack inverse = 1. / D;
-    for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j)
-            raw[i][j] = ((I1 * I1 + a) * F[i][j] + 2. * I1 * cof[i][j] - 2. * FC[i][j]) * inverse;
-    transposedProduct(raw, raw, G);
-    for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j)
-            R[i][j] = 1.5 * raw[i][j] - 0.5 * (raw[i][0] * G[0][j] + raw[i][1] * G[1][j] + raw[i][2] * G[2][j]);
-    return ~(D > kSafe * a * root(a));  // also true where anything is not a number
-}
-
-/// Symmetric part of R^T F, as xx, yy, zz, yz, zx, xy.
-VDBFRAC_INLINE void stretch(const Matrix& R, const Matrix& F, Pack (&S)[6])
-{
-    Matrix A;
-    transposedProduct(R, F, A);
-    for (int i = 0; i < 3; ++i) {
-        S[i] = A[i][i];
-        const int j = (i + 1) % 3, k = (i + 2) % 3;
-        S[i + 3] = 0.5 * (A[j][k] + A[k][j]);
-    }
-}
-
-/// T = t (tr(S) I - S)^{-1}.
-VDBFRAC_INLINE void twist(const Pack (&S)[6], Pack t, Pack (&T)[6])
-{
-    const Pack trace = S[0] + S[1] + S[2];
-    const Pack M[6] = {trace - S[0], trace - S[1], trace - S[2], -S[3], -S[4], -S[5]};
-    Pack adjugate[6];
-    for (int i = 0; i < 3; ++i) {
-        const int j = (i + 1) % 3, k = (i + 2) % 3;
-        adjugate[i] = M[j] * M[k] - M[i + 3] * M[i + 3];
-        adjugate[i + 3] = M[j + 3] * M[k + 3] - M[i] * M[i + 3];
-    }
-    const Pack scale = t / (M[0] * adjugate[0] + M[5] * adjugate[5] + M[4] * adjugate[4]);
-    for (int i = 0; i < 6; ++i) T[i] = scale * adjugate[i];
-}
-
-/// F, R, S and tr S - 3 of the tets of eight cells.
-struct Strains {
-    Matrix F[tetmesh::kMostTets], R[tetmesh::kMostTets];
-    Pack S[tetmesh::kMostTets][6];
-    Pack dilation[tetmesh::kMostTets];
-    Mask robust[tetmesh::kMostTets];
-};
-
-void takeRobustPolar(Strains& s, int t, const RobustTet& scalar)
-{
-    for (int l = 0; l < kLanes; ++l) {
-        if (!s.robust[t][l]) continue;
-        double F[9], R[9], S[6];
-        for (int k = 0; k < 9; ++k) F[k] = s.F[t][k / 3][k % 3][l];
-        scalar.polar(F, R, S);
-        for (int k = 0; k < 9; ++k) s.R[t][k / 3][k % 3][l] = R[k];
-        for (int k = 0; k < 6; ++k) s.S[t][k][l] = S[k];
-    }
-}
-
-template <CellShape shape, int t>
+template <CellShape shape, int t, Strain strain>
 VDBFRAC_INLINE std::int64_t strainOfTet(const LaneTets* own, const Corners& x, Pack volume, double h, Strains& s, const RobustTet& scalar)
 {
     const Mask used = volume > 0;
@@ -302,15 +177,7 @@ VDBFRAC_INLINE std::int64_t strainOfTet(const LaneTets* own, const Corners& x, P
     differences<shape, t, Pack>(own, x, s.F[t]);
     for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j) s.F[t][i][j] = used ? s.F[t][i][j] * scale : all(i == j);
-    s.robust[t] = closedPolar(s.F[t], s.R[t]);
-    stretch(s.R[t], s.F[t], s.S[t]);
-    std::int64_t count = 0;
-    if (any(s.robust[t])) {
-        takeRobustPolar(s, t, scalar);
-        for (int l = 0; l < kLanes; ++l) count += s.robust[t][l] != 0;
-    }
-    s.dilation[t] = (s.S[t][0] - 1.) + (s.S[t][1] - 1.) + (s.S[t][2] - 1.);
-    return count;
+    return measure<strain>(s, t, scalar);
 }
 
 /// Mean over the tets of a cell weighted by volume; 0 in a cell without material.
@@ -326,39 +193,7 @@ VDBFRAC_INLINE Pack cellMean(const double (*share)[kLanes], const Pack (&value)[
     return volume > 0 ? sum / volume : all(0);
 }
 
-/// U = R T R^T, as xx, yy, zz, yz, zx, xy.
-VDBFRAC_INLINE void rotated(const Matrix& R, const Pack (&T)[6], Pack (&U)[6])
-{
-    const Matrix full = {{T[0], T[5], T[4]}, {T[5], T[1], T[3]}, {T[4], T[3], T[2]}};
-    Matrix RT;
-    product(R, full, RT);
-    for (int k = 0; k < 6; ++k) {
-        const int i = kRow[k], j = kColumn[k];
-        U[k] = RT[i][0] * R[j][0] + RT[i][1] * R[j][1] + RT[i][2] * R[j][2];
-    }
-}
-
-/// `twistOfTet`: t of the twist operator; `warped`: what linear elasticity adds to it.
-template <int t>
-VDBFRAC_INLINE void storeTangent(const Strains& s, Pack twistOfTet, Pack warped, Pack scale, TetTangent& out, const RobustTet& scalar)
-{
-    Pack T[6], U[6];
-    twist(s.S[t], twistOfTet, T);
-    if (any(s.robust[t]))
-        for (int l = 0; l < kLanes; ++l) {
-            if (!s.robust[t][l]) continue;
-            double S[6], lane[6];
-            for (int k = 0; k < 6; ++k) S[k] = s.S[t][k][l];
-            scalar.twist(S, twistOfTet[l], lane);
-            for (int k = 0; k < 6; ++k) T[k][l] = lane[k];
-        }
-    for (int k = 0; k < 3; ++k) T[k] += warped;
-    rotated(s.R[t], T, U);
-    for (int k = 0; k < 9; ++k) store(out.R[k], s.R[t][k / 3][k % 3]);
-    for (int k = 0; k < 6; ++k) store(out.T[k], U[k] * scale);
-}
-
-template <CellShape shape, bool cellDilation>
+template <CellShape shape, bool cellDilation, Strain strain>
 KernelResult evaluateBatch(const PatchData& patch, int b, const RobustTet& scalar, const double* in, double* out)
 {
     constexpr int tets = kCellTets<shape>.count;
@@ -370,7 +205,7 @@ KernelResult evaluateBatch(const PatchData& patch, int b, const RobustTet& scala
     gather<shape, double>(patch, batch, in, x);
     const LaneTets* const own = ownTets<shape>(patch, batch);
     unroll<tets>([&](auto t) __attribute__((always_inline)) {
-        result.robustTets += strainOfTet<shape, t>(own, x, load<double>(share[t]), patch.h, s, scalar);
+        result.robustTets += strainOfTet<shape, t, strain>(own, x, load<double>(share[t]), patch.h, s, scalar);
     });
     for (auto& corner : f)
         for (Pack& v : corner) v = all(0);
@@ -383,21 +218,17 @@ KernelResult evaluateBatch(const PatchData& patch, int b, const RobustTet& scala
         // Per tet the bulk part is lambda/2 d^2; averaged it is K/2 mean^2, and -mu/3 d^2 leaves the deviatoric part.
         const Pack d = s.dilation[t], pressure = cellDilation ? bulk * mean - twoThirdsMu * d : lambda * d;
         const Pack force = V * perArea;
-        Pack deviation = all(0);
         Matrix P;
-        for (int i = 0; i < 3; ++i)
-            for (int j = 0; j < 3; ++j) {
-                const Pack e = s.F[t][i][j] - s.R[t][i][j];
-                deviation += e * e;
-                P[i][j] = (2. * mu * e + pressure * s.R[t][i][j]) * force;
-            }
-        const Pack psi = cellDilation ? mu * deviation - 0.5 * twoThirdsMu * d * d + 0.5 * bulk * mean * mean
-                                      : mu * deviation + 0.5 * lambda * d * d;
+        const Pack square = stressOfTet<strain>(s, t, mu, pressure, P);
+        for (auto& row : P)
+            for (Pack& v : row) v = v * force;
+        const Pack psi = cellDilation ? mu * square - 0.5 * twoThirdsMu * d * d + 0.5 * bulk * mean * mean
+                                      : mu * square + 0.5 * lambda * d * d;
         energy += V * psi;
         if (patch.psi) storeLoose(patch.psi + (b * tetmesh::kMostTets + t) * kLanes, psi);
         spread<shape, t, Pack>(own, P, f);
         if (patch.tangent)
-            storeTangent<t>(s, pressure - 2. * mu, all(-mu * patch.share), V * perLength, patch.tangent[batch.tangent + t], scalar);
+            storeTangent<strain>(s, t, mu, pressure, patch.share, V * perLength, patch.tangent[batch.tangent + t], scalar);
     });
     scatter<shape, 3, double>(patch, batch, f, out);
     for (int l = 0; l < kLanes; ++l) result.energy += cellVolume * energy[l];
@@ -406,8 +237,8 @@ KernelResult evaluateBatch(const PatchData& patch, int b, const RobustTet& scala
 
 /// dP = 2 mu dF + bulk R + skew(T axial(dF R^T - R dF^T)) R, times V / h^2 with dF in units of 1/h: `T` holds that
 /// factor, `twoMu` and `bulk` bring it. By columns c: axial = sum_c R_c x dF_c, and skew(v) R has the columns v x R_c.
-template <CellShape shape, int t, class P>
-VDBFRAC_INLINE void productOfTet(const LaneTets* own, const MatrixOf<P>& E, const MatrixOf<P>& R, const P (&T)[6], P twoMu, P bulk, CornersOf<P>& f)
+template <class P>
+VDBFRAC_INLINE void stressRate(const MatrixOf<P>& E, const MatrixOf<P>& R, const P (&T)[6], P twoMu, P bulk, MatrixOf<P>& stress)
 {
     P w[3], v[3];
     for (int i = 0; i < 3; ++i) {
@@ -419,12 +250,28 @@ VDBFRAC_INLINE void productOfTet(const LaneTets* own, const MatrixOf<P>& E, cons
     v[0] = T[0] * w[0] + T[5] * w[1] + T[4] * w[2];
     v[1] = T[5] * w[0] + T[1] * w[1] + T[3] * w[2];
     v[2] = T[4] * w[0] + T[3] * w[1] + T[2] * w[2];
-    MatrixOf<P> stress;
     for (int i = 0; i < 3; ++i) {
         const int j = (i + 1) % 3, k = (i + 2) % 3;
         for (int c = 0; c < 3; ++c) stress[i][c] = twoMu * E[i][c] + bulk * R[i][c] + v[j] * R[k][c] - v[k] * R[j][c];
     }
-    spread<shape, t, P>(own, stress, f);
+}
+
+/// dP = dF Sigma + F (2 mu sym(F^T dF) + bulk I), in the same units.
+template <class P>
+VDBFRAC_INLINE void greenStressRate(const MatrixOf<P>& E, const MatrixOf<P>& F, const P (&T)[6], P twoMu, P bulk, MatrixOf<P>& stress)
+{
+    const MatrixOf<P> Sigma = {{T[0], T[5], T[4]}, {T[5], T[1], T[3]}, {T[4], T[3], T[2]}};
+    MatrixOf<P> G, rate;
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) G[i][j] = F[0][i] * E[0][j] + F[1][i] * E[1][j] + F[2][i] * E[2][j];
+    const P mu = twoMu / 2;
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) rate[i][j] = mu * (G[i][j] + G[j][i]);
+    for (int i = 0; i < 3; ++i) rate[i][i] += bulk;
+    for (int i = 0; i < 3; ++i)
+        for (int c = 0; c < 3; ++c)
+            stress[i][c] = E[i][0] * Sigma[0][c] + E[i][1] * Sigma[1][c] + E[i][2] * Sigma[2][c] + F[i][0] * rate[0][c] +
+                           F[i][1] * rate[1][c] + F[i][2] * rate[2][c];
 }
 
 template <class P>
@@ -453,7 +300,7 @@ VDBFRAC_INLINE void prefetch(const TetTangent* now, int part)
     for (int i = kLines * part / parts; i < kLines * (part + 1) / parts; ++i) __builtin_prefetch(next + kLine * i, 0, 2);
 }
 
-template <class Real, CellShape shape, bool cellDilation>
+template <class Real, CellShape shape, bool cellDilation, bool green>
 void productBatch(const PatchData& patch, int b, const Real* in, Real* out)
 {
     using P = PackT<Real>;
@@ -492,7 +339,9 @@ void productBatch(const PatchData& patch, int b, const Real* in, Real* out)
         for (int k = 0; k < 6; ++k) T[k] = load<Real>(tangent[t].T[k]);
         const P V = load<Real>(share[t]);
         const P pressure = cellDilation ? mean - third * trace[t] : lambda * traceOf<P>(E, R);
-        productOfTet<shape, t, P>(own, E, R, T, twoMu * V, pressure * V, f);
+        MatrixOf<P> stress;
+        green ? greenStressRate<P>(E, R, T, twoMu * V, pressure * V, stress) : stressRate<P>(E, R, T, twoMu * V, pressure * V, stress);
+        spread<shape, t, P>(own, stress, f);
     });
     scatter<shape, 3, Real>(patch, batch, f, out);
 }
@@ -532,7 +381,28 @@ VDBFRAC_INLINE Pack vertexGradient(const LaneTets* own, int t, int a, int d)
     return -(gradientOf<Pack>(own, 0, d) + gradientOf<Pack>(own, 1, d) + gradientOf<Pack>(own, 2, d));
 }
 
-template <CellShape shape, bool cellDilation>
+/// Adds what a tet has of the diagonal block of a vertex with h grad N = g, q = R g, besides dilatation: the part of mu
+/// and that of T (stressRate, greenStressRate), `V` in units of h^3.
+template <bool green>
+VDBFRAC_INLINE void addVertexBlock(const Pack (&g)[3], const Pack (&q)[3], const Matrix& R, const Pack (&T)[6], Pack muV, Pack (&K)[6])
+{
+    const Pack length2 = g[0] * g[0] + g[1] * g[1] + g[2] * g[2];
+    if constexpr (!green) {
+        for (int i = 0; i < 3; ++i) K[i] += 2. * length2 * muV;
+        addTwistBlock(q, T, K);
+        return;
+    }
+    const Pack stress = T[0] * g[0] * g[0] + T[1] * g[1] * g[1] + T[2] * g[2] * g[2] +
+                        2. * (T[3] * g[1] * g[2] + T[4] * g[2] * g[0] + T[5] * g[0] * g[1]);
+    for (int i = 0; i < 3; ++i) K[i] += stress;
+    for (int k = 0; k < 6; ++k) {
+        const int i = kRow[k], j = kColumn[k];
+        K[k] += length2 * muV * (R[i][0] * R[j][0] + R[i][1] * R[j][1] + R[i][2] * R[j][2]);
+    }
+    addOuter(q, muV, K);
+}
+
+template <CellShape shape, bool cellDilation, bool green>
 void diagonalBatch(const PatchData& patch, int b, double* out)
 {
     constexpr auto& cell = kCellTets<shape>;
@@ -557,9 +427,7 @@ void diagonalBatch(const PatchData& patch, int b, double* out)
             Pack g[3], q[3];
             for (int d = 0; d < 3; ++d) g[d] = vertexGradient<shape>(ownTets<shape>(patch, batch), t, a, d);
             for (int i = 0; i < 3; ++i) q[i] = R[i][0] * g[0] + R[i][1] * g[1] + R[i][2] * g[2];
-            const Pack length2 = g[0] * g[0] + g[1] * g[1] + g[2] * g[2];
-            for (int i = 0; i < 3; ++i) K[c][i] += 2. * length2 * mu * V;
-            addTwistBlock(q, T, K[c]);
+            addVertexBlock<green>(g, q, R, T, mu * V, K[c]);
             addOuter(q, (cellDilation ? -2. / 3. * mu : lambda) * V, K[c]);
             if (cellDilation)
                 for (int i = 0; i < 3; ++i) bulk[c][i] += V * q[i];
@@ -572,13 +440,20 @@ void diagonalBatch(const PatchData& patch, int b, double* out)
     scatter<shape, 6, double>(patch, batch, K, out);
 }
 
-/// Calls f<shape, cellDilation>(b) for each batch of the patch.
+/// Calls f<shape, cellDilation, strain>(b) for each batch of the patch.
 template <class F>
 VDBFRAC_INLINE void eachBatch(const PatchData& patch, bool cellDilation, const F& f)
 {
     for (int b = 0; b < patch.batches; ++b) {
+        const auto withStrain = [&]<CellShape shape, Strain strain>() {
+            cellDilation ? f.template operator()<shape, true, strain>(b) : f.template operator()<shape, false, strain>(b);
+        };
         const auto withShape = [&]<CellShape shape>() {
-            cellDilation ? f.template operator()<shape, true>(b) : f.template operator()<shape, false>(b);
+            switch (patch.strain) {
+            case Strain::corotational: withStrain.template operator()<shape, Strain::corotational>(); break;
+            case Strain::linear: withStrain.template operator()<shape, Strain::linear>(); break;
+            case Strain::green: withStrain.template operator()<shape, Strain::green>(); break;
+            }
         };
         switch (patch.batch[b].shape) {
         case CellShape::six: withShape.template operator()<CellShape::six>(); break;
@@ -592,8 +467,8 @@ VDBFRAC_INLINE void eachBatch(const PatchData& patch, bool cellDilation, const F
 KernelResult evaluate(const PatchData& patch, bool cellDilation, const RobustTet& scalar, const double* in, double* out)
 {
     KernelResult sum;
-    eachBatch(patch, cellDilation, [&]<CellShape shape, bool dilation>(int b) {
-        const KernelResult r = evaluateBatch<shape, dilation>(patch, b, scalar, in, out);
+    eachBatch(patch, cellDilation, [&]<CellShape shape, bool dilation, Strain strain>(int b) {
+        const KernelResult r = evaluateBatch<shape, dilation, strain>(patch, b, scalar, in, out);
         sum.energy += r.energy;
         sum.robustTets += r.robustTets;
     });
@@ -616,8 +491,9 @@ double dotOfRows(const Real* a, const Real* b, int stride)
 template <class Real>
 double productAll(const PatchData& patch, bool cellDilation, const Real* in, Real* out)
 {
-    eachBatch(patch, cellDilation,
-              [&]<CellShape shape, bool dilation>(int b) { productBatch<Real, shape, dilation>(patch, b, in, out); });
+    eachBatch(patch, cellDilation, [&]<CellShape shape, bool dilation, Strain strain>(int b) {
+        productBatch<Real, shape, dilation, strain == Strain::green>(patch, b, in, out);
+    });
     return dotOfRows(in, out, patch.stride);
 }
 
@@ -649,7 +525,9 @@ void writeAll(const PatchData& patch, const Real* out, Real* points)
 
 void diagonalAll(const PatchData& patch, bool cellDilation, double* out)
 {
-    eachBatch(patch, cellDilation, [&]<CellShape shape, bool dilation>(int b) { diagonalBatch<shape, dilation>(patch, b, out); });
+    eachBatch(patch, cellDilation, [&]<CellShape shape, bool dilation, Strain strain>(int b) {
+        diagonalBatch<shape, dilation, strain == Strain::green>(patch, b, out);
+    });
 }
 
 #define VDBFRAC_TEXT2(x) #x

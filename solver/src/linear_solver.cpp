@@ -214,6 +214,7 @@ struct Direct {
 struct LinearSolver::Data {
     const ElasticOperator* elastic;
     LinearMethod method;
+    LinearPrecision precision;
     LinearMethod prepared = LinearMethod::automatic;  // what there is a preconditioner for; automatic: nothing
     Vectors<Vec3> vectors;
     Vectors<Vec3f> singles;
@@ -222,8 +223,8 @@ struct LinearSolver::Data {
     std::unique_ptr<Direct> direct;
 };
 
-LinearSolver::LinearSolver(const ElasticOperator& elastic, LinearMethod method)
-    : data_(std::make_unique<Data>(Data{&elastic, method, LinearMethod::automatic, {}, {}, {}, nullptr, nullptr}))
+LinearSolver::LinearSolver(const ElasticOperator& elastic, LinearMethod method, LinearPrecision precision)
+    : data_(std::make_unique<Data>(Data{&elastic, method, precision, LinearMethod::automatic, {}, {}, {}, nullptr, nullptr}))
 {
 }
 LinearSolver::~LinearSolver() = default;
@@ -247,8 +248,9 @@ LinearReport LinearSolver::solve(const LinearSystem& system, std::span<const Vec
         prepare(system, LinearMethod::jacobi);  // which tells whether it was the matrix or the V-cycle
     }
     const BlockJacobi jacobi(d.inverse);
-    return limits.tolerance >= kSingle ? conjugateGradient(system, jacobi, b, scale, u, limits, d.singles)
-                                       : conjugateGradient(system, jacobi, b, scale, u, limits, d.vectors);
+    const bool single = d.precision == LinearPrecision::mixed && limits.tolerance >= kSingle;
+    return single ? conjugateGradient(system, jacobi, b, scale, u, limits, d.singles)
+                  : conjugateGradient(system, jacobi, b, scale, u, limits, d.vectors);
 }
 
 /// Makes the preconditioner; block-Jacobi where multigrid cannot be had.

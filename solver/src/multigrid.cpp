@@ -101,7 +101,7 @@ Multigrid::Multigrid(const ElasticOperator& elastic)
         linkChildren(fine.coarser, fine.childStart, fine.child);
         auto coarse = std::make_unique<Level>();
         coarse->own = std::make_unique<ElasticOperator>(fine.coarser.elementSets(), fine.coarser.nodeCount, 2 * fine.elastic->h(),
-                                                        fine.elastic->volumetric());
+                                                        fine.elastic->elasticity());
         coarse->elastic = coarse->own.get();
         coarse->allocate();
         coarse->spring.resize(fine.coarser.nodeCount);

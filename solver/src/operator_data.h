@@ -48,6 +48,7 @@ struct ElasticOperator::Data {
     std::vector<double> mass, stiffness;
     double h = 1;
     bool cellDilation = true;
+    Strain strain = Strain::corotational;
     std::size_t elements = 0;
     std::vector<ElementSet> sets;
     mutable ElasticWork work;
@@ -71,6 +72,7 @@ struct ElasticOperator::Data {
         d.h = h;
         d.mu = patch.mu, d.lambda = patch.lambda;
         d.share = share;
+        d.strain = strain;
         return d;
     }
 

@@ -5,7 +5,9 @@
 
 #include <Eigen/Dense>
 
+#include <array>
 #include <cstring>
+#include <utility>
 
 namespace vdbfrac::solver {
 
@@ -26,7 +28,7 @@ Mat3 nearestRotation(const Mat3& m)
 
 /// What the finer tets in one coarse tet add up to.
 struct FinerSum {
-    Mat3 R = Mat3::Zero();  ///< weighted by share
+    Mat3 R = Mat3::Zero();  ///< weighted by share; of Green's strain, F
     double share = 0;       ///< material volume over that of a finer cell
     double T[6] = {};
 
@@ -36,16 +38,61 @@ struct FinerSum {
         for (int k = 0; k < 9; ++k) R(k / 3, k % 3) += weight * tet.R[k][lane];
         for (int k = 0; k < 6; ++k) T[k] += tet.T[k][lane];
     }
-    void write(TetTangent& tet, std::size_t lane) const
+    void write(TetTangent& tet, std::size_t lane, Strain strain) const
     {
-        const Mat3 mean = share > 0 ? nearestRotation(R / share) : Mat3(Mat3::Identity());
+        Mat3 mean = Mat3::Identity();
+        if (share > 0) mean = strain == Strain::green ? Mat3(R / share) : nearestRotation(R / share);
         for (int k = 0; k < 9; ++k) tet.R[k][lane] = float(mean(k / 3, k % 3));
         // T is per V / h^2: a coarse tet has the volume of its finer ones and twice their h.
         for (int k = 0; k < 6; ++k) tet.T[k][lane] = float(T[k] / 4);
     }
 };
 
+/// h grad N_a of a tet that keeps the gradients of its last three vertices.
+Vec3 vertexGradient(const tetmesh::TetGradients& last, int a)
+{
+    if (a > 0) return Vec3(last[std::size_t(a - 1)].data());
+    return -(Vec3(last[0].data()) + Vec3(last[1].data()) + Vec3(last[2].data()));
+}
+
+/// Square of the highest angular frequency of a tet alone times h^2, a quarter of its mass on each vertex [m^2/s^2].
+template <class Gradient>
+double highestOfTet(const Material& m, const Gradient& gradient)
+{
+    Eigen::Matrix<double, 12, 12> K;  // over its volume
+    for (int i = 0; i < 4; ++i)
+        for (int j = 0; j < 4; ++j) {
+            const Vec3 gi = gradient(i), gj = gradient(j);
+            K.block<3, 3>(3 * i, 3 * j) = m.mu * (gi.dot(gj) * Mat3::Identity() + gj * gi.transpose()) + m.lambda * gi * gj.transpose();
+        }
+    return Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 12, 12>>(K, Eigen::EigenvaluesOnly).eigenvalues()[11] / (m.rho / 4);
+}
+
 }  // namespace
+
+double ElasticOperator::highestFrequency() const
+{
+    double highest = 0;
+    for (const ElementSet& set : data_->sets) {
+        if (!set.gradients.empty()) {
+            highest = orderedMax(set.gradients.size(), kChunk, highest, [&](std::size_t begin, std::size_t end) {
+                double most = 0;
+                for (std::size_t e = begin; e < end; ++e)
+                    most = std::max(most, highestOfTet(set.material, [&](int a) { return vertexGradient(set.gradients[e], a); }));
+                return most;
+            });
+            continue;
+        }
+        std::array<bool, 4> seen{};
+        for (const tetmesh::CellElement& e : set.elements) {
+            if (std::exchange(seen[std::size_t(e.shape)], true)) continue;
+            const tetmesh::CellTets& cell = tetmesh::cellTets(e.shape);
+            for (std::size_t t = 0; t < std::size_t(cell.count); ++t)
+                highest = std::max(highest, highestOfTet(set.material, [&](int a) { return Vec3(cell.gradient[t][std::size_t(a)].data()); }));
+        }
+    }
+    return std::sqrt(highest) / data_->h;
+}
 
 void ElasticOperator::average(const ElasticOperator& fine, const Tangent& fineTangent, const FinerElements& finer, Tangent& tangent) const
 {
@@ -66,7 +113,7 @@ void ElasticOperator::average(const ElasticOperator& fine, const Tangent& fineTa
                         sum[finer.children[c].coarseTet[t]].add(fineTangent.tets_[f.p.batches[batch].tangent + t], lane, share);
             }
             const std::size_t at = d.p.laneOfElement[e];
-            for (std::size_t t = 0; t < kTets; ++t) sum[t].write(tangent.tets_[d.p.batches[at / kLanes].tangent + t], at % kLanes);
+            for (std::size_t t = 0; t < kTets; ++t) sum[t].write(tangent.tets_[d.p.batches[at / kLanes].tangent + t], at % kLanes, d.strain);
         }
     });
 }
@@ -98,9 +145,11 @@ ElasticOperator::ElementMatrix ElasticOperator::elementMatrix(const Tangent& tan
             bulk.segment<3>(row) += V * qi;
             for (std::size_t j = 0; j < 4; ++j) {
                 const Vec3 gj = d.gradient(b, t, j, lane), qj = R * gj;
-                K.block<3, 3>(row, 3 * cell.corner[t][j]) += 2 * mu * V * gi.dot(gj) * Mat3::Identity() +
-                                                             (d.cellDilation ? -2. / 3. * mu : lambda) * V * qi * qj.transpose() +
-                                                             skew(qi) * T * skew(qj).transpose();
+                const Mat3 dilating = (d.cellDilation ? -2. / 3. * mu : lambda) * V * qi * qj.transpose();
+                const Mat3 sheared = d.strain == Strain::green
+                                         ? Mat3(mu * V * (gi.dot(gj) * R * R.transpose() + qj * qi.transpose()) + gi.dot(T * gj) * Mat3::Identity())
+                                         : Mat3(2 * mu * V * gi.dot(gj) * Mat3::Identity() + skew(qi) * T * skew(qj).transpose());
+                K.block<3, 3>(row, 3 * cell.corner[t][j]) += sheared + dilating;
             }
         }
     }

@@ -65,17 +65,17 @@ struct Block {
 };
 
 inline solver::ElasticOperator elasticOperator(const Block& block, const solver::Material& material,
-                                               solver::Volumetric volumetric = solver::Volumetric::cell)
+                                               solver::Elasticity elasticity = solver::Volumetric::cell)
 {
     const solver::ElementSet set{block.elements, block.nodes, 0, material};
-    return solver::ElasticOperator(std::span(&set, 1), block.nodes.size(), block.h, volumetric);
+    return solver::ElasticOperator(std::span(&set, 1), block.nodes.size(), block.h, elasticity);
 }
 
 inline solver::ElasticOperator elasticOperator(const tetmesh::CutMesh& mesh, const solver::Material& material,
-                                               solver::Volumetric volumetric = solver::Volumetric::cell)
+                                               solver::Elasticity elasticity = solver::Volumetric::cell)
 {
     const solver::ElementSet set{mesh.elements(), mesh.nodes(), 0, material};
-    return solver::ElasticOperator(std::span(&set, 1), mesh.nodeCount(), mesh.lattice().spacing(), volumetric);
+    return solver::ElasticOperator(std::span(&set, 1), mesh.nodeCount(), mesh.lattice().spacing(), elasticity);
 }
 
 inline std::vector<Mat3> diagonalBlocks(const solver::ElasticOperator& elastic, const solver::Tangent& tangent)

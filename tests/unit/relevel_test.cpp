@@ -82,7 +82,7 @@ TEST(Relevel, SweepsHaveTheBitsOfTheTracker)
         RelevelWindow window(*grid, free);
         for (int sweep = 1; sweep <= 4; ++sweep) {
             tracker.normalize();
-            window.sweep();
+            window.sweep<grid::Weno5>();
             for (std::size_t n = 0; n < free.size(); ++n) {
                 const Leaf& leaf = *expected->constTree().probeConstLeaf(free[n]);
                 for (openvdb::Index i = 0; i < Leaf::SIZE; ++i)

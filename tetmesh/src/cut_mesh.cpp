@@ -77,6 +77,10 @@ CutMesh::CutMesh(Lattice lattice, NodeField<float> phi) : lattice_(lattice), phi
 double CutMesh::seenPhi(Coord voxel) const
 {
     const double value = phi_(voxel);
+    // Whole tets end at the first nodes that are not material. Those lie as often within half a voxel inside of the
+    // surface as outside, so the volume is right in the mean; what is cut off of them keeps the surface closed.
+    constexpr double kInside = 0.5, kCutOff = 0.01;  // voxels
+    if (lattice_.wholeTets) return lattice_.voxelSize * (value < -kInside * lattice_.voxelSize ? -1 : kCutOff);
     return std::abs(value) < kSnap * lattice_.voxelSize ? 0. : value;
 }
 

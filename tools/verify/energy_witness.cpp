@@ -139,7 +139,7 @@ void EnergyWitness::measure(const core::GridContext& context)
     if (simulation_->stages().grid.size() > 1)
         balance_.unaveraged = elastic.volumetric() == solver::Volumetric::none
                                   ? balance_.elastic
-                                  : solver::ElasticOperator(elastic.sets(), count, elastic.h(), solver::Volumetric::none)
+                                  : solver::ElasticOperator(elastic.sets(), count, elastic.h(), {solver::Volumetric::none, elastic.elasticity().strain})
                                         .evaluate(x, {}, nullptr);
 }
 

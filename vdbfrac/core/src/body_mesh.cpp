@@ -42,7 +42,7 @@ std::unique_ptr<tetmesh::BodyMesh> makeBodyMesh(const scene::Grid& grid, const g
                                                      grid.coarsening * grid.voxelSize, grid.voxelSize,
                                                      grid::sampleNodes(phi));
     const Kind kind = grid.lattice == scene::LatticeKind::six ? Kind::six : Kind::five;
-    return std::make_unique<tetmesh::CutMesh>(tetmesh::Lattice{kind, grid.coarsening, grid.voxelSize},
+    return std::make_unique<tetmesh::CutMesh>(tetmesh::Lattice{kind, grid.coarsening, grid.voxelSize, grid.wholeTets},
                                               grid::sampleNodes(phi));
 }
 

@@ -2,6 +2,7 @@
 
 #include "body_mesh.h"
 #include "grips.h"
+#include "solver_settings.h"
 
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/base/hash.h>
@@ -33,19 +34,11 @@ void carry(std::vector<Vec3>& field, std::size_t first, std::size_t oldCount, st
     field = std::move(now);
 }
 
-solver::LinearMethod methodOf(const std::string& name)
-{
-    using enum solver::LinearMethod;
-    return name == "jacobi" ? jacobi : name == "multigrid" ? multigrid : name == "direct" ? direct : automatic;
-}
-
 }  // namespace
 
 Simulation::Simulation(const scene::Scene& scene, std::span<Effect* const> effects, std::uint64_t memoryLimit)
     : timeSettings_(scene.time),
-      newton_{scene.solver.newtonTolerance, scene.solver.newtonIterations, scene.solver.linearTolerance,
-              scene.solver.linearIterations, methodOf(scene.solver.linearSolver)},
-      volumetric_(scene.solver.cellDilation ? solver::Volumetric::cell : solver::Volumetric::none),
+      solverSettings_(scene.solver),
       h_(scene.grid.coarsening * scene.grid.voxelSize)
 {
     for (const scene::Body& body : scene.bodies) addBody(scene, body, memoryLimit);
@@ -115,11 +108,11 @@ void Simulation::rebuild()
         node += std::uint32_t(body.mesh->nodeCount()), element += std::uint32_t(body.mesh->elements().size());
         sets.push_back({body.mesh->elements(), body.mesh->latticeCoords(), body.firstNode, body.material, body.mesh->gradients()});
     }
-    elastic_ = std::make_unique<solver::ElasticOperator>(sets, node, h_, volumetric_);
-    if (stepper_)
-        stepper_->rebind(*elastic_);
+    elastic_ = std::make_unique<solver::ElasticOperator>(sets, node, h_, elasticityOf(solverSettings_));
+    if (integrator_)
+        integrator_->rebind(*elastic_);
     else
-        stepper_ = std::make_unique<solver::BackwardEuler>(*elastic_, newton_);
+        integrator_ = solver::makeIntegrator(schemeOf(solverSettings_), *elastic_, newtonSettingsOf(solverSettings_));
     grips_->rebuild(bodies_, *elastic_);
 }
 
@@ -147,6 +140,7 @@ double Simulation::stepLimit(double spread) const
     double limit = 1 / timeSettings_.fps;
     if (timeSettings_.substeps > 0) return limit / timeSettings_.substeps;
     if (spread > 0) limit = std::min(limit, timeSettings_.nodeCfl * h_ / spread);
+    limit = std::min(limit, integrator_->largestStep());
     for (const StepLimit* l : stages_.limits) limit = std::min(limit, l->largestStep());
     return limit;
 }
@@ -178,11 +172,14 @@ void Simulation::solve(StepRecord& record, double dt, double shortest)
     const double tried = dt;
     const solver::StepReport* report = nullptr;
     solver::Boundary boundary;
-    for (;; dt *= 0.5, ++record.cutbacks, state_ = saved) {
-        boundary = grips_->boundary(time_ + dt, state_.x.size());
+    const auto boundaryAt = [&](double share) -> const solver::Boundary& {
+        boundary = grips_->boundary(time_ + share * dt, state_.x.size());
         for (const Body& body : bodies_)
             boundary.part.insert(boundary.part.end(), body.fragments.ofNode().begin(), body.fragments.ofNode().end());
-        report = &stepper_->step(state_, dt, {stages_.solve, boundary});
+        return boundary;
+    };
+    for (;; dt *= 0.5, ++record.cutbacks, state_ = saved) {
+        report = &integrator_->step(state_, dt, {stages_.solve, boundaryAt});
         record.newtonIterations += report->newtonIterations;
         record.linearIterations += report->linearIterations;
         record.projections += report->projections;
@@ -192,7 +189,7 @@ void Simulation::solve(StepRecord& record, double dt, double shortest)
     trusted_ = dt < tried ? dt : 2 * trusted_;
     if (!std::isfinite(report->residual))
         throw LimitError("step " + std::to_string(steps_ + 1) + ": forces or positions are beyond what a number can hold; are grips or bodies "
-                         "too fast, or forces too large?");
+                         "too fast, forces too large, or time steps too long for an explicit integrator?");
     time_ += dt;
     record.step = ++steps_;
     record.time = time_;

@@ -8,6 +8,7 @@
 // Keys scale kappa over time, and so Gc alike and sigma_t by the root: l stays.
 #include "all.h"
 
+#include <vdbfrac/base/error.h>
 #include <vdbfrac/grid/griffith.h>
 #include <vdbfrac/grid/transfer.h>
 #include <vdbfrac/solver/corotational.h>
@@ -43,6 +44,8 @@ const Key kKeys[] = {
     {"driver", Type::choice, "", "energy that drives the crack: all of it, or only what pulls", "\"full\"", -kInfinity, kInfinity, false, false, {"full", "tension"}},
     {"front_speed", Type::number, "", "speed of the front at twice the resistance, in Rayleigh wave speeds; the front never passes 1", "1", 0, kInfinity, true},
     {"front_width", Type::number, "voxels", "width of the smoothed delta that spreads the update round the surface", "1.25", 1, 1.5},
+    {"relevel", Type::choice, "", "differences with which phi is made a distance again behind the front", "\"weno5\"", -kInfinity, kInfinity, false, false, {"weno5", "first_order"}},
+    {"relevel_every", Type::integer, "", "updates of the front from one re-levelling to the next; 0: never", "1", 0, 1000},
     {"grip_margin", Type::number, "m", "no fracture nearer to a grip than this; left out: two lattice cells", "", 0},
 };
 
@@ -103,6 +106,7 @@ private:
     std::vector<double> energies(const core::GridContext& context, const core::Body& body, const Law& law,
                                  const std::vector<grid::BandSample>& band) const;
     void noteArrivals(const core::Body& body, const grid::PhiChanges& changes, double time);
+    grid::Relevelling relevelling(long long update) const;
 
     Values values_;
     double dx_, h_, frontCfl_;
@@ -112,6 +116,7 @@ private:
     std::map<std::string, std::map<Coord, float>> arrival_;    // by body: time [s] at which a voxel node failed
     double limit_ = kInfinity;                                 // s
     double limitTime_ = -1;                                    // step to which limit_ belongs
+    std::map<std::string, long long> updates_;                 // by body: times the front was moved
 };
 
 Law Fracture::lawOf(const core::Body& body, std::vector<std::string>& notes) const
@@ -202,6 +207,15 @@ void Fracture::noteArrivals(const core::Body& body, const grid::PhiChanges& chan
         if (value >= 0 && body.mesh->phi()(voxel) < 0) arrival.emplace(voxel, float(time));  // the mesh still has the old phi
 }
 
+grid::Relevelling Fracture::relevelling(long long update) const
+{
+    const long long every = values_.integer("relevel_every");
+    grid::Relevelling how;
+    how.firstOrder = values_.text("relevel") == "first_order";
+    if (every == 0 || update % every != 0) how.sweeps = 0;
+    return how;
+}
+
 grid::PhiChanges Fracture::update(const core::GridContext& context, core::Body& body)
 {
     Law law = laws_.at(body.name);
@@ -241,7 +255,7 @@ grid::PhiChanges Fracture::update(const core::GridContext& context, core::Body& 
         limit_ = std::min(limit_, frontCfl_ * dx_ / law.waveSpeed);
         const StageTimer timer(context.ledger, "relevel");
         grid::RelevelWork work;
-        const grid::PhiChanges changes = grid::raiseAndRelevel(body.phi, raised, work);
+        const grid::PhiChanges changes = grid::raiseAndRelevel(body.phi, raised, work, relevelling(++updates_[body.name]));
         context.ledger.count("fracture", "moved_voxels", std::int64_t(raised.size()));
         context.ledger.count("relevel", "leaves", work.leaves);
         context.ledger.count("relevel", "voxels", work.voxels);
@@ -254,6 +268,10 @@ grid::PhiChanges Fracture::update(const core::GridContext& context, core::Body& 
 
 std::unique_ptr<core::Effect> make(const Values& values, const scene::Scene& scene)
 {
+    if (values.text("driver") == "tension" && scene.solver.strain != "corotational")
+        throw InputError({"fracture.driver", "\"tension\" takes the pulling part of corotational energy, but solver.strain is \"" +
+                                                 scene.solver.strain + "\"",
+                          "\"full\"", "leave one of the two keys out"});
     return std::make_unique<Fracture>(values, scene);
 }
 

@@ -64,9 +64,8 @@ std::vector<BandSample> sampleBand(const LevelSet& phi, std::span<const Coord> v
     return band;
 }
 
-PhiChanges raiseAndRelevel(LevelSet& phi, const PhiChanges& raised, RelevelWork& work)
+PhiChanges raiseAndRelevel(LevelSet& phi, const PhiChanges& raised, RelevelWork& work, const Relevelling& how)
 {
-    constexpr int kSweeps = 3;
     Grid& grid = *phi.grid().grid;
     const float background = grid.background();
     const std::vector<openvdb::Coord> touched =
@@ -82,10 +81,10 @@ PhiChanges raiseAndRelevel(LevelSet& phi, const PhiChanges& raised, RelevelWork&
         accessor.setValue(c, std::max(accessor.getValue(c), std::min(value, background)));
     }
     RelevelWindow window(grid, touched);
-    window.settleInterface();
+    if (how.sweeps > 0) window.settleInterface();
     std::vector<RelevelWindow::Values> settled(leaves.size());
     for (std::size_t n = 0; n < leaves.size(); ++n) settled[n] = window.values(n);
-    for (int k = 0; k < kSweeps; ++k) window.sweep();
+    for (int k = 0; k < how.sweeps; ++k) how.firstOrder ? window.sweep<FirstOrder>() : window.sweep<Weno5>();
 
     PhiChanges changes;
     for (std::size_t n = 0; n < leaves.size(); ++n)
@@ -97,8 +96,7 @@ PhiChanges raiseAndRelevel(LevelSet& phi, const PhiChanges& raised, RelevelWork&
             leaves[n]->setActiveState(i, std::abs(value) < background);
             if (value != before[n][i]) changes.emplace_back(fromVdb(leaves[n]->offsetToGlobalCoord(i)), value);
         }
-    work.leaves += std::int64_t(touched.size());
-    work.voxels += std::int64_t(touched.size() * Leaf::SIZE);
+    if (how.sweeps > 0) work.leaves += std::int64_t(touched.size()), work.voxels += std::int64_t(touched.size() * Leaf::SIZE);
     return changes;
 }
 

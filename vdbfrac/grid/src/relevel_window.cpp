@@ -20,19 +20,6 @@ constexpr int kFirst = 3 * (kStep[0] + kStep[1] + kStep[2]);
 
 using Line = std::array<float, 8>;
 
-/// One-sided derivatives along an axis at 8 voxels side by side in z: D- and D+ (Jiang & Peng 2000, as in OpenVDB).
-void differences(const float* at, int step, Line& down, Line& up)
-{
-    using openvdb::math::BD_HJWENO5;
-    using openvdb::math::D1;
-    using openvdb::math::FD_HJWENO5;
-    for (int z = 0; z < 8; ++z) {
-        const float* p = at + z;
-        up[std::size_t(z)] = D1<FD_HJWENO5>::difference(p[3 * step], p[2 * step], p[step], p[0], p[-step], p[-2 * step]);
-        down[std::size_t(z)] = D1<BD_HJWENO5>::difference(p[-3 * step], p[-2 * step], p[-step], p[0], p[step], p[2 * step]);
-    }
-}
-
 /// Are all values that the stencils of a line see the same?
 bool isFlat(const float* at)
 {
@@ -55,6 +42,31 @@ struct Step {
 };
 
 }  // namespace
+
+/// Derivatives along an axis at 8 voxels side by side in z: D- and D+ (Jiang & Peng 2000, as in OpenVDB).
+struct Weno5 {
+    static void differences(const float* at, int step, Line& down, Line& up)
+    {
+        using openvdb::math::BD_HJWENO5;
+        using openvdb::math::D1;
+        using openvdb::math::FD_HJWENO5;
+        for (int z = 0; z < 8; ++z) {
+            const float* p = at + z;
+            up[std::size_t(z)] = D1<FD_HJWENO5>::difference(p[3 * step], p[2 * step], p[step], p[0], p[-step], p[-2 * step]);
+            down[std::size_t(z)] = D1<BD_HJWENO5>::difference(p[-3 * step], p[-2 * step], p[-step], p[0], p[step], p[2 * step]);
+        }
+    }
+};
+
+struct FirstOrder {
+    static void differences(const float* at, int step, Line& down, Line& up)
+    {
+        for (int z = 0; z < 8; ++z) {
+            up[std::size_t(z)] = at[z + step] - at[z];
+            down[std::size_t(z)] = at[z] - at[z - step];
+        }
+    }
+};
 
 RelevelWindow::RelevelWindow(const openvdb::FloatGrid& grid, const std::vector<openvdb::Coord>& free)
     : dx_(grid.voxelSize()[0]), background_(grid.background()), free_(free.size()), round_(free.size()), beside_(free.size())
@@ -130,17 +142,19 @@ void RelevelWindow::settleLeaf(std::size_t leaf, const Block& block, Values& set
     }
 }
 
+template <class Differences>
 void RelevelWindow::sweep()
 {
     std::vector<Values> next(free_);
     parallelChunks(free_, 1, [&](std::size_t leaf, std::size_t) {
         Block block;
         gather(leaf, block);
-        sweepLeaf(block, next[leaf]);
+        sweepLeaf<Differences>(block, next[leaf]);
     });
     std::copy(next.begin(), next.end(), values_.begin());
 }
 
+template <class Differences>
 void RelevelWindow::sweepLeaf(const Block& block, Values& next) const
 {
     const Step step{float(dx_) * 0.3f, 1.0f / float(dx_)};
@@ -152,11 +166,14 @@ void RelevelWindow::sweepLeaf(const Block& block, Values& next) const
             continue;
         }
         std::array<Line, 3> down, up;
-        for (std::size_t axis = 0; axis < 3; ++axis) differences(at, kStep[axis], down[axis], up[axis]);
+        for (std::size_t axis = 0; axis < 3; ++axis) Differences::differences(at, kStep[axis], down[axis], up[axis]);
         for (std::size_t z = 0; z < 8; ++z)
             to[z] = step(at[z], openvdb::math::GodunovsNormSqrd(at[z] > 0, down[0][z], up[0][z], down[1][z], up[1][z],
                                                                  down[2][z], up[2][z]));
     }
 }
+
+template void RelevelWindow::sweep<Weno5>();
+template void RelevelWindow::sweep<FirstOrder>();
 
 }  // namespace vdbfrac::grid

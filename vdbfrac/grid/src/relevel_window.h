@@ -14,6 +14,10 @@
 
 namespace vdbfrac::grid {
 
+/// One-sided differences of a line of voxels.
+struct Weno5;
+struct FirstOrder;
+
 class RelevelWindow {
 public:
     static constexpr int kLeaf = 512;  ///< voxels of a leaf, numbered as OpenVDB does: z fastest
@@ -27,6 +31,7 @@ public:
     /// true distance field this changes nothing.
     void settleInterface();
     /// One step of d phi/ds = S(phi) (1 - |grad phi|), S = phi / sqrt(phi^2 + |grad phi|^2), in all free leaves at once.
+    template <class Differences>
     void sweep();
 
     const Values& values(std::size_t leaf) const { return values_[leaf]; }
@@ -40,6 +45,7 @@ private:
 
     void gather(std::size_t leaf, Block& block) const;
     void settleLeaf(std::size_t leaf, const Block& block, Values& settled);
+    template <class Differences>
     void sweepLeaf(const Block& block, Values& next) const;
 
     double dx_;              // m

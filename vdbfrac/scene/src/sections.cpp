@@ -80,14 +80,15 @@ private:
         const LatticeKind lattice = v.text("lattice") == "five"       ? LatticeKind::five
                                     : v.text("lattice") == "delaunay" ? LatticeKind::delaunay
                                                                       : LatticeKind::six;
-        scene_.grid = {v.number("voxel_size"), lattice, int(v.integer("coarsening")), int(v.integer("half_width")), v.number("grading")};
+        scene_.grid = {v.number("voxel_size"), lattice, int(v.integer("coarsening")), int(v.integer("half_width")), v.number("grading"),
+                       v.text("surface") == "whole_tets"};
     }
 
     void readSolver(const Values& v)
     {
-        scene_.solver = {v.number("newton_tolerance"), int(v.integer("newton_iterations")), v.text("linear_solver"),
-                         v.number("linear_tolerance"), int(v.integer("linear_iterations")),
-                         v.text("volumetric") == "cell"};
+        scene_.solver = {v.text("integrator"), v.text("strain"), v.text("tangent"), v.number("newton_tolerance"),
+                         int(v.integer("newton_iterations")), v.text("linear_solver"), v.number("linear_tolerance"),
+                         int(v.integer("linear_iterations")), v.text("precision"), v.text("volumetric") == "cell"};
     }
 
     void readOutput(const Values& v) { scene_.output = {v.list("vdb"), v.boolean("obj")}; }

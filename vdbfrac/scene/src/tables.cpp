@@ -34,6 +34,9 @@ const std::vector<Key> kGrid = {
     {"half_width", Type::integer, "voxels", "Half width of the narrow band around the surface.", "3", 3, 10},
     {"grading", Type::number, "", "Delaunay only: how many times larger tetrahedra below the narrow band may be.", "1", 1,
      16},
+    {"surface", Type::choice, "",
+     "Tetrahedra are cut by the surface, or stay whole and come and go with their voxels, which leaves a jagged surface.",
+     "\"cut_planes\"", -kEndless, kEndless, false, false, {"cut_planes", "whole_tets"}},
 };
 
 const std::vector<Key> kBody = {
@@ -61,6 +64,18 @@ const std::vector<Key> kGrip = {
 };
 
 const std::vector<Key> kSolver = {
+    {"integrator", Type::choice, "",
+     "How time steps are made: backward_euler damps, midpoint keeps energy, sdirk2 is exact to second order and damps only what a "
+     "step does not resolve, the other two are explicit and need short steps; static leaves inertia out.",
+     "\"backward_euler\"", -kEndless, kEndless, false, false,
+     {"backward_euler", "midpoint", "sdirk2", "symplectic_euler", "forward_euler", "static"}},
+    {"strain", Type::choice, "",
+     "Strain the elastic energy is a square of: corotational for all uses; linear only for small turns; green (St. Venant-Kirchhoff) "
+     "stiffens in tension and collapses in compression.",
+     "\"corotational\"", -kEndless, kEndless, false, false, {"corotational", "linear", "green"}},
+    {"tangent", Type::choice, "",
+     "Matrix of Newton's method: exact (made definite only where it is not), always projected, or warped linear elasticity.",
+     "\"exact\"", -kEndless, kEndless, false, false, {"exact", "projected", "warped"}},
     {"newton_tolerance", Type::number, "", "Residual at which a step is solved, relative to the largest force.",
      "0.001", 0, 1, true, true},
     {"newton_iterations", Type::integer, "", "Most Newton iterations a step.", "20", 1, kManyTimes},
@@ -70,6 +85,9 @@ const std::vector<Key> kSolver = {
     {"linear_tolerance", Type::number, "",
      "Relative residual of the linear solves; looser where a Newton iteration needs less.", "0.01", 0, 1, true, true},
     {"linear_iterations", Type::integer, "", "Most iterations of a linear solve.", "2000", 1, kManyTimes},
+    {"precision", Type::choice, "",
+     "mixed: block-Jacobi iterations with tolerances of 1e-4 and looser keep their vectors in single precision; double: none does.",
+     "\"mixed\"", -kEndless, kEndless, false, false, {"mixed", "double"}},
     {"volumetric", Type::choice, "",
      "Volume change averaged over each lattice cell, which keeps nearly incompressible solids from locking, or not.",
      "\"cell\"", -kEndless, kEndless, false, false, {"cell", "none"}},
@@ -143,6 +161,7 @@ std::string checkGrid(const Values& v)
 {
     if (v.text("lattice") == "five" && v.integer("coarsening") != 1) return "the lattice \"five\" goes with coarsening = 1 only";
     if (v.text("lattice") != "delaunay" && v.number("grading") != 1) return "grading goes with the lattice \"delaunay\" only";
+    if (v.text("lattice") == "delaunay" && v.text("surface") != "cut_planes") return "whole_tets goes with the lattices \"six\" and \"five\" only";
     return "";
 }
 
@@ -158,7 +177,7 @@ const std::vector<Section> kSections = {
     {{"body", "A solid; one table each.", kBody}, Section::Form::list, true},
     {{"material", "An elastic material; bodies name it.", kMaterial}, Section::Form::byName},
     {{"grip", "Holds or pulls a part of a body; any number of tables.", kGrip}, Section::Form::list},
-    {{"solver", "When a time step counts as solved.", kSolver}},
+    {{"solver", "How time steps are made, and when one counts as solved.", kSolver}},
     {{"output", "What is written each frame.", kOutput}},
 };
 

@@ -99,7 +99,8 @@ Content contentOf(const Grid& g)
     return {valuesOf({{"voxel_size", g.voxelSize},
                       {"lattice", nameOf(g.lattice)},
                       {"coarsening", static_cast<long long>(g.coarsening)},
-                      {"half_width", static_cast<long long>(g.halfWidth)}, {"grading", g.grading}})};
+                      {"half_width", static_cast<long long>(g.halfWidth)}, {"grading", g.grading},
+                      {"surface", std::string(g.wholeTets ? "whole_tets" : "cut_planes")}})};
 }
 
 Content contentOf(const Body& b)
@@ -124,11 +125,15 @@ Content contentOf(const Grip& g)
 
 Content contentOf(const Solver& s)
 {
-    return {valuesOf({{"newton_tolerance", s.newtonTolerance},
+    return {valuesOf({{"integrator", s.integrator},
+                      {"strain", s.strain},
+                      {"tangent", s.tangent},
+                      {"newton_tolerance", s.newtonTolerance},
                       {"newton_iterations", static_cast<long long>(s.newtonIterations)},
                       {"linear_solver", s.linearSolver},
                       {"linear_tolerance", s.linearTolerance},
                       {"linear_iterations", static_cast<long long>(s.linearIterations)},
+                      {"precision", s.precision},
                       {"volumetric", std::string(s.cellDilation ? "cell" : "none")}})};
 }
 

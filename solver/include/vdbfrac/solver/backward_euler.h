@@ -16,6 +16,13 @@
 
 namespace vdbfrac::solver {
 
+/// What stands in for the second derivative in a Newton iteration.
+enum class NewtonTangent {
+    exact,      ///< itself; projected only where it shows negative curvature or does not descend
+    projected,  ///< always made semidefinite
+    warped,     ///< linear elasticity in the rotated frame of each tet: no stress terms
+};
+
 struct NewtonSettings {
     double tolerance = 1e-3;        ///< of |gradient|, relative to the largest of inertia, elastic and outer force
     int iterations = 20;
@@ -24,6 +31,8 @@ struct NewtonSettings {
     double linearTolerance = 1e-2;
     int linearIterations = 2000;
     LinearMethod linearMethod = LinearMethod::automatic;
+    LinearPrecision linearPrecision = LinearPrecision::mixed;
+    NewtonTangent tangent = NewtonTangent::exact;
 };
 
 /// Positions and velocities of all nodes.

@@ -28,6 +28,14 @@ struct ElementSet {
 
 enum class Volumetric { cell, none };  ///< cell: mean dilatation over the tets of a cell, against locking
 
+/// The discrete energy; from a Volumetric alone it is corotational.
+struct Elasticity {
+    Volumetric volumetric = Volumetric::cell;
+    Strain strain = Strain::corotational;
+
+    Elasticity(Volumetric v, Strain s = Strain::corotational) : volumetric(v), strain(s) {}
+};
+
 struct ElasticWork {
     std::int64_t evaluations = 0;    ///< passes over the elements for energy, gradient and tangent
     std::int64_t evaluatedTets = 0;  ///< tets in them
@@ -90,20 +98,24 @@ struct NodeSums {
 class ElasticOperator {
 public:
     /// `h` [m]: lattice spacing of all sets; `nodeCount`: of the system. What the sets refer to must live as long.
-    ElasticOperator(std::span<const ElementSet> sets, std::size_t nodeCount, double h, Volumetric volumetric);
+    ElasticOperator(std::span<const ElementSet> sets, std::size_t nodeCount, double h, Elasticity elasticity);
     ~ElasticOperator();
     ElasticOperator(ElasticOperator&&) noexcept;
     ElasticOperator& operator=(ElasticOperator&&) noexcept;
 
     std::span<const ElementSet> sets() const;
     double h() const;  ///< m
-    Volumetric volumetric() const;
+    Elasticity elasticity() const;
+    Volumetric volumetric() const { return elasticity().volumetric; }
     std::size_t nodeCount() const;
     std::int64_t tetCount() const;
     /// Lumped mass of each node [kg]: a quarter of each tet's.
     std::span<const double> mass() const;
     /// Magnitude of each node's diagonal block of K [N/m], from its material volume alone: scales rounding errors.
     std::span<const double> stiffness() const;
+    /// Bound of the angular frequencies [1/s] of small vibrations of the rest shape: the largest of any tet alone (Irons &
+    /// Treharne 1971). Explicit schemes are stable up to the time step 2 over it.
+    double highestFrequency() const;
 
     /// Elastic energy [J] at x [m]; adds its gradient [N] to `gradient` and keeps the exact tangent in `tangent`
     /// where these are given (not empty, not null). The tangent then also has `share` times linear elasticity in the
@@ -115,7 +127,7 @@ public:
     /// Makes the tangent positive semidefinite: clamps the twist eigenvalues (Smith et al. 2019, section 4).
     void project(Tangent& tangent) const;
     /// Makes the tangent that of linear elasticity in the rotated frame of each tet ("stiffness warping"; Mueller & Gross
-    /// 2004): semidefinite, free of stress terms.
+    /// 2004): semidefinite, free of stress terms. With its `share` more of it, if it has one.
     void warp(Tangent& tangent) const;
 
     /// K u, left in pieces that sums() adds up where the caller wants it; returns u.K u. V is Vec3, or Vec3f for a product

@@ -19,6 +19,8 @@
 namespace vdbfrac::solver {
 
 enum class LinearMethod { automatic, jacobi, multigrid, direct };
+/// mixed: vectors of block-Jacobi in single precision where the tolerance allows it; twice: always in double.
+enum class LinearPrecision { mixed, twice };
 
 struct LinearSystem {
     const ElasticOperator& elastic;
@@ -43,7 +45,7 @@ struct LinearReport {
 /// Solver for the systems of one operator; keeps its memory from one system to the next.
 class LinearSolver {
 public:
-    LinearSolver(const ElasticOperator& elastic, LinearMethod method);
+    LinearSolver(const ElasticOperator& elastic, LinearMethod method, LinearPrecision precision = LinearPrecision::mixed);
     ~LinearSolver();
     LinearSolver(LinearSolver&&) noexcept;
     LinearSolver& operator=(LinearSolver&&) noexcept;

@@ -3,6 +3,13 @@
 
 namespace vdbfrac::solver {
 
+/// What the energy Psi = mu |e|^2 + lambda/2 tr(e)^2 is a square of, F = R S:
+enum class Strain {
+    corotational,  ///< e = S - I: unchanged by any turn, stress linear in stretch
+    linear,        ///< e = sym(F) - I, Cauchy's: turns strain it
+    green,         ///< e = (F^T F - I) / 2, Green & Lagrange's; the material of St. Venant and Kirchhoff
+};
+
 /// Lame parameters [Pa] and density [kg/m^3].
 struct Material {
     double mu = 0;      ///< shear modulus, E / (2 (1 + nu))

@@ -49,7 +49,7 @@ public:
 
     const Lattice& lattice() const { return lattice_; }
     const NodeField<float>& phi() const override { return phi_; }
-    /// phi as the cut sees it: snapped to 0 within kSnap dx.
+    /// phi as the cut sees it: snapped to 0 within kSnap dx; of whole tets, -dx or just above 0.
     double seenPhi(Coord voxel) const;
     /// Was the voxel node material when the mesh was made?
     bool wasMaterial(Coord voxel) const { return rest_(voxel) < 0; }

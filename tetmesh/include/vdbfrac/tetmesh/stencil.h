@@ -18,6 +18,7 @@ struct Lattice {
     Kind kind = Kind::six;
     int coarsening = 1;    ///< m; 1 for `five`, whose grids do not nest
     double voxelSize = 1;  ///< dx [m]
+    bool wholeTets = false;  ///< tets with a voxel node half a voxel or more inside are material, nearly all of them, the others not
 
     double spacing() const { return coarsening * voxelSize; }  ///< h [m]
     CellShape shapeOf(Coord cell) const

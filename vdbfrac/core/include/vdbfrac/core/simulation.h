@@ -5,7 +5,7 @@
 #include <vdbfrac/core/body.h>
 #include <vdbfrac/core/stages.h>
 #include <vdbfrac/scene/scene.h>
-#include <vdbfrac/solver/backward_euler.h>
+#include <vdbfrac/solver/integrator.h>
 #include <vdbfrac/tetmesh/embedding.h>
 
 #include <cstdint>
@@ -86,15 +86,14 @@ private:
     void warnOfThinParts(const Body& body);
 
     scene::Time timeSettings_;
-    solver::NewtonSettings newton_;
-    solver::Volumetric volumetric_;
+    scene::Solver solverSettings_;
     double h_ = 1;
     std::vector<Body> bodies_;
     std::uint32_t nextFragment_ = 0;
     Stages stages_;
     solver::State state_;
     std::unique_ptr<solver::ElasticOperator> elastic_;
-    std::unique_ptr<solver::BackwardEuler> stepper_;
+    std::unique_ptr<solver::Integrator> integrator_;
     std::unique_ptr<Grips> grips_;
     double time_ = 0;
     double trusted_ = std::numeric_limits<double>::infinity();  // s: a longer step is not tried after a cut-back; doubles with each step

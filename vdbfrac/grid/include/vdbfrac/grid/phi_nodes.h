@@ -29,10 +29,16 @@ struct RelevelWork {
     std::int64_t voxels = 0;  ///< in them
 };
 
+/// How phi is made a distance again behind a front.
+struct Relevelling {
+    bool firstOrder = false;  ///< one-sided differences of first order instead of HJWENO5: cheaper, and wear the shape off
+    int sweeps = 3;           ///< each carries the distance by 0.3 voxels; 0 leaves phi as it was raised
+};
+
 /// Raises phi to the given values, then makes it a distance again in the leaves round them, by the sweeps of
 /// tools::LevelSetTracker (HJWENO5, TVD_RK1), to its bits; the band follows the front. Voxels beside the surface move only where phi
 /// is steeper than a distance, so on a distance field re-levelling moves no surface. No value falls: material never grows.
 /// Returns every voxel whose value is not what it was before the call.
-PhiChanges raiseAndRelevel(LevelSet& phi, const PhiChanges& raised, RelevelWork& work);
+PhiChanges raiseAndRelevel(LevelSet& phi, const PhiChanges& raised, RelevelWork& work, const Relevelling& how = {});
 
 }  // namespace vdbfrac::grid

@@ -30,6 +30,7 @@ struct Grid {
     int coarsening = 1;   ///< lattice spacing h = coarsening * dx
     int halfWidth = 3;    ///< of the narrow band [voxels]
     double grading = 1;   ///< delaunay: times that tets deep inside may be larger
+    bool wholeTets = false;  ///< surface = "whole_tets"; false is "cut_planes"
 };
 
 struct MeshFile {
@@ -89,11 +90,15 @@ struct Grip {
 };
 
 struct Solver {
+    std::string integrator = "backward_euler";  ///< or "midpoint", "sdirk2", "symplectic_euler", "forward_euler", "static"
+    std::string strain = "corotational";        ///< or "linear", "green"
+    std::string tangent = "exact";              ///< or "projected", "warped"
     double newtonTolerance = 1e-3;  ///< of the residual, relative to the largest force
     int newtonIterations = 20;
     std::string linearSolver = "auto";  ///< or "jacobi", "multigrid", "direct"
     double linearTolerance = 1e-2;
     int linearIterations = 2000;
+    std::string precision = "mixed";  ///< or "double"
     bool cellDilation = true;  ///< volumetric = "cell"; false is "none"
 };
 

@@ -1,0 +1,114 @@
+// What a scene can choose of accuracy: each choice runs, does what it says, and tears alike.
+#include "scene_run.h"
+
+#include <vdbfrac/base/error.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+using namespace vdbfrac;
+
+namespace {
+
+/// A notched bar that is pulled from both ends.
+const std::string kElastic = R"(
+version = 1
+name = "bar"
+[time]
+frames = [1, 25]
+fps = 24
+substeps = 2
+[grid]
+voxel_size = 0.05
+[[body]]
+name = "bar"
+shape = { box = { size = [0.3, 1.1, 0.3] } }
+cut = [{ cylinder = { axis = "z", radius = 0.11, center = [0.15, 0, 0] } }]
+material = "gel"
+[material.gel]
+youngs_modulus = 1e5
+poisson_ratio = 0.3
+density = 1000
+[[grip]]
+body = "bar"
+region = { halfspace = { normal = [0, 1, 0], offset = 0.45 } }
+move = { velocity = [0, 0.1, 0] }
+[[grip]]
+body = "bar"
+region = { halfspace = { normal = [0, -1, 0], offset = 0.45 } }
+move = { velocity = [0, -0.1, 0] }
+)";
+const std::string kBar = kElastic + "[fracture]\nkappa = 1000\n";
+
+class Choices : public testing::TestWithParam<const char*> {};
+
+TEST_P(Choices, TearTheBarInTwo)
+{
+    constexpr double kSame = 0.3;  // of the peak load of the default: all are the same bar, but for whole tets and loose phi
+    test::SceneRun usual(kBar), chosen(kBar, {GetParam()});
+    usual.toEnd(), chosen.toEnd();
+    EXPECT_EQ(usual.simulation->fragments(), 2u);
+    EXPECT_EQ(chosen.simulation->fragments(), 2u);
+    EXPECT_NEAR(chosen.peakLoad(0, 1), usual.peakLoad(0, 1), kSame * usual.peakLoad(0, 1));
+    double volume = chosen.simulation->startVolume();
+    for (const core::StepRecord& step : chosen.steps) {
+        EXPECT_LE(step.volume, volume * (1 + 1e-12)) << "step " << step.step;
+        volume = step.volume;
+    }
+    EXPECT_NE(chosen.simulation->stateHash(), usual.simulation->stateHash()) << "the key has no effect";
+}
+
+INSTANTIATE_TEST_SUITE_P(Knobs, Choices,
+                         testing::Values("solver.integrator=\"midpoint\"", "solver.integrator=\"sdirk2\"", "solver.integrator=\"static\"",
+                                         "solver.strain=\"linear\"", "solver.tangent=\"projected\"", "solver.tangent=\"warped\"",
+                                         "solver.precision=\"double\"", "grid.surface=\"whole_tets\"", "fracture.relevel=\"first_order\"",
+                                         "fracture.relevel_every=4"));
+
+TEST(Choices, ExplicitIntegratorsTearToo)
+{
+    test::SceneRun chosen(kBar, {"solver.integrator=\"symplectic_euler\"", "time.substeps=\"auto\""});
+    chosen.toEnd();
+    EXPECT_EQ(chosen.simulation->fragments(), 2u);
+    for (const core::StepRecord& step : chosen.steps) EXPECT_EQ(step.newtonIterations, 0);
+}
+
+TEST(Choices, AnExplicitIntegratorWithLongStepsSaysSo)
+{
+    test::SceneRun chosen(kElastic, {"solver.integrator=\"forward_euler\"", "time.substeps=1", "time.frames=[1,200]"});
+    try {
+        chosen.toEnd();
+        FAIL() << "it should have left what a number can hold";
+    } catch (const LimitError& error) {
+        EXPECT_NE(std::string(error.what()).find("explicit integrator"), std::string::npos) << error.what();
+    }
+}
+
+TEST(Choices, TensionNeedsCorotationalStrain)
+{
+    EXPECT_THROW(test::SceneRun(kBar, {"solver.strain=\"green\"", "fracture.driver=\"tension\""}), InputError);
+}
+
+TEST(Choices, WholeTetsHaveNearlyTheVolumeOfTheShape)
+{
+    constexpr double kAllowed = 0.05;  // a ball 8 voxels across: jags of half a voxel, in the mean none
+    const auto volume = [](const char* surface) {
+        return test::SceneRun(R"(
+version = 1
+[grid]
+voxel_size = 0.05
+[[body]]
+name = "bar"
+shape = { sphere = { radius = 0.2, center = [0.01, 0.02, 0.017] } }
+material = "gel"
+[material.gel]
+youngs_modulus = 1e5
+poisson_ratio = 0.3
+density = 1000
+)", {std::string("grid.surface=\"") + surface + '"'}).simulation->volume();
+    };
+    EXPECT_NEAR(volume("whole_tets"), volume("cut_planes"), kAllowed * volume("cut_planes"));
+    EXPECT_NE(volume("whole_tets"), volume("cut_planes"));
+}
+
+}  // namespace

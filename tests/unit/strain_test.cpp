@@ -1,0 +1,223 @@
+// Linear and Green's strain: energy, gradient, tangent and its parts, each against something else that gives the same.
+#include "loads.h"
+#include "surface_checks.h"
+
+#include <vdbfrac/solver/linear_solver.h>
+#include <vdbfrac/solver/corotational.h>
+#include <vdbfrac/tetmesh/cut_mesh.h>
+
+#include <Eigen/Dense>
+#include <Eigen/Geometry>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+using namespace vdbfrac;
+using solver::Strain;
+using solver::Volumetric;
+using test::randomVec;
+
+namespace {
+
+const solver::Material kGel = solver::makeMaterial(1e5, .3, 1000);
+
+/// S - I, as material.h defines it.
+Mat3 strainOf(Strain strain, const Mat3& F)
+{
+    if (strain == Strain::linear) return 0.5 * (F + F.transpose()) - Mat3::Identity();
+    if (strain == Strain::green) return 0.5 * (F.transpose() * F - Mat3::Identity());
+    return solver::signedPolar(F).S - Mat3::Identity();
+}
+
+double referenceEnergy(const test::Block& block, const std::vector<Vec3>& x, solver::Elasticity elasticity)
+{
+    double energy = 0;
+    const bool cell = elasticity.volumetric == Volumetric::cell;
+    for (const auto& e : block.elements) {
+        const auto& tets = tetmesh::cellTets(e.shape);
+        double volume = 0, bulk = 0;
+        for (std::size_t t = 0; t < std::size_t(tets.count); ++t) {
+            Mat3 F = Mat3::Zero();
+            for (std::size_t a = 0; a < 4; ++a)
+                F += x[e.node[std::size_t(tets.corner[t][a])]] / block.h * Vec3(tets.gradient[t][a].data()).transpose();
+            const Mat3 strain = strainOf(elasticity.strain, F);
+            const double V = std::pow(block.h, 3) * tets.volume[t];
+            energy += V * (kGel.mu * strain.squaredNorm() + 0.5 * (cell ? -2. / 3. * kGel.mu : kGel.lambda) * std::pow(strain.trace(), 2));
+            bulk += V * strain.trace();
+            volume += V;
+        }
+        if (cell) energy += 0.5 * (kGel.lambda + 2. / 3. * kGel.mu) * bulk * bulk / volume;
+    }
+    return energy;
+}
+
+class StrainCases : public testing::TestWithParam<std::tuple<Strain, Volumetric, tetmesh::Lattice::Kind>> {
+protected:
+    solver::Elasticity elasticity() const { return {std::get<1>(GetParam()), std::get<0>(GetParam())}; }
+    test::Block block{{6, 5, 4}, 0.1, std::get<2>(GetParam())};
+    solver::ElasticOperator elastic = test::elasticOperator(block, kGel, elasticity());
+
+    std::vector<Vec3> shaken(double size) const { return test::shaken(block, size, 0, 7).x; }
+    std::vector<Vec3> directions(unsigned seed) const
+    {
+        std::mt19937 random(seed);
+        std::vector<Vec3> u;
+        for (std::size_t i = 0; i < block.nodes.size(); ++i) u.push_back(randomVec(random, 1));
+        return u;
+    }
+    std::vector<Vec3> gradient(const std::vector<Vec3>& x) const
+    {
+        std::vector<Vec3> g(x.size(), Vec3::Zero());
+        elastic.evaluate(x, g, nullptr);
+        return g;
+    }
+};
+
+TEST_P(StrainCases, EnergyIsThatOfTheStrain)
+{
+    constexpr double kRounding = 1e-12;
+    for (double size : {0.02, 0.3, 1.0}) {
+        const auto x = shaken(size);
+        const double expected = referenceEnergy(block, x, elasticity());
+        EXPECT_NEAR(elastic.evaluate(x, {}, nullptr), expected, kRounding * expected) << size;
+    }
+}
+
+TEST_P(StrainCases, GradientIsTheDerivativeOfTheEnergy)
+{
+    const auto x = shaken(0.2), u = directions(5), g = gradient(x);
+    const double step = 1e-4 * block.h;
+    auto plus = x, minus = x;
+    for (std::size_t i = 0; i < x.size(); ++i) plus[i] += step * u[i], minus[i] -= step * u[i];
+    const double slope = (elastic.evaluate(plus, {}, nullptr) - elastic.evaluate(minus, {}, nullptr)) / (2 * step);
+    EXPECT_NEAR(slope, solver::dot(g, u), 1e-7 * std::sqrt(solver::dot(g, g) * solver::dot(u, u)));  // step^2, and rounding over it
+}
+
+TEST_P(StrainCases, ProductIsTheDerivativeOfTheGradient)
+{
+    const auto x = shaken(0.15), u = directions(5);
+    solver::Tangent tangent;
+    elastic.evaluate(x, {}, &tangent);
+    const double step = 1e-5 * block.h;
+    auto plus = x, minus = x;
+    for (std::size_t i = 0; i < x.size(); ++i) plus[i] += step * u[i], minus[i] -= step * u[i];
+    const auto up = gradient(plus), down = gradient(minus);
+    std::vector<Vec3> Ku(x.size(), Vec3::Zero());
+    elastic.addProduct(tangent, u, Ku);
+    double error = 0;
+    for (std::size_t i = 0; i < x.size(); ++i) error += (Ku[i] - (up[i] - down[i]) / (2 * step)).squaredNorm();
+    EXPECT_LT(std::sqrt(error / solver::dot(Ku, Ku)), 1e-6);  // the tangent is kept in single precision
+}
+
+TEST_P(StrainCases, DiagonalBlocksAndElementMatricesAreThoseOfTheProduct)
+{
+    constexpr double kStored = 1e-6;  // single precision
+    const auto x = shaken(0.15);
+    solver::Tangent tangent;
+    elastic.evaluate(x, {}, &tangent, 0.3);
+    const auto blocks = test::diagonalBlocks(elastic, tangent);
+    const auto u = directions(3);
+    std::vector<Vec3> Ku(x.size(), Vec3::Zero()), summed = Ku;
+    elastic.addProduct(tangent, u, Ku);
+    std::vector<Mat3> diagonal(x.size(), Mat3::Zero());
+    for (std::size_t e = 0; e < block.elements.size(); ++e) {
+        const auto K = elastic.elementMatrix(tangent, e);
+        for (int i = 0; i < 8; ++i) {
+            diagonal[block.elements[e].node[std::size_t(i)]] += K.block<3, 3>(3 * i, 3 * i);
+            for (int j = 0; j < 8; ++j)
+                summed[block.elements[e].node[std::size_t(i)]] += K.block<3, 3>(3 * i, 3 * j) * u[block.elements[e].node[std::size_t(j)]];
+        }
+    }
+    for (std::size_t i = 0; i < x.size(); ++i) {
+        EXPECT_LT((blocks[i] - diagonal[i]).norm(), kStored * diagonal[i].norm());
+        EXPECT_LT((Ku[i] - summed[i]).norm(), kStored * diagonal[i].norm());
+    }
+}
+
+TEST_P(StrainCases, ProjectedAndWarpedTangentsAreSemidefinite)
+{
+    const auto x = shaken(0.8);
+    for (const bool warped : {false, true}) {
+        solver::Tangent tangent;
+        elastic.evaluate(x, {}, &tangent);
+        warped ? elastic.warp(tangent) : elastic.project(tangent);
+        for (unsigned trial = 0; trial < 50; ++trial) {
+            const auto u = directions(trial);
+            EXPECT_GE(elastic.multiply<Vec3>(tangent, u), 0);
+        }
+    }
+}
+
+TEST_P(StrainCases, AllLinearSolversAgree)
+{
+    constexpr double kTight = 1e-10, kAgree = 1e-5;  // the tangent in single precision is the same for all
+    const auto x = shaken(0.02);
+    solver::Tangent tangent;
+    elastic.evaluate(x, {}, &tangent);
+    std::vector<std::uint8_t> fixed;
+    for (const Coord& c : block.nodes) fixed.push_back(c.z == 0);
+    const solver::LinearSystem system{elastic, tangent, 1e3, fixed};
+    const auto b = directions(9);
+    std::vector<std::vector<Vec3>> results;
+    for (const auto method : {solver::LinearMethod::direct, solver::LinearMethod::jacobi, solver::LinearMethod::multigrid}) {
+        solver::LinearSolver linear(elastic, method, solver::LinearPrecision::twice);
+        std::vector<Vec3> u(x.size());
+        EXPECT_EQ(linear.solve(system, b, u, {kTight, 5000}).status, solver::LinearStatus::converged);
+        results.push_back(u);
+    }
+    for (std::size_t k = 1; k < results.size(); ++k) {
+        double off = 0;
+        for (std::size_t i = 0; i < x.size(); ++i) off += (results[k][i] - results[0][i]).squaredNorm();
+        EXPECT_LT(std::sqrt(off / solver::dot(results[0], results[0])), kAgree);
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Strains, StrainCases,
+                         testing::Combine(testing::Values(Strain::linear, Strain::green), testing::Values(Volumetric::none, Volumetric::cell),
+                                          testing::Values(tetmesh::Lattice::Kind::six, tetmesh::Lattice::Kind::five)));
+
+/// Stress over E that a rigid turn about z brings forth: force on one face over its area and E.
+double stressOfTurn(Strain strain, double degrees)
+{
+    const test::Block block({4, 4, 4}, 0.25);
+    const auto elastic = test::elasticOperator(block, solver::makeMaterial(1, .3, 1), {Volumetric::cell, strain});
+    const Mat3 R = Eigen::AngleAxisd(degrees * std::numbers::pi / 180, Vec3::UnitZ()).toRotationMatrix();
+    std::vector<Vec3> x, g(block.nodes.size(), Vec3::Zero());
+    for (const Vec3& X : block.restPositions()) x.push_back(R * X);
+    elastic.evaluate(x, g, nullptr);
+    Vec3 force = Vec3::Zero();
+    for (std::size_t i = 0; i < g.size(); ++i)
+        if (block.nodes[i].x == 4) force += g[i];
+    return std::abs(force.x());
+}
+
+TEST(Strains, OnlyTheLinearOneSeesATurn)
+{
+    constexpr double kRounding = 1e-13;
+    EXPECT_LE(stressOfTurn(Strain::corotational, 10), kRounding);
+    EXPECT_LE(stressOfTurn(Strain::green, 10), kRounding);
+    // e = (cos 10 - 1)(xx + yy), free of zz: stress (2 mu + 2 lambda) e.
+    const solver::Material m = solver::makeMaterial(1, .3, 1);
+    const double expected = (2 * m.mu + 2 * m.lambda) * (1 - std::cos(10 * std::numbers::pi / 180));
+    EXPECT_NEAR(stressOfTurn(Strain::linear, 10), expected, 1e-12);
+}
+
+/// P11 of a bar with nu = 0 at stretch s: E (s - 1), and of Green's strain E s (s^2 - 1) / 2.
+TEST(Strains, UniaxialStressIsThatOfTheClosedForm)
+{
+    for (const Strain strain : {Strain::corotational, Strain::linear, Strain::green})
+        for (const double s : {0.7, 1.0, 1.5}) {
+            const test::Block block({4, 4, 4}, 0.25);
+            const auto elastic = test::elasticOperator(block, solver::makeMaterial(1, 0, 1), {Volumetric::cell, strain});
+            std::vector<Vec3> x, g(block.nodes.size(), Vec3::Zero());
+            for (const Vec3& X : block.restPositions()) x.emplace_back(s * X.x(), X.y(), X.z());
+            elastic.evaluate(x, g, nullptr);
+            double force = 0;
+            for (std::size_t i = 0; i < g.size(); ++i)
+                if (block.nodes[i].x == 4) force += g[i].x();
+            EXPECT_NEAR(force, strain == Strain::green ? s * (s * s - 1) / 2 : s - 1, 1e-12);
+        }
+}
+
+}  // namespace
