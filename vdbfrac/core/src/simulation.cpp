@@ -46,6 +46,7 @@ Simulation::Simulation(const scene::Scene& scene, std::span<Effect* const> effec
     rebuild();
     grips_->requireNodes();
     for (std::size_t b = 0; b < bodies_.size(); ++b) setInitialVelocity(scene.bodies[b], bodies_[b]);
+    warnOfLongSteps();
     for (Effect* effect : effects) effect->join(stages_);
     for (GridStage* stage : stages_.grid) stage->start(bodies_, stages_.notes);
 }
@@ -81,6 +82,16 @@ void Simulation::warnOfThinParts(const Body& body)
     char text[160];
     std::snprintf(text, sizeof text, "body '%s' is thin: volume and surface are those of a plate %.1f lattice cells thick; bending needs 4",
                   body.name.c_str(), thickness);
+    stages_.notes.push_back(text);
+}
+
+void Simulation::warnOfLongSteps()
+{
+    const double stable = integrator_->largestStep(), frame = 1 / timeSettings_.fps;
+    if (timeSettings_.substeps == 0 || frame / timeSettings_.substeps <= stable) return;
+    char text[160];
+    std::snprintf(text, sizeof text, "time steps of %.3g s are beyond the %.3g s for which the integrator is stable; substeps = %.0f or \"auto\" is not",
+                  frame / timeSettings_.substeps, stable, std::ceil(frame / stable));
     stages_.notes.push_back(text);
 }
 
@@ -153,7 +164,8 @@ StepRecord Simulation::step(double until)
     StepRecord record;
     const double spread = fastestSpread();
     double limit = stepLimit(spread);
-    for (; limit * spread > kHopeless * h_; ++record.cutbacks) limit *= 0.5;
+    const bool solves = std::isinf(integrator_->largestStep());  // an explicit scheme that flies apart shall do so at once
+    for (; solves && limit * spread > kHopeless * h_; ++record.cutbacks) limit *= 0.5;
     const double left = until - time_, longest = std::min(limit, trusted_);
     // Not of what is left of a frame: where nothing converges, that would shrink with each step and never end.
     const double shortest = (0.5 + kWhole) * limit / std::exp2(kMostCutbacks);

@@ -84,6 +84,7 @@ private:
     void rebuild();
     void measure(StepRecord& record) const;
     void warnOfThinParts(const Body& body);
+    void warnOfLongSteps();
 
     scene::Time timeSettings_;
     scene::Solver solverSettings_;
