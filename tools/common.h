@@ -45,5 +45,6 @@ Action addBench(CLI::App& app);
 Action addRelevel(CLI::App& app);
 Action addInfo(CLI::App& app);
 Action addVerify(CLI::App& app);
+Action addStudy(CLI::App& app);
 
 }  // namespace vdbfrac::tools

@@ -30,6 +30,7 @@ int run(int argc, char** argv)
     actions["relevel"] = addRelevel(app);
     actions["info"] = addInfo(app);
     actions["verify"] = addVerify(app);
+    actions["study"] = addStudy(app);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {

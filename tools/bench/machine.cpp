@@ -60,7 +60,8 @@ Json describeMachine(int threads)
             {"memory_bytes", totalMemory()},
             {"system", valueOf("/etc/os-release", "PRETTY_NAME")},
             {"compiler", compiler()},
-            {"build_type", VDBFRAC_BUILD_TYPE}};
+            {"build_type", VDBFRAC_BUILD_TYPE},
+            {"flags", VDBFRAC_FLAGS}};
 }
 
 Json toJson(const Floors& floors)

@@ -24,7 +24,9 @@ Values::Value standIn(const Key& key)
     case Type::vector: return Vec3(Vec3::Zero());
     case Type::direction: return Vec3(Vec3::UnitY());
     case Type::range: return Values::Range(0, 0);
-    case Type::choices: return std::vector<std::string>();
+    case Type::choices:
+    case Type::texts:
+    case Type::scalars: return std::vector<std::string>();
     case Type::curve: return Curve();
     default: return std::string();
     }

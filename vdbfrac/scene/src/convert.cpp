@@ -1,6 +1,7 @@
 #include "convert.h"
 
 #include "complaints.h"
+#include "toml_text.h"
 
 #include <algorithm>
 #include <cmath>
@@ -110,6 +111,39 @@ Conversion toChoices(const Node& node, const Key& key)
     return {list};
 }
 
+Conversion toTexts(const Node& node)
+{
+    const Array* array = node.array();
+    if (!array) return {{}, nullptr, node.text() ? "put it in brackets" : ""};
+    std::vector<std::string> list;
+    for (const Node& item : array->items) {
+        if (!item.text()) return {{}, &item};
+        list.push_back(*item.text());
+    }
+    return {list};
+}
+
+/// As TOML text; empty for a list, a table or a date.
+std::string scalarText(const Node& node)
+{
+    if (const auto* v = std::get_if<bool>(&node.value)) return valueText(*v, Type::boolean);
+    if (const auto* v = std::get_if<long long>(&node.value)) return valueText(*v, Type::integer);
+    if (const auto* v = std::get_if<double>(&node.value)) return valueText(*v, Type::number);
+    return node.text() ? quotedText(*node.text()) : "";
+}
+
+Conversion toScalars(const Node& node)
+{
+    const Array* array = node.array();
+    if (!array || array->items.empty()) return {{}, nullptr, array ? "" : "put it in brackets"};
+    std::vector<std::string> list;
+    for (const Node& item : array->items) {
+        list.push_back(scalarText(item));
+        if (list.back().empty()) return {{}, &item};
+    }
+    return {list};
+}
+
 Conversion toLabel(const Node& node)
 {
     constexpr std::size_t kLongest = 128;  // leaves room for frame number and suffix in 255 bytes
@@ -171,6 +205,8 @@ Conversion convert(const Node& node, const Key& key)
     case Type::range: return toRange(node, key);
     case Type::choices: return toChoices(node, key);
     case Type::curve: return toCurve(node, key);
+    case Type::texts: return toTexts(node);
+    case Type::scalars: return toScalars(node);
     default: return {};  // parts
     }
 }

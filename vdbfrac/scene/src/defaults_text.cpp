@@ -33,17 +33,19 @@ std::string headerOf(const tables::Section& section)
 {
     const std::string name = section.spec.name;
     switch (section.form) {
-    case tables::Section::Form::single: return "[" + name + "]";
+    case tables::Section::Form::single:
+    case tables::Section::Form::optional: return "[" + name + "]";
     case tables::Section::Form::list: return "[[" + name + "]]";
     case tables::Section::Form::byName: return "[" + name + ".NAME]";
     }
     return "";
 }
 
-/// A list that can be empty is shown commented out, all else as it would stand.
+/// What can be left out altogether is shown commented out, all else as it would stand.
 std::string sectionText(const tables::Section& section)
 {
-    const bool optional = section.form == tables::Section::Form::list && !section.required;
+    const bool optional = section.form == tables::Section::Form::optional ||
+                          (section.form == tables::Section::Form::list && !section.required);
     return "\n# " + std::string(section.spec.doc) + "\n" + (optional ? "#" : "") + headerOf(section) + "\n" +
            keysOf(section.spec, optional);
 }
@@ -60,19 +62,21 @@ std::string innerText(const TableSpec& spec, const std::string& form)
     std::string text = "#\n# " + form + "  " + spec.doc + "\n";
     for (const Key& key : spec.keys) {
         text += "#     " + std::string(key.name) + ": " + key.doc + "\n#         " + allowedText(key);
-        text += isRequired(key) ? "; required\n" : "; default " + std::string(key.defaultText) + "\n";
+        text += isRequired(key) ? "; required\n" : hasDefault(key) ? "; default " + std::string(key.defaultText) + "\n" : "; optional\n";
     }
     return text;
 }
 
 std::string innerTables()
 {
-    std::string text = "\n# Inner tables: solids and files (shape, add, cut, region), motions (move).\n";
+    std::string text = "\n# Inner tables: solids and files (shape, add, cut, region), motions (move), studies.\n";
     for (const TableSpec& spec : tables::solids()) text += innerText(spec, "{ " + std::string(spec.name) + " = { } }");
     text += innerText(tables::meshFile(), "{ mesh = { } }, or { mesh = \"file\" }");
     text += innerText(tables::vdbFile(), "{ vdb = { } }, or { vdb = \"file\" }");
     for (const TableSpec& spec : tables::motions()) text += innerText(spec, "{ " + std::string(spec.name) + " = }");
-    return text + innerText(tables::pose(), "An entry of keys.");
+    text += innerText(tables::pose(), "An entry of keys.");
+    text += innerText(tables::series(), "[[study.series]]") + innerText(tables::tied(), "An entry of tied.");
+    return text + innerText(tables::measure(), "[[study.measure]]");
 }
 
 }  // namespace

@@ -57,11 +57,16 @@ std::string formText(const Key& key)
     case Type::range: return "two integers [first, last], first <= last" + each;
     case Type::choices: return "a list of " + choicesText(key, "and") + ", each at most once";
     case Type::curve: return "a list of tables {time, scale}, times rising" + (bounds.empty() ? "" : ", each scale" + bounds);
+    case Type::texts: return "a list of texts";
+    case Type::scalars: return "a list of at least one number, text, true or false";
     case Type::shape: return "a table with exactly one of box, sphere, cylinder, capsule, torus, mesh, vdb";
     case Type::solid: return "a table with exactly one of box, sphere, cylinder, capsule, torus, halfspace";
     case Type::solids: return "a list of tables, each with one of box, sphere, cylinder, capsule, torus, halfspace";
     case Type::motion: return "a table with exactly one of velocity, keys, force";
     case Type::poses: return "a list of tables {time, translate, rotate}, times rising";
+    case Type::series: return "tables [[study.series]]";
+    case Type::tied: return "a list of tables {key, values}";
+    case Type::measures: return "tables [[study.measure]]";
     }
     return "";
 }

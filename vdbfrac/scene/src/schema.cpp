@@ -103,6 +103,12 @@ Json typeSchema(const Key& key)
         return schema;
     }
     case Type::curve: return curveOf(key);
+    case Type::texts: return listOf({{"type", "string"}});
+    case Type::scalars: {
+        Json schema = listOf({{"type", {"number", "string", "boolean"}}});
+        schema["minItems"] = 1;
+        return schema;
+    }
     case Type::shape: return reference("shape");
     case Type::solid: return reference("solid");
     case Type::solids: return listOf(reference("solid"));
@@ -112,6 +118,9 @@ Json typeSchema(const Key& key)
         schema["minItems"] = 1;
         return schema;
     }
+    case Type::series: return listOf(reference("series"));
+    case Type::tied: return listOf(reference("tied"));
+    case Type::measures: return listOf(reference("measure"));
     }
     return Json::object();
 }
@@ -169,13 +178,16 @@ Json definitions()
     return {{"solid", {{"oneOf", solids}}},
             {"shape", {{"oneOf", shapes}}},
             {"motion", {{"oneOf", motions}}},
-            {"pose", tableSchema(tables::pose())}};
+            {"pose", tableSchema(tables::pose())},
+            {"series", tableSchema(tables::series())},
+            {"tied", tableSchema(tables::tied())},
+            {"measure", tableSchema(tables::measure())}};
 }
 
 Json sectionSchema(const tables::Section& section)
 {
     Json table = tableSchema(section.spec);
-    if (section.form == tables::Section::Form::single) return table;
+    if (section.form == tables::Section::Form::single || section.form == tables::Section::Form::optional) return table;
     if (section.form == tables::Section::Form::byName)
         return {{"type", "object"}, {"additionalProperties", std::move(table)}};
     Json list = listOf(std::move(table));

@@ -1,6 +1,7 @@
 #include "sections.h"
 
 #include "key_text.h"
+#include "study.h"
 #include "tables.h"
 #include "toml_text.h"
 
@@ -30,6 +31,8 @@ public:
         readGrips();
         readSolver(section(tables::solver()));
         readOutput(section(tables::output()));
+        if (const Node* node = table_.find(tables::study().name))
+            scene_.study = readStudy(root_.child(tables::study().name, *node), scene_, complaints());
         for (const TableSpec& spec : effects)
             if (const Node* node = table_.find(spec.name))
                 scene_.effects.push_back({spec.name, readTable(root_.child(spec.name, *node), spec, complaints())});

@@ -101,6 +101,69 @@ const std::vector<Key> kOutput = {
     {"obj", Type::boolean, "", "Whether the deformed surface is written as .obj each frame.", "true"},
 };
 
+const std::vector<Key> kStudy = {
+    {"about", Type::text, "", "What it shows, in a sentence.", "\"\""},
+    {"rounds", Type::integer, "", "How often each setting is timed; 0: values and work only.", "5", 0, 1000},
+    {"series", Type::series, "", "What is varied, each a curve; [[study.series]] tables.", "[]"},
+    {"measure", Type::measures, "", "What is measured; [[study.measure]] tables.", "[]"},
+};
+const std::vector<Key> kSeries = {
+    {"name", Type::text, "", "Name in table and plot; no two series share one.", nullptr},
+    {"set", Type::texts, "", "Keys that are changed in all of it, as in --set: \"key=value\".", "[]"},
+    {"key", Type::text, "", "The key that is varied, as in --set.", nullptr},
+    {"values", Type::scalars, "", "Its values.", nullptr},
+    {"tied", Type::tied, "", "Keys that change along with it, each with as many values.", "[]"},
+    {"refines", Type::choice, "", "Which values are finer: higher ones, lower ones, or those that take more work.", "\"auto\"",
+     -kEndless, kEndless, false, false, {"auto", "up", "down"}},
+    {"order", Type::number, "", "Order of convergence that is expected.", "", 0, 20, true},
+};
+const std::vector<Key> kTied = {
+    {"key", Type::text, "", "The key.", nullptr},
+    {"values", Type::scalars, "", "Its values, one for each of the series.", nullptr},
+};
+
+const std::vector<Quantity> kQuantities = {
+    {"displacement", {"body", "point"}, {"axis"}},
+    {"period", {"body", "point", "axis"}, {"rest"}},
+    {"damping", {"body", "point", "axis"}, {"rest"}},
+    {"energy_norm", {}},
+    {"peak_energy", {}},
+    {"load_peak", {"grip"}, {"axis"}},
+    {"load_end", {"grip"}, {"axis"}},
+    {"load_work", {"grip"}},
+    {"onset", {}},
+    {"dissipated", {}},
+    {"energy_balance", {}},
+    {"kinetic_energy", {}},
+    {"momentum", {}},
+    {"angular_momentum", {}},
+    {"angular_velocity", {"body"}},
+    {"volume", {}},
+    {"fragments", {}},
+    {"fragment_masses", {}},
+};
+
+std::vector<const char*> quantityNames()
+{
+    std::vector<const char*> names;
+    for (const Quantity& q : kQuantities) names.push_back(q.name);
+    return names;
+}
+
+const std::vector<Key> kMeasure = {
+    {"name", Type::label, "", "Name of its column; that of the quantity without one.", ""},
+    {"quantity", Type::choice, "", "What is measured; docs/commands.md explains each.", nullptr, -kEndless, kEndless, false,
+     false, quantityNames()},
+    {"body", Type::text, "", "Name of the body; can be left out where there is one.", ""},
+    {"grip", Type::text, "", "Name of the grip; can be left out where there is one.", ""},
+    {"point", Type::vector, "m", "A point of the body, at rest.", ""},
+    {"axis", Type::direction, "", "The component that counts; without it the magnitude.", ""},
+    {"rest", Type::number, "m", "Displacement that an oscillation is about; its mean without one.", ""},
+    {"exact", Type::number, "", "The true value, where it is known.", ""},
+    {"source", Type::text, "", "Where the true value is from.", "\"\""},
+    {"scale", Type::number, "", "What errors are relative to, instead of the true value.", "", 0, kEndless, true},
+};
+
 const Key kCenter = {"center", Type::vector, "m", "Centre.", "[0, 0, 0]"};
 const Key kRadius = {"radius", Type::number, "m", "Radius.", nullptr, 0, kEndless, true};
 const Key kAxis = {"axis", Type::direction, "", "Direction of the axis.", "\"y\""};
@@ -169,6 +232,9 @@ const TableSpec kRootSpec = {"", "Keys outside of any table.", kRoot};
 const TableSpec kMeshFileSpec = {"mesh", "A surface mesh.", kMeshFile};
 const TableSpec kVdbFileSpec = {"vdb", "A level set.", kVdbFile};
 const TableSpec kPoseSpec = {"pose", "A pose at a time.", kPose};
+const TableSpec kSeriesSpec = {"series", "Settings that differ in one key.", kSeries};
+const TableSpec kTiedSpec = {"tied", "A key that changes along.", kTied};
+const TableSpec kMeasureSpec = {"measure", "A number that is taken of each run.", kMeasure};
 
 const std::vector<Section> kSections = {
     {{"time", "What is simulated of it.", kTime}},
@@ -179,6 +245,7 @@ const std::vector<Section> kSections = {
     {{"grip", "Holds or pulls a part of a body; any number of tables.", kGrip}, Section::Form::list},
     {{"solver", "How time steps are made, and when one counts as solved.", kSolver}},
     {{"output", "What is written each frame.", kOutput}},
+    {{"study", "Settings that 'vdbfrac study' compares; a simulation takes no notice of it.", kStudy}, Section::Form::optional},
 };
 
 const std::vector<TableSpec> kSolids = {
@@ -206,6 +273,7 @@ const TableSpec& material() { return kSections[3].spec; }
 const TableSpec& grip() { return kSections[4].spec; }
 const TableSpec& solver() { return kSections[5].spec; }
 const TableSpec& output() { return kSections[6].spec; }
+const TableSpec& study() { return kSections[7].spec; }
 std::span<const Section> sections() { return kSections; }
 
 std::span<const TableSpec> solids() { return kSolids; }
@@ -213,6 +281,10 @@ const TableSpec& meshFile() { return kMeshFileSpec; }
 const TableSpec& vdbFile() { return kVdbFileSpec; }
 std::span<const TableSpec> motions() { return kMotions; }
 const TableSpec& pose() { return kPoseSpec; }
+const TableSpec& series() { return kSeriesSpec; }
+const TableSpec& tied() { return kTiedSpec; }
+const TableSpec& measure() { return kMeasureSpec; }
+std::span<const Quantity> quantities() { return kQuantities; }
 
 std::vector<std::string> namesOf(std::span<const TableSpec> specs)
 {

@@ -12,7 +12,8 @@ namespace vdbfrac::scene::tables {
 /// A top-level table of the scene itself (effects come on top).
 struct Section {
     enum class Form {
-        single,    ///< [name]
+        single,    ///< [name]; all defaults where it is left out
+        optional,  ///< [name], or nothing of it
         list,      ///< [[name]]
         byName,    ///< [name.NAME]
     };
@@ -29,8 +30,9 @@ const TableSpec& material();
 const TableSpec& grip();
 const TableSpec& solver();
 const TableSpec& output();
+const TableSpec& study();
 
-/// The seven above in the order in which they are written.
+/// The eight above in the order in which they are written.
 std::span<const Section> sections();
 
 /// Inner tables.
@@ -39,6 +41,17 @@ const TableSpec& meshFile();
 const TableSpec& vdbFile();
 std::span<const TableSpec> motions();  ///< indexed like Grip::move
 const TableSpec& pose();
+const TableSpec& series();
+const TableSpec& tied();
+const TableSpec& measure();
+
+/// What a quantity of [[study.measure]] needs and what it may have besides name, exact, source and scale.
+struct Quantity {
+    const char* name;
+    std::vector<const char*> needs;
+    std::vector<const char*> takes = {};
+};
+std::span<const Quantity> quantities();
 
 std::vector<std::string> namesOf(std::span<const TableSpec> specs);
 std::vector<std::string> namesOf(std::span<const Key> keys);

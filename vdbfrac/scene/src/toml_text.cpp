@@ -57,7 +57,8 @@ struct Writer {
     std::string operator()(const std::vector<std::string>& v) const
     {
         std::string text;
-        for (const std::string& item : v) text += (text.empty() ? "" : ", ") + quotedText(item);
+        for (const std::string& item : v)
+            text += (text.empty() ? "" : ", ") + (type == Type::scalars ? item : quotedText(item));
         return "[" + text + "]";
     }
     std::string operator()(const Curve& v) const

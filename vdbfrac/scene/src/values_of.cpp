@@ -139,6 +139,36 @@ Content contentOf(const Solver& s)
 
 Content contentOf(const Output& o) { return {valuesOf({{"vdb", o.vdb}, {"obj", o.obj}})}; }
 
+Content contentOf(const Study& s)
+{
+    return {valuesOf({{"about", s.about}, {"rounds", static_cast<long long>(s.rounds)}})};
+}
+
+Content contentOf(const Study::Series& s)
+{
+    Content content{valuesOf({{"name", s.name}, {"set", s.set}, {"key", s.key}, {"values", s.values}, {"refines", s.refines}})};
+    if (s.order) content.values.set("order", *s.order);
+    std::string tied;
+    for (const Study::Tied& t : s.tied)
+        tied += (tied.empty() ? "" : ", ") + inlineTable(tables::tied(), {valuesOf({{"key", t.key}, {"values", t.values}})});
+    content.parts["tied"] = "[" + tied + "]";
+    return content;
+}
+
+Content contentOf(const Study::Measure& m)
+{
+    Content content{valuesOf({{"name", m.name}, {"quantity", m.quantity}, {"source", m.source}})};
+    Values& v = content.values;
+    if (!m.body.empty()) v.set("body", m.body);
+    if (!m.grip.empty()) v.set("grip", m.grip);
+    if (m.point) v.set("point", *m.point);
+    if (m.axis) v.set("axis", *m.axis);
+    if (m.rest) v.set("rest", *m.rest);
+    if (m.exact) v.set("exact", *m.exact);
+    if (m.scale) v.set("scale", *m.scale);
+    return content;
+}
+
 std::string inlineTable(const TableSpec& spec, const Content& content)
 {
     std::string text;

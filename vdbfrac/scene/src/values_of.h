@@ -22,6 +22,9 @@ Content contentOf(const Material& material);
 Content contentOf(const Grip& grip);
 Content contentOf(const Solver& solver);
 Content contentOf(const Output& output);
+Content contentOf(const Study& study);  ///< without its lists
+Content contentOf(const Study::Series& series);
+Content contentOf(const Study::Measure& measure);
 
 /// "{ key = value, ... }" with the keys of the spec that the content has.
 std::string inlineTable(const TableSpec& spec, const Content& content);

@@ -31,6 +31,14 @@ std::string tableText(const std::string& header, const TableSpec& spec, const Co
     return "\n" + header + "\n" + linesOf(spec, content);
 }
 
+std::string studyText(const Study& study)
+{
+    std::string text = tableText("[study]", tables::study(), contentOf(study));
+    for (const Study::Series& s : study.series) text += tableText("[[study.series]]", tables::series(), contentOf(s));
+    for (const Study::Measure& m : study.measures) text += tableText("[[study.measure]]", tables::measure(), contentOf(m));
+    return text;
+}
+
 }  // namespace
 
 std::string writeScene(const Scene& scene, std::span<const TableSpec> effects)
@@ -51,6 +59,7 @@ std::string writeScene(const Scene& scene, std::span<const TableSpec> effects)
             throw Error("writeScene: no table of keys for the effect " + quotedText(effect.name));
         text += tableText("[" + keyText(effect.name) + "]", *spec, {effect.values});
     }
+    if (scene.study) text += studyText(*scene.study);
     return text;
 }
 

@@ -107,6 +107,40 @@ struct Output {
     bool obj = true;
 };
 
+/// What 'vdbfrac study' runs and measures. A simulation takes no notice of it.
+struct Study {
+    /// A key that changes along with that of its series.
+    struct Tied {
+        std::string key;
+        std::vector<std::string> values;  ///< TOML texts, as many as the series has
+    };
+    /// Settings that differ in one key: a curve of error against cost.
+    struct Series {
+        std::string name;
+        std::vector<std::string> set;     ///< "key=value", before the key is varied
+        std::string key;
+        std::vector<std::string> values;  ///< TOML texts, at least one
+        std::vector<Tied> tied;
+        std::string refines = "auto";     ///< "up", "down": which values are finer; "auto": those that take more work
+        std::optional<double> order;      ///< of convergence, as expected
+    };
+    /// A number that is taken of each run. Which members have a meaning, the quantity says; `body` and `grip` are
+    /// filled in where the quantity needs them.
+    struct Measure {
+        std::string name, quantity, body, grip;
+        std::optional<Vec3> point;    ///< m, at rest
+        std::optional<Vec3> axis;     ///< of unit length
+        std::optional<double> rest;   ///< m: the value that an oscillation is about
+        std::optional<double> exact;  ///< the true value, in the unit of the quantity
+        std::string source;           ///< of `exact`
+        std::optional<double> scale;  ///< what errors are relative to, instead of the true value
+    };
+    std::string about;
+    int rounds = 5;  ///< of timing
+    std::vector<Series> series;
+    std::vector<Measure> measures;
+};
+
 struct EffectTable {
     std::string name;
     Values values;
@@ -122,6 +156,7 @@ struct Scene {
     Solver solver;
     Output output;
     std::vector<EffectTable> effects;  ///< those the scene names, in the order of the effect list
+    std::optional<Study> study;
 
     /// The material the body names; that it exists was checked on reading.
     const Material& materialOf(const Body& body) const;

@@ -28,12 +28,17 @@ enum class Type {
     range,        ///< two integers [first, last], not falling
     choices,      ///< a list out of Key::choices, each at most once
     curve,        ///< a list of tables {time, scale}, times rising
+    texts,        ///< a list of texts
+    scalars,      ///< a list of numbers, texts, or booleans, not empty; kept as TOML texts
     // Inner tables. Only the scene's own tables have them; they are not kept in Values.
     shape,   ///< a solid or a file
     solid,   ///< one Primitive
     solids,  ///< a list of them
     motion,  ///< what a grip does
     poses,   ///< a list of PoseKey
+    series,  ///< lists of what a study runs and measures
+    tied,
+    measures,
 };
 
 /// One key of a table: everything there is to know about it, stated once.

@@ -1,0 +1,100 @@
+// A study: a scene run over a set of settings, to show what accuracy costs.
+//
+// The words: a series varies one key, a setting is one value of it, a run is what is simulated. Settings that come to the
+// same scene share a run. A measure is a number (or a list of numbers) taken of each run.
+#pragma once
+
+#include <vdbfrac/scene/scene.h>
+
+#include <nlohmann/json.hpp>
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace vdbfrac::tools::study {
+
+using Json = nlohmann::ordered_json;
+
+/// What a measure says of a run.
+struct Value {
+    std::vector<double> numbers = {};  ///< one; for masses of fragments one each
+    std::string missing = {};          ///< why there is none; empty when there is one
+
+    bool has() const { return missing.empty(); }
+    bool operator==(const Value&) const = default;
+};
+
+/// Counts of work that do not depend on the machine, in the order in which they are shown.
+using WorkCounts = std::vector<std::pair<std::string, std::int64_t>>;
+
+/// What a run left behind: runs/K.json.
+struct Result {
+    std::string fingerprint;      ///< of the scene, its input files, what is measured and the program
+    std::string failure;          ///< why the run did not end; empty when it did
+    int cappedSteps = 0;          ///< steps that did not converge
+    std::string stateHash;
+    std::vector<Value> values;    ///< one for each measure
+    WorkCounts work;
+    double seconds = 0;           ///< from the scene to its last step
+    std::vector<std::pair<std::string, double>> stages;  ///< seconds of each
+    std::uint64_t peakBytes = 0;
+    int threads = 0;
+
+    /// Ended, and every step is solved: what it says may be compared.
+    bool sound() const { return failure.empty() && cappedSteps == 0; }
+    std::int64_t count(const std::string& what) const;  ///< 0 for what is not there
+    /// Evaluated tets and products of tets with the tangent: one number for all work.
+    std::int64_t totalWork() const { return count("evaluated_tets") + count("product_tets"); }
+};
+
+struct Run {
+    std::vector<std::string> set;       ///< what makes its scene, "key=value"
+    std::string fingerprint;
+    std::optional<scene::Scene> scene;  ///< none where it was refused; then result.failure says why
+    Result result;
+    std::vector<double> seconds;        ///< of each timing round
+};
+
+struct Setting {
+    std::size_t series = 0, level = 0;  ///< level: which value of the series
+    std::size_t run = 0;
+    std::string label;                  ///< "time.substeps = 4"
+};
+
+struct Study {
+    std::string name;
+    scene::Study spec;
+    std::vector<Run> runs;
+    std::vector<Setting> settings;  ///< series by series; the first is the base that costs are relative to
+
+    const Result& result(const Setting& setting) const { return runs[setting.run].result; }
+};
+
+/// What a study is made of.
+struct PlanInput {
+    std::filesystem::path scene;
+    std::vector<std::string> set;       ///< --set
+    std::vector<std::string> vary;      ///< --vary: "key=value,value"; each makes a series, in place of the scene's own
+    bool grid = false;                  ///< combines them: a series of the first for each combination of the others
+    std::vector<std::string> measure;   ///< --measure: "quantity" or "quantity:key=value,..."
+    std::string program;                ///< fingerprint of the program: what another one left is not reused
+};
+
+/// Reads the scene and every setting of it. A setting that is no valid scene becomes a run with a failure.
+/// Throws InputError for a scene without [study] where nothing is varied, and for what is wrong with the study itself.
+Study makePlan(const PlanInput& input);
+
+/// Simulates a run in this process, without writing frames. Takes the measures unless they are left out, as for timing.
+/// Throws what the simulation throws.
+Result simulate(const scene::Scene& scene, std::span<const scene::Study::Measure> measures, std::uint64_t memoryLimit);
+
+Json toJson(const Result& result);
+/// Throws nlohmann's exceptions for what is no such result.
+Result resultOf(const Json& json);
+
+}  // namespace vdbfrac::tools::study

@@ -1,0 +1,135 @@
+// Measures that add up work: of a grip, and what is left of all the work that was done.
+#include "measures.h"
+
+#include <vdbfrac/base/primitive.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace vdbfrac::tools::study {
+
+namespace {
+
+using Measure = scene::Study::Measure;
+
+/// Grips that turn do work by torques too, and a run tells loads alone.
+bool turns(const scene::Grip& grip)
+{
+    const auto* keys = std::get_if<scene::Keys>(&grip.move);
+    return keys && std::any_of(keys->keys.begin(), keys->keys.end(), [&](const scene::PoseKey& k) { return k.rotate != keys->keys[0].rotate; });
+}
+
+/// Work [J] of a grip that moves without turning, or pulls with a force: the mean of its loads at both ends of a step, times
+/// how far its nodes moved (the mean by mass). The first step has its own load only.
+class GripWork {
+public:
+    explicit GripWork(const scene::Grip& grip) : grip_(&grip) {}
+
+    /// Finds the nodes, as docs/scene.md says what a grip holds.
+    void find(const core::Simulation& simulation)
+    {
+        constexpr double kSlack = 1e-3;  // cells: a region that ends on a plane of nodes holds them
+        nodes_.clear();
+        for (const core::Body& body : simulation.bodies())
+            for (std::uint32_t n = 0; body.name == grip_->body && n < body.mesh->nodeCount(); ++n)
+                if (signedDistance(grip_->region, body.mesh->restPosition(n)) <= kSlack * body.mesh->spacing())
+                    nodes_.push_back(body.firstNode + n);
+    }
+    void solved(const core::Simulation& simulation, std::span<const Vec3> before, std::span<const Vec3> x)
+    {
+        const auto mass = simulation.elastic().mass();
+        double total = 0;
+        moved_ = Vec3::Zero();
+        for (const std::uint32_t n : nodes_) moved_ += mass[n] * (x[n] - before[n]), total += mass[n];
+        if (total > 0) moved_ /= total;
+    }
+    void step(const Vec3& load)
+    {
+        work_ += .5 * (load_.value_or(load) + load).dot(moved_);
+        load_ = load;
+    }
+    double work() const { return work_; }
+
+private:
+    const scene::Grip* grip_;
+    std::vector<std::uint32_t> nodes_;
+    Vec3 moved_ = Vec3::Zero();
+    std::optional<Vec3> load_;
+    double work_ = 0;
+};
+
+/// Work of grips and of gravity, and with it what is left of the work and the energy there was at the start.
+class Works : public Witness {
+public:
+    Works(const Measure& measure, const scene::Scene& scene) : quantity_(measure.quantity)
+    {
+        const bool one = quantity_ == "load_work";
+        for (std::size_t g = 0; g < scene.grips.size(); ++g) {
+            if (one && g != gripIndex(measure, scene)) continue;
+            if (turns(scene.grips[g])) turning_ = scene.grips[g].name;
+            grips_.emplace_back(scene.grips[g]);
+            index_.push_back(g);
+        }
+        for (const scene::EffectTable& effect : scene.effects)
+            if (effect.name == "gravity") gravity_ = effect.values.vector("acceleration");
+    }
+
+    void start(const core::Simulation& s) override
+    {
+        for (GripWork& grip : grips_) grip.find(s);
+        x_.assign(s.x().begin(), s.x().end());
+        const auto mass = s.elastic().mass();
+        energy_ = s.elastic().evaluate(x_, {}, nullptr);
+        for (std::size_t i = 0; i < mass.size(); ++i) energy_ += .5 * mass[i] * s.v()[i].squaredNorm();
+        turnover_ = startEnergy_ = energy_;
+    }
+
+    bool looksAtSolves() const override { return true; }
+
+    void solved(const core::Simulation& s, std::span<const Vec3> x) override
+    {
+        for (GripWork& grip : grips_) grip.solved(s, x_, x);
+        const auto mass = s.elastic().mass();
+        for (std::size_t i = 0; i < mass.size(); ++i) gravityWork_ += mass[i] * gravity_.dot(x[i] - x_[i]);
+    }
+
+    void step(const core::Simulation& s, const core::StepRecord& record) override
+    {
+        for (std::size_t g = 0; g < grips_.size(); ++g) grips_[g].step(record.gripLoad[index_[g]]);
+        if (record.work.countOf("cut", "voxels") > 0)
+            for (GripWork& grip : grips_) grip.find(s);
+        x_.assign(s.x().begin(), s.x().end());
+        energy_ = record.kineticEnergy + record.elasticEnergy;
+        turnover_ = std::max(turnover_, energy_);
+    }
+
+    Value end(const core::Simulation&, const core::StepRecord&) override
+    {
+        if (!turning_.empty()) return missing("grip '" + turning_ + "' turns: its torque is not known");
+        double work = 0;
+        for (const GripWork& grip : grips_) work += grip.work();
+        if (quantity_ == "load_work") return number(work);
+        const double lost = work + gravityWork_ - (energy_ - startEnergy_);
+        if (quantity_ == "dissipated") return number(lost);
+        return number(turnover_ > 0 ? -lost / turnover_ : 0);
+    }
+
+private:
+    std::string quantity_, turning_;
+    std::vector<GripWork> grips_;
+    std::vector<std::size_t> index_;
+    Vec3 gravity_ = Vec3::Zero();
+    std::vector<Vec3> x_;
+    double gravityWork_ = 0, energy_ = 0, startEnergy_ = 0, turnover_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<Witness> makeWorkWitness(const Measure& measure, const scene::Scene& scene)
+{
+    const std::string& q = measure.quantity;
+    if (q == "load_work" || q == "dissipated" || q == "energy_balance") return std::make_unique<Works>(measure, scene);
+    return nullptr;
+}
+
+}  // namespace vdbfrac::tools::study
