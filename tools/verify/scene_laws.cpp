@@ -42,14 +42,6 @@ bool finite(std::span<const Vec3> values)
     return std::all_of(values.begin(), values.end(), [](const Vec3& v) { return v.allFinite(); });
 }
 
-/// Frames after the first that a run has reached, as 'vdbfrac sim' counts them.
-int framesDone(const test::SceneRun& run) { return int(std::floor(run.simulation->time() * run.scene.time.fps + 1e-9)); }
-
-core::StepRecord nextStep(test::SceneRun& run)
-{
-    return run.simulation->step((framesDone(run) + 1) / run.scene.time.fps);
-}
-
 class LawfulRun {
 public:
     LawfulRun(const std::string& scene, SceneOutcome& outcome)
@@ -62,9 +54,9 @@ public:
     /// One step and all that has to hold after it. False when the scene is over.
     bool step()
     {
-        if (outcome_.cutShort || framesDone(run_) >= run_.scene.time.lastFrame - run_.scene.time.firstFrame) return false;
+        if (outcome_.cutShort || run_.atEnd()) return false;
         witness_.watch(*run_.simulation, run_.scene);
-        const core::StepRecord record = nextStep(run_);
+        const core::StepRecord& record = run_.step();
         count(record);
         requireFinite(record);
         requireSolved(record);
@@ -142,7 +134,7 @@ std::uint64_t hashOnThreads(const std::string& scene, int threads, int steps)
 {
     const ThreadLimit limit(threads);
     test::SceneRun run(scene);
-    for (int n = 0; n < steps; ++n) (void)nextStep(run);
+    for (int n = 0; n < steps; ++n) run.step();
     return run.simulation->stateHash();
 }
 
