@@ -27,16 +27,20 @@ public:
     }
 
     /// One step that ends with the next frame at the latest, as 'vdbfrac sim' steps; its record stays at the end of `steps`.
-    const core::StepRecord& step() { return stepTowards(framesDone() + 1); }
+    const core::StepRecord& step()
+    {
+        steps.push_back(simulation->step((framesDone() + 1) / scene.time.fps));
+        work.add(steps.back().work);
+        return steps.back();
+    }
     /// Frames after the first that are reached.
     int framesDone() const { return int(std::floor(simulation->time() * scene.time.fps + 1e-9)); }
     bool atEnd() const { return framesDone() >= scene.time.lastFrame - scene.time.firstFrame; }
 
-    /// Steps to a frame, over those on the way; records pile up in `steps`.
+    /// Steps to the end of a frame.
     void toFrame(int frame)
     {
-        const int frames = frame - scene.time.firstFrame;
-        while (framesDone() < frames) stepTowards(frames);
+        while (framesDone() < frame - scene.time.firstFrame) step();
     }
     void toEnd() { toFrame(scene.time.lastFrame); }
 
@@ -54,13 +58,6 @@ public:
     Ledger work;
 
 private:
-    const core::StepRecord& stepTowards(int frames)
-    {
-        steps.push_back(simulation->step(frames / scene.time.fps));
-        work.add(steps.back().work);
-        return steps.back();
-    }
-
     std::vector<std::unique_ptr<core::Effect>> effects_;
 };
 
