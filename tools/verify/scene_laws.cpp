@@ -1,5 +1,6 @@
 #include "scene_laws.h"
 
+#include "cases.h"
 #include "energy_witness.h"
 #include "scene_run.h"
 
@@ -36,11 +37,6 @@ void require(bool holds, const char* law, double value, double limit)
 }
 
 void requireAtMost(const char* law, double value, double limit) { require(value <= limit, law, value, limit); }  // NaN fails
-
-bool finite(std::span<const Vec3> values)
-{
-    return std::all_of(values.begin(), values.end(), [](const Vec3& v) { return v.allFinite(); });
-}
 
 class LawfulRun {
 public:
@@ -81,8 +77,8 @@ private:
 
     void requireFinite(const core::StepRecord& r) const
     {
-        require(finite(run_.simulation->x()) && finite(run_.simulation->v()), "finite positions and velocities", NAN, 0);
-        require(finite(r.gripLoad), "finite loads", NAN, 0);
+        requireAtMost("positions and velocities that are not finite", notFiniteNodes(*run_.simulation), 0);
+        requireAtMost("loads that are not finite", countNotFinite(r.gripLoad), 0);
         for (double value : {r.time, r.dt, r.residual, r.kineticEnergy, r.elasticEnergy, r.volume})
             require(std::isfinite(value), "finite statistics", value, 0);
     }
@@ -116,10 +112,9 @@ private:
 
     void requireFragments() const
     {
-        double sum = 0;
-        for (const core::Body& body : run_.simulation->bodies())
-            for (const auto& f : body.fragments.fragments()) sum += f.restVolume;
-        requireAtMost("material of no fragment", std::abs(sum - run_.simulation->volume()), kSumRounding * outcome_.startVolume);
+        const core::Simulation& simulation = *run_.simulation;
+        requireAtMost("material of no fragment", std::abs(fragmentVolume(simulation) - simulation.volume()),
+                      kSumRounding * outcome_.startVolume);
     }
 
     EnergyWitness witness_;

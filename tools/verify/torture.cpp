@@ -44,14 +44,6 @@ std::string pulled(double offset, double speed)
            grip(-1, offset, "velocity = [0, " + std::to_string(-speed) + ", 0]");
 }
 
-double fragmentVolume(const core::Simulation& simulation)
-{
-    double sum = 0;
-    for (const core::Body& body : simulation.bodies())
-        for (const auto& f : body.fragments.fragments()) sum += f.restVolume;
-    return sum;
-}
-
 /// Does the status of a step say what its numbers say?
 bool isHonest(const core::StepRecord& s, const scene::Solver& solver)
 {
