@@ -90,8 +90,10 @@ inline void expectEqualSettings(const scene::Scene& a, const scene::Scene& b)
     EXPECT_EQ(a.grid.lattice, b.grid.lattice);
     EXPECT_EQ(a.grid.coarsening, b.grid.coarsening);
     EXPECT_EQ(a.grid.halfWidth, b.grid.halfWidth);
+    EXPECT_EQ(a.grid.grading, b.grid.grading);
     EXPECT_EQ(a.solver.newtonTolerance, b.solver.newtonTolerance);
     EXPECT_EQ(a.solver.newtonIterations, b.solver.newtonIterations);
+    EXPECT_EQ(a.solver.linearSolver, b.solver.linearSolver);
     EXPECT_EQ(a.solver.linearTolerance, b.solver.linearTolerance);
     EXPECT_EQ(a.solver.linearIterations, b.solver.linearIterations);
     EXPECT_EQ(a.solver.cellDilation, b.solver.cellDilation);

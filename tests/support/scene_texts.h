@@ -103,6 +103,7 @@ rate = 2
 limit = 0.1
 [solver]
 newton_tolerance = 1e-6
+linear_solver = "direct"
 volumetric = "none"
 [output]
 vdb = ["vel", "phi", "fragment_id"]

@@ -11,7 +11,8 @@ using namespace test;
 
 TEST(SceneWriter, WhatIsWrittenReadsBackTheSame)
 {
-    for (const std::string& text : {kGood, kRich, exampleText()}) {
+    const std::string graded = with("voxel_size = 0.05", "voxel_size = 0.05\nlattice = \"delaunay\"\ngrading = 2");
+    for (const std::string& text : {kGood, kRich, graded, exampleText()}) {
         const Scene scene = parse(text);
         const std::string written = writeScene(scene, kEffects);
         const Scene again = parseScene(written, "elsewhere/t.toml", kEffects);
