@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <iterator>
 
 namespace vdbfrac::tools {
 
@@ -70,6 +71,23 @@ std::vector<verify::Measurement> measure(const verify::HardCase& c, verify::Exte
     }
 }
 
+/// The rows of the table that --only names, or all.
+std::vector<verify::HardCase> chosenCases(const VerifyOptions& options)
+{
+    const auto hard = verify::hardCases(), torture = verify::tortureCases();
+    const auto isNamed = [&](const verify::HardCase& c) {
+        return std::find(options.only.begin(), options.only.end(), c.id) != options.only.end();
+    };
+    for (const verify::HardCase& c : options.torture ? hard : torture)
+        if (isNamed(c))
+            throw InputError({"--only", std::string(c.id) + " goes with " + (options.torture ? "--hard" : "--torture"), "", ""});
+    const auto table = options.torture ? torture : hard;
+    std::vector<verify::HardCase> chosen;
+    std::copy_if(table.begin(), table.end(), std::back_inserter(chosen),
+                 [&](const verify::HardCase& c) { return options.only.empty() || isNamed(c); });
+    return chosen;
+}
+
 int run(const VerifyOptions& options)
 {
     const ThreadLimit limit(options.threads);
@@ -80,9 +98,7 @@ int run(const VerifyOptions& options)
                 {"extent", options.quick ? "quick" : "full"},
                 {"cases", Json::array()}};
     int holding = 0, failing = 0, missing = 0;
-    for (const verify::HardCase& c : options.torture ? verify::tortureCases() : verify::hardCases()) {
-        if (!options.only.empty() && std::find(options.only.begin(), options.only.end(), c.id) == options.only.end())
-            continue;
+    for (const verify::HardCase& c : chosenCases(options)) {
         const auto measured = measure(c, options.quick ? verify::Extent::quick : verify::Extent::full);
         const bool holds = std::all_of(measured.begin(), measured.end(), [](const auto& m) { return m.holds(); });
         ++(measured.empty() ? missing : holds ? holding : failing);
@@ -108,11 +124,18 @@ Action addVerify(CLI::App& app)
     which->require_option(1);
     which->add_flag("--hard", o->hard, "The hard cases of the simulation");
     which->add_flag("--torture", o->torture, "Hard cases while something tears");
-    which->add_option("--random", o->random.scenes, "Random scenes, this many")->check(CLI::Range(1, 1000000))->type_name("N");
-    c->add_option("--seed", o->random.seed, "Of the first random scene; the others follow")->capture_default_str();
-    c->add_option("--keep", o->random.keep, "Write random scenes that break a law into this folder")->type_name("DIR");
-    c->add_flag("--quick", o->quick, "Shorter runs where cases have long ones, as the tests do");
-    c->add_option("--only", o->only, "Which cases")->delimiter(',')->check(CLI::IsMember(ids))->type_name("CASE,...");
+    CLI::Option* random =
+        which->add_option("--random", o->random.scenes, "Random scenes, this many")->check(CLI::Range(1, 1000000))->type_name("N");
+    c->add_option("--seed", o->random.seed, "Of the first random scene; the others follow")->capture_default_str()->needs(random);
+    c->add_option("--keep", o->random.keep, "Write random scenes that break a law into this folder")
+        ->type_name("DIR")
+        ->needs(random);
+    c->add_flag("--quick", o->quick, "Shorter runs where hard cases have long ones, as the tests do")->excludes(random);
+    c->add_option("--only", o->only, "Which hard cases")
+        ->delimiter(',')
+        ->check(CLI::IsMember(ids))
+        ->type_name("CASE,...")
+        ->excludes(random);
     c->add_option("--json", o->json, "Write the measurements to this file too")->type_name("FILE");
     c->add_option("-j,--threads", o->threads, "Threads to use (default: all cores)")->check(CLI::NonNegativeNumber);
     c->add_flag("-q,--quiet", o->common.quiet, "Print the totals only");

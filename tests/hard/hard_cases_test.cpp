@@ -1,5 +1,6 @@
-// The hard cases as 'vdbfrac verify --quick' with --hard and with --torture measures them. What does not hold yet is listed here with its
-// number: a change to the better or to the worse has to be entered, here and in docs/hard_cases.md or docs/torture.md.
+// The hard cases as 'vdbfrac verify --quick' with --hard and with --torture measures them. What does not hold yet is
+// listed here with its number: a change to the better or to the worse has to be entered, here and in docs/hard_cases.md
+// or docs/torture.md.
 #include "hard_case.h"
 
 #include <gtest/gtest.h>

@@ -106,6 +106,11 @@ with tempfile.TemporaryDirectory() as temporary:
     if [c["seed"] for c in json.loads(measured.read_text())["scenes"]] != [7, 8]:
         failures.append(f"verify --random: {measured.read_text()}")
     expect("verify an unknown case", ["verify", "--hard", "--only", "nonsense"], 2, "nonsense")
+    expect("verify a case of the other table", ["verify", "--hard", "--only", "bad_numbers,moving_plane"], 2, "moving_plane goes with --torture")
+    for option in ["--seed", 7], ["--keep", folder]:
+        expect("verify hard cases as if random", ["verify", "--hard", *option], 2, option[0], "--random")
+    for option in ["--quick"], ["--only", "bad_numbers"]:
+        expect("verify random scenes as if hard cases", ["verify", "--random", 1, *option], 2, option[0], "--random")
 
     # A cube of 1 m without its top, one face turned: repaired, levelled, and levelled again.
     cube, ball, again = folder / "cube.obj", folder / "cube.vdb", folder / "again.vdb"

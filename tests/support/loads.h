@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <random>
+#include <span>
 #include <vector>
 
 namespace vdbfrac::test {
@@ -104,7 +105,7 @@ struct Momentum {
     Vec3 linear = Vec3::Zero();
     double scale = 0;
 };
-inline Momentum momentum(const solver::ElasticOperator& elastic, const std::vector<Vec3>& v)
+inline Momentum momentum(const solver::ElasticOperator& elastic, std::span<const Vec3> v)
 {
     Momentum p;
     for (std::size_t i = 0; i < v.size(); ++i) {
@@ -114,7 +115,7 @@ inline Momentum momentum(const solver::ElasticOperator& elastic, const std::vect
     return p;
 }
 
-inline double kineticEnergy(const solver::ElasticOperator& elastic, const std::vector<Vec3>& v)
+inline double kineticEnergy(const solver::ElasticOperator& elastic, std::span<const Vec3> v)
 {
     double energy = 0;
     for (std::size_t i = 0; i < v.size(); ++i) energy += 0.5 * elastic.mass()[i] * v[i].squaredNorm();

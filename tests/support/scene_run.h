@@ -1,10 +1,12 @@
-// Whole scenes run in memory.
+// Whole scenes run in memory, for the tests and for the hard cases of 'vdbfrac verify'.
 #pragma once
 
 #include <vdbfrac/core/simulation.h>
 #include <vdbfrac/effects/effects.h>
 #include <vdbfrac/scene/reader.h>
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 #include <memory>
 #include <string>
@@ -24,14 +26,21 @@ public:
         simulation = std::make_unique<core::Simulation>(scene, pointers, std::numeric_limits<std::uint64_t>::max());
     }
 
-    /// Steps to the end of a frame; records pile up in `steps`.
+    /// One step that ends with the next frame at the latest, as 'vdbfrac sim' steps; its record stays at the end of `steps`.
+    const core::StepRecord& step()
+    {
+        steps.push_back(simulation->step((framesDone() + 1) / scene.time.fps));
+        work.add(steps.back().work);
+        return steps.back();
+    }
+    /// Frames after the first that are reached.
+    int framesDone() const { return int(std::floor(simulation->time() * scene.time.fps + 1e-9)); }
+    bool atEnd() const { return framesDone() >= scene.time.lastFrame - scene.time.firstFrame; }
+
+    /// Steps to the end of a frame.
     void toFrame(int frame)
     {
-        const double end = (frame - scene.time.firstFrame) / scene.time.fps;
-        while (simulation->time() < end - 1e-9 / scene.time.fps) {
-            steps.push_back(simulation->step(end));
-            work.add(steps.back().work);
-        }
+        while (framesDone() < frame - scene.time.firstFrame) step();
     }
     void toEnd() { toFrame(scene.time.lastFrame); }
 

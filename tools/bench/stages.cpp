@@ -1,7 +1,8 @@
 // The stages of a step one at a time, on a ball: level set, cut, re-cut of what changed, surface, files.
 #include "ball.h"
 #include "bench.h"
-#include "scratch.h"
+
+#include "../scratch.h"
 
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/grid/phi_nodes.h>

@@ -1,9 +1,9 @@
 // The notched block that ships, torn at a resolution: every stage of a real run with its time and its work.
 #include "bench.h"
 #include "notched_block.h"
-#include "scratch.h"
 
 #include "../memory.h"
+#include "../scratch.h"
 
 #include <vdbfrac/base/hash.h>
 #include <vdbfrac/base/parallel.h>

@@ -3,6 +3,8 @@
 
 #include "hard_case.h"
 
+#include <vdbfrac/base/vec.h>
+
 namespace vdbfrac::core {
 class Simulation;
 }
@@ -23,8 +25,12 @@ inline Measurement atLeast(std::string what, double value, double limit)
 }
 /// "nu = 0.3: " before what is measured.
 std::string at(double nu);
-/// Positions and velocities of nodes that are not finite; in scenes.cpp.
+/// How many of them are not finite.
+double countNotFinite(std::span<const Vec3> values);
+/// Positions and velocities of nodes that are not finite.
 double notFiniteNodes(const core::Simulation& simulation);
+/// m^3, of all fragments together, at rest.
+double fragmentVolume(const core::Simulation& simulation);
 
 // starts.cpp
 Measurements mirroredStart(Extent);

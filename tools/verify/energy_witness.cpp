@@ -1,5 +1,7 @@
 #include "energy_witness.h"
 
+#include "loads.h"
+
 #include <vdbfrac/base/primitive.h>
 
 #include <algorithm>
@@ -20,13 +22,6 @@ double dot(const std::vector<Vec3>& a, const std::vector<Vec3>& b)
 }
 
 double norm(const std::vector<Vec3>& a) { return std::sqrt(dot(a, a)); }
-
-double kineticEnergy(std::span<const double> mass, std::span<const Vec3> v)
-{
-    double sum = 0;
-    for (std::size_t i = 0; i < mass.size(); ++i) sum += .5 * mass[i] * v[i].squaredNorm();
-    return sum;
-}
 
 }  // namespace
 
@@ -99,8 +94,8 @@ void EnergyWitness::measure(const core::GridContext& context)
         potential += after - before;
         magnitude += std::abs(after) + std::abs(before);
     }
-    const double kineticBefore = kineticEnergy(mass, v_);
-    balance_.kinetic = kineticEnergy(mass, simulation_->v());
+    const double kineticBefore = test::kineticEnergy(elastic, v_);
+    balance_.kinetic = test::kineticEnergy(elastic, simulation_->v());
 
     // What holds each node, and how far it went.
     std::vector<Vec3> moved(count), inertia(count), reaction(count), freeMove(count, Vec3::Zero()), freeForces[3];

@@ -1,7 +1,5 @@
 #include "cases.h"
 
-#include <cstdio>
-
 namespace vdbfrac::tools::verify {
 
 namespace {
@@ -50,12 +48,5 @@ constexpr HardCase kTorture[] = {
 
 std::span<const HardCase> hardCases() { return kCases; }
 std::span<const HardCase> tortureCases() { return kTorture; }
-
-std::string at(double nu)
-{
-    char text[32];
-    std::snprintf(text, sizeof text, "nu = %g: ", nu);
-    return text;
-}
 
 }  // namespace vdbfrac::tools::verify

@@ -12,14 +12,6 @@ namespace vdbfrac::tools::verify {
 
 namespace {
 
-bool finite(const solver::State& state)
-{
-    const auto all = [](const std::vector<Vec3>& values) {
-        return std::all_of(values.begin(), values.end(), [](const Vec3& v) { return v.allFinite(); });
-    };
-    return all(state.x) && all(state.v);
-}
-
 /// A block of 6 x 4 x 6 cells, held at its bottom and torn through at half its height: the upper half is a fragment.
 struct TornBlock {
     static constexpr int kPlane = 3;
@@ -184,7 +176,7 @@ Measurements longSteps(Extent)
                 for (int n = 0; n < 2; ++n)
                     (void)solver::stepBackwardEuler(elastic, state, dt, {{}, boundary}, settings);
                 drift = std::max(drift, (test::momentum(elastic, state.v).linear - start.linear).norm() / start.scale);
-                broken += !finite(state);
+                broken += countNotFinite(state.x) + countNotFinite(state.v) > 0;
             }
         all.push_back(atMost(at(nu) + "runs that are not finite", broken, 0));
         all.push_back(atMost(at(nu) + "drift of momentum, relative", drift, kMomentum));

@@ -1,5 +1,6 @@
 #include "scene_laws.h"
 
+#include "cases.h"
 #include "energy_witness.h"
 #include "scene_run.h"
 
@@ -37,19 +38,6 @@ void require(bool holds, const char* law, double value, double limit)
 
 void requireAtMost(const char* law, double value, double limit) { require(value <= limit, law, value, limit); }  // NaN fails
 
-bool finite(std::span<const Vec3> values)
-{
-    return std::all_of(values.begin(), values.end(), [](const Vec3& v) { return v.allFinite(); });
-}
-
-/// Frames after the first that a run has reached, as 'vdbfrac sim' counts them.
-int framesDone(const test::SceneRun& run) { return int(std::floor(run.simulation->time() * run.scene.time.fps + 1e-9)); }
-
-core::StepRecord nextStep(test::SceneRun& run)
-{
-    return run.simulation->step((framesDone(run) + 1) / run.scene.time.fps);
-}
-
 class LawfulRun {
 public:
     LawfulRun(const std::string& scene, SceneOutcome& outcome)
@@ -62,9 +50,9 @@ public:
     /// One step and all that has to hold after it. False when the scene is over.
     bool step()
     {
-        if (outcome_.cutShort || framesDone(run_) >= run_.scene.time.lastFrame - run_.scene.time.firstFrame) return false;
+        if (outcome_.cutShort || run_.atEnd()) return false;
         witness_.watch(*run_.simulation, run_.scene);
-        const core::StepRecord record = nextStep(run_);
+        const core::StepRecord& record = run_.step();
         count(record);
         requireFinite(record);
         requireSolved(record);
@@ -89,8 +77,8 @@ private:
 
     void requireFinite(const core::StepRecord& r) const
     {
-        require(finite(run_.simulation->x()) && finite(run_.simulation->v()), "finite positions and velocities", NAN, 0);
-        require(finite(r.gripLoad), "finite loads", NAN, 0);
+        requireAtMost("positions and velocities that are not finite", notFiniteNodes(*run_.simulation), 0);
+        requireAtMost("loads that are not finite", countNotFinite(r.gripLoad), 0);
         for (double value : {r.time, r.dt, r.residual, r.kineticEnergy, r.elasticEnergy, r.volume})
             require(std::isfinite(value), "finite statistics", value, 0);
     }
@@ -124,10 +112,9 @@ private:
 
     void requireFragments() const
     {
-        double sum = 0;
-        for (const core::Body& body : run_.simulation->bodies())
-            for (const auto& f : body.fragments.fragments()) sum += f.restVolume;
-        requireAtMost("material of no fragment", std::abs(sum - run_.simulation->volume()), kSumRounding * outcome_.startVolume);
+        const core::Simulation& simulation = *run_.simulation;
+        requireAtMost("material of no fragment", std::abs(fragmentVolume(simulation) - simulation.volume()),
+                      kSumRounding * outcome_.startVolume);
     }
 
     EnergyWitness witness_;
@@ -142,7 +129,7 @@ std::uint64_t hashOnThreads(const std::string& scene, int threads, int steps)
 {
     const ThreadLimit limit(threads);
     test::SceneRun run(scene);
-    for (int n = 0; n < steps; ++n) (void)nextStep(run);
+    for (int n = 0; n < steps; ++n) run.step();
     return run.simulation->stateHash();
 }
 

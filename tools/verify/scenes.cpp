@@ -3,14 +3,14 @@
 #include "loads.h"
 #include "scene_run.h"
 
+#include "../scratch.h"
+
 #include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/tetmesh/surface_input.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <filesystem>
 
 namespace vdbfrac::tools::verify {
 
@@ -78,29 +78,8 @@ bool isRefused(const Replacement& r)
 
 double refused(std::span<const Replacement> all) { return double(std::count_if(all.begin(), all.end(), isRefused)); }
 
-/// A folder that goes when this goes.
-class Folder {
-public:
-    Folder()
-    {
-        std::string name = (std::filesystem::temp_directory_path() / "vdbfrac_verify_XXXXXX").string();
-        if (!mkdtemp(name.data())) throw FileError(name, "cannot be made");
-        path_ = name;
-    }
-    ~Folder()
-    {
-        std::error_code ignored;
-        std::filesystem::remove_all(path_, ignored);
-    }
-    Folder(const Folder&) = delete;
-    const std::filesystem::path& path() const { return path_; }
-
-private:
-    std::filesystem::path path_;
-};
-
 /// Is a surface with this text refused with an error that names the file?
-bool surfaceIsRefused(const Folder& folder, const char* name, const std::string& text)
+bool surfaceIsRefused(const ScratchFolder& folder, const char* name, const std::string& text)
 {
     const auto file = folder.path() / name;
     writeText(file, text);
@@ -113,14 +92,6 @@ bool surfaceIsRefused(const Folder& folder, const char* name, const std::string&
 }
 
 }  // namespace
-
-double notFiniteNodes(const core::Simulation& simulation)
-{
-    const auto count = [](std::span<const Vec3> values) {
-        return std::count_if(values.begin(), values.end(), [](const Vec3& v) { return !v.allFinite(); });
-    };
-    return double(count(simulation.x()) + count(simulation.v()));
-}
 
 Measurements badNumbers(Extent)
 {
@@ -154,7 +125,7 @@ Measurements notFinite(Extent)
                                     {"velocity = [0, 0, 0]", "velocity = [0, nan, 0]"},
                                     {"velocity = [0, 0, 0]", "velocity = [-inf, 0, 0]"}};
     constexpr double kScenes = std::size(kBad);
-    const Folder folder;
+    const ScratchFolder folder;
     double surfaces = 0;
     for (const std::string bad : {"nan", "inf", "-inf", "1e999"}) {
         surfaces += surfaceIsRefused(folder, "case.obj", "v 0 0 0\nv 1 0 0\nv 0 " + bad + " 0\nf 1 2 3\n");
@@ -182,17 +153,17 @@ Measurements foam(Extent)
         for (const char* kappa : {"1", "1e-9"}) {
             test::SceneRun run(blockWith(nu) + kGrips + "[fracture]\nkappa = " + kappa + "\n");
             run.toEnd();
-            double fragments = 0, grown = 0, before = run.simulation->startVolume();
-            for (const auto& f : run.simulation->bodies()[0].fragments.fragments()) fragments += f.restVolume;
+            const core::Simulation& simulation = *run.simulation;
+            double grown = 0, before = simulation.startVolume();
             for (const core::StepRecord& s : run.steps) grown += s.volume > before * (1 + kMass), before = s.volume;
             const std::string name = at(nu) + "kappa = " + kappa + ": ";
             all.push_back(atMost(name + "steps in which material grows", grown, 0));
             all.push_back(atLeast(name + "voxels at which material went",
                                   double(run.work.countOf("fracture", "moved_voxels")), 1));
             all.push_back(atMost(name + "material of no fragment, of that at the start",
-                                 std::abs(fragments - run.simulation->volume()) / run.simulation->startVolume(),
+                                 std::abs(fragmentVolume(simulation) - simulation.volume()) / simulation.startVolume(),
                                  kMass));
-            all.push_back(atMost(name + "numbers that are not finite", notFiniteNodes(*run.simulation), 0));
+            all.push_back(atMost(name + "numbers that are not finite", notFiniteNodes(simulation), 0));
         }
     return all;
 }
@@ -225,7 +196,7 @@ Measurements thousandfoldSpeed(Extent)
         text = changed(text, {"angular_velocity = [0, 0, 0]", "angular_velocity = [0, 0, 3e4]"});
         test::SceneRun run(text);
         const core::Simulation& simulation = *run.simulation;
-        const auto momentum = [&] { return test::momentum(simulation.elastic(), {simulation.v().begin(), simulation.v().end()}); };
+        const auto momentum = [&] { return test::momentum(simulation.elastic(), simulation.v()); };
         const test::Momentum start = momentum();
         int cutBack = 0, capped = 0;
         for (int n = 0; n < kSteps; ++n) {

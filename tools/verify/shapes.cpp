@@ -60,11 +60,6 @@ double columnVolume(tetmesh::Lattice::Kind kind)
     return (volumeOf(.83, .79) - volumeOf(.63, .79) - volumeOf(.83, .59) + volumeOf(.63, .59)) / kExact;
 }
 
-double notFinite(std::span<const Vec3> values)
-{
-    return double(std::count_if(values.begin(), values.end(), [](const Vec3& v) { return !v.allFinite(); }));
-}
-
 /// Single voxel nodes of material, far apart and 1 to 1e-4 voxels deep: every fragment is the corners of some tets.
 double dustAt(const Vec3& p)
 {
@@ -193,7 +188,7 @@ Measurements thinSheet(Extent)
                                           [](const std::string& n) { return n.find("lattice cells thick") != n.npos; });
         run.toEnd();
         all.push_back(atLeast(at(nu) + "warnings that name the thickness in cells", double(warned), 1));
-        all.push_back(atMost(at(nu) + "nodes that are not finite", notFinite(run.simulation->x()), 0));
+        all.push_back(atMost(at(nu) + "nodes that are not finite", countNotFinite(run.simulation->x()), 0));
     }
     return all;
 }
@@ -216,7 +211,7 @@ Measurements singleTets(Extent)
                       solver::StepStatus::capped;
         all.push_back(atLeast(at(nu) + "fragments of dust, of 125", double(dust.fragments), 125));
         all.push_back(atMost(at(nu) + "mass lost, relative", std::abs(mass / dust.mass - 1), kMass));
-        all.push_back(atMost(at(nu) + "nodes that are not finite", notFinite(state.x) + notFinite(state.v), 0));
+        all.push_back(atMost(at(nu) + "nodes that are not finite", countNotFinite(state.x) + countNotFinite(state.v), 0));
         all.push_back(atMost(at(nu) + "steps of 20 that are capped", capped, 0));
     }
     return all;

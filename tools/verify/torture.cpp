@@ -44,14 +44,6 @@ std::string pulled(double offset, double speed)
            grip(-1, offset, "velocity = [0, " + std::to_string(-speed) + ", 0]");
 }
 
-double fragmentVolume(const core::Simulation& simulation)
-{
-    double sum = 0;
-    for (const core::Body& body : simulation.bodies())
-        for (const auto& f : body.fragments.fragments()) sum += f.restVolume;
-    return sum;
-}
-
 /// Does the status of a step say what its numbers say?
 bool isHonest(const core::StepRecord& s, const scene::Solver& solver)
 {
@@ -73,15 +65,10 @@ Account runAndWatch(test::SceneRun& run)
 {
     Account a;
     const core::Simulation& simulation = *run.simulation;
-    const double start = simulation.startVolume(),
-                 end = (run.scene.time.lastFrame - run.scene.time.firstFrame) / run.scene.time.fps;
+    const double start = simulation.startVolume();
     double before = start;
-    const double frame = 1 / run.scene.time.fps;
-    while (simulation.time() < end - 1e-9 * frame) {
-        const double until = frame * (1 + std::floor(simulation.time() / frame + 1e-9));
-        run.steps.push_back(run.simulation->step(until));
-        const core::StepRecord& s = run.steps.back();
-        run.work.add(s.work);
+    while (!run.atEnd()) {
+        const core::StepRecord& s = run.step();
         a.notFinite += notFiniteNodes(simulation) + !std::isfinite(s.kineticEnergy + s.elasticEnergy + s.residual);
         a.grown += s.volume > before * (1 + kVolume);
         a.strayVolume = std::max(a.strayVolume, std::abs(fragmentVolume(simulation) - s.volume) / start);

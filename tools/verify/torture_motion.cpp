@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <memory>
 
 namespace vdbfrac::tools::verify {
 
@@ -181,45 +180,25 @@ struct Spin {
     double fragments = 0, capped = 0, notFinite = 0;  ///< fragments at the end
 };
 
-/// The bar with a witness of its steps.
-class SpunBar {
-public:
-    explicit SpunBar(double nu)
-        : scene(scene::parseScene(kSpinning, "case.toml", effects::effectTables(),
-                                  {"material.m.poisson_ratio=" + std::to_string(nu)})),
-          effects_(effects::makeEffects(scene))
-    {
-        std::vector<core::Effect*> pointers = {&witness};
-        for (const auto& e : effects_) pointers.push_back(e.get());
-        simulation = std::make_unique<core::Simulation>(scene, pointers, std::numeric_limits<std::uint64_t>::max());
-    }
-
-    scene::Scene scene;
-    Witness witness;
-    std::unique_ptr<core::Simulation> simulation;
-
-private:
-    std::vector<std::unique_ptr<core::Effect>> effects_;
-};
-
 Spin spin(double nu)
 {
-    SpunBar bar(nu);
+    Witness witness;
+    test::SceneRun bar(kSpinning, {"material.m.poisson_ratio=" + std::to_string(nu)}, &witness);
     const double speed = bar.scene.bodies[0].angularVelocity.norm(), dt = 1 / bar.scene.time.fps;
     const Momenta start = momentaOf(*bar.simulation);
     const double size = start.angular.norm();
     RigidSpin rigid(speed, dt);
     Spin result;
     Vec3 drift = Vec3::Zero();
-    for (int n = 1; n < bar.scene.time.lastFrame; ++n) {
+    while (!bar.atEnd()) {
         const Momenta before = momentaOf(*bar.simulation);
-        bar.witness.watch(*bar.simulation);
-        result.capped += bar.simulation->step(n * dt).outcome != core::Outcome::converged;
-        const Momenta& solved = bar.witness.solved;
+        witness.watch(*bar.simulation);
+        result.capped += bar.step().outcome != core::Outcome::converged;
+        const Momenta& solved = witness.solved;
         const Vec3 change = solved.angular - before.angular;
         drift += solved.linear - before.linear;
         result.drift = std::max(result.drift, drift.norm() / start.linearScale);
-        result.torque = std::max(result.torque, (change + bar.witness.damped).norm() / size);
+        result.torque = std::max(result.torque, (change + witness.damped).norm() / size);
         const double grown = momentaOf(*bar.simulation).angular.norm() - before.angular.norm();
         result.growth = std::max(result.growth, grown / size);
         result.notFinite += notFiniteNodes(*bar.simulation);

@@ -7,14 +7,14 @@
 #include <cstring>
 #include <string>
 
-namespace vdbfrac::tools::bench {
+namespace vdbfrac::tools {
 
 ScratchFolder::ScratchFolder()
 {
     std::error_code error;
     const std::filesystem::path parent = std::filesystem::temp_directory_path(error);
     if (error) throw FileError("the folder for temporary files", error.message() + "; set TMPDIR");
-    std::string name = (parent / "vdbfrac-bench-XXXXXX").string();
+    std::string name = (parent / "vdbfrac-XXXXXX").string();
     if (!mkdtemp(name.data())) throw FileError(name, std::string("cannot be made: ") + std::strerror(errno));
     path_ = name;
 }
@@ -25,4 +25,4 @@ ScratchFolder::~ScratchFolder()
     std::filesystem::remove_all(path_, ignored);
 }
 
-}  // namespace vdbfrac::tools::bench
+}  // namespace vdbfrac::tools

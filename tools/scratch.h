@@ -1,9 +1,9 @@
-// A folder for files that are written to see how long that takes.
+// A folder for files that nobody keeps: written to see how long that takes, or to be refused.
 #pragma once
 
 #include <filesystem>
 
-namespace vdbfrac::tools::bench {
+namespace vdbfrac::tools {
 
 /// A new, empty folder among the temporary files ($TMPDIR), removed with all that is in it in the end. Throws
 /// FileError.
@@ -20,4 +20,4 @@ private:
     std::filesystem::path path_;
 };
 
-}  // namespace vdbfrac::tools::bench
+}  // namespace vdbfrac::tools

@@ -1,0 +1,131 @@
+// Scenes that have to be equal, key by key.
+#pragma once
+
+#include <vdbfrac/base/primitive.h>
+#include <vdbfrac/scene/scene.h>
+
+#include <gtest/gtest.h>
+
+#include <variant>
+#include <vector>
+
+namespace vdbfrac::test {
+
+inline void expectEqual(const Primitive& a, const Primitive& b)
+{
+    EXPECT_EQ(a.kind, b.kind);
+    EXPECT_EQ(a.center, b.center);
+    EXPECT_EQ(a.size, b.size);
+    EXPECT_EQ(a.axis, b.axis);
+    EXPECT_EQ(a.radius, b.radius);
+    EXPECT_EQ(a.height, b.height);
+    EXPECT_EQ(a.tube, b.tube);
+    EXPECT_EQ(a.offset, b.offset);
+}
+
+inline void expectEqual(const std::vector<Primitive>& a, const std::vector<Primitive>& b)
+{
+    ASSERT_EQ(a.size(), b.size());
+    for (std::size_t i = 0; i < a.size(); ++i) expectEqual(a[i], b[i]);
+}
+
+inline void expectEqual(const scene::Body& a, const scene::Body& b)
+{
+    EXPECT_EQ(a.name, b.name);
+    EXPECT_EQ(a.material, b.material);
+    EXPECT_EQ(a.velocity, b.velocity);
+    EXPECT_EQ(a.angularVelocity, b.angularVelocity);
+    expectEqual(a.add, b.add);
+    expectEqual(a.cut, b.cut);
+    ASSERT_EQ(a.shape.index(), b.shape.index());
+    if (const auto* solid = std::get_if<Primitive>(&a.shape)) expectEqual(*solid, std::get<Primitive>(b.shape));
+    if (const auto* mesh = std::get_if<scene::MeshFile>(&a.shape)) {
+        const scene::MeshFile& other = std::get<scene::MeshFile>(b.shape);
+        EXPECT_EQ(mesh->file, other.file);
+        EXPECT_EQ(mesh->scale, other.scale);
+        EXPECT_EQ(mesh->rotate, other.rotate);
+        EXPECT_EQ(mesh->translate, other.translate);
+    }
+    if (const auto* vdb = std::get_if<scene::VdbFile>(&a.shape)) {
+        EXPECT_EQ(vdb->file, std::get<scene::VdbFile>(b.shape).file);
+        EXPECT_EQ(vdb->grid, std::get<scene::VdbFile>(b.shape).grid);
+    }
+}
+
+inline void expectEqual(const scene::Grip& a, const scene::Grip& b)
+{
+    EXPECT_EQ(a.name, b.name);
+    EXPECT_EQ(a.body, b.body);
+    expectEqual(a.region, b.region);
+    ASSERT_EQ(a.move.index(), b.move.index());
+    if (const auto* m = std::get_if<scene::Velocity>(&a.move)) {
+        EXPECT_EQ(m->velocity, std::get<scene::Velocity>(b.move).velocity);
+    }
+    if (const auto* m = std::get_if<scene::Force>(&a.move)) {
+        EXPECT_EQ(m->force, std::get<scene::Force>(b.move).force);
+        EXPECT_EQ(m->ramp, std::get<scene::Force>(b.move).ramp);
+    }
+    if (const auto* m = std::get_if<scene::Keys>(&a.move)) {
+        const scene::Keys& other = std::get<scene::Keys>(b.move);
+        EXPECT_EQ(m->pivot, other.pivot);
+        ASSERT_EQ(m->keys.size(), other.keys.size());
+        for (std::size_t i = 0; i < m->keys.size(); ++i) {
+            EXPECT_EQ(m->keys[i].time, other.keys[i].time);
+            EXPECT_EQ(m->keys[i].translate, other.keys[i].translate);
+            EXPECT_EQ(m->keys[i].rotate, other.keys[i].rotate);
+        }
+    }
+}
+
+inline void expectEqualSettings(const scene::Scene& a, const scene::Scene& b)
+{
+    EXPECT_EQ(a.name, b.name);
+    EXPECT_EQ(a.time.firstFrame, b.time.firstFrame);
+    EXPECT_EQ(a.time.lastFrame, b.time.lastFrame);
+    EXPECT_EQ(a.time.fps, b.time.fps);
+    EXPECT_EQ(a.time.substeps, b.time.substeps);
+    EXPECT_EQ(a.time.nodeCfl, b.time.nodeCfl);
+    EXPECT_EQ(a.time.frontCfl, b.time.frontCfl);
+    EXPECT_EQ(a.grid.voxelSize, b.grid.voxelSize);
+    EXPECT_EQ(a.grid.lattice, b.grid.lattice);
+    EXPECT_EQ(a.grid.coarsening, b.grid.coarsening);
+    EXPECT_EQ(a.grid.halfWidth, b.grid.halfWidth);
+    EXPECT_EQ(a.grid.grading, b.grid.grading);
+    EXPECT_EQ(a.solver.newtonTolerance, b.solver.newtonTolerance);
+    EXPECT_EQ(a.solver.newtonIterations, b.solver.newtonIterations);
+    EXPECT_EQ(a.solver.linearSolver, b.solver.linearSolver);
+    EXPECT_EQ(a.solver.linearTolerance, b.solver.linearTolerance);
+    EXPECT_EQ(a.solver.linearIterations, b.solver.linearIterations);
+    EXPECT_EQ(a.solver.cellDilation, b.solver.cellDilation);
+    EXPECT_EQ(a.solver.integrator, b.solver.integrator);
+    EXPECT_EQ(a.solver.strain, b.solver.strain);
+    EXPECT_EQ(a.solver.tangent, b.solver.tangent);
+    EXPECT_EQ(a.solver.precision, b.solver.precision);
+    EXPECT_EQ(a.grid.wholeTets, b.grid.wholeTets);
+    EXPECT_EQ(a.output.vdb, b.output.vdb);
+    EXPECT_EQ(a.output.obj, b.output.obj);
+}
+
+/// All but the places, which belong to the text.
+inline void expectEqual(const scene::Scene& a, const scene::Scene& b)
+{
+    expectEqualSettings(a, b);
+    ASSERT_EQ(a.bodies.size(), b.bodies.size());
+    for (std::size_t i = 0; i < a.bodies.size(); ++i) expectEqual(a.bodies[i], b.bodies[i]);
+    ASSERT_EQ(a.grips.size(), b.grips.size());
+    for (std::size_t i = 0; i < a.grips.size(); ++i) expectEqual(a.grips[i], b.grips[i]);
+    ASSERT_EQ(a.materials.size(), b.materials.size());
+    for (std::size_t i = 0; i < a.materials.size(); ++i) {
+        EXPECT_EQ(a.materials[i].name, b.materials[i].name);
+        EXPECT_EQ(a.materials[i].youngsModulus, b.materials[i].youngsModulus);
+        EXPECT_EQ(a.materials[i].poissonRatio, b.materials[i].poissonRatio);
+        EXPECT_EQ(a.materials[i].density, b.materials[i].density);
+    }
+    ASSERT_EQ(a.effects.size(), b.effects.size());
+    for (std::size_t i = 0; i < a.effects.size(); ++i) {
+        EXPECT_EQ(a.effects[i].name, b.effects[i].name);
+        EXPECT_EQ(a.effects[i].values.all(), b.effects[i].values.all());
+    }
+}
+
+}  // namespace vdbfrac::test
