@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <ostream>
 #include <random>
 #include <vector>
 
@@ -69,6 +70,12 @@ tetmesh::CutMesh ball(Lattice lattice)
 struct Case {
     Lattice lattice;
     Volumetric volumetric;
+
+    friend void PrintTo(const Case& c, std::ostream* out)
+    {
+        *out << (c.lattice.kind == Lattice::Kind::six ? "six" : "five") << " tets, coarsening " << c.lattice.coarsening
+             << (c.volumetric == Volumetric::cell ? ", averaged" : "");
+    }
 };
 
 class KernelCases : public testing::TestWithParam<Case> {};

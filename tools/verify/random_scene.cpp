@@ -1,46 +1,16 @@
 #include "random_scene.h"
 
-#include <vdbfrac/base/vec.h>
+#include "random_solid.h"
+#include "scene_text.h"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
-#include <random>
 
 namespace vdbfrac::tools::verify {
 
 namespace {
 
-/// Standard distributions differ from library to library, the generator does not. Nor may the order of throws: one in an
-/// expression.
-class Dice {
-public:
-    explicit Dice(std::uint64_t seed) : bits_(seed) {}
-    double uniform(double low, double high) { return low + (high - low) * double(bits_() >> 11) * 0x1p-53; }
-    double decades(double low, double high) { return std::exp(uniform(std::log(low), std::log(high))); }
-    int below(int count) { return int(uniform(0, count)); }
-    bool chance(double probability) { return uniform(0, 1) < probability; }
-    Vec3 inBox(double half) { return {uniform(-half, half), uniform(-half, half), uniform(-half, half)}; }
-    Vec3 direction() { return inBox(1).normalized(); }
-
-private:
-    std::mt19937_64 bits_;
-};
-
-[[gnu::format(printf, 1, 2)]] std::string format(const char* pattern, ...)
-{
-    char text[512];
-    va_list arguments;
-    va_start(arguments, pattern);
-    std::vsnprintf(text, sizeof text, pattern, arguments);
-    va_end(arguments);
-    return text;
-}
-
-std::string list(const Vec3& v) { return format("[%.5g, %.5g, %.5g]", v.x() + 0, v.y() + 0, v.z() + 0); }  // no -0
-
-constexpr char kAxes[] = "xyz";
+std::string velocity(const Vec3& v) { return "velocity = " + list(v); }
 
 class Generator {
 public:
@@ -63,11 +33,13 @@ private:
     void time();
     void grid();
     void body(Body& b);
-    std::string shape(Body& b);
-    std::string cut(const Body& b);
     void material(Body& b);
     void motion(const Body& b);
     void grips(const Body& b);
+    void hold(const Body& b);
+    void push(const Body& b);
+    void pull(const Body& b);
+    void turn(const Body& b);
     void grip(const Body& b, int end, const std::string& move);
     double travel(const Body& b, double most);
     void effects(const Body& b);
@@ -115,63 +87,17 @@ void Generator::grid()
     if (lattice_ == "delaunay" && dice_.chance(.3)) text_ += "grading = 2\n";
 }
 
-/// At least two cells thick everywhere. As long as `size_` along b.axis.
-std::string Generator::shape(Body& b)
-{
-    const double L = size_, least = 1.1 * h_;
-    const auto radius = [&](double low, double high) { return std::max(least, dice_.uniform(low, high) * L); };
-    b.axis = dice_.below(3);
-    const std::string center = list(b.center);
-    switch (dice_.below(L >= 8 * h_ ? 5 : 4)) {
-    case 0: return format("sphere = { radius = %.6g, center = %s }", L / 2, center.c_str());
-    case 1: {
-        const double r = radius(.2, .5);
-        return format("cylinder = { axis = \"%c\", radius = %.6g, height = %.6g, center = %s }", kAxes[b.axis], r, L, center.c_str());
-    }
-    case 2: {
-        const double r = radius(.15, .3);
-        return format("capsule = { axis = \"%c\", radius = %.6g, height = %.6g, center = %s }", kAxes[b.axis], r,
-                      std::max(0., L - 2 * r), center.c_str());
-    }
-    case 3: {
-        Vec3 size;
-        for (double& s : size) s = 2 * radius(.15, .5);
-        size[b.axis] = L;
-        return format("box = { size = %s, center = %s }", list(size).c_str(), center.c_str());
-    }
-    default:  // the ring lies in the plane of b.axis
-        const double tube = radius(.1, .16);
-        return format("torus = { axis = \"%c\", radius = %.6g, tube = %.6g, center = %s }", kAxes[(b.axis + 1) % 3],
-                      L / 2 - tube, tube, center.c_str());
-    }
-}
-
-/// In the middle: what grips hold stays.
-std::string Generator::cut(const Body& b)
-{
-    const double L = size_;
-    Vec3 center = b.center + dice_.inBox(.5 * L);
-    center[b.axis] = b.center[b.axis] + dice_.uniform(-.12, .12) * L;
-    switch (dice_.below(3)) {
-    case 0: return format("{ sphere = { radius = %.6g, center = %s } }", dice_.uniform(.05, .2) * L, list(center).c_str());
-    case 1:
-        return format("{ cylinder = { axis = \"%c\", radius = %.6g, center = %s } }", kAxes[(b.axis + 1) % 3],
-                      dice_.uniform(.04, .15) * L, list(center).c_str());
-    default:
-        Vec3 size;
-        for (double& s : size) s = dice_.uniform(.2, .8) * L;
-        size[b.axis] = dice_.uniform(.01, .15) * L;
-        return format("{ box = { size = %s, center = %s } }", list(size).c_str(), list(center).c_str());
-    }
-}
-
 void Generator::body(Body& b)
 {
-    b.center[0] = 3 * size_ * b.number;                              // there is no contact
-    if (dice_.chance(.7)) b.center += dice_.inBox(.5 * dx_);         // else faces lie on nodes
-    text_ += format("[[body]]\nname = \"b%d\"\nmaterial = \"m%d\"\nshape = { ", b.number, b.number) + shape(b) + " }\n";
+    b.center[0] = 3 * size_ * b.number;                       // there is no contact
+    if (dice_.chance(.7)) b.center += dice_.inBox(.5 * dx_);  // else faces lie on nodes
+    b.axis = dice_.below(3);
+    const SolidFrame frame{b.center, b.axis, size_, h_};
+    text_ += format("[[body]]\nname = \"b%d\"\nmaterial = \"m%d\"\nshape = { ", b.number, b.number) + randomSolid(dice_, frame) +
+             " }\n";
     std::string cuts;
-    for (int n = dice_.chance(.6) ? 1 + dice_.below(2) : 0; n > 0; --n) cuts += (cuts.empty() ? "" : ", ") + cut(b);
+    for (int n = dice_.chance(.6) ? 1 + dice_.below(2) : 0; n > 0; --n)
+        cuts += (cuts.empty() ? "" : ", ") + randomCut(dice_, frame);
     if (!cuts.empty()) text_ += "cut = [" + cuts + "]\n";
     motion(b);
 }
@@ -193,7 +119,7 @@ void Generator::motion(const Body& b)
     constexpr double kMostTurn = 1;  // radians a step
     if (dice_.chance(.5)) {
         const double mach = dice_.decades(1e-3, 10);
-        text_ += "velocity = " + list(mach * b.sound * dice_.direction()) + "\n";
+        text_ += velocity(mach * b.sound * dice_.direction()) + "\n";
         strain_ = std::max(strain_, mach);
     }
     if (dice_.chance(.4)) {
@@ -220,42 +146,47 @@ double Generator::travel(const Body& b, double most)
     return way;
 }
 
-void Generator::grips(const Body& b)
+void Generator::hold(const Body& b) { grip(b, -1, velocity(Vec3::Zero())); }
+
+void Generator::push(const Body& b)
+{
+    const double load = dice_.decades(1e-3, 1);  // over E times the size squared
+    strain_ = std::max(strain_, load);
+    const double most = 10 * b.sound / span() * b.E / (b.sound * b.sound) * std::pow(size_, 3);  // ten times sound at the end
+    const Vec3 force = std::min(load * b.E * size_ * size_, most) * dice_.direction();
+    grip(b, 1, "force = " + list(force) + (dice_.chance(.5) ? format(", ramp = %.6g", span() / 2) : ""));
+}
+
+void Generator::pull(const Body& b)
+{
+    const Vec3 up = Vec3::Unit(b.axis);
+    const bool apart = dice_.chance(.7);
+    const Vec3 v = (apart ? travel(b, 2) * up : -travel(b, .45) * up) / span();
+    grip(b, 1, velocity(v));
+    grip(b, -1, velocity(dice_.chance(.5) ? Vec3(-v) : Vec3::Zero()));
+}
+
+void Generator::turn(const Body& b)
 {
     constexpr double kMostDegrees = 3;  // a step, about each axis
-    const Vec3 still = Vec3::Zero(), up = Vec3::Unit(b.axis);
-    const auto velocity = [](const Vec3& v) { return "velocity = " + list(v); };
-    const auto hold = [&] { grip(b, -1, velocity(still)); };
-    const auto push = [&] {
-        const double load = dice_.decades(1e-3, 1);  // over E times the size squared
-        strain_ = std::max(strain_, load);
-        const double most = 10 * b.sound / span() * b.E / (b.sound * b.sound) * std::pow(size_, 3);  // ten times sound at the end
-        const Vec3 force = std::min(load * b.E * size_ * size_, most) * dice_.direction();
-        grip(b, 1, "force = " + list(force) + (dice_.chance(.5) ? format(", ramp = %.6g", span() / 2) : ""));
-    };
+    std::string keys = "keys = [{ time = 0 }";
+    for (int k = 1; k <= 2; ++k) {
+        const double way = travel(b, 1);
+        keys += format(", { time = %.6g, translate = ", k * span() / 2) + list(way * dice_.direction());
+        keys += ", rotate = " + list(dice_.inBox(kMostDegrees * steps_)) + " }";
+    }
+    grip(b, 1, keys + "], pivot = " + list(b.center + size_ / 2 * Vec3::Unit(b.axis)));
+}
+
+void Generator::grips(const Body& b)
+{
     switch (dice_.below(6)) {
     case 0: break;
-    case 1: hold(); break;
-    case 2: {
-        const bool apart = dice_.chance(.7);
-        const Vec3 v = (apart ? travel(b, 2) * up : -travel(b, .45) * up) / span();
-        grip(b, 1, velocity(v));
-        grip(b, -1, dice_.chance(.5) ? velocity(-v) : velocity(still));
-        break;
-    }
-    case 3: {
-        std::string keys = "keys = [{ time = 0 }";
-        for (int k = 1; k <= 2; ++k) {
-            const double way = travel(b, 1);
-            keys += format(", { time = %.6g, translate = ", k * span() / 2) + list(way * dice_.direction());
-            keys += ", rotate = " + list(dice_.inBox(kMostDegrees * steps_)) + " }";
-        }
-        grip(b, 1, keys + "], pivot = " + list(b.center + size_ / 2 * up));
-        hold();
-        break;
-    }
-    case 4: hold(), push(); break;
-    default: push();
+    case 1: hold(b); break;
+    case 2: pull(b); break;
+    case 3: turn(b), hold(b); break;
+    case 4: hold(b), push(b); break;
+    default: push(b);
     }
 }
 
