@@ -172,6 +172,22 @@ LinearReport conjugateGradient(const LinearSystem& A, const Preconditioner& B, s
     return report;
 }
 
+/// Cells along the longest side of a body; without a lattice as if it were a cube.
+double cellsAcross(const ElasticOperator& elastic)
+{
+    int most = 0;
+    for (const ElementSet& set : elastic.sets()) {
+        if (set.nodes.empty()) continue;
+        Coord lower = set.nodes[0], upper = lower;
+        for (const Coord& c : set.nodes) {
+            lower = {std::min(lower.x, c.x), std::min(lower.y, c.y), std::min(lower.z, c.z)};
+            upper = {std::max(upper.x, c.x), std::max(upper.y, c.y), std::max(upper.z, c.z)};
+        }
+        most = std::max({most, upper.x - lower.x, upper.y - lower.y, upper.z - lower.z});
+    }
+    return most > 0 ? most : std::cbrt(double(elastic.nodeCount()));
+}
+
 /// Whether block-Jacobi or multigrid takes less time, from how many iterations block-Jacobi will need: waves cover
 /// `reach` cells in the time step, at most the body; each cell is some iterations, as measured on blocks.
 LinearMethod chosen(const LinearSystem& system, LinearLimits limits)
@@ -186,7 +202,7 @@ LinearMethod chosen(const LinearSystem& system, LinearLimits limits)
         stiffness += system.elastic.stiffness()[i];
         inertia += system.elastic.mass()[i] * system.massFactor;
     }
-    const double across = std::cbrt(nodes), reach = inertia > 0 ? std::min(across, std::sqrt(stiffness / inertia)) : across;
+    const double across = cellsAcross(system.elastic), reach = inertia > 0 ? std::min(across, std::sqrt(stiffness / inertia)) : across;
     const double iterations = kIterationsACell * reach * -std::log(limits.tolerance);
     if (nodes < kDirectNodes && inertia == 0) return LinearMethod::direct;
     if (!Multigrid::fits(system.elastic)) return LinearMethod::jacobi;
