@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 import tempfile
+import time
 import xml.etree.ElementTree as xml
 from pathlib import Path
 
@@ -34,6 +35,27 @@ def report(folder):
 def outcome(folder):
     """What must not depend on threads or on what was reused."""
     return [(r["values"], r["work"], r["state"]) for r in report(folder)["runs"]]
+
+
+def wait_for(what, seconds=20):
+    """What becomes true, or None."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        if found := what():
+            return found
+        time.sleep(0.05)
+    return None
+
+
+def children_of(process):
+    return [int(c) for c in Path(f"/proc/{process}/task/{process}/children").read_text().split()]
+
+
+def is_alive(process):
+    try:
+        return Path(f"/proc/{process}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
+    except OSError:
+        return False
 
 
 with tempfile.TemporaryDirectory() as temporary:
@@ -92,9 +114,20 @@ with tempfile.TemporaryDirectory() as temporary:
     hasty = ["--set", "solver.newton_iterations=1", "--set", "solver.newton_tolerance=1e-14"]
     study("capped", [BAR, "-o", folder / "g", "--vary", "time.substeps=1,2", *hasty, "--rounds", "0"], 0, "steps did not converge")
 
+    # A study that is killed takes its runs along.
+    endless = ["--set", "time.frames=[1,100000]", "--set", "time.fps=1000", "--vary", "time.substeps=1,2"]
+    killed = subprocess.Popen([PROGRAM, "study", str(BAR), "-o", str(folder / "k"), *endless, "-j", "2"], stderr=subprocess.DEVNULL)
+    children = wait_for(lambda: (lambda c: c if len(c) == 2 else None)(children_of(killed.pid)))
+    killed.kill()
+    killed.wait()
+    expect("two runs side by side", bool(children))
+    expect("no run outlives its study", wait_for(lambda: not any(is_alive(c) for c in children or [])))
+
     # The command line.
     study("texts and combinations", [BAR, "-o", folder / "h", "--vary", "solver.linear_solver=jacobi,direct", "--vary", "time.substeps=1,2",
                                      "--grid", "--rounds", "0"], 0, 'solver.linear_solver, time.substeps=2', '"direct"')
+    plan = subprocess.run([PROGRAM, "sim", str(BAR), "-n"], capture_output=True, text=True, timeout=60)
+    expect("a simulation takes no notice of a study", plan.returncode == 0 and "study" not in plan.stdout)
     study("nothing varied", [SOURCE / "data/scenes/bar.toml", "-o", folder / "i"], 2, "--vary")
     study("unknown quantity", [BAR, "-o", folder / "i", "--measure", "volum"], 2, "did you mean 'volume'")
     study("unknown measure", [BAR, "-o", folder / "i", "--by", "tipp"], 2, "one of tip, energy")

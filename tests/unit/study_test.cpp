@@ -256,6 +256,38 @@ TEST_F(AnalysisTest, TimesAreComparedWithinARound)
     EXPECT_EQ(a.cost[0]->median, 1);
 }
 
+TEST_F(AnalysisTest, WhereNobodySaysWhichValuesAreFinerItIsThoseOfMoreWork)
+{
+    addSeries("h", {{1, 3}, {.5, 2.5}});
+    study_.spec.series[0].refines = "auto";
+    EXPECT_EQ(analyse(study_, 0).h[1], .5);
+    std::swap(study_.runs[0].result.work, study_.runs[1].result.work);
+    EXPECT_EQ(analyse(study_, 0).h[1], 2);
+}
+
+TEST_F(AnalysisTest, TextsHaveErrorsButNoOrder)
+{
+    study_.spec.measures[0].exact = 2;
+    addSeries("solver", {{1, 3}, {.5, 2.5}, {.25, 2.25}});
+    study_.spec.series[0].values = {"\"a\"", "\"b\"", "true"};
+    const Analysis a = analyse(study_, 0);
+    EXPECT_EQ(a.errors[0][0].value, .5);
+    EXPECT_FALSE(a.h[0]);
+    EXPECT_FALSE(a.orders[0][0].fit || a.orders[0][0].own);
+    EXPECT_TRUE(refinementsOfBase(study_, a).empty());
+}
+
+TEST_F(AnalysisTest, MassesAreComparedAsLists)
+{
+    study_.spec.measures[0].quantity = "fragment_masses";
+    addSeries("h", {{1, 0}, {.5, 0}});
+    study_.runs[0].result.values = {{{4}}};
+    study_.runs[1].result.values = {{{3, 1}}};
+    const Analysis a = analyse(study_, 0);
+    EXPECT_EQ(a.references[0].kind, Reference::Kind::finest);
+    EXPECT_EQ(a.errors[0][0].value, .25);
+}
+
 TEST_F(AnalysisTest, TheKeyThatMattersMostComesFirst)
 {
     study_.spec.measures[0].exact = 2;

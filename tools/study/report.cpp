@@ -129,11 +129,16 @@ private:
     std::string choices() const
     {
         std::string t = "\ncheapest setting\n";
-        for (std::size_t m = 0; m < columns_.size(); ++m)
+        for (std::size_t m = 0; m < columns_.size(); ++m) {
+            std::vector<std::pair<std::optional<std::size_t>, std::string>> lines;  // with the bounds that share an answer
             for (const double error : {.1, .05, .01}) {
                 const auto best = cheapestFor(study_, a_, m, error);
-                t += fmt::format("  {} within {:.0f} %: {}\n", study_.spec.measures[m].name, 100 * error, best ? nameOf(*best) : "none of them");
+                if (lines.empty() || lines.back().first != best) lines.push_back({best, ""});
+                lines.back().second += fmt::format("{}{:.0f}", lines.back().second.empty() ? "" : ", ", 100 * error);
             }
+            for (const auto& [best, bounds] : lines)
+                t += fmt::format("  {} within {} %: {}\n", study_.spec.measures[m].name, bounds, best ? nameOf(*best) : "none of them");
+        }
         return t;
     }
 
