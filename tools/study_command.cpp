@@ -13,10 +13,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <csignal>
 #include <cstdio>
 #include <fstream>
 #include <thread>
 
+#include <sys/prctl.h>
 #include <sys/time.h>
 
 namespace vdbfrac::tools {
@@ -96,6 +98,7 @@ int runOne(const StudyOptions& o, const study::Study& plan)
     if (run.scene) {
         const ThreadLimit threads(std::max(1, o.threads));
         endAfter(o.timeLimit);
+        prctl(PR_SET_PDEATHSIG, SIGTERM);  // nothing goes on when the study is ended
         const auto limit = o.maxMemory > 0 ? std::uint64_t(o.maxMemory * kGiB) : defaultMemoryLimit();
         result = simulateGuarded(*run.scene, o.round == 0 ? plan.spec.measures : std::vector<scene::Study::Measure>{}, limit);
     }

@@ -81,7 +81,10 @@ std::vector<std::string> soundScenes()
 {
     const std::string meshes = "version = 1\nname = \"m\"\n[grid]\nvoxel_size = 0.1\n[[body]]\nname = \"a\"\nshape = { mesh = \"x.obj\" }\n"
                                "material = \"gel\"\nvelocity = [0, 1e-3, -0.5]\n[material]\ngel = { youngs_modulus = 1e5, poisson_ratio = 0.3, density = 1000 }\n";
-    return {scene::exampleText(), meshes, shipped("two_bodies.toml"), shipped("twist.toml")};
+    const std::string study = "[study]\nrounds = 1\n[[study.series]]\nname = \"s\"\nset = [\"time.fps=2\"]\nkey = \"grid.coarsening\"\n"
+                              "values = [1, 2.5, \"x\", true]\ntied = [{ key = \"a\", values = [1, 2, 3, 4] }]\nrefines = \"up\"\n"
+                              "[[study.measure]]\nquantity = \"displacement\"\npoint = [0, 1, 0]\naxis = \"y\"\nexact = 1\n";
+    return {scene::exampleText(), meshes, meshes + study, shipped("two_bodies.toml"), shipped("twist.toml")};
 }
 
 std::vector<std::string> soundObjs()

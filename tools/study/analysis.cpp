@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <set>
+#include <sstream>
 
 namespace vdbfrac::tools::study {
 
@@ -115,9 +118,43 @@ private:
         const auto best = finest(m);
         if (!best) return {};
         if (!isMassList(study_, m))
-            if (const auto limit = extrapolated(study_.settings[*best].series, m))
-                return {Reference::Kind::extrapolated, {{limit->value}}, limit->uncertainty, limit->order, study_.settings[*best].series};
-        return {Reference::Kind::finest, *valueOf(*best, m), 0, 0, study_.settings[*best].series, study_.settings[*best].run};
+            if (const auto limit = extrapolated(study_.settings[*best].series, m)) return corrected(*limit, study_.settings[*best].series, m);
+        return {Reference::Kind::finest, *valueOf(*best, m), 0, 0, {}, study_.settings[*best].run};
+    }
+
+    /// The limit of one series still has the errors that others refine. So what those series would change of the run that they
+    /// share with it is added: one series for each other key, as if errors added up.
+    Reference corrected(const Extrapolation& limit, std::size_t main, std::size_t m) const
+    {
+        Reference r{Reference::Kind::extrapolated, {{limit.value}}, limit.uncertainty, limit.order, {main}};
+        std::set<std::string> keys;
+        addKeys(keys, main);
+        for (std::size_t s = 0; s < study_.spec.series.size(); ++s) {
+            const auto shared = sharedSetting(s, main);
+            if (!shared || keys.count(study_.spec.series[s].key) || !valueOf(*shared, m)) continue;
+            const auto other = extrapolated(s, m);
+            if (!other) continue;
+            r.value.numbers[0] += other->value - valueOf(*shared, m)->numbers[0];
+            r.uncertainty += other->uncertainty;
+            r.series.push_back(s);
+            addKeys(keys, s);
+        }
+        return r;
+    }
+
+    void addKeys(std::set<std::string>& keys, std::size_t series) const
+    {
+        keys.insert(study_.spec.series[series].key);
+        for (const auto& tied : study_.spec.series[series].tied) keys.insert(tied.key);
+    }
+
+    /// A setting of one series whose run is in the other, too.
+    std::optional<std::size_t> sharedSetting(std::size_t series, std::size_t other) const
+    {
+        for (const std::size_t i : settingsOf(series))
+            for (const std::size_t j : settingsOf(other))
+                if (study_.settings[i].run == study_.settings[j].run) return i;
+        return {};
     }
 
     /// Of the levels of a series down to the finest that has a value.
@@ -154,8 +191,11 @@ private:
         for (const std::size_t i : byResolution(series))
             if (const Error& e = a_.errors[i][m]; e.value && *e.value > 0 && !e.weak && (errors.empty() || *a_.h[i] < errors.back().h))
                 errors.push_back({*a_.h[i], *e.value});
-        if (errors.size() < 2) return {};
-        return {orderOf(errors), orderOf(std::span(errors).last(2))};
+        Order order;
+        if (errors.size() >= 2) order = {orderOf(errors), orderOf(std::span(errors).last(2)), {}};
+        if (!isMassList(study_, m))
+            if (const auto limit = extrapolated(series, m)) order.own = limit->order;
+        return order;
     }
 
     /// Time relative to that of the base in the same round.
@@ -229,7 +269,12 @@ std::vector<Refinement> refinementsOfBase(const Study& study, const Analysis& a)
 std::string reasonOf(const Study& study, std::size_t setting)
 {
     const Result& r = study.result(study.settings[setting]);
-    if (!r.failure.empty()) return r.failure;
+    if (!r.failure.empty()) {
+        std::string line;
+        for (std::istringstream lines(r.failure); lines;)
+            if (std::string part; std::getline(lines >> std::ws, part)) line += (line.empty() ? "" : "; ") + part;
+        return line;
+    }
     return r.cappedSteps > 0 ? fmt::format("{} of {} steps did not converge", r.cappedSteps, r.count("steps")) : "";
 }
 
@@ -242,9 +287,11 @@ std::string referenceText(const Study& study, const Analysis& a, std::size_t m)
     case Reference::Kind::none: return "none: no run has a value";
     case Reference::Kind::exact:
         return fmt::format("exact {:.8g}{}{}", r.value.numbers[0], measure.source.empty() ? "" : " (" + measure.source + ")", scale);
-    case Reference::Kind::extrapolated:
-        return fmt::format("extrapolated from series '{}' to {:.8g} +- {:.2g} (order {:.2f}){}", study.spec.series[r.series].name,
-                           r.value.numbers[0], r.uncertainty, r.order, scale);
+    case Reference::Kind::extrapolated: {
+        std::string names;
+        for (const std::size_t s : r.series) names += (names.empty() ? "'" : " and '") + study.spec.series[s].name + "'";
+        return fmt::format("extrapolated from {} to {:.8g} +- {:.2g}{}", names, r.value.numbers[0], r.uncertainty, scale);
+    }
     case Reference::Kind::finest: break;
     }
     const auto it = std::find_if(study.settings.begin(), study.settings.end(), [&](const Setting& s) { return s.run == *r.run; });

@@ -12,7 +12,7 @@ struct Reference {
     Value value;
     double uncertainty = 0;                    ///< of the value, in its unit
     double order = 0;                          ///< observed, where it was extrapolated
-    std::size_t series = 0;                    ///< it was extrapolated of
+    std::vector<std::size_t> series = {};      ///< it was extrapolated from; the order is that of the first
     std::optional<std::size_t> run = {};       ///< that it is, where it is a run
 };
 
@@ -26,6 +26,7 @@ struct Error {
 struct Order {
     std::optional<double> fit;   ///< least squares over all levels whose error is not weak
     std::optional<double> last;  ///< of the two finest of them
+    std::optional<double> own;   ///< of the differences of the three finest values: needs no reference, so other errors do not count
 };
 
 struct Analysis {
@@ -57,7 +58,7 @@ struct Refinement {
 /// For each series that the base run is part of, the largest change first.
 std::vector<Refinement> refinementsOfBase(const Study& study, const Analysis& analysis);
 
-/// Why a setting is not compared: its failure, or steps that did not converge; empty when it is sound.
+/// Why a setting is not compared, on one line: its failure, or steps that did not converge; empty when it is sound.
 std::string reasonOf(const Study& study, std::size_t setting);
 
 /// "tip: exact 0.3017 (elastica)", "work: extrapolated from 'time' (order 1.02) to 12.3 +- 0.1", ...

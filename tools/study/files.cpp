@@ -117,6 +117,7 @@ Json measureJson(const Study& study, const Analysis& a, std::size_t m)
         json["orders"].push_back({{"series", study.spec.series[s].name},
                                   {"fit", optionalJson(a.orders[s][m].fit)},
                                   {"finest_pair", optionalJson(a.orders[s][m].last)},
+                                  {"differences", optionalJson(a.orders[s][m].own)},
                                   {"expected", optionalJson(study.spec.series[s].order)}});
     for (const double error : {.1, .05, .01}) {
         const auto best = cheapestFor(study, a, m, error);

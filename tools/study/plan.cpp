@@ -121,7 +121,10 @@ std::string measureOverride(const std::vector<std::string>& measures)
 std::vector<scene::Study::Measure> usualMeasures(const scene::Scene& scene)
 {
     std::vector<scene::Study::Measure> measures;
-    const auto add = [&](const char* quantity) { measures.emplace_back().name = measures.back().quantity = quantity; };
+    const auto add = [&](const char* quantity) {
+        measures.emplace_back();
+        measures.back().name = measures.back().quantity = quantity;
+    };
     if (!scene.grips.empty()) {
         add("load_peak");
         measures.back().grip = scene.grips[0].name;

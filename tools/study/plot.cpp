@@ -64,6 +64,8 @@ public:
 
     double at(double value) const { return from_ + (to_ - from_) * (std::log10(value) - low_) / (high_ - low_); }
 
+    double end() const { return to_; }
+
     struct Tick {
         double place;
         std::string label;  // empty for the fine ones
@@ -107,13 +109,15 @@ public:
 
     std::string text() const
     {
-        const std::string inside = panel(0, timePoints(), "time, relative to the first setting") + panel(1, workPoints(), "work: tets evaluated and multiplied");
+        const std::string inside = panel(0, timePoints(), "time, relative to the first setting") +
+                                   panel(1, workPoints(), "work: tets evaluated and multiplied");
         double bottom = kTop + kPanelHeight + 84;
         const std::string keys = legend(bottom) + failures(bottom);
         std::string t = fmt::format(R"(<svg xmlns="http://www.w3.org/2000/svg" width="{0:.0f}" height="{1:.0f}" viewBox="0 0 {0:.0f} {1:.0f}" )"
                                     R"(font-family="DejaVu Sans, Helvetica, Arial, sans-serif">)" "\n", kWidth, bottom);
         t += fmt::format(R"(<rect width="{:.0f}" height="{:.0f}" fill="#ffffff"/>)" "\n", kWidth, bottom);
-        t += textAt(kPanelLeft[0], 34, study_.name + ": error in '" + study_.spec.measures[a_.by].name + "' against cost", {"start", 20, kInk, " font-weight=\"bold\""});
+        const std::string title = study_.name + ": error in '" + study_.spec.measures[a_.by].name + "' against cost";
+        t += textAt(kPanelLeft[0], 34, title, {"start", 20, kInk, " font-weight=\"bold\""});
         t += textAt(kPanelLeft[0], 58, study_.spec.about, {"start", 14, kGrey});
         return t + inside + keys + "</svg>\n";
     }
@@ -151,8 +155,10 @@ private:
         const Axis x(xs, left, right), y(ys, bottom, kTop);
         std::string t = grid(x, y, left);
         t += textAt(.5 * (left + right), bottom + 48, title, {"middle", 14});
-        t += textAt(left - 56, kTop + .5 * kPanelHeight, "error, %", {"middle", 14, kInk, fmt::format(" transform=\"rotate(-90 {:.1f} {:.1f})\"", left - 56, kTop + .5 * kPanelHeight).c_str()});
-        if (points.empty()) return t + textAt(.5 * (left + right), kTop + .5 * kPanelHeight, which == 0 ? "not timed" : "nothing to show", {"middle", 16, kGrey});
+        const double middle = kTop + .5 * kPanelHeight;
+        const std::string upright = fmt::format(" transform=\"rotate(-90 {:.1f} {:.1f})\"", left - 56, middle);
+        t += textAt(left - 56, middle, "error, %", {"middle", 14, kInk, upright.c_str()});
+        if (points.empty()) return t + textAt(.5 * (left + right), middle, which == 0 ? "not timed" : "nothing to show", {"middle", 16, kGrey});
         return t + front(points, x, y) + curves(points, x, y);
     }
 
@@ -181,7 +187,8 @@ private:
         for (const Point& p : points) cost.push_back(a_.sound[p.setting] ? p.x : INFINITY), error.push_back(p.error);
         std::string path;
         for (const std::size_t i : paretoFront(cost, error)) path += fmt::format("{:.1f},{:.1f} ", x.at(cost[i]), y.at(error[i]));
-        return fmt::format(R"(<polyline class="front" points="{}" fill="none" stroke="#bdbdbd" stroke-width="7" stroke-linejoin="round" stroke-linecap="round" opacity="0.6"/>)" "\n", path);
+        return fmt::format(R"(<polyline class="front" points="{}" fill="none" stroke="#bdbdbd" stroke-width="7" )"
+                           R"(stroke-linejoin="round" stroke-linecap="round" opacity="0.6"/>)" "\n", path);
     }
 
     std::string curves(const std::vector<Point>& points, const Axis& x, const Axis& y) const
@@ -194,14 +201,22 @@ private:
                 const double px = x.at(p.x), py = y.at(p.error);
                 path += fmt::format("{:.1f},{:.1f} ", px, py);
                 if (p.spread && p.spread->low > 0)
-                    lines += lineFrom({x.at(p.spread->low), py, x.at(p.spread->high), py}, fmt::format("stroke=\"{}\" stroke-width=\"1\"", colour(s)));
+                    lines += lineFrom({x.at(p.spread->low), py, x.at(p.spread->high), py}, fmt::format("stroke=\"{}\"", colour(s)));
                 marks += marker(s, {px, py}, p.weak);
-                const auto& series = study_.spec.series[s];
-                marks += textAt(px + 8, py - 7, series.values[study_.settings[p.setting].level], {"start", 11, kGrey});
+                marks += label(p, {px, py}, x);
             }
             lines += fmt::format(R"(<polyline points="{}" fill="none" stroke="{}" stroke-width="1.6"/>)" "\n", path, colour(s));
         }
         return lines + marks;
+    }
+
+    /// The value that is varied, beside its marker: on the right where there is room.
+    std::string label(const Point& p, const std::array<double, 2>& at, const Axis& x) const
+    {
+        constexpr double kRoom = 60;
+        const Setting& s = study_.settings[p.setting];
+        const bool room = at[0] + kRoom < x.end();
+        return textAt(at[0] + (room ? 8 : -8), at[1] - 7, study_.spec.series[s.series].values[s.level], {room ? "start" : "end", 11, kGrey});
     }
 
     static const char* colour(std::size_t series) { return kColours[series % kColours.size()]; }
@@ -213,7 +228,7 @@ private:
         const std::string style = fmt::format(R"(fill="{}" stroke="{}" stroke-width="1.8")", hollow ? "#ffffff" : colour(series), colour(series));
         switch (series % 5) {
         case 0: return fmt::format(R"(<circle cx="{:.1f}" cy="{:.1f}" r="{:.1f}" {}/>)" "\n", x, y, r, style);
-        case 1: return fmt::format(R"(<rect x="{:.1f}" y="{:.1f}" width="{:.1f}" height="{:.1f}" {}/>)" "\n", x - .9 * r, y - .9 * r, 1.8 * r, 1.8 * r, style);
+        case 1: return polygon({{{x - .9 * r, y - .9 * r}, {x + .9 * r, y - .9 * r}, {x + .9 * r, y + .9 * r}, {x - .9 * r, y + .9 * r}}}, style);
         case 2: return polygon({{{x, y - 1.3 * r}, {x + 1.3 * r, y}, {x, y + 1.3 * r}, {x - 1.3 * r, y}}}, style);
         case 3: return polygon({{{x, y - 1.3 * r}, {x + 1.2 * r, y + r}, {x - 1.2 * r, y + r}}}, style);
         default: return polygon({{{x, y + 1.3 * r}, {x + 1.2 * r, y - r}, {x - 1.2 * r, y - r}}}, style);
@@ -235,14 +250,17 @@ private:
             const Order& order = a_.orders[s][a_.by];
             t += marker(s, {kPanelLeft[0] + 6, y - 4}, false);
             std::string text = study_.spec.series[s].name + " (" + study_.spec.series[s].key + ")";
-            if (order.fit) text += fmt::format(", observed order {:.2f}", *order.fit);
-            if (order.fit && study_.spec.series[s].order) text += fmt::format(", expected {:g}", *study_.spec.series[s].order);
+            const auto observed = order.own ? order.own : order.fit;
+            if (observed) text += fmt::format(", observed order {:.2f}", *observed);
+            if (observed && study_.spec.series[s].order) text += fmt::format(", expected {:g}", *study_.spec.series[s].order);
             t += textAt(kPanelLeft[0] + 22, y, text);
         }
-        t += textAt(kPanelLeft[0], y, "Hollow: less than ten times what is uncertain of the reference. Broad grey line: no other setting is both cheaper and nearer.", {"start", 12, kGrey});
-        y += kLine;
-        t += textAt(kPanelLeft[0], y, "Reference: " + referenceText(study_, a_, a_.by) + ".", {"start", 12, kGrey});
-        y += kLine;
+        for (const std::string& line : {std::string("Hollow: less than ten times what is uncertain of the reference. ") +
+                                            "Broad grey line: no other setting is both cheaper and nearer.",
+                                        "Reference: " + referenceText(study_, a_, a_.by) + "."}) {
+            t += textAt(kPanelLeft[0], y, line, {"start", 12, kGrey});
+            y += kLine;
+        }
         return t;
     }
 
@@ -253,8 +271,8 @@ private:
             const std::string reason = reasonOf(study_, i);
             if (reason.empty()) continue;
             constexpr std::size_t kLongest = 150;
-            std::string line = study_.spec.series[study_.settings[i].series].name + ", " + study_.settings[i].label + ": " + reason.substr(0, reason.find('\n'));
-            if (line.size() > kLongest) line = line.substr(0, kLongest) + "...";
+            std::string line = study_.spec.series[study_.settings[i].series].name + ", " + study_.settings[i].label + ": " + reason;
+            if (line.size() > kLongest) line = line.substr(0, line.rfind(' ', kLongest)) + " ...";
             t += textAt(kPanelLeft[0], y, "Not shown: " + line, {"start", 12, "#a01010"});
             y += kLine;
         }

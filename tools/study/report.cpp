@@ -74,11 +74,11 @@ private:
         const Result& r = study_.result(study_.settings[i]);
         const bool best = std::find(a_.front.begin(), a_.front.end(), i) != a_.front.end();
         std::string t = left((best ? "* " : "  ") + study_.settings[i].label);
-        if (!r.failure.empty()) return t + "  failed: " + r.failure.substr(0, r.failure.find('\n')) + "\n";
+        if (!r.failure.empty()) return t + "  failed: " + reasonOf(study_, i) + "\n";
         for (std::size_t m = 0; m < columns_.size(); ++m) t += right(errorText(i, m), columns_[m]);
         if (a_.cost[i]) {
             t += right(fmt::format("{:.3g}", a_.cost[i]->median), 9);
-            t += right(fmt::format("[{:.3g}, {:.3g}]", a_.cost[i]->low, a_.cost[i]->high), 16);
+            t += right(a_.cost[i]->confidence > 0 ? fmt::format("[{:.3g}, {:.3g}]", a_.cost[i]->low, a_.cost[i]->high) : "", 16);
         } else if (timed()) {
             t += right("-", 9) + right("", 16);
         }
@@ -97,9 +97,11 @@ private:
             }
         t += "\nwork: tets evaluated and multiplied";
         const auto first = std::find_if(a_.cost.begin(), a_.cost.end(), [](const auto& c) { return c.has_value(); });
-        if (first != a_.cost.end())
-            t += fmt::format("; time: relative to the first setting ({:.3g} s), median of {} rounds [and where it lies with {:.0f} %]",
-                             medianOf(study_.runs[study_.settings[0].run].seconds).median, study_.spec.rounds, 100 * (*first)->confidence);
+        if (first != a_.cost.end()) {
+            const std::vector<double>& seconds = study_.runs[study_.settings[0].run].seconds;
+            t += fmt::format("; time: relative to the first setting ({:.3g} s), median of rounds: {}", medianOf(seconds).median, seconds.size());
+            if ((*first)->confidence > 0) t += fmt::format(" [where it lies with {:.0f} %]", 100 * (*first)->confidence);
+        }
         return t + "\n" + missingText();
     }
 
@@ -127,11 +129,16 @@ private:
     std::string choices() const
     {
         std::string t = "\ncheapest setting\n";
-        for (std::size_t m = 0; m < columns_.size(); ++m)
+        for (std::size_t m = 0; m < columns_.size(); ++m) {
+            std::vector<std::pair<std::optional<std::size_t>, std::string>> lines;  // with the bounds that share an answer
             for (const double error : {.1, .05, .01}) {
                 const auto best = cheapestFor(study_, a_, m, error);
-                t += fmt::format("  {} within {:.0f} %: {}\n", study_.spec.measures[m].name, 100 * error, best ? nameOf(*best) : "none of them");
+                if (lines.empty() || lines.back().first != best) lines.push_back({best, ""});
+                lines.back().second += fmt::format("{}{:.0f}", lines.back().second.empty() ? "" : ", ", 100 * error);
             }
+            for (const auto& [best, bounds] : lines)
+                t += fmt::format("  {} within {} %: {}\n", study_.spec.measures[m].name, bounds, best ? nameOf(*best) : "none of them");
+        }
         return t;
     }
 
@@ -149,8 +156,9 @@ private:
         for (std::size_t s = 0; s < a_.orders.size(); ++s)
             for (std::size_t m = 0; m < columns_.size(); ++m) {
                 const Order& o = a_.orders[s][m];
-                if (!o.fit) continue;
-                t += fmt::format("  {}: {} {}, finest pair {}", study_.spec.series[s].name, study_.spec.measures[m].name, text(o.fit), text(o.last));
+                if (!o.fit && !o.own) continue;
+                t += fmt::format("  {}: {} {} by errors (finest pair {}), {} by differences", study_.spec.series[s].name,
+                                 study_.spec.measures[m].name, text(o.fit), text(o.last), text(o.own));
                 if (const auto& expected = study_.spec.series[s].order) t += fmt::format("; expected {:g}", *expected);
                 t += "\n";
             }
@@ -163,7 +171,8 @@ private:
         for (const Refinement& r : refinementsOfBase(study_, a_))
             t += fmt::format("  {}: {} -> {} %\n", study_.settings[r.finer].label, percent(r.before), percent(r.after));
         if (t.empty()) return t;
-        return fmt::format("\nthe first setting, refined by one key alone, in '{}'; the one that matters most first\n", study_.spec.measures[a_.by].name) + t;
+        return fmt::format("\nthe first setting, refined by one key alone, in '{}'; the one that matters most first\n{}",
+                           study_.spec.measures[a_.by].name, t);
     }
 
     const Study& study_;

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <csignal>
 #include <cstring>
 #include <map>
@@ -138,6 +139,7 @@ private:
             }
             int status = 0;
             const pid_t ended = waitpid(-1, &status, 0);
+            if (ended < 0 && errno != EINTR) throw Error(std::string("waiting for a run: ") + std::strerror(errno));
             const auto it = running.find(ended);
             if (it == running.end()) continue;
             const Job job = it->second;
@@ -200,6 +202,7 @@ private:
         for (const std::size_t k : timed()) jobs.push_back({k, round, threads_});
         perform(jobs, 1, [&](const Job& job, const Result& again) {
             compare(job, again);
+            if (!again.failure.empty()) return;
             study_.runs[job.run].seconds.push_back(again.seconds);
             study_.runs[job.run].result.peakBytes = again.peakBytes;
         });

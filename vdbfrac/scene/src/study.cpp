@@ -53,7 +53,7 @@ Study::Series readSeries(const Item& item, Complaints& complaints)
     forEach(item, "tied", [&](const Item& entry) {
         const Values t = readTable(entry, tables::tied(), complaints);
         series.tied.push_back({t.text("key"), t.list("values")});
-        requireAsMany(entry, series.tied.back().values, series.values.size(), complaints);
+        if (!series.values.empty()) requireAsMany(entry, series.tied.back().values, series.values.size(), complaints);
     });
     return series;
 }

@@ -1,0 +1,138 @@
+"""vdbfrac study as a user meets it: the same for any number of threads, failures with their reasons, resumed runs, files."""
+import csv
+import json
+import subprocess
+import sys
+import tempfile
+import time
+import xml.etree.ElementTree as xml
+from pathlib import Path
+
+PROGRAM, SOURCE = sys.argv[1], Path(sys.argv[2])
+BAR = SOURCE / "data/scenes/studies/bar.toml"
+ASYMPTOTIC = 0.15  # how far an observed order may be from the expected one
+failures = []
+
+
+def study(name, arguments, code=0, *texts):
+    run = subprocess.run([PROGRAM, "study", *map(str, arguments)], capture_output=True, text=True, timeout=240)
+    said = run.stdout + run.stderr
+    missing = [t for t in texts if t not in said]
+    if run.returncode != code or missing:
+        failures.append(f"{name}: exit {run.returncode} (expected {code}), missing {missing} in:\n{said}")
+    return run
+
+
+def expect(name, holds):
+    if not holds:
+        failures.append(name)
+
+
+def report(folder):
+    return json.loads((folder / "study.json").read_text())
+
+
+def outcome(folder):
+    """What must not depend on threads or on what was reused."""
+    return [(r["values"], r["work"], r["state"]) for r in report(folder)["runs"]]
+
+
+def wait_for(what, seconds=20):
+    """What becomes true, or None."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        if found := what():
+            return found
+        time.sleep(0.05)
+    return None
+
+
+def children_of(process):
+    return [int(c) for c in Path(f"/proc/{process}/task/{process}/children").read_text().split()]
+
+
+def is_alive(process):
+    try:
+        return Path(f"/proc/{process}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+with tempfile.TemporaryDirectory() as temporary:
+    folder = Path(temporary)
+    a, b, c = folder / "a", folder / "b", folder / "c"
+
+    # Values, and the order of backward Euler.
+    said = study("bar", [BAR, "-o", a, "-j", "2", "--rounds", "2"], 0, "cheapest setting", "observed order", "round 2").stdout
+    bar = report(a)
+    orders = {o["series"]: o for o in bar["measures"][0]["orders"]}
+    order = orders["time step"]["differences"]
+    expect(f"backward Euler is of first order: {order}", order and abs(order - orders["time step"]["expected"]) < ASYMPTOTIC)
+    expect("series that start at the same scene share a run", len(bar["settings"]) == len(bar["runs"]) + 1)
+    expect("every run was timed twice", all(len(r["round_seconds"]) == 2 for r in bar["runs"]))
+    expect("time is relative to the first", bar["settings"][0]["time_ratio"]["median"] == 1)
+    with open(a / "study.csv", newline="") as rows:
+        table = list(csv.DictReader(rows))
+    expect("a row for each setting", [r["setting"] for r in table] == [s["setting"] for s in bar["settings"]])
+    expect("work is the sum of both", all(int(r["work"]) == int(r["evaluated_tets"]) + int(r["product_tets"]) for r in table))
+    circles = [e for e in xml.parse(a / "study.svg").iter() if e.tag.endswith("circle")]
+    expect("points of the first series in both panels, and its key", len(circles) == 2 * 5 + 1)
+
+    # The same bits, however it was run.
+    study("one thread", [BAR, "-o", b, "-j", "1", "--rounds", "0"])
+    study("threads per run", [BAR, "-o", c, "-j", "2", "--threads-per-run", "--rounds", "0"])
+    expect("same values and work side by side and one by one", outcome(a) == outcome(b))
+    expect("same values and work on two threads", outcome(a) == outcome(c))
+
+    # Resumed: what is there is not run again, what is lost or damaged is.
+    before = outcome(a)
+    (a / "runs/1.json").unlink()
+    (a / "runs/2.json").write_text("{")
+    study("resumed", [BAR, "-o", a, "-j", "2", "--rounds", "2"], 0, "5 of 7 runs reused, and 2 rounds")
+    expect("same after resuming", outcome(a) == before)
+    study("another scene", [BAR, "-o", b, "--set", "gravity.acceleration=[0,-2,0]", "--rounds", "0"])
+    expect("nothing of another scene is reused", outcome(b) != before)
+
+    # One run by itself, as a farm would.
+    study("one run", [BAR, "-o", folder / "farm", "--run", "0"])
+    alone = json.loads((folder / "farm/runs/0.json").read_text())
+    expect("one run is as in the study", (alone["values"], alone["work"], alone["state"]) == before[0])
+    study("farmed", [BAR, "-o", folder / "farm", "--rounds", "0", "-j", "2"], 0, "1 of 7 runs reused")
+
+    # Work that is not the same again is an error.
+    forged = json.loads((c / "runs/0.json").read_text())
+    forged["work"]["steps"] += 1
+    (c / "runs/0.json").write_text(json.dumps(forged))
+    study("other work", [BAR, "-o", c, "-j", "1", "--rounds", "1"], 1, "not the same again", "steps 48, at first 49")
+
+    # A setting that fails is a row with its reason.
+    wrong = [BAR, "--vary", "grid.voxel_size=0.05,0", "--vary", "grip.wall.region.halfspace.offset=0.2,9", "--rounds", "0"]
+    study("refused", [*wrong, "-o", folder / "d"], 0, "failed:", "greater than 0", "holds nothing")
+    expect("reasons in the plot", (folder / "d/study.svg").read_text().count("Not shown") == 2)
+    study("memory", [BAR, "-o", folder / "e", "--rounds", "0", "--max-memory", "0.0001"], 0, "GiB, the limit is")
+    study("time", [BAR, "-o", folder / "f", "--rounds", "0", "--time-limit", "0.001"], 0, "took longer than --time-limit")
+    hasty = ["--set", "solver.newton_iterations=1", "--set", "solver.newton_tolerance=1e-14"]
+    study("capped", [BAR, "-o", folder / "g", "--vary", "time.substeps=1,2", *hasty, "--rounds", "0"], 0, "steps did not converge")
+
+    # A study that is killed takes its runs along.
+    endless = ["--set", "time.frames=[1,100000]", "--set", "time.fps=1000", "--vary", "time.substeps=1,2"]
+    killed = subprocess.Popen([PROGRAM, "study", str(BAR), "-o", str(folder / "k"), *endless, "-j", "2"], stderr=subprocess.DEVNULL)
+    children = wait_for(lambda: (lambda c: c if len(c) == 2 else None)(children_of(killed.pid)))
+    killed.kill()
+    killed.wait()
+    expect("two runs side by side", bool(children))
+    expect("no run outlives its study", wait_for(lambda: not any(is_alive(c) for c in children or [])))
+
+    # The command line.
+    study("texts and combinations", [BAR, "-o", folder / "h", "--vary", "solver.linear_solver=jacobi,direct", "--vary", "time.substeps=1,2",
+                                     "--grid", "--rounds", "0"], 0, 'solver.linear_solver, time.substeps=2', '"direct"')
+    plan = subprocess.run([PROGRAM, "sim", str(BAR), "-n"], capture_output=True, text=True, timeout=60)
+    expect("a simulation takes no notice of a study", plan.returncode == 0 and "study" not in plan.stdout)
+    study("nothing varied", [SOURCE / "data/scenes/bar.toml", "-o", folder / "i"], 2, "--vary")
+    study("unknown quantity", [BAR, "-o", folder / "i", "--measure", "volum"], 2, "did you mean 'volume'")
+    study("unknown measure", [BAR, "-o", folder / "i", "--by", "tipp"], 2, "one of tip, energy")
+    study("no such run", [BAR, "-o", folder / "i", "--run", "99"], 2, "0 to 6")
+
+for failure in failures:
+    print(failure)
+sys.exit(bool(failures))

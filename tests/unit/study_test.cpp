@@ -1,0 +1,407 @@
+// Laws of the arithmetic behind 'vdbfrac study', on data whose answers are known.
+#include "analysis.h"
+#include "oscillation.h"
+#include "output.h"
+#include "references.h"
+
+#include <vdbfrac/base/atomic_file.h>
+#include <vdbfrac/base/error.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+
+#include <unistd.h>
+
+namespace vdbfrac::tools::study {
+namespace {
+
+constexpr double kRounding = 1e-9;  // of pow, log and sixty halvings of an interval
+
+/// f + c h^p at h = 1, r, r^2, ...
+std::vector<Level> sequence(double limit, double c, double p, std::vector<double> hs)
+{
+    std::vector<Level> levels;
+    for (const double h : hs) levels.push_back({h, limit + c * std::pow(h, p)});
+    return levels;
+}
+
+TEST(Richardson, FindsLimitAndOrderOfAPowerLaw)
+{
+    for (const double p : {.5, 1., 2., 3.7})
+        for (const std::vector<double>& hs : {std::vector{1., .5, .25}, std::vector{1., .6, .5}, std::vector{2., 1., .5, .25, .125}}) {
+            const auto e = richardson(sequence(3, -.4, p, hs));
+            ASSERT_TRUE(e) << p;
+            EXPECT_NEAR(e->value, 3, 10 * kRounding) << p;
+            EXPECT_NEAR(e->order, p, 10 * kRounding);
+        }
+}
+
+TEST(Richardson, UncertaintyIsTheWayFromTheFinestOrHowFarTheLimitMoved)
+{
+    const auto three = richardson(sequence(3, 1, 1, {1, .5, .25}));
+    EXPECT_NEAR(three->uncertainty, .25, kRounding);
+    const auto four = richardson(sequence(3, 1, 1, {1, .5, .25, .125}));
+    EXPECT_NEAR(four->uncertainty, .1 * .125, kRounding);  // of an exact power law the limit does not move
+    std::vector<Level> mixed = sequence(3, 1, 1, {1, .5, .25, .125});
+    for (Level& l : mixed) l.value += l.h * l.h * l.h;
+    const auto moved = richardson(mixed);
+    EXPECT_GT(moved->uncertainty, std::abs(moved->value - 3));  // it covers the error
+}
+
+TEST(Richardson, RefusesWhatDoesNotConverge)
+{
+    EXPECT_FALSE(richardson(sequence(3, 1, 1, {1, .5})));
+    const std::vector<Level> zigzag = {{1, 1}, {.5, 2}, {.25, 1.5}}, growing = {{1, 1}, {.5, 2}, {.25, 4}}, still = {{1, 1}, {.5, 1}, {.25, 1}};
+    EXPECT_FALSE(richardson(zigzag));
+    EXPECT_FALSE(richardson(growing));
+    EXPECT_FALSE(richardson(still));
+}
+
+TEST(Orders, AreTheSlopesOfErrors)
+{
+    EXPECT_NEAR(*orderOf(sequence(0, 5, 2, {1, .5, .1})), 2, kRounding);
+    EXPECT_FALSE(orderOf(sequence(0, 5, 2, {1})));
+}
+
+TEST(Pareto, KeepsWhatNothingElseBeats)
+{
+    const std::vector<double> cost = {1, 2, 3, 4, 2, 5}, error = {9, 5, 6, 1, 4, 1};
+    EXPECT_EQ(paretoFront(cost, error), (std::vector<std::size_t>{0, 4, 3}));
+    EXPECT_TRUE(paretoFront({}, {}).empty());
+}
+
+TEST(Median, OfFiveLiesBetweenTheEndsWithFifteenSixteenths)
+{
+    const Interval i = medianOf({5, 1, 4, 2, 3});
+    EXPECT_EQ(i.median, 3);
+    EXPECT_EQ(i.low, 1);
+    EXPECT_EQ(i.high, 5);
+    EXPECT_DOUBLE_EQ(i.confidence, 15. / 16);
+}
+
+TEST(Median, OfManyLiesBetweenInnerValues)
+{
+    const Interval i = medianOf({1, 2, 3, 4, 5, 6, 7, 8, 9});
+    EXPECT_EQ(i.low, 2);
+    EXPECT_EQ(i.high, 8);
+    EXPECT_NEAR(i.confidence, 1 - 20. / 512, kRounding);
+    EXPECT_EQ(medianOf({7}).median, 7);
+    EXPECT_EQ(medianOf({7}).confidence, 0);
+    EXPECT_EQ(medianOf({1, 2}).median, 1.5);
+}
+
+TEST(MassDistance, IsTheShareThatLiesInFragmentsOfOtherSizes)
+{
+    const std::vector<double> a = {3, 1}, same = {1.5, .5}, one = {4}, turned = {1, 3};
+    EXPECT_NEAR(massDistance(a, same), 0, kRounding);
+    EXPECT_NEAR(massDistance(a, turned), 0, kRounding);
+    EXPECT_NEAR(massDistance(a, one), .25, kRounding);
+    EXPECT_NEAR(massDistance(one, a), .25, kRounding);
+}
+
+/// u = level + a exp(-rate t) cos(2 pi t / period)
+struct Swing {
+    std::vector<double> t, u;
+    Swing(double period, double rate, double level, double dt, double length)
+    {
+        for (double s = 0; s <= length; s += dt) {
+            t.push_back(s);
+            u.push_back(level + .3 * std::exp(-rate * s) * std::cos(2 * M_PI * s / period));
+        }
+    }
+    Samples samples() const { return {t, u}; }
+};
+
+TEST(Oscillation, PeriodAndDampingOfADampedCosine)
+{
+    constexpr double kOfSamples = 2e-3;  // forty a swing, in between a line or a parabola
+    const Swing swing(.8, .2, .05, .02, 5);
+    EXPECT_NEAR(*periodOf(swing.samples(), .05), .8, kOfSamples * .8);
+    EXPECT_NEAR(*dampingOf(swing.samples(), .05), .2, 10 * kOfSamples * .2);
+}
+
+TEST(Oscillation, FindsItsRestByItself)
+{
+    constexpr double kOfMean = 0.02;  // a decaying swing is not about its mean
+    const Swing swing(.8, .05, .05, .02, 5.3);
+    EXPECT_NEAR(*periodOf(swing.samples(), {}), .8, kOfMean * .8);
+}
+
+TEST(Oscillation, WithoutSwingsThereIsNone)
+{
+    const std::vector<double> t = {0, 1, 2, 3}, up = {0, 1, 2, 3};
+    EXPECT_FALSE(periodOf({t, up}, {}));
+    EXPECT_FALSE(dampingOf({t, up}, {}));
+    EXPECT_FALSE(periodOf({}, {}));
+}
+
+/// A study of one measure whose runs have these values: series by series, value = f(h) of each h.
+class AnalysisTest : public testing::Test {
+protected:
+    AnalysisTest()
+    {
+        study_.name = "test";
+        study_.spec.measures.push_back({});
+        study_.spec.measures[0].name = study_.spec.measures[0].quantity = "volume";
+    }
+    void addSeries(const std::string& key, const std::vector<std::pair<double, double>>& valuesOfH, std::optional<std::size_t> firstIsRun = {})
+    {
+        scene::Study::Series series;
+        series.name = key;
+        series.key = key;
+        series.refines = "down";
+        for (std::size_t level = 0; level < valuesOfH.size(); ++level) {
+            const auto [h, value] = valuesOfH[level];
+            series.values.push_back(std::to_string(h));
+            if (level > 0 || !firstIsRun) addRun(value, std::int64_t(1000 / h));
+            const std::size_t run = level == 0 && firstIsRun ? *firstIsRun : study_.runs.size() - 1;
+            study_.settings.push_back({study_.spec.series.size(), level, run, key + " = " + series.values.back()});
+        }
+        study_.spec.series.push_back(series);
+    }
+    void addRun(double value, std::int64_t work)
+    {
+        study_.runs.emplace_back();
+        study_.runs.back().result.values = {{{value}}};
+        study_.runs.back().result.work = {{"evaluated_tets", work}};
+    }
+    Study study_;
+};
+
+TEST_F(AnalysisTest, ErrorsAreRelativeToTheExactValue)
+{
+    study_.spec.measures[0].exact = 2;
+    addSeries("h", {{1, 3}, {.5, 2.5}, {.25, 2.25}});
+    const Analysis a = analyse(study_, 0);
+    EXPECT_EQ(a.references[0].kind, Reference::Kind::exact);
+    EXPECT_EQ(a.errors[0][0].value, .5);
+    EXPECT_EQ(a.errors[2][0].value, .125);
+    EXPECT_NEAR(*a.orders[0][0].fit, 1, kRounding);
+    EXPECT_NEAR(*a.orders[0][0].own, 1, kRounding);
+    EXPECT_EQ(a.front, (std::vector<std::size_t>{0, 1, 2}));
+    EXPECT_EQ(cheapestFor(study_, a, 0, .3), 1u);
+    EXPECT_FALSE(cheapestFor(study_, a, 0, .1));
+    study_.spec.measures[0].scale = 4;
+    EXPECT_EQ(analyse(study_, 0).errors[0][0].value, .25);
+}
+
+TEST_F(AnalysisTest, WithoutOneTheReferenceIsExtrapolatedAndNearErrorsAreWeak)
+{
+    addSeries("h", {{1, 3}, {.5, 2.5}, {.25, 2.25}, {.125, 2.125}, {.0625, 2.0625}});
+    const Analysis a = analyse(study_, 0);
+    EXPECT_EQ(a.references[0].kind, Reference::Kind::extrapolated);
+    EXPECT_NEAR(a.references[0].value.numbers[0], 2, 10 * kRounding);
+    EXPECT_FALSE(a.errors[0][0].weak);
+    EXPECT_FALSE(a.errors[3][0].weak);
+}
+
+TEST_F(AnalysisTest, ThreeLevelsLeaveAllErrorsWeak)
+{
+    addSeries("h", {{1, 3}, {.5, 2.5}, {.25, 2.25}});
+    const Analysis a = analyse(study_, 0);
+    EXPECT_EQ(a.references[0].kind, Reference::Kind::extrapolated);
+    for (const auto& errors : a.errors) EXPECT_TRUE(errors[0].weak);
+    EXPECT_FALSE(a.orders[0][0].fit);  // of weak errors there is no slope
+    EXPECT_TRUE(a.orders[0][0].own);
+}
+
+TEST_F(AnalysisTest, SeriesOfAnotherKeyCorrectTheReference)
+{
+    // f = 2 + h + k: with k = 1 the limit in h is 3, and k would take 1 off
+    addSeries("h", {{1, 4}, {.5, 3.5}, {.25, 3.25}, {.125, 3.125}});
+    addSeries("k", {{1, 4}, {.5, 3.5}, {.25, 3.25}}, 0);
+    const Analysis a = analyse(study_, 0);
+    EXPECT_EQ(a.references[0].series, (std::vector<std::size_t>{0, 1}));
+    EXPECT_NEAR(a.references[0].value.numbers[0], 2, 100 * kRounding);
+    study_.spec.series[1].key = "h";  // another way through the same key counts once
+    EXPECT_NEAR(analyse(study_, 0).references[0].value.numbers[0], 3, 100 * kRounding);
+}
+
+TEST_F(AnalysisTest, ElseItIsTheRunOfMostWorkWhichHasNoErrorThen)
+{
+    addSeries("h", {{1, 3}, {.5, 1}, {.25, 2}});
+    const Analysis a = analyse(study_, 0);
+    EXPECT_EQ(a.references[0].kind, Reference::Kind::finest);
+    EXPECT_EQ(a.references[0].run, 2u);
+    EXPECT_FALSE(a.errors[2][0].value);
+    EXPECT_EQ(a.errors[0][0].value, .5);
+}
+
+TEST_F(AnalysisTest, RunsThatFailedOrDidNotConvergeAreNotCompared)
+{
+    study_.spec.measures[0].exact = 2;
+    addSeries("h", {{1, 3}, {.5, 2.5}, {.25, 2}});
+    study_.runs[0].result.failure = "crashed";
+    study_.runs[2].result.cappedSteps = 3;
+    const Analysis a = analyse(study_, 0);
+    EXPECT_FALSE(a.errors[0][0].value);
+    EXPECT_FALSE(a.errors[2][0].value);
+    EXPECT_EQ(a.front, (std::vector<std::size_t>{1}));
+    EXPECT_NE(tableText(study_, a).find("failed: crashed"), std::string::npos);
+    EXPECT_NE(tableText(study_, a).find("3 of 0 steps did not converge"), std::string::npos);
+    EXPECT_NE(svgText(study_, a).find("Not shown: h, h = 1.000000: crashed"), std::string::npos);
+}
+
+TEST_F(AnalysisTest, TimesAreComparedWithinARound)
+{
+    study_.spec.measures[0].exact = 2;
+    addSeries("h", {{1, 3}, {.5, 2.5}});
+    study_.runs[0].seconds = {1, 10, 2, 1, 1};   // the machine was busy in the second round
+    study_.runs[1].seconds = {3, 30, 6, 3, 3.5};
+    const Analysis a = analyse(study_, 0);
+    EXPECT_EQ(a.cost[1]->median, 3);
+    EXPECT_EQ(a.cost[1]->high, 3.5);
+    EXPECT_EQ(a.cost[0]->median, 1);
+}
+
+TEST_F(AnalysisTest, WhereNobodySaysWhichValuesAreFinerItIsThoseOfMoreWork)
+{
+    addSeries("h", {{1, 3}, {.5, 2.5}});
+    study_.spec.series[0].refines = "auto";
+    EXPECT_EQ(analyse(study_, 0).h[1], .5);
+    std::swap(study_.runs[0].result.work, study_.runs[1].result.work);
+    EXPECT_EQ(analyse(study_, 0).h[1], 2);
+}
+
+TEST_F(AnalysisTest, TextsHaveErrorsButNoOrder)
+{
+    study_.spec.measures[0].exact = 2;
+    addSeries("solver", {{1, 3}, {.5, 2.5}, {.25, 2.25}});
+    study_.spec.series[0].values = {"\"a\"", "\"b\"", "true"};
+    const Analysis a = analyse(study_, 0);
+    EXPECT_EQ(a.errors[0][0].value, .5);
+    EXPECT_FALSE(a.h[0]);
+    EXPECT_FALSE(a.orders[0][0].fit || a.orders[0][0].own);
+    EXPECT_TRUE(refinementsOfBase(study_, a).empty());
+}
+
+TEST_F(AnalysisTest, MassesAreComparedAsLists)
+{
+    study_.spec.measures[0].quantity = "fragment_masses";
+    addSeries("h", {{1, 0}, {.5, 0}});
+    study_.runs[0].result.values = {{{4}}};
+    study_.runs[1].result.values = {{{3, 1}}};
+    const Analysis a = analyse(study_, 0);
+    EXPECT_EQ(a.references[0].kind, Reference::Kind::finest);
+    EXPECT_EQ(a.errors[0][0].value, .25);
+}
+
+TEST_F(AnalysisTest, TheKeyThatMattersMostComesFirst)
+{
+    study_.spec.measures[0].exact = 2;
+    addSeries("h", {{1, 4}, {.5, 3.9}});
+    addSeries("k", {{1, 4}, {.5, 3}}, 0);
+    const auto r = refinementsOfBase(study_, analyse(study_, 0));
+    ASSERT_EQ(r.size(), 2u);
+    EXPECT_EQ(r[0].series, 1u);
+    EXPECT_EQ(r[0].after, .5);
+}
+
+TEST(StudyResult, ReadsBackAsItWasWritten)
+{
+    Result r;
+    r.fingerprint = "abc", r.stateHash = "0123", r.cappedSteps = 2, r.seconds = .1, r.peakBytes = 1 << 20, r.threads = 2;
+    r.values = {{{1. / 3}}, {{3, 2, 1}}, {{}, "after a split"}};
+    r.work = {{"steps", 12}, {"evaluated_tets", 1LL << 40}};
+    r.stages = {{"solve", .25}};
+    const Result back = resultOf(Json::parse(toJson(r).dump()));
+    EXPECT_EQ(back.values, r.values);
+    EXPECT_EQ(back.work, r.work);
+    EXPECT_EQ(back.stages, r.stages);
+    EXPECT_EQ(toJson(back), toJson(r));
+}
+
+/// What is made of scene and command line.
+class PlanTest : public testing::Test {
+protected:
+    PlanTest() { input_.scene = file_; }
+    ~PlanTest() override { std::filesystem::remove(file_); }
+    Study plan(const std::string& study = "")
+    {
+        writeText(file_, kScene + study);
+        return makePlan(input_);
+    }
+
+    const std::string kScene = R"(grid.voxel_size = 0.1
+[[body]]
+name = "b"
+shape = { box = { size = [1, 1, 1] } }
+material = "m"
+[material.m]
+youngs_modulus = 1e5
+poisson_ratio = 0.3
+density = 1000
+)";
+    std::filesystem::path file_ = std::filesystem::temp_directory_path() / ("vdbfrac-plan-" + std::to_string(::getpid()) + ".toml");
+    PlanInput input_;
+};
+
+TEST_F(PlanTest, SettingsThatAreTheSameSceneShareARun)
+{
+    const Study s = plan("[study]\n[[study.series]]\nname = \"a\"\nkey = \"time.substeps\"\nvalues = [1, 2]\n"
+                         "[[study.series]]\nname = \"b\"\nset = [\"time.substeps=2\"]\nkey = \"grid.coarsening\"\nvalues = [1, 2]\n");
+    ASSERT_EQ(s.settings.size(), 4u);
+    EXPECT_EQ(s.runs.size(), 3u);
+    EXPECT_EQ(s.settings[2].run, s.settings[1].run);
+    EXPECT_EQ(s.settings[3].label, "grid.coarsening = 2");
+    EXPECT_EQ(s.runs[s.settings[3].run].scene->grid.coarsening, 2);
+    EXPECT_EQ(s.runs[s.settings[3].run].scene->time.substeps, 2);
+}
+
+TEST_F(PlanTest, ASettingThatIsNoSceneIsAFailureAndNotTheEnd)
+{
+    input_.vary = {"grid.voxel_size=0.1,0"};
+    const Study s = plan();
+    EXPECT_TRUE(s.runs[0].scene);
+    EXPECT_FALSE(s.runs[1].scene);
+    EXPECT_NE(s.runs[1].result.failure.find("voxel_size"), std::string::npos);
+}
+
+TEST_F(PlanTest, KeysOfTheCommandLineMakeSeriesOrCombineThem)
+{
+    input_.vary = {"time.substeps=1,2,3", "solver.linear_solver=jacobi,multigrid"};
+    EXPECT_EQ(plan().spec.series.size(), 2u);
+    EXPECT_EQ(plan().settings.size(), 5u);
+    input_.grid = true;
+    const Study s = plan();
+    EXPECT_EQ(s.spec.series.size(), 2u);
+    EXPECT_EQ(s.settings.size(), 6u);
+    EXPECT_EQ(s.spec.series[1].name, "time.substeps, solver.linear_solver=\"multigrid\"");
+    EXPECT_EQ(s.runs.back().scene->solver.linearSolver, "multigrid");
+}
+
+TEST_F(PlanTest, MeasuresOfTheCommandLineAreReadAsThoseOfAScene)
+{
+    input_.vary = {"time.substeps=1,2"};
+    input_.measure = {"volume", "displacement:name=tip,point=[0.5,0,0],axis=y"};
+    const Study s = plan();
+    ASSERT_EQ(s.spec.measures.size(), 2u);
+    EXPECT_EQ(s.spec.measures[1].name, "tip");
+    EXPECT_EQ(s.spec.measures[1].body, "b");
+    EXPECT_EQ(*s.spec.measures[1].point, Vec3(.5, 0, 0));
+    input_.measure = {"displacement"};
+    EXPECT_THROW(plan(), InputError);
+    input_.measure = {"volume:nonsense"};
+    EXPECT_THROW(plan(), InputError);
+}
+
+TEST_F(PlanTest, NothingVariedIsAnError)
+{
+    EXPECT_THROW(plan(), InputError);
+    EXPECT_THROW(plan("[study]\n"), InputError);
+}
+
+TEST_F(PlanTest, FingerprintsFollowWhatARunDependsOn)
+{
+    input_.vary = {"time.substeps=1"};
+    const std::string before = plan().runs[0].fingerprint;
+    EXPECT_EQ(plan("[output]\nobj = false\n").runs[0].fingerprint, before);  // no frames are written
+    EXPECT_NE(plan("[gravity]\n").runs[0].fingerprint, before);
+    input_.program = "another";
+    EXPECT_NE(plan().runs[0].fingerprint, before);
+}
+
+}  // namespace
+}  // namespace vdbfrac::tools::study
