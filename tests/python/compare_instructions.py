@@ -1,6 +1,6 @@
 """Counts the instructions of an elastic scene in two builds, with all effects and with none: they may differ by 0.5 %.
 
-Only what main() does counts. Loading takes three times as many, and how many depends on how the names of a program fall into
+Only what main() does counts. Loading takes several times as many, and how many depends on how the names of a program fall into
 the linker's hash table.
 """
 import os
