@@ -129,7 +129,8 @@ with tempfile.TemporaryDirectory() as temporary:
     plan = subprocess.run([PROGRAM, "sim", str(BAR), "-n"], capture_output=True, text=True, timeout=60)
     expect("a simulation takes no notice of a study", plan.returncode == 0 and "study" not in plan.stdout)
     study("nothing varied", [SOURCE / "data/scenes/bar.toml", "-o", folder / "i"], 2, "--vary")
-    study("unknown quantity", [BAR, "-o", folder / "i", "--measure", "volum"], 2, "did you mean 'volume'")
+    study("unknown quantity", [BAR, "-o", folder / "i", "--measure", "volum"], 2, "--measure: ", "did you mean 'volume'")
+    study("no values", [BAR, "-o", folder / "i", "--vary", "grid.voxel_size=[1,2]"], 2, "--vary: ", "a list of at least one number")
     study("unknown measure", [BAR, "-o", folder / "i", "--by", "tipp"], 2, "one of tip, energy")
     study("no such run", [BAR, "-o", folder / "i", "--run", "99"], 2, "0 to 6")
 

@@ -162,7 +162,7 @@ public:
         std::vector<std::string> set = input_.set;
         if (!input_.vary.empty()) set.push_back(seriesOverride(input_));
         if (!input_.measure.empty()) set.push_back(measureOverride(input_.measure));
-        const scene::Scene scene = parse(set);
+        const scene::Scene scene = parseAsGiven(set);
         if (!scene.study || scene.study->series.empty())
             throw InputError({input_.scene.string(), "nothing is varied", "a table [study] with [[study.series]]",
                               "or --vary KEY=VALUE,VALUE,..."});
@@ -178,6 +178,19 @@ private:
     scene::Scene parse(const std::vector<std::string>& set) const
     {
         return scene::parseScene(text_, input_.scene, effects::effectTables(), set);
+    }
+
+    /// Errors name the options that were given, not what was made of them.
+    scene::Scene parseAsGiven(const std::vector<std::string>& set) const
+    try {
+        return parse(set);
+    } catch (const InputError& e) {
+        std::vector<InputError::Detail> details = e.details();
+        for (InputError::Detail& d : details) {
+            if (d.place == "--set study.measure" && !input_.measure.empty()) d.place = "--measure";
+            if (d.place == "--set study.series" && !input_.vary.empty()) d.place = "--vary";
+        }
+        throw InputError(details);
     }
 
     void addSetting(std::size_t s, std::size_t level)
