@@ -1,4 +1,5 @@
 // vdbfrac sim: a scene in, frames out.
+#include "accuracy.h"
 #include "common.h"
 #include "memory.h"
 #include "progress.h"
@@ -21,7 +22,7 @@ namespace {
 
 struct SimOptions {
     CommonOptions common;
-    std::string scene, folder, frames;
+    std::string scene, folder, frames, accuracy;
     std::vector<std::string> set;
     bool overwrite = false, plan = false, strict = false;
     int threads = 0;
@@ -68,6 +69,7 @@ int simulate(const SimOptions& options, const scene::Scene& scene)
     const auto effects = effects::makeEffects(scene);
     core::Simulation simulation(scene, pointers(effects), limit);
     if (options.plan) {
+        if (!options.accuracy.empty()) std::printf("%s\n", accuracyText(scene, options.accuracy).c_str());
         std::fputs(planText(scene, simulation).c_str(), stdout);
         return kDone;
     }
@@ -77,6 +79,7 @@ int simulate(const SimOptions& options, const scene::Scene& scene)
     logToFile(*log, folder.path() / "run.log");
     log->info("vdbfrac {}  scene '{}'  {} nodes  {} tets  {} threads", core::kVersion, scene.name, simulation.x().size(),
               simulation.elastic().tetCount(), threadCount());
+    if (!options.accuracy.empty()) log->info("{}", accuracyText(scene, options.accuracy));
     for (const std::string& note : simulation.stages().notes) log->warn("note: {}", note);
 
     Ledger work;
@@ -120,6 +123,9 @@ Action addSim(CLI::App& app)
     c->add_flag("--overwrite", o->overwrite, "Replace an earlier run in the folder");
     c->add_option("-j,--threads", o->threads, "Threads to use (default: all cores)")->check(CLI::NonNegativeNumber);
     c->add_option("--set", o->set, "Change a key of the scene: key=value, as in grid.voxel_size=0.02")->type_name("KEY=VALUE");
+    c->add_option("--accuracy", o->accuracy,
+                  "Make voxels, time steps and tolerance coarser or finer than the scene says, and say what to expect of it")
+        ->check(CLI::IsMember(accuracyLevels()));
     auto* plan = c->add_flag("-n,--plan", o->plan, "Only say what would run: sizes, memory, the stages and why the others are off");
     c->add_flag("--strict", o->strict, "Exit with 3 when a step did not converge");
     c->add_option("--max-memory", o->maxMemory, "GiB the run may use (default: 80 % of what is available)")->check(CLI::PositiveNumber);
@@ -129,6 +135,7 @@ Action addSim(CLI::App& app)
             throw InputError({"vdbfrac sim", "no output folder", "-o DIR", "or -n to see what would run"});
         scene::Scene scene = scene::readScene(o->scene, effects::effectTables(), o->set);
         limitFrames(scene, o->frames);
+        if (!o->accuracy.empty()) setAccuracy(scene, o->accuracy);
         const ThreadLimit threads(o->threads);
         return simulate(*o, scene);
     };
