@@ -112,7 +112,8 @@ public:
         const std::string inside = panel(0, timePoints(), "time, relative to the first setting") +
                                    panel(1, workPoints(), "work: tets evaluated and multiplied");
         double bottom = kTop + kPanelHeight + 84;
-        const std::string keys = legend(bottom) + failures(bottom);
+        std::string keys = legend(bottom);
+        keys += failures(bottom);
         std::string t = fmt::format(R"(<svg xmlns="http://www.w3.org/2000/svg" width="{0:.0f}" height="{1:.0f}" viewBox="0 0 {0:.0f} {1:.0f}" )"
                                     R"(font-family="DejaVu Sans, Helvetica, Arial, sans-serif">)" "\n", kWidth, bottom);
         t += fmt::format(R"(<rect width="{:.0f}" height="{:.0f}" fill="#ffffff"/>)" "\n", kWidth, bottom);
@@ -151,7 +152,10 @@ private:
     {
         const double left = kPanelLeft[which], right = left + kPanelWidth, bottom = kTop + kPanelHeight;
         std::vector<double> xs, ys;
-        for (const Point& p : points) xs.push_back(p.x), ys.push_back(p.error);
+        for (const Point& p : points) {
+            xs.push_back(p.x), ys.push_back(p.error);
+            if (p.spread) xs.insert(xs.end(), {p.spread->low, p.spread->high});
+        }
         const Axis x(xs, left, right), y(ys, bottom, kTop);
         std::string t = grid(x, y, left);
         t += textAt(.5 * (left + right), bottom + 48, title, {"middle", 14});
@@ -200,7 +204,7 @@ private:
                 if (study_.settings[p.setting].series != s) continue;
                 const double px = x.at(p.x), py = y.at(p.error);
                 path += fmt::format("{:.1f},{:.1f} ", px, py);
-                if (p.spread && p.spread->low > 0)
+                if (p.spread)
                     lines += lineFrom({x.at(p.spread->low), py, x.at(p.spread->high), py}, fmt::format("stroke=\"{}\"", colour(s)));
                 marks += marker(s, {px, py}, p.weak);
                 marks += label(p, {px, py}, x);
@@ -216,7 +220,9 @@ private:
         constexpr double kRoom = 60;
         const Setting& s = study_.settings[p.setting];
         const bool room = at[0] + kRoom < x.end();
-        return textAt(at[0] + (room ? 8 : -8), at[1] - 7, study_.spec.series[s.series].values[s.level], {room ? "start" : "end", 11, kGrey});
+        std::string value = study_.spec.series[s.series].values[s.level];
+        std::erase(value, '"');
+        return textAt(at[0] + (room ? 8 : -8), at[1] - 7, value, {room ? "start" : "end", 11, kGrey});
     }
 
     static const char* colour(std::size_t series) { return kColours[series % kColours.size()]; }
@@ -249,7 +255,8 @@ private:
         for (std::size_t s = 0; s < study_.spec.series.size(); ++s, y += kLine) {
             const Order& order = a_.orders[s][a_.by];
             t += marker(s, {kPanelLeft[0] + 6, y - 4}, false);
-            std::string text = study_.spec.series[s].name + " (" + study_.spec.series[s].key + ")";
+            const auto& series = study_.spec.series[s];
+            std::string text = series.name.find(series.key) == 0 ? series.name : series.name + " (" + series.key + ")";
             const auto observed = order.own ? order.own : order.fit;
             if (observed) text += fmt::format(", observed order {:.2f}", *observed);
             if (observed && study_.spec.series[s].order) text += fmt::format(", expected {:g}", *study_.spec.series[s].order);
