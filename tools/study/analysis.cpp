@@ -187,12 +187,15 @@ private:
 
     Order orderOfSeries(std::size_t series, std::size_t m) const
     {
+        constexpr double kRounding = 1e-9;  // errors of what holds but for rounding have no order
         std::vector<Level> errors;
         for (const std::size_t i : byResolution(series))
-            if (const Error& e = a_.errors[i][m]; e.value && *e.value > 0 && !e.weak && (errors.empty() || *a_.h[i] < errors.back().h))
+            if (const Error& e = a_.errors[i][m]; e.value && *e.value > kRounding && !e.weak && (errors.empty() || *a_.h[i] < errors.back().h))
                 errors.push_back({*a_.h[i], *e.value});
         Order order;
-        if (errors.size() >= 2) order = {orderOf(errors), orderOf(std::span(errors).last(2)), {}};
+        if (errors.size() >= 2) order.fit = orderOf(errors), order.last = orderOf(std::span(errors).last(2));
+        order.expected = study_.spec.measures[m].order ? study_.spec.measures[m].order : study_.spec.series[series].order;
+        if (order.expected == 0.) order.expected.reset();
         if (!isMassList(study_, m))
             if (const auto limit = extrapolated(series, m)) order.own = limit->order;
         return order;

@@ -26,6 +26,7 @@ struct Error {
 struct Order {
     std::optional<double> fit;   ///< least squares over all levels whose error is not weak
     std::optional<double> last;  ///< of the two finest of them
+    std::optional<double> expected;
     std::optional<double> own;   ///< of the differences of the three finest values: needs no reference, so other errors do not count
 };
 

@@ -118,7 +118,7 @@ Json measureJson(const Study& study, const Analysis& a, std::size_t m)
                                   {"fit", optionalJson(a.orders[s][m].fit)},
                                   {"finest_pair", optionalJson(a.orders[s][m].last)},
                                   {"differences", optionalJson(a.orders[s][m].own)},
-                                  {"expected", optionalJson(study.spec.series[s].order)}});
+                                  {"expected", optionalJson(a.orders[s][m].expected)}});
     for (const double error : {.1, .05, .01}) {
         const auto best = cheapestFor(study, a, m, error);
         json["cheapest"][numberText(error)] = best ? Json(*best) : Json();

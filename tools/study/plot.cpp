@@ -259,7 +259,7 @@ private:
             std::string text = series.name.find(series.key) == 0 ? series.name : series.name + " (" + series.key + ")";
             const auto observed = order.own ? order.own : order.fit;
             if (observed) text += fmt::format(", observed order {:.2f}", *observed);
-            if (observed && study_.spec.series[s].order) text += fmt::format(", expected {:g}", *study_.spec.series[s].order);
+            if (observed && order.expected) text += fmt::format(", expected {:g}", *order.expected);
             t += textAt(kPanelLeft[0] + 22, y, text);
         }
         for (const std::string& line : {std::string("Hollow: less than ten times what is uncertain of the reference. ") +

@@ -159,7 +159,7 @@ private:
                 if (!o.fit && !o.own) continue;
                 t += fmt::format("  {}: {} {} by errors (finest pair {}), {} by differences", study_.spec.series[s].name,
                                  study_.spec.measures[m].name, text(o.fit), text(o.last), text(o.own));
-                if (const auto& expected = study_.spec.series[s].order) t += fmt::format("; expected {:g}", *expected);
+                if (const auto& expected = o.expected) t += fmt::format("; expected {:g}", *expected);
                 t += "\n";
             }
         return t.empty() ? t : "\nobserved order of convergence\n" + t;

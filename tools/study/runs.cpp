@@ -69,6 +69,7 @@ std::string deathOf(int status, const fs::path& log)
     if (WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL) return "killed; out of memory?";
     if (WIFSIGNALED(status)) return std::string("crashed: ") + strsignal(WTERMSIG(status));
     const std::string said = fs::exists(log) ? readText(log) : "";
+    if (WEXITSTATUS(status) == 0) return "simulated another scene: was the scene changed while the study ran?";
     return "ended with " + std::to_string(WEXITSTATUS(status)) + (said.empty() ? "" : ": " + said.substr(0, said.find('\n')));
 }
 

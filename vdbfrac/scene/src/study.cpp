@@ -123,6 +123,7 @@ Study::Measure readMeasure(const Item& item, const Scene& scene, Complaints& com
     m.rest = optionalOf<double>(v, "rest");
     m.exact = optionalOf<double>(v, "exact");
     m.scale = optionalOf<double>(v, "scale");
+    m.order = optionalOf<double>(v, "order");
     checkNeeds(item, quantity, complaints);
     if (isIn(quantity.needs, "body")) refer<Body>(item, "body", {scene.bodies, m.body}, complaints);
     if (isIn(quantity.needs, "grip")) refer<Grip>(item, "grip", {scene.grips, m.grip}, complaints);

@@ -162,6 +162,7 @@ const std::vector<Key> kMeasure = {
     {"exact", Type::number, "", "The true value, where it is known.", ""},
     {"source", Type::text, "", "Where the true value is from.", "\"\""},
     {"scale", Type::number, "", "What errors are relative to, instead of the true value.", "", 0, kEndless, true},
+    {"order", Type::number, "", "Order of convergence that is expected of it in all series, instead of theirs; 0: none.", "", 0, 20},
 };
 
 const Key kCenter = {"center", Type::vector, "m", "Centre.", "[0, 0, 0]"};

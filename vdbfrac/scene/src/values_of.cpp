@@ -166,6 +166,7 @@ Content contentOf(const Study::Measure& m)
     if (m.rest) v.set("rest", *m.rest);
     if (m.exact) v.set("exact", *m.exact);
     if (m.scale) v.set("scale", *m.scale);
+    if (m.order) v.set("order", *m.order);
     return content;
 }
 

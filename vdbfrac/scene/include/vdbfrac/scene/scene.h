@@ -134,6 +134,7 @@ struct Study {
         std::optional<double> exact;  ///< the true value, in the unit of the quantity
         std::string source;           ///< of `exact`
         std::optional<double> scale;  ///< what errors are relative to, instead of the true value
+        std::optional<double> order;  ///< of convergence, as expected in all series instead of theirs; 0: none is
     };
     std::string about;
     int rounds = 5;  ///< of timing
