@@ -9,7 +9,8 @@ namespace vdbfrac::tools {
 
 namespace {
 
-/// Factors on keys of a scene: those of the series "accuracy" of data/scenes/studies/notched_block.toml.
+/// Factors on keys of a scene: those of the series "accuracy" of data/scenes/studies/notched_block_resolution.toml, which a
+/// test compares them with.
 struct Level {
     const char* name;
     double voxelSize, substeps, newtonTolerance;

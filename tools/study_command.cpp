@@ -20,6 +20,7 @@
 
 #include <sys/prctl.h>
 #include <sys/time.h>
+#include <unistd.h>
 
 namespace vdbfrac::tools {
 
@@ -31,7 +32,7 @@ struct StudyOptions {
     CommonOptions common;
     study::PlanInput plan;
     std::string folder, by;
-    int threads = 0, rounds = -1, run = -1, round = 0;
+    int threads = 0, rounds = -1, run = -1, round = 0, parent = 0;
     bool threadsPerRun = false;
     double timeLimit = 0;  // s; 0: none
     double maxMemory = 0;  // GiB; 0: 80 % of what is available
@@ -88,6 +89,13 @@ study::Result simulateGuarded(const scene::Scene& scene, std::span<const scene::
     return failed;
 }
 
+/// Ends this process with the study that started it, which may have ended already.
+void endWith(int parent)
+{
+    prctl(PR_SET_PDEATHSIG, SIGTERM);
+    if (getppid() != parent) raise(SIGTERM);
+}
+
 /// One run, in this process.
 int runOne(const StudyOptions& o, const study::Study& plan)
 {
@@ -98,7 +106,6 @@ int runOne(const StudyOptions& o, const study::Study& plan)
     if (run.scene) {
         const ThreadLimit threads(std::max(1, o.threads));
         endAfter(o.timeLimit);
-        prctl(PR_SET_PDEATHSIG, SIGTERM);  // nothing goes on when the study is ended
         const auto limit = o.maxMemory > 0 ? std::uint64_t(o.maxMemory * kGiB) : defaultMemoryLimit();
         result = simulateGuarded(*run.scene, o.round == 0 ? plan.spec.measures : std::vector<scene::Study::Measure>{}, limit);
     }
@@ -162,8 +169,10 @@ Action addStudy(CLI::App& app)
     c->add_option("--max-memory", o->maxMemory, "GiB a run may use (default: 80 % of what is available)")->check(CLI::PositiveNumber);
     c->add_option("--run", o->run, "Only this run, in this process: writes runs/K.json")->type_name("K")->check(CLI::NonNegativeNumber);
     c->add_option("--round", o->round, "With --run: time it only, for this round")->type_name("R");
+    c->add_option("--parent", o->parent)->group("");  // of runs that a study starts; hidden
     addCommonOptions(*c, o->common);
     return [o] {
+        if (o->parent > 0) endWith(o->parent);
         o->plan.program = programFingerprint();
         study::Study plan = study::makePlan(o->plan);
         if (o->folder.empty()) o->folder = "study_" + plan.name;

@@ -49,8 +49,9 @@ struct alignas(64) LaneTets {
     std::uint16_t corner[4][kLanes];
 };
 
-/// What a product with the tangent needs of a tet in eight cells (green: F and Sigma V / h^2, see kernel_strain.h). A product is bound by reading this, so it is kept in
-/// single precision: a slightly different symmetric operator inside an iteration whose residual is evaluated in double.
+/// What a product with the tangent needs of a tet in eight cells: R and T, or of Green's strain F and Sigma V / h^2 (see
+/// kernel_strain.h). A product is bound by reading this, so it is kept in single precision: a slightly different symmetric
+/// operator inside an iteration whose residual is evaluated in double.
 struct alignas(32) TetTangent {
     float R[9][kLanes];  ///< row-major
     float T[6][kLanes];  ///< R (twist operator) R^T times V / h^2: xx, yy, zz, yz, zx, xy

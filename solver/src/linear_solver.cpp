@@ -172,7 +172,7 @@ LinearReport conjugateGradient(const LinearSystem& A, const Preconditioner& B, s
     return report;
 }
 
-/// Cells along the longest side of a body; without a lattice as if it were a cube.
+/// Cells along the longest side of a body, in one piece or not; without a lattice as if it were a cube.
 double cellsAcross(const ElasticOperator& elastic)
 {
     int most = 0;

@@ -5,6 +5,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import tomllib
 import xml.etree.ElementTree as xml
 from pathlib import Path
 
@@ -78,6 +79,15 @@ with tempfile.TemporaryDirectory() as temporary:
     circles = [e for e in xml.parse(a / "study.svg").iter() if e.tag.endswith("circle")]
     expect("points of the first series in both panels, and its key", len(circles) == 2 * 5 + 1)
 
+    # docs/accuracy.md is made of what its files hold, and this build does the same work. Units without fused
+    # multiply-add round differently.
+    stored = json.loads((SOURCE / "docs/accuracy/bar.json").read_text())
+    fused = all(d["machine"]["vector_unit"].startswith("AVX") for d in (bar, stored))
+    work = [[r["work"] for r in d["runs"]] for d in (bar, stored)]
+    expect(f"work counts are those of docs/accuracy/bar.json: {work}", work[0] == work[1] or not fused)
+    made = subprocess.run(["/usr/bin/python3", str(SOURCE / "docs/make_accuracy.py"), "--check"], capture_output=True, text=True, timeout=60)
+    expect("docs/accuracy.md is what docs/make_accuracy.py makes: " + made.stderr, made.returncode == 0)
+
     # The same bits, however it was run.
     study("one thread", [BAR, "-o", b, "-j", "1", "--rounds", "0"])
     study("threads per run", [BAR, "-o", c, "-j", "2", "--threads-per-run", "--rounds", "0"])
@@ -126,6 +136,16 @@ with tempfile.TemporaryDirectory() as temporary:
     # The command line.
     study("texts and combinations", [BAR, "-o", folder / "h", "--vary", "solver.linear_solver=jacobi,direct", "--vary", "time.substeps=1,2",
                                      "--grid", "--rounds", "0"], 0, 'solver.linear_solver, time.substeps=2', '"direct"')
+    levels = json.loads((SOURCE / "docs/accuracy/levels.json").read_text())
+    measured = SOURCE / "data/scenes/studies/notched_block_resolution.toml"
+    series = next(s for s in tomllib.loads(measured.read_text())["study"]["series"] if s["name"] == "accuracy")
+    for level, voxel, substeps, tolerance in zip(levels, series["values"], *(t["values"] for t in series["tied"]), strict=True):
+        sized = subprocess.run([PROGRAM, "sim", str(measured), "-n", "--accuracy", level], capture_output=True, text=True, timeout=60).stdout
+        expect(f"{level} is what was measured", f"voxels of {voxel:.3g} m, {substeps} steps a frame, Newton tolerance {tolerance:.1g}." in sized)
+    for level, found in levels.items():
+        sized = subprocess.run([PROGRAM, "sim", str(BAR), "-n", "--accuracy", level], capture_output=True, text=True, timeout=60).stdout
+        expect(f"sim --accuracy {level}", all(t in sized for t in (f"accuracy {level}: ", f"{100 * found['peak_load']:.2g} % in peak load",
+                                                                    f"{found['time']:.2g} times the time")))
     plan = subprocess.run([PROGRAM, "sim", str(BAR), "-n"], capture_output=True, text=True, timeout=60)
     expect("a simulation takes no notice of a study", plan.returncode == 0 and "study" not in plan.stdout)
     study("nothing varied", [SOURCE / "data/scenes/bar.toml", "-o", folder / "i"], 2, "--vary")

@@ -118,8 +118,23 @@ private:
         const auto best = finest(m);
         if (!best) return {};
         if (!isMassList(study_, m))
-            if (const auto limit = extrapolated(study_.settings[*best].series, m)) return corrected(*limit, study_.settings[*best].series, m);
+            if (const auto series = surest(study_.settings[*best].series, m)) return corrected(*extrapolated(*series, m), *series, m);
         return {Reference::Kind::finest, *valueOf(*best, m), 0, 0, {}, study_.settings[*best].run};
+    }
+
+    /// Of the series that vary the same keys as `like`, the one whose limit is the least uncertain.
+    std::optional<std::size_t> surest(std::size_t like, std::size_t m) const
+    {
+        std::optional<std::size_t> best;
+        std::set<std::string> keys;
+        addKeys(keys, like);
+        for (std::size_t s = 0; s < study_.spec.series.size(); ++s) {
+            std::set<std::string> own;
+            addKeys(own, s);
+            const auto limit = own == keys ? extrapolated(s, m) : std::nullopt;
+            if (limit && (!best || limit->uncertainty < extrapolated(*best, m)->uncertainty)) best = s;
+        }
+        return best;
     }
 
     /// The limit of one series still has the errors that others refine. So what those series would change of the run that they

@@ -84,7 +84,11 @@ Json settingJson(const Study& study, const Analysis& a, std::size_t i)
 {
     const Setting& s = study.settings[i];
     Json errors = Json::array();
-    for (const Error& e : a.errors[i]) errors.push_back({{"error", optionalJson(e.value)}, {"weak", e.weak}});
+    const std::vector<Value>& values = study.result(s).values;
+    for (std::size_t m = 0; m < a.errors[i].size(); ++m) {
+        errors.push_back({{"error", optionalJson(a.errors[i][m].value)}, {"weak", a.errors[i][m].weak}});
+        if (m < values.size() && !values[m].has()) errors.back()["missing"] = values[m].missing;
+    }
     Json json = {{"series", study.spec.series[s.series].name}, {"setting", s.label},      {"run", s.run},
                  {"sound", bool(a.sound[i])},                  {"reason", reasonOf(study, i)}, {"h", optionalJson(a.h[i])},
                  {"errors", errors}};

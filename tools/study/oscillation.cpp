@@ -1,6 +1,7 @@
 #include "oscillation.h"
 
 #include <cmath>
+#include <optional>
 #include <numeric>
 #include <vector>
 
@@ -44,12 +45,21 @@ struct Peak {
     double t, height;
 };
 
-/// Largest |u - level| between two crossings, at the top of a parabola through three samples.
+/// Largest |u - level| between two crossings, at the top of a parabola through three samples. Swings that the ends of the
+/// record cut off do not count, nor do ripples.
 std::vector<Peak> peaks(const Samples& s, double level)
 {
     std::vector<Peak> found;
+    const auto side = [&](std::size_t i) { return s.u[i] < level ? -1. : 1.; };
+    bool whole = false;  // a crossing came before
+    std::optional<Peak> highest;
     for (std::size_t i = 1; i + 1 < s.t.size(); ++i) {
-        const double sign = s.u[i] < level ? -1 : 1;
+        if (side(i) != side(i - 1)) {
+            if (whole && highest) found.push_back(*highest);
+            whole = true;
+            highest.reset();
+        }
+        const double sign = side(i);
         const double a = sign * (s.u[i - 1] - level), b = sign * (s.u[i] - level), c = sign * (s.u[i + 1] - level);
         if (!(b > a && b >= c && b > 0)) continue;
         const double left = s.t[i] - s.t[i - 1], right = s.t[i + 1] - s.t[i];
@@ -57,7 +67,8 @@ std::vector<Peak> peaks(const Samples& s, double level)
         const double curvature = (slopeRight - slopeLeft) / (left + right);       // half the second derivative
         const double slope = (slopeLeft * right + slopeRight * left) / (left + right);  // at sample i
         const double shift = curvature < 0 ? -.5 * slope / curvature : 0;
-        found.push_back({s.t[i] + shift, b + .5 * slope * shift});
+        const Peak peak{s.t[i] + shift, b + .5 * slope * shift};
+        if (!highest || peak.height > highest->height) highest = peak;
     }
     return found;
 }

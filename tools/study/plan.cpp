@@ -148,7 +148,7 @@ std::string fingerprintOf(scene::Scene scene, const scene::Study& study, const s
     scene.output = {};
     scene.study = scene::Study{};
     scene.study->measures = study.measures;
-    for (scene::Study::Measure& m : scene.study->measures) m.exact.reset(), m.scale.reset(), m.source.clear();
+    for (scene::Study::Measure& m : scene.study->measures) m.exact.reset(), m.scale.reset(), m.order.reset(), m.source.clear(), m.name = m.quantity;
     add(scene::writeScene(scene, effects::effectTables()));
     return hexadecimal(hash);
 }

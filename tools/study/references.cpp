@@ -38,7 +38,7 @@ std::optional<Extrapolation> limitOf(const Level& coarse, const Level& middle, c
 
 std::optional<Extrapolation> richardson(std::span<const Level> levels)
 {
-    constexpr double kLeastShare = 0.1;
+    constexpr double kLeastShare = 0.05;  // so that the finest level is not weak where all levels follow one power
     const std::size_t n = levels.size();
     if (n < 3 || std::abs(levels[n - 1].value - levels[n - 2].value) >= std::abs(levels[n - 2].value - levels[n - 3].value)) return {};
     auto limit = limitOf(levels[n - 3], levels[n - 2], levels[n - 1]);
@@ -100,6 +100,7 @@ double massDistance(std::span<const double> a, std::span<const double> b)
         s.resize(count);
         return s;
     };
+    if (a.empty() != b.empty()) return 1;
     const std::size_t count = std::max(a.size(), b.size());
     const std::vector<double> p = shares(a, count), q = shares(b, count);
     double distance = 0;

@@ -47,6 +47,7 @@ pid_t start(const Job& job, const RunSettings& settings)
     arguments.push_back("--run=" + std::to_string(job.run));
     arguments.push_back("--round=" + std::to_string(job.round));
     arguments.push_back("--threads=" + std::to_string(job.threads));
+    arguments.push_back("--parent=" + std::to_string(getpid()));
     std::vector<char*> pointers;
     for (std::string& a : arguments) pointers.push_back(a.data());
     pointers.push_back(nullptr);

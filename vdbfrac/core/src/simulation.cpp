@@ -90,7 +90,7 @@ void Simulation::warnOfLongSteps()
     const double stable = integrator_->largestStep(), frame = 1 / timeSettings_.fps;
     if (timeSettings_.substeps == 0 || frame / timeSettings_.substeps <= stable) return;
     char text[160];
-    std::snprintf(text, sizeof text, "time steps of %.3g s are beyond the %.3g s for which the integrator is stable; substeps = %.0f or \"auto\" is not",
+    std::snprintf(text, sizeof text, "time steps of %.3g s are too long: the integrator is unstable beyond %.3g s; take time.substeps = %.0f or \"auto\"",
                   frame / timeSettings_.substeps, stable, std::ceil(frame / stable));
     stages_.notes.push_back(text);
 }

@@ -22,7 +22,7 @@ solver::NewtonSettings newtonSettingsOf(const scene::Solver& s)
                                                         {"direct", solver::LinearMethod::direct}};
     static const Names<solver::NewtonTangent> tangents = {{"exact", exact}, {"projected", projected}, {"warped", warped}};
     return {s.newtonTolerance, s.newtonIterations, s.linearTolerance, s.linearIterations, methods.at(s.linearSolver),
-            s.precision == "double" ? solver::LinearPrecision::twice : solver::LinearPrecision::mixed, tangents.at(s.tangent)};
+            s.precision == "double" ? solver::LinearPrecision::doubles : solver::LinearPrecision::mixed, tangents.at(s.tangent)};
 }
 
 solver::Scheme schemeOf(const scene::Solver& s)

@@ -92,7 +92,7 @@ void checkNeeds(const Item& item, const tables::Quantity& quantity, Complaints& 
         const bool filledIn = isIn({"body", "grip"}, key);  // where there is one only
         if (given && !known)
             complaints.add(given->place, {item.path + "." + key + " means nothing to the quantity " + quotedText(quantity.name),
-                                          "nothing of it"});
+                                          "", "leave it out"});
         if (!given && needed && !filledIn)
             complaints.add(item.node.place, {"[" + item.path + "] lacks the key '" + key + "'", "",
                                              "the quantity " + quotedText(quantity.name) + " needs it"});

@@ -19,8 +19,8 @@
 namespace vdbfrac::solver {
 
 enum class LinearMethod { automatic, jacobi, multigrid, direct };
-/// mixed: vectors of block-Jacobi in single precision where the tolerance allows it; twice: always in double.
-enum class LinearPrecision { mixed, twice };
+/// mixed: vectors of block-Jacobi in single precision where the tolerance allows it; doubles: always in double.
+enum class LinearPrecision { mixed, doubles };
 
 struct LinearSystem {
     const ElasticOperator& elastic;
