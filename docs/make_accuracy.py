@@ -169,8 +169,8 @@ def references(study):
 def part(name, study, text):
     c = next((s.get("time_ratio") for s in study["settings"] if s.get("time_ratio")), None)
     timed = f"\n\n{study['rounds']} rounds; ranges hold the median with {100 * c['confidence']:.0f} %." if c else ""
-    return "\n".join(filter(None, [text, "", table(study), references(study) + timed, orders(study), cheapest(study),
-                                   f"\n![error against time and work](accuracy/{name}.svg)"]))
+    parts = [text, table(study), references(study) + timed, orders(study), cheapest(study), f"![error against time and work](accuracy/{name}.svg)"]
+    return "\n\n".join(p.strip() for p in parts if p)
 
 
 def arc_part(studies):
@@ -214,11 +214,11 @@ def find(study, series, setting):
 
 def short_answers(studies):
     """The questions that most ask, each answered from the tables below."""
-    lines = ["**How much faster is backward Euler than symplectic Euler at an error of 1 %?** "]
+    lines = ["**How much faster is backward Euler than symplectic Euler at an error of 1 %?**"]
     for name, E in STIFFNESSES.items():
         implicit, explicit = (cheapest_of_series(studies[name], series, 1) for series in ("backward Euler", "symplectic Euler"))
         ratio = explicit["time_ratio"]["median"] / implicit["time_ratio"]["median"]
-        lines.append(f"{ratio:.2g} times at E = {E:.0e} Pa" + ("; " if name != "slow_load_1e8" else " (below 1: it is slower). The load is slow: that "
+        lines.append(f"{ratio:.2g} times at E = {E:.0e} Pa" + (";" if name != "slow_load_1e8" else " (below 1: it is slower). The load is slow: that "
                                                                "is where long steps pay."))
     block = studies["notched_block"]
     base = block["settings"][0]["time_ratio"]["median"]

@@ -62,7 +62,7 @@ std::vector<Refinement> refinementsOfBase(const Study& study, const Analysis& an
 /// Why a setting is not compared, on one line: its failure, or steps that did not converge; empty when it is sound.
 std::string reasonOf(const Study& study, std::size_t setting);
 
-/// "tip: exact 0.3017 (elastica)", "work: extrapolated from 'time' (order 1.02) to 12.3 +- 0.1", ...
+/// "exact 0.3017 (elastica)", "extrapolated from 'time step' to 12.3 +- 0.1", ...
 std::string referenceText(const Study& study, const Analysis& analysis, std::size_t measure);
 
 }  // namespace vdbfrac::tools::study

@@ -12,7 +12,7 @@ struct Samples {
 };
 
 /// Mean distance [s] of crossings of `rest` in the same direction, interpolated between samples. Without `rest`, of the mean over
-/// whole swings. None when there are fewer than two crossings in either direction.
+/// whole swings. None when there are fewer than two crossings in one of both directions.
 std::optional<double> periodOf(const Samples& samples, std::optional<double> rest);
 
 /// Rate [1/s] at which the peaks on both sides of `rest` decay: the slope of the logarithm of their heights over time, by least

@@ -20,7 +20,7 @@ Json jsonOf(const Study& study, const Analysis& analysis, const Json& machine);
 /// Two panels: error of the measure analysis.by over time and over work, both axes logarithmic.
 std::string svgText(const Study& study, const Analysis& analysis);
 
-/// "1.2 M"
+/// "12.3 M"
 std::string amountText(std::int64_t n);
 
 }  // namespace vdbfrac::tools::study

@@ -45,7 +45,7 @@ const TableSpec& series();
 const TableSpec& tied();
 const TableSpec& measure();
 
-/// What a quantity of [[study.measure]] needs and what it may have besides name, exact, source and scale.
+/// What a quantity of [[study.measure]] needs and what it may have besides name, exact, source, scale and order.
 struct Quantity {
     const char* name;
     std::vector<const char*> needs;
