@@ -15,7 +15,6 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
-#include <fstream>
 #include <thread>
 
 #include <sys/prctl.h>
@@ -41,12 +40,8 @@ struct StudyOptions {
 /// Of version and code: results of another build are not reused.
 std::string programFingerprint()
 {
-    std::ifstream program("/proc/self/exe", std::ios::binary);
-    std::uint64_t hash = hashBytes(core::kVersion, std::char_traits<char>::length(core::kVersion));
-    std::vector<char> piece(1 << 20);
-    while (program.read(piece.data(), std::streamsize(piece.size())) || program.gcount() > 0)
-        hash = hashBytes(piece.data(), std::size_t(program.gcount()), hash);
-    return hexadecimal(hash);
+    const std::uint64_t version = hashBytes(core::kVersion, std::char_traits<char>::length(core::kVersion));
+    return hexadecimal(hashFile("/proc/self/exe", version));
 }
 
 /// This program and what makes the same study again.

@@ -390,6 +390,19 @@ TEST(Hash, IsXxh3AndDoesNotChange)
     EXPECT_EQ(hexadecimal(~std::uint64_t{0}), "ffffffffffffffff");
 }
 
+TEST(Hash, OfAFileIsThatOfItsPieces)
+{
+    const fs::path file = fs::path(testing::TempDir()) / "hash_of_a_file";
+    constexpr std::size_t kPiece = 1 << 20;
+    const std::string text = std::string(kPiece, 'a') + "b";
+    std::ofstream(file, std::ios::binary) << text;
+    EXPECT_EQ(hashFile(file, 3), hashBytes("b", 1, hashBytes(text.data(), kPiece, 3)));
+    std::ofstream(file, std::ios::binary) << "";
+    EXPECT_EQ(hashFile(file, 3), 3u);
+    fs::remove(file);
+    EXPECT_THROW((void)hashFile(file), FileError);
+}
+
 TEST(Hash, SeesEveryBitOrderAndSeed)
 {
     std::vector<double> values = awkwardNumbers(1000);

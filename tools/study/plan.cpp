@@ -8,8 +8,11 @@
 #include <vdbfrac/scene/reader.h>
 
 #include <algorithm>
+#include <map>
 
 namespace vdbfrac::tools::study {
+
+namespace fs = std::filesystem;
 
 namespace {
 
@@ -137,20 +140,14 @@ std::vector<scene::Study::Measure> usualMeasures(const scene::Scene& scene)
 }
 
 /// Of what a run depends on; frames are not written, so output does not count.
-std::string fingerprintOf(scene::Scene scene, const scene::Study& study, const std::string& program)
+std::string fingerprintOf(scene::Scene scene, const scene::Study& study, std::uint64_t hash)
 {
-    std::uint64_t hash = hashBytes(program.data(), program.size());
-    const auto add = [&](const std::string& text) { hash = hashBytes(text.data(), text.size(), hash); };
-    for (const scene::Body& body : scene.bodies) {
-        if (const auto* mesh = std::get_if<scene::MeshFile>(&body.shape)) add(readText(mesh->file));
-        if (const auto* vdb = std::get_if<scene::VdbFile>(&body.shape)) add(readText(vdb->file));
-    }
     scene.output = {};
     scene.study = scene::Study{};
     scene.study->measures = study.measures;
     for (scene::Study::Measure& m : scene.study->measures) m.exact.reset(), m.scale.reset(), m.order.reset(), m.source.clear(), m.name = m.quantity;
-    add(scene::writeScene(scene, effects::effectTables()));
-    return hexadecimal(hash);
+    const std::string text = scene::writeScene(scene, effects::effectTables());
+    return hexadecimal(hashBytes(text.data(), text.size(), hash));
 }
 
 class Planner {
@@ -208,14 +205,30 @@ private:
         study_.settings.push_back({s, level, indexOf(std::move(run)), label});
     }
 
-    void resolve(Run& run) const
+    /// Of the program and the files that bodies are read from.
+    std::uint64_t hashOfInputs(const scene::Scene& scene)
+    {
+        std::uint64_t hash = hashBytes(input_.program.data(), input_.program.size());
+        const auto add = [&](const fs::path& file) {
+            const auto [known, isNew] = files_.try_emplace(file);
+            if (isNew) known->second = hashFile(file);
+            hash = hashBytes(&known->second, sizeof known->second, hash);
+        };
+        for (const scene::Body& body : scene.bodies) {
+            if (const auto* mesh = std::get_if<scene::MeshFile>(&body.shape)) add(mesh->file);
+            if (const auto* vdb = std::get_if<scene::VdbFile>(&body.shape)) add(vdb->file);
+        }
+        return hash;
+    }
+
+    void resolve(Run& run)
     {
         std::vector<std::string> set = input_.set;
         set.insert(set.end(), run.set.begin(), run.set.end());
         try {
             run.scene = parse(set);
             run.scene->study.reset();
-            run.fingerprint = fingerprintOf(*run.scene, study_.spec, input_.program);
+            run.fingerprint = fingerprintOf(*run.scene, study_.spec, hashOfInputs(*run.scene));
         } catch (const Error& e) {
             run.scene.reset();
             run.fingerprint = "refused " + joined(run.set, ", ");
@@ -235,6 +248,7 @@ private:
     const PlanInput& input_;
     std::string text_;
     Study study_;
+    std::map<fs::path, std::uint64_t> files_;  // hashes of those read
 };
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <span>
 #include <string>
 
@@ -17,6 +18,9 @@ std::uint64_t hashOf(std::span<const T> values, std::uint64_t seed = 0)
 {
     return hashBytes(values.data(), values.size_bytes(), seed);
 }
+
+/// Of a file's bytes, read in pieces. Throws FileError.
+std::uint64_t hashFile(const std::filesystem::path& file, std::uint64_t seed = 0);
 
 /// 16 hexadecimal digits.
 std::string hexadecimal(std::uint64_t hash);
