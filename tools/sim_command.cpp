@@ -89,8 +89,8 @@ int simulate(const SimOptions& options, const scene::Scene& scene)
         for (int frame = first; frame <= last; ++frame) {
             const double end = (frame - first) / scene.time.fps;
             const double start = simulation.time();
-            while (simulation.time() < end - 1e-9 / scene.time.fps) {
-                const core::StepRecord step = simulation.step(end);
+            while (simulation.framesDone() < frame - first) {
+                const core::StepRecord step = simulation.stepInFrame();
                 work.add(step.work);
                 folder.addStep(step);
                 log->debug("{}", stepText(step));

@@ -17,6 +17,7 @@ using tetmesh::kCellTets;
 template <class P>
 using CornersOf = P[tetmesh::kCorners][3];
 using Corners = CornersOf<Pack>;
+
 /// Volume shares of the tets of a batch: its own if it is cut, else those of a whole cell.
 template <CellShape shape>
 struct WholeVolumes {

@@ -189,8 +189,8 @@ double cellsAcross(const ElasticOperator& elastic)
 }
 
 /// Whether block-Jacobi or multigrid takes less time, from how many iterations block-Jacobi will need: waves cover
-/// `reach` cells in the time step, at most the body; each cell is some iterations, as measured on blocks.
-LinearMethod chosen(const LinearSystem& system, LinearLimits limits)
+/// `reach` cells in the time step, at most the `across` of the body; each cell is some iterations, as measured on blocks.
+LinearMethod chosen(const LinearSystem& system, LinearLimits limits, double across)
 {
     constexpr double kDirectNodes = 1500;      // where factorising takes as long as a hundred iterations
     constexpr double kIterationsACell = 0.25;  // for each factor e of the tolerance
@@ -202,7 +202,7 @@ LinearMethod chosen(const LinearSystem& system, LinearLimits limits)
         stiffness += system.elastic.stiffness()[i];
         inertia += system.elastic.mass()[i] * system.massFactor;
     }
-    const double across = cellsAcross(system.elastic), reach = inertia > 0 ? std::min(across, std::sqrt(stiffness / inertia)) : across;
+    const double reach = inertia > 0 ? std::min(across, std::sqrt(stiffness / inertia)) : across;
     const double iterations = kIterationsACell * reach * -std::log(limits.tolerance);
     if (nodes < kDirectNodes && inertia == 0) return LinearMethod::direct;
     if (!Multigrid::fits(system.elastic)) return LinearMethod::jacobi;
@@ -229,6 +229,7 @@ struct Direct {
 
 struct LinearSolver::Data {
     const ElasticOperator* elastic;
+    double across;  // cells
     LinearMethod method;
     LinearPrecision precision;
     LinearMethod prepared = LinearMethod::automatic;  // what there is a preconditioner for; automatic: nothing
@@ -240,7 +241,7 @@ struct LinearSolver::Data {
 };
 
 LinearSolver::LinearSolver(const ElasticOperator& elastic, LinearMethod method, LinearPrecision precision)
-    : data_(std::make_unique<Data>(Data{&elastic, method, precision, LinearMethod::automatic, {}, {}, {}, nullptr, nullptr}))
+    : data_(std::make_unique<Data>(Data{&elastic, cellsAcross(elastic), method, precision, LinearMethod::automatic, {}, {}, {}, nullptr, nullptr}))
 {
 }
 LinearSolver::~LinearSolver() = default;
@@ -253,7 +254,7 @@ LinearReport LinearSolver::solve(const LinearSystem& system, std::span<const Vec
     constexpr double kSingle = 1e-4;  // reductions that vectors in single precision reach with room to spare
     Data& d = *data_;
     const bool same = samePreconditioner && d.prepared != LinearMethod::automatic;
-    const LinearMethod method = d.method != LinearMethod::automatic ? d.method : same ? d.prepared : chosen(system, limits);
+    const LinearMethod method = d.method != LinearMethod::automatic ? d.method : same ? d.prepared : chosen(system, limits, d.across);
     if (method == LinearMethod::direct) return solveDirectly(system, b, u);
     const double size = std::sqrt(dot(b, b)), scale = size > 0 ? meanDiagonal(system) / size : 1;
     if (!same) prepare(system, method);
@@ -286,6 +287,7 @@ void LinearSolver::rebind(const ElasticOperator& elastic)
 {
     data_->prepared = LinearMethod::automatic;
     data_->elastic = &elastic;
+    data_->across = cellsAcross(elastic);
     data_->multigrid.reset();
     data_->direct.reset();
 }

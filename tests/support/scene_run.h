@@ -29,12 +29,11 @@ public:
     /// One step that ends with the next frame at the latest, as 'vdbfrac sim' steps; its record stays at the end of `steps`.
     const core::StepRecord& step()
     {
-        steps.push_back(simulation->step((framesDone() + 1) / scene.time.fps));
+        steps.push_back(simulation->stepInFrame());
         work.add(steps.back().work);
         return steps.back();
     }
-    /// Frames after the first that are reached.
-    int framesDone() const { return int(std::floor(simulation->time() * scene.time.fps + 1e-9)); }
+    int framesDone() const { return simulation->framesDone(); }
     bool atEnd() const { return framesDone() >= scene.time.lastFrame - scene.time.firstFrame; }
 
     /// Steps to the end of a frame.

@@ -54,10 +54,8 @@ public:
     /// Steps and writes frames until enough has torn. A frame is written when its time has come, as in any run.
     void run()
     {
-        const double fps = prepared_.scene.time.fps;
         for (int frame = 1; frame <= size_.lastFrame && !done(); ++frame) {
-            const double end = (frame - 1) / fps;
-            while (simulation_.time() < end - 1e-9 / fps && !done()) step(end);
+            while (simulation_.framesDone() < frame - 1 && !done()) step();
             if (!done()) (void)folder_.writeFrame(simulation_, frame);
         }
         folder_.finish(simulation_, "finished");
@@ -90,10 +88,10 @@ public:
 private:
     bool done() const { return torn_.steps >= size_.tornSteps; }
 
-    void step(double end)
+    void step()
     {
         const auto start = std::chrono::steady_clock::now();
-        const core::StepRecord record = simulation_.step(end);
+        const core::StepRecord record = simulation_.stepInFrame();
         const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
         folder_.addStep(record);
         all_.add(seconds, record.work);

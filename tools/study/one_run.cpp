@@ -56,11 +56,7 @@ public:
     /// All frames, in the steps that 'vdbfrac sim' takes.
     void run()
     {
-        const scene::Time& time = scene_.time;
-        for (int frame = time.firstFrame + 1; frame <= time.lastFrame; ++frame) {
-            const double end = (frame - time.firstFrame) / time.fps;
-            while (simulation_->time() < end - 1e-9 / time.fps) step(end);
-        }
+        while (simulation_->framesDone() < scene_.time.lastFrame - scene_.time.firstFrame) step();
     }
 
     Result result() const
@@ -75,9 +71,9 @@ public:
     }
 
 private:
-    void step(double end)
+    void step()
     {
-        last_ = simulation_->step(end);
+        last_ = simulation_->stepInFrame();
         work_.add(last_.work);
         capped_ += int(last_.outcome == core::Outcome::capped);
         for (const auto& w : witnesses_) w->step(*simulation_, last_);

@@ -1,8 +1,6 @@
 // Measures that add up work: of a grip, and what is left of all the work that was done.
 #include "measures.h"
 
-#include <vdbfrac/base/primitive.h>
-
 #include <algorithm>
 #include <cmath>
 
@@ -23,36 +21,26 @@ bool turns(const scene::Grip& grip)
 /// how far its nodes moved (the mean by mass). The first step has its own load only.
 class GripWork {
 public:
-    explicit GripWork(const scene::Grip& grip) : grip_(&grip) {}
+    explicit GripWork(std::size_t grip) : grip_(grip) {}
 
-    /// Finds the nodes, as docs/scene.md says what a grip holds.
-    void find(const core::Simulation& simulation)
-    {
-        constexpr double kSlack = 1e-3;  // cells: a region that ends on a plane of nodes holds them
-        nodes_.clear();
-        for (const core::Body& body : simulation.bodies())
-            for (std::uint32_t n = 0; body.name == grip_->body && n < body.mesh->nodeCount(); ++n)
-                if (signedDistance(grip_->region, body.mesh->restPosition(n)) <= kSlack * body.mesh->spacing())
-                    nodes_.push_back(body.firstNode + n);
-    }
     void solved(const core::Simulation& simulation, std::span<const Vec3> before, std::span<const Vec3> x)
     {
         const auto mass = simulation.elastic().mass();
         double total = 0;
         moved_ = Vec3::Zero();
-        for (const std::uint32_t n : nodes_) moved_ += mass[n] * (x[n] - before[n]), total += mass[n];
+        for (const std::uint32_t n : simulation.gripNodes(grip_)) moved_ += mass[n] * (x[n] - before[n]), total += mass[n];
         if (total > 0) moved_ /= total;
     }
-    void step(const Vec3& load)
+    void step(const core::StepRecord& record)
     {
+        const Vec3& load = record.gripLoad[grip_];
         work_ += .5 * (load_.value_or(load) + load).dot(moved_);
         load_ = load;
     }
     double work() const { return work_; }
 
 private:
-    const scene::Grip* grip_;
-    std::vector<std::uint32_t> nodes_;
+    std::size_t grip_;
     Vec3 moved_ = Vec3::Zero();
     std::optional<Vec3> load_;
     double work_ = 0;
@@ -67,8 +55,7 @@ public:
         for (std::size_t g = 0; g < scene.grips.size(); ++g) {
             if (one && g != gripIndex(measure, scene)) continue;
             if (turns(scene.grips[g])) turning_ = scene.grips[g].name;
-            grips_.emplace_back(scene.grips[g]);
-            index_.push_back(g);
+            grips_.emplace_back(g);
         }
         for (const scene::EffectTable& effect : scene.effects)
             if (effect.name == "gravity") gravity_ = effect.values.vector("acceleration");
@@ -76,7 +63,6 @@ public:
 
     void start(const core::Simulation& s) override
     {
-        for (GripWork& grip : grips_) grip.find(s);
         x_.assign(s.x().begin(), s.x().end());
         const auto mass = s.elastic().mass();
         energy_ = s.elastic().evaluate(x_, {}, nullptr);
@@ -95,9 +81,7 @@ public:
 
     void step(const core::Simulation& s, const core::StepRecord& record) override
     {
-        for (std::size_t g = 0; g < grips_.size(); ++g) grips_[g].step(record.gripLoad[index_[g]]);
-        if (record.work.countOf("cut", "voxels") > 0)
-            for (GripWork& grip : grips_) grip.find(s);
+        for (GripWork& grip : grips_) grip.step(record);
         x_.assign(s.x().begin(), s.x().end());
         energy_ = record.kineticEnergy + record.elasticEnergy;
         turnover_ = std::max(turnover_, energy_);
@@ -117,7 +101,6 @@ public:
 private:
     std::string quantity_, turning_;
     std::vector<GripWork> grips_;
-    std::vector<std::size_t> index_;
     Vec3 gravity_ = Vec3::Zero();
     std::vector<Vec3> x_;
     double gravityWork_ = 0, energy_ = 0, startEnergy_ = 0, turnover_ = 0;

@@ -29,6 +29,8 @@ public:
     /// Total force [N] of each grip on the material.
     std::vector<Vec3> loads(const solver::Boundary& boundary, std::span<const Vec3> reaction) const;
 
+    std::span<const std::uint32_t> nodes(std::size_t grip) const { return held_[grip].nodes; }
+
     /// Distance [m] in rest space from X to the nearest grip on a body.
     double distance(const Body& body, const Vec3& X) const;
 

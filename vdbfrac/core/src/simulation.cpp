@@ -156,6 +156,14 @@ double Simulation::stepLimit(double spread) const
     return limit;
 }
 
+int Simulation::framesDone() const
+{
+    constexpr double kRounding = 1e-9;  // frames
+    return int(std::floor(time_ * timeSettings_.fps + kRounding));
+}
+
+std::span<const std::uint32_t> Simulation::gripNodes(std::size_t grip) const { return grips_->nodes(grip); }
+
 StepRecord Simulation::step(double until)
 {
     constexpr double kWhole = 1e-9;  // a quotient this near to a whole number is one

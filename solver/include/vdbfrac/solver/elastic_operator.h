@@ -30,8 +30,8 @@ enum class Volumetric { cell, none };  ///< cell: mean dilatation over the tets 
 
 /// The discrete energy; from a Volumetric alone it is corotational.
 struct Elasticity {
-    Volumetric volumetric = Volumetric::cell;
-    Strain strain = Strain::corotational;
+    Volumetric volumetric;
+    Strain strain;
 
     Elasticity(Volumetric v, Strain s = Strain::corotational) : volumetric(v), strain(s) {}
 };

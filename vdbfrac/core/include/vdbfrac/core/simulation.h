@@ -49,6 +49,10 @@ public:
     /// One time step that ends no later than `until` [s]. Throws LimitError when forces or positions are beyond what a double
     /// holds, also after dt was cut back: there is nothing to go on from.
     StepRecord step(double until);
+    /// Frames after the first whose time has come.
+    int framesDone() const;
+    /// One time step that ends with the next frame at the latest: runs that step so have the same bits.
+    StepRecord stepInFrame() { return step((framesDone() + 1) / timeSettings_.fps); }
 
     double time() const { return time_; }
     std::span<const Body> bodies() const { return bodies_; }
@@ -56,6 +60,8 @@ public:
     std::span<const Vec3> v() const { return state_.v; }
     const Stages& stages() const { return stages_; }
     const solver::ElasticOperator& elastic() const { return *elastic_; }
+    /// Nodes that a grip holds or pulls, rising; until the next step.
+    std::span<const std::uint32_t> gripNodes(std::size_t grip) const;
 
     /// Deformed surface of all bodies together, with fragment ids; and the velocity [m/s] of its points.
     struct MovingSurface {
