@@ -99,6 +99,26 @@ TEST(StudyMeasures, StretchingStoresTheWorkThatIsNotLost)
     EXPECT_EQ(v[6].missing, "fewer than two swings");
 }
 
+/// The period of a bar's longest wave by steps of 1/10, 1/20 and 1/40 of it. It is released under its weight, so it swings in
+/// shorter waves too.
+TEST(StudyMeasures, TheLongestWaveOfABarHasAPeriodOfSecondOrderInTheStep)
+{
+    const std::string bar = "solver = { integrator = \"midpoint\", newton_tolerance = 1e-9 }\n"
+                            "grid.voxel_size = 0.1\n[[body]]\nname = \"bar\"\nshape = { box = { size = [1.1, 0.2, 0.2], center = [0.45, 0, 0] } }\n"
+                            "material = \"m\"\n[material.m]\nyoungs_modulus = 1e5\npoisson_ratio = 0\ndensity = 1000\n"
+                            "[gravity]\nacceleration = [0.1, 0, 0]\n"
+                            "[[grip]]\nbody = \"bar\"\nregion.halfspace = { normal = [-1, 0, 0], offset = 0 }\nmove.velocity = [0, 0, 0]\n";
+    std::vector<double> wave;
+    for (const int substeps : {1, 2, 4}) {
+        const std::string time = "time = { frames = [1, 26], fps = 25, substeps = " + std::to_string(substeps) + " }\n";
+        wave.push_back(numberOf(measured(time + bar, "{quantity='period',point=[0,0,0],axis='x',wavelength=4}")[0]));
+    }
+    constexpr double kOrder = .15;  // as in the numerics tests of integrators
+    EXPECT_NEAR(std::log2((wave[0] - wave[1]) / (wave[1] - wave[2])), 2, kOrder);
+    constexpr double kEdges = .05;  // of a box two voxels thick, which lacks them at its free end
+    EXPECT_NEAR(wave[2], .4, kEdges * .4);
+}
+
 TEST(StudyMeasures, AGripThatTurnsHasNoWork)
 {
     const std::string grip = "[[grip]]\nbody = \"block\"\nregion.halfspace = { normal = \"y\", offset = 0.5 }\n"

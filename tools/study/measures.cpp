@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace vdbfrac::tools::study {
 
@@ -59,7 +60,25 @@ private:
     std::optional<double> time_;
 };
 
-/// Displacement of a point over time, for its period or its damping.
+/// Amplitude [m] of the longitudinal standing wave of the measure: the mean of displacement times its shape, by mass. Lumped
+/// masses make it free of the shorter waves of a bar with the measure's point at a held end and a free end at crest, as they
+/// make all of them orthogonal.
+double waveAmplitude(const core::Simulation& s, const Measure& measure)
+{
+    const auto mass = s.elastic().mass();
+    const double k = 2 * std::numbers::pi / *measure.wavelength;
+    double swing = 0, size = 0;
+    for (const core::Body& body : s.bodies())
+        for (std::uint32_t n = 0; body.name == measure.body && n < body.mesh->nodeCount(); ++n) {
+            const Vec3 X = body.mesh->restPosition(n);
+            const double shape = std::sin(k * (X - *measure.point).dot(*measure.axis)), m = mass[body.firstNode + n];
+            swing += m * shape * (s.x()[body.firstNode + n] - X).dot(*measure.axis);
+            size += m * shape * shape;
+        }
+    return size > 0 ? swing / size : 0;
+}
+
+/// Displacement of a point over time or amplitude of a wave, for its period or its damping.
 class Oscillation : public Witness {
 public:
     explicit Oscillation(const Measure& measure) : measure_(measure) {}
@@ -86,7 +105,7 @@ private:
     {
         if (!point_) return;
         t_.push_back(s.time());
-        u_.push_back(componentOf(point_->at(s.x()) - *measure_.point, measure_));
+        u_.push_back(measure_.wavelength ? waveAmplitude(s, measure_) : componentOf(point_->at(s.x()) - *measure_.point, measure_));
     }
 
     Measure measure_;

@@ -86,7 +86,7 @@ bool isIn(const std::vector<const char*>& list, const std::string& key)
 /// A quantity has all that it needs, and nothing that would mean nothing.
 void checkNeeds(const Item& item, const tables::Quantity& quantity, Complaints& complaints)
 {
-    for (const char* key : {"body", "grip", "point", "axis", "rest"}) {
+    for (const char* key : {"body", "grip", "point", "axis", "rest", "wavelength"}) {
         const Node* given = member(item, key);
         const bool needed = isIn(quantity.needs, key), known = needed || isIn(quantity.takes, key);
         const bool filledIn = isIn({"body", "grip"}, key);  // where there is one only
@@ -121,6 +121,7 @@ Study::Measure readMeasure(const Item& item, const Scene& scene, Complaints& com
     m.point = optionalOf<Vec3>(v, "point");
     m.axis = optionalOf<Vec3>(v, "axis");
     m.rest = optionalOf<double>(v, "rest");
+    m.wavelength = optionalOf<double>(v, "wavelength");
     m.exact = optionalOf<double>(v, "exact");
     m.scale = optionalOf<double>(v, "scale");
     m.order = optionalOf<double>(v, "order");

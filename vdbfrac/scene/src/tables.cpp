@@ -124,8 +124,8 @@ const std::vector<Key> kTied = {
 
 const std::vector<Quantity> kQuantities = {
     {"displacement", {"body", "point"}, {"axis"}},
-    {"period", {"body", "point", "axis"}, {"rest"}},
-    {"damping", {"body", "point", "axis"}, {"rest"}},
+    {"period", {"body", "point", "axis"}, {"rest", "wavelength"}},
+    {"damping", {"body", "point", "axis"}, {"rest", "wavelength"}},
     {"energy_norm", {}},
     {"peak_energy", {}},
     {"load_peak", {"grip"}, {"axis"}},
@@ -159,6 +159,7 @@ const std::vector<Key> kMeasure = {
     {"point", Type::vector, "m", "A point of the body, at rest.", ""},
     {"axis", Type::direction, "", "The component that counts; without it the magnitude.", ""},
     {"rest", Type::number, "m", "Displacement that an oscillation is about; its mean without one.", ""},
+    {"wavelength", Type::number, "m", "Of the standing wave along the axis, 0 at the point, that alone counts.", "", 0, kEndless, true},
     {"exact", Type::number, "", "The true value, where it is known.", ""},
     {"source", Type::text, "", "Where the true value is from.", "\"\""},
     {"scale", Type::number, "", "What errors are relative to, instead of the true value.", "", 0, kEndless, true},

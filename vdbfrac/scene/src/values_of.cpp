@@ -164,6 +164,7 @@ Content contentOf(const Study::Measure& m)
     if (m.point) v.set("point", *m.point);
     if (m.axis) v.set("axis", *m.axis);
     if (m.rest) v.set("rest", *m.rest);
+    if (m.wavelength) v.set("wavelength", *m.wavelength);
     if (m.exact) v.set("exact", *m.exact);
     if (m.scale) v.set("scale", *m.scale);
     if (m.order) v.set("order", *m.order);

@@ -131,6 +131,7 @@ struct Study {
         std::optional<Vec3> point;    ///< m, at rest
         std::optional<Vec3> axis;     ///< of unit length
         std::optional<double> rest;   ///< m: the value that an oscillation is about
+        std::optional<double> wavelength;  ///< m, of the standing wave along `axis`, 0 at `point`, that alone is looked at
         std::optional<double> exact;  ///< the true value, in the unit of the quantity
         std::string source;           ///< of `exact`
         std::optional<double> scale;  ///< what errors are relative to, instead of the true value
