@@ -223,6 +223,19 @@ TEST(Grips, ForceIsRampedAndFoundAgainAtTheOtherEnd)
     EXPECT_NEAR(run.steps.back().gripLoad[1].y(), -120, 0.12);
 }
 
+/// Else it would be m v / dt of the nodes it holds.
+TEST(Grips, TheLoadOfTheFirstStepDoesNotGrowAsTheStepGetsShorter)
+{
+    const std::string from = "move = { velocity = [0, 0.001, 0] }";
+    for (const char* move : {"move = { velocity = [0, 0.1, 0] }", "move.keys = [{ time = 0 }, { time = 1, translate = [0, 0.1, 0] }]",
+                             "move.keys = [{ time = 0 }, { time = 1, rotate = [0, 0, 20] }]"}) {
+        std::string text = bar(8, "kappa = 1e9");
+        text.replace(text.find(from), from.size(), move);
+        SceneRun slow(text), fast(text, {"time.substeps=1000"});
+        EXPECT_LT(fast.step().gripLoad[0].norm(), slow.step().gripLoad[0].norm()) << move;
+    }
+}
+
 TEST(Grips, KeysTurnAndMoveRoundThePivot)
 {
     std::string text = bar(8, "kappa = 1e9");

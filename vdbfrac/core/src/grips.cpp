@@ -45,6 +45,17 @@ struct TargetAt {
     Vec3 operator()(const scene::Force&) const { return X; }
 };
 
+struct StartVelocity {
+    const Vec3& X;
+    Vec3 operator()(const scene::Velocity& move) const { return move.velocity; }
+    Vec3 operator()(const scene::Keys& move) const
+    {
+        constexpr double kShort = 1e-6;  // s: as good as no turn, and far above rounding
+        return (TargetAt{kShort, X}(move) - TargetAt{0, X}(move)) / kShort;
+    }
+    Vec3 operator()(const scene::Force&) const { return Vec3::Zero(); }
+};
+
 /// Distance [m] that a region is away, at least, from all of some points: from their bounding sphere.
 double leastDistance(const Primitive& region, std::span<const Vec3> points)
 {
@@ -119,6 +130,14 @@ solver::Boundary Simulation::Grips::boundary(double endTime, std::size_t nodeCou
             }
         }
     return b;
+}
+
+void Simulation::Grips::setStartVelocities(std::span<Vec3> v) const
+{
+    for (const Held& held : held_)
+        for (std::size_t i = 0; i < held.nodes.size(); ++i)
+            if (!std::holds_alternative<scene::Force>(held.grip->move))
+                v[held.nodes[i]] = std::visit(StartVelocity{held.rest[i]}, held.grip->move);
 }
 
 std::vector<Vec3> Simulation::Grips::loads(const solver::Boundary& boundary, std::span<const Vec3> reaction) const

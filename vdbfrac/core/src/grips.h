@@ -23,6 +23,10 @@ public:
     /// Throws InputError when a grip holds no node.
     void requireNodes() const;
 
+    /// Gives the nodes that are held the velocities [m/s] with which they set off at t = 0; otherwise the first step would
+    /// have to accelerate them, with a load that grows as it gets shorter.
+    void setStartVelocities(std::span<Vec3> v) const;
+
     /// Prescribed positions at the end of a step and forces during it.
     solver::Boundary boundary(double endTime, std::size_t nodeCount) const;
 

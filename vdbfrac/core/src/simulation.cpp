@@ -46,6 +46,7 @@ Simulation::Simulation(const scene::Scene& scene, std::span<Effect* const> effec
     rebuild();
     grips_->requireNodes();
     for (std::size_t b = 0; b < bodies_.size(); ++b) setInitialVelocity(scene.bodies[b], bodies_[b]);
+    grips_->setStartVelocities(state_.v);
     warnOfLongSteps();
     for (Effect* effect : effects) effect->join(stages_);
     for (GridStage* stage : stages_.grid) stage->start(bodies_, stages_.notes);
@@ -167,13 +168,13 @@ std::span<const std::uint32_t> Simulation::gripNodes(std::size_t grip) const { r
 StepRecord Simulation::step(double until)
 {
     constexpr double kWhole = 1e-9;  // a quotient this near to a whole number is one
-    constexpr double kMostCutbacks = 8;
+    constexpr int kMostCutbacks = 8;
     constexpr double kHopeless = 4;  // cells that nodes of one may fly apart: beyond, Newton's method has nothing to start from
     StepRecord record;
     const double spread = fastestSpread();
     double limit = stepLimit(spread);
     const bool solves = std::isinf(integrator_->largestStep());  // an explicit scheme that flies apart shall do so at once
-    for (; solves && limit * spread > kHopeless * h_; ++record.cutbacks) limit *= 0.5;
+    for (; solves && limit * spread > kHopeless * h_ && record.cutbacks < kMostCutbacks; ++record.cutbacks) limit *= 0.5;
     const double left = until - time_, longest = std::min(limit, trusted_);
     // Not of what is left of a frame: where nothing converges, that would shrink with each step and never end.
     const double shortest = (0.5 + kWhole) * limit / std::exp2(kMostCutbacks);
