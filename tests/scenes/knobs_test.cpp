@@ -87,6 +87,18 @@ TEST(Choices, AnExplicitIntegratorWithLongStepsSaysSo)
     }
 }
 
+TEST(Choices, AutoKnowsThatDampingLowersTheStepOfExplicitIntegrators)
+{
+    const std::string scheme = "solver.integrator=\"symplectic_euler\"", frames = "time.frames=[1,3]", damping = "damping.stiffness=0.05";
+    test::SceneRun free(kElastic, {scheme, frames, "time.substeps=\"auto\""});
+    test::SceneRun damped(kElastic, {scheme, frames, damping, "time.substeps=\"auto\""});
+    free.toEnd(), damped.toEnd();
+    EXPECT_LT(damped.steps.back().elasticEnergy, 2 * free.steps.back().elasticEnergy);
+    test::SceneRun stepsOfFree(kElastic, {scheme, frames, damping, "time.substeps=" + std::to_string(free.steps.size() / 2)});
+    stepsOfFree.toEnd();
+    EXPECT_GT(stepsOfFree.steps.back().elasticEnergy, 1e6 * free.steps.back().elasticEnergy) << "the test shows nothing";
+}
+
 TEST(Choices, TensionNeedsCorotationalStrain)
 {
     EXPECT_THROW(test::SceneRun(kBar, {"solver.strain=\"green\"", "fracture.driver=\"tension\""}), InputError);

@@ -47,8 +47,8 @@ Simulation::Simulation(const scene::Scene& scene, std::span<Effect* const> effec
     grips_->requireNodes();
     for (std::size_t b = 0; b < bodies_.size(); ++b) setInitialVelocity(scene.bodies[b], bodies_[b]);
     grips_->setStartVelocities(state_.v);
-    warnOfLongSteps();
     for (Effect* effect : effects) effect->join(stages_);
+    warnOfLongSteps();
     for (GridStage* stage : stages_.grid) stage->start(bodies_, stages_.notes);
 }
 
@@ -88,7 +88,7 @@ void Simulation::warnOfThinParts(const Body& body)
 
 void Simulation::warnOfLongSteps()
 {
-    const double stable = integrator_->largestStep(), frame = 1 / timeSettings_.fps;
+    const double stable = integrator_->largestStep(stages_.solve), frame = 1 / timeSettings_.fps;
     if (timeSettings_.substeps == 0 || frame / timeSettings_.substeps <= stable) return;
     char text[160];
     std::snprintf(text, sizeof text, "time steps of %.3g s are too long: the integrator is unstable beyond %.3g s; take time.substeps = %.0f or \"auto\"",
@@ -152,7 +152,7 @@ double Simulation::stepLimit(double spread) const
     double limit = 1 / timeSettings_.fps;
     if (timeSettings_.substeps > 0) return limit / timeSettings_.substeps;
     if (spread > 0) limit = std::min(limit, timeSettings_.nodeCfl * h_ / spread);
-    limit = std::min(limit, integrator_->largestStep());
+    limit = std::min(limit, integrator_->largestStep(stages_.solve));
     for (const StepLimit* l : stages_.limits) limit = std::min(limit, l->largestStep());
     return limit;
 }
@@ -173,7 +173,7 @@ StepRecord Simulation::step(double until)
     StepRecord record;
     const double spread = fastestSpread();
     double limit = stepLimit(spread);
-    const bool solves = std::isinf(integrator_->largestStep());  // an explicit scheme that flies apart shall do so at once
+    const bool solves = std::isinf(integrator_->largestStep(stages_.solve));  // an explicit scheme that flies apart shall do so at once
     for (; solves && limit * spread > kHopeless * h_ && record.cutbacks < kMostCutbacks; ++record.cutbacks) limit *= 0.5;
     const double left = until - time_, longest = std::min(limit, trusted_);
     // Not of what is left of a frame: where nothing converges, that would shrink with each step and never end.

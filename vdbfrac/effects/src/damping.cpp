@@ -59,6 +59,7 @@ public:
 
     /// The rotations of the iterate stand in for those at the start of the step.
     solver::HessianShares hessian() const override { return {inverseDt_ * a_, inverseDt_ * b_}; }
+    solver::RayleighDamping damping() const override { return {a_, b_}; }
 
 private:
     double a_, b_, inverseDt_ = 0;

@@ -40,8 +40,9 @@ public:
     /// until the next step; its energy is that of the end, its reactions those of the last solve: in mid-step with midpoint, at
     /// the start of the step with the explicit schemes.
     [[nodiscard]] virtual const StepReport& step(State& state, double dt, const StepLoads& loads) = 0;
-    /// Step [s] beyond which the scheme is unstable, with a reserve for deformed states; infinity if it never is.
-    virtual double largestStep() const;
+    /// Step [s] beyond which the scheme is unstable with these potentials, with a reserve for deformed states; infinity if it
+    /// never is.
+    virtual double largestStep(std::span<Potential* const> potentials) const;
     virtual std::size_t bytes() const = 0;  ///< the operator apart
 };
 

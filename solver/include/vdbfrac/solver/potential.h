@@ -22,6 +22,11 @@ struct HessianShares {
     double mass = 0, stiffness = 0;
 };
 
+/// What resists a velocity v with the force -(mass M + stiffness K) v: mass [1/s], stiffness [s].
+struct RayleighDamping {
+    double mass = 0, stiffness = 0;
+};
+
 /// U(x) with its gradient and a positive semidefinite approximation of its Hessian, each checked against the other
 /// by finite differences in the tests. Forces that do not come from an energy of x alone (damping) use one that
 /// holds for this step only.
@@ -33,6 +38,8 @@ public:
     virtual double evaluate(std::span<const Vec3> x, std::span<Vec3> gradient) const = 0;
     /// Constant over the step.
     virtual HessianShares hessian() const { return {}; }
+    /// The same in all steps.
+    virtual RayleighDamping damping() const { return {}; }
 };
 
 }  // namespace vdbfrac::solver
