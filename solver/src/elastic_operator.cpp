@@ -33,6 +33,12 @@ void Tangent::resize(std::size_t tets)
 
 namespace {
 
+/// Sylvester's criterion, far cheaper than eigenvalues.
+bool isDefinite(const Mat3& S)
+{
+    return S(0, 0) > 0 && S.topLeftCorner<2, 2>().determinant() > 0 && S.determinant() > 0;
+}
+
 void robustPolar(const double* F, double* R, double* S)
 {
     using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
@@ -191,8 +197,9 @@ void ElasticOperator::project(Tangent& tangent) const
         const double least = data_->strain == Strain::green ? 0 : -mu * (1 + tangent.share_);
         double T[6];
         for (std::size_t k = 0; k < 6; ++k) T[k] = tet.T[k][l];
-        const Eigen::SelfAdjointEigenSolver<Mat3> eigen(unpackSymmetric(T));
-        if (eigen.eigenvalues()[0] >= least) return;
+        const Mat3 twist = unpackSymmetric(T);
+        if (isDefinite(twist - least * Mat3::Identity())) return;
+        const Eigen::SelfAdjointEigenSolver<Mat3> eigen(twist);
         const Vec3 clamped = eigen.eigenvalues().cwiseMax(least);
         packSymmetric(eigen.eigenvectors() * clamped.asDiagonal() * eigen.eigenvectors().transpose(), T);
         for (std::size_t k = 0; k < 6; ++k) tet.T[k][l] = float(T[k]);

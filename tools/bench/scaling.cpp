@@ -27,6 +27,7 @@ namespace {
 
 constexpr double kMoved = kBlockStep * kBlockSpeed;  // m, of the top, in both problems
 constexpr int kLargestStaticJacobi = 65;             // nodes a side: beyond that it takes minutes
+constexpr int kLarge = 100;                          // nodes a side: from here on once is enough
 
 /// One line of the table, over all sizes.
 struct Series {
@@ -66,7 +67,7 @@ Json measure(const Series& series, int n)
     const double first = secondsOf(step);
     const std::int64_t products = block.elastic.work().products;
     double seconds = std::numeric_limits<double>::infinity();
-    for (int r = n < 60 ? 4 : 1; r > 0; --r) {
+    for (int r = n < kLarge ? 4 : 1; r > 0; --r) {
         state = block.state;
         seconds = std::min(seconds, secondsOf(step));
     }
