@@ -162,7 +162,7 @@ struct Kernel {
 
 /// The widest kernel this machine runs.
 const Kernel& kernel();
-/// All kernels this machine runs, for tests: their results are equal to the bit.
+/// All kernels this machine runs, for tests: those that fuse are equal to the bit.
 const Kernel* const* kernels(int& count);
 
 }  // namespace vdbfrac::solver

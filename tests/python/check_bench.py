@@ -58,6 +58,9 @@ def check_block(block):
         require_positive(run, keys, "block.runs")
         require(run["newton_iterations"] == block["steps"], "block: not one Newton iteration a step")
         require(run["products"] >= run["linear_iterations"], "block: fewer products than iterations")
+    multigrid = block["multigrid"]
+    require_positive(multigrid, ["threads", "seconds_a_step", "seconds_of_fastest_step", "linear_iterations", "products"], "block.multigrid")
+    require(abs(multigrid["probe_m"] - block["probe_m"]) < 1e-5 * block["probe_m"], "block: multigrid comes to another answer")
     counts = [[run[key] for key in ("newton_iterations", "linear_iterations", "evaluations", "products")] for run in block["runs"]]
     require(len(counts) == 2 and counts[0] == counts[1], f"block: work depends on the number of threads: {counts}")
 

@@ -1,12 +1,15 @@
 // The vectorised kernel against the scalar reference and against finite differences.
 #include "block.h"
+#include "loads.h"
 #include "solids.h"
 
+#include <vdbfrac/solver/backward_euler.h>
 #include <vdbfrac/solver/corotational.h>
 
 #include <Eigen/Dense>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <ostream>
 #include <random>
@@ -60,6 +63,42 @@ double referenceEnergy(const tetmesh::CutMesh& mesh, const std::vector<Vec3>& x,
     return energy;
 }
 
+std::vector<Vec3> referenceGradient(const tetmesh::CutMesh& mesh, const std::vector<Vec3>& x, Volumetric volumetric)
+{
+    const double h = mesh.lattice().spacing(), bulk = kGel.lambda + 2. / 3. * kGel.mu;
+    std::vector<Vec3> gradient(x.size(), Vec3::Zero());
+    for (const auto& e : mesh.elements()) {
+        const auto& tets = tetmesh::cellTets(e.shape);
+        const auto volumeOf = [&](int t) { return std::pow(h, 3) * tets.volume[std::size_t(t)] * e.fraction[std::size_t(t)]; };
+        double volume = 0, dilation = 0;
+        for (int t = 0; t < tets.count; ++t)
+            if (volumeOf(t) > 0) {
+                dilation += volumeOf(t) * (solver::signedPolar(deformationGradient(mesh, e, t, x)).s - Vec3::Ones()).sum();
+                volume += volumeOf(t);
+            }
+        for (int t = 0; t < tets.count; ++t) {
+            if (volumeOf(t) == 0) continue;
+            const Mat3 F = deformationGradient(mesh, e, t, x);
+            const solver::Polar polar = solver::signedPolar(F);
+            const double trace = (polar.s - Vec3::Ones()).sum();
+            const double pressure = volumetric == Volumetric::none ? kGel.lambda * trace : bulk * dilation / volume - 2. / 3. * kGel.mu * trace;
+            const Mat3 P = 2 * kGel.mu * (F - polar.R) + pressure * polar.R;
+            for (std::size_t a = 0; a < 4; ++a) {
+                const auto& g = tets.gradient[std::size_t(t)][a];
+                gradient[e.node[std::size_t(tets.corner[std::size_t(t)][a])]] += volumeOf(t) / h * P * Vec3(g[0], g[1], g[2]);
+            }
+        }
+    }
+    return gradient;
+}
+
+double largest(const std::vector<Vec3>& vectors)
+{
+    double most = 0;
+    for (const Vec3& v : vectors) most = std::max(most, v.norm());
+    return most;
+}
+
 /// A ball cut by the lattice: whole and cut cells, rows and loose lanes.
 tetmesh::CutMesh ball(Lattice lattice)
 {
@@ -88,6 +127,38 @@ TEST_P(KernelCases, EnergyEqualsScalarReference)
         const auto x = shaken(mesh, size * mesh.lattice().spacing(), 7);
         const double expected = referenceEnergy(mesh, x, GetParam().volumetric);
         EXPECT_NEAR(elastic.evaluate(x, {}, nullptr), expected, 1e-12 * expected + 1e-20) << size;
+    }
+}
+
+TEST_P(KernelCases, GradientEqualsScalarReference)
+{
+    const auto mesh = ball(GetParam().lattice);
+    const auto elastic = test::elasticOperator(mesh, kGel, GetParam().volumetric);
+    for (double size : {0.02, 0.3, 2.0}) {  // small, large, inverted
+        const auto x = shaken(mesh, size * mesh.lattice().spacing(), 7);
+        const auto expected = referenceGradient(mesh, x, GetParam().volumetric);
+        std::vector<Vec3> gradient(mesh.nodeCount(), Vec3::Zero());
+        (void)elastic.evaluate(x, gradient, nullptr);
+        for (std::size_t i = 0; i < x.size(); ++i) gradient[i] -= expected[i];
+        EXPECT_LT(largest(gradient), 1e-11 * largest(expected)) << size;
+    }
+}
+
+/// What the vectorised forces come to solves the step of the scalar ones too.
+TEST_P(KernelCases, StepsEndInBalanceWithScalarForces)
+{
+    constexpr double dt = 0.004;
+    const auto mesh = ball(GetParam().lattice);
+    const auto elastic = test::elasticOperator(mesh, kGel, GetParam().volumetric);
+    solver::BackwardEuler stepper(elastic, test::tightSettings());
+    solver::State state{shaken(mesh, 0.05 * mesh.lattice().spacing(), 7), std::vector<Vec3>(mesh.nodeCount(), Vec3(0, 1, 0))};
+    for (int step = 0; step < 5; ++step) {
+        const solver::State before = state;
+        ASSERT_EQ(stepper.step(state, dt, {{}, test::freeBoundary(mesh.nodeCount())}).status, solver::StepStatus::converged);
+        const auto force = referenceGradient(mesh, state.x, GetParam().volumetric);
+        std::vector<Vec3> left = force;
+        for (std::size_t i = 0; i < left.size(); ++i) left[i] += elastic.mass()[i] / (dt * dt) * (state.x[i] - before.x[i] - dt * before.v[i]);
+        EXPECT_LT(largest(left), 1e-9 * largest(force)) << step;
     }
 }
 
