@@ -5,6 +5,9 @@
 #include <spdlog/sinks/basic_file_sink.h>
 #include <spdlog/sinks/stdout_sinks.h>
 
+#include <algorithm>
+#include <cctype>
+
 namespace vdbfrac::tools {
 
 void addCommonOptions(CLI::App& command, CommonOptions& options)
@@ -41,6 +44,13 @@ void logToFile(spdlog::logger& log, const std::filesystem::path& file)
     sink->set_pattern("%Y-%m-%d %H:%M:%S %-7l %v");
     log.sinks().push_back(sink);
     log.flush_on(spdlog::level::info);
+}
+
+bool isVdb(const std::filesystem::path& file)
+{
+    std::string e = file.extension().string();
+    std::transform(e.begin(), e.end(), e.begin(), [](unsigned char c) { return char(std::tolower(c)); });
+    return e == ".vdb";
 }
 
 }  // namespace vdbfrac::tools

@@ -16,7 +16,7 @@ enum ExitCode {
     kDone = 0,
     kInternal = 1,
     kBadInput = 2,      ///< command line, scene or input data
-    kNotConverged = 3,  ///< under --strict
+    kNotConverged = 3,  ///< under --strict, or all settings of a study
     kBadFile = 4,       ///< files and disk
     kLimit = 5,         ///< memory or another limit
 };
@@ -32,6 +32,9 @@ void addCommonOptions(CLI::App& command, CommonOptions& options);
 /// Log to stderr, and to files added later. stdout is for data.
 std::shared_ptr<spdlog::logger> makeLog(const CommonOptions& options);
 void logToFile(spdlog::logger& log, const std::filesystem::path& file);
+
+/// By its name, in any case.
+bool isVdb(const std::filesystem::path& file);
 
 /// A command: what it does when it was the one that was asked for.
 using Action = std::function<int()>;

@@ -86,7 +86,7 @@ int info(const fs::path& path, bool asJson, bool verify)
     if (folder)
         run = runInfo(path, verify);
     else
-        run.json = path.extension() == ".vdb" ? vdbInfo(path) : meshInfo(path);
+        run.json = isVdb(path) ? vdbInfo(path) : meshInfo(path);
     if (asJson)
         std::printf("%s\n", dumped(run.json, 1).c_str());
     else

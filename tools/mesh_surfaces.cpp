@@ -54,7 +54,7 @@ std::vector<Source> sourcesOf(const MeshOptions& options)
 {
     if (fs::is_directory(options.in)) return sourcesOfRun(options);
     const std::string name = options.in.string();
-    if (!name.ends_with(".vdb"))
+    if (!isVdb(options.in))
         throw InputError({name, "cannot become a surface", "a .vdb file, a sequence of them, or the folder of a run",
                           "from a surface mesh 'vdbfrac mesh' makes tets: give -o a name as OUT.vtu"});
     if (!isSequence(name)) return {{0, {}, options.in}};
@@ -69,15 +69,16 @@ std::vector<Source> sourcesOf(const MeshOptions& options)
 std::string gridOf(const fs::path& vdb, const MeshOptions& options)
 {
     if (!options.grid.empty() || !fs::is_directory(options.in)) return options.grid;
-    for (const grid::GridInfo& info : grid::describeVdb(vdb))
+    for (const grid::GridInfo& info : grid::describeVdb(vdb, options.memoryLimit))
         if (info.name == "surface") return info.name;
-    return "";
+    throw InputError({vdb.string(), "has no grid 'surface', the body as it is deformed", "",
+                      "'--grid phi' is the body at rest; a run writes the other with output.vdb = [\"phi\", \"surface\"], or an .obj"});
 }
 
 tetmesh::Surface surfaceOf(const Source& source, const MeshOptions& options)
 {
     if (!source.obj.empty()) return tetmesh::readObjFrame(source.obj);
-    const grid::ReadLevelSet read = grid::readLevelSet(source.vdb, gridOf(source.vdb, options));
+    const grid::ReadLevelSet read = grid::readLevelSet(source.vdb, gridOf(source.vdb, options), options.memoryLimit);
     constexpr double kBytesPerVoxel =
         80;  // of the band; a surface has about one point and two triangles for six of them
     if (const double bytes = kBytesPerVoxel * double(read.levelSet.activeVoxels()); bytes > double(options.memoryLimit))

@@ -44,13 +44,14 @@ struct Input {
     scene::Body body;
     double longestSide = 0, voxelSize = 0;  // m; voxelSize of a .vdb only
     tetmesh::PolygonSoup soup;              // of a surface
+    double volume = 0;                      // m^3, that it encloses
 };
 
 Input openVdb(const MeshOptions& options)
 {
     Input input;
     input.body.shape = scene::VdbFile{options.in, options.grid};
-    for (const grid::GridInfo& info : grid::describeVdb(options.in)) {
+    for (const grid::GridInfo& info : grid::describeVdb(options.in, options.memoryLimit)) {
         if (info.gridClass != "level set" || (!options.grid.empty() && info.name != options.grid)) continue;
         const Vec3 sides = info.voxelSize * (info.upper - info.lower).toVec();
         input.longestSide = sides.maxCoeff(), input.voxelSize = info.voxelSize;
@@ -63,19 +64,20 @@ Input openSurface(const MeshOptions& options)
 {
     Input input;
     input.body.shape = scene::MeshFile{options.in};
-    input.soup = tetmesh::readSurface(options.in);
+    input.soup = tetmesh::readSurface(options.in, options.memoryLimit);
     const tetmesh::SurfaceReport report = tetmesh::examine(input.soup);
     if (!report.closed)
         throw InputError(
             {options.in.string(), "is not closed: it has " + std::to_string(report.openEdges) + " open edges",
              "a closed surface", "make a solid of it first: vdbfrac relevel " + options.in.string() + " -o SOLID.vdb"});
     input.longestSide = (report.upper - report.lower).maxCoeff();
+    input.volume = report.volume;
     return input;
 }
 
 Input open(const MeshOptions& options)
 {
-    const bool vdb = options.in.extension() == ".vdb";
+    const bool vdb = isVdb(options.in);
     if (vdb && options.sharpDegrees > 0)
         throw InputError(
             {"--sharp", "needs the edges of a surface mesh", "an .obj, .stl, .ply or .off file as input", ""});
@@ -98,7 +100,8 @@ void requireMemory(const MeshOptions& options, const grid::LevelSet& phi, double
 {
     const Cost cost = costOf(options.tets);
     double size = phi.voxelSize();
-    if (options.tets == "delaunay" && options.delaunay.cellSize > 0) size = options.delaunay.cellSize / kRadiusOfSize;
+    const double radius = options.delaunay.cellSize > 0 ? options.delaunay.cellSize : options.delaunay.facetSize;
+    if (options.tets == "delaunay" && radius > 0) size = radius / kRadiusOfSize;
     const double band = 2 * phi.background() / phi.voxelSize(), shrink = phi.voxelSize() / size;
     const double surface = double(phi.activeVoxels()) / band * shrink * shrink;
     const double tets = cost.perVolume * volume / (size * size * size) + cost.perSurface * surface,
@@ -158,6 +161,10 @@ int meshTets(const MeshOptions& options)
     grid.voxelSize = report.voxelSize = sizeOf(input, options);
     const grid::LevelSet phi = (Clock(work, "level_set"), grid::makeLevelSet(input.body, grid, options.memoryLimit));
     report.levelSetVolume = grid::enclosedVolume(phi);
+    constexpr double kAnother = 0.01;  // of the volume: more than voxels that are fit for the shape round off
+    if (input.volume > 0 && std::abs(report.levelSetVolume - input.volume) > kAnother * input.volume)
+        log->warn("{} encloses {:.4g} m^3, its level set {:.4g} m^3: hollows that are closed on all sides are filled, and parts thinner than a "
+                  "voxel or two are lost", options.in.string(), input.volume, report.levelSetVolume);
     requireMemory(options, phi, report.levelSetVolume);
     const TetResult result = (Clock(work, "tets"), makeTets(phi, input, options, grid.voxelSize));
     report.quality = (Clock(work, "quality"), qualityOf(result.mesh));

@@ -26,13 +26,6 @@ struct RelevelCommand {
     bool closeHoles = false, json = false;
 };
 
-bool isVdb(const fs::path& file)
-{
-    std::string e = file.extension().string();
-    std::transform(e.begin(), e.end(), e.begin(), [](unsigned char c) { return char(std::tolower(c)); });
-    return e == ".vdb";
-}
-
 grid::Redistancing redistancing(const std::string& name)
 {
     return name == "track" ? grid::Redistancing::track : name == "sweep" ? grid::Redistancing::sweep : grid::Redistancing::automatic;

@@ -6,6 +6,8 @@
 #include <vdbfrac/grid/vdb_file.h>
 #include <vdbfrac/tetmesh/obj_file.h>
 
+#include <algorithm>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -56,6 +58,8 @@ std::string flaw(const fs::path& folder, const File& file, bool verify)
     return "";
 }
 
+std::string rangeText(std::int64_t first, std::int64_t last) { return std::to_string(first) + (last > first ? "-" + std::to_string(last) : ""); }
+
 /// "1-3, 5" of rising numbers.
 std::string ranges(const std::vector<int>& numbers)
 {
@@ -63,16 +67,23 @@ std::string ranges(const std::vector<int>& numbers)
     for (std::size_t i = 0; i < numbers.size();) {
         std::size_t last = i;
         while (last + 1 < numbers.size() && numbers[last + 1] == numbers[last] + 1) ++last;
-        text += (text.empty() ? "" : ", ") + std::to_string(numbers[i]) + (last > i ? "-" + std::to_string(numbers[last]) : "");
+        text += (text.empty() ? "" : ", ") + rangeText(numbers[i], numbers[last]);
         i = last + 1;
     }
     return text.empty() ? "none" : text;
 }
 
-/// Looks at the files of all frames; adds "frames" and "flaws".
+/// Looks at the files of all frames; adds which are there, flawed or not written, of those that were asked for, and "flaws".
 void addFrames(const Json& manifest, const fs::path& folder, bool verify, RunInfo& info)
 {
     std::vector<int> whole, broken;
+    std::string missing;
+    std::int64_t next = manifest.at("frame_range").at(0).get<int>();
+    const std::int64_t last = manifest.at("frame_range").at(1).get<int>();
+    const auto skipTo = [&](std::int64_t frame) {
+        if (next < frame) missing += (missing.empty() ? "" : ", ") + rangeText(next, frame - 1);
+        next = std::max(next, frame + 1);
+    };
     Json flaws = Json::array();
     for (const Json& frame : manifest.at("frames")) {
         bool sound = true;
@@ -83,10 +94,14 @@ void addFrames(const Json& manifest, const fs::path& folder, bool verify, RunInf
             sound = false;
             flaws.push_back({{"path", file.path}, {"flaw", what}});
         }
-        (sound ? whole : broken).push_back(frame.at("frame").get<int>());
+        const int number = frame.at("frame").get<int>();
+        (sound ? whole : broken).push_back(number);
+        skipTo(std::min<std::int64_t>(number, last + 1));
     }
+    skipTo(last + 1);
     info.json["frames"] = ranges(whole);
     info.json["frames_with_flaws"] = ranges(broken);
+    info.json["frames_missing"] = missing.empty() ? "none" : missing;
     info.json["verified"] = verify;
     info.sound = flaws.empty();
     if (!flaws.empty()) info.json["flaws"] = flaws;

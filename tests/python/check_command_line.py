@@ -1,6 +1,7 @@
 """The program as a user meets it: help, plan, messages with their places, exit codes, nothing lost on failure."""
 import csv
 import json
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -141,7 +142,24 @@ with tempfile.TemporaryDirectory() as temporary:
     if grids and not (grids["grids"][0]["class"] == "level set" and grids["grids"][0]["metadata"]["length_unit"] == "m"):
         failures.append(f"info of a .vdb: {grids}")
     expect("info of a surface", ["info", cube], 0, "open_edges: 4", "faces: 5")
-    expect("info of a run", ["info", out, "--verify"], 0, "frames: 1", "frames_with_flaws: none", "rest_volume")
+    expect("info of a run", ["info", out, "--verify"], 0, "frames: 1", "frames_with_flaws: none", "frames_missing: none", "rest_volume")
+    stopped = folder / "stopped"
+    shutil.copytree(out, stopped)
+    manifest = json.loads((stopped / "run.json").read_text())
+    manifest["frame_range"], manifest["status"] = [1, 9], "running"
+    (stopped / "run.json").write_text(json.dumps(manifest))
+    expect("info of a run that was stopped", ["info", stopped], 0, "frames: 1", "frames_missing: 2-9", "status: running")
+    shutil.copy(ball, folder / "BALL.VDB")
+    expect("info of a name in capitals", ["info", folder / "BALL.VDB"], 0, "level set")
+    expect("tets of a name in capitals", ["mesh", folder / "BALL.VDB", "-o", folder / "ball.vtu"], 0, "ball.vtu")
+    expect("a .vdb above the limit", ["mesh", ball, "-o", folder / "ball.vtu", "--max-memory", 1e-6], 5, ball.name, "memory limit")
+    def box(size, first, order):
+        corners = [(x, y, z) for z in (-size, size) for y in (-size, size) for x in (-size, size)]
+        faces = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
+        return "".join(f"v {x} {y} {z}\n" for x, y, z in corners) + "".join("f " + " ".join(str(first + c) for c in f[::order]) + "\n" for f in faces)
+    hollow = folder / "hollow.obj"
+    hollow.write_text(box(1, 1, 1) + box(0.5, 9, -1))
+    expect("a hollow is filled, and said to be", ["mesh", hollow, "-o", folder / "hollow.vtu", "--across", 16], 0, "encloses 7 m^3", "hollows")
     frame = next((out / "vdb").glob("*.vdb"))
     content = bytearray(frame.read_bytes())
     content[len(content) // 2] ^= 1
