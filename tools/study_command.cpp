@@ -139,7 +139,10 @@ int runStudy(const StudyOptions& o, study::Study& plan)
     writeText(folder / "study.svg", study::svgText(plan, analysis));
     log->info("written to {}", folder.string());
     for (const std::string& d : report.differences) log->error("not the same again: {}", d);
-    return report.differences.empty() ? kDone : kInternal;
+    if (!report.differences.empty()) return kInternal;
+    if (analysis.sound[analysis.base]) return kDone;
+    log->error("no setting has a result: {}", study::reasonOf(plan, 0));
+    return kNotConverged;
 }
 
 }  // namespace
@@ -158,7 +161,7 @@ Action addStudy(CLI::App& app)
     c->add_option("--by", o->by, "Measure that settings are marked and plotted by (default: the first)")->type_name("MEASURE");
     c->add_option("--set", o->plan.set, "Change a key of the scene in all settings: key=value")->type_name("KEY=VALUE");
     c->add_option("--rounds", o->rounds, "How often each setting is timed (default: the scene's, or 5)")->check(CLI::NonNegativeNumber);
-    c->add_option("-j,--threads", o->threads, "Threads in all; with --run, of the run (default: all cores)")->check(CLI::NonNegativeNumber);
+    c->add_option("-j,--threads", o->threads, "Threads in all (default: all cores); with --run, of the run (default: 1)")->check(CLI::NonNegativeNumber);
     c->add_flag("--threads-per-run", o->threadsPerRun, "One run at a time, on all threads; else side by side on one thread each");
     c->add_option("--time-limit", o->timeLimit, "Seconds that a run may take")->type_name("S")->check(CLI::PositiveNumber);
     c->add_option("--max-memory", o->maxMemory, "GiB a run may use (default: 80 % of what is available)")->check(CLI::PositiveNumber);

@@ -192,7 +192,7 @@ double cellsAcross(const ElasticOperator& elastic)
 /// `reach` cells in the time step, at most the `across` of the body; each cell is some iterations, as measured on blocks.
 LinearMethod chosen(const LinearSystem& system, LinearLimits limits, double across)
 {
-    constexpr double kDirectNodes = 1500;      // where factorising takes as long as a hundred iterations
+    constexpr double kDirectNodes = 1500, kDirectSection = 16;  // nodes, in all and across a slender body: beyond, factors fill in
     constexpr double kIterationsACell = 0.25;  // for each factor e of the tolerance
     constexpr double kWorthwhile = 45;         // iterations that cost as much as setting up multigrid and its own
     constexpr double kFive = 5;                // times as many where five tets a cell, not nested, are cut
@@ -204,7 +204,7 @@ LinearMethod chosen(const LinearSystem& system, LinearLimits limits, double acro
     }
     const double reach = inertia > 0 ? std::min(across, std::sqrt(stiffness / inertia)) : across;
     const double iterations = kIterationsACell * reach * -std::log(limits.tolerance);
-    if (nodes < kDirectNodes && inertia == 0) return LinearMethod::direct;
+    if (inertia == 0 && nodes < std::min(kDirectNodes, kDirectSection * across)) return LinearMethod::direct;
     if (!Multigrid::fits(system.elastic)) return LinearMethod::jacobi;
     const auto sets = system.elastic.sets();
     const bool six = std::all_of(sets.begin(), sets.end(), [](const ElementSet& set) {

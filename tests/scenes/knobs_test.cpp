@@ -99,6 +99,20 @@ TEST(Choices, AutoKnowsThatDampingLowersTheStepOfExplicitIntegrators)
     EXPECT_GT(stepsOfFree.steps.back().elasticEnergy, 1e6 * free.steps.back().elasticEnergy) << "the test shows nothing";
 }
 
+TEST(Choices, StaticStepsHaveNoVelocitiesFromTheStart)
+{
+    const auto fastest = [](const test::SceneRun& run) {
+        double v = 0;
+        for (const Vec3& one : run.simulation->v()) v = std::max(v, one.norm());
+        return v;
+    };
+    test::SceneRun moving(kElastic), still(kElastic, {"solver.integrator=\"static\""});
+    EXPECT_GT(fastest(moving), 0);  // of what the grips hold
+    EXPECT_EQ(fastest(still), 0);
+    still.step();
+    EXPECT_EQ(fastest(still), 0);
+}
+
 TEST(Choices, TensionNeedsCorotationalStrain)
 {
     EXPECT_THROW(test::SceneRun(kBar, {"solver.strain=\"green\"", "fracture.driver=\"tension\""}), InputError);

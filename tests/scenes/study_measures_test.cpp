@@ -119,6 +119,13 @@ TEST(StudyMeasures, TheLongestWaveOfABarHasAPeriodOfSecondOrderInTheStep)
     EXPECT_NEAR(wave[2], .4, kEdges * .4);
 }
 
+TEST(StudyMeasures, WhereAnEffectTakesEnergyThereIsNoBalance)
+{
+    const auto v = measured(blockScene("", "[damping]\nmass = 1\n"), "{quantity='energy_balance'},{quantity='dissipated'}");
+    EXPECT_NE(v[0].missing.find("[damping] takes energy"), std::string::npos);
+    EXPECT_TRUE(v[1].has());
+}
+
 TEST(StudyMeasures, AGripThatTurnsHasNoWork)
 {
     const std::string grip = "[[grip]]\nbody = \"block\"\nregion.halfspace = { normal = \"y\", offset = 0.5 }\n"

@@ -268,6 +268,29 @@ TEST_F(AnalysisTest, RunsThatFailedOrDidNotConvergeAreNotCompared)
     EXPECT_LT(svg.find("Reference: exact"), reason);
 }
 
+TEST_F(AnalysisTest, AnAnswerIsNearForSure)
+{
+    addSeries("h", {{1, 2.9}, {.5, 2.45}, {.25, 2.23}, {.125, 2.12}});  // to about 2
+    const Analysis a = analyse(study_, 0);
+    const Error& finest = a.errors[3][0];
+    ASSERT_TRUE(finest.value);
+    EXPECT_GT(finest.atMost, *finest.value);
+    EXPECT_FALSE(cheapestFor(study_, a, 0, *finest.value));
+    EXPECT_EQ(cheapestFor(study_, a, 0, finest.atMost), 3u);
+}
+
+TEST_F(AnalysisTest, WhatComesApartOtherwiseIsNoAnswer)
+{
+    study_.spec.measures[0].exact = 2;
+    study_.spec.measures.push_back({});
+    study_.spec.measures[1].name = study_.spec.measures[1].quantity = "fragments";
+    addSeries("h", {{1, 2.001}, {.5, 2.1}, {.25, 2.2}});
+    for (std::size_t i = 0; i < 3; ++i) study_.runs[i].result.values.push_back({{i == 0 ? 1. : 2.}});
+    const Analysis a = analyse(study_, 0);
+    EXPECT_EQ(cheapestFor(study_, a, 0, .2), 1u);
+    EXPECT_EQ(a.front, (std::vector<std::size_t>{1}));
+}
+
 TEST_F(AnalysisTest, TimesAreComparedWithinARound)
 {
     study_.spec.measures[0].exact = 2;
@@ -278,6 +301,20 @@ TEST_F(AnalysisTest, TimesAreComparedWithinARound)
     EXPECT_EQ(a.cost[1]->median, 3);
     EXPECT_EQ(a.cost[1]->high, 3.5);
     EXPECT_EQ(a.cost[0]->median, 1);
+}
+
+TEST_F(AnalysisTest, TimesAreRelativeToTheFirstThatWasSolved)
+{
+    study_.spec.measures[0].exact = 2;
+    addSeries("h", {{1, 3}, {.5, 2.5}, {.25, 2.2}});
+    study_.runs[0].result.failure = "crashed";
+    study_.runs[1].seconds = {2, 2, 2};
+    study_.runs[2].seconds = {6, 6, 6};
+    const Analysis a = analyse(study_, 0);
+    EXPECT_FALSE(a.cost[0]);
+    EXPECT_EQ(a.cost[1]->median, 1);
+    EXPECT_EQ(a.cost[2]->median, 3);
+    EXPECT_NE(tableText(study_, a).find("relative to the first setting that was solved, h = 0.5"), std::string::npos);
 }
 
 TEST_F(AnalysisTest, WhereNobodySaysWhichValuesAreFinerItIsThoseOfMoreWork)

@@ -29,6 +29,14 @@ bool vanishes(const std::string& quantity)
     return quantity == "energy_balance" || quantity == "momentum" || quantity == "angular_momentum";
 }
 
+/// Whether a run came apart as the reference did, where that is measured.
+bool hasFragmentsOfReference(const Study& study, const Analysis& a, std::size_t setting)
+{
+    for (std::size_t m = 0; m < study.spec.measures.size(); ++m)
+        if (study.spec.measures[m].quantity == "fragments" && a.errors[setting][m].value.value_or(0) != 0) return false;
+    return true;
+}
+
 class Analyst {
 public:
     Analyst(const Study& study, std::size_t by) : study_(study) { a_.by = by; }
@@ -37,6 +45,7 @@ public:
     {
         const std::size_t settings = study_.settings.size(), measures = study_.spec.measures.size();
         for (std::size_t i = 0; i < settings; ++i) a_.sound.push_back(study_.result(study_.settings[i]).sound());
+        while (a_.base + 1 < settings && !a_.sound[a_.base]) ++a_.base;
         findResolutions();
         for (std::size_t m = 0; m < measures; ++m) a_.references.push_back(referenceOf(m));
         for (std::size_t i = 0; i < settings; ++i) {
@@ -195,10 +204,12 @@ private:
         const Reference& r = a_.references[m];
         const Value* v = valueOf(i, m);
         if (!v || r.kind == Reference::Kind::none || r.run == study_.settings[i].run) return {};
-        if (isMassList(study_, m)) return {massDistance(v->numbers, r.value.numbers)};
+        if (isMassList(study_, m)) return withoutDoubt(massDistance(v->numbers, r.value.numbers));
         const double off = std::abs(v->numbers[0] - r.value.numbers[0]);
-        return {off / scaleOf(m), off < kWeak * r.uncertainty};
+        return {off / scaleOf(m), off < kWeak * r.uncertainty, (off + r.uncertainty) / scaleOf(m)};
     }
+
+    static Error withoutDoubt(double error) { return {error, false, error}; }
 
     Order orderOfSeries(std::size_t series, std::size_t m) const
     {
@@ -220,7 +231,7 @@ private:
     std::optional<Interval> costOf(std::size_t i) const
     {
         const std::vector<double>& own = study_.runs[study_.settings[i].run].seconds;
-        const std::vector<double>& base = study_.runs[study_.settings[0].run].seconds;
+        const std::vector<double>& base = study_.runs[study_.settings[a_.base].run].seconds;
         if (own.empty() || own.size() != base.size()) return {};
         std::vector<double> ratios;
         for (std::size_t r = 0; r < own.size(); ++r) ratios.push_back(own[r] / base[r]);
@@ -233,7 +244,7 @@ private:
         std::vector<double> cost, error;
         for (std::size_t i = 0; i < study_.settings.size(); ++i) {
             const auto c = a_.costOf(study_, i);
-            if (!c || a_.errors[i].empty() || !a_.errors[i][a_.by].value) continue;
+            if (!c || !a_.errors[i][a_.by].value || !hasFragmentsOfReference(study_, a_, i)) continue;
             settings.push_back(i), cost.push_back(*c), error.push_back(*a_.errors[i][a_.by].value);
         }
         for (const std::size_t i : paretoFront(cost, error)) a_.front.push_back(settings[i]);
@@ -249,7 +260,7 @@ std::optional<double> Analysis::costOf(const Study& study, std::size_t setting) 
 {
     if (!sound[setting]) return {};
     if (cost[setting]) return cost[setting]->median;
-    if (cost[0]) return {};
+    if (cost[base]) return {};
     return double(study.result(study.settings[setting]).totalWork());
 }
 
@@ -260,8 +271,8 @@ std::optional<std::size_t> cheapestFor(const Study& study, const Analysis& a, st
     std::optional<std::size_t> best;
     for (std::size_t i = 0; i < study.settings.size(); ++i) {
         const auto cost = a.costOf(study, i);
-        const auto& e = a.errors[i][measure].value;
-        if (cost && e && *e <= error && (!best || *cost < *a.costOf(study, *best))) best = i;
+        const Error& e = a.errors[i][measure];
+        if (cost && e.value && e.atMost <= error && hasFragmentsOfReference(study, a, i) && (!best || *cost < *a.costOf(study, *best))) best = i;
     }
     return best;
 }
@@ -270,9 +281,10 @@ std::vector<Refinement> refinementsOfBase(const Study& study, const Analysis& a)
 {
     std::vector<Refinement> all;
     for (std::size_t s = 0; s < study.spec.series.size(); ++s) {
+        if (!study.spec.series[s].tied.empty()) continue;  // more than one key changes
         std::optional<std::size_t> base, finer;
         for (std::size_t i = 0; i < study.settings.size(); ++i)
-            if (study.settings[i].series == s && study.settings[i].run == study.settings[0].run && a.h[i]) base = i;
+            if (study.settings[i].series == s && study.settings[i].run == study.settings[a.base].run && a.h[i]) base = i;
         for (std::size_t i = 0; base && i < study.settings.size(); ++i)
             if (study.settings[i].series == s && a.h[i] && *a.h[i] < *a.h[*base] && (!finer || *a.h[i] > *a.h[*finer])) finer = i;
         if (!finer || !a.errors[*base][a.by].value || !a.errors[*finer][a.by].value) continue;

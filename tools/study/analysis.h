@@ -20,6 +20,7 @@ struct Reference {
 struct Error {
     std::optional<double> value;  ///< none: of the reference itself, of a run that is not sound, of what is missing
     bool weak = false;            ///< not much larger than what is uncertain of the reference
+    double atMost = 0;            ///< value, with what is uncertain of the reference
 };
 
 /// Order of convergence of a series in a measure.
@@ -39,6 +40,7 @@ struct Analysis {
     std::size_t by = 0;                      ///< the measure that settings are chosen by
     std::vector<std::size_t> front;          ///< settings that are best by it, by rising cost
     std::vector<bool> sound;                 ///< of each setting
+    std::size_t base = 0;                    ///< the first setting that is sound, if any is: what costs are relative to
 
     /// Time relative to the base, or where nothing was timed, work; none for runs that are not sound.
     std::optional<double> costOf(const Study& study, std::size_t setting) const;
@@ -47,7 +49,8 @@ struct Analysis {
 /// `by`: the measure that settings are chosen by.
 Analysis analyse(const Study& study, std::size_t by);
 
-/// The cheapest setting whose error in a measure is at most this.
+/// The cheapest setting whose error in a measure is at most this for sure. Where fragments are counted, those with another
+/// number of them are no answer: a body that stays whole is near by chance.
 std::optional<std::size_t> cheapestFor(const Study& study, const Analysis& analysis, std::size_t measure, double error);
 
 /// What the next finer level of a series does to the error of the base setting.
@@ -56,7 +59,7 @@ struct Refinement {
     std::size_t finer = 0;  ///< setting
     double before = 0, after = 0;
 };
-/// For each series that the base run is part of, the largest change first.
+/// For each series of one key that the base run is part of, the largest change first.
 std::vector<Refinement> refinementsOfBase(const Study& study, const Analysis& analysis);
 
 /// Why a setting is not compared, on one line: its failure, or steps that did not converge; empty when it is sound.

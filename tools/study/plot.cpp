@@ -109,7 +109,7 @@ public:
 
     std::string text() const
     {
-        const std::string inside = panel(0, timePoints(), "time, relative to the first setting") +
+        const std::string inside = panel(0, timePoints(), a_.base == 0 ? "time, relative to the first setting" : "time, relative to the first setting that was solved") +
                                    panel(1, workPoints(), "work: tets evaluated and multiplied");
         double bottom = kTop + kPanelHeight + 84;
         std::string keys = legend(bottom);

@@ -98,11 +98,16 @@ private:
         t += "\nwork: tets evaluated and multiplied";
         const auto first = std::find_if(a_.cost.begin(), a_.cost.end(), [](const auto& c) { return c.has_value(); });
         if (first != a_.cost.end()) {
-            const std::vector<double>& seconds = study_.runs[study_.settings[0].run].seconds;
-            t += fmt::format("; time: relative to the first setting ({:.3g} s), median of rounds: {}", medianOf(seconds).median, seconds.size());
+            const std::vector<double>& seconds = study_.runs[study_.settings[a_.base].run].seconds;
+            t += fmt::format("; time: relative to {} ({:.3g} s), median of rounds: {}", baseText(), medianOf(seconds).median, seconds.size());
             if ((*first)->confidence > 0) t += fmt::format(" [where it lies with {:.0f} %]", 100 * (*first)->confidence);
         }
         return t + "\n" + missingText();
+    }
+
+    std::string baseText() const
+    {
+        return a_.base == 0 ? "the first setting" : "the first setting that was solved, " + study_.settings[a_.base].label;
     }
 
     /// Why values are not there, each reason once.
@@ -171,7 +176,7 @@ private:
         for (const Refinement& r : refinementsOfBase(study_, a_))
             t += fmt::format("  {}: {} -> {} %\n", study_.settings[r.finer].label, percent(r.before), percent(r.after));
         if (t.empty()) return t;
-        return fmt::format("\nthe first setting, refined by one key alone, in '{}'; the one that matters most first\n{}",
+        return fmt::format("\n{}, refined by one key alone, in '{}'; the one that matters most first\n{}", baseText(),
                            study_.spec.measures[a_.by].name, t);
     }
 

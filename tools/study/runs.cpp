@@ -188,12 +188,12 @@ private:
         perform({job}, 1, [&](const Job&, const Result& again) { compare(job, again); });
     }
 
-    /// Runs that ended, whatever became of their steps.
+    /// Runs that are compared: all whose steps were solved.
     std::vector<std::size_t> timed() const
     {
         std::vector<std::size_t> all;
         for (std::size_t k = 0; k < study_.runs.size(); ++k)
-            if (mayRun(study_.runs[k]) && study_.runs[k].result.failure.empty()) all.push_back(k);
+            if (mayRun(study_.runs[k]) && study_.runs[k].result.sound()) all.push_back(k);
         return all;
     }
 

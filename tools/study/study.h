@@ -70,7 +70,7 @@ struct Study {
     std::string name;
     scene::Study spec;
     std::vector<Run> runs;
-    std::vector<Setting> settings;  ///< series by series; the first is the base that costs are relative to
+    std::vector<Setting> settings;  ///< series by series; the first that is solved is what costs are relative to
 
     const Result& result(const Setting& setting) const { return runs[setting.run].result; }
 };

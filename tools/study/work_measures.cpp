@@ -58,7 +58,10 @@ public:
             grips_.emplace_back(g);
         }
         for (const scene::EffectTable& effect : scene.effects)
-            if (effect.name == "gravity") gravity_ = effect.values.vector("acceleration");
+            if (effect.name == "gravity")
+                gravity_ = effect.values.vector("acceleration");
+            else
+                sink_ = effect.name;
     }
 
     void start(const core::Simulation& s) override
@@ -95,11 +98,12 @@ public:
         if (quantity_ == "load_work") return number(work);
         const double lost = work + gravityWork_ - (energy_ - startEnergy_);
         if (quantity_ == "dissipated") return number(lost);
+        if (!sink_.empty()) return missing("[" + sink_ + "] takes energy; measure 'dissipated'");
         return number(turnover_ > 0 ? -lost / turnover_ : 0);
     }
 
 private:
-    std::string quantity_, turning_;
+    std::string quantity_, turning_, sink_;  // sink_: an effect that may take energy
     std::vector<GripWork> grips_;
     Vec3 gravity_ = Vec3::Zero();
     std::vector<Vec3> x_;

@@ -46,7 +46,7 @@ Simulation::Simulation(const scene::Scene& scene, std::span<Effect* const> effec
     rebuild();
     grips_->requireNodes();
     for (std::size_t b = 0; b < bodies_.size(); ++b) setInitialVelocity(scene.bodies[b], bodies_[b]);
-    grips_->setStartVelocities(state_.v);
+    if (schemeOf(scene.solver) != solver::Scheme::statics) grips_->setStartVelocities(state_.v);
     for (Effect* effect : effects) effect->join(stages_);
     warnOfLongSteps();
     for (GridStage* stage : stages_.grid) stage->start(bodies_, stages_.notes);
@@ -167,7 +167,7 @@ std::span<const std::uint32_t> Simulation::gripNodes(std::size_t grip) const { r
 
 StepRecord Simulation::step(double until)
 {
-    constexpr double kWhole = 1e-9;  // a quotient this near to a whole number is one
+    constexpr double kWhole = 1e-6;  // a quotient this near to a whole number is one: times are sums of very many steps
     constexpr int kMostCutbacks = 8;
     constexpr double kHopeless = 4;  // cells that nodes of one may fly apart: beyond, Newton's method has nothing to start from
     StepRecord record;
