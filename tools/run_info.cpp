@@ -1,5 +1,7 @@
 #include "run_info.h"
 
+#include "common.h"
+
 #include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/base/hash.h>
@@ -35,7 +37,7 @@ bool isInside(const fs::path& path)
 
 void requireReadable(const fs::path& file)
 {
-    if (file.extension() == ".vdb") grid::describeVdb(file);
+    if (isVdb(file)) grid::describeVdb(file);
     if (file.extension() == ".obj") tetmesh::readObjFrame(file);
 }
 

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace vdbfrac::solver {
 
@@ -229,7 +230,7 @@ struct Direct {
 
 struct LinearSolver::Data {
     const ElasticOperator* elastic;
-    double across;  // cells
+    std::optional<double> across = {};  // cells; not known before a choice asks for it
     LinearMethod method;
     LinearPrecision precision;
     LinearMethod prepared = LinearMethod::automatic;  // what there is a preconditioner for; automatic: nothing
@@ -241,7 +242,7 @@ struct LinearSolver::Data {
 };
 
 LinearSolver::LinearSolver(const ElasticOperator& elastic, LinearMethod method, LinearPrecision precision)
-    : data_(std::make_unique<Data>(Data{&elastic, cellsAcross(elastic), method, precision, LinearMethod::automatic, {}, {}, {}, nullptr, nullptr}))
+    : data_(std::make_unique<Data>(Data{&elastic, {}, method, precision, LinearMethod::automatic, {}, {}, {}, nullptr, nullptr}))
 {
 }
 LinearSolver::~LinearSolver() = default;
@@ -254,7 +255,11 @@ LinearReport LinearSolver::solve(const LinearSystem& system, std::span<const Vec
     constexpr double kSingle = 1e-4;  // reductions that vectors in single precision reach with room to spare
     Data& d = *data_;
     const bool same = samePreconditioner && d.prepared != LinearMethod::automatic;
-    const LinearMethod method = d.method != LinearMethod::automatic ? d.method : same ? d.prepared : chosen(system, limits, d.across);
+    const auto choose = [&] {
+        if (!d.across) d.across = cellsAcross(*d.elastic);
+        return chosen(system, limits, *d.across);
+    };
+    const LinearMethod method = d.method != LinearMethod::automatic ? d.method : same ? d.prepared : choose();
     if (method == LinearMethod::direct) return solveDirectly(system, b, u);
     const double size = std::sqrt(dot(b, b)), scale = size > 0 ? meanDiagonal(system) / size : 1;
     if (!same) prepare(system, method);
@@ -287,7 +292,7 @@ void LinearSolver::rebind(const ElasticOperator& elastic)
 {
     data_->prepared = LinearMethod::automatic;
     data_->elastic = &elastic;
-    data_->across = cellsAcross(elastic);
+    data_->across.reset();
     data_->multigrid.reset();
     data_->direct.reset();
 }

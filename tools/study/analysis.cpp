@@ -204,12 +204,13 @@ private:
         const Reference& r = a_.references[m];
         const Value* v = valueOf(i, m);
         if (!v || r.kind == Reference::Kind::none || r.run == study_.settings[i].run) return {};
-        if (isMassList(study_, m)) return withoutDoubt(massDistance(v->numbers, r.value.numbers));
+        if (isMassList(study_, m)) {
+            const double error = massDistance(v->numbers, r.value.numbers);
+            return {error, false, error};
+        }
         const double off = std::abs(v->numbers[0] - r.value.numbers[0]);
         return {off / scaleOf(m), off < kWeak * r.uncertainty, (off + r.uncertainty) / scaleOf(m)};
     }
-
-    static Error withoutDoubt(double error) { return {error, false, error}; }
 
     Order orderOfSeries(std::size_t series, std::size_t m) const
     {

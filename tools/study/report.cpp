@@ -96,11 +96,10 @@ private:
                 break;
             }
         t += "\nwork: tets evaluated and multiplied";
-        const auto first = std::find_if(a_.cost.begin(), a_.cost.end(), [](const auto& c) { return c.has_value(); });
-        if (first != a_.cost.end()) {
+        if (const auto& base = a_.cost[a_.base]) {
             const std::vector<double>& seconds = study_.runs[study_.settings[a_.base].run].seconds;
             t += fmt::format("; time: relative to {} ({:.3g} s), median of rounds: {}", baseText(), medianOf(seconds).median, seconds.size());
-            if ((*first)->confidence > 0) t += fmt::format(" [where it lies with {:.0f} %]", 100 * (*first)->confidence);
+            if (base->confidence > 0) t += fmt::format(" [where it lies with {:.0f} %]", 100 * base->confidence);
         }
         return t + "\n" + missingText();
     }
