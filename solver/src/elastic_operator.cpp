@@ -99,6 +99,7 @@ ElasticOperator::ElasticOperator(std::span<const ElementSet> sets, std::size_t n
     for (int thread = 0; thread < threadSlots(); ++thread) {
         d.in.emplace_back(3 * d.p.largestStride);
         d.out.emplace_back(kDiagonalRows * d.p.largestStride);
+        d.psi.emplace_back();
     }
     for (const ElementSet& set : sets) d.elements += set.elements.size();
 }
@@ -157,25 +158,27 @@ double ElasticOperator::evaluate(std::span<const Vec3> x, std::span<Vec3> gradie
     return d.totalEnergy();
 }
 
-std::vector<double> ElasticOperator::energyDensities(std::span<const Vec3> x) const
+void ElasticOperator::energyDensities(std::span<const Vec3> x, std::vector<double>& density) const
 {
     const Data& d = *data_;
     constexpr std::size_t kTets = tetmesh::kMostTets;
-    std::vector<double> density(d.elements * kTets, 0.), psi(d.p.batches.size() * kTets * kLanes);
+    density.resize(d.elements * kTets);
     d.eachPatch(x, nullptr, 0, [&](std::size_t i, PatchData patch, const double* in, double* out) {
-        const std::size_t first = d.p.patches[i].firstBatch;
-        patch.psi = psi.data() + first * kTets * kLanes;
-        (void)kernel().evaluate(patch, d.cellDilation, kRobust, in, out);
         const Patch& range = d.p.patches[i];
+        std::vector<double>& psi = d.psi[std::size_t(threadSlot())];
+        psi.resize(std::max(psi.size(), range.batches * kTets * kLanes));
+        patch.psi = psi.data();
+        (void)kernel().evaluate(patch, d.cellDilation, kRobust, in, out);
         for (std::size_t e = range.firstElement; e < range.firstElement + range.elements; ++e) {
             const std::size_t batch = d.p.laneOfElement[e] / kLanes, lane = d.p.laneOfElement[e] % kLanes;
-            for (std::size_t t = 0; t < d.p.tetsOf(batch); ++t)
-                if (d.volumeShare(batch, t, lane) > 0) density[e * kTets + t] = psi[(batch * kTets + t) * kLanes + lane];
+            for (std::size_t t = 0; t < kTets; ++t)
+                density[e * kTets + t] = t < d.p.tetsOf(batch) && d.volumeShare(batch, t, lane) > 0
+                                             ? psi[((batch - range.firstBatch) * kTets + t) * kLanes + lane]
+                                             : 0;
         }
     });
     d.work.evaluations += 1;
     d.work.evaluatedTets += d.p.tets;
-    return density;
 }
 
 template <class F>

@@ -92,9 +92,9 @@ private:
     const BlockDiagonal& inverse_;
 };
 
-class VCycle {
+class WCycle {
 public:
-    explicit VCycle(Multigrid& multigrid) : multigrid_(multigrid), rightSide_(multigrid.rightSide()), result_(multigrid.result()) {}
+    explicit WCycle(Multigrid& multigrid) : multigrid_(multigrid), rightSide_(multigrid.rightSide()), result_(multigrid.result()) {}
     double start(std::size_t i, const Vec3& r) const
     {
         rightSide_[i] = r.cast<float>();
@@ -264,10 +264,10 @@ LinearReport LinearSolver::solve(const LinearSystem& system, std::span<const Vec
     const double size = std::sqrt(dot(b, b)), scale = size > 0 ? meanDiagonal(system) / size : 1;
     if (!same) prepare(system, method);
     if (d.prepared == LinearMethod::multigrid) {
-        LinearReport report = conjugateGradient(system, VCycle(*d.multigrid), b, scale, u, limits, d.vectors);
+        LinearReport report = conjugateGradient(system, WCycle(*d.multigrid), b, scale, u, limits, d.vectors);
         report.method = method;
         if (report.status != LinearStatus::negativeCurvature) return report;
-        prepare(system, LinearMethod::jacobi);  // which tells whether it was the matrix or the V-cycle
+        prepare(system, LinearMethod::jacobi);  // which tells whether it was the matrix or the W-cycle
     }
     const BlockJacobi jacobi(d.inverse);
     const bool single = d.precision == LinearPrecision::mixed && limits.tolerance >= kSingle;

@@ -16,6 +16,9 @@ constexpr std::size_t kCoarsestNodes = 100;  // a dense factorisation of these t
 constexpr double kLeastReduction = 0.7;      // of the nodes from level to level; dust of fragments does not get fewer
 constexpr double kSafety = 1.15, kRange = 6;  // smoother damps eigenvalues in [largest / kRange, kSafety largest]
 constexpr int kPowerSteps = 10;
+/// Of a coarse level's first answer, before it is asked again. With all of it the cycle is definite as long as one answer has
+/// no part twice too large, with this 1 + 1 / kKept times; near nu = .5 coarse levels are too soft and answer too much.
+constexpr float kKept = 0.4f;
 
 /// A number in [-1, 1] from a node's number, the same on every machine.
 float noise(std::uint32_t n)
@@ -238,17 +241,21 @@ void Multigrid::restrictResidual(Level& level, Level& coarse)
     });
 }
 
-void Multigrid::cycle(std::size_t l)
+void Multigrid::cycle(std::size_t l, bool fromZero)
 {
     Level& level = *levels_[l];
     if (l + 1 == levels_.size()) {
         solveCoarsest(level);
         return;
     }
-    smooth(level, true);
+    smooth(level, fromZero);
     Level& coarse = *levels_[l + 1];
     restrictResidual(level, coarse);
-    cycle(l + 1);
+    cycle(l + 1, true);
+    if (l + 2 < levels_.size()) {  // the coarsest level has nothing to add
+        eachNode<float>(coarse.x.size(), [&](std::size_t i) { coarse.x[i] *= kKept; });
+        cycle(l + 1, false);
+    }
     eachNode<float>(level.x.size(), [&](std::size_t i) {
         const auto [a, b] = level.coarser.parents[i];
         if (!level.fixed[i] && a < coarse.x.size()) level.x[i] += 0.5f * (coarse.x[a] + coarse.x[b]);
@@ -273,7 +280,7 @@ void Multigrid::solveCoarsest(Level& level)
 
 std::span<Vec3f> Multigrid::rightSide() { return levels_[0]->b; }
 
-void Multigrid::apply() { cycle(0); }
+void Multigrid::apply() { cycle(0, true); }
 
 std::span<const Vec3f> Multigrid::result() const { return levels_[0]->x; }
 

@@ -1,12 +1,14 @@
-// V-cycle over lattices of twice the spacing, level by level. Not installed.
+// W-cycle over lattices of twice the spacing, level by level. Not installed.
 //
 // Each coarse level is an elastic operator of its own: elements as coarsening.h makes them, with the material volume, the
 // mean rotation and the mean twist operator of the finer tets in each tet. On nested six-tet lattices with equal
 // rotations this is the Galerkin operator; near nu = .5 the mean dilatation is taken over the coarse cell, which does not
 // lock as the Galerkin operator would.
+// Each level asks the next coarser one twice (W): coarse elements at the front of a crack join its sides, and once would let
+// what each level misses there add up from level to level.
 // A fixed node that has no coarse node in its place holds the coarse nodes round it by springs of its own stiffness.
 // Smoother: Chebyshev polynomial of the block-Jacobi iteration (Adams, Brezina, Hu, Tuminaro 2003); coarsest level: Cholesky.
-// All but that in single precision: the V-cycle is the preconditioner of an iteration in double.
+// All but that in single precision: the W-cycle is the preconditioner of an iteration in double.
 #pragma once
 
 #include "block_diagonal.h"
@@ -28,7 +30,7 @@ public:
     /// For one system of the operator: tangents, diagonals and fixed nodes of all levels. False: a block or the coarsest
     /// level is not positive definite enough to precondition with.
     [[nodiscard]] bool setUp(const LinearSystem& system);
-    /// One V-cycle from rest: result() for rightSide(), which is 0 at fixed nodes.
+    /// One W-cycle: result() for rightSide(), which is 0 at fixed nodes.
     void apply();
     std::span<Vec3f> rightSide();
     std::span<const Vec3f> result() const;
@@ -45,7 +47,7 @@ private:
     static void smooth(Level& level, bool fromZero);
     static void restrictResidual(Level& level, Level& coarse);
     void solveCoarsest(Level& level);
-    void cycle(std::size_t l);
+    void cycle(std::size_t l, bool fromZero);  // for the level's b, from 0 or from its x
 
     std::vector<std::unique_ptr<Level>> levels_;
     std::unique_ptr<Coarsest> coarsest_;

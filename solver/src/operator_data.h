@@ -56,6 +56,7 @@ struct ElasticOperator::Data {
     // Scratch, made once: what each patch adds to each of its nodes, and vectors of the patch that a thread works on.
     Scratch slots{0};
     std::vector<Scratch> in, out;
+    mutable std::vector<std::vector<double>> psi;  // of energyDensities, made when it is first asked for
 
     PatchData patchData(std::size_t i, TetTangent* tangents, double share) const
     {

@@ -1,6 +1,7 @@
 // Steps after the first allocate nothing. This program counts what is asked of operator new, and of malloc where that can
 // be done in the program itself: Eigen's matrices and TBB's tasks come from there.
 #include "loads.h"
+#include "scene_run.h"
 
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/solver/backward_euler.h>
@@ -14,11 +15,12 @@
 
 namespace {
 
-std::atomic<std::int64_t> newCalls = 0, mallocCalls = 0;
+std::atomic<std::int64_t> newCalls = 0, mallocCalls = 0, largest = 0;  // largest: bytes in one call of operator new
 
 void* counted(std::size_t size, std::size_t alignment)
 {
     ++newCalls;
+    for (std::int64_t seen = largest; seen < std::int64_t(size) && !largest.compare_exchange_weak(seen, std::int64_t(size));) {}
     const std::size_t rounded = (size + alignment - 1) / alignment * alignment;
     void* const memory = alignment > alignof(std::max_align_t) ? std::aligned_alloc(alignment, rounded) : std::malloc(size ? size : 1);
     if (!memory) throw std::bad_alloc();
@@ -156,6 +158,55 @@ TEST(NoAllocation, StepsAfterTheFirstAllocateNothingWithMultigrid)
         const Calls calls = swing.step();
         EXPECT_EQ(calls.newCalls, 0) << "step " << n;
         EXPECT_EQ(calls.mallocCalls, 0) << "step " << n;
+    }
+}
+
+/// Steps of a whole simulation with grips, damping and a crack that waits. Some bytes of names and counts are asked for in each
+/// step, but nothing that grows with the body: the largest of all is below a byte a node.
+TEST(NoAllocation, StepsOfASimulationAfterTheFirstAllocateNoArrays)
+{
+    for (const char* integrator : {"backward_euler", "midpoint", "sdirk2", "symplectic_euler", "static"}) {
+        const ThreadLimit limit(1);
+        test::SceneRun run(R"(
+version = 1
+name = "waits"
+[time]
+frames = [1, 100]
+[grid]
+voxel_size = 0.05
+[solver]
+integrator = ")" + std::string(integrator) + R"("
+[[body]]
+name = "b"
+shape = { box = { size = [1, 1, 1] } }
+material = "m"
+[material.m]
+youngs_modulus = 1e5
+poisson_ratio = 0.3
+density = 1000
+[[grip]]
+name = "top"
+body = "b"
+region = { halfspace = { normal = [0, 1, 0], offset = 0.45 } }
+move = { velocity = [0, 0.1, 0] }
+[[grip]]
+name = "bottom"
+body = "b"
+region = { halfspace = { normal = [0, -1, 0], offset = 0.45 } }
+move = { force = [0, -1, 0] }
+[damping]
+stiffness = 1e-4
+[fracture]
+toughness = 1e9
+)");
+        for (int n = 0; n < 2; ++n) (void)run.step();
+        run.steps.reserve(10);
+        largest = 0;
+        for (int n = 0; n < 5; ++n) EXPECT_EQ(run.step().outcome, core::Outcome::converged);
+        const std::int64_t nodes = std::int64_t(run.simulation->x().size());
+        std::printf("%s: %lld nodes, largest allocation %lld bytes\n", integrator, (long long)nodes, (long long)largest.load());
+        EXPECT_GT(largest, 0);
+        EXPECT_LT(largest, nodes);
     }
 }
 

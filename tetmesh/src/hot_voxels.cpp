@@ -48,6 +48,7 @@ std::vector<Coord> CutMesh::voxelsAbove(std::span<const double> density, double 
         return above > 0;
     };
     parallelChunks(elements, kElements, [&](std::size_t begin, std::size_t end) {
+        if (!anyAbove(begin, end)) return;  // nearly always
         std::vector<std::uint8_t> marks;
         for (std::size_t row = begin; row < end; row += kRow) {
             const std::size_t rowEnd = std::min(end, row + kRow);

@@ -103,6 +103,12 @@ void Simulation::Grips::rebuild(std::span<const Body> bodies, const solver::Elas
         }
         for (double& s : held.share) s /= mass;
     }
+    boundary_.fixed.assign(elastic.nodeCount(), 0);
+    boundary_.target.assign(elastic.nodeCount(), Vec3::Zero());
+    boundary_.force.assign(elastic.nodeCount(), Vec3::Zero());
+    boundary_.part.clear();
+    for (const Body& body : bodies)
+        boundary_.part.insert(boundary_.part.end(), body.fragments.ofNode().begin(), body.fragments.ofNode().end());
 }
 
 void Simulation::Grips::requireNodes() const
@@ -113,23 +119,21 @@ void Simulation::Grips::requireNodes() const
                               "a region that contains lattice nodes of the body", "move or enlarge the region"});
 }
 
-solver::Boundary Simulation::Grips::boundary(double endTime, std::size_t nodeCount) const
+const solver::Boundary& Simulation::Grips::boundary(double time)
 {
-    solver::Boundary b;
-    b.fixed.assign(nodeCount, 0);
-    b.target.assign(nodeCount, Vec3::Zero());
-    b.force.assign(nodeCount, Vec3::Zero());
+    for (const Held& held : held_)
+        for (std::uint32_t node : held.nodes) boundary_.force[node].setZero();
     for (const Held& held : held_)
         for (std::size_t i = 0; i < held.nodes.size(); ++i) {
             const std::uint32_t node = held.nodes[i];
             if (const auto* force = std::get_if<scene::Force>(&held.grip->move)) {
-                b.force[node] += held.share[i] * forceAt(*force, endTime);
+                boundary_.force[node] += held.share[i] * forceAt(*force, time);
             } else {
-                b.fixed[node] = 1;
-                b.target[node] = std::visit(TargetAt{endTime, held.rest[i]}, held.grip->move);
+                boundary_.fixed[node] = 1;
+                boundary_.target[node] = std::visit(TargetAt{time, held.rest[i]}, held.grip->move);
             }
         }
-    return b;
+    return boundary_;
 }
 
 void Simulation::Grips::setStartVelocities(std::span<Vec3> v) const
@@ -140,13 +144,13 @@ void Simulation::Grips::setStartVelocities(std::span<Vec3> v) const
                 v[held.nodes[i]] = std::visit(StartVelocity{held.rest[i]}, held.grip->move);
 }
 
-std::vector<Vec3> Simulation::Grips::loads(const solver::Boundary& boundary, std::span<const Vec3> reaction) const
+std::vector<Vec3> Simulation::Grips::loads(std::span<const Vec3> reaction) const
 {
     std::vector<Vec3> loads;
     for (const Held& held : held_) {
         Vec3 sum = Vec3::Zero();
         const bool force = std::holds_alternative<scene::Force>(held.grip->move);
-        for (std::size_t i = 0; i < held.nodes.size(); ++i) sum += force ? boundary.force[held.nodes[i]] : reaction[held.nodes[i]];
+        for (std::size_t i = 0; i < held.nodes.size(); ++i) sum += force ? boundary_.force[held.nodes[i]] : reaction[held.nodes[i]];
         loads.push_back(sum);
     }
     return loads;

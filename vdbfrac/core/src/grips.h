@@ -27,11 +27,11 @@ public:
     /// have to accelerate them, with a load that grows as it gets shorter.
     void setStartVelocities(std::span<Vec3> v) const;
 
-    /// Prescribed positions at the end of a step and forces during it.
-    solver::Boundary boundary(double endTime, std::size_t nodeCount) const;
+    /// Prescribed positions at a time and forces until then. Holds until the next call.
+    const solver::Boundary& boundary(double time);
 
-    /// Total force [N] of each grip on the material.
-    std::vector<Vec3> loads(const solver::Boundary& boundary, std::span<const Vec3> reaction) const;
+    /// Total force [N] of each grip on the material, with the forces of the last boundary().
+    std::vector<Vec3> loads(std::span<const Vec3> reaction) const;
 
     std::span<const std::uint32_t> nodes(std::size_t grip) const { return held_[grip].nodes; }
 
@@ -49,6 +49,7 @@ private:
     std::vector<scene::Grip> grips_;
     std::vector<Held> held_;
     std::vector<std::string> bodyNames_;
+    solver::Boundary boundary_;
 };
 
 }  // namespace vdbfrac::core

@@ -189,17 +189,11 @@ void Simulation::solve(StepRecord& record, double dt, double shortest)
 {
     const StageTimer timer(record.work, "solve");
     const solver::ElasticWork before = elastic_->work();
-    const solver::State saved = state_;
+    saved_ = state_;
     const double tried = dt;
     const solver::StepReport* report = nullptr;
-    solver::Boundary boundary;
-    const auto boundaryAt = [&](double share) -> const solver::Boundary& {
-        boundary = grips_->boundary(time_ + share * dt, state_.x.size());
-        for (const Body& body : bodies_)
-            boundary.part.insert(boundary.part.end(), body.fragments.ofNode().begin(), body.fragments.ofNode().end());
-        return boundary;
-    };
-    for (;; dt *= 0.5, ++record.cutbacks, state_ = saved) {
+    const auto boundaryAt = [&](double share) -> const solver::Boundary& { return grips_->boundary(time_ + share * dt); };
+    for (;; dt *= 0.5, ++record.cutbacks, state_ = saved_) {
         report = &integrator_->step(state_, dt, {stages_.solve, boundaryAt});
         record.newtonIterations += report->newtonIterations;
         record.linearIterations += report->linearIterations;
@@ -221,7 +215,7 @@ void Simulation::solve(StepRecord& record, double dt, double shortest)
                      : record.cutbacks > 0                       ? Outcome::cutback
                                                                  : Outcome::converged;
     record.elasticEnergy = report->elasticEnergy;
-    record.gripLoad = grips_->loads(boundary, report->reaction);
+    record.gripLoad = grips_->loads(report->reaction);
     const solver::ElasticWork& after = elastic_->work();
     record.work.count("solve", "evaluated_tets", after.evaluatedTets - before.evaluatedTets);
     record.work.count("solve", "product_tets", after.productTets - before.productTets);
@@ -232,16 +226,17 @@ void Simulation::solve(StepRecord& record, double dt, double shortest)
 
 void Simulation::updateGrid(StepRecord& record)
 {
-    std::vector<double> density;
+    bool computed = false;
     GridContext context{bodies_, state_.x, time_, record.dt, {}, {}, record.work};
     context.gripDistance = [this](const Body& body, const Vec3& X) { return grips_->distance(body, X); };
     context.tetEnergy = [&]() -> std::span<const double> {
-        if (density.empty()) {
+        if (!computed) {
             const StageTimer timer(record.work, "energy");
-            density = elastic_->energyDensities(state_.x);
+            elastic_->energyDensities(state_.x, density_);
             record.work.count("energy", "tets", elastic_->tetCount());
+            computed = true;
         }
-        return density;
+        return density_;
     };
     std::vector<grid::PhiChanges> changes(bodies_.size());
     for (GridStage* stage : stages_.grid)
@@ -330,14 +325,10 @@ Simulation::MovingSurface Simulation::surface() const
 
 grid::VoxelValues Simulation::energyField(const Body& body) const
 {
-    const std::vector<double> density = elastic_->energyDensities(state_.x);
-    const std::span<const double> own = std::span(density).subspan(
-        std::size_t(body.firstElement) * tetmesh::kMostTets, body.mesh->elements().size() * tetmesh::kMostTets);
-    grid::VoxelValues field;
-    field.coords = body.mesh->voxelsAbove(own, -1);
-    const auto energy = [&](std::uint32_t e, int t) { return own[std::size_t(e) * tetmesh::kMostTets + std::size_t(t)]; };
-    for (double psi : grid::nodalEnergy(*body.mesh, energy, field.coords)) field.scalars.push_back(float(psi));
-    return field;
+    std::vector<double> density;
+    elastic_->energyDensities(state_.x, density);
+    return grid::nodalEnergies(
+        *body.mesh, [&](std::uint32_t e, int t) { return density[(std::size_t(body.firstElement) + e) * tetmesh::kMostTets + std::size_t(t)]; });
 }
 
 std::uint64_t Simulation::stateHash() const

@@ -115,6 +115,31 @@ std::vector<double> nodalEnergy(const BodyMesh& mesh, const TetEnergy& energy, s
     return psi;
 }
 
+VoxelValues nodalEnergies(const BodyMesh& mesh, const TetEnergy& energy)
+{
+    std::vector<Coord> blocks;
+    mesh.phi().forEachBlock([&](Coord low) { blocks.push_back(low); });
+    std::vector<VoxelValues> parts(blocks.size());
+    parallelChunks(blocks.size(), 1, [&](std::size_t b, std::size_t) {
+        parts[b].coords.reserve(tetmesh::NodeField<float>::kBlock), parts[b].scalars.reserve(tetmesh::NodeField<float>::kBlock);
+        for (int z = 0; z < 8; ++z)
+            for (int y = 0; y < 8; ++y)
+                for (int x = 0; x < 8; ++x) {
+                    const Coord voxel = blocks[b] + Coord{x, y, z};
+                    const Share share = mesh.nodalShare(voxel, energy);
+                    if (share.volume <= 0) continue;
+                    parts[b].coords.push_back(voxel);
+                    parts[b].scalars.push_back(float(share.energy / share.volume));
+                }
+    });
+    VoxelValues all;
+    for (const VoxelValues& part : parts) {
+        all.coords.insert(all.coords.end(), part.coords.begin(), part.coords.end());
+        all.scalars.insert(all.scalars.end(), part.scalars.begin(), part.scalars.end());
+    }
+    return all;
+}
+
 std::vector<double> averagedEnergy(const BodyMesh& mesh, const TetEnergy& energy, std::span<const Coord> voxels, double radius)
 {
     const int reach = int(std::floor(radius / mesh.voxelSize()));

@@ -121,8 +121,9 @@ public:
     /// where these are given (not empty, not null). The tangent then also has `share` times linear elasticity in the
     /// rotated frame of each tet, which costs a product nothing.
     double evaluate(std::span<const Vec3> x, std::span<Vec3> gradient, Tangent* tangent, double share = 0) const;
-    /// Energy density of every tet [J/m^3]: entry 6 e + t for tet t of element e (elements counted through all sets).
-    std::vector<double> energyDensities(std::span<const Vec3> x) const;
+    /// Energy density of every tet [J/m^3]: entry 6 e + t for tet t of element e (elements counted through all sets); 0 for
+    /// a tet without material. `density` is given its size.
+    void energyDensities(std::span<const Vec3> x, std::vector<double>& density) const;
 
     /// Makes the tangent positive semidefinite: clamps the twist eigenvalues (Smith et al. 2019, section 4).
     void project(Tangent& tangent) const;

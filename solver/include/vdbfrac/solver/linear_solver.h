@@ -3,7 +3,7 @@
 //   jacobi     conjugate gradients (Hestenes & Stiefel 1952) with the 3x3 diagonal blocks: the least work where the time
 //              step is short; iterations grow with the nodes a side. Tolerances of 1e-4 and looser are reached with vectors
 //              in single precision: what such a step is worth is seen in Newton's residual, which is in double.
-//   multigrid  conjugate gradients with one V-cycle over lattices of twice the spacing, in single precision (the
+//   multigrid  conjugate gradients with one W-cycle over lattices of twice the spacing, in single precision (the
 //              residual of the outer iteration is in double): iterations do not grow. Cracks do not couple on any level.
 //   direct     the assembled matrix and a sparse Cholesky factorisation (CHOLMOD; Chen, Davis, Hager, Rajamanickam 2008):
 //              small or very stiff systems.

@@ -40,6 +40,8 @@ public:
     virtual HessianShares hessian() const { return {}; }
     /// The same in all steps.
     virtual RayleighDamping damping() const { return {}; }
+    /// Memory it keeps from step to step.
+    virtual std::size_t bytes() const { return 0; }
 };
 
 }  // namespace vdbfrac::solver

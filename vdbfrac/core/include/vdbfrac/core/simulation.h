@@ -60,6 +60,7 @@ public:
     std::span<const Vec3> v() const { return state_.v; }
     const Stages& stages() const { return stages_; }
     const solver::ElasticOperator& elastic() const { return *elastic_; }
+    const solver::Integrator& integrator() const { return *integrator_; }
     /// Nodes that a grip holds or pulls, rising; until the next step.
     std::span<const std::uint32_t> gripNodes(std::size_t grip) const;
 
@@ -98,7 +99,8 @@ private:
     std::vector<Body> bodies_;
     std::uint32_t nextFragment_ = 0;
     Stages stages_;
-    solver::State state_;
+    solver::State state_, saved_;  // now, and at the start of the step
+    std::vector<double> density_;  // J/m^3, of all tets; kept for its memory
     std::unique_ptr<solver::ElasticOperator> elastic_;
     std::unique_ptr<solver::Integrator> integrator_;
     std::unique_ptr<Grips> grips_;

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <vdbfrac/base/vec.h>
+#include <vdbfrac/grid/vdb_file.h>
 #include <vdbfrac/tetmesh/body_mesh.h>
 
 #include <span>
@@ -20,6 +21,9 @@ std::vector<Coord> voxelsAround(std::span<const Coord> voxels, int reach);
 
 /// Nodal energy [J/m^3] at voxel nodes; 0 where no material is.
 std::vector<double> nodalEnergy(const tetmesh::BodyMesh& mesh, const TetEnergy& energy, std::span<const Coord> voxels);
+
+/// Nodal energy [J/m^3] of all voxel nodes with material; in a fixed order.
+VoxelValues nodalEnergies(const tetmesh::BodyMesh& mesh, const TetEnergy& energy);
 
 /// Nodal energy averaged over the material within `radius` [m] with weights (1 - r^2/radius^2)^2.
 std::vector<double> averagedEnergy(const tetmesh::BodyMesh& mesh, const TetEnergy& energy, std::span<const Coord> voxels,
