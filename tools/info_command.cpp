@@ -20,6 +20,7 @@ using Json = nlohmann::ordered_json;
 Json gridJson(const grid::GridInfo& g)
 {
     Json json = {{"name", g.name}, {"type", g.type}, {"class", g.gridClass}, {"voxel_size", g.voxelSize}, {"active_voxels", g.activeVoxels}};
+    if (g.background) json["background"] = *g.background;
     if (g.activeVoxels > 0) {
         json["lower_voxel"] = {g.lower.x, g.lower.y, g.lower.z};
         json["upper_voxel"] = {g.upper.x, g.upper.y, g.upper.z};

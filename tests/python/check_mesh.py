@@ -41,9 +41,81 @@ def tets_of(read):
     return next(block.data for block in read.cells if block.type == "tetra")
 
 
+def triangles_of(read):
+    return np.vstack([block.data for block in read.cells if block.type == "triangle"])
+
+
 def field_of(read, name):
     index = next(i for i, block in enumerate(read.cells) if block.type == "tetra")
     return np.asarray(read.cell_data[name][index]).ravel()
+
+
+def ply_by_header(file):
+    """Points and faces of a binary .ply of triangles, laid out as its header says; the header's lines of properties."""
+    numpy_types = {"double": "<f8", "int": "<i4", "uchar": "u1"}
+    head, body = file.read_bytes().split(b"end_header\n", 1)
+    counts, layouts, element = {}, {}, None
+    for words in (line.split() for line in head.decode().splitlines()):
+        if words[0] == "element":
+            element, counts[words[1]], layouts[words[1]] = words[1], int(words[2]), []
+        elif words[:2] == ["property", "list"]:
+            layouts[element] += [("corners", numpy_types[words[2]]), (words[4], numpy_types[words[3]], 3)]
+        elif words[0] == "property":
+            layouts[element].append((words[2], numpy_types[words[1]]))
+    points = np.frombuffer(body, np.dtype(layouts["vertex"]), counts["vertex"])
+    faces = np.frombuffer(body, np.dtype(layouts["face"]), offset=points.nbytes)
+    return points, faces, head.decode()
+
+
+def read_ply(file):
+    """A .ply as meshio reads it. Of binary ones with fields of faces meshio 5.0 makes nothing: it takes all lists to stand
+    before all fields. So the numbers are written as text first, under the header as it is."""
+    points, faces, head = ply_by_header(file)
+    check(f"{file.name} has as many faces as it says, all triangles", f"element face {len(faces)}\n" in head and (faces["corners"] == 3).all(), head)
+    text = head.replace("binary_little_endian", "ascii") + "end_header\n"
+    text += "".join(" ".join(repr(float(x)) for x in p) + "\n" for p in points)
+    text += "".join(f"3 {' '.join(map(str, f[1]))} {' '.join(str(int(x)) for x in list(f)[2:])}\n" for f in faces)
+    (as_text := file.with_suffix(".text.ply")).write_text(text)
+    return meshio.read(as_text)
+
+
+def obj_fields(file):
+    """Fragment and side (1: torn) of each face of an .obj, by the objects and groups they stand in."""
+    fragment, torn, fields = None, None, []
+    for key, _, rest in (line.partition(" ") for line in file.read_text().splitlines()):
+        if key == "o":
+            fragment = int(rest.removeprefix("fragment_"))
+        elif key == "g":
+            torn = int(rest.endswith("_inside"))
+        elif key == "f":
+            fields.append((fragment, torn))
+    return np.array(fields)
+
+
+def corners_of(read, precision=np.float64):
+    """A row for each triangle: the coordinates of its corners. Files may number the points in an order of their own."""
+    return read.points.astype(precision)[triangles_of(read)].reshape(-1, 9)
+
+
+def check_ply(name, ply, obj_file, precision=np.float64):
+    """Faces and fields of a .ply are those of the .obj of the same surface, its points too, in this precision."""
+    obj = meshio.read(obj_file)
+    fields = np.column_stack([np.concatenate(ply.cell_data[field]).ravel() for field in ("fragment", "torn")])
+    rows = [np.unique(np.column_stack(both), axis=0)
+            for both in ((corners_of(ply, precision), fields), (corners_of(obj, precision), obj_fields(obj_file)))]
+    check(f"{name} has the points", ply.points.shape == obj.points.shape, (ply.points.shape, obj.points.shape))
+    check(f"{name} has the triangles, each with its fragment and side", len(rows[0]) == len(triangles_of(obj)) and np.array_equal(*rows))
+
+
+def check_stl(name, stl, obj):
+    """Triangles of an .stl are those of the .obj, in single precision."""
+    rows = [np.unique(corners_of(read, np.float32), axis=0) for read in (stl, obj)]
+    check(f"{name} has the triangles", len(rows[0]) == len(triangles_of(obj)) and np.array_equal(*rows), [len(r) for r in rows])
+
+
+def outward_volume(read):
+    p = read.points.astype(float)[triangles_of(read)]
+    return np.einsum("ij,ij->i", p[:, 0], np.cross(p[:, 1], p[:, 2])).sum() / 6
 
 
 with tempfile.TemporaryDirectory() as temporary:
@@ -88,11 +160,11 @@ with tempfile.TemporaryDirectory() as temporary:
         if has_field:
             check(f"{name} has the field", np.array_equal(field_of(read, "fraction"), field_of(reference, "fraction")))
         if has_triangles:
-            triangles = next(block.data for block in read.cells if block.type == "triangle")
-            p = read.points[triangles]
-            inside = np.einsum("ij,ij->i", p[:, 0], np.cross(p[:, 1], p[:, 2])).sum() / 6
             v = volumes(read.points, tets_of(read)).sum()
-            check(f"{name} has its boundary, outward", abs(inside / v - 1) < 1e-10, (inside, v))
+            check(f"{name} has its boundary, outward", abs(outward_volume(read) / v - 1) < 1e-10, (outward_volume(read), v))
+        if name.endswith(".msh"):
+            groups = {"material": [1, 3], "surface": [1, 2]}  # number and dimension
+            check(f"{name} names its groups", {key: list(value) for key, value in read.field_data.items()} == groups, read.field_data)
     mesh(box, "-o", folder / "c.msh", "--tets", "cut", "--size", "0.05", "--msh-version", "2.2")
     check("2.2 has triangles where there are no fields", {b.type for b in meshio.read(folder / "c.msh", file_format="gmsh").cells} == {"triangle", "tetra"})
     check(".node comes with .ele", written == [str(folder / "b.node"), str(folder / "b.ele")], written)
@@ -111,32 +183,31 @@ with tempfile.TemporaryDirectory() as temporary:
     run = folder / "run"
     scene = (SOURCE / "data/scenes/notched_block.toml").read_text()
     (folder / "s.toml").write_text(scene)
-    subprocess.run([PROGRAM, "sim", folder / "s.toml", "-o", run, "-f", "3", "-q", "--set", 'output.vdb=["phi","surface"]'], check=True, timeout=300)
-    names = mesh(run, "-o", folder / "f.##.ply", "-f", "1-3x2")
-    check("frame names", names == [str(folder / "f.01.ply"), str(folder / "f.03.ply")], names)
-    # meshio cannot read .ply files whose faces have properties; the header says how they are laid out.
-    ply = Path(names[1]).read_bytes()
-    head, body = ply.split(b"end_header\n", 1)
-    counts = {w.split()[1]: int(w.split()[2]) for w in head.decode().splitlines() if w.startswith("element")}
-    faces = np.frombuffer(body, dtype=[("n", "u1"), ("v", "<i4", 3), ("fragment", "<i4"), ("torn", "u1")], offset=24 * counts["vertex"])
-    obj = meshio.read(next((run / "obj").glob("*.0003.obj")))
-    triangles = np.vstack([block.data for block in obj.cells if block.type == "triangle"])
-    points = np.frombuffer(body, dtype="<f8", count=3 * counts["vertex"]).reshape(-1, 3)
-    check(".ply has the points of the frame", np.array_equal(points, obj.points))
-    check(".ply has its triangles", len(faces) == counts["face"] == len(triangles) and (faces["n"] == 3).all() and {tuple(f) for f in faces["v"]} == {tuple(t) for t in triangles})
-    check(".ply tells fragments", faces["fragment"].max() + 1 == (next((run / "obj").glob("*.0003.obj"))).read_text().count("\no "), faces["fragment"].max())
-    vdb = next((run / "vdb").glob("*.0003.vdb"))
-    pattern = str(vdb).replace(".0003.", ".$F4.")
+    last = 22  # the block is in two by then, with torn faces
+    subprocess.run([PROGRAM, "sim", folder / "s.toml", "-o", run, "-f", str(last), "-q", "--set", 'output.vdb=["phi","surface"]'], check=True, timeout=300)
+    names = mesh(run, "-o", folder / "f.##.ply", "-f", f"1-{last}x{last - 1}")
+    check("frame names", names == [str(folder / "f.01.ply"), str(folder / f"f.{last}.ply")], names)
+    frame_obj = next((run / "obj").glob(f"*.00{last}.obj"))
+    check("the frame has fragments and torn faces", len(np.unique(obj_fields(frame_obj), axis=0)) >= 4)
+    check_ply(".ply of a frame", read_ply(Path(names[1])), frame_obj)
+    mesh(run, "-o", folder / "g.##.stl", "-f", last)
+    check_stl(".stl of a frame", meshio.read(folder / f"g.{last}.stl"), meshio.read(frame_obj))
+    mesh(run, "-o", folder / "g.##.obj", "-f", last)
+    again = meshio.read(folder / f"g.{last}.obj")
+    check(".obj of a frame is the frame's", np.array_equal(again.points, meshio.read(frame_obj).points)
+          and np.array_equal(triangles_of(again), triangles_of(meshio.read(frame_obj)))
+          and np.array_equal(obj_fields(folder / f"g.{last}.obj"), obj_fields(frame_obj)))
+    vdb = next((run / "vdb").glob(f"*.00{last}.vdb"))
+    pattern = str(vdb).replace(f".00{last}.", ".$F4.")
+    surfaces = {}
     for extension in ("obj", "ply", "stl"):
-        (name,) = mesh(pattern, "-o", folder / f"phi.%04d.{extension}", "-f", "3", "--grid", "surface")
-        surface = meshio.read(name) if extension != "ply" else None
-        if surface is None:
-            continue
-        triangles = np.vstack([block.data for block in surface.cells if block.type == "triangle"])
-        p = surface.points[triangles]
-        volume = np.einsum("ij,ij->i", p[:, 0].astype(float), np.cross(p[:, 1], p[:, 2])).sum() / 6
+        (name,) = mesh(pattern, "-o", folder / f"phi.%04d.{extension}", "-f", last, "--grid", "surface")
+        surfaces[extension] = read_ply(Path(name)) if extension == "ply" else meshio.read(name)
+        volume = outward_volume(surfaces[extension])
         check(f".{extension} is outward and of the block's size", 0.5 < volume < 1.2, volume)
-    text = (folder / "phi.0003.obj").read_text()
+    check_ply(".ply of a level set", surfaces["ply"], folder / f"phi.00{last}.obj", precision=np.float32)  # that of a .vdb; an .obj has nine digits
+    check_stl(".stl of a level set", surfaces["stl"], surfaces["obj"])
+    text = (folder / f"phi.00{last}.obj").read_text()
     check(".obj has groups by fragment", "o fragment_0000" in text and "g fragment_0000_outside" in text)
     mesh(vdb, "-o", folder / "from_vdb.vtu", "--grid", "phi", "--tets", "cut", says=["tets (cut)"])
 
@@ -152,7 +223,7 @@ with tempfile.TemporaryDirectory() as temporary:
     mesh(box, "-o", folder / "x.vtu", "--size", "0.01", "--max-memory", "0.05", code=5, says=["--max-memory"])
     mesh(box, "-o", folder / "x.vtu", "--size", "0.05", "--across", "3", code=2)
     mesh(run, "-o", folder / "one.obj", code=2, says=["####"])
-    mesh(run, "-o", folder / "a.####.obj", "-f", "9", code=2, says=["has no frame 9"])
+    mesh(run, "-o", folder / "a.####.obj", "-f", "99", code=2, says=["has no frame 99"])
     mesh(run, "-o", folder / "a.####.obj", "-f", "9-1", code=2, says=["1-96x2"])
     check("nothing is left of what failed", not list(folder.glob("x*")) and not list(folder.glob(".partial*")))
 

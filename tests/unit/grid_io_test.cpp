@@ -276,6 +276,9 @@ TEST_F(GridIo, VdbFileSurvivesWritingAndReading)
     EXPECT_NEAR(infos[1].lowerWorld.z(), -6 * kDx, 1e-12);
     EXPECT_EQ(infos[1].metadata.at("units"), "J/m^3");
     EXPECT_EQ(infos[2].type, "vec3s");
+    EXPECT_EQ(infos[0].background, phi.background());
+    EXPECT_EQ(infos[1].background, 0);
+    EXPECT_FALSE(infos[2].background);
     EXPECT_DOUBLE_EQ(infos[1].voxelSize, kDx);
     const ReadLevelSet back = readLevelSet(file, "");
     EXPECT_EQ(difference(phi, back.levelSet), 0);

@@ -21,7 +21,8 @@ GridInfo describe(const openvdb::GridBase& grid)
 {
     const openvdb::CoordBBox box = grid.evalActiveVoxelBoundingBox();
     GridInfo info{grid.getName(), grid.valueType(), openvdb::GridBase::gridClassToString(grid.getGridClass()),
-                  std::int64_t(grid.activeVoxelCount()), grid.voxelSize()[0], fromVdb(box.min()), fromVdb(box.max()), {}, {}, {}};
+                  std::int64_t(grid.activeVoxelCount()), grid.voxelSize()[0], fromVdb(box.min()), fromVdb(box.max()), {}, {}, {}, {}};
+    if (grid.isType<openvdb::FloatGrid>()) info.background = static_cast<const openvdb::FloatGrid&>(grid).background();
     if (!box.empty()) {
         const openvdb::BBoxd world = grid.transform().indexToWorld(openvdb::BBoxd(box.min().asVec3d(), box.max().asVec3d()));
         info.lowerWorld = {world.min().x(), world.min().y(), world.min().z()};

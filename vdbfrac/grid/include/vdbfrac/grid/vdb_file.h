@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -45,6 +46,7 @@ struct GridInfo {
     Coord lower, upper;  ///< of the active voxels
     Vec3 lowerWorld = Vec3::Zero(), upperWorld = Vec3::Zero();  ///< of their centres [m]
     std::map<std::string, std::string> metadata;
+    std::optional<double> background;  ///< of a grid of floats: the value where nothing is stored
 };
 /// Reads all of it. Throws FileError for what is damaged, LimitError for what is larger than `memoryLimit` bytes.
 std::vector<GridInfo> describeVdb(const std::filesystem::path& file, std::uint64_t memoryLimit = ~std::uint64_t{0});
