@@ -29,7 +29,7 @@ namespace {
 constexpr float kDx = 0.05f;
 constexpr float kRadius = 10 * kDx;  // R / dx = 10: the coarsest ball that has to hold
 const openvdb::Vec3f kCenter(0.013f, -0.02f, 0.031f);  // off the voxels' centres, by another part of a voxel on each axis
-constexpr double kVolumeHeld = 2e-4;  // relative, after 100 times
+constexpr double kVolumeHeld = 2e-4;  // relative, after 100 times; of larger balls less, since sweeps err by second order
 constexpr double kSlopeHeld = 3e-3;   // rms of |grad phi| - 1 within one voxel; 1e-3 are the differences' own at R = 10 dx
 // A cubic through four voxels: (dx / R)^3 times a small constant, of the distance.
 constexpr double kSampled = 0.01;     // voxels
@@ -122,7 +122,7 @@ TEST_P(RelevelledBall, IsHeld)
     const LevelSetReport end = measure(phi);
     std::printf("volume %+.1e, rms of the slope %.4f (start %.4f), error in the band %.3f voxels\n", end.volume / start.volume - 1, end.beside.rms,
                 start.beside.rms, worstError(phi, 3, exact));
-    EXPECT_LE(std::abs(end.volume / start.volume - 1), kVolumeHeld);
+    EXPECT_LE(std::abs(end.volume / start.volume - 1), kVolumeHeld * repeated.times / 100 * std::pow(10. / repeated.radius, 2));
     EXPECT_LE(end.beside.rms, kSlopeHeld);
     EXPECT_LE(worstError(phi, 3, exact), kRebuiltBand);
     expectBand(phi, 3, exact);
