@@ -134,7 +134,7 @@ TetResult makeTets(const grid::LevelSet& phi, const Input& input, const MeshOpti
         return result;
     }
     const auto kind = options.tets == "five" ? tetmesh::Lattice::Kind::five : tetmesh::Lattice::Kind::six;
-    const tetmesh::CutMesh cut({kind, 1, phi.voxelSize()}, grid::sampleNodes(phi));
+    const tetmesh::CutMesh cut({kind, 1, phi.voxelSize()}, grid::sampleNodes(phi, options.memoryLimit));
     result.materialVolume = cut.volume();
     if (options.tets == "cut") {
         result.mesh = tetmesh::materialTets(cut);

@@ -2,19 +2,26 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace vdbfrac::fuzz {
 
-/// How reading ended. Whatever else is thrown is a defect and passes through.
-enum class Outcome { read, inputError, fileError, limitError };
-inline constexpr const char* kOutcomeNames[] = {"read", "input error", "file error", "limit error"};
+/// How a command ends with a file: done, or an error with the exit code of its type. Whatever else is thrown is a defect and
+/// passes through.
+enum class Ending { done, inputError, fileError, limitError };
+inline constexpr const char* kEndingNames[] = {"done", "bad data", "damaged file", "limit"};
+
+/// Bytes that a command may take, but for what the file itself fills. Enough for all sound files.
+inline constexpr std::uint64_t kMemoryLimit = 200000000;
 
 struct Kind {
     const char* name;  ///< "scene", "obj", "stl", "ply", "off", "vdb"; "checkpoint" joins them when there are checkpoints
-    Outcome (*read)(std::string_view bytes);
+    const char* extension;  ///< of such files, with its dot
+    std::span<const char* const> commands;  ///< that take such a file, as they are called on the command line
+    std::vector<Ending> (*run)(std::string_view bytes);  ///< what those commands do, one after the other; an ending for each
     std::vector<std::string> (*soundFiles)();  ///< small valid ones, made here
 };
 const std::vector<Kind>& kinds();

@@ -22,13 +22,29 @@ std::string written(const openvdb::GridCPtrVec& grids, std::uint32_t compression
     return out.str();
 }
 
+/// A signed distance as other programs write it: of no class, known in a whole box of turned voxels, with an active tile.
+openvdb::FloatGrid::Ptr denseBall()
+{
+    constexpr int kBox = 24;
+    constexpr float kVoxel = 0.05f, kRadius = 0.45f;
+    auto grid = openvdb::FloatGrid::create(0);
+    grid->setName("sdf");
+    for (auto c = openvdb::CoordBBox::createCube(openvdb::Coord(0), kBox).begin(); c; ++c)
+        grid->tree().setValue(*c, kVoxel * float(((*c).asVec3d() - openvdb::Vec3d(kBox / 2)).length()) - kRadius);
+    grid->tree().addTile(1, openvdb::Coord(8), -kRadius / 2, true);
+    auto transform = openvdb::math::Transform::createLinearTransform(kVoxel);
+    transform->postRotate(0.3, openvdb::math::Z_AXIS);
+    grid->setTransform(transform);
+    return grid;
+}
+
 }  // namespace
 
 std::vector<std::string> soundVdbs()
 {
     using namespace openvdb;
     initialize();
-    const auto ball = tools::createLevelSetSphere<FloatGrid>(0.25f, Vec3f(0.01f), 0.05f);
+    const auto ball = tools::createLevelSetSphere<FloatGrid>(0.25f, Vec3f(0.61f), 0.05f);  // in one branch of the tree: small files
     ball->setName("phi");
     const auto half = ball->deepCopy();
     half->setName("half");
@@ -45,9 +61,10 @@ std::vector<std::string> soundVdbs()
     numbers->tree().setValue(openvdb::Coord(5000, 0, -5000), 7);
     const auto shared = ball->copy();  // an instance of the first grid's tree
     shared->setName("again");
+    const auto dense = denseBall();
     const auto kMask = io::COMPRESS_ACTIVE_MASK;
     return {written({ball}, io::COMPRESS_BLOSC | kMask), written({ball}, io::COMPRESS_ZIP | kMask), written({ball}, io::COMPRESS_NONE),
-            written({ball, shared, half, velocity, tiles, numbers}, io::COMPRESS_BLOSC | kMask)};
+            written({ball, shared, half, velocity, tiles, numbers}, io::COMPRESS_BLOSC | kMask), written({dense}, io::COMPRESS_NONE | kMask)};
 }
 
 }  // namespace vdbfrac::fuzz

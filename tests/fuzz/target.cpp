@@ -6,6 +6,6 @@
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 {
     static const vdbfrac::fuzz::Kind& kind = vdbfrac::fuzz::kindOf(VDBFRAC_FUZZ_KIND);
-    kind.read({reinterpret_cast<const char*>(data), size});
+    kind.run({reinterpret_cast<const char*>(data), size});
     return 0;
 }

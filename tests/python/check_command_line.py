@@ -131,7 +131,8 @@ with tempfile.TemporaryDirectory() as temporary:
         failures.append(f"relevel --wrap: {wrapped}")
     expect("relevel without a size", ["relevel", cube, "-o", ball], 2, "--voxel", "--across")
     expect("relevel into a mesh", ["relevel", cube, "-o", folder / "x.obj", "--across", 8], 2, ".vdb")
-    expect("relevel too fine", ["relevel", cube, "-o", ball, "--voxel", 1e-5, "--max-memory", 1], 5, "memory limit")
+    expect("relevel too fine", ["relevel", cube, "-o", ball, "--voxel", 2e-5, "--max-memory", 1], 5, "memory limit")
+    expect("relevel of microns", ["relevel", cube, "-o", ball, "--voxel", 1e-5], 2, "voxel size 1e-05 m")
     sheet = folder / "sheet.obj"
     sheet.write_text(points + "f 1 2 4 3\n")
     expect("relevel of an open sheet", ["relevel", sheet, "-o", folder / "y.vdb", "--across", 16], 2, "sheet.obj")

@@ -5,6 +5,7 @@
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/grid/body_level_set.h>
+#include <vdbfrac/grid/phi_nodes.h>
 #include <vdbfrac/grid/vdb_file.h>
 
 #include <gtest/gtest.h>
@@ -202,6 +203,31 @@ TEST_F(GridIo, SameBitsForAnyNumberOfThreads)
     EXPECT_EQ(difference(many, single), 0);
 }
 
+TEST_F(GridIo, PartsTooFarApartForOneBoxAreALimit)
+{
+    constexpr std::uint64_t kLimit = 100000000;  // bytes; the box of both balls has 250^3 leafs
+    scene::Body body = bodyOf(sphere(0.5));
+    body.add.push_back(sphere(0.5, Vec3::Constant(100)));
+    EXPECT_THROW(sampleNodes(makeLevelSet(body, gridOf(kDx), kLimit), kLimit), LimitError);
+    body.add.back() = sphere(0.5, Vec3::Constant(2));
+    EXPECT_NO_THROW(sampleNodes(makeLevelSet(body, gridOf(kDx), kLimit), kLimit));
+}
+
+TEST_F(GridIo, TheBoxOfNodesHoldsMaterialThatIsNotOfTheBand)
+{
+    const LevelSet phi = make(bodyOf(sphere(0.5)));
+    openvdb::FloatTree& tree = phi.grid().grid->tree();
+    openvdb::Coord farthest(0);
+    for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf)
+        for (auto v = leaf->cbeginValueOff(); v; ++v)
+            if (v.getCoord().x() > farthest.x()) farthest = v.getCoord();
+    ASSERT_GT(farthest.x(), sampleNodes(phi).upper().x);
+    tree.probeLeaf(farthest)->setValueOnly(farthest, -1);
+    const auto nodes = sampleNodes(phi);
+    EXPECT_LT(nodes(fromVdb(farthest)), 0);
+    EXPECT_GE(nodes.upper().x, farthest.x() + 2);
+}
+
 TEST_F(GridIo, MeshBodyEqualsTheAnalyticOne)
 {
     scene::MeshFile mesh;
@@ -238,7 +264,9 @@ TEST_F(GridIo, BadBodiesAreNamed)
     mesh.file = folder_ / "none.obj";
     EXPECT_NE(complaint<FileError>(bodyOf(mesh)), "");
     mesh.file = write("cube.obj", cubeObj());
-    EXPECT_NE(complaint<InputError>(bodyOf(mesh), 1e-9).find("voxels from the origin"), std::string::npos);
+    EXPECT_NE(complaint<InputError>(bodyOf(mesh), 1e-5).find("voxel size 1e-05 m"), std::string::npos);
+    mesh.translate = Vec3::Constant(1e6);
+    EXPECT_NE(complaint<InputError>(bodyOf(mesh)).find("voxels from the origin"), std::string::npos);
     mesh.scale = 1e200;
     EXPECT_NE(complaint<InputError>(bodyOf(mesh)), "");
     mesh.scale = 1e300;
@@ -299,6 +327,19 @@ TEST_F(GridIo, GridsAreRefusedByTheMemoryTheySayTheyTake)
     EXPECT_NO_THROW(readLevelSet(folder_ / "ball.vdb", "", 2 * bytes));
 }
 
+TEST_F(GridIo, MoreMemoryThanAFileCanHoldIsALieAndNoLimit)
+{
+    const LevelSet phi = make(bodyOf(sphere(0.5)));
+    writeVdb(folder_ / "ball.vdb", {{"phi", &phi, {}, 1, ""}}, {});
+    std::string bytes = readText(folder_ / "ball.vdb");
+    const std::string key = openvdb::GridBase::META_FILE_MEM_BYTES, type = openvdb::Int64Metadata::staticTypeName();
+    const std::size_t place = bytes.find(key) + key.size() + 4 + type.size() + 4;  // lengths stand before type and value
+    for (const std::int64_t said : {std::int64_t(1) << 40, std::int64_t(-1)}) {
+        std::memcpy(bytes.data() + place, &said, sizeof said);
+        EXPECT_THROW(describeVdb(write("lie.vdb", bytes), kPlenty), FileError) << said;
+    }
+}
+
 TEST_F(GridIo, VdbBodyIsTakenAsItIsOrRebuilt)
 {
     const LevelSet phi = make(bodyOf(sphere(0.5)));
@@ -340,6 +381,14 @@ TEST_F(GridIo, VdbGridsThatAreNoLevelSetsAreRefused)
     refused();
     phi = kept.copy();
     phi.grid().grid->beginValueOn().setValue(std::numeric_limits<float>::quiet_NaN());
+    refused();
+    for (const openvdb::Index level : {1, 2, 3}) {  // material without a surface
+        phi = kept.copy();
+        phi.grid().grid->tree().addTile(level, openvdb::Coord(8192), -float(phi.background()), false);
+        refused();
+    }
+    phi = kept.copy();
+    phi.grid().grid->tree().addTile(3, openvdb::Coord(std::numeric_limits<int>::max()), -float(phi.background()), false);
     refused();
 }
 

@@ -260,7 +260,7 @@ TEST(SurfaceLevelSet, SheetsAndEmptySolidsAreNamed)
     EXPECT_THROW(volumeOf(sheet, 0.02), InputError);
     EXPECT_THROW(volumeOf(cube(0.005, 0.015), 0), InputError);  // between voxels
     Band fine;
-    fine.across = 100000;
+    fine.across = 60000;
     fine.memoryLimit = 1000000000;
     EXPECT_THROW(surfaceLevelSet({cube(0, 1), tetmesh::examine(cube(0, 1)), 0, "test"}, fine), LimitError);
 }
@@ -289,6 +289,9 @@ TEST_F(RelevelFile, TurnedStretchedAndClasslessGridsAreRead)
     const Relevelled cubes = relevelFile(write(stretched), "", {});
     EXPECT_NEAR(cubes.levelSet.voxelSize(), kDx, 1e-7);
     EXPECT_NEAR(cubes.after.volume / plain.after.volume, 1, 5e-3);
+    stretched->tree().root().setBackground(0.5f * float(kDx), true);
+    stretched->setGridClass(openvdb::GRID_LEVEL_SET);
+    EXPECT_THROW(relevelFile(write(stretched), "", {}), InputError);  // nothing is known a voxel from its surface
 }
 
 TEST_F(RelevelFile, GridsWithoutASurfaceAreNamed)

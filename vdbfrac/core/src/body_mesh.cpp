@@ -40,10 +40,10 @@ std::unique_ptr<tetmesh::BodyMesh> makeBodyMesh(const scene::Grid& grid, const g
     if (grid.lattice == scene::LatticeKind::delaunay)
         return std::make_unique<tetmesh::CutTetMesh>(enclosingTets(grid, phi, memoryLimit),
                                                      grid.coarsening * grid.voxelSize, grid.voxelSize,
-                                                     grid::sampleNodes(phi));
+                                                     grid::sampleNodes(phi, memoryLimit));
     const Kind kind = grid.lattice == scene::LatticeKind::six ? Kind::six : Kind::five;
     return std::make_unique<tetmesh::CutMesh>(tetmesh::Lattice{kind, grid.coarsening, grid.voxelSize, grid.wholeTets},
-                                              grid::sampleNodes(phi));
+                                              grid::sampleNodes(phi, memoryLimit));
 }
 
 }  // namespace vdbfrac::core

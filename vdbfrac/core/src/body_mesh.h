@@ -11,7 +11,7 @@
 namespace vdbfrac::core {
 
 /// The lattice of the scene cut by phi, or a Delaunay mesh that encloses the material, cut by it. Throws LimitError
-/// when a Delaunay mesh would take more than `memoryLimit` [bytes].
+/// when a Delaunay mesh, or the box of the material, would take more than `memoryLimit` [bytes].
 std::unique_ptr<tetmesh::BodyMesh> makeBodyMesh(const scene::Grid& grid, const grid::LevelSet& phi,
                                                 std::uint64_t memoryLimit);
 

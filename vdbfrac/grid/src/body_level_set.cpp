@@ -133,6 +133,13 @@ void complain(const Build& build, const std::string& what, const std::string& al
     throw InputError({build.place, build.subject + ": " + what, allowed, hint});
 }
 
+void requireVoxelSize(const Build& build)
+{
+    const double dx = build.grid.voxelSize;
+    if (!(dx >= kSmallestVoxel) || !std::isfinite(dx))
+        complain(build, "voxel size " + shortNumber(dx) + " m", shortNumber(kSmallestVoxel) + " m or more", "scale what is smaller than that");
+}
+
 void requireMemory(const Build& build, double bytes)
 {
     if (!(bytes > double(build.memoryLimit))) return;
@@ -153,9 +160,8 @@ void requireReach(const Build& build, const Vec3& lower, const Vec3& upper)
 LevelSet makeLevelSet(const scene::Body& body, const scene::Grid& grid, std::uint64_t memoryLimit)
 {
     const Build build{grid, memoryLimit, body.place.empty() ? "body " + body.name : body.place, "body '" + body.name + "'"};
-    if (!(grid.voxelSize > 0) || !std::isfinite(grid.voxelSize) || grid.halfWidth < 1)
-        complain(build, "voxel size " + shortNumber(grid.voxelSize) + " m, band of " +
-                            std::to_string(grid.halfWidth) + " voxels", "voxel size > 0, band >= 1", "");
+    requireVoxelSize(build);
+    if (grid.halfWidth < 1) complain(build, "band of " + std::to_string(grid.halfWidth) + " voxels", "1 or more", "");
     openvdb::FloatGrid::Ptr phi = std::visit(ShapeVisitor{body, build}, body.shape);
     if (!hasMaterial(*phi))
         complain(build, "is empty: no voxel lies inside", "at least one voxel",

@@ -22,6 +22,9 @@ struct Build {
 /// Farthest voxel from the origin along an axis. Well inside 32 bits, and floats of this size still tell voxels apart.
 inline constexpr double kFarthestVoxel = 1 << 23;
 
+/// OpenVDB takes a transform with a determinant below 3e-15 for singular.
+inline constexpr double kSmallestVoxel = 1.5e-5;  // m
+
 /// Bytes of a leaf of 8^3 floats with its share of the nodes above it.
 inline constexpr double kBytesPerLeaf = 2400;
 
@@ -40,6 +43,9 @@ std::string shortNumber(double value);
 /// Throws InputError at `build.place`.
 [[noreturn]] void complain(const Build& build, const std::string& what, const std::string& allowed,
                            const std::string& hint);
+
+/// Throws InputError when the voxel size is not finite or below kSmallestVoxel.
+void requireVoxelSize(const Build& build);
 
 /// Throws LimitError when `bytes` pass the limit, naming body and voxel size.
 void requireMemory(const Build& build, double bytes);

@@ -35,7 +35,7 @@ openvdb::FloatGrid::Ptr makeLevelSetGrid(double voxelSize, double halfWidth)
 openvdb::CoordBBox materialVoxels(const openvdb::FloatGrid& phi)
 {
     openvdb::CoordBBox box;
-    for (auto it = phi.cbeginValueOn(); it; ++it)
+    for (auto it = phi.cbeginValueAll(); it; ++it)
         if (*it < 0) box.expand(it.getBoundingBox());
     return box;
 }

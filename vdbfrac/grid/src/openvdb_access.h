@@ -18,7 +18,7 @@ void initializeOpenVdb();
 /// An empty level set: spacing `voxelSize` [m], no translation, background `halfWidth` voxels.
 openvdb::FloatGrid::Ptr makeLevelSetGrid(double voxelSize, double halfWidth);
 
-/// Box of the active voxels inside the surface; empty when there are none.
+/// Box of the voxels inside, active or not: a file can hold some that are not of the band. Empty when there are none.
 openvdb::CoordBBox materialVoxels(const openvdb::FloatGrid& phi);
 
 /// Hands a grid to its owner.

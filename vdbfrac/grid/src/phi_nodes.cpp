@@ -3,8 +3,11 @@
 #include "openvdb_access.h"
 #include "relevel_window.h"
 
+#include <vdbfrac/base/error.h>
+
 #include <algorithm>
 #include <cmath>
+#include <string>
 
 namespace vdbfrac::grid {
 
@@ -31,14 +34,30 @@ std::vector<openvdb::Coord> touchedLeaves(const PhiChanges& raised, int reach)
     return leaves;
 }
 
+/// Bytes that a mesh takes for each leaf of the box, material or not: phi, phi at rest, cells, lattice nodes.
+constexpr double kBytesPerLeafOfBox = 4 * 4;
+constexpr double kMostLeafsOfBox = 1 << 30;  // they are numbered with 32 bits
+
+void requireBox(Coord lower, Coord upper, std::uint64_t memoryLimit)
+{
+    const auto along = [](int low, int high) { return (high >> 3) - (low >> 3) + 1.; };
+    const double leafs = along(lower.x, upper.x) * along(lower.y, upper.y) * along(lower.z, upper.z);
+    if (leafs <= kMostLeafsOfBox && leafs * kBytesPerLeafOfBox <= double(memoryLimit)) return;
+    const Coord size = upper - lower;
+    throw LimitError("the box of the material has " + std::to_string(size.x) + " x " + std::to_string(size.y) + " x " + std::to_string(size.z) +
+                     " voxels and takes " + std::to_string(leafs * kBytesPerLeafOfBox / 1e9) + " GB, the memory limit is " +
+                     std::to_string(double(memoryLimit) / 1e9) + " GB; use a larger voxel size, or look for parts that are far apart");
+}
+
 }  // namespace
 
-tetmesh::NodeField<float> sampleNodes(const LevelSet& phi)
+tetmesh::NodeField<float> sampleNodes(const LevelSet& phi, std::uint64_t memoryLimit)
 {
     const Grid& grid = *phi.grid().grid;
     const openvdb::CoordBBox box = materialVoxels(grid);
     const Coord grow{3, 3, 3};
     const Coord lower = fromVdb(box.min()) - grow, upper = fromVdb(box.max()) + grow;
+    requireBox(lower, upper, memoryLimit);
     tetmesh::NodeField<float> nodes(lower, upper, grid.background(), -grid.background());
     for (int z = lower.z & ~7; z <= upper.z; z += 8)
         for (int y = lower.y & ~7; y <= upper.y; y += 8)

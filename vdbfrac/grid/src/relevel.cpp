@@ -82,12 +82,16 @@ Grid::Ptr resampled(const Grid& source, double dx, const Job& job)
     const StageTimer timer(job.work, "resample");
     Build build = job.build;
     build.grid.voxelSize = dx;
+    requireVoxelSize(build);
     const Bounds reach = worldBox(source, source.evalActiveVoxelBoundingBox());
     requireReach(build, reach.lower, reach.upper);
     const double ratio = smallestVoxel(source) / dx;
     requireMemory(build, bytesOfBand(facesOf(source) * ratio * ratio, build.grid.halfWidth));
     const auto target = openvdb::math::Transform::createLinearTransform(dx);
     const double known = source.background() - smallestVoxel(source);  // stencils reach beyond the band
+    if (!(known > 0))
+        complain(build, "has a band of " + shortNumber(source.background() / smallestVoxel(source)) + " voxels, too narrow to be sampled",
+                 "more than one voxel on either side of the surface", "");
     Grid::Ptr grid = sampleLeafs(build.grid, targetLeafs(source, build), [&]() -> Sampler {
         return [&, phi = Interpolant(source)](const openvdb::Coord& ijk) mutable {
             const openvdb::Vec3d at = source.worldToIndex(target->indexToWorld(ijk));
@@ -159,6 +163,7 @@ Relevelled relevelGrid(Grid::Ptr source, const std::string& place, const Relevel
     Build build{{}, options.band.memoryLimit, place, "grid '" + source->getName() + "'"};
     build.grid.halfWidth = options.band.halfWidth;
     build.grid.voxelSize = voxelSizeOf(options.band, longestSide(*source), smallestVoxel(*source));
+    requireVoxelSize(build);
     const Job job{build, result.work};
     const std::string name = source->getName();
     if (!isUniform(source->transform())) {
@@ -194,7 +199,7 @@ LevelSet surfaceLevelSet(const SurfaceSource& surface, const Band& band)
     Build build{{}, band.memoryLimit, surface.name, "surface"};
     build.grid.voxelSize = voxelSizeOf(band, (surface.report.upper - surface.report.lower).maxCoeff());
     const double dx = build.grid.voxelSize;
-    if (!(dx > 0) || !std::isfinite(dx)) complain(build, "voxel size " + shortNumber(dx) + " m", "above 0", "");
+    requireVoxelSize(build);
     if (surface.inset > 0 && surface.report.volume < kSkin * surface.inset * surface.report.area)
         complain(build, "encloses nothing", "a solid", "an open sheet has no inside: give it a thickness");
     build.grid.halfWidth = band.halfWidth + int(std::ceil(surface.inset / dx));

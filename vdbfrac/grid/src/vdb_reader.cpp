@@ -75,6 +75,12 @@ Placement placement(const openvdb::FloatGrid& grid, const std::string& file)
     return {dx, origin};
 }
 
+void requireNear(const openvdb::CoordBBox& box, const std::string& file)
+{
+    for (int a = 0; a < 3 && !box.empty(); ++a)
+        if (box.min()[a] < -kFarthestVoxel || box.max()[a] > kFarthestVoxel) throw FileError(file, "is damaged: voxels impossibly far away");
+}
+
 void requireSoundTree(const openvdb::FloatGrid& grid, const std::string& file)
 {
     const auto damaged = [&](const char* what) { throw FileError(file, std::string("is damaged: ") + what); };
@@ -88,14 +94,43 @@ void requireSoundTree(const openvdb::FloatGrid& grid, const std::string& file)
     tile.setMaxDepth(openvdb::FloatTree::ValueAllCIter::LEAF_DEPTH - 1);
     for (; tile; ++tile)
         if (!std::isfinite(*tile)) damaged("values that are not finite");
-    const openvdb::CoordBBox box = grid.evalActiveVoxelBoundingBox();
-    for (int a = 0; a < 3 && !box.empty(); ++a)
-        if (box.min()[a] < -kFarthestVoxel || box.max()[a] > kFarthestVoxel) damaged("voxels impossibly far away");
+    requireNear(grid.evalActiveVoxelBoundingBox(), file);
 }
 
 void requireBackground(const openvdb::FloatGrid& grid, const std::string& file)
 {
     if (!(grid.background() > 0)) throw FileError(file, "is damaged: a background that is not above 0");
+}
+
+/// Is a voxel beside the tile `box` outside, and not of the band? Looks at 1 to 16 places of each face.
+bool touchesOutside(const openvdb::FloatGrid::ConstAccessor& phi, const openvdb::CoordBBox& box)
+{
+    constexpr int kLeaf = 8, kMostProbes = 4;  // along an edge
+    const int size = box.dim().x(), step = std::max(kLeaf, size / kMostProbes);
+    for (int axis = 0; axis < 3; ++axis)
+        for (const int beside : {box.min()[axis] - 1, box.max()[axis] + 1})
+            for (int u = step / 2; u < size; u += step)
+                for (int v = step / 2; v < size; v += step) {
+                    openvdb::Coord c = box.min();
+                    c[axis] = beside, c[(axis + 1) % 3] += u, c[(axis + 2) % 3] += v;
+                    float value = 0;
+                    if (!phi.probeValue(c, value) && value > 0) return true;
+                }
+    return false;
+}
+
+/// The band lies between inside and outside. Where it does not, signs were lost: a tile of material that is none.
+void requireBandBetween(const openvdb::FloatGrid& grid, const std::string& file)
+{
+    const auto phi = grid.getConstAccessor();
+    auto tile = grid.tree().cbeginValueOff();
+    tile.setMaxDepth(openvdb::FloatTree::ValueOffCIter::LEAF_DEPTH - 1);
+    for (; tile; ++tile) {
+        if (*tile >= 0) continue;
+        const openvdb::CoordBBox box = tile.getBoundingBox();
+        requireNear(box, file);
+        if (touchesOutside(phi, box)) throw FileError(file, "is damaged: inside and outside touch without a surface between them");
+    }
 }
 
 /// The outermost voxels of a band are outside the material, so phi has to be positive there.
@@ -158,6 +193,7 @@ try {
     requireSoundTree(*grid, text);
     requireBackground(*grid, text);
     requireNegativeInside(*grid, text);
+    requireBandBetween(*grid, text);
     grid->setTransform(openvdb::math::Transform::createLinearTransform(place.voxelSize));
     return {wrap(std::move(grid)), place.origin};
 } catch (const openvdb::Exception& e) {  // a singular transform, for one
@@ -172,10 +208,12 @@ try {
     requireSoundTree(*grid, text);
     requireInvertible(*grid, text);
     requireNegativeInside(*grid, text);
-    if (grid->getGridClass() != openvdb::GRID_LEVEL_SET)
+    if (grid->getGridClass() != openvdb::GRID_LEVEL_SET) {
         makeLevelSetLike(*grid);
-    else
+    } else {
         requireBackground(*grid, text);
+        requireBandBetween(*grid, text);
+    }
     return grid;
 } catch (const openvdb::Exception& e) {
     throw FileError(file.string(), std::string("is damaged: ") + e.what());

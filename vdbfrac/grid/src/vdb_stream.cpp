@@ -23,6 +23,8 @@ constexpr std::uint32_t kOldestVersion = 222;     // masks are compressed since;
 constexpr std::uint32_t kNewestVersion = openvdb::OPENVDB_FILE_VERSION;
 constexpr std::int32_t kMostGrids = 10000;
 constexpr std::uint64_t kMostMemory = std::uint64_t{1} << 48;  // bytes of a grid, whatever it says: sums stay in range
+/// Bytes in memory for a byte of a file: a leaf of vec3d takes 12.4 kB, and in a file 128 bytes for its masks alone.
+constexpr std::uint64_t kMostPerByte = 200;
 /// Trees that are read, with the bytes of a value. Not those of bool: the library takes any byte of a file for one.
 struct KnownType {
     const char* name;
@@ -194,7 +196,9 @@ private:
     {
         LookAhead ahead(in, fileSize);
         ahead.value<std::uint32_t>();  // compression flags
-        requireMemory(ahead.metadata());
+        const std::uint64_t bytes = ahead.metadata();
+        ahead.require(bytes / kMostPerByte <= fileSize, "declares a grid larger than it can hold");
+        requireMemory(bytes);
         ahead.transform();
         if (type) ahead.root(type->valueBytes);
         ahead.goBack();

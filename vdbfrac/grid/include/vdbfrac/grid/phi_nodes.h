@@ -5,14 +5,16 @@
 #include <vdbfrac/grid/level_set.h>
 #include <vdbfrac/tetmesh/node_field.h>
 
+#include <cstdint>
 #include <span>
 #include <utility>
 #include <vector>
 
 namespace vdbfrac::grid {
 
-/// phi [m] on all voxel nodes of the material and three layers round it.
-tetmesh::NodeField<float> sampleNodes(const LevelSet& phi);
+/// phi [m] on all voxel nodes of the material and three layers round it. Throws LimitError when the box of the material
+/// takes more than `memoryLimit` [bytes] in the fields of a mesh that is cut by it: parts that lie far apart make it large.
+tetmesh::NodeField<float> sampleNodes(const LevelSet& phi, std::uint64_t memoryLimit = ~std::uint64_t{0});
 
 /// phi [m] at voxels of the band; voxels that are not in the band (not active) are left out.
 struct BandSample {
