@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Builds targets of tests/fuzz under the address and undefined-behaviour sanitizers into build-fuzz: tests/fuzz/build.sh TARGET...
-# With clang and its runtime (libclang-rt-14-dev): libFuzzer is of clang, and GCC takes six times as long for the files that
+# With clang and its runtime (libclang-rt-14-dev): libFuzzer is of clang, and GCC takes far longer for the files that
 # use OpenVDB. The first build takes minutes; JOBS limits how many files are compiled at once.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."

@@ -10,6 +10,7 @@
 
 #include <sys/mman.h>
 #include <sys/resource.h>
+#include <sys/time.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -19,6 +20,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <ctime>
 #include <filesystem>
 #include <new>
 #include <random>
@@ -38,7 +40,7 @@ using namespace vdbfrac::fuzz;
 
 namespace {
 
-constexpr unsigned kSeconds = 10;            // for one file
+constexpr time_t kSeconds = 10;  // of the processor for one file: a busy machine is no hang
 
 void onHang(int)
 {
@@ -81,9 +83,10 @@ std::string mutated(std::string bytes, std::uint64_t seed)
 
 std::vector<Ending> runTimed(const Kind& kind, const std::string& bytes)
 {
-    ::alarm(kSeconds);
+    const itimerval limit{{}, {kSeconds, 0}}, none{};
+    ::setitimer(ITIMER_PROF, &limit, nullptr);
     std::vector<Ending> endings = kind.run(bytes);
-    ::alarm(0);
+    ::setitimer(ITIMER_PROF, &none, nullptr);
     return endings;
 }
 
@@ -222,7 +225,7 @@ int main(int argc, char** argv)
     ::setrlimit(RLIMIT_AS, &limit);
 #endif
     std::setvbuf(stdout, nullptr, _IOLBF, 0);  // what was found is seen also when the next file ends the program
-    std::signal(SIGALRM, onHang);
+    std::signal(SIGPROF, onHang);
     const ThreadLimit one(1);
     const std::string_view what = argc > 2 ? argv[1] : "";
     if (what == "corpus") return corpus(argv[2]);

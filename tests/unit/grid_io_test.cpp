@@ -215,7 +215,7 @@ TEST_F(GridIo, PartsTooFarApartForOneBoxAreALimit)
 
 TEST_F(GridIo, TheBoxOfNodesHoldsMaterialThatIsNotOfTheBand)
 {
-    const LevelSet phi = make(bodyOf(sphere(0.5)));
+    const LevelSet phi = make(bodyOf(sphere(0.6)));
     openvdb::FloatTree& tree = phi.grid().grid->tree();
     openvdb::Coord farthest(0);
     for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf)
