@@ -57,10 +57,14 @@ STAGES = {
 }
 
 TEXT_STAGES = """Each stage alone, on a ball {voxels} voxels across, {threads}. *Relevel* and *re-cut* follow a change of half a voxel on a
-part of the surface, about what a crack does in a step. Files are written, read back for verification and synced."""
+part of the surface, about what a crack does in a step. Files are written, read back for verification and synced. The floor is the
+time in which what a stage has to read and to write can be moved once, at the bandwidths above; of a file, that in which as many
+bytes are written, synced and read back. A stage far from it computes: no bandwidth would make it faster."""
 
 UNITS = {"level set": "made from the shape", "relevel": "made a distance again after a change", "cut": "all cells cut", "re-cut": "cells cut again",
-         "surface": "triangles of the surface", "write .obj": "file", "write .vdb": "file"}
+         "energy": "energy of stretched tets", "transfer": "energy at voxel nodes of the band", "Griffith": "new phi of the band",
+         "surface": "triangles of the surface", "write .obj": "file", "write .vdb": "file", "tets, cut": "material as tets for other programs",
+         "tets, Delaunay": "the same by CGAL, a quarter as many voxels across, one thread"}
 
 TEXT_THREADS = """A model, not a measurement: an iteration on t threads takes max(work / t, bytes / bandwidth). Its two numbers are those of
 n = {n} in the table above: *work*, the {work} ns a node that one thread needed, and *bytes / bandwidth*, the {floor} ns a node
@@ -68,12 +72,14 @@ that moving them takes at the bandwidth measured on {cores}. With this memory mo
 with more cores mostly has a faster one. The last column is what a machine must have for its threads not to wait."""
 
 TEXT_SCALING = """The standard block with 2^k + 1 nodes a side, one Newton iteration from rest, linear systems solved to 1e-6, {threads}. *Jacobi*
-is conjugate gradients with the 3x3 diagonal blocks, *multigrid* the same with a V-cycle over coarser lattices. *Dynamic* is a
-step of 1/240 s; *static* has no inertia, the top is moved just as far. *Torn*: an open crack through half of the block. A
+is conjugate gradients with the 3x3 diagonal blocks, *multigrid* the same with a W-cycle over coarser lattices. *Dynamic* is a
+step of 1/240 s; *static* has no inertia, the top is moved just as far. *Torn*: an open crack through half of the block, on the
+middle plane, to which nodes of every coarser lattice belong. *Torn between*: one cell higher, within the cells of all coarser lattices. A
 *product* is one pass over the tets of the block: jacobi has one an iteration, multigrid some more. The time is that of a step
 whose mesh was there before; in brackets: of the first step on a new mesh."""
 
-TEXT_EXPONENTS = """Time grows with the nodes to the power of (fitted to the table; 1 would be the same time for each node):"""
+TEXT_EXPONENTS = """Time grows with the nodes to the power of (fitted to the table; 1 would be the same time for each node). In brackets: what
+products alone grow by, 1 + the power of their number. The rest is memory: small blocks are in a cache, large ones are not."""
 
 TEXT_RESIDUAL = """How long until a step of the standard block, from rest and on a new mesh, is solved: until what is left of the forces is
 below a part (the target) of the largest of inertia, elastic and outer force. All are judged by one and the same check of the
@@ -82,8 +88,12 @@ positions they end with. *Exact*: each linear system is solved to 1e-6, in as ma
 
 TEXT_KERNELS = """On a block of {n} nodes a side, bent and stretched so that no tet is at rest; a product without the sums at the nodes. The
 forces of a tet include its polar decomposition. The rotation of one 3x3 matrix by Eigen's JacobiSVD takes {svd} ns on this
-machine: {ratio} times all of that. A ball cut by the lattice ({cut} of its {cells} cells are cut) takes {ball} ns for a product
-and tet with material: {over} times the {whole} ns of whole cells, since cut cells fill vectors less well."""
+machine: {ratio} times all of that."""
+
+TEXT_CUT = """What cut cells cost: products by tet with material, one thread, with all cells of a body, with the whole ones alone, and with
+the cut ones alone, whose nodes no whole cells share then. The *sliced* ball has slanted gaps hardly wider than a voxel: half of its
+cells are cut, some are there twice, with nodes of their own on either side. Cut cells have fewer tets for as many nodes, and fill vectors
+less well."""
 
 TEXT_MEMORY = """Of the single structures: what their sizes add up to, after a step. *In all*: by how much the memory that the operating system
 counts for the program has grown, with all that a run keeps (the level set and the crack too); libraries, which take some
@@ -204,7 +214,7 @@ def section_threads(result):
 
 
 def problem(row):
-    return row["problem"] + (", torn" if row["cracked"] else "")
+    return row["problem"] + {"none": "", "aligned": ", torn", "between": ", torn between"}[row["crack"]]
 
 
 def section_scaling(result):
@@ -222,7 +232,7 @@ def section_scaling(result):
             rows[-1] += [row["linear_iterations"], row["products"], f"{seconds(row['seconds'])} ({seconds(row['first_seconds'])})"] if row else ["", "", ""]
     fits = {}
     for fit in solvers["exponents"]:
-        fits.setdefault(problem(fit), {})[fit["method"]] = f"{fit['seconds']:.2f}"
+        fits.setdefault(problem(fit), {})[fit["method"]] = f"{fit['seconds']:.2f} ({1 + fit['products']:.2f})"
     fit_rows = [[name] + [fit.get(method, "") for method in methods] for name, fit in fits.items()]
     text = TEXT_SCALING.format(threads=threads_text(solvers["threads"]))
     return f"{text}\n\n{table(columns, rows)}\n\n{TEXT_EXPONENTS}\n\n{table(['problem'] + [f' {method}' for method in methods], fit_rows)}"
@@ -245,13 +255,15 @@ def section_residual(result):
 
 
 def section_kernels(result):
-    kernels = result["solvers"]["kernels"]
-    ball, whole = kernels["cut_ball"], kernels["runs"][0]["product_ns_a_tet"]
-    text = TEXT_KERNELS.format(n=kernels["n"], svd=digits(kernels["svd_ns"]), ratio=digits(kernels["svd_over_force"], 2), cut=grouped(ball["cut_cells"]),
-                               cells=grouped(ball["cells"]), ball=digits(ball["product_ns_a_tet"]), over=digits(ball["over_whole"]), whole=digits(whole))
+    kernels = result["kernels"]
+    text = TEXT_KERNELS.format(n=kernels["n"], svd=digits(kernels["svd_ns"]), ratio=digits(kernels["svd_over_force"], 2))
     keys = ("force_ns_a_tet", "product_ns_a_tet", "product_ns_a_node", "product_single_ns_a_node")
     columns = [" threads", " forces, ns a tet", " product, ns a tet", " ns a node", " in single precision, ns a node"]
-    return f"{text}\n\n{table(columns, [[run['threads']] + [digits(run[key]) for key in keys] for run in kernels['runs']])}"
+    kernel_table = table(columns, [[run["threads"]] + [digits(run[key]) for key in keys] for run in kernels["runs"]])
+    cut_columns = ["body", " cells", " cut", " there twice or more", " tets of cut cells", " all cells, ns a tet", " whole alone", " cut alone", " all / whole", " cut / whole"]
+    cut_rows = [[c["body"]] + [grouped(c[key]) for key in ("cells", "cut_cells", "duplicated_cells", "cut_tets")]
+                + [digits(c[key]) for key in ("all_ns_a_tet", "whole_ns_a_tet", "cut_ns_a_tet", "all_over_whole", "cut_over_whole")] for c in kernels["cut"]]
+    return f"{text}\n\n{kernel_table}\n\n{TEXT_CUT}\n\n{table(cut_columns, cut_rows)}"
 
 
 def stage_cells(tear, part, stages):
@@ -277,8 +289,9 @@ def section_tear(result):
 def section_stages(result):
     stages = result["stages"]
     text = TEXT_STAGES.format(voxels=stages["voxels_across"], threads=threads_text(stages["threads"]))
-    rows = [[s["stage"], UNITS.get(s["stage"], ""), f"{grouped(s['count'])} {s['unit']}s", seconds(s["seconds"]), digits(s["ns_a_unit"])] for s in stages["stages"]]
-    return f"{text}\n\n{table(['stage', 'what', ' of', ' time', ' ns each'], rows)}"
+    rows = [[s["stage"], UNITS.get(s["stage"], ""), f"{grouped(s['count'])} {s['unit']}s", seconds(s["seconds"]), digits(s["ns_a_unit"]),
+             seconds(s["floor_seconds"]), f"{100 * s['share_of_floor']:.2g} %"] for s in stages["stages"]]
+    return f"{text}\n\n{table(['stage', 'what', ' of', ' time', ' ns each', ' floor', ' share'], rows)}"
 
 
 def section_memory(result):
@@ -289,7 +302,7 @@ def section_memory(result):
 SECTIONS = [("Machine", "machine", section_machine), ("Floors", "floors", section_floors), ("Standard block", "block", section_block),
             ("Iterations against the floor", "block", section_iteration), ("More threads", "block", section_threads),
             ("Linear solvers", "solvers", section_scaling), ("Time to a residual", "solvers", section_residual),
-            ("Inner loops", "solvers", section_kernels), ("Tearing block", "tear", section_tear),
+            ("Inner loops", "kernels", section_kernels), ("Tearing block", "tear", section_tear),
             ("Stages", "stages", section_stages), ("Memory", "memory", section_memory)]
 
 

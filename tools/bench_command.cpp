@@ -14,7 +14,7 @@ namespace vdbfrac::tools {
 
 namespace {
 
-const std::vector<std::string> kWorkloads = {"floors", "block", "tear", "stages", "solvers", "memory"};
+const std::vector<std::string> kWorkloads = {"floors", "block", "tear", "stages", "solvers", "kernels", "memory"};
 
 struct BenchOptions {
     CommonOptions common;
@@ -29,7 +29,7 @@ bench::Plan planOf(const std::string& set)
     bench::Plan plan;
     if (set == "quick") {
         plan.blocks = {{20, 12}}, plan.tears = {{20, 4, 24}};
-        plan.solverSizes = {9, 17}, plan.residualSizes = {9};
+        plan.solverSizes = {17, 33}, plan.residualSizes = {9};
         return plan;
     }
     plan.memoryNodes = 40;
@@ -42,7 +42,7 @@ bench::Plan planOf(const std::string& set)
     plan.blocks = {{20, 12}, {40, 12}, {60, 6}, {80, 4}, {100, 3}, {128, 2}};
     plan.tears = {{20, kAll}, {50, 40}, {100, 6}};
     plan.ballVoxels = 128;
-    plan.solverSizes = {17, 33, 65, 129};
+    plan.solverSizes = {17, 33, 65, 129}, plan.residualSizes = {17, 33, 65};
     return plan;
 }
 
@@ -57,9 +57,9 @@ bench::Json measure(const BenchOptions& options, const bench::Plan& plan, const 
                           {"machine", bench::describeMachine(plan.threads)}};
     // Memory comes first, before anything else has left holes in it that would be filled.
     if (wanted("memory")) result["memory"] = bench::benchMemory(plan, say);
-    // The block is measured against the floors.
+    // The block and the stages are measured against the floors.
     bench::Floors floors;
-    if (wanted("floors") || wanted("block")) {
+    if (wanted("floors") || wanted("block") || wanted("stages")) {
         say("floors: memory and arithmetic");
         floors = bench::measureFloors(plan.threads);
         result["floors"] = bench::toJson(floors);
@@ -68,8 +68,9 @@ bench::Json measure(const BenchOptions& options, const bench::Plan& plan, const 
         if (wanted("block")) result["block"].push_back(bench::benchBlock(size, plan.threads, floors, say));
     for (const bench::TearSize& size : plan.tears)
         if (wanted("tear")) result["tear"].push_back(bench::benchTear(size, say));
-    if (wanted("stages")) result["stages"] = bench::benchStages(plan.ballVoxels, say);
+    if (wanted("stages")) result["stages"] = bench::benchStages(plan.ballVoxels, floors, say);
     if (wanted("solvers")) result["solvers"] = bench::benchSolvers(plan, say);
+    if (wanted("kernels")) result["kernels"] = bench::benchKernels(plan.ballVoxels, plan.threads, say);
     return result;
 }
 
@@ -98,7 +99,7 @@ Action addBench(CLI::App& app)
     c->add_option("--set", o->set, "How much: some seconds, some minutes, or an hour")
         ->check(CLI::IsMember({"quick", "standard", "full"}))
         ->capture_default_str();
-    c->add_option("--only", o->only, "Which workloads; 'block' measures the floors too")
+    c->add_option("--only", o->only, "Which workloads; 'block' and 'stages' measure the floors too")
         ->delimiter(',')
         ->check(CLI::IsMember(kWorkloads))
         ->capture_default_str();

@@ -45,8 +45,10 @@ Json describeMachine(int threads);
 Json toJson(const Floors& floors);
 Json benchBlock(const BlockSize& size, int threads, const Floors& floors, const Say& say);
 Json benchTear(const TearSize& size, const Say& say);
-Json benchStages(int voxels, const Say& say);
+Json benchStages(int voxels, const Floors& floors, const Say& say);
 Json benchSolvers(const Plan& plan, const Say& say);
+/// `ballVoxels` across the ball that is cut. The block has about as many cells.
+Json benchKernels(int ballVoxels, int threads, const Say& say);
 Json benchMemory(const Plan& plan, const Say& say);
 
 /// Thread counts to measure: 1, and `threads` where that is more.

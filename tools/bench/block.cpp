@@ -22,22 +22,22 @@ tetmesh::CellElement wholeCell(int n, const Coord& block, const Coord& cell)
     return e;
 }
 
-/// Gives the cells above the middle plane nodes of their own on the torn half of it.
-void tear(BlockMesh& mesh, int n)
+/// Gives the cells above the plane of the crack nodes of their own on the torn half of it.
+void tear(BlockMesh& mesh, int n, Crack crack)
 {
-    assert(n % 2 == 1);
-    const int middle = (n - 1) / 2;
+    assert(n % 4 == 1);
+    const int middle = (n - 1) / 2, plane = crack == Crack::between ? middle + 1 : middle;
     const std::size_t uncracked = mesh.nodes.size();
     std::vector<std::uint32_t> copy(uncracked);
     for (std::size_t i = 0; i < uncracked; ++i) {
         copy[i] = std::uint32_t(i);
         const Coord c = mesh.nodes[i];
-        if (c.y != middle || c.x >= middle) continue;
+        if (c.y != plane || c.x >= middle) continue;
         copy[i] = std::uint32_t(mesh.nodes.size());
         mesh.nodes.push_back(c);
     }
     for (tetmesh::CellElement& e : mesh.elements)
-        if (mesh.nodes[e.node[0]].y == middle)
+        if (mesh.nodes[e.node[0]].y == plane)
             for (std::uint32_t& node : e.node) node = copy[node];
 }
 
@@ -49,7 +49,7 @@ solver::ElasticOperator makeElastic(const BlockMesh& mesh)
 
 }  // namespace
 
-BlockMesh::BlockMesh(int n, bool cracked) : h(1. / (n - 1))
+BlockMesh::BlockMesh(int n, Crack crack) : h(1. / (n - 1))
 {
     for (int z = 0; z < n; ++z)
         for (int y = 0; y < n; ++y)
@@ -60,10 +60,10 @@ BlockMesh::BlockMesh(int n, bool cracked) : h(1. / (n - 1))
     std::sort(order.begin(), order.end());
     elements.reserve(order.size());
     for (const auto& [block, cell] : order) elements.push_back(wholeCell(n, block, cell));
-    if (cracked) tear(*this, n);
+    if (crack != Crack::none) tear(*this, n, crack);
 }
 
-BlockProblem::BlockProblem(int n, bool cracked) : mesh(n, cracked), elastic(makeElastic(mesh))
+BlockProblem::BlockProblem(int n, Crack crack) : mesh(n, crack), elastic(makeElastic(mesh))
 {
     boundary.target.assign(mesh.nodes.size(), Vec3::Zero());
     boundary.force.assign(mesh.nodes.size(), Vec3::Zero());

@@ -11,15 +11,18 @@ namespace vdbfrac::tools::bench {
 inline constexpr double kBlockStep = 1. / 240;  // s
 inline constexpr double kBlockSpeed = 0.4;      // m/s, of the top
 
+/// An open crack through the half of the block below the middle in x. Aligned: its plane, the middle one, belongs to every
+/// coarser lattice. Between: one cell higher, within the cells of all of these.
+enum class Crack { none, aligned, between };
+
 /// Whole cells with a corner at the origin. No level set: its zero contour would cut the faces.
 struct BlockMesh {
     std::vector<tetmesh::CellElement> elements;  ///< by block of 8^3 cells
     std::vector<Coord> nodes;
     double h = 1;  ///< m
 
-    /// `cracked`: the middle horizontal plane is torn for x below the middle. Nodes there are duplicated, and the cells
-    /// above take the copies. n must be odd then, so that nodes lie on the plane.
-    explicit BlockMesh(int n, bool cracked = false);
+    /// Nodes on the crack are duplicated, and the cells above take the copies. n must be 2^k + 1 then.
+    explicit BlockMesh(int n, Crack crack = Crack::none);
 };
 
 /// From rest, the top already moving.
@@ -29,7 +32,7 @@ struct BlockProblem {
     solver::State state;
     solver::Boundary boundary;
 
-    explicit BlockProblem(int n, bool cracked = false);
+    explicit BlockProblem(int n, Crack crack = Crack::none);
 
     /// Targets of the held nodes: the top `distance` [m] further up than it is in `state`.
     void moveTop(double distance);

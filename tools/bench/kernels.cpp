@@ -7,6 +7,7 @@
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/grid/phi_nodes.h>
 #include <vdbfrac/tetmesh/cut_mesh.h>
+#include <vdbfrac/tetmesh/embedding.h>
 
 #include <Eigen/SVD>
 #include <fmt/format.h>
@@ -67,31 +68,75 @@ Json productRow(const BlockProblem& block, const solver::Tangent& tangent, doubl
             {"product_ns_a_tet", twice / double(block.elastic.tetCount())}};
 }
 
-/// Product with a ball that the lattice cuts, by tet with material: cut cells have few of these in a vector.
-Json benchCut(int ballVoxels, double wholeNs, const Say& say)
+/// A ball sliced by slanted gaps that are hardly wider than a voxel: about half of its cells are cut, and some
+/// are there twice, with nodes of their own on either side of the gap.
+tetmesh::NodeField<float> slicedBall(double dx)
 {
-    const double dx = 2 * kBallRadius / ballVoxels;
-    const tetmesh::CutMesh mesh({tetmesh::Lattice::Kind::six, 1, dx}, grid::sampleNodes(makeBall(dx)));
-    const solver::ElementSet set{mesh.elements(), mesh.nodes(), 0, solver::makeMaterial(1e6, 0.3, 1000)};
-    const solver::ElasticOperator elastic(std::span(&set, 1), mesh.nodeCount(), dx, solver::Volumetric::none);
-    std::vector<Vec3> x;
-    for (std::size_t i = 0; i < mesh.nodeCount(); ++i) x.push_back(mesh.restPosition(i));
+    constexpr double kApart = 7, kHalfGap = 0.6;  // voxels
+    const Vec3 normal = Vec3(1, 2, 3).normalized();
+    tetmesh::NodeField<float> phi = grid::sampleNodes(makeBall(dx));
+    std::vector<Coord> blocks;
+    phi.forEachBlock([&](Coord low) { blocks.push_back(low); });
+    for (const Coord& low : blocks)
+        for (int i = 0; i < 512; ++i) {
+            const Coord c = low + Coord{i & 7, i >> 3 & 7, i >> 6};
+            const double slice = normal.dot(c.toVec()) / kApart, gap = kHalfGap - kApart * std::abs(slice - std::round(slice));
+            phi.set(c, std::max(phi(c), float(gap * dx)));
+        }
+    return phi;
+}
+
+/// ns a product of some elements of a mesh.
+struct Part {
+    std::size_t elements = 0;
+    std::int64_t tets = 0;
+    double nanoseconds = 0;
+    double aTet() const { return nanoseconds / double(tets); }
+};
+
+template <class Wanted>
+Part measurePart(const tetmesh::CutMesh& mesh, const Wanted& wanted)
+{
+    std::vector<tetmesh::CellElement> elements;
+    for (const tetmesh::Cell& cell : mesh.cells())
+        if (wanted(cell))
+            for (std::uint32_t e = cell.firstElement; e < cell.firstElement + cell.elements; ++e) elements.push_back(mesh.elements()[e]);
+    const solver::ElementSet set{elements, mesh.nodes(), 0, solver::makeMaterial(1e6, 0.3, 1000)};
+    const solver::ElasticOperator elastic(std::span(&set, 1), mesh.nodeCount(), mesh.spacing(), solver::Volumetric::none);
     solver::Tangent tangent;
-    (void)elastic.evaluate(x, {}, &tangent);
-    std::size_t cut = 0;
-    for (const tetmesh::Cell& cell : mesh.cells()) cut += !cell.whole;
-    const double ns = productNanoseconds<Vec3>(elastic, tangent) / double(elastic.tetCount());
-    say(fmt::format("kernels: product {:.2f} ns a tet of a cut ball, {:.2f} of whole cells", ns, wholeNs));
-    return {{"cells", mesh.cells().size()},
-            {"cut_cells", cut},
-            {"tets", elastic.tetCount()},
-            {"product_ns_a_tet", ns},
-            {"over_whole", ns / wholeNs}};
+    (void)elastic.evaluate(tetmesh::restPositions(mesh), {}, &tangent);
+    return {elements.size(), elastic.tetCount(), productNanoseconds<Vec3>(elastic, tangent)};
+}
+
+/// Products with all cells of a body, with its whole ones alone, and with its cut ones alone, by tet with material. Alone, cut
+/// cells have nodes to themselves that they share with whole ones in a body.
+Json benchCut(const char* body, tetmesh::NodeField<float> phi, double dx, const Say& say)
+{
+    const tetmesh::CutMesh mesh({tetmesh::Lattice::Kind::six, 1, dx}, std::move(phi));
+    const Part cut = measurePart(mesh, [](const tetmesh::Cell& cell) { return !cell.whole; });
+    const Part whole = measurePart(mesh, [](const tetmesh::Cell& cell) { return cell.whole; });
+    const Part all = measurePart(mesh, [](const tetmesh::Cell&) { return true; });
+    std::size_t cutCells = 0, duplicated = 0;
+    for (const tetmesh::Cell& cell : mesh.cells()) cutCells += !cell.whole, duplicated += cell.elements > 1;
+    say(fmt::format("kernels: {}: product {:.2f} ns a tet of all cells, {:.2f} of whole ones alone, {:.2f} of cut ones alone", body, all.aTet(),
+                    whole.aTet(), cut.aTet()));
+    return {{"body", body},
+            {"cells", mesh.cells().size()},
+            {"cut_cells", cutCells},
+            {"duplicated_cells", duplicated},
+            {"cut_elements", cut.elements},
+            {"cut_tets", cut.tets},
+            {"whole_tets", whole.tets},
+            {"all_ns_a_tet", all.aTet()},
+            {"whole_ns_a_tet", whole.aTet()},
+            {"cut_ns_a_tet", cut.aTet()},
+            {"all_over_whole", all.aTet() / whole.aTet()},
+            {"cut_over_whole", cut.aTet() / whole.aTet()}};
 }
 
 }  // namespace
 
-void benchKernels(int ballVoxels, int threads, const Say& say, Json& result)
+Json benchKernels(int ballVoxels, int threads, const Say& say)
 {
     const int cells = int(std::lround(std::cbrt(M_PI / 6) * ballVoxels));
     const BlockProblem block(cells + 1);
@@ -108,14 +153,15 @@ void benchKernels(int ballVoxels, int threads, const Say& say, Json& result)
             runs.back()["product_single_ns_a_node"].get<double>()));
     }
     const ThreadLimit one(1);
+    const double dx = 2 * kBallRadius / ballVoxels;
     const double svd = svdNanoseconds(block, x), force = runs[0]["force_ns_a_tet"].get<double>();
-    result["kernels"] = {{"n", cells + 1},
-                         {"nodes", block.elastic.nodeCount()},
-                         {"tets", block.elastic.tetCount()},
-                         {"runs", runs},
-                         {"svd_ns", svd},
-                         {"svd_over_force", svd / force},
-                         {"cut_ball", benchCut(ballVoxels, runs[0]["product_ns_a_tet"].get<double>(), say)}};
+    return {{"n", cells + 1},
+            {"nodes", block.elastic.nodeCount()},
+            {"tets", block.elastic.tetCount()},
+            {"runs", runs},
+            {"svd_ns", svd},
+            {"svd_over_force", svd / force},
+            {"cut", {benchCut("ball", grid::sampleNodes(makeBall(dx)), dx, say), benchCut("sliced ball", slicedBall(dx), dx, say)}}};
 }
 
 }  // namespace vdbfrac::tools::bench

@@ -79,13 +79,21 @@ void addSimulation(int voxels, Table& table)
     const std::uint64_t after = resetPeakMemory();
     const core::Simulation& simulation = run.simulation;
     const std::size_t nodes = simulation.x().size();
-    std::size_t cut = 0, phi = 0;
+    std::size_t cut = 0, phi = 0, elements = 0;
     for (const core::Body& body : simulation.bodies()) {
         cut += cutBytes(dynamic_cast<const tetmesh::CutMesh&>(*body.mesh));  // it is on a lattice
+        elements += body.mesh->elements().size();
         phi += 2 * body.mesh->phi().bytes();  // now and at rest
     }
     const std::string where = fmt::format("notched block, {} voxels an edge: ", voxels);
+    std::size_t effects = 0;
+    for (const solver::Potential* p : simulation.stages().solve) effects += p->bytes();
+    table.add(where + "positions and velocities, now and at the start of the step", nodes * 4 * sizeof(Vec3), nodes);
     table.add(where + "elastic operator", simulation.elastic().bytes(), nodes);
+    table.add(where + "Newton's vectors, tangent and linear solver", simulation.integrator().bytes(), nodes);
+    table.add(where + "damping: a tangent of its own", effects, nodes);
+    table.add(where + "energy densities of the tets", elements * tetmesh::kMostTets * sizeof(double), nodes);
+    table.add(where + "what grips hold: positions, forces", nodes * (2 * sizeof(Vec3) + sizeof(std::uint32_t) + 1), nodes);
     table.add(where + "cells, elements and pieces of the cut", cut, nodes);
     table.add(where + "phi at the nodes of the voxels, now and at rest", phi, nodes);
     table.add(where + "in all at rest", after > before ? after - before : 0, nodes);

@@ -29,14 +29,20 @@ constexpr double kMoved = kBlockStep * kBlockSpeed;  // m, of the top, in both p
 constexpr int kLargestStaticJacobi = 65;             // nodes a side: beyond that it takes minutes
 constexpr int kLarge = 100;                          // nodes a side: from here on once is enough
 
+const char* crackName(Crack crack)
+{
+    return crack == Crack::none ? "none" : crack == Crack::aligned ? "aligned" : "between";
+}
+
 /// One line of the table, over all sizes.
 struct Series {
     solver::LinearMethod method;
-    bool quasiStatic, cracked;
+    bool quasiStatic;
+    Crack crack;
 
     Json toJson() const
     {
-        return {{"method", nameOf(method)}, {"problem", quasiStatic ? "static" : "dynamic"}, {"cracked", cracked}};
+        return {{"method", nameOf(method)}, {"problem", quasiStatic ? "static" : "dynamic"}, {"crack", crackName(crack)}};
     }
 };
 
@@ -55,7 +61,7 @@ solver::NewtonSettings oneIteration(solver::LinearMethod method)
 /// after a cut does.
 Json measure(const Series& series, int n)
 {
-    BlockProblem block(n, series.cracked);
+    BlockProblem block(n, series.crack);
     solver::BackwardEuler stepper(block.elastic, oneIteration(series.method));
     block.moveTop(kMoved);
     const double dt = series.quasiStatic ? std::numeric_limits<double>::infinity() : kBlockStep;
@@ -104,8 +110,8 @@ Json measureAll(const Series& series, const std::vector<int>& sizes, const Say& 
         if (series.method == solver::LinearMethod::jacobi && series.quasiStatic && n > kLargestStaticJacobi) continue;
         rows.push_back(measure(series, n));
         const Json& r = rows.back();
-        say(fmt::format("solvers n = {}, {}, {}{}: {} iterations, {} products, {:.4f} s", n, nameOf(series.method),
-                        series.quasiStatic ? "static" : "dynamic", series.cracked ? ", cracked" : "",
+        say(fmt::format("solvers n = {}, {}, {}, crack {}: {} iterations, {} products, {:.4f} s", n, nameOf(series.method),
+                        series.quasiStatic ? "static" : "dynamic", crackName(series.crack),
                         r["linear_iterations"].get<int>(), r["products"].get<int>(), r["seconds"].get<double>()));
     }
     return rows;
@@ -117,9 +123,10 @@ void benchScaling(const std::vector<int>& sizes, const Say& say, Json& result)
 {
     result["scaling"] = result["exponents"] = Json::array();
     for (bool quasiStatic : {false, true})
-        for (bool cracked : {false, true})
+        for (Crack crack : {Crack::none, Crack::aligned, Crack::between})
             for (auto method : {solver::LinearMethod::jacobi, solver::LinearMethod::multigrid}) {
-                const Series series{method, quasiStatic, cracked};
+                if (crack == Crack::between && method == solver::LinearMethod::jacobi) continue;  // has no coarse lattices
+                const Series series{method, quasiStatic, crack};
                 const Json rows = measureAll(series, sizes, say);
                 for (const Json& r : rows) result["scaling"].push_back(r);
                 Json fit = series.toJson();
@@ -133,7 +140,6 @@ Json benchSolvers(const Plan& plan, const Say& say)
     Json result = {{"threads", plan.threads}};
     benchScaling(plan.solverSizes, say, result);
     benchResiduals(plan.residualSizes, say, result);
-    benchKernels(plan.ballVoxels, plan.threads, say, result);
     return result;
 }
 

@@ -13,7 +13,5 @@ const char* nameOf(solver::LinearMethod method);
 void benchScaling(const std::vector<int>& sizes, const Say& say, Json& result);
 /// Adds "time_to_residual".
 void benchResiduals(const std::vector<int>& sizes, const Say& say, Json& result);
-/// Adds "kernels"; `ballVoxels` across the ball that is cut. The block has about as many cells.
-void benchKernels(int ballVoxels, int threads, const Say& say, Json& result);
 
 }  // namespace vdbfrac::tools::bench
