@@ -20,7 +20,7 @@ std::vector<Coord> markedCoords(const NodeField<std::int32_t>& marks)
 {
     std::vector<Coord> coords;
     marks.forEachBlock([&](Coord low) {
-        forBox(low, low + Coord{7, 7, 7}, [&](Coord c) {
+        marks.forEachNode(low, [&](Coord c) {
             if (marks(c) >= 0) coords.push_back(c);
         });
     });
@@ -98,7 +98,7 @@ void CutMesh::findCells()
     const Coord last{floorDiv(upper.x, m) + 1, floorDiv(upper.y, m) + 1, floorDiv(upper.z, m) + 1};
     cellIndex_ = NodeField<std::int32_t>(first, last, -1, 0);
     phi_.forEachBlock([&](Coord low) {
-        forBox(low, low + Coord{7, 7, 7}, [&](Coord voxel) {
+        phi_.forEachNode(low, [&](Coord voxel) {
             if (seenPhi(voxel) < 0) forCellsRound(voxel, m, [&](Coord cell) { cellIndex_.set(cell, 0); });
         });
     });

@@ -78,11 +78,10 @@ tetmesh::NodeField<float> slicedBall(double dx)
     std::vector<Coord> blocks;
     phi.forEachBlock([&](Coord low) { blocks.push_back(low); });
     for (const Coord& low : blocks)
-        for (int i = 0; i < 512; ++i) {
-            const Coord c = low + Coord{i & 7, i >> 3 & 7, i >> 6};
+        phi.forEachNode(low, [&](Coord c) {
             const double slice = normal.dot(c.toVec()) / kApart, gap = kHalfGap - kApart * std::abs(slice - std::round(slice));
             phi.set(c, std::max(phi(c), float(gap * dx)));
-        }
+        });
     return phi;
 }
 

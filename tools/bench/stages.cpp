@@ -178,8 +178,9 @@ void measureTransfer(Stopwatch& watch, const grid::LevelSet& ball, const tetmesh
     const auto energy = [&](std::uint32_t e, int t) { return density[e * tetmesh::kMostTets + std::size_t(t)]; };
     std::vector<Coord> voxels;
     mesh.phi().forEachBlock([&](Coord low) {
-        for (int i = 0; i < 512; ++i)
-            if (const Coord c = low + Coord{i & 7, i >> 3 & 7, i >> 6}; mesh.phi()(c) < 0) voxels.push_back(c);
+        mesh.phi().forEachNode(low, [&](Coord voxel) {
+            if (mesh.phi()(voxel) < 0) voxels.push_back(voxel);
+        });
     });
     const std::vector<grid::BandSample> band = grid::sampleBand(ball, voxels);
     voxels.clear();

@@ -338,12 +338,11 @@ std::uint64_t Simulation::stateHash() const
     add(state_.x);
     add(state_.v);
     for (const Body& body : bodies_) {
-        body.mesh->phi().forEachBlock([&](Coord low) {
+        const tetmesh::NodeField<float>& phi = body.mesh->phi();
+        phi.forEachBlock([&](Coord low) {
             std::array<float, tetmesh::NodeField<float>::kBlock> values;
             std::size_t i = 0;
-            for (int z = 0; z < 8; ++z)
-                for (int y = 0; y < 8; ++y)
-                    for (int x = 0; x < 8; ++x) values[i++] = body.mesh->phi()(low + Coord{x, y, z});
+            phi.forEachNode(low, [&](Coord voxel) { values[i++] = phi(voxel); });
             add(values);
         });
         add(body.fragments.ofNode());

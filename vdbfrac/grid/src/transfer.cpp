@@ -69,12 +69,7 @@ tetmesh::NodeField<Share> sharesWithin(const BodyMesh& mesh, const TetEnergy& en
     std::vector<Coord> blocks;
     shares.forEachBlock([&](Coord low) { blocks.push_back(low); });
     parallelChunks(blocks.size(), 1, [&](std::size_t i, std::size_t) {
-        for (int z = 0; z < 8; ++z)
-            for (int y = 0; y < 8; ++y)
-                for (int x = 0; x < 8; ++x) {
-                    const Coord c = blocks[i] + Coord{x, y, z};
-                    shares.set(c, mesh.nodalShare(c, energy));
-                }
+        shares.forEachNode(blocks[i], [&](Coord voxel) { shares.set(voxel, mesh.nodalShare(voxel, energy)); });
     });
     return shares;
 }
@@ -122,15 +117,12 @@ VoxelValues nodalEnergies(const BodyMesh& mesh, const TetEnergy& energy)
     std::vector<VoxelValues> parts(blocks.size());
     parallelChunks(blocks.size(), 1, [&](std::size_t b, std::size_t) {
         parts[b].coords.reserve(tetmesh::NodeField<float>::kBlock), parts[b].scalars.reserve(tetmesh::NodeField<float>::kBlock);
-        for (int z = 0; z < 8; ++z)
-            for (int y = 0; y < 8; ++y)
-                for (int x = 0; x < 8; ++x) {
-                    const Coord voxel = blocks[b] + Coord{x, y, z};
-                    const Share share = mesh.nodalShare(voxel, energy);
-                    if (share.volume <= 0) continue;
-                    parts[b].coords.push_back(voxel);
-                    parts[b].scalars.push_back(float(share.energy / share.volume));
-                }
+        mesh.phi().forEachNode(blocks[b], [&](Coord voxel) {
+            const Share share = mesh.nodalShare(voxel, energy);
+            if (share.volume <= 0) return;
+            parts[b].coords.push_back(voxel);
+            parts[b].scalars.push_back(float(share.energy / share.volume));
+        });
     });
     VoxelValues all;
     for (const VoxelValues& part : parts) {

@@ -52,8 +52,8 @@ struct GridInfo {
 std::vector<GridInfo> describeVdb(const std::filesystem::path& file, std::uint64_t memoryLimit = ~std::uint64_t{0});
 
 /// Reads one level set (the first when `name` is empty), checked: magic, version, class, uniform voxel size, finite
-/// values, extents, a band between inside and outside. Throws FileError for what is damaged, InputError for what is not a level set, LimitError. The transform's
-/// translation is kept in `origin` [m]: the world position of voxel (0,0,0).
+/// values, extents, a band between inside and outside. Throws FileError for what is damaged, InputError for what is not a
+/// level set, LimitError. The transform's translation is kept in `origin` [m]: the world position of voxel (0,0,0).
 struct ReadLevelSet {
     LevelSet levelSet;
     Vec3 origin = Vec3::Zero();
