@@ -19,6 +19,7 @@ enum ExitCode {
     kNotConverged = 3,  ///< under --strict, or all settings of a study
     kBadFile = 4,       ///< files and disk
     kLimit = 5,         ///< memory or another limit
+    kStopped = 75,      ///< stopped with a checkpoint: run again with --resume
 };
 
 /// Options of every command.

@@ -19,7 +19,8 @@ int run(int argc, char** argv)
     app.set_version_flag("--version", std::string("vdbfrac ") + core::kVersion);
     app.require_subcommand(1);
     app.footer("Exit codes: 0 done, 1 internal error, 2 bad command line, scene or data, 3 not converged (--strict),\n"
-               "4 files and disk, 5 memory or another limit. 'vdbfrac COMMAND --help' tells more.");
+               "4 files and disk, 5 memory or another limit, 75 stopped with a checkpoint (sim; go on with --resume).\n"
+               "'vdbfrac COMMAND --help' tells more.");
     std::map<std::string, Action> actions;
     actions["sim"] = addSim(app);
     actions["check"] = addCheck(app);

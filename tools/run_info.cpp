@@ -5,6 +5,7 @@
 #include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/base/hash.h>
+#include <vdbfrac/core/run_folder.h>
 #include <vdbfrac/grid/vdb_file.h>
 #include <vdbfrac/tetmesh/obj_file.h>
 
@@ -109,6 +110,24 @@ void addFrames(const Json& manifest, const fs::path& folder, bool verify, RunInf
     if (!flaws.empty()) info.json["flaws"] = flaws;
 }
 
+/// The checkpoints, and their flaws.
+void addCheckpoints(const fs::path& folder, bool verify, RunInfo& info)
+{
+    Json list = Json::array();
+    for (const fs::path& file : core::checkpointsIn(folder)) {
+        const std::string path = fs::relative(file, folder).string();
+        list.push_back(path);
+        if (!verify) continue;
+        try {
+            core::Archive::read(file);
+        } catch (const Error& e) {
+            info.json["flaws"].push_back({{"path", path}, {"flaw", e.what()}});
+            info.sound = false;
+        }
+    }
+    info.json["checkpoints"] = list;
+}
+
 }  // namespace
 
 RunInfo runInfo(const fs::path& folder, bool verify)
@@ -121,6 +140,7 @@ RunInfo runInfo(const fs::path& folder, bool verify)
         for (const char* key : {"creator", "scene", "status", "fps", "voxel_size", "frame_range", "steps", "start_volume", "volume"})
             info.json[key] = manifest.at(key);
         addFrames(manifest, folder, verify, info);
+        addCheckpoints(folder, verify, info);
         info.json["fragments"] = manifest.at("fragments");
     } catch (const Json::exception& e) {
         throw InputError({file.string(), std::string("is not the manifest of a run: ") + e.what(), "", "give the folder that 'vdbfrac sim -o' wrote"});

@@ -4,6 +4,7 @@
 #include "memory.h"
 #include "progress.h"
 #include "run_report.h"
+#include "stop_request.h"
 
 #include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
@@ -13,8 +14,10 @@
 #include <vdbfrac/effects/effects.h>
 #include <vdbfrac/scene/reader.h>
 
+#include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 
 namespace vdbfrac::tools {
 
@@ -22,10 +25,11 @@ namespace {
 
 struct SimOptions {
     CommonOptions common;
-    std::string scene, folder, frames, accuracy;
+    std::string scene, folder, frames, accuracy, timeLimit;
+    std::string resume;  // empty: no; "latest"; or the last frame to keep
     std::vector<std::string> set;
     bool overwrite = false, plan = false, strict = false;
-    int threads = 0;
+    int threads = 0, checkpointEvery = 1;
     double maxMemory = 0;  // GiB; 0: 80 % of what is available
 };
 
@@ -45,6 +49,17 @@ void limitFrames(scene::Scene& scene, const std::string& text)
     scene.time.lastFrame = last;
 }
 
+/// The last frame that a resumed run keeps.
+int lastToKeep(const std::string& resume)
+{
+    if (resume == "latest") return std::numeric_limits<int>::max();
+    int frame = 0;
+    char rest = 0;
+    if (std::sscanf(resume.c_str(), "%d%c", &frame, &rest) != 1)
+        throw InputError({"--resume", "'" + resume + "' is not a frame", "--resume, or --resume=FRAME", ""});
+    return frame;
+}
+
 std::vector<core::Effect*> pointers(const std::vector<std::unique_ptr<core::Effect>>& effects)
 {
     std::vector<core::Effect*> p;
@@ -62,8 +77,114 @@ void requireMemory(const core::Simulation& simulation, std::uint64_t limit)
     throw LimitError(text);
 }
 
+/// What the steps of a run depend on, as text: the scene, but for its last frame.
+std::string settingsText(scene::Scene scene)
+{
+    scene.time.lastFrame = scene.time.firstFrame;
+    return scene::writeScene(scene, effects::effectTables());
+}
+
+/// A run on its way from one frame to the next.
+class Run {
+public:
+    Run(const SimOptions& options, const scene::Scene& scene, core::Simulation& simulation, spdlog::logger& log)
+        : options_(options), scene_(scene), settings_(settingsText(scene)), simulation_(simulation), log_(log),
+          folder_(options.folder, scene, simulation.stages(),
+                  !options.resume.empty() ? core::Earlier::keep : options.overwrite ? core::Earlier::replace : core::Earlier::refuse)
+    {
+    }
+
+    void begin();
+    /// Returns why it stopped before the last frame; empty when it did not.
+    std::string toLastFrame(const StopRequest& stop);
+    int end(const std::string& stopped);
+
+private:
+    std::string toFrame(int frame, const StopRequest& stop, Progress& progress);
+    int nextFrame() const { return std::max(scene_.time.firstFrame, lastWritten_ + 1); }
+
+    const SimOptions& options_;
+    const scene::Scene& scene_;
+    std::string settings_;
+    core::Simulation& simulation_;
+    spdlog::logger& log_;
+    core::RunFolder folder_;
+    int lastWritten_ = std::numeric_limits<int>::min() / 2;  // frame
+};
+
+/// Goes on with an earlier run where that is asked for, and says what runs.
+void Run::begin()
+{
+    std::vector<std::string> notes = simulation_.stages().notes;
+    bool resumed = false;
+    if (!options_.resume.empty()) {
+        resumed = folder_.resume(simulation_, settings_, std::min(lastToKeep(options_.resume), scene_.time.lastFrame), notes);
+        if (resumed) lastWritten_ = folder_.frames().back().frame;
+    }
+    writeText(folder_.path() / "scene.toml", scene::writeScene(scene_, effects::effectTables()));
+    logToFile(log_, folder_.path() / "run.log");
+    log_.info("vdbfrac {}  scene '{}'  {} nodes  {} tets  {} threads", core::kVersion, scene_.name, simulation_.x().size(),
+              simulation_.elastic().tetCount(), threadCount());
+    if (resumed)
+        log_.info("goes on after step {}, {:.6g} s; frames up to {} are there", simulation_.steps(), simulation_.time(), lastWritten_);
+    else if (!options_.resume.empty())
+        log_.info("there is no checkpoint: starts at frame {}", scene_.time.firstFrame);
+    if (!options_.accuracy.empty()) log_.info("{}", accuracyText(scene_, options_.accuracy));
+    for (const std::string& note : notes) log_.warn("note: {}", note);
+}
+
+std::string Run::toFrame(int frame, const StopRequest& stop, Progress& progress)
+{
+    const int first = scene_.time.firstFrame;
+    const double start = (frame - 1 - first) / scene_.time.fps;
+    while (simulation_.framesDone() < frame - first) {
+        if (const std::string reason = stop.reason(); !reason.empty()) return reason;
+        const core::StepRecord step = simulation_.stepInFrame();
+        folder_.addStep(step);
+        log_.debug("{}", stepText(step));
+        if (step.outcome == core::Outcome::capped)
+            log_.warn("step {}: the solver hit its caps (relative residual {:.2g}, of the best iterate {:.2g}); the last iterate was kept",
+                      step.step, step.residual, step.leastResidual);
+        progress.update(frame - first + (simulation_.time() - start) * scene_.time.fps, stepText(step));
+    }
+    return "";
+}
+
+std::string Run::toLastFrame(const StopRequest& stop)
+{
+    const int first = scene_.time.firstFrame, last = scene_.time.lastFrame;
+    Progress progress(options_.common.quiet ? "none" : options_.common.progress, last - first + 1);
+    for (int frame = nextFrame(); frame <= last; ++frame) {
+        if (const std::string reason = toFrame(frame, stop, progress); !reason.empty()) return reason;
+        log_.debug("frame {}  state {}", frame, folder_.writeFrame(simulation_, frame));
+        lastWritten_ = frame;
+        const int every = options_.checkpointEvery;
+        if (every > 0 && ((frame - first) % every == 0 || frame == last)) folder_.writeCheckpoint(simulation_, settings_);
+        progress.frame(frame, frame - first + 1,
+                       std::to_string(simulation_.fragments()) + (simulation_.fragments() == 1 ? " fragment" : " fragments"));
+    }
+    return "";
+}
+
+int Run::end(const std::string& stopped)
+{
+    if (!stopped.empty()) folder_.writeCheckpoint(simulation_, settings_);
+    const bool capped = anyCapped(folder_.steps());
+    folder_.finish(simulation_, !stopped.empty() ? "stopped" : capped ? "done, not converged everywhere" : "done");
+    Ledger work = folder_.work();
+    for (const core::StepRecord& step : folder_.steps()) work.add(step.work);
+    log_.info("{}", summaryText(simulation_, folder_, work));
+    if (!stopped.empty()) {
+        log_.warn("stopped by {} after step {}, {:.6g} s, frame {}; go on with --resume", stopped, simulation_.steps(), simulation_.time(), lastWritten_);
+        return kStopped;
+    }
+    return capped && options_.strict ? kNotConverged : kDone;
+}
+
 int simulate(const SimOptions& options, const scene::Scene& scene)
 {
+    const auto start = std::chrono::steady_clock::now();
+    const double timeLimit = options.timeLimit.empty() ? INFINITY : parseDuration("--time-limit", options.timeLimit);
     const auto log = makeLog(options.common);
     const std::uint64_t limit = options.maxMemory > 0 ? std::uint64_t(options.maxMemory * kGiB) : defaultMemoryLimit();
     const auto effects = effects::makeEffects(scene);
@@ -74,41 +195,10 @@ int simulate(const SimOptions& options, const scene::Scene& scene)
         return kDone;
     }
     requireMemory(simulation, limit);
-    core::RunFolder folder(options.folder, scene, simulation.stages(), options.overwrite);
-    writeText(folder.path() / "scene.toml", scene::writeScene(scene, effects::effectTables()));
-    logToFile(*log, folder.path() / "run.log");
-    log->info("vdbfrac {}  scene '{}'  {} nodes  {} tets  {} threads", core::kVersion, scene.name, simulation.x().size(),
-              simulation.elastic().tetCount(), threadCount());
-    if (!options.accuracy.empty()) log->info("{}", accuracyText(scene, options.accuracy));
-    for (const std::string& note : simulation.stages().notes) log->warn("note: {}", note);
-
-    Ledger work;
-    const int first = scene.time.firstFrame, last = scene.time.lastFrame;
-    {
-        Progress progress(options.common.quiet ? "none" : options.common.progress, last - first + 1);
-        for (int frame = first; frame <= last; ++frame) {
-            const double end = (frame - first) / scene.time.fps;
-            const double start = simulation.time();
-            while (simulation.framesDone() < frame - first) {
-                const core::StepRecord step = simulation.stepInFrame();
-                work.add(step.work);
-                folder.addStep(step);
-                log->debug("{}", stepText(step));
-                if (step.outcome == core::Outcome::capped)
-                    log->warn("step {}: the solver hit its caps (relative residual {:.2g}, of the best iterate {:.2g}); the last iterate was kept",
-                              step.step, step.residual, step.leastResidual);
-                progress.update(frame - first + (simulation.time() - start) / (end - start), stepText(step));
-            }
-            log->debug("frame {}  state {}", frame, folder.writeFrame(simulation, frame));
-            progress.frame(frame, frame - first + 1,
-                           std::to_string(simulation.fragments()) + (simulation.fragments() == 1 ? " fragment" : " fragments"));
-        }
-    }
-    const bool capped = anyCapped(folder.steps());
-    folder.finish(simulation, capped ? "done, not converged everywhere" : "done");
-    work.add(folder.work());
-    log->info("{}", summaryText(simulation, folder, work));
-    return capped && options.strict ? kNotConverged : kDone;
+    Run run(options, scene, simulation, *log);
+    run.begin();
+    const StopRequest stop(start, timeLimit);
+    return run.end(run.toLastFrame(stop));
 }
 
 }  // namespace
@@ -120,7 +210,16 @@ Action addSim(CLI::App& app)
     c->add_option("SCENE", o->scene, "Scene file (TOML)")->required();
     auto* folder = c->add_option("-o,--output", o->folder, "Folder for the frames")->type_name("DIR");
     c->add_option("-f,--frames", o->frames, "Frames to simulate: FIRST-LAST or LAST (default: the scene's)");
-    c->add_flag("--overwrite", o->overwrite, "Replace an earlier run in the folder");
+    auto* overwrite = c->add_flag("--overwrite", o->overwrite, "Replace an earlier run in the folder");
+    c->add_flag("--resume{latest}", o->resume,
+                "Go on with the run in the folder from its newest checkpoint, or with --resume=FRAME from the newest up to that frame; a run "
+                "that has none starts")
+        ->excludes(overwrite);
+    c->add_option("--checkpoint-every", o->checkpointEvery, "Frames from one checkpoint to the next; 0: only when the run is stopped")
+        ->check(CLI::NonNegativeNumber)
+        ->capture_default_str();
+    c->add_option("--time-limit", o->timeLimit, "Stop with a checkpoint after the step that ends later than this, as 3h50m (exit code 75)")
+        ->type_name("TIME");
     c->add_option("-j,--threads", o->threads, "Threads to use (default: all cores)")->check(CLI::NonNegativeNumber);
     c->add_option("--set", o->set, "Change a key of the scene: key=value, as in grid.voxel_size=0.02")->type_name("KEY=VALUE");
     c->add_option("--accuracy", o->accuracy,

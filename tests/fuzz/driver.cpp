@@ -198,7 +198,7 @@ int mutate(std::size_t count, std::uint64_t seed)
     void* shared = ::mmap(nullptr, sizeof(Progress), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     if (shared == MAP_FAILED) throw std::runtime_error("no shared memory");
     Progress& progress = *new (shared) Progress;
-    std::printf("%-8s %-8s %9s %8s %12s %12s %8s %7s %15s\n", "kind", "command", "mutations", kEndingNames[0], kEndingNames[1], kEndingNames[2],
+    std::printf("%-10s %-8s %9s %8s %12s %12s %8s %7s %15s\n", "kind", "command", "mutations", kEndingNames[0], kEndingNames[1], kEndingNames[2],
                 kEndingNames[3], "broken", "peak so far, MB");
     bool good = true;
     for (const Kind& kind : kinds()) {
@@ -206,7 +206,7 @@ int mutate(std::size_t count, std::uint64_t seed)
         const std::size_t broken = runMutations(kind, seed, share, progress);
         for (std::size_t command = 0; command < kind.commands.size(); ++command) {
             const auto& c = progress.counts[command];
-            std::printf("%-8s %-8s %9zu %8zu %12zu %12zu %8zu %7zu %15ld\n", kind.name, kind.commands[command], share, c[0], c[1], c[2], c[3], broken,
+            std::printf("%-10s %-8s %9zu %8zu %12zu %12zu %8zu %7zu %15ld\n", kind.name, kind.commands[command], share, c[0], c[1], c[2], c[3], broken,
                         largestChild());
             // Were none refused, nothing would have been mutated; were none done, only the first look at a file was tried.
             good = good && broken == 0 && c[0] > 0 && c[0] < share;

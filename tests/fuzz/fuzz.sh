@@ -8,7 +8,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 seconds="${1:-60}"
 shift || true
 kinds=("$@")
-[ "${#kinds[@]}" -gt 0 ] || kinds=(scene obj stl ply off vdb)
+[ "${#kinds[@]}" -gt 0 ] || kinds=(scene obj stl ply off vdb checkpoint)
 tests/fuzz/build.sh fuzz_driver $(printf 'fuzz_%s ' "${kinds[@]}")
 fuzz=build-fuzz/tests/fuzz
 "$fuzz/fuzz_driver" corpus build-fuzz/corpus
@@ -17,10 +17,10 @@ fuzz=build-fuzz/tests/fuzz
 row() {
     awk -v kind="$1" '/ cov: / { for (i = 1; i < NF; i++) { if ($i == "cov:") cov = $(i + 1); if ($i == "corp:") kept = $(i + 1) } }
         /number_of_executed_units/ { runs = $2 } /peak_rss_mb/ { peak = $2 }
-        END { sub("/.*", "", kept); printf "%-8s %9s %9s %6s %8s\n", kind, runs, cov, kept, peak }' "$2"
+        END { sub("/.*", "", kept); printf "%-10s %9s %9s %6s %8s\n", kind, runs, cov, kept, peak }' "$2"
 }
 
-table="$(printf '%-8s %9s %9s %6s %8s' kind runs coverage kept 'peak, MB')"
+table="$(printf '%-10s %9s %9s %6s %8s' kind runs coverage kept 'peak, MB')"
 broken=0
 for kind in "${kinds[@]}"; do
     mkdir -p "build-fuzz/found/$kind"

@@ -1,5 +1,6 @@
 #include "inputs.h"
 
+#include "checkpoints.h"
 #include "sound_files.h"
 
 #include <vdbfrac/base/error.h>
@@ -134,8 +135,14 @@ std::vector<Ending> runVdb(std::string_view bytes)
             endingOf([&] { meshVdb(file.path()); })};
 }
 
+std::vector<Ending> runCheckpoint(std::string_view bytes)
+{
+    return {endingOf([&] { resumeFrom(bytes); })};
+}
+
 constexpr char kObj[] = ".obj", kStl[] = ".stl", kPly[] = ".ply", kOff[] = ".off";
 constexpr const char* kOfScenes[] = {"check"};
+constexpr const char* kOfCheckpoints[] = {"sim"};
 constexpr const char* kOfShapes[] = {"info", "relevel", "mesh"};
 
 }  // namespace
@@ -144,7 +151,8 @@ const std::vector<Kind>& kinds()
 {
     static const std::vector<Kind> all = {{"scene", ".toml", kOfScenes, runScene, soundScenes}, {"obj", kObj, kOfShapes, runSurface<kObj>, soundObjs},
                                           {"stl", kStl, kOfShapes, runSurface<kStl>, soundStls}, {"ply", kPly, kOfShapes, runSurface<kPly>, soundPlys},
-                                          {"off", kOff, kOfShapes, runSurface<kOff>, soundOffs}, {"vdb", ".vdb", kOfShapes, runVdb, soundVdbs}};
+                                          {"off", kOff, kOfShapes, runSurface<kOff>, soundOffs}, {"vdb", ".vdb", kOfShapes, runVdb, soundVdbs},
+                                          {"checkpoint", ".ckpt", kOfCheckpoints, runCheckpoint, soundCheckpoints}};
     return all;
 }
 

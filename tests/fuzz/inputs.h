@@ -18,7 +18,7 @@ inline constexpr const char* kEndingNames[] = {"done", "bad data", "damaged file
 inline constexpr std::uint64_t kMemoryLimit = 200000000;
 
 struct Kind {
-    const char* name;  ///< "scene", "obj", "stl", "ply", "off", "vdb"; "checkpoint" joins them when there are checkpoints
+    const char* name;  ///< "scene", "obj", "stl", "ply", "off", "vdb", "checkpoint"
     const char* extension;  ///< of such files, with its dot
     std::span<const char* const> commands;  ///< that take such a file, as they are called on the command line
     std::vector<Ending> (*run)(std::string_view bytes);  ///< what those commands do, one after the other; an ending for each

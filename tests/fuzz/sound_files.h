@@ -17,5 +17,6 @@ std::vector<std::string> soundStls();
 std::vector<std::string> soundPlys();
 std::vector<std::string> soundOffs();
 std::vector<std::string> soundVdbs();
+std::vector<std::string> soundCheckpoints();
 
 }  // namespace vdbfrac::fuzz

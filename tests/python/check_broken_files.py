@@ -4,6 +4,7 @@ Takes the program and fuzz_driver, which makes the files: the first of the mutat
 """
 import collections
 import resource
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -13,8 +14,23 @@ PROGRAM, DRIVER = (str(Path(argument).resolve()) for argument in sys.argv[1:])
 COUNT = 24  # files of a kind
 SECONDS = 10
 MEMORY = 2 << 30  # bytes
+SCENE = """version = 1
+name = "bar"
+[time]
+frames = [1, 3]
+[grid]
+voxel_size = 0.1
+[[body]]
+shape = { box = { size = [0.3, 0.6, 0.3] } }
+material = "m"
+[material.m]
+youngs_modulus = 1e5
+poisson_ratio = 0.3
+density = 1000
+[gravity]
+"""
 NAMED = {0, 2, 4}  # exit codes of success and of errors that name what is wrong with a file
-COMMANDS = {".toml": [["check"]]}
+COMMANDS = {".toml": [["check"]], ".ckpt": [["sim"]]}
 OF_SHAPES = [["info"], ["relevel", "-o", "out.vdb"], ["mesh", "-o", "out.vtu"]]
 
 
@@ -26,14 +42,25 @@ def arguments(command, file):
     return given + ([] if file.suffix == ".vdb" else ["--across", "12"])
 
 
+def resumed(file, folder):
+    """Goes on with a run that has this checkpoint only."""
+    scene, run = folder / "bar.toml", folder / "run"
+    scene.write_text(SCENE)
+    shutil.rmtree(run, ignore_errors=True)
+    (run / "ckpt").mkdir(parents=True)
+    shutil.copy(file, run / "ckpt/bar.000001.ckpt")
+    return ["sim", scene, "-o", run, "--resume", "-q"]
+
+
 def limit_memory():
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
 
 
 def ending(command, file, folder):
     """The exit code, or what is wrong with the way the command ended."""
+    given = resumed(file, folder) if command[0] == "sim" else arguments(command, file)
     try:
-        run = subprocess.run([PROGRAM, *arguments(command, file)], capture_output=True, cwd=folder, timeout=SECONDS, preexec_fn=limit_memory)
+        run = subprocess.run([PROGRAM, *given], capture_output=True, cwd=folder, timeout=SECONDS, preexec_fn=limit_memory)
     except subprocess.TimeoutExpired:
         return f"runs for more than {SECONDS} s"
     said = run.stderr.decode(errors="replace")
@@ -62,7 +89,7 @@ for (kind, command), codes in counts.items():
     print(kind, command, *(f"exit {code}: {n}," for code, n in sorted(codes.items(), key=str)))
     if sum(codes.values()) != COUNT or codes[0] == COUNT:
         failures.append(f"{command} {kind}: no {COUNT} files of which some are refused")
-if len(counts) != 1 + 5 * len(OF_SHAPES):
+if len(counts) != 2 + 5 * len(OF_SHAPES):
     failures.append(f"not every kind of file was made: {sorted(counts)}")
 print("\n".join(failures) or "all as expected")
 sys.exit(1 if failures else 0)

@@ -42,7 +42,7 @@ protected:
     RunFolderTest() { fs::remove_all(folder_); }
     ~RunFolderTest() override { fs::remove_all(folder_); }
 
-    core::RunFolder open(const SceneRun& run) { return {folder_, run.scene, run.simulation->stages(), true}; }
+    core::RunFolder open(const SceneRun& run) { return {folder_, run.scene, run.simulation->stages(), core::Earlier::replace}; }
     /// Runs to a frame and writes each.
     static void writeTo(SceneRun& run, core::RunFolder& folder, int last)
     {

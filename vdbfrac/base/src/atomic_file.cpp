@@ -8,12 +8,15 @@
 #include <cstring>
 #include <fstream>
 #include <sstream>
+#include <vector>
 
 namespace vdbfrac {
 
 namespace fs = std::filesystem;
 
 namespace {
+
+constexpr const char* kTemporary = ".partial-";  // begins the names of temporaries
 
 void syncPath(const fs::path& path, int flags)
 {
@@ -31,7 +34,7 @@ void writeAtomically(const fs::path& file, const std::function<void(const fs::pa
                      const std::function<void(const fs::path&)>& verify)
 {
     // The suffix stays last so that writers which choose a format by name see the right one.
-    const fs::path temporary = file.parent_path() / (".partial-" + file.filename().string());
+    const fs::path temporary = file.parent_path() / (kTemporary + file.filename().string());
     try {
         write(temporary);
         if (verify) verify(temporary);
@@ -43,6 +46,15 @@ void writeAtomically(const fs::path& file, const std::function<void(const fs::pa
         fs::remove(temporary, ignored);
         throw FileError(file.string(), std::string("cannot be written: ") + e.what());
     }
+}
+
+void removeTemporaries(const fs::path& folder)
+{
+    std::error_code error;
+    std::vector<fs::path> left;
+    for (const auto& entry : fs::directory_iterator(folder, error))
+        if (entry.path().filename().string().starts_with(kTemporary)) left.push_back(entry.path());
+    for (const fs::path& file : left) fs::remove(file, error);
 }
 
 void writeText(const fs::path& file, std::string_view text)

@@ -1,16 +1,18 @@
 #include "frame_writer.h"
 
+#include "run_records.h"
+
 #include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/hash.h>
 #include <vdbfrac/core/version.h>
 #include <vdbfrac/grid/world_fields.h>
 #include <vdbfrac/tetmesh/obj_file.h>
 
-#include <nlohmann/json.hpp>
-
 #include <algorithm>
 
 namespace vdbfrac::core {
+
+namespace fs = std::filesystem;
 
 namespace {
 
@@ -33,7 +35,25 @@ grid::NamedGrid restField(const Simulation& simulation, const Body& body, const 
     return g;
 }
 
+/// More than one, for the case that a disk loses the last.
+constexpr std::size_t kKeptCheckpoints = 2;
+
 }  // namespace
+
+std::vector<fs::path> checkpointsIn(const fs::path& folder)
+{
+    std::vector<fs::path> files;
+    std::error_code error;
+    for (const auto& entry : fs::directory_iterator(folder / kCheckpointFolder, error))
+        if (entry.path().extension() == kCheckpointExtension && entry.is_regular_file()) files.push_back(entry.path());
+    // Newest last: by their steps, of which later ones may have more digits.
+    std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
+        const std::string& s = a.native();
+        const std::string& t = b.native();
+        return std::make_pair(s.size(), s) < std::make_pair(t.size(), t);
+    });
+    return files;
+}
 
 bool isWorldField(const std::string& name) { return name == "surface" || name == "vel" || name == "fragment_id"; }
 
@@ -123,15 +143,32 @@ void RunFolder::Writer::writeTables(const std::vector<StepRecord>& steps, const 
     writeManifest(state, status);
 }
 
+void RunFolder::Writer::goOnFrom(const std::string& checkpoint, const std::vector<StepRecord>& steps, std::vector<FrameRecord> frames)
+{
+    checkpoints_ = {checkpoint};
+    steps_ = steps;
+    frames_ = std::move(frames);
+}
+
+void RunFolder::Writer::writeCheckpoint(Archive& archive, const std::vector<StepRecord>& steps)
+{
+    steps_.insert(steps_.end(), steps.begin(), steps.end());
+    saveRecords(steps_, frames_, archive);
+    char name[32];
+    std::snprintf(name, sizeof name, ".%06d", steps_.empty() ? 0 : steps_.back().step);
+    const fs::path folder = folder_ / kCheckpointFolder;
+    fs::create_directory(folder);
+    checkpoints_.push_back(scene_.name + name + kCheckpointExtension);
+    archive.write(folder / checkpoints_.back());
+    if (checkpoints_.size() > kKeptCheckpoints) checkpoints_.erase(checkpoints_.begin());
+    for (const fs::path& file : checkpointsIn(folder_))
+        if (std::find(checkpoints_.begin(), checkpoints_.end(), file.filename()) == checkpoints_.end()) fs::remove(file);
+}
+
 void RunFolder::Writer::writeManifest(const RunState& state, const std::string& status) const
 {
     using nlohmann::json;
-    json frames = json::array(), fragments = json::array();
-    for (const FrameRecord& f : frames_) {
-        json files = json::array();
-        for (const WrittenFile& w : f.files) files.push_back({{"path", w.path}, {"bytes", w.bytes}, {"xxh3", w.checksum}});
-        frames.push_back({{"frame", f.frame}, {"time", f.time}, {"state_hash", f.stateHash}, {"files", files}});
-    }
+    json fragments = json::array();
     for (const auto& [body, f] : state.fragments) {
         json entry = {{"id", f.id}, {"body", body}, {"birth", f.birth}, {"rest_volume", f.restVolume}};
         entry["parent"] = f.parent < 0 ? json() : json(f.parent);
@@ -148,7 +185,7 @@ void RunFolder::Writer::writeManifest(const RunState& state, const std::string& 
                            {"steps", steps_.size()},
                            {"start_volume", state.startVolume},
                            {"volume", state.volume},
-                           {"frames", frames},
+                           {"frames", framesJson(frames_)},
                            {"fragments", fragments}};
     writeText(folder_ / "run.json", manifest.dump(1) + "\n");
 }

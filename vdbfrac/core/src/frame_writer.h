@@ -38,6 +38,9 @@ struct FrameData {
 };
 FrameData takeFrame(const Simulation& simulation, const scene::Scene& scene, int frame);
 
+inline constexpr const char* kCheckpointFolder = "ckpt";
+inline constexpr const char* kCheckpointExtension = ".ckpt";
+
 class RunFolder::Writer {
 public:
     Writer(std::filesystem::path folder, const scene::Scene& scene) : folder_(std::move(folder)), scene_(scene) {}
@@ -46,6 +49,11 @@ public:
     void write(FrameData& data);
     /// Writes stats.csv and run.json.
     void writeTables(const std::vector<StepRecord>& steps, const RunState& state, const std::string& status);
+
+    /// Adds steps and frames so far to the archive and writes it; the last two checkpoints of the run are kept.
+    void writeCheckpoint(Archive& archive, const std::vector<StepRecord>& steps);
+    /// The records so far, and the file that they come from.
+    void goOnFrom(const std::string& checkpoint, const std::vector<StepRecord>& steps, std::vector<FrameRecord> frames);
 
     const std::vector<FrameRecord>& frames() const { return frames_; }
 
@@ -59,6 +67,7 @@ private:
     scene::Scene scene_;
     std::vector<StepRecord> steps_;
     std::vector<FrameRecord> frames_;
+    std::vector<std::string> checkpoints_;  // names of those to keep
 };
 
 }  // namespace vdbfrac::core

@@ -1,11 +1,16 @@
 #include <vdbfrac/core/run_folder.h>
 
 #include "frame_writer.h"
+#include "run_records.h"
 
+#include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
+#include <vdbfrac/base/hash.h>
+#include <vdbfrac/core/version.h>
 #include <vdbfrac/tetmesh/obj_file.h>
 
 #include <algorithm>
+#include <sstream>
 
 namespace vdbfrac::core {
 
@@ -17,9 +22,9 @@ namespace {
 constexpr std::size_t kWaitingFrames = 1;
 
 /// Whatever a run writes into its folder, and so may remove from it.
-constexpr const char* kOwnEntries[] = {"scene.toml", "run.json", "run.log", "stats.csv", "vdb", "obj", "preview"};
+constexpr const char* kOwnEntries[] = {"scene.toml", "run.json", "run.log", "stats.csv", "vdb", "obj", "preview", kCheckpointFolder};
 
-void prepare(const fs::path& folder, bool overwrite)
+void prepare(const fs::path& folder, Earlier earlier)
 {
     std::error_code error;
     if (fs::is_regular_file(folder, error)) throw FileError(folder.string(), "is a file, not a folder");
@@ -27,8 +32,16 @@ void prepare(const fs::path& folder, bool overwrite)
     if (error) throw FileError(folder.string(), "cannot be made: " + error.message());
     const bool empty = fs::is_empty(folder, error);
     if (error) throw FileError(folder.string(), "cannot be read: " + error.message());
-    if (!empty && !overwrite)
-        throw FileError(folder.string(), "is not empty; use --overwrite to replace an earlier run, or another folder");
+    if (!empty && earlier == Earlier::refuse)
+        throw FileError(folder.string(), "is not empty; use --resume to go on with an earlier run, --overwrite to replace it, or another folder");
+    if (earlier == Earlier::keep) {
+        const auto isThere = [&](const char* entry) { return fs::exists(folder / entry); };
+        if (!empty && std::none_of(std::begin(kOwnEntries), std::end(kOwnEntries), isThere))
+            throw FileError(folder.string(), "is not empty and holds no run to resume; use another folder");
+        removeTemporaries(folder);
+        for (const char* entry : kOwnEntries) removeTemporaries(folder / entry);
+        return;
+    }
     for (const char* entry : kOwnEntries) {
         fs::remove_all(folder / entry, error);
         if (error) throw FileError((folder / entry).string(), "cannot be removed: " + error.message());
@@ -50,13 +63,27 @@ void requireSources(const scene::Scene& scene, const Stages& stages)
     }
 }
 
+/// Throws InputError where the settings are not what they were.
+void requireSame(const std::string& settings, const std::string& before)
+{
+    if (settings == before) return;
+    std::istringstream now(settings), then(before);
+    for (std::string line, was; ;) {
+        const bool more = bool(std::getline(now, line)), had = bool(std::getline(then, was));
+        if (more && had && line == was) continue;
+        throw InputError({"--resume", "the scene is not that of the run: " + (more ? "'" + line + "'" : std::string("its end")) + " was " +
+                                          (had ? "'" + was + "'" : std::string("its end")),
+                          "the scene of the run; only its last frame may differ", "or start again with --overwrite"});
+    }
+}
+
 }  // namespace
 
-RunFolder::RunFolder(fs::path folder, const scene::Scene& scene, const Stages& stages, bool overwrite)
+RunFolder::RunFolder(fs::path folder, const scene::Scene& scene, const Stages& stages, Earlier earlier)
     : folder_(std::move(folder)), scene_(scene), writer_(std::make_unique<Writer>(folder_, scene)), queue_(kWaitingFrames)
 {
     requireSources(scene, stages);
-    prepare(folder_, overwrite);
+    prepare(folder_, earlier);
     if (!scene.output.vdb.empty()) fs::create_directory(folder_ / "vdb");
     if (scene.output.obj) {
         fs::create_directory(folder_ / "obj");
@@ -86,6 +113,53 @@ std::string RunFolder::writeFrame(const Simulation& simulation, int frame)
     const std::string hash = data->record.stateHash;
     queue_.push([writer = writer_.get(), data = std::move(data)] { writer->write(*data); });
     return hash;
+}
+
+void RunFolder::writeCheckpoint(const Simulation& simulation, const std::string& settings)
+{
+    if (simulation.steps() == checkpointed_) return;
+    checkpointed_ = simulation.steps();
+    auto archive = std::make_shared<Archive>();
+    {
+        const StageTimer timer(work_, "snapshot");
+        archive->putText("creator", std::string("vdbfrac ") + kVersion);
+        archive->putText("settings", settings);
+        simulation.save(*archive);
+    }
+    queue_.push([writer = writer_.get(), archive = std::move(archive), steps = newSteps()] { writer->writeCheckpoint(*archive, steps); });
+}
+
+bool RunFolder::resume(Simulation& simulation, const std::string& settings, int lastFrame, std::vector<std::string>& notes)
+{
+    std::vector<fs::path> checkpoints = checkpointsIn(folder_);
+    if (checkpoints.empty()) return false;
+    for (std::reverse(checkpoints.begin(), checkpoints.end()); const fs::path& file : checkpoints) {
+        Archive archive;
+        try {
+            archive = Archive::read(file);
+            if (loadFrames(archive).back().frame > lastFrame) continue;
+        } catch (const FileError& e) {
+            notes.push_back(std::string(e.what()) + "; an older checkpoint is taken");
+            continue;
+        }
+        requireSame(settings, archive.getText("settings"));
+        goOn(simulation, archive, file);
+        return true;
+    }
+    throw FileError((folder_ / kCheckpointFolder).string(), (notes.empty() ? "has no checkpoint up to frame " + std::to_string(lastFrame) : "has no checkpoint that is whole: " + notes[0]));
+}
+
+void RunFolder::goOn(Simulation& simulation, const Archive& archive, const fs::path& checkpoint)
+{
+    std::vector<FrameRecord> frames = loadFrames(archive);
+    if (frames[0].stateHash != hexadecimal(simulation.stateHash()))
+        throw InputError({"--resume", "the bodies at rest are not those of the run: a mesh, a .vdb file or the program has changed since", "",
+                          "start again with --overwrite"});
+    simulation.load(archive);
+    steps_ = loadSteps(archive);
+    handedOver_ = steps_.size();
+    checkpointed_ = simulation.steps();
+    writer_->goOnFrom(checkpoint.filename(), steps_, std::move(frames));
 }
 
 void RunFolder::finish(const Simulation& simulation, const std::string& status)

@@ -5,7 +5,6 @@
 #include "solver_settings.h"
 
 #include <vdbfrac/base/error.h>
-#include <vdbfrac/base/hash.h>
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/grid/body_level_set.h>
 #include <vdbfrac/grid/transfer.h>
@@ -331,25 +330,6 @@ grid::VoxelValues Simulation::energyField(const Body& body) const
         *body.mesh, [&](std::uint32_t e, int t) { return density[(std::size_t(body.firstElement) + e) * tetmesh::kMostTets + std::size_t(t)]; });
 }
 
-std::uint64_t Simulation::stateHash() const
-{
-    std::uint64_t hash = hashBytes(&trusted_, sizeof trusted_, hashBytes(&time_, sizeof time_));
-    const auto add = [&](const auto& values) { hash = hashBytes(values.data(), values.size() * sizeof(values[0]), hash); };
-    add(state_.x);
-    add(state_.v);
-    for (const Body& body : bodies_) {
-        const tetmesh::NodeField<float>& phi = body.mesh->phi();
-        phi.forEachBlock([&](Coord low) {
-            std::array<float, tetmesh::NodeField<float>::kBlock> values;
-            std::size_t i = 0;
-            phi.forEachNode(low, [&](Coord voxel) { values[i++] = phi(voxel); });
-            add(values);
-        });
-        add(body.fragments.ofNode());
-    }
-    return hash;
-}
-
 std::uint64_t estimateMemory(const Simulation& simulation)
 {
     // The state, twice, targets and forces, and 8 vectors of Newton; a linear solver's own; 15 floats of tangent a tet.
@@ -357,6 +337,8 @@ std::uint64_t estimateMemory(const Simulation& simulation)
     std::uint64_t bytes = nodes * (14 * sizeof(Vec3) + sizeof(Mat3)) + tets * 15 * sizeof(float) * 8 / 7 + 2 * simulation.elastic().bytes();
     constexpr std::uint64_t kFrames = 3, kFrameBytes = 2 * sizeof(float) + sizeof(Coord);  // that wait for the writer: phi, energy
     bytes += kFrames * kFrameBytes * nodes;
+    constexpr std::uint64_t kCheckpoints = 3, kNodeBytes = 2 * sizeof(Vec3) + sizeof(std::uint32_t);  // two that wait, one that is verified
+    bytes += kCheckpoints * kNodeBytes * nodes;
     for (const Body& body : simulation.bodies())
         bytes += kFrames * kFrameBytes * body.phi.activeVoxels() + body.mesh->elements().size() * 2 * sizeof(tetmesh::CellElement) + body.mesh->phi().bytes() * 3 +
                  body.phi.activeVoxels() * 64;

@@ -63,7 +63,7 @@ struct Law {
     double waveSpeed = 0;  // m/s, Rayleigh
 };
 
-class Fracture : public core::Effect, public core::GridStage, public core::StepLimit, public core::FieldSource {
+class Fracture : public core::Effect, public core::GridStage, public core::StepLimit, public core::FieldSource, public core::Lasting {
 public:
     Fracture(const Values& values, const scene::Scene& scene)
         : values_(values), dx_(scene.grid.voxelSize), h_(scene.grid.coarsening * dx_), frontCfl_(scene.time.frontCfl),
@@ -77,6 +77,7 @@ public:
         stages.grid.push_back(this);
         stages.limits.push_back(this);
         stages.fields.push_back(this);
+        stages.lasting.push_back(this);
     }
 
     void start(std::span<const core::Body> bodies, std::vector<std::string>& notes) override
@@ -99,6 +100,9 @@ public:
             }
         return values;
     }
+
+    void save(std::span<const core::Body> bodies, core::Archive& archive) const override;
+    void load(std::span<const core::Body> bodies, const core::Archive& archive) override;
 
 private:
     Law lawOf(const core::Body& body, std::vector<std::string>& notes) const;
@@ -264,6 +268,36 @@ grid::PhiChanges Fracture::update(const core::GridContext& context, core::Body& 
     context.ledger.count("fracture", "held_back", heldBack);
     noteArrivals(body, all, context.time);
     return all;
+}
+
+void Fracture::save(std::span<const core::Body> bodies, core::Archive& archive) const
+{
+    archive.put("fracture.limit", std::vector<double>{limit_, limitTime_});
+    for (const core::Body& body : bodies) {
+        const std::string name = "fracture." + body.name;
+        const grid::VoxelValues arrival = field(body);
+        archive.put(name + ".arrival.voxels", arrival.coords);
+        archive.put(name + ".arrival.times", arrival.scalars);
+        const auto updates = updates_.find(body.name);
+        archive.putOne<std::int64_t>(name + ".updates", updates == updates_.end() ? 0 : updates->second);
+    }
+}
+
+void Fracture::load(std::span<const core::Body> bodies, const core::Archive& archive)
+{
+    const std::vector<double> limit = archive.get<double>("fracture.limit", 2);
+    if (!(limit[0] > 0)) archive.complain("the fracture's time step is not positive");
+    limit_ = limit[0], limitTime_ = limit[1];
+    for (const core::Body& body : bodies) {
+        const std::string name = "fracture." + body.name;
+        const auto voxels = archive.get<Coord>(name + ".arrival.voxels");
+        const auto times = archive.get<float>(name + ".arrival.times", voxels.size());
+        auto& arrival = arrival_[body.name];
+        for (std::size_t i = 0; i < voxels.size(); ++i) arrival.emplace(voxels[i], times[i]);
+        const std::int64_t updates = archive.getOne<std::int64_t>(name + ".updates");
+        if (updates < 0 || updates >= std::numeric_limits<std::int64_t>::max() / 2) archive.complain("the updates of the front of '" + body.name + "' cannot be");
+        updates_[body.name] = updates;
+    }
 }
 
 std::unique_ptr<core::Effect> make(const Values& values, const scene::Scene& scene)

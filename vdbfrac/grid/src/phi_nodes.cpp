@@ -119,4 +119,31 @@ PhiChanges raiseAndRelevel(LevelSet& phi, const PhiChanges& raised, RelevelWork&
     return changes;
 }
 
+BandLeaves bandLeaves(const LevelSet& phi)
+{
+    static_assert(BandLeaves::kVoxels == Leaf::SIZE);
+    BandLeaves all;
+    for (auto leaf = phi.grid().grid->constTree().cbeginLeaf(); leaf; ++leaf) {
+        all.origins.push_back(fromVdb(leaf->origin()));
+        all.values.insert(all.values.end(), leaf->buffer().data(), leaf->buffer().data() + Leaf::SIZE);
+        for (openvdb::Index w = 0; w < BandLeaves::kWords; ++w) all.active.push_back(leaf->valueMask().getWord<std::uint64_t>(w));
+    }
+    return all;
+}
+
+PhiChanges setBandLeaves(LevelSet& phi, const BandLeaves& leaves)
+{
+    PhiChanges changes;
+    for (std::size_t n = 0; n < leaves.origins.size(); ++n) {
+        Leaf& leaf = *phi.grid().grid->tree().touchLeaf(toVdb(leaves.origins[n]));
+        const float* values = leaves.values.data() + n * Leaf::SIZE;
+        for (openvdb::Index i = 0; i < Leaf::SIZE; ++i) {
+            if (leaf.getValue(i) != values[i]) changes.emplace_back(fromVdb(leaf.offsetToGlobalCoord(i)), values[i]);
+            leaf.setValueOnly(i, values[i]);
+            leaf.setActiveState(i, leaves.active[n * BandLeaves::kWords + i / 64] >> (i % 64) & 1);
+        }
+    }
+    return changes;
+}
+
 }  // namespace vdbfrac::grid

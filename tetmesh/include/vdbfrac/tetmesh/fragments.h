@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace vdbfrac::tetmesh {
@@ -22,6 +23,11 @@ public:
     FragmentTracker() = default;
     /// Ids are taken from `nextId` (several bodies share one sequence), larger fragments first.
     FragmentTracker(const BodyMesh& mesh, std::uint32_t& nextId);
+    /// What fragments() and ofNode() of another gave.
+    FragmentTracker(std::vector<Fragment> fragments, std::vector<std::uint32_t> ofNode)
+        : fragments_(std::move(fragments)), ofNode_(std::move(ofNode))
+    {
+    }
 
     /// Follows the mesh through an update. `previousNode` as in CutUpdate; `nextId` is advanced for new fragments.
     void update(const BodyMesh& mesh, std::span<const std::uint32_t> previousNode, double time, std::uint32_t& nextId);

@@ -15,6 +15,9 @@ void writeAtomically(const std::filesystem::path& file,
                      const std::function<void(const std::filesystem::path& temporary)>& write,
                      const std::function<void(const std::filesystem::path& temporary)>& verify = {});
 
+/// Removes the temporaries that killed writers left in a folder, which need not exist.
+void removeTemporaries(const std::filesystem::path& folder);
+
 /// Writes text atomically; verifies the size and the bytes.
 void writeText(const std::filesystem::path& file, std::string_view text);
 

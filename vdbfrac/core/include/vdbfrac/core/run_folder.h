@@ -2,6 +2,7 @@
 #pragma once
 
 #include <vdbfrac/base/background.h>
+#include <vdbfrac/core/archive.h>
 #include <vdbfrac/core/simulation.h>
 #include <vdbfrac/scene/scene.h>
 
@@ -27,11 +28,13 @@ struct FrameRecord {
     std::vector<WrittenFile> files;
 };
 
+/// What becomes of an earlier run in the folder. `replace` removes what a run of this program leaves, and nothing else.
+enum class Earlier { refuse, replace, keep };
+
 class RunFolder {
 public:
-    /// Makes the folder. A folder that is not empty is refused unless `overwrite`, which removes what an earlier run of
-    /// this program left in it and nothing else. Throws FileError; InputError for an output field that nothing makes.
-    RunFolder(std::filesystem::path folder, const scene::Scene& scene, const Stages& stages, bool overwrite);
+    /// Makes the folder. Throws FileError; InputError for an output field that nothing makes.
+    RunFolder(std::filesystem::path folder, const scene::Scene& scene, const Stages& stages, Earlier earlier);
 
     const std::filesystem::path& path() const { return folder_; }
 
@@ -42,6 +45,14 @@ public:
     /// stats.csv and run.json with all there is so far. Waits while two more frames are unwritten: three are in
     /// memory at most. Returns the hash of the state. What the writer throws (FileError) is thrown by the next call, or by finish.
     std::string writeFrame(const Simulation& simulation, int frame);
+    /// Hands a copy of the state to the writer, which makes ckpt/SCENE.STEP.ckpt of it; the last two are kept. `settings`:
+    /// what the run depends on, as text. Does nothing when the last step has a checkpoint.
+    void writeCheckpoint(const Simulation& simulation, const std::string& settings);
+    /// Takes a simulation of the same scene that has made no step to where the newest checkpoint was written, or the newest of
+    /// those up to `lastFrame`. Damaged ones are passed over; `notes` says so. Steps and frames so far become those of this run.
+    /// False when there is no checkpoint. Throws FileError when none can be used, InputError when `settings` or the bodies are
+    /// not those of the run.
+    bool resume(Simulation& simulation, const std::string& settings, int lastFrame, std::vector<std::string>& notes);
     void addStep(const StepRecord& step) { steps_.push_back(step); }
     /// Waits for the writer; marks the manifest as finished with a status word.
     void finish(const Simulation& simulation, const std::string& status);
@@ -57,15 +68,20 @@ private:
     class Writer;
 
     std::vector<StepRecord> newSteps();
+    void goOn(Simulation& simulation, const Archive& archive, const std::filesystem::path& checkpoint);
 
     std::filesystem::path folder_;
     scene::Scene scene_;
     std::vector<StepRecord> steps_;
     std::size_t handedOver_ = 0;  // steps that the writer knows
+    int checkpointed_ = -1;       // step of the last checkpoint
     Ledger work_;
     std::unique_ptr<Writer> writer_;
     BackgroundQueue queue_;       // last: it ends before what its jobs use
 };
+
+/// Paths of the checkpoints in a run's folder, oldest first.
+std::vector<std::filesystem::path> checkpointsIn(const std::filesystem::path& folder);
 
 /// All of stats.csv: a header and a row a step. docs/output.md explains the columns.
 std::string statsText(const std::vector<StepRecord>& steps, const scene::Scene& scene);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <vdbfrac/base/ledger.h>
+#include <vdbfrac/core/archive.h>
 #include <vdbfrac/core/body.h>
 #include <vdbfrac/core/stages.h>
 #include <vdbfrac/scene/scene.h>
@@ -74,6 +75,13 @@ public:
     grid::VoxelValues energyField(const Body& body) const;
     /// Fingerprint of everything the next step depends on.
     std::uint64_t stateHash() const;
+    int steps() const { return steps_; }
+
+    /// Everything the next step depends on that does not come from the scene.
+    void save(Archive& archive) const;
+    /// Goes on from there: for a simulation of the same scene that has made no step. The steps that follow have the bits of
+    /// those that would have followed save. Throws FileError for what save cannot have written; then the simulation is of no use.
+    void load(const Archive& archive);
     double volume() const;  ///< m^3 of material
     double startVolume() const;
     std::size_t fragments() const;

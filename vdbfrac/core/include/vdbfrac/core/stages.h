@@ -3,6 +3,7 @@
 
 #include <vdbfrac/base/ledger.h>
 #include <vdbfrac/base/primitive.h>
+#include <vdbfrac/core/archive.h>
 #include <vdbfrac/core/body.h>
 #include <vdbfrac/grid/phi_nodes.h>
 #include <vdbfrac/grid/vdb_file.h>
@@ -54,12 +55,23 @@ public:
     virtual grid::VoxelValues field(const Body& body) const = 0;
 };
 
+/// Has something of its own that lives on from step to step: checkpoints keep it.
+class Lasting {
+public:
+    virtual ~Lasting() = default;
+    /// Under names of its own, the effect's first.
+    virtual void save(std::span<const Body> bodies, Archive& archive) const = 0;
+    /// What save wrote for the same bodies. Throws FileError.
+    virtual void load(std::span<const Body> bodies, const Archive& archive) = 0;
+};
+
 /// All that takes part in the steps of one simulation.
 struct Stages {
     std::vector<solver::Potential*> solve;
     std::vector<GridStage*> grid;
     std::vector<StepLimit*> limits;
     std::vector<FieldSource*> fields;
+    std::vector<Lasting*> lasting;
     std::vector<std::string> notes;  ///< what the user should know before the run, a sentence each
 };
 

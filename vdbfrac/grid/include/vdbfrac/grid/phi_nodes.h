@@ -43,4 +43,16 @@ struct Relevelling {
 /// Returns every voxel whose value is not what it was before the call.
 PhiChanges raiseAndRelevel(LevelSet& phi, const PhiChanges& raised, RelevelWork& work, const Relevelling& how = {});
 
+/// The voxels of all leaves of a level set: with the tiles of the grid that it grew out of, all there is of it.
+struct BandLeaves {
+    static constexpr std::size_t kVoxels = 512, kWords = kVoxels / 64;
+    std::vector<Coord> origins;         ///< lowest voxel of each leaf; all coordinates are multiples of 8
+    std::vector<float> values;          ///< m, 512 a leaf, z fastest
+    std::vector<std::uint64_t> active;  ///< a bit a voxel, 8 words a leaf
+};
+BandLeaves bandLeaves(const LevelSet& phi);
+/// Makes `phi` the level set whose leaves these are; it is one that grew out of the same tiles. Returns every voxel whose value
+/// is not what it was.
+PhiChanges setBandLeaves(LevelSet& phi, const BandLeaves& leaves);
+
 }  // namespace vdbfrac::grid

@@ -1,0 +1,86 @@
+// Checkpoints of a small scene that tears: sound ones, and what 'vdbfrac sim --resume' does with any.
+#include "checkpoints.h"
+
+#include "run_records.h"
+#include "sound_files.h"
+
+#include <vdbfrac/core/archive.h>
+#include <vdbfrac/core/simulation.h>
+#include <vdbfrac/effects/effects.h>
+#include <vdbfrac/scene/reader.h>
+
+#include <memory>
+
+namespace vdbfrac::fuzz {
+
+namespace {
+
+constexpr const char* kScene = R"(version = 1
+[time]
+frames = [1, 6]
+fps = 4
+[grid]
+voxel_size = 0.1
+[material.m]
+youngs_modulus = 1e5
+poisson_ratio = 0.3
+density = 1000
+[[body]]
+name = "bar"
+material = "m"
+shape = { box = { size = [0.3, 0.6, 0.3] } }
+[[grip]]
+body = "bar"
+region = { halfspace = { normal = [0, -1, 0], offset = 0.2 } }
+move = { velocity = [0, -0.1, 0] }
+[[grip]]
+body = "bar"
+region = { halfspace = { normal = [0, 1, 0], offset = 0.2 } }
+move = { velocity = [0, 0.1, 0] }
+[fracture]
+kappa = 200
+grip_margin = 0.1
+)";
+
+struct SmallRun {
+    scene::Scene scene = scene::parseScene(kScene, "small.toml", effects::effectTables(), {});
+    std::vector<std::unique_ptr<core::Effect>> effects = effects::makeEffects(scene);
+    std::unique_ptr<core::Simulation> simulation;
+    std::vector<core::StepRecord> steps;
+
+    SmallRun()
+    {
+        std::vector<core::Effect*> pointers;
+        for (const auto& e : effects) pointers.push_back(e.get());
+        simulation = std::make_unique<core::Simulation>(scene, pointers, ~std::uint64_t{0});
+    }
+};
+
+}  // namespace
+
+void resumeFrom(std::string_view bytes)
+{
+    const core::Archive archive = core::Archive::parse(bytes, "fuzz.ckpt", false);  // any mutation has another checksum
+    core::loadFrames(archive);
+    core::loadSteps(archive);
+    SmallRun run;
+    run.simulation->load(archive);
+    (void)run.simulation->stepInFrame();
+}
+
+std::vector<std::string> soundCheckpoints()
+{
+    std::vector<std::string> files;
+    SmallRun run;
+    const std::vector<core::FrameRecord> frames = {{1, 0, "0123456789abcdef", {{"obj/small.0001.obj", 10, "0123456789abcdef"}}}};
+    for (const int frame : {0, 5}) {
+        while (run.simulation->framesDone() < frame) run.steps.push_back(run.simulation->stepInFrame());
+        core::Archive archive;
+        run.simulation->save(archive);
+        core::saveRecords(run.steps, frames, archive);
+        files.push_back(archive.bytes());
+    }
+    return files;
+}
+
+}  // namespace vdbfrac::fuzz

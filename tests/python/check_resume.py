@@ -1,0 +1,131 @@
+"""Stopped and resumed runs as a user meets them: signals, time limits, kill -9 at any time, damaged checkpoints, messages."""
+import csv
+import json
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+PROGRAM, SOURCE = sys.argv[1], Path(sys.argv[2])
+SETTINGS = ["--set", "grid.voxel_size=0.05", "--set", "time.substeps=2", "-f", "16", "--progress", "none"]
+SCENE = SOURCE / "data/scenes/notched_block.toml"
+SEED = 1  # of when a run is killed
+failures = []
+
+
+def command(folder, *more):
+    return [PROGRAM, "sim", SCENE, "-o", folder, *SETTINGS, *more]
+
+
+def expect(name, arguments, code, *texts):
+    run = subprocess.run([*map(str, arguments)], capture_output=True, text=True, timeout=120)
+    missing = [t for t in texts if t not in run.stdout + run.stderr]
+    if run.returncode != code or missing:
+        failures.append(f"{name}: exit {run.returncode} (expected {code}), missing {missing} in:\n{run.stdout + run.stderr}")
+
+
+def wait_for(condition, what):
+    for _ in range(1000):
+        if condition():
+            return
+        time.sleep(0.02)
+    raise TimeoutError(what)
+
+
+def hashes(folder):
+    """State, and bytes of the surface, of each frame."""
+    frames = json.loads((folder / "run.json").read_text())["frames"]
+    return [(f["frame"], f["state_hash"], [w["xxh3"] for w in f["files"] if w["path"].endswith(".obj")]) for f in frames]
+
+
+def rows(folder):
+    """stats.csv without seconds, which no two runs share."""
+    with open(folder / "stats.csv", newline="") as file:
+        return [{k: v for k, v in row.items() if not k.endswith("_s") or k in ("time_s", "dt_s")} for row in csv.DictReader(file)]
+
+
+def same(name, folder):
+    if hashes(folder) != hashes(whole):
+        failures.append(f"{name}: other frames than those of the run that was not interrupted")
+    if rows(folder) != rows(whole):
+        failures.append(f"{name}: other steps in stats.csv")
+    if left := [str(p) for p in folder.rglob(".partial*")]:
+        failures.append(f"{name}: partial files are left: {left}")
+    if len(list((folder / "ckpt").iterdir())) != 2:
+        failures.append(f"{name}: not two checkpoints")
+    expect(f"{name}: verified", [PROGRAM, "info", folder, "--verify"], 0)
+
+
+def started(folder):
+    """A run that has written its first frame."""
+    run = subprocess.Popen(command(folder), stderr=subprocess.PIPE, text=True)
+    wait_for(lambda: (folder / "run.json").exists() or run.poll() is not None, "the first frame")
+    return run
+
+
+with tempfile.TemporaryDirectory() as temporary:
+    top = Path(temporary)
+    whole = top / "whole"
+    expect("a whole run", command(whole), 0)
+
+    for heard in signal.SIGTERM, signal.SIGINT, signal.SIGUSR1:
+        folder = top / heard.name
+        run = started(folder)
+        run.send_signal(heard)
+        said = run.communicate(timeout=60)[1]
+        if run.returncode != 75 or f"stopped by {heard.name}" not in said or "--resume" not in said:
+            failures.append(f"{heard.name}: exit {run.returncode}: {said}")
+        if json.loads((folder / "run.json").read_text())["status"] != "stopped":
+            failures.append(f"{heard.name}: run.json does not say stopped")
+        expect(f"resumed after {heard.name}", command(folder, "--resume", "-j", "1"), 0, "goes on after step")
+        same(heard.name, folder)
+
+    # Killed at any time, as often as it takes.
+    chance = random.Random(SEED)
+    folder, kills = top / "killed", 0
+    (folder / "obj").mkdir(parents=True)
+    (folder / "obj/.partial-notched_block.0003.obj").write_text("of a killed run")
+    while True:
+        run = subprocess.Popen(command(folder, "--resume"), stderr=subprocess.PIPE, text=True)
+        try:
+            said = run.communicate(timeout=0.1 + chance.random() * 0.3 * (1 + kills / 4))[1]
+            break
+        except subprocess.TimeoutExpired:
+            run.kill()
+            run.communicate()
+            kills += 1
+    if run.returncode != 0 or kills < 3:
+        failures.append(f"killed {kills} times: exit {run.returncode}: {said}")
+    same(f"killed {kills} times", folder)
+
+    stopped = top / "stopped"
+    expect("time limit", command(stopped, "--time-limit", "0.3s", "--checkpoint-every", "0"), 75, "stopped by --time-limit")
+    expect("without --resume", command(stopped), 4, "--resume", "--overwrite")
+    expect("resume of another scene", command(stopped, "--resume", "--set", "solver.newton_tolerance=0.5"), 2, "newton_tolerance", "--overwrite")
+    expect("to a later frame only", command(stopped, "--resume=0"), 4, "no checkpoint up to frame 0")
+    expect("resume what", command(stopped, "--resume=soon"), 2, "soon")
+    expect("resume and overwrite", command(stopped, "--resume", "--overwrite"), 2, "--overwrite")
+    expect("no time", command(stopped, "--resume", "--time-limit", "a while"), 2, "a while", "3h50m")
+    newest = sorted((stopped / "ckpt").iterdir())[-1]
+    damaged = bytearray(newest.read_bytes())
+    damaged[len(damaged) // 2] ^= 1
+    newest.write_bytes(damaged)
+    expect("info of a damaged checkpoint", [PROGRAM, "info", stopped, "--verify"], 4, newest.name, "checksum")
+    expect("a damaged checkpoint", command(stopped, "--resume"), 4, newest.name, "checksum")
+    foreign = top / "foreign"
+    foreign.mkdir()
+    (foreign / "mine.txt").write_text("not of a run")
+    expect("resume of no run", command(foreign, "--resume"), 4, "no run")
+    shorter, longer = ([a if a != "16" else last for a in command(whole, "--resume")] for last in ("9", "18"))
+    expect("fewer frames", shorter, 4, "no checkpoint up to frame 9")
+    expect("more frames", longer, 0, "frames up to 16 are there")
+    if len(hashes(whole)) != 18:
+        failures.append("more frames: not there")
+    shutil.rmtree(whole)
+
+print("\n".join(failures))
+sys.exit(bool(failures))

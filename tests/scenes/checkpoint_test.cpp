@@ -1,0 +1,269 @@
+// Checkpoints: a run that goes on from one has the bits of a run that was never interrupted.
+#include "scene_run.h"
+
+#include <vdbfrac/base/atomic_file.h>
+#include <vdbfrac/base/error.h>
+#include <vdbfrac/base/parallel.h>
+#include <vdbfrac/core/archive.h>
+#include <vdbfrac/core/run_folder.h>
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include <unistd.h>
+
+using namespace vdbfrac;
+using test::SceneRun;
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr int kFrames = 6;
+
+/// A notched bar that tears beside one that does not.
+std::string tearingBars()
+{
+    std::string s = "version = 1\nname = \"bars\"\n[time]\nframes = [1, 6]\nfps = 4\n[grid]\nvoxel_size = 0.1\n[material.m]\n"
+                    "youngs_modulus = 1e5\npoisson_ratio = 0.3\ndensity = 1000\n";
+    for (const char* x : {"0", "1"}) {
+        const std::string name = std::string("bar") + x;
+        s += "[[body]]\nname = \"" + name + "\"\nmaterial = \"m\"\nshape = { box = { size = [0.4, 1, 0.4], center = [" + x + ", 0, 0] } }\n";
+        if (*x == '0') s += "cut = [{ cylinder = { axis = \"z\", radius = 0.1, center = [0.2, 0, 0] } }]\n";
+        for (const char* side : {"", "-"})
+            s += "[[grip]]\nbody = \"" + name + "\"\nregion = { box = { size = [3, 0.1, 1], center = [0, " + side + "0.4, 0] } }\nmove = { velocity = [0, " +
+                 side + "0.15, 0] }\n";
+    }
+    return s + "[damping]\nstiffness = 0.002\n[fracture]\ntoughness = 60\n[output]\nvdb = [\"phi\", \"arrival\"]\nobj = true\n";
+}
+
+/// All hashes of the state, after each step.
+std::vector<std::uint64_t> hashes(SceneRun& run)
+{
+    std::vector<std::uint64_t> all;
+    while (!run.atEnd()) {
+        run.step();
+        all.push_back(run.simulation->stateHash());
+    }
+    return all;
+}
+
+class Resumed : public testing::TestWithParam<std::vector<std::string>> {};
+
+TEST_P(Resumed, StepsHaveTheBitsOfARunThatWasNeverInterrupted)
+{
+    SceneRun whole(tearingBars(), GetParam());
+    const std::vector<std::uint64_t> expected = hashes(whole);
+    ASSERT_GE(expected.size(), 5u);
+    if (whole.scene.time.lastFrame == kFrames) {
+        EXPECT_GT(whole.work.countOf("cut", "cells"), 0);
+    }
+    // Before the first step, in mid-frame, and when all is torn; on another number of threads.
+    for (const std::size_t steps : {std::size_t{0}, expected.size() / 3, expected.size() / 2, expected.size() - 1}) {
+        core::Archive archive;
+        {
+            SceneRun first(tearingBars(), GetParam());
+            for (std::size_t i = 0; i < steps; ++i) first.step();
+            first.simulation->save(archive);
+        }
+        const ThreadLimit one(1);
+        SceneRun second(tearingBars(), GetParam());
+        second.simulation->load(archive);
+        EXPECT_EQ(std::size_t(second.simulation->steps()), steps);
+        const std::vector<std::uint64_t> rest = hashes(second);
+        EXPECT_EQ(rest, std::vector<std::uint64_t>(expected.begin() + std::ptrdiff_t(steps), expected.end())) << "after " << steps;
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Settings, Resumed,
+    testing::Values(std::vector<std::string>{}, std::vector<std::string>{"solver.linear_solver=\"multigrid\""}, std::vector<std::string>{"solver.linear_solver=\"direct\""},
+                    std::vector<std::string>{"solver.integrator=\"midpoint\""}, std::vector<std::string>{"solver.integrator=\"sdirk2\""},
+                    std::vector<std::string>{"solver.integrator=\"static\""}, std::vector<std::string>{"grid.lattice=\"five\""},
+                    std::vector<std::string>{"grid.lattice=\"delaunay\""}, std::vector<std::string>{"grid.coarsening=2", "fracture.grip_margin=0.1", "fracture.toughness=20"},
+                    std::vector<std::string>{"fracture.relevel_every=3"}, std::vector<std::string>{"solver.precision=\"double\""},
+                    std::vector<std::string>{"solver.integrator=\"symplectic_euler\"", "time.frames=[1,2]", "damping.stiffness=0"}));
+
+TEST(Checkpoint, HoldsTheStateToTheBit)
+{
+    SceneRun run(tearingBars());
+    run.toFrame(5);
+    ASSERT_GT(run.work.countOf("cut", "cells"), 0);
+    core::Archive archive;
+    run.simulation->save(archive);
+    SceneRun other(tearingBars());
+    other.simulation->load(archive);
+    EXPECT_EQ(other.simulation->stateHash(), run.simulation->stateHash());
+    EXPECT_EQ(other.simulation->volume(), run.simulation->volume());
+    EXPECT_EQ(other.simulation->startVolume(), run.simulation->startVolume());
+    core::Archive again;
+    other.simulation->save(again);
+    EXPECT_EQ(again.checksum(), archive.checksum());
+}
+
+TEST(Checkpoint, OfAnotherSceneIsRefused)
+{
+    core::Archive archive;
+    SceneRun(tearingBars()).simulation->save(archive);
+    SceneRun finer(tearingBars(), {"grid.voxel_size=0.08"});
+    EXPECT_THROW(finer.simulation->load(archive), FileError);
+    SceneRun thinner(tearingBars(), {"body.0.shape={ box = { size = [0.3, 1, 0.4] } }"});
+    EXPECT_THROW(thinner.simulation->load(archive), FileError);
+    SceneRun renamed(tearingBars(), {"body.0.name=\"other\"", "grip.0.body=\"other\"", "grip.1.body=\"other\""});
+    EXPECT_THROW(renamed.simulation->load(archive), FileError);
+}
+
+class CheckpointFolder : public testing::Test {
+protected:
+    CheckpointFolder() { fs::remove_all(folder_); }
+    ~CheckpointFolder() override { fs::remove_all(folder_); }
+
+    core::RunFolder open(const SceneRun& run, core::Earlier earlier) { return {folder_, run.scene, run.simulation->stages(), earlier}; }
+    /// Runs to a frame, with a checkpoint at each.
+    static void writeTo(SceneRun& run, core::RunFolder& folder, int last)
+    {
+        for (int frame = run.framesDone() + 1 + (run.simulation->steps() > 0); frame <= last; ++frame) {
+            while (run.framesDone() < frame - 1) folder.addStep(run.step());
+            folder.writeFrame(*run.simulation, frame);
+            folder.writeCheckpoint(*run.simulation, "settings");
+        }
+    }
+    std::vector<fs::path> checkpoints() const
+    {
+        std::vector<fs::path> files(fs::directory_iterator(folder_ / "ckpt"), fs::directory_iterator{});
+        std::sort(files.begin(), files.end());
+        return files;
+    }
+    void runTo(int last)
+    {
+        SceneRun run(tearingBars());
+        core::RunFolder folder = open(run, core::Earlier::replace);
+        writeTo(run, folder, last);
+        folder.finish(*run.simulation, "stopped");
+    }
+
+    fs::path folder_ = fs::temp_directory_path() / ("vdbfrac-checkpoints-" + std::to_string(::getpid()));
+};
+
+TEST_F(CheckpointFolder, ResumedRunsLeaveTheSameFilesAndTwoCheckpoints)
+{
+    SceneRun whole(tearingBars());
+    std::string expected;
+    {
+        core::RunFolder folder = open(whole, core::Earlier::replace);
+        writeTo(whole, folder, kFrames);
+        folder.finish(*whole.simulation, "done");
+        for (const core::FrameRecord& f : folder.frames()) expected += f.stateHash + f.files.at(1).checksum;
+    }
+    EXPECT_EQ(checkpoints().size(), 2u);
+    runTo(3);
+    SceneRun rest(tearingBars());
+    core::RunFolder folder = open(rest, core::Earlier::keep);
+    std::vector<std::string> notes;
+    ASSERT_TRUE(folder.resume(*rest.simulation, "settings", kFrames, notes));
+    EXPECT_TRUE(notes.empty());
+    EXPECT_EQ(folder.frames().size(), 3u);
+    writeTo(rest, folder, kFrames);
+    folder.finish(*rest.simulation, "done");
+    std::string found;
+    for (const core::FrameRecord& f : folder.frames()) found += f.stateHash + f.files.at(1).checksum;
+    EXPECT_EQ(found, expected);
+    EXPECT_EQ(checkpoints().size(), 2u);
+    // Steps too, but for the seconds they took.
+    ASSERT_EQ(folder.steps().size(), whole.steps.size());
+    for (std::size_t i = 0; i < whole.steps.size(); ++i) {
+        const core::StepRecord &a = folder.steps()[i], &b = whole.steps[i];
+        EXPECT_EQ(std::tie(a.step, a.time, a.dt, a.outcome, a.newtonIterations, a.linearIterations, a.residual, a.kineticEnergy, a.elasticEnergy, a.volume),
+                  std::tie(b.step, b.time, b.dt, b.outcome, b.newtonIterations, b.linearIterations, b.residual, b.kineticEnergy, b.elasticEnergy, b.volume));
+        EXPECT_EQ(a.gripLoad, b.gripLoad);
+        ASSERT_EQ(a.work.stages().size(), b.work.stages().size());
+        for (const StageWork& stage : b.work.stages())
+            for (const auto& [what, n] : stage.counts) EXPECT_EQ(a.work.countOf(stage.name, what), n) << stage.name << " " << what;
+    }
+}
+
+TEST_F(CheckpointFolder, ADamagedCheckpointIsPassedOverAndNamed)
+{
+    runTo(3);
+    const std::vector<fs::path> files = checkpoints();
+    ASSERT_EQ(files.size(), 2u);
+    std::string bytes = readText(files[1]);
+    bytes[bytes.size() / 2] = char(bytes[bytes.size() / 2] ^ 1);
+    writeText(files[1], bytes);
+    {
+        SceneRun run(tearingBars());
+        core::RunFolder folder = open(run, core::Earlier::keep);
+        std::vector<std::string> notes;
+        ASSERT_TRUE(folder.resume(*run.simulation, "settings", kFrames, notes));
+        ASSERT_EQ(notes.size(), 1u);
+        EXPECT_NE(notes[0].find(files[1].filename().string()), std::string::npos) << notes[0];
+        EXPECT_EQ(folder.frames().back().frame, 2);
+    }
+    writeText(files[0], "no more than this");
+    SceneRun run(tearingBars());
+    core::RunFolder folder = open(run, core::Earlier::keep);
+    std::vector<std::string> notes;
+    EXPECT_THROW(folder.resume(*run.simulation, "settings", kFrames, notes), FileError);
+}
+
+TEST_F(CheckpointFolder, OtherSettingsAndOtherBodiesAreRefused)
+{
+    runTo(2);
+    std::vector<std::string> notes;
+    {
+        SceneRun run(tearingBars());
+        core::RunFolder folder = open(run, core::Earlier::keep);
+        try {
+            folder.resume(*run.simulation, "settings\nmore", kFrames, notes);
+            FAIL() << "nothing was thrown";
+        } catch (const InputError& e) {
+            EXPECT_NE(std::string(e.what()).find("'more' was its end"), std::string::npos) << e.what();
+        }
+    }
+    SceneRun other(tearingBars(), {"body.0.cut=[]"});
+    core::RunFolder folder = open(other, core::Earlier::keep);
+    EXPECT_THROW(folder.resume(*other.simulation, "settings", kFrames, notes), InputError);
+}
+
+TEST_F(CheckpointFolder, GoesBackToAnEarlierFrameWhenAskedTo)
+{
+    runTo(3);
+    SceneRun run(tearingBars());
+    core::RunFolder folder = open(run, core::Earlier::keep);
+    std::vector<std::string> notes;
+    ASSERT_TRUE(folder.resume(*run.simulation, "settings", 2, notes));
+    EXPECT_EQ(folder.frames().back().frame, 2);
+    SceneRun early(tearingBars());
+    core::RunFolder same = open(early, core::Earlier::keep);
+    EXPECT_THROW(same.resume(*early.simulation, "settings", 1, notes), FileError);  // of two, the oldest is frame 2's
+}
+
+TEST(Archive, GivesBackWhatWasPutAndNothingElse)
+{
+    core::Archive archive;
+    archive.put("numbers", std::vector<double>{1, 2, 3});
+    archive.put("voxels", std::vector<Coord>{{1, -2, 3}});
+    archive.put("none", std::vector<float>{});
+    archive.putText("text", "words");
+    const fs::path file = fs::temp_directory_path() / ("vdbfrac-archive-" + std::to_string(::getpid()));
+    archive.write(file);
+    const core::Archive read = core::Archive::read(file);
+    EXPECT_EQ(read.get<double>("numbers", 3), (std::vector<double>{1, 2, 3}));
+    EXPECT_EQ(read.get<Coord>("voxels")[0], (Coord{1, -2, 3}));
+    EXPECT_TRUE(read.get<float>("none").empty());
+    EXPECT_EQ(read.getText("text"), "words");
+    EXPECT_THROW(read.get<float>("numbers"), FileError);
+    EXPECT_THROW(read.get<double>("numbers", 4), FileError);
+    EXPECT_THROW(read.get<double>("other"), FileError);
+    EXPECT_THROW(core::Archive::read(file, 10), LimitError);
+    const std::string bytes = readText(file);
+    for (std::size_t cut = 0; cut < bytes.size(); ++cut) EXPECT_THROW(core::Archive::parse(bytes.substr(0, cut), "cut"), FileError) << cut;
+    for (std::size_t at = 0; at < bytes.size(); ++at) {
+        std::string broken = bytes;
+        broken[at] = char(broken[at] ^ 0x10);
+        EXPECT_THROW(core::Archive::parse(broken, "broken"), FileError) << at;
+    }
+    fs::remove(file);
+}
+
+}  // namespace

@@ -1,0 +1,65 @@
+#include "stop_request.h"
+
+#include <vdbfrac/base/error.h>
+
+#include <array>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+
+#include <unistd.h>
+
+namespace vdbfrac::tools {
+
+namespace {
+
+constexpr std::array<int, 3> kSignals = {SIGINT, SIGTERM, SIGUSR1};
+constexpr std::array<const char*, 3> kNames = {"SIGINT", "SIGTERM", "SIGUSR1"};
+constexpr int kExitInterrupted = 128 + SIGINT;
+
+volatile std::sig_atomic_t requested = 0;  // a signal handler can reach nothing else
+
+extern "C" void hear(int signal)
+{
+    if (signal == SIGINT && requested == SIGINT) ::_exit(kExitInterrupted);
+    requested = signal;
+}
+
+}  // namespace
+
+StopRequest::StopRequest(std::chrono::steady_clock::time_point start, double timeLimit) : start_(start), timeLimit_(timeLimit)
+{
+    requested = 0;
+    for (int signal : kSignals) std::signal(signal, hear);
+}
+
+StopRequest::~StopRequest()
+{
+    for (int signal : kSignals) std::signal(signal, SIG_DFL);
+}
+
+std::string StopRequest::reason() const
+{
+    for (std::size_t i = 0; i < kSignals.size(); ++i)
+        if (requested == kSignals[i]) return kNames[i];
+    const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start_;
+    return spent.count() > timeLimit_ ? "--time-limit" : "";
+}
+
+double parseDuration(const std::string& option, const std::string& text)
+{
+    double seconds = 0;
+    const char* rest = text.c_str();
+    for (const auto& [unit, size] : {std::pair{'h', 3600.}, {'m', 60.}, {'s', 1.}}) {
+        double number = 0;
+        char found = 0;
+        int length = 0;
+        if (std::sscanf(rest, "%lf%c%n", &number, &found, &length) == 2 && found == unit && number >= 0 && std::isfinite(number))
+            seconds += number * size, rest += length;
+    }
+    if (*rest != 0 || !(seconds > 0))
+        throw InputError({option, "'" + text + "' is not a time", "hours, minutes and seconds, as 3h50m, 90m or 45s", ""});
+    return seconds;
+}
+
+}  // namespace vdbfrac::tools

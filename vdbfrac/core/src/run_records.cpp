@@ -1,0 +1,158 @@
+#include "run_records.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace vdbfrac::core {
+
+namespace {
+
+using nlohmann::json;
+
+/// What a step counts of a stage; an empty `what` stands for its seconds.
+struct Column {
+    std::string stage, what;
+    friend bool operator==(const Column&, const Column&) = default;
+};
+
+constexpr std::int64_t kAbsent = std::numeric_limits<std::int64_t>::min();
+
+/// Calls act(field) for the whole numbers of a step, and for the others, in a fixed order.
+template <class Record, class Act>
+void forWholeNumbers(Record& s, const Act& act)
+{
+    act(s.step), act(s.outcome), act(s.cutbacks), act(s.newtonIterations), act(s.linearIterations), act(s.projections), act(s.fragments), act(s.nodes),
+        act(s.tets);
+}
+template <class Record, class Act>
+void forRealNumbers(Record& s, const Act& act)
+{
+    act(s.time), act(s.dt), act(s.residual), act(s.leastResidual), act(s.kineticEnergy), act(s.elasticEnergy), act(s.volume);
+    for (auto& load : s.gripLoad) act(load.x()), act(load.y()), act(load.z());
+}
+constexpr std::size_t kWholeNumbers = 9, kRealNumbers = 7;
+
+/// Stages and counts in the order in which they first occur.
+std::vector<Column> columnsOf(const std::vector<StepRecord>& steps)
+{
+    std::vector<Column> columns;
+    const auto add = [&](const Column& c) {
+        if (std::find(columns.begin(), columns.end(), c) == columns.end()) columns.push_back(c);
+    };
+    for (const StepRecord& s : steps)
+        for (const StageWork& stage : s.work.stages()) {
+            add({stage.name, ""});
+            for (const auto& [what, amount] : stage.counts) add({stage.name, what});
+        }
+    return columns;
+}
+
+const StageWork* stageOf(const Ledger& work, const std::string& name)
+{
+    for (const StageWork& stage : work.stages())
+        if (stage.name == name) return &stage;
+    return nullptr;
+}
+
+std::int64_t countOrAbsent(const Ledger& work, const Column& c)
+{
+    const StageWork* stage = stageOf(work, c.stage);
+    if (!stage) return kAbsent;
+    const auto it = stage->counts.find(c.what);
+    return it == stage->counts.end() ? kAbsent : it->second;
+}
+
+}  // namespace
+
+json framesJson(const std::vector<FrameRecord>& frames)
+{
+    json list = json::array();
+    for (const FrameRecord& f : frames) {
+        json files = json::array();
+        for (const WrittenFile& w : f.files) files.push_back({{"path", w.path}, {"bytes", w.bytes}, {"xxh3", w.checksum}});
+        list.push_back({{"frame", f.frame}, {"time", f.time}, {"state_hash", f.stateHash}, {"files", files}});
+    }
+    return list;
+}
+
+std::vector<FrameRecord> loadFrames(const Archive& archive)
+{
+    std::vector<FrameRecord> frames;
+    try {
+        for (const json& f : json::parse(archive.getText("frames"))) {
+            FrameRecord record{f.at("frame").get<int>(), f.at("time").get<double>(), f.at("state_hash").get<std::string>(), {}};
+            for (const json& w : f.at("files"))
+                record.files.push_back({w.at("path").get<std::string>(), w.at("bytes").get<std::uint64_t>(), w.at("xxh3").get<std::string>()});
+            frames.push_back(std::move(record));
+        }
+    } catch (const json::exception& e) {
+        archive.complain(std::string("its list of frames cannot be read: ") + e.what());
+    }
+    if (frames.empty()) archive.complain("it has no frame");
+    return frames;
+}
+
+void saveRecords(const std::vector<StepRecord>& steps, const std::vector<FrameRecord>& frames, Archive& archive)
+{
+    const std::vector<Column> columns = columnsOf(steps);
+    std::vector<std::int64_t> whole;
+    std::vector<double> real;
+    for (const StepRecord& s : steps) {
+        forWholeNumbers(s, [&](const auto& field) { whole.push_back(std::int64_t(field)); });
+        forRealNumbers(s, [&](const auto& field) { real.push_back(field); });
+        for (const Column& c : columns) {
+            const StageWork* stage = stageOf(s.work, c.stage);
+            if (c.what.empty())
+                real.push_back(stage ? stage->seconds : NAN);
+            else
+                whole.push_back(countOrAbsent(s.work, c));
+        }
+    }
+    json names = json::array();
+    for (const Column& c : columns) names.push_back({c.stage, c.what});
+    archive.putText("frames", framesJson(frames).dump());
+    archive.putText("steps.columns", names.dump());
+    archive.putOne<std::uint64_t>("steps.grips", steps.empty() ? 0 : steps[0].gripLoad.size());
+    archive.putOne<std::uint64_t>("steps.count", steps.size());
+    archive.put("steps.whole", whole);
+    archive.put("steps.real", real);
+}
+
+std::vector<StepRecord> loadSteps(const Archive& archive)
+{
+    std::vector<Column> columns;
+    try {
+        for (const json& c : json::parse(archive.getText("steps.columns"))) columns.push_back({c.at(0).get<std::string>(), c.at(1).get<std::string>()});
+    } catch (const json::exception& e) {
+        archive.complain(std::string("the columns of its steps cannot be read: ") + e.what());
+    }
+    const std::vector<std::int64_t> whole = archive.get<std::int64_t>("steps.whole");
+    const std::vector<double> real = archive.get<double>("steps.real");
+    const std::uint64_t grips = archive.getOne<std::uint64_t>("steps.grips"), count = archive.getOne<std::uint64_t>("steps.count");
+    const std::size_t seconds = std::size_t(std::count_if(columns.begin(), columns.end(), [](const Column& c) { return c.what.empty(); }));
+    const std::size_t wholes = kWholeNumbers + columns.size() - seconds;
+    // Divided, not multiplied: the numbers may be anything.
+    if (whole.size() % wholes != 0 || whole.size() / wholes != count || grips > real.size() || (count == 0 && !real.empty()) ||
+        (count > 0 && (real.size() % count != 0 || real.size() / count != kRealNumbers + 3 * grips + seconds)))
+        archive.complain("its table of steps has the wrong size");
+    std::vector<StepRecord> steps(count);
+    const std::int64_t* w = whole.data();
+    const double* r = real.data();
+    for (StepRecord& s : steps) {
+        s.gripLoad.resize(grips);
+        if (w[1] < 0 || w[1] > std::int64_t(Outcome::capped)) archive.complain("a step ended in no known way");
+        forWholeNumbers(s, [&](auto& field) { field = std::remove_reference_t<decltype(field)>(*w++); });
+        forRealNumbers(s, [&](double& field) { field = *r++; });
+        for (const Column& c : columns) {
+            if (!c.what.empty()) {
+                if (const std::int64_t amount = *w++; amount != kAbsent) s.work.count(c.stage, c.what, amount);
+            } else if (const double spent = *r++; !std::isnan(spent)) {
+                s.work.addSeconds(c.stage, spent);
+            }
+        }
+    }
+    return steps;
+}
+
+}  // namespace vdbfrac::core
