@@ -1,6 +1,7 @@
 #include "run_info.h"
 
 #include "common.h"
+#include "memory.h"
 
 #include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
@@ -119,7 +120,7 @@ void addCheckpoints(const fs::path& folder, bool verify, RunInfo& info)
         list.push_back(path);
         if (!verify) continue;
         try {
-            core::Archive::read(file);
+            core::Archive::read(file, defaultMemoryLimit());
         } catch (const Error& e) {
             info.json["flaws"].push_back({{"path", path}, {"flaw", e.what()}});
             info.sound = false;

@@ -77,6 +77,11 @@ void requireMemory(const core::Simulation& simulation, std::uint64_t limit)
     throw LimitError(text);
 }
 
+std::uint64_t memoryLimit(const SimOptions& options)
+{
+    return options.maxMemory > 0 ? std::uint64_t(options.maxMemory * kGiB) : defaultMemoryLimit();
+}
+
 /// What the steps of a run depend on, as text: the scene, but for its last frame.
 std::string settingsText(scene::Scene scene)
 {
@@ -90,7 +95,8 @@ public:
     Run(const SimOptions& options, const scene::Scene& scene, core::Simulation& simulation, spdlog::logger& log)
         : options_(options), scene_(scene), settings_(settingsText(scene)), simulation_(simulation), log_(log),
           folder_(options.folder, scene, simulation.stages(),
-                  !options.resume.empty() ? core::Earlier::keep : options.overwrite ? core::Earlier::replace : core::Earlier::refuse)
+                  !options.resume.empty() ? core::Earlier::keep : options.overwrite ? core::Earlier::replace : core::Earlier::refuse),
+          lastWritten_(scene.time.firstFrame - 1)
     {
     }
 
@@ -101,15 +107,13 @@ public:
 
 private:
     std::string toFrame(int frame, const StopRequest& stop, Progress& progress);
-    int nextFrame() const { return std::max(scene_.time.firstFrame, lastWritten_ + 1); }
-
     const SimOptions& options_;
     const scene::Scene& scene_;
     std::string settings_;
     core::Simulation& simulation_;
     spdlog::logger& log_;
     core::RunFolder folder_;
-    int lastWritten_ = std::numeric_limits<int>::min() / 2;  // frame
+    int lastWritten_;  // frame
 };
 
 /// Goes on with an earlier run where that is asked for, and says what runs.
@@ -118,9 +122,13 @@ void Run::begin()
     std::vector<std::string> notes = simulation_.stages().notes;
     bool resumed = false;
     if (!options_.resume.empty()) {
-        resumed = folder_.resume(simulation_, settings_, std::min(lastToKeep(options_.resume), scene_.time.lastFrame), notes);
-        if (resumed) lastWritten_ = folder_.frames().back().frame;
+        const core::Resume how{settings_, std::min(lastToKeep(options_.resume), scene_.time.lastFrame), memoryLimit(options_)};
+        resumed = folder_.resume(simulation_, how, notes);
     }
+    if (resumed)
+        lastWritten_ += int(folder_.frames().size());
+    else
+        folder_.writeCheckpoint(simulation_, settings_);  // from here on there is always one
     writeText(folder_.path() / "scene.toml", scene::writeScene(scene_, effects::effectTables()));
     logToFile(log_, folder_.path() / "run.log");
     log_.info("vdbfrac {}  scene '{}'  {} nodes  {} tets  {} threads", core::kVersion, scene_.name, simulation_.x().size(),
@@ -128,7 +136,7 @@ void Run::begin()
     if (resumed)
         log_.info("goes on after step {}, {:.6g} s; frames up to {} are there", simulation_.steps(), simulation_.time(), lastWritten_);
     else if (!options_.resume.empty())
-        log_.info("there is no checkpoint: starts at frame {}", scene_.time.firstFrame);
+        log_.info("there is no run yet: starts at frame {}", scene_.time.firstFrame);
     if (!options_.accuracy.empty()) log_.info("{}", accuracyText(scene_, options_.accuracy));
     for (const std::string& note : notes) log_.warn("note: {}", note);
 }
@@ -138,7 +146,6 @@ std::string Run::toFrame(int frame, const StopRequest& stop, Progress& progress)
     const int first = scene_.time.firstFrame;
     const double start = (frame - 1 - first) / scene_.time.fps;
     while (simulation_.framesDone() < frame - first) {
-        if (const std::string reason = stop.reason(); !reason.empty()) return reason;
         const core::StepRecord step = simulation_.stepInFrame();
         folder_.addStep(step);
         log_.debug("{}", stepText(step));
@@ -146,6 +153,7 @@ std::string Run::toFrame(int frame, const StopRequest& stop, Progress& progress)
             log_.warn("step {}: the solver hit its caps (relative residual {:.2g}, of the best iterate {:.2g}); the last iterate was kept",
                       step.step, step.residual, step.leastResidual);
         progress.update(frame - first + (simulation_.time() - start) * scene_.time.fps, stepText(step));
+        if (const std::string reason = stop.reason(); !reason.empty()) return reason;  // after a step: each try gets on
     }
     return "";
 }
@@ -154,12 +162,12 @@ std::string Run::toLastFrame(const StopRequest& stop)
 {
     const int first = scene_.time.firstFrame, last = scene_.time.lastFrame;
     Progress progress(options_.common.quiet ? "none" : options_.common.progress, last - first + 1);
-    for (int frame = nextFrame(); frame <= last; ++frame) {
+    for (int frame = lastWritten_ + 1; frame <= last; ++frame) {
         if (const std::string reason = toFrame(frame, stop, progress); !reason.empty()) return reason;
         log_.debug("frame {}  state {}", frame, folder_.writeFrame(simulation_, frame));
         lastWritten_ = frame;
         const int every = options_.checkpointEvery;
-        if (every > 0 && ((frame - first) % every == 0 || frame == last)) folder_.writeCheckpoint(simulation_, settings_);
+        if ((every > 0 && (frame - first) % every == 0) || frame == last) folder_.writeCheckpoint(simulation_, settings_);
         progress.frame(frame, frame - first + 1,
                        std::to_string(simulation_.fragments()) + (simulation_.fragments() == 1 ? " fragment" : " fragments"));
     }
@@ -186,7 +194,7 @@ int simulate(const SimOptions& options, const scene::Scene& scene)
     const auto start = std::chrono::steady_clock::now();
     const double timeLimit = options.timeLimit.empty() ? INFINITY : parseDuration("--time-limit", options.timeLimit);
     const auto log = makeLog(options.common);
-    const std::uint64_t limit = options.maxMemory > 0 ? std::uint64_t(options.maxMemory * kGiB) : defaultMemoryLimit();
+    const std::uint64_t limit = memoryLimit(options);
     const auto effects = effects::makeEffects(scene);
     core::Simulation simulation(scene, pointers(effects), limit);
     if (options.plan) {
@@ -215,7 +223,7 @@ Action addSim(CLI::App& app)
                 "Go on with the run in the folder from its newest checkpoint, or with --resume=FRAME from the newest up to that frame; a run "
                 "that has none starts")
         ->excludes(overwrite);
-    c->add_option("--checkpoint-every", o->checkpointEvery, "Frames from one checkpoint to the next; 0: only when the run is stopped")
+    c->add_option("--checkpoint-every", o->checkpointEvery, "Frames from one checkpoint to the next; 0: only at the start, at the end, and when the run is stopped")
         ->check(CLI::NonNegativeNumber)
         ->capture_default_str();
     c->add_option("--time-limit", o->timeLimit, "Stop with a checkpoint after the step that ends later than this, as 3h50m (exit code 75)")

@@ -17,11 +17,13 @@ constexpr std::array<int, 3> kSignals = {SIGINT, SIGTERM, SIGUSR1};
 constexpr std::array<const char*, 3> kNames = {"SIGINT", "SIGTERM", "SIGUSR1"};
 constexpr int kExitInterrupted = 128 + SIGINT;
 
-volatile std::sig_atomic_t requested = 0;  // a signal handler can reach nothing else
+// A signal handler can reach nothing else.
+volatile std::sig_atomic_t requested = 0, interrupted = 0;
 
 extern "C" void hear(int signal)
 {
-    if (signal == SIGINT && requested == SIGINT) ::_exit(kExitInterrupted);
+    if (signal == SIGINT && interrupted) ::_exit(kExitInterrupted);
+    interrupted = interrupted || signal == SIGINT;
     requested = signal;
 }
 
@@ -29,8 +31,10 @@ extern "C" void hear(int signal)
 
 StopRequest::StopRequest(std::chrono::steady_clock::time_point start, double timeLimit) : start_(start), timeLimit_(timeLimit)
 {
+    interrupted = 0;
     requested = 0;
-    for (int signal : kSignals) std::signal(signal, hear);
+    for (int signal : kSignals)
+        if (std::signal(signal, hear) == SIG_IGN) std::signal(signal, SIG_IGN);  // whoever started us wants it so
 }
 
 StopRequest::~StopRequest()

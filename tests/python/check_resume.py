@@ -106,7 +106,7 @@ with tempfile.TemporaryDirectory() as temporary:
     expect("time limit", command(stopped, "--time-limit", "0.3s", "--checkpoint-every", "0"), 75, "stopped by --time-limit")
     expect("without --resume", command(stopped), 4, "--resume", "--overwrite")
     expect("resume of another scene", command(stopped, "--resume", "--set", "solver.newton_tolerance=0.5"), 2, "newton_tolerance", "--overwrite")
-    expect("to a later frame only", command(stopped, "--resume=0"), 4, "no checkpoint up to frame 0")
+    expect("no checkpoint so early", command(whole, "--resume=3"), 4, "no whole checkpoint up to frame 3")
     expect("resume what", command(stopped, "--resume=soon"), 2, "soon")
     expect("resume and overwrite", command(stopped, "--resume", "--overwrite"), 2, "--overwrite")
     expect("no time", command(stopped, "--resume", "--time-limit", "a while"), 2, "a while", "3h50m")
@@ -115,13 +115,19 @@ with tempfile.TemporaryDirectory() as temporary:
     damaged[len(damaged) // 2] ^= 1
     newest.write_bytes(damaged)
     expect("info of a damaged checkpoint", [PROGRAM, "info", stopped, "--verify"], 4, newest.name, "checksum")
-    expect("a damaged checkpoint", command(stopped, "--resume"), 4, newest.name, "checksum")
+    expect("a damaged checkpoint", command(stopped, "--resume"), 0, newest.name, "checksum", "an older checkpoint is taken")
+    same("a damaged checkpoint", stopped)
+    for checkpoint in (stopped / "ckpt").iterdir():
+        checkpoint.write_bytes(b"no more than this")
+    expect("no whole checkpoint", command(stopped, "--resume"), 4, "is not a checkpoint")
+    shutil.rmtree(stopped / "ckpt")
+    expect("frames without a checkpoint", command(stopped, "--resume"), 4, "--overwrite")
     foreign = top / "foreign"
     foreign.mkdir()
     (foreign / "mine.txt").write_text("not of a run")
     expect("resume of no run", command(foreign, "--resume"), 4, "no run")
     shorter, longer = ([a if a != "16" else last for a in command(whole, "--resume")] for last in ("9", "18"))
-    expect("fewer frames", shorter, 4, "no checkpoint up to frame 9")
+    expect("fewer frames", shorter, 4, "no whole checkpoint up to frame 9")
     expect("more frames", longer, 0, "frames up to 16 are there")
     if len(hashes(whole)) != 18:
         failures.append("more frames: not there")

@@ -9,7 +9,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
+#include <limits>
 
 #include <unistd.h>
 
@@ -81,7 +83,8 @@ INSTANTIATE_TEST_SUITE_P(
                     std::vector<std::string>{"solver.integrator=\"midpoint\""}, std::vector<std::string>{"solver.integrator=\"sdirk2\""},
                     std::vector<std::string>{"solver.integrator=\"static\""}, std::vector<std::string>{"grid.lattice=\"five\""},
                     std::vector<std::string>{"grid.lattice=\"delaunay\""}, std::vector<std::string>{"grid.coarsening=2", "fracture.grip_margin=0.1", "fracture.toughness=20"},
-                    std::vector<std::string>{"fracture.relevel_every=3"}, std::vector<std::string>{"solver.precision=\"double\""},
+                    std::vector<std::string>{"fracture.relevel_every=3"}, std::vector<std::string>{"grid.half_width=8"},
+                    std::vector<std::string>{"body.0.shape={ box = { size = [0.8, 1, 0.8] } }", "grid.voxel_size=0.1"}, std::vector<std::string>{"solver.precision=\"double\""},
                     std::vector<std::string>{"solver.integrator=\"symplectic_euler\"", "time.frames=[1,2]", "damping.stiffness=0"}));
 
 TEST(Checkpoint, HoldsTheStateToTheBit)
@@ -122,6 +125,7 @@ protected:
     /// Runs to a frame, with a checkpoint at each.
     static void writeTo(SceneRun& run, core::RunFolder& folder, int last)
     {
+        if (run.simulation->steps() == 0) folder.writeCheckpoint(*run.simulation, "settings");
         for (int frame = run.framesDone() + 1 + (run.simulation->steps() > 0); frame <= last; ++frame) {
             while (run.framesDone() < frame - 1) folder.addStep(run.step());
             folder.writeFrame(*run.simulation, frame);
@@ -160,7 +164,7 @@ TEST_F(CheckpointFolder, ResumedRunsLeaveTheSameFilesAndTwoCheckpoints)
     SceneRun rest(tearingBars());
     core::RunFolder folder = open(rest, core::Earlier::keep);
     std::vector<std::string> notes;
-    ASSERT_TRUE(folder.resume(*rest.simulation, "settings", kFrames, notes));
+    ASSERT_TRUE(folder.resume(*rest.simulation, {"settings"}, notes));
     EXPECT_TRUE(notes.empty());
     EXPECT_EQ(folder.frames().size(), 3u);
     writeTo(rest, folder, kFrames);
@@ -194,7 +198,7 @@ TEST_F(CheckpointFolder, ADamagedCheckpointIsPassedOverAndNamed)
         SceneRun run(tearingBars());
         core::RunFolder folder = open(run, core::Earlier::keep);
         std::vector<std::string> notes;
-        ASSERT_TRUE(folder.resume(*run.simulation, "settings", kFrames, notes));
+        ASSERT_TRUE(folder.resume(*run.simulation, {"settings"}, notes));
         ASSERT_EQ(notes.size(), 1u);
         EXPECT_NE(notes[0].find(files[1].filename().string()), std::string::npos) << notes[0];
         EXPECT_EQ(folder.frames().back().frame, 2);
@@ -203,7 +207,7 @@ TEST_F(CheckpointFolder, ADamagedCheckpointIsPassedOverAndNamed)
     SceneRun run(tearingBars());
     core::RunFolder folder = open(run, core::Earlier::keep);
     std::vector<std::string> notes;
-    EXPECT_THROW(folder.resume(*run.simulation, "settings", kFrames, notes), FileError);
+    EXPECT_THROW(folder.resume(*run.simulation, {"settings"}, notes), FileError);
 }
 
 TEST_F(CheckpointFolder, OtherSettingsAndOtherBodiesAreRefused)
@@ -214,7 +218,7 @@ TEST_F(CheckpointFolder, OtherSettingsAndOtherBodiesAreRefused)
         SceneRun run(tearingBars());
         core::RunFolder folder = open(run, core::Earlier::keep);
         try {
-            folder.resume(*run.simulation, "settings\nmore", kFrames, notes);
+            folder.resume(*run.simulation, {"settings\nmore"}, notes);
             FAIL() << "nothing was thrown";
         } catch (const InputError& e) {
             EXPECT_NE(std::string(e.what()).find("'more' was its end"), std::string::npos) << e.what();
@@ -222,20 +226,77 @@ TEST_F(CheckpointFolder, OtherSettingsAndOtherBodiesAreRefused)
     }
     SceneRun other(tearingBars(), {"body.0.cut=[]"});
     core::RunFolder folder = open(other, core::Earlier::keep);
-    EXPECT_THROW(folder.resume(*other.simulation, "settings", kFrames, notes), InputError);
+    EXPECT_THROW(folder.resume(*other.simulation, {"settings"}, notes), InputError);
 }
 
 TEST_F(CheckpointFolder, GoesBackToAnEarlierFrameWhenAskedTo)
 {
     runTo(3);
-    SceneRun run(tearingBars());
-    core::RunFolder folder = open(run, core::Earlier::keep);
     std::vector<std::string> notes;
-    ASSERT_TRUE(folder.resume(*run.simulation, "settings", 2, notes));
-    EXPECT_EQ(folder.frames().back().frame, 2);
+    {
+        SceneRun run(tearingBars());
+        core::RunFolder folder = open(run, core::Earlier::keep);
+        ASSERT_TRUE(folder.resume(*run.simulation, {"settings", 2}, notes));
+        EXPECT_EQ(folder.frames().back().frame, 2);
+    }
     SceneRun early(tearingBars());
     core::RunFolder same = open(early, core::Earlier::keep);
-    EXPECT_THROW(same.resume(*early.simulation, "settings", 1, notes), FileError);  // of two, the oldest is frame 2's
+    EXPECT_THROW(same.resume(*early.simulation, {"settings", 1}, notes), FileError);  // of two, the oldest is frame 2's
+}
+
+TEST_F(CheckpointFolder, OneRunAtATimeWritesIntoAFolder)
+{
+    SceneRun run(tearingBars());
+    {
+        const core::RunFolder folder = open(run, core::Earlier::replace);
+        EXPECT_THROW(open(run, core::Earlier::keep), FileError);
+        EXPECT_THROW(open(run, core::Earlier::replace), FileError);
+    }
+    EXPECT_NO_THROW(open(run, core::Earlier::replace));
+}
+
+/// A checkpoint with another value in one array.
+template <class T>
+core::Archive changed(const core::Archive& archive, const std::string& name, std::size_t at, const T& value)
+{
+    core::Archive other = archive;
+    std::vector<T> values = archive.get<T>(name);
+    values.at(at) = value;
+    other.replace(name, values);
+    return other;
+}
+
+TEST(Checkpoint, WhatNoRunLeadsToIsRefused)
+{
+    SceneRun run(tearingBars());
+    run.toFrame(5);
+    core::Archive sound;
+    run.simulation->save(sound);
+    const auto refused = [&](const core::Archive& archive) {
+        SceneRun other(tearingBars());
+        EXPECT_THROW(other.simulation->load(archive), FileError);
+    };
+    EXPECT_NO_THROW(SceneRun(tearingBars()).simulation->load(sound));
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    refused(changed(sound, "x", 3, Vec3(0, nan, 0)));
+    refused(changed(sound, "v", 3, Vec3(0, 0, INFINITY)));
+    refused(changed(sound, "time", 0, nan));
+    refused(changed(sound, "time", 0, 1e300));
+    refused(changed(sound, "time", 1, 0.));
+    refused(changed(sound, "step", 0, std::int64_t{-1}));
+    refused(changed(sound, "next_fragment", 0, 4000000000u));
+    refused(changed(sound, "body.bar0.fragment.of_node", 0, 4000000000u));
+    refused(changed(sound, "body.bar1.fragment.id", 0, 0xffffffffu));
+    refused(changed(sound, "body.bar0.leaf.phi", 0, -1.f));
+    refused(changed(sound, "body.bar0.leaf.phi", 0, 9.f));
+    refused(changed(sound, "body.bar0.leaf.phi", 0, std::numeric_limits<float>::quiet_NaN()));
+    refused(changed(sound, "body.bar0.leaf.origin", 0, Coord{1, 0, 0}));
+    refused(changed(sound, "body.bar0.leaf.origin", 0, Coord{8000, 0, 0}));
+    refused(changed(sound, "body.bar0.leaf.origin", 0, sound.get<Coord>("body.bar0.leaf.origin")[1]));
+    refused(changed(sound, "fracture.limit", 0, -1.));
+    refused(changed(sound, "fracture.bar0.updates", 0, std::int64_t{-1}));
+    refused(changed(sound, "fracture.bar0.arrival.voxels", 0, Coord{8000, 0, 0}));
+    refused(changed(sound, "fracture.bar0.arrival.times", 0, INFINITY));
 }
 
 TEST(Archive, GivesBackWhatWasPutAndNothingElse)

@@ -3,6 +3,7 @@
 #include "run_records.h"
 
 #include <vdbfrac/base/atomic_file.h>
+#include <vdbfrac/base/error.h>
 #include <vdbfrac/base/hash.h>
 #include <vdbfrac/core/version.h>
 #include <vdbfrac/grid/world_fields.h>
@@ -42,10 +43,12 @@ constexpr std::size_t kKeptCheckpoints = 2;
 
 std::vector<fs::path> checkpointsIn(const fs::path& folder)
 {
+    const fs::path place = folder / kCheckpointFolder;
     std::vector<fs::path> files;
     std::error_code error;
-    for (const auto& entry : fs::directory_iterator(folder / kCheckpointFolder, error))
-        if (entry.path().extension() == kCheckpointExtension && entry.is_regular_file()) files.push_back(entry.path());
+    for (fs::directory_iterator entry(place, error), end; !error && entry != end; entry.increment(error))
+        if (entry->path().extension() == kCheckpointExtension) files.push_back(entry->path());
+    if (error && error != std::errc::no_such_file_or_directory) throw FileError(place.string(), "cannot be read: " + error.message());
     // Newest last: by their steps, of which later ones may have more digits.
     std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
         const std::string& s = a.native();
@@ -157,12 +160,14 @@ void RunFolder::Writer::writeCheckpoint(Archive& archive, const std::vector<Step
     char name[32];
     std::snprintf(name, sizeof name, ".%06d", steps_.empty() ? 0 : steps_.back().step);
     const fs::path folder = folder_ / kCheckpointFolder;
-    fs::create_directory(folder);
+    std::error_code error;
+    fs::create_directory(folder, error);
+    if (error) throw FileError(folder.string(), "cannot be made: " + error.message());
     checkpoints_.push_back(scene_.name + name + kCheckpointExtension);
     archive.write(folder / checkpoints_.back());
     if (checkpoints_.size() > kKeptCheckpoints) checkpoints_.erase(checkpoints_.begin());
     for (const fs::path& file : checkpointsIn(folder_))
-        if (std::find(checkpoints_.begin(), checkpoints_.end(), file.filename()) == checkpoints_.end()) fs::remove(file);
+        if (std::find(checkpoints_.begin(), checkpoints_.end(), file.filename()) == checkpoints_.end()) fs::remove(file, error);  // or it stays
 }
 
 void RunFolder::Writer::writeManifest(const RunState& state, const std::string& status) const

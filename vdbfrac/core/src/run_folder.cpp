@@ -21,15 +21,18 @@ namespace {
 /// Frames that may wait for the writer: with the one it is at, and one that is handed over, three are in memory at most.
 constexpr std::size_t kWaitingFrames = 1;
 
+const std::string kCreator = std::string("vdbfrac ") + kVersion;
+
 /// Whatever a run writes into its folder, and so may remove from it.
 constexpr const char* kOwnEntries[] = {"scene.toml", "run.json", "run.log", "stats.csv", "vdb", "obj", "preview", kCheckpointFolder};
 
-void prepare(const fs::path& folder, Earlier earlier)
+FolderLock prepare(const fs::path& folder, Earlier earlier)
 {
     std::error_code error;
     if (fs::is_regular_file(folder, error)) throw FileError(folder.string(), "is a file, not a folder");
     fs::create_directories(folder, error);
     if (error) throw FileError(folder.string(), "cannot be made: " + error.message());
+    FolderLock lock(folder);
     const bool empty = fs::is_empty(folder, error);
     if (error) throw FileError(folder.string(), "cannot be read: " + error.message());
     if (!empty && earlier == Earlier::refuse)
@@ -40,12 +43,13 @@ void prepare(const fs::path& folder, Earlier earlier)
             throw FileError(folder.string(), "is not empty and holds no run to resume; use another folder");
         removeTemporaries(folder);
         for (const char* entry : kOwnEntries) removeTemporaries(folder / entry);
-        return;
+        return lock;
     }
     for (const char* entry : kOwnEntries) {
         fs::remove_all(folder / entry, error);
         if (error) throw FileError((folder / entry).string(), "cannot be removed: " + error.message());
     }
+    return lock;
 }
 
 /// Fields that the core itself writes.
@@ -83,7 +87,7 @@ RunFolder::RunFolder(fs::path folder, const scene::Scene& scene, const Stages& s
     : folder_(std::move(folder)), scene_(scene), writer_(std::make_unique<Writer>(folder_, scene)), queue_(kWaitingFrames)
 {
     requireSources(scene, stages);
-    prepare(folder_, earlier);
+    lock_ = prepare(folder_, earlier);
     if (!scene.output.vdb.empty()) fs::create_directory(folder_ / "vdb");
     if (scene.output.obj) {
         fs::create_directory(folder_ / "obj");
@@ -119,47 +123,65 @@ void RunFolder::writeCheckpoint(const Simulation& simulation, const std::string&
 {
     if (simulation.steps() == checkpointed_) return;
     checkpointed_ = simulation.steps();
+    const std::string hash = hexadecimal(simulation.stateHash());
+    if (simulation.steps() == 0) restHash_ = hash;
     auto archive = std::make_shared<Archive>();
     {
         const StageTimer timer(work_, "snapshot");
-        archive->putText("creator", std::string("vdbfrac ") + kVersion);
+        archive->putText("creator", kCreator);
         archive->putText("settings", settings);
+        archive->putText("rest_hash", restHash_);
+        archive->putText("state_hash", hash);
         simulation.save(*archive);
     }
     queue_.push([writer = writer_.get(), archive = std::move(archive), steps = newSteps()] { writer->writeCheckpoint(*archive, steps); });
 }
 
-bool RunFolder::resume(Simulation& simulation, const std::string& settings, int lastFrame, std::vector<std::string>& notes)
+bool RunFolder::resume(Simulation& simulation, const Resume& how, std::vector<std::string>& notes)
 {
     std::vector<fs::path> checkpoints = checkpointsIn(folder_);
-    if (checkpoints.empty()) return false;
+    if (checkpoints.empty()) {
+        if (!fs::exists(folder_ / "run.json")) return false;
+        throw FileError(folder_.string(), "holds frames but no checkpoint; use --overwrite to start again, or another folder");
+    }
+    std::string passed;
     for (std::reverse(checkpoints.begin(), checkpoints.end()); const fs::path& file : checkpoints) {
         Archive archive;
+        std::vector<FrameRecord> frames;
         try {
-            archive = Archive::read(file);
-            if (loadFrames(archive).back().frame > lastFrame) continue;
+            archive = Archive::read(file, how.memoryLimit);
+            frames = loadFrames(archive);
         } catch (const FileError& e) {
-            notes.push_back(std::string(e.what()) + "; an older checkpoint is taken");
+            passed += std::string("; ") + e.what();
             continue;
         }
-        requireSame(settings, archive.getText("settings"));
-        goOn(simulation, archive, file);
+        if (!frames.empty() && frames.back().frame > how.lastFrame) continue;
+        requireSame(how.settings, archive.getText("settings"));
+        goOn(simulation, archive, frames);
+        writer_->goOnFrom(file.filename(), steps_, std::move(frames));
+        if (!passed.empty()) notes.push_back("an older checkpoint is taken" + passed);
         return true;
     }
-    throw FileError((folder_ / kCheckpointFolder).string(), (notes.empty() ? "has no checkpoint up to frame " + std::to_string(lastFrame) : "has no checkpoint that is whole: " + notes[0]));
+    throw FileError((folder_ / kCheckpointFolder).string(), "has no whole checkpoint up to frame " + std::to_string(how.lastFrame) + passed);
 }
 
-void RunFolder::goOn(Simulation& simulation, const Archive& archive, const fs::path& checkpoint)
+void RunFolder::goOn(Simulation& simulation, const Archive& archive, const std::vector<FrameRecord>& frames)
 {
-    std::vector<FrameRecord> frames = loadFrames(archive);
-    if (frames[0].stateHash != hexadecimal(simulation.stateHash()))
-        throw InputError({"--resume", "the bodies at rest are not those of the run: a mesh, a .vdb file or the program has changed since", "",
-                          "start again with --overwrite"});
+    const auto refuse = [](const std::string& what) {
+        throw InputError({"--resume", what, "", "start again with --overwrite, or in another folder"});
+    };
+    restHash_ = archive.getText("rest_hash");
+    if (const std::string creator = archive.getText("creator"); creator != kCreator) refuse("the run was made by " + creator + ", this is " + kCreator);
+    if (restHash_ != hexadecimal(simulation.stateHash()))
+        refuse("the bodies at rest are not those of the run: a mesh, a .vdb file or the program has changed since");
     simulation.load(archive);
+    if (archive.getText("state_hash") != hexadecimal(simulation.stateHash())) archive.complain("the state it leads to is not the one that was saved");
     steps_ = loadSteps(archive);
+    bool sound = int(steps_.size()) == simulation.steps() && int(frames.size()) <= simulation.framesDone() + 1;
+    for (std::size_t i = 0; i < frames.size(); ++i) sound = sound && frames[i].frame == scene_.time.firstFrame + int(i);
+    if (!sound) archive.complain("its steps and frames do not go together");
     handedOver_ = steps_.size();
     checkpointed_ = simulation.steps();
-    writer_->goOnFrom(checkpoint.filename(), steps_, std::move(frames));
 }
 
 void RunFolder::finish(const Simulation& simulation, const std::string& status)

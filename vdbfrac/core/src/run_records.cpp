@@ -63,6 +63,20 @@ std::int64_t countOrAbsent(const Ledger& work, const Column& c)
     return it == stage->counts.end() ? kAbsent : it->second;
 }
 
+/// At least 0, and so small that sums of many do not overflow.
+void requireSummable(std::int64_t amount, const Archive& archive)
+{
+    constexpr std::int64_t kMost = std::int64_t{1} << 40;
+    if (amount < 0 || amount > kMost) archive.complain("it counts " + std::to_string(amount) + " of something");
+}
+
+std::int64_t wholeNumber(const json& number, const Archive& archive)
+{
+    if (!number.is_number_integer()) archive.complain("its list of frames has " + number.dump() + " instead of a whole number");
+    requireSummable(number.get<std::int64_t>(), archive);
+    return number.get<std::int64_t>();
+}
+
 }  // namespace
 
 json framesJson(const std::vector<FrameRecord>& frames)
@@ -81,15 +95,14 @@ std::vector<FrameRecord> loadFrames(const Archive& archive)
     std::vector<FrameRecord> frames;
     try {
         for (const json& f : json::parse(archive.getText("frames"))) {
-            FrameRecord record{f.at("frame").get<int>(), f.at("time").get<double>(), f.at("state_hash").get<std::string>(), {}};
+            FrameRecord record{int(wholeNumber(f.at("frame"), archive)), f.at("time").get<double>(), f.at("state_hash").get<std::string>(), {}};
             for (const json& w : f.at("files"))
-                record.files.push_back({w.at("path").get<std::string>(), w.at("bytes").get<std::uint64_t>(), w.at("xxh3").get<std::string>()});
+                record.files.push_back({w.at("path").get<std::string>(), std::uint64_t(wholeNumber(w.at("bytes"), archive)), w.at("xxh3").get<std::string>()});
             frames.push_back(std::move(record));
         }
     } catch (const json::exception& e) {
         archive.complain(std::string("its list of frames cannot be read: ") + e.what());
     }
-    if (frames.empty()) archive.complain("it has no frame");
     return frames;
 }
 
@@ -146,7 +159,10 @@ std::vector<StepRecord> loadSteps(const Archive& archive)
         forRealNumbers(s, [&](double& field) { field = *r++; });
         for (const Column& c : columns) {
             if (!c.what.empty()) {
-                if (const std::int64_t amount = *w++; amount != kAbsent) s.work.count(c.stage, c.what, amount);
+                if (const std::int64_t amount = *w++; amount != kAbsent) {
+                    requireSummable(amount, archive);
+                    s.work.count(c.stage, c.what, amount);
+                }
             } else if (const double spent = *r++; !std::isnan(spent)) {
                 s.work.addSeconds(c.stage, spent);
             }

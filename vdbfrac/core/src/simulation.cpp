@@ -337,7 +337,7 @@ std::uint64_t estimateMemory(const Simulation& simulation)
     std::uint64_t bytes = nodes * (14 * sizeof(Vec3) + sizeof(Mat3)) + tets * 15 * sizeof(float) * 8 / 7 + 2 * simulation.elastic().bytes();
     constexpr std::uint64_t kFrames = 3, kFrameBytes = 2 * sizeof(float) + sizeof(Coord);  // that wait for the writer: phi, energy
     bytes += kFrames * kFrameBytes * nodes;
-    constexpr std::uint64_t kCheckpoints = 3, kNodeBytes = 2 * sizeof(Vec3) + sizeof(std::uint32_t);  // two that wait, one that is verified
+    constexpr std::uint64_t kCheckpoints = 4, kNodeBytes = 2 * sizeof(Vec3) + sizeof(std::uint32_t);  // one waits, one is written and read back
     bytes += kCheckpoints * kNodeBytes * nodes;
     for (const Body& body : simulation.bodies())
         bytes += kFrames * kFrameBytes * body.phi.activeVoxels() + body.mesh->elements().size() * 2 * sizeof(tetmesh::CellElement) + body.mesh->phi().bytes() * 3 +

@@ -3,11 +3,11 @@
 
 #include "grips.h"
 
+#include <vdbfrac/base/error.h>
 #include <vdbfrac/base/hash.h>
 #include <vdbfrac/grid/phi_nodes.h>
 
 #include <algorithm>
-#include <cmath>
 #include <functional>
 #include <limits>
 
@@ -39,7 +39,8 @@ tetmesh::FragmentTracker loadFragments(const Body& body, const Archive& archive)
     const auto parent = archive.get<std::int64_t>(name + ".parent", id.size());
     const auto birth = archive.get<double>(name + ".birth", id.size()), volume = archive.get<double>(name + ".rest_volume", id.size());
     std::vector<std::uint32_t> ofNode = archive.get<std::uint32_t>(name + ".of_node", body.mesh->nodeCount());
-    if (!std::is_sorted(id.begin(), id.end(), std::less_equal<>())) archive.complain("the fragments of '" + body.name + "' are not in order");
+    if (std::adjacent_find(id.begin(), id.end(), std::greater_equal<>()) != id.end())
+        archive.complain("the fragments of '" + body.name + "' are not in order");
     for (std::uint32_t f : ofNode)
         if (!std::binary_search(id.begin(), id.end(), f)) archive.complain("a node of '" + body.name + "' is in no fragment");
     std::vector<tetmesh::Fragment> fragments;
@@ -55,24 +56,17 @@ void savePhi(const Body& body, Archive& archive)
     archive.put(nameOf(body) + ".leaf.active", leaves.active);
 }
 
-/// Leaves that phi can have come to from the start: inside the box of the mesh, no value lower.
-grid::BandLeaves loadPhi(const Body& body, const Archive& archive)
+grid::PhiChanges loadPhi(Body& body, const Archive& archive)
 {
     grid::BandLeaves leaves;
     leaves.origins = archive.get<Coord>(nameOf(body) + ".leaf.origin");
-    const std::size_t count = leaves.origins.size();
-    leaves.values = archive.get<float>(nameOf(body) + ".leaf.phi", count * grid::BandLeaves::kVoxels);
-    leaves.active = archive.get<std::uint64_t>(nameOf(body) + ".leaf.active", count * grid::BandLeaves::kWords);
-    const auto& phi = body.mesh->phi();
-    for (const Coord& c : leaves.origins)
-        if (((c.x | c.y | c.z) & 7) != 0 || !phi.contains(c)) archive.complain("a leaf of '" + body.name + "' lies where there is none");
-    for (std::size_t n = 0; n < count; ++n) {
-        const float* value = leaves.values.data() + n * grid::BandLeaves::kVoxels;
-        for (int i = 0; i < int(grid::BandLeaves::kVoxels); ++i, ++value)
-            if (!(*value >= phi(leaves.origins[n] + Coord{i >> 6, i >> 3 & 7, i & 7}) && *value <= float(body.phi.background())))
-                archive.complain("phi of '" + body.name + "' is lower than at the start, or beyond its band");
+    leaves.values = archive.get<float>(nameOf(body) + ".leaf.phi", leaves.origins.size() * grid::BandLeaves::kVoxels);
+    leaves.active = archive.get<std::uint64_t>(nameOf(body) + ".leaf.active", leaves.origins.size() * grid::BandLeaves::kWords);
+    try {
+        return grid::setBandLeaves(body.phi, leaves);
+    } catch (const Error& e) {
+        archive.complain("body '" + body.name + "': " + e.what());
     }
-    return leaves;
 }
 
 std::vector<Vec3> loadNodes(const std::string& name, std::size_t nodes, const Archive& archive)
@@ -119,28 +113,32 @@ void Simulation::save(Archive& archive) const
         saveFragments(body, archive);
     }
     for (const Lasting* l : stages_.lasting) l->save(bodies_, archive);
-    archive.putOne("state_hash", stateHash());
 }
 
 void Simulation::load(const Archive& archive)
 {
     for (Body& body : bodies_) {
-        (void)body.mesh->update(grid::setBandLeaves(body.phi, loadPhi(body, archive)));  // equals the mesh of the run, to the bit
+        (void)body.mesh->update(loadPhi(body, archive));  // equals the mesh of the run, to the bit
         body.fragments = loadFragments(body, archive);
     }
-    std::size_t nodes = 0;
-    for (const Body& body : bodies_) nodes += body.mesh->nodeCount();
+    nextFragment_ = archive.getOne<std::uint32_t>("next_fragment");
+    std::size_t nodes = 0, fragments = 0;
+    for (const Body& body : bodies_) {
+        const auto& list = body.fragments.fragments();
+        nodes += body.mesh->nodeCount(), fragments += list.size();
+        if (!list.empty() && list.back().id >= nextFragment_) archive.complain("a fragment of '" + body.name + "' has a number that was never given");
+    }
+    if (fragments != nextFragment_) archive.complain("it does not have all fragments");
     state_.x = loadNodes("x", nodes, archive);
     state_.v = loadNodes("v", nodes, archive);
     rebuild();
     const std::vector<double> time = archive.get<double>("time", 2);
     const std::int64_t step = archive.getOne<std::int64_t>("step");
-    if (!(time[0] >= 0 && std::isfinite(time[0]) && time[1] > 0 && step >= 0 && step < std::numeric_limits<int>::max()))
+    constexpr double kMostFrames = 1e9;
+    if (!(time[0] >= 0 && time[0] * timeSettings_.fps < kMostFrames && time[1] > 0 && step >= 0 && step < std::numeric_limits<int>::max()))
         archive.complain("its time, step or time step cannot be");
     time_ = time[0], trusted_ = time[1], steps_ = int(step);
-    nextFragment_ = archive.getOne<std::uint32_t>("next_fragment");
     for (Lasting* l : stages_.lasting) l->load(bodies_, archive);
-    if (stateHash() != archive.getOne<std::uint64_t>("state_hash")) archive.complain("the state it leads to is not the one that was saved");
 }
 
 }  // namespace vdbfrac::core

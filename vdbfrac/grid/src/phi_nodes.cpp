@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <string>
 
 namespace vdbfrac::grid {
@@ -133,12 +134,22 @@ BandLeaves bandLeaves(const LevelSet& phi)
 
 PhiChanges setBandLeaves(LevelSet& phi, const BandLeaves& leaves)
 {
+    Grid& grid = *phi.grid().grid;
+    constexpr int kReach = 16;  // voxels: re-levelling touches the leaves round a change
+    openvdb::CoordBBox near;
+    grid.constTree().evalLeafBoundingBox(near);
+    near.expand(kReach);
+    std::set<openvdb::Coord> seen;
     PhiChanges changes;
     for (std::size_t n = 0; n < leaves.origins.size(); ++n) {
-        Leaf& leaf = *phi.grid().grid->tree().touchLeaf(toVdb(leaves.origins[n]));
+        const openvdb::Coord origin = toVdb(leaves.origins[n]);
+        if (origin != leafOrigin(origin) || !near.isInside(origin) || !seen.insert(origin).second) throw Error("a leaf of phi lies where there is none");
+        Leaf& leaf = *grid.tree().touchLeaf(origin);
         const float* values = leaves.values.data() + n * Leaf::SIZE;
         for (openvdb::Index i = 0; i < Leaf::SIZE; ++i) {
-            if (leaf.getValue(i) != values[i]) changes.emplace_back(fromVdb(leaf.offsetToGlobalCoord(i)), values[i]);
+            const float before = leaf.getValue(i);
+            if (!(values[i] >= before && values[i] <= grid.background())) throw Error("phi is lower than at the start, or beyond its band");
+            if (values[i] != before) changes.emplace_back(fromVdb(leaf.offsetToGlobalCoord(i)), values[i]);
             leaf.setValueOnly(i, values[i]);
             leaf.setActiveState(i, leaves.active[n * BandLeaves::kWords + i / 64] >> (i % 64) & 1);
         }

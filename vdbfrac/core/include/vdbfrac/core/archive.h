@@ -46,6 +46,13 @@ public:
     void put(const std::string& name, const std::vector<T>& values) { put(name, std::span<const T>(values)); }
     template <class T>
     void putOne(const std::string& name, const T& value) { put(name, std::span<const T>(&value, 1)); }
+    /// Puts other values into the place of an array.
+    template <class T>
+    void replace(const std::string& name, const std::vector<T>& values)
+    {
+        std::erase_if(arrays_, [&](const Array& array) { return array.name == name; });
+        put(name, values);
+    }
     void putText(const std::string& name, std::string_view text) { put(name, std::span<const char>(text)); }
 
     /// Throws FileError when there is no such array of this type.

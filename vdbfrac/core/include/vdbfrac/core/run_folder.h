@@ -2,12 +2,14 @@
 #pragma once
 
 #include <vdbfrac/base/background.h>
+#include <vdbfrac/base/folder_lock.h>
 #include <vdbfrac/core/archive.h>
 #include <vdbfrac/core/simulation.h>
 #include <vdbfrac/scene/scene.h>
 
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -26,6 +28,13 @@ struct FrameRecord {
     double time = 0;             ///< s
     std::string stateHash;
     std::vector<WrittenFile> files;
+};
+
+/// From which checkpoints a run may go on.
+struct Resume {
+    std::string settings;                                      ///< what it depends on, as writeCheckpoint got it
+    int lastFrame = std::numeric_limits<int>::max();           ///< no frame after this one
+    std::uint64_t memoryLimit = ~std::uint64_t{0};             ///< bytes
 };
 
 /// What becomes of an earlier run in the folder. `replace` removes what a run of this program leaves, and nothing else.
@@ -48,11 +57,11 @@ public:
     /// Hands a copy of the state to the writer, which makes ckpt/SCENE.STEP.ckpt of it; the last two are kept. `settings`:
     /// what the run depends on, as text. Does nothing when the last step has a checkpoint.
     void writeCheckpoint(const Simulation& simulation, const std::string& settings);
-    /// Takes a simulation of the same scene that has made no step to where the newest checkpoint was written, or the newest of
-    /// those up to `lastFrame`. Damaged ones are passed over; `notes` says so. Steps and frames so far become those of this run.
-    /// False when there is no checkpoint. Throws FileError when none can be used, InputError when `settings` or the bodies are
-    /// not those of the run.
-    bool resume(Simulation& simulation, const std::string& settings, int lastFrame, std::vector<std::string>& notes);
+    /// Takes a simulation of the same scene that has made no step to where the newest checkpoint was written. Damaged ones are
+    /// passed over; `notes` says so. Steps and frames so far become those of this run. False when there is neither a checkpoint
+    /// nor a frame. Throws FileError when no checkpoint can be used, InputError when settings, bodies or program are not those of the
+    /// run.
+    bool resume(Simulation& simulation, const Resume& how, std::vector<std::string>& notes);
     void addStep(const StepRecord& step) { steps_.push_back(step); }
     /// Waits for the writer; marks the manifest as finished with a status word.
     void finish(const Simulation& simulation, const std::string& status);
@@ -68,13 +77,15 @@ private:
     class Writer;
 
     std::vector<StepRecord> newSteps();
-    void goOn(Simulation& simulation, const Archive& archive, const std::filesystem::path& checkpoint);
+    void goOn(Simulation& simulation, const Archive& archive, const std::vector<FrameRecord>& frames);
 
     std::filesystem::path folder_;
+    FolderLock lock_;
     scene::Scene scene_;
     std::vector<StepRecord> steps_;
     std::size_t handedOver_ = 0;  // steps that the writer knows
     int checkpointed_ = -1;       // step of the last checkpoint
+    std::string restHash_;        // of the state before the first step
     Ledger work_;
     std::unique_ptr<Writer> writer_;
     BackgroundQueue queue_;       // last: it ends before what its jobs use

@@ -51,8 +51,8 @@ struct BandLeaves {
     std::vector<std::uint64_t> active;  ///< a bit a voxel, 8 words a leaf
 };
 BandLeaves bandLeaves(const LevelSet& phi);
-/// Makes `phi` the level set whose leaves these are; it is one that grew out of the same tiles. Returns every voxel whose value
-/// is not what it was.
+/// Makes `phi`, as it was at the start, the level set whose leaves these are. Returns every voxel whose value is not what it was.
+/// Throws Error for leaves that no tearing leads to: far away, listed twice, with a value below that at the start or beyond the band.
 PhiChanges setBandLeaves(LevelSet& phi, const BandLeaves& leaves);
 
 }  // namespace vdbfrac::grid
