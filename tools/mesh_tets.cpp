@@ -36,10 +36,6 @@ Cost costOf(const std::string& kind)
 constexpr double kProgram = 60e6;      // bytes, of code and libraries
 constexpr double kTetsPerPoint = 5.5;  // of Delaunay tets
 
-/// A regular tet with edges a has a circumradius of .61 a; refinement stops below its bound, on average at two thirds
-/// of it.
-constexpr double kRadiusOfSize = 0.9;
-
 struct Input {
     scene::Body body;
     double longestSide = 0, voxelSize = 0;  // m; voxelSize of a .vdb only
@@ -101,7 +97,7 @@ void requireMemory(const MeshOptions& options, const grid::LevelSet& phi, double
     const Cost cost = costOf(options.tets);
     double size = phi.voxelSize();
     const double radius = options.delaunay.cellSize > 0 ? options.delaunay.cellSize : options.delaunay.facetSize;
-    if (options.tets == "delaunay" && radius > 0) size = radius / kRadiusOfSize;
+    if (options.tets == "delaunay" && radius > 0) size = radius / mesher::kRadiusOfEdge;
     const double band = 2 * phi.background() / phi.voxelSize(), shrink = phi.voxelSize() / size;
     const double surface = double(phi.activeVoxels()) / band * shrink * shrink;
     const double tets = cost.perVolume * volume / (size * size * size) + cost.perSurface * surface,
@@ -119,7 +115,7 @@ tetmesh::TetMesh delaunay(const grid::LevelSet& phi, const Input& input, const M
     mesher::ImplicitSolid solid{grid::phiSampler(phi), grid::materialBox(phi), {}};
     if (options.sharpDegrees > 0) solid.sharpEdges = mesher::sharpEdges(input.soup, options.sharpDegrees);
     mesher::DelaunayCriteria criteria = options.delaunay;
-    if (criteria.facetSize == 0) criteria.facetSize = kRadiusOfSize * size;
+    if (criteria.facetSize == 0) criteria.facetSize = mesher::kRadiusOfEdge * size;
     if (criteria.edgeSize == 0) criteria.edgeSize = size;
     criteria.mostPoints = std::size_t(double(options.memoryLimit) / costOf("delaunay").bytes / kTetsPerPoint) + 1;
     return mesher::delaunayMesh(solid, criteria);

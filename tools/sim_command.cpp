@@ -107,6 +107,7 @@ public:
 
 private:
     std::string toFrame(int frame, const StopRequest& stop, Progress& progress);
+
     const SimOptions& options_;
     const scene::Scene& scene_;
     std::string settings_;
@@ -134,7 +135,7 @@ void Run::begin()
     log_.info("vdbfrac {}  scene '{}'  {} nodes  {} tets  {} threads", core::kVersion, scene_.name, simulation_.x().size(),
               simulation_.elastic().tetCount(), threadCount());
     if (resumed)
-        log_.info("goes on after step {}, {:.6g} s; frames up to {} are there", simulation_.steps(), simulation_.time(), lastWritten_);
+        log_.info("goes on after step {}, {:.6g} s, with frame {}", simulation_.steps(), simulation_.time(), lastWritten_ + 1);
     else if (!options_.resume.empty())
         log_.info("there is no run yet: starts at frame {}", scene_.time.firstFrame);
     if (!options_.accuracy.empty()) log_.info("{}", accuracyText(scene_, options_.accuracy));
@@ -220,8 +221,8 @@ Action addSim(CLI::App& app)
     c->add_option("-f,--frames", o->frames, "Frames to simulate: FIRST-LAST or LAST (default: the scene's)");
     auto* overwrite = c->add_flag("--overwrite", o->overwrite, "Replace an earlier run in the folder");
     c->add_flag("--resume{latest}", o->resume,
-                "Go on with the run in the folder from its newest checkpoint, or with --resume=FRAME from the newest up to that frame; a run "
-                "that has none starts")
+                "Go on with the run in the folder from its newest checkpoint, or with --resume=FRAME from the newest up to that frame; "
+                "starts where no run is yet")
         ->excludes(overwrite);
     c->add_option("--checkpoint-every", o->checkpointEvery, "Frames from one checkpoint to the next; 0: only at the start, at the end, and when the run is stopped")
         ->check(CLI::NonNegativeNumber)

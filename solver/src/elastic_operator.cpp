@@ -59,20 +59,25 @@ void robustTwist(const double* packedS, double t, double* T)
 
 constexpr RobustTet kRobust = {robustPolar, robustTwist};
 
-/// Sum over the tets round each node of a quarter of the tet's material volume times density(material).
-template <class Density>
-std::vector<double> lumped(std::span<const ElementSet> sets, std::size_t nodeCount, double h, const Density& density)
+/// Sums over the tets round each node of a quarter of the tet's material volume, times the density and times the stiffness of
+/// its material: one pass over the elements for both.
+void lump(std::span<const ElementSet> sets, double h, std::vector<double>& mass, std::vector<double>& stiffness)
 {
-    std::vector<double> sum(nodeCount, 0.);
-    for (const ElementSet& set : sets)
+    for (const ElementSet& set : sets) {
+        const Material& m = set.material;
+        const double stiff = 8 * (2 * m.mu + std::abs(m.lambda)) / (h * h);
         for (const tetmesh::CellElement& e : set.elements) {
             const tetmesh::CellTets& tets = tetmesh::cellTets(e.shape);
-            for (int t = 0; t < tets.count; ++t) {
-                const double quarter = 0.25 * density(set.material) * h * h * h * tets.volume[std::size_t(t)] * e.fraction[std::size_t(t)];
-                for (int c : tets.corner[std::size_t(t)]) sum[set.firstNode + e.node[std::size_t(c)]] += quarter;
+            for (std::size_t t = 0; t < std::size_t(tets.count); ++t) {
+                const double a = 0.25 * m.rho * h * h * h * tets.volume[t] * e.fraction[t];
+                const double b = 0.25 * stiff * h * h * h * tets.volume[t] * e.fraction[t];
+                for (int c : tets.corner[t]) {
+                    const std::size_t n = set.firstNode + e.node[std::size_t(c)];
+                    mass[n] += a, stiffness[n] += b;
+                }
             }
         }
-    return sum;
+    }
 }
 
 /// to[n] += sum of the slots of node n.
@@ -89,8 +94,8 @@ ElasticOperator::ElasticOperator(std::span<const ElementSet> sets, std::size_t n
     Data& d = *data_;
     d.sets.assign(sets.begin(), sets.end());
     d.p = makePatches(sets, nodeCount);
-    d.mass = lumped(sets, nodeCount, h, [](const Material& m) { return m.rho; });
-    d.stiffness = lumped(sets, nodeCount, h, [h](const Material& m) { return 8 * (2 * m.mu + std::abs(m.lambda)) / (h * h); });
+    d.mass.assign(nodeCount, 0.), d.stiffness.assign(nodeCount, 0.);
+    lump(sets, h, d.mass, d.stiffness);
     d.patchEnergy.resize(d.p.patches.size());
     d.h = h;
     d.cellDilation = elasticity.volumetric == Volumetric::cell;

@@ -212,9 +212,8 @@ void measureMeshes(Stopwatch& watch, const grid::LevelSet& coarse, const tetmesh
         "tets, cut", "tet", {0, eachCut}, [] { return Nothing{}; },
         [&](Nothing) { return tetmesh::materialTets(mesh).tets.size(); });
     const auto delaunay = [&] {
-        constexpr double kRadiusOfSize = 0.61;  // circumradius of a regular tet over its edge
         mesher::DelaunayCriteria criteria;
-        criteria.facetSize = kRadiusOfSize * coarse.voxelSize();
+        criteria.facetSize = mesher::kRadiusOfEdge * coarse.voxelSize();
         return mesher::delaunayMesh({grid::phiSampler(coarse), grid::materialBox(coarse), {}}, criteria);
     };
     const double eachDelaunay = bytes(delaunay());

@@ -17,9 +17,8 @@ namespace {
 tetmesh::TetMesh enclosingTets(const scene::Grid& grid, const grid::LevelSet& phi, std::uint64_t memoryLimit)
 {
     constexpr double kMargin = 0.5;         // voxels
-    constexpr double kRadiusOfEdge = 0.9;   // bound on circumradii for edges of h on average, as measured
     constexpr double kBytesAPoint = 12000;  // of mesher, mesh and solver
-    const double dx = phi.voxelSize(), size = kRadiusOfEdge * grid.coarsening * dx, deep = -0.9 * phi.background();
+    const double dx = phi.voxelSize(), size = mesher::kRadiusOfEdge * grid.coarsening * dx, deep = -0.9 * phi.background();
     const auto sample = grid::phiSampler(phi);
     mesher::DelaunayCriteria criteria;
     criteria.facetSize = size;
