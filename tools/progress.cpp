@@ -33,7 +33,7 @@ std::string duration(double seconds)
     return text;
 }
 
-Progress::Progress(const std::string& mode, int total) : total_(std::max(1, total))
+Progress::Progress(const std::string& mode, int total, int begun) : total_(std::max(1, total)), begun_(begun)
 {
     const bool terminal = isatty(STDERR_FILENO) != 0;
     mode_ = mode == "none"                        ? Mode::none
@@ -51,8 +51,9 @@ std::string Progress::status(double done) const
 {
     const double spent = secondsSince(start_);
     char text[80];
-    if (done <= 0) return "";
-    std::snprintf(text, sizeof text, "%.2f frames/s, %s left", done / spent, duration(spent / done * (total_ - done)).c_str());
+    const double own = done - begun_;
+    if (own <= 0) return "";
+    std::snprintf(text, sizeof text, "%.2f frames/s, %s left", own / spent, duration(spent / own * (total_ - done)).c_str());
     return text;
 }
 

@@ -8,8 +8,8 @@ namespace vdbfrac::tools {
 
 class Progress {
 public:
-    /// `mode`: auto (bar on a terminal, else plain), bar, plain or none. `total`: frames to come.
-    Progress(const std::string& mode, int total);
+    /// `mode`: auto (bar on a terminal, else plain), bar, plain or none. `total`: frames in all; `begun`: of them done before.
+    Progress(const std::string& mode, int total, int begun);
     ~Progress();
     Progress(const Progress&) = delete;
     Progress& operator=(const Progress&) = delete;
@@ -23,7 +23,7 @@ private:
     std::string status(double done) const;
 
     enum class Mode { none, plain, bar } mode_;
-    double total_;
+    double total_, begun_;
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
     std::chrono::steady_clock::time_point drawn_{};
     bool open_ = false;  // a bar stands on the line

@@ -82,10 +82,15 @@ std::uint64_t memoryLimit(const SimOptions& options)
     return options.maxMemory > 0 ? std::uint64_t(options.maxMemory * kGiB) : defaultMemoryLimit();
 }
 
-/// What the steps of a run depend on, as text: the scene, but for its last frame.
+/// What the steps of a run depend on, as text: the scene, but for its last frame and the folders that files lie in. What is in the
+/// files shows in the bodies at rest.
 std::string settingsText(scene::Scene scene)
 {
     scene.time.lastFrame = scene.time.firstFrame;
+    for (scene::Body& body : scene.bodies) {
+        if (auto* mesh = std::get_if<scene::MeshFile>(&body.shape)) mesh->file = mesh->file.filename();
+        if (auto* vdb = std::get_if<scene::VdbFile>(&body.shape)) vdb->file = vdb->file.filename();
+    }
     return scene::writeScene(scene, effects::effectTables());
 }
 
@@ -162,7 +167,7 @@ std::string Run::toFrame(int frame, const StopRequest& stop, Progress& progress)
 std::string Run::toLastFrame(const StopRequest& stop)
 {
     const int first = scene_.time.firstFrame, last = scene_.time.lastFrame;
-    Progress progress(options_.common.quiet ? "none" : options_.common.progress, last - first + 1);
+    Progress progress(options_.common.quiet ? "none" : options_.common.progress, last - first + 1, lastWritten_ + 1 - first);
     for (int frame = lastWritten_ + 1; frame <= last; ++frame) {
         if (const std::string reason = toFrame(frame, stop, progress); !reason.empty()) return reason;
         log_.debug("frame {}  state {}", frame, folder_.writeFrame(simulation_, frame));

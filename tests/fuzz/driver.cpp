@@ -2,7 +2,8 @@
 //   fuzz_driver corpus DIR             writes the sound files into DIR/KIND/
 //   fuzz_driver broken DIR COUNT       writes the first COUNT mutations of each kind into DIR, as files with its extension
 //   fuzz_driver replay KIND PATH...    runs the commands on files, or on all files of folders
-//   fuzz_driver mutate COUNT [SEED]    runs them on COUNT mutations of sound files, in equal shares, and prints how they ended
+//   fuzz_driver mutate COUNT [SEED [KIND]]   runs them on COUNT mutations of sound files, of all kinds in equal shares, and
+//                                      prints how they ended
 #include "inputs.h"
 
 #include <vdbfrac/base/atomic_file.h>
@@ -24,6 +25,7 @@
 #include <filesystem>
 #include <new>
 #include <random>
+#include <span>
 #include <stdexcept>
 
 #if defined(__SANITIZE_ADDRESS__)  // GCC
@@ -193,7 +195,7 @@ long largestChild()
     return usage.ru_maxrss / 1024;
 }
 
-int mutate(std::size_t count, std::uint64_t seed)
+int mutate(std::span<const Kind> kinds, std::size_t count, std::uint64_t seed)
 {
     void* shared = ::mmap(nullptr, sizeof(Progress), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     if (shared == MAP_FAILED) throw std::runtime_error("no shared memory");
@@ -201,8 +203,8 @@ int mutate(std::size_t count, std::uint64_t seed)
     std::printf("%-10s %-8s %9s %8s %12s %12s %8s %7s %15s\n", "kind", "command", "mutations", kEndingNames[0], kEndingNames[1], kEndingNames[2],
                 kEndingNames[3], "broken", "peak so far, MB");
     bool good = true;
-    for (const Kind& kind : kinds()) {
-        const std::size_t share = (count + kinds().size() - 1) / kinds().size();
+    for (const Kind& kind : kinds) {
+        const std::size_t share = (count + kinds.size() - 1) / kinds.size();
         const std::size_t broken = runMutations(kind, seed, share, progress);
         for (std::size_t command = 0; command < kind.commands.size(); ++command) {
             const auto& c = progress.counts[command];
@@ -231,7 +233,9 @@ int main(int argc, char** argv)
     if (what == "corpus") return corpus(argv[2]);
     if (what == "broken" && argc > 3) return broken(argv[2], std::strtoull(argv[3], nullptr, 10));
     if (what == "replay" && argc > 3) return replay(kindOf(argv[2]), argv + 3, argc - 3);
-    if (what == "mutate") return mutate(std::strtoull(argv[2], nullptr, 10), argc > 3 ? std::strtoull(argv[3], nullptr, 10) : 1);
-    std::fputs("fuzz_driver corpus DIR | broken DIR COUNT | replay KIND PATH... | mutate COUNT [SEED]\n", stderr);
+    if (what == "mutate")
+        return mutate(argc > 4 ? std::span(&kindOf(argv[4]), 1) : std::span(kinds()), std::strtoull(argv[2], nullptr, 10),
+                      argc > 3 ? std::strtoull(argv[3], nullptr, 10) : 1);
+    std::fputs("fuzz_driver corpus DIR | broken DIR COUNT | replay KIND PATH... | mutate COUNT [SEED [KIND]]\n", stderr);
     return 2;
 }

@@ -60,9 +60,9 @@ def same(name, folder):
     expect(f"{name}: verified", [PROGRAM, "info", folder, "--verify"], 0)
 
 
-def started(folder):
+def started(folder, *more):
     """A run that has written its first frame."""
-    run = subprocess.Popen(command(folder), stderr=subprocess.PIPE, text=True)
+    run = subprocess.Popen(command(folder, *more), stderr=subprocess.PIPE, text=True)
     wait_for(lambda: (folder / "run.json").exists() or run.poll() is not None, "the first frame")
     return run
 
@@ -84,6 +84,13 @@ with tempfile.TemporaryDirectory() as temporary:
         expect(f"resumed after {heard.name}", command(folder, "--resume", "-j", "1"), 0, "goes on after step")
         same(heard.name, folder)
 
+    run = started(top / "twice", "--set", "grid.voxel_size=0.02", "-j", "1")
+    run.send_signal(signal.SIGINT)
+    time.sleep(0.05)  # far less than a step takes
+    run.send_signal(signal.SIGINT)
+    if run.wait(timeout=60) != 130:
+        failures.append(f"a second Ctrl-C: exit {run.returncode}")
+
     # Killed at any time, as often as it takes.
     chance = random.Random(SEED)
     folder, kills = top / "killed", 0
@@ -101,6 +108,7 @@ with tempfile.TemporaryDirectory() as temporary:
     if run.returncode != 0 or kills < 3:
         failures.append(f"killed {kills} times: exit {run.returncode}: {said}")
     same(f"killed {kills} times", folder)
+    print(f"killed {kills} times")
 
     stopped = top / "stopped"
     expect("time limit", command(stopped, "--time-limit", "0.3s", "--checkpoint-every", "0"), 75, "stopped by --time-limit")

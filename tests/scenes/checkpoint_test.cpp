@@ -262,7 +262,7 @@ core::Archive changed(const core::Archive& archive, const std::string& name, std
     core::Archive other = archive;
     std::vector<T> values = archive.get<T>(name);
     values.at(at) = value;
-    other.replace(name, values);
+    other.put(name, values);
     return other;
 }
 

@@ -48,12 +48,14 @@ void writeAtomically(const fs::path& file, const std::function<void(const fs::pa
     }
 }
 
+bool isTemporary(const fs::path& file) { return file.filename().string().starts_with(kTemporary); }
+
 void removeTemporaries(const fs::path& folder)
 {
     std::error_code error;
     std::vector<fs::path> left;
     for (const auto& entry : fs::directory_iterator(folder, error))
-        if (entry.path().filename().string().starts_with(kTemporary)) left.push_back(entry.path());
+        if (isTemporary(entry.path())) left.push_back(entry.path());
     for (const fs::path& file : left) fs::remove(file, error);
 }
 

@@ -47,7 +47,7 @@ std::vector<fs::path> checkpointsIn(const fs::path& folder)
     std::vector<fs::path> files;
     std::error_code error;
     for (fs::directory_iterator entry(place, error), end; !error && entry != end; entry.increment(error))
-        if (entry->path().extension() == kCheckpointExtension) files.push_back(entry->path());
+        if (entry->path().extension() == kCheckpointExtension && !isTemporary(entry->path())) files.push_back(entry->path());
     if (error && error != std::errc::no_such_file_or_directory) throw FileError(place.string(), "cannot be read: " + error.message());
     // Newest last: by their steps, of which later ones may have more digits.
     std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {

@@ -23,8 +23,9 @@ constexpr std::size_t kWaitingFrames = 1;
 
 const std::string kCreator = std::string("vdbfrac ") + kVersion;
 
-/// Whatever a run writes into its folder, and so may remove from it.
-constexpr const char* kOwnEntries[] = {"scene.toml", "run.json", "run.log", "stats.csv", "vdb", "obj", "preview", kCheckpointFolder};
+/// Whatever a run writes into its folder, and so may remove from it: in this order, so that whoever is killed in between leaves no
+/// checkpoint whose frames are gone.
+constexpr const char* kOwnEntries[] = {"run.json", kCheckpointFolder, "scene.toml", "run.log", "stats.csv", "vdb", "obj", "preview"};
 
 FolderLock prepare(const fs::path& folder, Earlier earlier)
 {
@@ -33,6 +34,7 @@ FolderLock prepare(const fs::path& folder, Earlier earlier)
     fs::create_directories(folder, error);
     if (error) throw FileError(folder.string(), "cannot be made: " + error.message());
     FolderLock lock(folder);
+    if (earlier == Earlier::keep) removeTemporaries(folder);
     const bool empty = fs::is_empty(folder, error);
     if (error) throw FileError(folder.string(), "cannot be read: " + error.message());
     if (!empty && earlier == Earlier::refuse)
@@ -41,7 +43,6 @@ FolderLock prepare(const fs::path& folder, Earlier earlier)
         const auto isThere = [&](const char* entry) { return fs::exists(folder / entry); };
         if (!empty && std::none_of(std::begin(kOwnEntries), std::end(kOwnEntries), isThere))
             throw FileError(folder.string(), "is not empty and holds no run to resume; use another folder");
-        removeTemporaries(folder);
         for (const char* entry : kOwnEntries) removeTemporaries(folder / entry);
         return lock;
     }
@@ -72,10 +73,14 @@ void requireSame(const std::string& settings, const std::string& before)
 {
     if (settings == before) return;
     std::istringstream now(settings), then(before);
+    std::string table;
     for (std::string line, was; ;) {
         const bool more = bool(std::getline(now, line)), had = bool(std::getline(then, was));
-        if (more && had && line == was) continue;
-        throw InputError({"--resume", "the scene is not that of the run: " + (more ? "'" + line + "'" : std::string("its end")) + " was " +
+        if (more && had && line == was) {
+            if (line.starts_with('[')) table = line + " ";
+            continue;
+        }
+        throw InputError({"--resume", "the scene is not that of the run: " + table + (more ? "'" + line + "'" : std::string("its end")) + " was " +
                                           (had ? "'" + was + "'" : std::string("its end")),
                           "the scene of the run; only its last frame may differ", "or start again with --overwrite"});
     }
@@ -156,8 +161,7 @@ bool RunFolder::resume(Simulation& simulation, const Resume& how, std::vector<st
             continue;
         }
         if (!frames.empty() && frames.back().frame > how.lastFrame) continue;
-        requireSame(how.settings, archive.getText("settings"));
-        goOn(simulation, archive, frames);
+        goOn(simulation, how.settings, archive, frames);
         writer_->goOnFrom(file.filename(), steps_, std::move(frames));
         if (!passed.empty()) notes.push_back("an older checkpoint is taken" + passed);
         return true;
@@ -165,13 +169,14 @@ bool RunFolder::resume(Simulation& simulation, const Resume& how, std::vector<st
     throw FileError((folder_ / kCheckpointFolder).string(), "has no whole checkpoint up to frame " + std::to_string(how.lastFrame) + passed);
 }
 
-void RunFolder::goOn(Simulation& simulation, const Archive& archive, const std::vector<FrameRecord>& frames)
+void RunFolder::goOn(Simulation& simulation, const std::string& settings, const Archive& archive, const std::vector<FrameRecord>& frames)
 {
     const auto refuse = [](const std::string& what) {
         throw InputError({"--resume", what, "", "start again with --overwrite, or in another folder"});
     };
-    restHash_ = archive.getText("rest_hash");
     if (const std::string creator = archive.getText("creator"); creator != kCreator) refuse("the run was made by " + creator + ", this is " + kCreator);
+    requireSame(settings, archive.getText("settings"));
+    restHash_ = archive.getText("rest_hash");
     if (restHash_ != hexadecimal(simulation.stateHash()))
         refuse("the bodies at rest are not those of the run: a mesh, a .vdb file or the program has changed since");
     simulation.load(archive);

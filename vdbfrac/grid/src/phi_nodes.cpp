@@ -143,7 +143,8 @@ PhiChanges setBandLeaves(LevelSet& phi, const BandLeaves& leaves)
     PhiChanges changes;
     for (std::size_t n = 0; n < leaves.origins.size(); ++n) {
         const openvdb::Coord origin = toVdb(leaves.origins[n]);
-        if (origin != leafOrigin(origin) || !near.isInside(origin) || !seen.insert(origin).second) throw Error("a leaf of phi lies where there is none");
+        const bool there = near.isInside(origin) || grid.constTree().probeConstLeaf(origin);
+        if (!there || origin != leafOrigin(origin) || !seen.insert(origin).second) throw Error("a leaf of phi lies where there is none");
         Leaf& leaf = *grid.tree().touchLeaf(origin);
         const float* values = leaves.values.data() + n * Leaf::SIZE;
         for (openvdb::Index i = 0; i < Leaf::SIZE; ++i) {

@@ -15,6 +15,8 @@ void writeAtomically(const std::filesystem::path& file,
                      const std::function<void(const std::filesystem::path& temporary)>& write,
                      const std::function<void(const std::filesystem::path& temporary)>& verify = {});
 
+/// Is it the name of such a temporary?
+bool isTemporary(const std::filesystem::path& file);
 /// Removes the temporaries that killed writers left in a folder, which need not exist.
 void removeTemporaries(const std::filesystem::path& folder);
 

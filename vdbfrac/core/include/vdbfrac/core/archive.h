@@ -35,10 +35,11 @@ static_assert(sizeof(Vec3) == 3 * sizeof(double) && sizeof(Coord) == 3 * sizeof(
 
 class Archive {
 public:
-    /// Copies an array. Each name once.
+    /// Copies an array; takes the place of one of that name.
     template <class T>
     void put(const std::string& name, std::span<const T> values)
     {
+        std::erase_if(arrays_, [&](const Array& array) { return array.name == name; });
         const auto* first = reinterpret_cast<const std::byte*>(values.data());
         arrays_.push_back({name, kTypeName<T>, values.size(), {first, first + values.size_bytes()}});
     }
@@ -46,13 +47,6 @@ public:
     void put(const std::string& name, const std::vector<T>& values) { put(name, std::span<const T>(values)); }
     template <class T>
     void putOne(const std::string& name, const T& value) { put(name, std::span<const T>(&value, 1)); }
-    /// Puts other values into the place of an array.
-    template <class T>
-    void replace(const std::string& name, const std::vector<T>& values)
-    {
-        std::erase_if(arrays_, [&](const Array& array) { return array.name == name; });
-        put(name, values);
-    }
     void putText(const std::string& name, std::string_view text) { put(name, std::span<const char>(text)); }
 
     /// Throws FileError when there is no such array of this type.

@@ -77,7 +77,7 @@ private:
     class Writer;
 
     std::vector<StepRecord> newSteps();
-    void goOn(Simulation& simulation, const Archive& archive, const std::vector<FrameRecord>& frames);
+    void goOn(Simulation& simulation, const std::string& settings, const Archive& archive, const std::vector<FrameRecord>& frames);
 
     std::filesystem::path folder_;
     FolderLock lock_;
