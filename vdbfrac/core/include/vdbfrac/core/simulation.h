@@ -73,7 +73,8 @@ public:
     MovingSurface surface() const;
     /// Nodal elastic energy density [J/m^3] of a body on its band and inside.
     grid::VoxelValues energyField(const Body& body) const;
-    /// Fingerprint of everything the next step depends on.
+    /// Fingerprint of x, v, phi, fragments and time: of what the next step depends on, all but what effects keep to themselves, so
+    /// that an effect which never acts does not show.
     std::uint64_t stateHash() const;
     int steps() const { return steps_; }
 
