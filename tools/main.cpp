@@ -16,7 +16,7 @@ namespace {
 int run(int argc, char** argv)
 {
     CLI::App app{"Tears soft solids: a scene goes in, sequences of .vdb and .obj come out.", "vdbfrac"};
-    app.set_version_flag("--version", std::string("vdbfrac ") + core::kVersion);
+    app.set_version_flag("--version", core::kCreator);
     app.require_subcommand(1);
     app.footer("Exit codes: 0 done, 1 internal error, 2 bad command line, scene or data, 3 not converged (--strict),\n"
                "4 files and disk, 5 memory or another limit, 75 stopped with a checkpoint (sim; go on with --resume).\n"

@@ -100,7 +100,7 @@ void write(const RelevelCommand& o, RelevelReport& report)
     named.name = o.grid.empty() ? "phi" : o.grid;
     named.levelSet = &report.levelSet;
     named.unit = "m";
-    grid::writeVdb(o.output, {named}, {{"creator", std::string("vdbfrac ") + core::kVersion}, {"length_unit", std::string("m")}});
+    grid::writeVdb(o.output, {named}, {{"creator", std::string(core::kCreator)}, {"length_unit", std::string("m")}});
 }
 
 int run(const RelevelCommand& o)

@@ -2,14 +2,10 @@
 #include "checkpoints.h"
 
 #include "run_records.h"
+#include "scene_run.h"
 #include "sound_files.h"
 
 #include <vdbfrac/core/archive.h>
-#include <vdbfrac/core/simulation.h>
-#include <vdbfrac/effects/effects.h>
-#include <vdbfrac/scene/reader.h>
-
-#include <memory>
 
 namespace vdbfrac::fuzz {
 
@@ -42,20 +38,6 @@ kappa = 200
 grip_margin = 0.1
 )";
 
-struct SmallRun {
-    scene::Scene scene = scene::parseScene(kScene, "small.toml", effects::effectTables(), {});
-    std::vector<std::unique_ptr<core::Effect>> effects = effects::makeEffects(scene);
-    std::unique_ptr<core::Simulation> simulation;
-    std::vector<core::StepRecord> steps;
-
-    SmallRun()
-    {
-        std::vector<core::Effect*> pointers;
-        for (const auto& e : effects) pointers.push_back(e.get());
-        simulation = std::make_unique<core::Simulation>(scene, pointers, ~std::uint64_t{0});
-    }
-};
-
 }  // namespace
 
 void resumeFrom(std::string_view bytes)
@@ -63,7 +45,7 @@ void resumeFrom(std::string_view bytes)
     const core::Archive archive = core::Archive::parse(bytes, "fuzz.ckpt", false);  // any mutation has another checksum
     core::loadFrames(archive);
     core::loadSteps(archive);
-    SmallRun run;
+    test::SceneRun run(kScene);
     run.simulation->load(archive);
     (void)run.simulation->surface();  // no step: from a state that no run leads to, it may take all the tries it has
     (void)run.simulation->stateHash();
@@ -72,10 +54,10 @@ void resumeFrom(std::string_view bytes)
 std::vector<std::string> soundCheckpoints()
 {
     std::vector<std::string> files;
-    SmallRun run;
+    test::SceneRun run(kScene);
     const std::vector<core::FrameRecord> frames = {{1, 0, "0123456789abcdef", {{"obj/small.0001.obj", 10, "0123456789abcdef"}}}};
-    for (const int frame : {0, 5}) {
-        while (run.simulation->framesDone() < frame) run.steps.push_back(run.simulation->stepInFrame());
+    for (const int frame : {1, 6}) {
+        run.toFrame(frame);
         core::Archive archive;
         run.simulation->save(archive);
         core::saveRecords(run.steps, frames, archive);

@@ -14,21 +14,6 @@ PROGRAM, DRIVER = (str(Path(argument).resolve()) for argument in sys.argv[1:])
 COUNT = 24  # files of a kind
 SECONDS = 10
 MEMORY = 2 << 30  # bytes
-SCENE = """version = 1
-name = "bar"
-[time]
-frames = [1, 3]
-[grid]
-voxel_size = 0.1
-[[body]]
-shape = { box = { size = [0.3, 0.6, 0.3] } }
-material = "m"
-[material.m]
-youngs_modulus = 1e5
-poisson_ratio = 0.3
-density = 1000
-[gravity]
-"""
 NAMED = {0, 2, 4}  # exit codes of success and of errors that name what is wrong with a file
 COMMANDS = {".toml": [["check"]], ".ckpt": [["sim"]]}
 OF_SHAPES = [["info"], ["relevel", "-o", "out.vdb"], ["mesh", "-o", "out.vtu"]]
@@ -43,13 +28,13 @@ def arguments(command, file):
 
 
 def resumed(file, folder):
-    """Goes on with a run that has this checkpoint only."""
-    scene, run = folder / "bar.toml", folder / "run"
-    scene.write_text(SCENE)
+    """Goes on with a run of the example scene that has this checkpoint only."""
+    scene, run = folder / "example.toml", folder / "run"
+    scene.write_bytes(subprocess.run([PROGRAM, "scene", "--example"], capture_output=True, check=True).stdout)
     shutil.rmtree(run, ignore_errors=True)
     (run / "ckpt").mkdir(parents=True)
-    shutil.copy(file, run / "ckpt/bar.000001.ckpt")
-    return ["sim", scene, "-o", run, "--resume", "-q"]
+    shutil.copy(file, run / "ckpt/example.000001.ckpt")
+    return ["sim", scene, "-o", run, "--resume", "-q", "--set", "grid.voxel_size=0.1"]
 
 
 def limit_memory():

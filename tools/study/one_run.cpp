@@ -146,7 +146,7 @@ Json toJson(const Result& r)
     for (const Value& v : r.values) values.push_back(toJson(v));
     for (const auto& [what, n] : r.work) work[what] = n;
     for (const auto& [stage, seconds] : r.stages) stages[stage] = seconds;
-    return {{"program", std::string("vdbfrac ") + core::kVersion},
+    return {{"program", core::kCreator},
             {"fingerprint", r.fingerprint},
             {"status", r.failure.empty() ? "done" : "failed"},
             {"failure", r.failure},

@@ -76,10 +76,10 @@ std::uint64_t Archive::checksum() const
     return sum;
 }
 
-void Archive::writeTo(std::ostream& out) const
+void Archive::writeTo(std::ostream& out, std::uint64_t sum) const
 {
     const std::string head = directory();
-    const std::array<std::uint64_t, 2> numbers = {checksum(), head.size()};
+    const std::array<std::uint64_t, 2> numbers = {sum, head.size()};
     out.write(kMagic.data(), std::streamsize(kMagic.size()));
     out.write(reinterpret_cast<const char*>(numbers.data()), sizeof numbers);
     out.write(head.data(), std::streamsize(head.size()));
@@ -89,20 +89,21 @@ void Archive::writeTo(std::ostream& out) const
 std::string Archive::bytes() const
 {
     std::ostringstream out;
-    writeTo(out);
+    writeTo(out, checksum());
     return std::move(out).str();
 }
 
 void Archive::write(const std::filesystem::path& file) const
 {
+    const std::uint64_t sum = checksum();
     const auto write = [&](const std::filesystem::path& temporary) {
         std::ofstream out(temporary, std::ios::binary);
-        writeTo(out);
+        writeTo(out, sum);
         out.close();
         if (!out) throw Error(std::strerror(errno ? errno : EIO));
     };
     const auto verify = [&](const std::filesystem::path& temporary) {
-        if (read(temporary).checksum() != checksum()) throw Error("what was read back differs from what was written");
+        if (read(temporary).checksum() != sum) throw Error("what was read back differs from what was written");
     };
     writeAtomically(file, write, verify);
 }

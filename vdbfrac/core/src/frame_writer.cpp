@@ -115,7 +115,7 @@ void RunFolder::Writer::writeVdb(FrameData& data)
         else if (g.name == "fragment_id")
             g.values = world.fragment;
     }
-    const grid::Metadata metadata = {{"creator", std::string("vdbfrac ") + kVersion},
+    const grid::Metadata metadata = {{"creator", std::string(kCreator)},
                                      {"scene", scene_.name},
                                      {"frame", std::int64_t(data.record.frame)},
                                      {"time", data.record.time},
@@ -179,7 +179,7 @@ void RunFolder::Writer::writeManifest(const RunState& state, const std::string& 
         entry["parent"] = f.parent < 0 ? json() : json(f.parent);
         fragments.push_back(entry);
     }
-    const json manifest = {{"creator", std::string("vdbfrac ") + kVersion},
+    const json manifest = {{"creator", kCreator},
                            {"scene", scene_.name},
                            {"status", status},
                            {"fps", scene_.time.fps},

@@ -21,8 +21,6 @@ namespace {
 /// Frames that may wait for the writer: with the one it is at, and one that is handed over, three are in memory at most.
 constexpr std::size_t kWaitingFrames = 1;
 
-const std::string kCreator = std::string("vdbfrac ") + kVersion;
-
 /// Whatever a run writes into its folder, and so may remove from it: in this order, so that whoever is killed in between leaves no
 /// checkpoint whose frames are gone.
 constexpr const char* kOwnEntries[] = {"run.json", kCheckpointFolder, "scene.toml", "run.log", "stats.csv", "vdb", "obj", "preview"};

@@ -92,7 +92,7 @@ private:
     };
     const Array& find(const std::string& name, std::string_view type) const;
     std::string directory() const;
-    void writeTo(std::ostream& out) const;
+    void writeTo(std::ostream& out, std::uint64_t sum) const;
 
     std::vector<Array> arrays_;
     std::string source_ = "checkpoint";
