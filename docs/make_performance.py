@@ -75,8 +75,9 @@ TEXT_SCALING = """The standard block with 2^k + 1 nodes a side, one Newton itera
 is conjugate gradients with the 3x3 diagonal blocks, *multigrid* the same with a W-cycle over coarser lattices. *Dynamic* is a
 step of 1/240 s; *static* has no inertia, the top is moved just as far. *Torn*: an open crack through half of the block, on the
 middle plane, to which nodes of every coarser lattice belong. *Torn between*: one cell higher, within the cells of all coarser lattices. A
-*product* is one pass over the tets of the block: jacobi has one an iteration, multigrid some more. The time is that of a step
-whose mesh was there before; in brackets: of the first step on a new mesh."""
+*product* is one pass over the tets of the block: jacobi has one an iteration, multigrid five, four of them with one tangent a cell
+(see [inner loops](#inner-loops)). The time is that of a step whose mesh was there before; in brackets: of the first step on a
+new mesh."""
 
 TEXT_EXPONENTS = """Time grows with the nodes to the power of (fitted to the table; 1 would be the same time for each node). In brackets: what
 products alone grow by, 1 + the power of their number. The rest is memory: small blocks are in a cache, large ones are not."""
@@ -86,7 +87,8 @@ below a part (the target) of the largest of inertia, elastic and outer force. Al
 positions they end with. *Exact*: each linear system is solved to 1e-6, in as many Newton iterations as it takes. *Inexact*: only as far as the target needs, which the program does by itself.
 *Direct* is a factorisation of the assembled matrix."""
 
-TEXT_KERNELS = """On a block of {n} nodes a side, bent and stretched so that no tet is at rest; a product without the sums at the nodes. The
+TEXT_KERNELS = """On a block of {n} nodes a side, bent and stretched so that no tet is at rest; a product without the sums at the nodes. With
+*one tangent a cell*, the mean over its tets, is how multigrid smooths: what a preconditioner cannot tell from the tangent. The
 forces of a tet include its polar decomposition. The rotation of one 3x3 matrix by Eigen's JacobiSVD takes {svd} ns on this
 machine: {ratio} times all of that."""
 
@@ -257,8 +259,8 @@ def section_residual(result):
 def section_kernels(result):
     kernels = result["kernels"]
     text = TEXT_KERNELS.format(n=kernels["n"], svd=digits(kernels["svd_ns"]), ratio=digits(kernels["svd_over_force"], 2))
-    keys = ("force_ns_a_tet", "product_ns_a_tet", "product_ns_a_node", "product_single_ns_a_node")
-    columns = [" threads", " forces, ns a tet", " product, ns a tet", " ns a node", " in single precision, ns a node"]
+    keys = ("force_ns_a_tet", "product_ns_a_tet", "product_ns_a_node", "product_single_ns_a_node", "product_of_means_ns_a_node")
+    columns = [" threads", " forces, ns a tet", " product, ns a tet", " ns a node", " in single precision, ns a node", " with one tangent a cell, ns a node"]
     kernel_table = table(columns, [[run["threads"]] + [digits(run[key]) for key in keys] for run in kernels["runs"]])
     cut_columns = ["body", " cells", " cut", " there twice or more", " tets of cut cells", " all cells, ns a tet", " whole alone", " cut alone", " all / whole", " cut / whole"]
     cut_rows = [[c["body"]] + [grouped(c[key]) for key in ("cells", "cut_cells", "duplicated_cells", "cut_tets")]

@@ -134,7 +134,7 @@ private:
             const CellElement& fine = set.elements[members[m].element];
             const Coord offset = members[m].at - 2 * coarse.cell;
             const auto& tets = kCoarseTets.of[int(fine.shape)][cornerAt(offset)];
-            out_.finer.children.push_back({firstElement + members[m].element, tets});
+            out_.finer.children.push_back(firstElement + members[m].element);
             const tetmesh::CellTets& shape = tetmesh::cellTets(fine.shape);
             for (std::size_t t = 0; t < std::size_t(shape.count); ++t) coarse.share[tets[t]] += 6 * shape.volume[t] * fine.fraction[t];
             const auto used = usedCorners(fine);

@@ -147,11 +147,11 @@ double ElasticOperator::evaluate(std::span<const Vec3> x, std::span<Vec3> gradie
     const Data& d = *data_;
     if (tangent) {
         tangent->resize(d.p.tangentCount);
+        tangent->ofCells_ = false;
         tangent->share_ = share;
     }
     std::atomic<std::int64_t> robust = 0;
-    TetTangent* const tangents = tangent ? tangent->tets_.get() : nullptr;
-    d.eachPatch(x, tangents, share, [&](std::size_t i, const PatchData& patch, const double* in, double* out) {
+    d.eachPatch(x, tangent, [&](std::size_t i, const PatchData& patch, const double* in, double* out) {
         const KernelResult r = kernel().evaluate(patch, d.cellDilation, kRobust, in, out);
         d.patchEnergy[i] = r.energy;
         if (r.robustTets) robust += r.robustTets;
@@ -168,7 +168,7 @@ void ElasticOperator::energyDensities(std::span<const Vec3> x, std::vector<doubl
     const Data& d = *data_;
     constexpr std::size_t kTets = tetmesh::kMostTets;
     density.resize(d.elements * kTets);
-    d.eachPatch(x, nullptr, 0, [&](std::size_t i, PatchData patch, const double* in, double* out) {
+    d.eachPatch(x, nullptr, [&](std::size_t i, PatchData patch, const double* in, double* out) {
         const Patch& range = d.p.patches[i];
         std::vector<double>& psi = d.psi[std::size_t(threadSlot())];
         psi.resize(std::max(psi.size(), range.batches * kTets * kLanes));
@@ -195,6 +195,17 @@ void ElasticOperator::Data::eachTet(TetTangent* tangents, const F& f) const
             for (std::size_t t = 0; t < p.tetsOf(b); ++t)
                 for (std::size_t l = 0; l < kLanes; ++l)
                     if (const double share = volumeShare(b, t, l); share > 0) f(tangents[p.batches[b].tangent + t], l, patch.mu * share * h);
+    });
+}
+
+void ElasticOperator::averageTets(const Tangent& tangent, Tangent& cells) const
+{
+    const Data& d = *data_;
+    cells.resize(d.p.batches.size());
+    cells.ofCells_ = true;
+    cells.share_ = tangent.share_;
+    parallelChunks(d.p.patches.size(), 1, [&](std::size_t i, std::size_t) {
+        kernel().averageTets(d.patchData(i, &tangent), kRobust, cells.tets_.get() + d.p.patches[i].firstBatch);
     });
 }
 
@@ -227,7 +238,7 @@ double ElasticOperator::multiply(const Tangent& tangent, std::span<const V> u) c
 {
     const Data& d = *data_;
     using Real = typename V::Scalar;
-    d.eachPatch(u, tangent.tets_.get(), tangent.share_, [&](std::size_t i, const PatchData& patch, const Real* in, Real* out) {
+    d.eachPatch(u, &tangent, [&](std::size_t i, const PatchData& patch, const Real* in, Real* out) {
         d.patchEnergy[i] = kernel().of<Real>().product(patch, d.cellDilation, in, out);
     });
     d.work.products += 1;
@@ -261,7 +272,7 @@ NodeSums<ElasticOperator::PackedBlock> ElasticOperator::diagonal(const Tangent& 
         const std::size_t stride = patch.stride();
         double* const out = d.out[std::size_t(threadSlot())].as<double>();
         std::fill_n(out, kDiagonalRows * stride, 0.);
-        kernel().diagonal(d.patchData(i, tangent.tets_.get(), tangent.share_), d.cellDilation, out);
+        kernel().diagonal(d.patchData(i, &tangent), d.cellDilation, out);
         for (std::size_t n = 0; n < patch.nodes; ++n)
             for (std::size_t k = 0; k < kDiagonalRows; ++k) slot[patch.firstSlot + n][Eigen::Index(k)] = out[k * stride + n];
     });

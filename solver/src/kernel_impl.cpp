@@ -182,16 +182,17 @@ VDBFRAC_INLINE std::int64_t strainOfTet(const LaneTets* own, const Corners& x, P
 }
 
 /// Mean over the tets of a cell weighted by volume; 0 in a cell without material.
-template <int tets>
-VDBFRAC_INLINE Pack cellMean(const double (*share)[kLanes], const Pack (&value)[tetmesh::kMostTets])
+template <int tets, class P>
+VDBFRAC_INLINE P cellMean(const double (*share)[kLanes], const P (&value)[tetmesh::kMostTets])
 {
-    Pack sum = all(0), volume = all(0);
+    using Real = std::remove_cvref_t<decltype(P{}[0])>;
+    P sum = {}, volume = {};
     for (int t = 0; t < tets; ++t) {
-        const Pack V = load<double>(share[t]);
+        const P V = load<Real>(share[t]);
         sum += V * value[t];
         volume += V;
     }
-    return volume > 0 ? sum / volume : all(0);
+    return volume > 0 ? sum / volume : P{};
 }
 
 template <CellShape shape, bool cellDilation, Strain strain>
@@ -289,12 +290,30 @@ VDBFRAC_INLINE void loadRotation(const TetTangent& tangent, MatrixOf<PackT<Real>
     for (int k = 0; k < 9; ++k) R[k / 3][k % 3] = load<Real>(tangent.R[k]);
 }
 
+template <class Real>
+VDBFRAC_INLINE void loadTangent(const TetTangent& tangent, MatrixOf<PackT<Real>>& R, PackT<Real> (&T)[6])
+{
+    loadRotation<Real>(tangent, R);
+    for (int k = 0; k < 6; ++k) T[k] = load<Real>(tangent.T[k]);
+}
+
+/// Moduli times h, and what damping adds to the tangent.
+template <class Real>
+struct Moduli {
+    Real twoMu, lambda, third, bulk;
+    VDBFRAC_INLINE explicit Moduli(const PatchData& patch)
+    {
+        const double scale = patch.h * (1 + patch.share);
+        twoMu = Real(2 * patch.mu * scale), lambda = Real(patch.lambda * scale), third = twoMu / 3, bulk = lambda + third;
+    }
+};
+
 /// Asks the second-level cache for one of `parts` of the tangents of a batch to come: a product is bound by reading them.
 /// In parts between the arithmetic, as a core waits once it has asked for some twenty lines.
 template <int tets, int parts>
 VDBFRAC_INLINE void prefetch(const TetTangent* now, int part)
 {
-    constexpr int kLine = 64, kAhead = 24;  // tets; measured
+    constexpr int kLine = 64, kAhead = 24;  // tets, or cells; measured
     constexpr int kLines = tets * int(sizeof *now) / kLine;
     const char* const next = reinterpret_cast<const char*>(now + kAhead);
 #pragma GCC unroll 64
@@ -314,8 +333,7 @@ void productBatch(const PatchData& patch, int b, const Real* in, Real* out)
     gather<shape, Real>(patch, batch, in, u);
     for (auto& corner : f)
         for (P& v : corner) v = P{};
-    const double scale = patch.h * (1 + patch.share);
-    const Real twoMu = Real(2 * patch.mu * scale), lambda = Real(patch.lambda * scale), third = twoMu / 3, bulk = lambda + third;
+    const auto [twoMu, lambda, third, bulk] = Moduli<Real>(patch);
     P mean = {}, trace[tetmesh::kMostTets];
     if constexpr (cellDilation) {
         P volume = {};
@@ -336,14 +354,97 @@ void productBatch(const PatchData& patch, int b, const Real* in, Real* out)
         P T[6];
         prefetch<tets, passes * tets>(tangent, (passes - 1) * tets + t);
         differences<shape, t, P>(own, u, E);
-        loadRotation<Real>(tangent[t], R);
-        for (int k = 0; k < 6; ++k) T[k] = load<Real>(tangent[t].T[k]);
+        loadTangent<Real>(tangent[t], R, T);
         const P V = load<Real>(share[t]);
         const P pressure = cellDilation ? mean - third * trace[t] : lambda * traceOf<P>(E, R);
         MatrixOf<P> stress;
         green ? greenStressRate<P>(E, R, T, twoMu * V, pressure * V, stress) : stressRate<P>(E, R, T, twoMu * V, pressure * V, stress);
         spread<shape, t, P>(own, stress, f);
     });
+    scatter<shape, 3, Real>(patch, batch, f, out);
+}
+
+/// v = m u at the corners, or m^T u.
+template <bool transposed, class P>
+VDBFRAC_INLINE void turnCorners(const MatrixOf<P>& m, const CornersOf<P>& u, int corners, CornersOf<P>& v)
+{
+    for (int c = 0; c < corners; ++c)
+        for (int i = 0; i < 3; ++i) {
+            v[c][i] = (transposed ? m[0][i] : m[i][0]) * u[c][0];
+            v[c][i] += (transposed ? m[1][i] : m[i][1]) * u[c][1];
+            v[c][i] += (transposed ? m[2][i] : m[i][2]) * u[c][2];
+        }
+}
+
+/// stressRate in the frame of R, of D = R^T E.
+template <class P>
+VDBFRAC_INLINE void turnedStressRate(const MatrixOf<P>& D, const P (&T)[6], P V, P twoMu, P bulk, MatrixOf<P>& stress)
+{
+    const P w[3] = {D[2][1] - D[1][2], D[0][2] - D[2][0], D[1][0] - D[0][1]};
+    const P v[3] = {V * (T[0] * w[0] + T[5] * w[1] + T[4] * w[2]), V * (T[5] * w[0] + T[1] * w[1] + T[3] * w[2]),
+                    V * (T[4] * w[0] + T[3] * w[1] + T[2] * w[2])};
+    for (int i = 0; i < 3; ++i) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        stress[i][i] = twoMu * D[i][i] + bulk;
+        stress[i][j] = twoMu * D[i][j] - v[k];
+        stress[i][k] = twoMu * D[i][k] + v[j];
+    }
+}
+
+/// productBatch with one R and T for all tets of a cell: its corners are turned into the frame of R, and its forces back.
+template <class Real, CellShape shape, bool cellDilation, bool green>
+void cellProductBatch(const PatchData& patch, int b, const Real* in, Real* out)
+{
+    using P = PackT<Real>;
+    constexpr int tets = kCellTets<shape>.count, corners = shape == CellShape::tet ? 4 : tetmesh::kCorners;
+    const Batch& batch = patch.batch[b];
+    const auto share = volumeShares<shape>(patch, batch);
+    const LaneTets* const own = ownTets<shape>(patch, batch);
+    CornersOf<P> u, turned, turnedForce, f;
+    MatrixOf<P> R;
+    P T[6];
+    gather<shape, Real>(patch, batch, in, u);
+    loadTangent<Real>(patch.cells[b], R, T);
+    prefetch<1, 1>(patch.cells + b, 0);
+    turnCorners<true, P>(R, u, corners, turned);
+    for (int c = 0; c < corners; ++c)
+        for (int i = 0; i < 3; ++i) f[c][i] = turnedForce[c][i] = P{};
+    const auto [twoMu, lambda, third, bulk] = Moduli<Real>(patch);
+    P mean = {}, trace[tetmesh::kMostTets];
+    if constexpr (cellDilation) {
+        unroll<tets>([&](auto t) __attribute__((always_inline)) {
+            MatrixOf<P> D;
+            differences<shape, t, P>(own, turned, D);
+            trace[t] = D[0][0] + D[1][1] + D[2][2];
+        });
+        mean = bulk * cellMean<tets>(share, trace);
+    }
+    unroll<tets>([&](auto t) __attribute__((always_inline)) {
+        MatrixOf<P> D, stress;
+        differences<shape, t, P>(own, turned, D);
+        const P V = load<Real>(share[t]);
+        const P pressure = V * (cellDilation ? mean - third * trace[t] : lambda * (D[0][0] + D[1][1] + D[2][2]));
+        if constexpr (green) {
+            MatrixOf<P> E;
+            const P mu = twoMu / 2 * V;
+            for (int i = 0; i < 3; ++i)
+                for (int j = 0; j < 3; ++j) stress[i][j] = mu * (D[i][j] + D[j][i]);
+            for (int i = 0; i < 3; ++i) stress[i][i] += pressure;
+            spread<shape, t, P>(own, stress, turnedForce);
+            differences<shape, t, P>(own, u, E);
+            const MatrixOf<P> Sigma = {{T[0], T[5], T[4]}, {T[5], T[1], T[3]}, {T[4], T[3], T[2]}};
+            for (int i = 0; i < 3; ++i)
+                for (int c = 0; c < 3; ++c) stress[i][c] = V * (E[i][0] * Sigma[0][c] + E[i][1] * Sigma[1][c] + E[i][2] * Sigma[2][c]);
+            spread<shape, t, P>(own, stress, f);
+        } else {
+            turnedStressRate<P>(D, T, V, twoMu * V, pressure, stress);
+            spread<shape, t, P>(own, stress, turnedForce);
+        }
+    });
+    CornersOf<P> back;
+    turnCorners<false, P>(R, turnedForce, corners, back);
+    for (int c = 0; c < corners; ++c)
+        for (int i = 0; i < 3; ++i) f[c][i] = green ? f[c][i] + back[c][i] : back[c][i];
     scatter<shape, 3, Real>(patch, batch, f, out);
 }
 
@@ -403,12 +504,25 @@ VDBFRAC_INLINE void addVertexBlock(const Pack (&g)[3], const Pack (&q)[3], const
     addOuter(q, muV, K);
 }
 
+/// R and T of tet t, of volume V: its own or those of its cell.
+template <bool green>
+VDBFRAC_INLINE void tangentOfTet(const PatchData& patch, int b, int t, Pack V, Matrix& R, Pack (&T)[6])
+{
+    if (!patch.cells) return loadTangent<double>(patch.tangent[int(patch.batch[b].tangent) + t], R, T);
+    loadTangent<double>(patch.cells[b], R, T);
+    Pack own[6];
+    for (int k = 0; k < 6; ++k) own[k] = V * T[k];
+    if constexpr (green)
+        for (int k = 0; k < 6; ++k) T[k] = own[k];
+    else
+        rotated(R, own, T);
+}
+
 template <CellShape shape, bool cellDilation, bool green>
 void diagonalBatch(const PatchData& patch, int b, double* out)
 {
     constexpr auto& cell = kCellTets<shape>;
     const Batch& batch = patch.batch[b];
-    const TetTangent* const tangent = patch.tangent + batch.tangent;
     const auto share = volumeShares<shape>(patch, batch);
     const double scale = patch.h * (1 + patch.share), mu = patch.mu * scale, lambda = patch.lambda * scale;
     Pack K[tetmesh::kCorners][6], bulk[tetmesh::kCorners][3], cellVolume = all(0);
@@ -421,8 +535,7 @@ void diagonalBatch(const PatchData& patch, int b, double* out)
         cellVolume += V;
         Matrix R;
         Pack T[6];
-        loadRotation<double>(tangent[t], R);
-        for (int k = 0; k < 6; ++k) T[k] = load<double>(tangent[t].T[k]);
+        tangentOfTet<green>(patch, b, t, V, R, T);
         for (int a = 0; a < 4; ++a) {
             const int c = cell.corner[t][a];
             Pack g[3], q[3];
@@ -439,6 +552,69 @@ void diagonalBatch(const PatchData& patch, int b, double* out)
         for (int c = 0; c < tetmesh::kCorners; ++c) addOuter(bulk[c], weight, K[c]);
     }
     scatter<shape, 6, double>(patch, batch, K, out);
+}
+
+/// Lanes in which `m` is too far from a rotation for nearestRotation() to get there by itself.
+VDBFRAC_INLINE Mask farFromRotation(const Matrix& m)
+{
+    constexpr double kNear = 0.3;  // off orthogonality
+    Matrix G, cof;
+    transposedProduct(m, m, G);
+    cofactor(m, cof);
+    Pack square = all(0);
+    for (int k = 0; k < 9; ++k) square += (G[k / 3][k % 3] - all(k % 4 == 0)) * (G[k / 3][k % 3] - all(k % 4 == 0));
+    return ~(square < kNear * kNear) | ~(m[0][0] * cof[0][0] + m[0][1] * cof[0][1] + m[0][2] * cof[0][2] > 0);
+}
+
+/// R: the rotation nearest to `mean`, a weighted mean of rotations, to single precision.
+VDBFRAC_INLINE void nearestRotation(const Matrix& mean, const RobustTet& scalar, Matrix& R)
+{
+    constexpr int kSteps = 4;  // of Newton-Schulz, from kNear to single precision
+    for (int k = 0; k < 9; ++k) R[k / 3][k % 3] = mean[k / 3][k % 3];
+    for (int step = 0; step < kSteps; ++step) {
+        Matrix G, RG;
+        transposedProduct(R, R, G);
+        product(R, G, RG);
+        for (int k = 0; k < 9; ++k) R[k / 3][k % 3] = 1.5 * R[k / 3][k % 3] - 0.5 * RG[k / 3][k % 3];
+    }
+    const Mask far = farFromRotation(mean);
+    if (!any(far)) return;
+    for (int l = 0; l < kLanes; ++l) {
+        if (!far[l]) continue;
+        double F[9], nearest[9], S[6];
+        for (int k = 0; k < 9; ++k) F[k] = mean[k / 3][k % 3][l];
+        scalar.polar(F, nearest, S);
+        for (int k = 0; k < 9; ++k) R[k / 3][k % 3][l] = nearest[k];
+    }
+}
+
+template <CellShape shape, bool green>
+void averageBatch(const PatchData& patch, int b, const RobustTet& scalar, TetTangent& cell)
+{
+    const Batch& batch = patch.batch[b];
+    const TetTangent* const tangent = patch.tangent + batch.tangent;
+    const auto share = volumeShares<shape>(patch, batch);
+    Pack volume = all(0), T[6], turned[6];
+    Matrix mean, R, back;
+    for (int k = 0; k < 9; ++k) mean[k / 3][k % 3] = all(0);
+    for (Pack& v : T) v = all(0);
+    for (int t = 0; t < kCellTets<shape>.count; ++t) {
+        const Pack V = load<double>(share[t]);
+        const Mask used = V > 0;  // what a tet without material has is of no interest
+        volume += V;
+        for (int k = 0; k < 9; ++k) mean[k / 3][k % 3] += used ? V * load<double>(tangent[t].R[k]) : all(0);
+        for (int k = 0; k < 6; ++k) T[k] += used ? load<double>(tangent[t].T[k]) : all(0);
+    }
+    const Pack inverse = volume > 0 ? 1. / volume : all(0);
+    for (int k = 0; k < 9; ++k) mean[k / 3][k % 3] = volume > 0 ? mean[k / 3][k % 3] * inverse : all(k % 4 == 0);
+    for (Pack& v : T) v = v * inverse;
+    if constexpr (!green) {
+        nearestRotation(mean, scalar, R);
+        for (int k = 0; k < 9; ++k) back[k / 3][k % 3] = R[k % 3][k / 3];
+        rotated(back, T, turned);
+    }
+    for (int k = 0; k < 9; ++k) store(cell.R[k], (green ? mean : R)[k / 3][k % 3]);
+    for (int k = 0; k < 6; ++k) store(cell.T[k], (green ? T : turned)[k]);
 }
 
 /// Calls f<shape, cellDilation, strain>(b) for each batch of the patch.
@@ -493,7 +669,8 @@ template <class Real>
 double productAll(const PatchData& patch, bool cellDilation, const Real* in, Real* out)
 {
     eachBatch(patch, cellDilation, [&]<CellShape shape, bool dilation, Strain strain>(int b) {
-        productBatch<Real, shape, dilation, strain == Strain::green>(patch, b, in, out);
+        constexpr bool green = strain == Strain::green;
+        patch.cells ? cellProductBatch<Real, shape, dilation, green>(patch, b, in, out) : productBatch<Real, shape, dilation, green>(patch, b, in, out);
     });
     return dotOfRows(in, out, patch.stride);
 }
@@ -531,6 +708,13 @@ void diagonalAll(const PatchData& patch, bool cellDilation, double* out)
     });
 }
 
+void averageAll(const PatchData& patch, const RobustTet& scalar, TetTangent* cells)
+{
+    eachBatch(patch, false, [&]<CellShape shape, bool dilation, Strain strain>(int b) {
+        averageBatch<shape, strain == Strain::green>(patch, b, scalar, cells[b]);
+    });
+}
+
 #define VDBFRAC_TEXT2(x) #x
 #define VDBFRAC_TEXT(x) VDBFRAC_TEXT2(x)
 
@@ -539,6 +723,6 @@ constexpr VectorKernel<Real> kVectors = {readAll<Real>, writeAll<Real>, productA
 
 }  // namespace
 
-const Kernel VDBFRAC_KERNEL = {evaluate, diagonalAll, kVectors<double>, kVectors<float>, smoothNodes, VDBFRAC_TEXT(VDBFRAC_KERNEL)};
+const Kernel VDBFRAC_KERNEL = {evaluate, diagonalAll, averageAll, kVectors<double>, kVectors<float>, smoothNodes, VDBFRAC_TEXT(VDBFRAC_KERNEL)};
 
 }  // namespace vdbfrac::solver

@@ -195,7 +195,7 @@ LinearMethod chosen(const LinearSystem& system, LinearLimits limits, double acro
 {
     constexpr double kDirectNodes = 1500, kDirectSection = 16;  // nodes, in all and across a slender body: beyond, factors fill in
     constexpr double kIterationsACell = 0.25;  // for each factor e of the tolerance
-    constexpr double kWorthwhile = 45;         // iterations that cost as much as setting up multigrid and its own
+    constexpr double kWorthwhile = 30;         // iterations that cost as much as setting up multigrid and its own
     constexpr double kFive = 5;                // times as many where five tets a cell, not nested, are cut
     const double nodes = double(system.elastic.nodeCount());
     double stiffness = 0, inertia = 0;

@@ -36,8 +36,7 @@ float noise(std::uint32_t n)
 struct Multigrid::Level {
     const ElasticOperator* elastic = nullptr;
     std::unique_ptr<ElasticOperator> own;  // on coarse levels
-    Tangent ownTangent;
-    const Tangent* tangent = nullptr;
+    Tangent tangent;                        // of cells
     double massFactor = 0;
     std::vector<std::uint8_t> fixed;
     std::vector<float> spring, added;  // N/m: of fixed nodes finer down; of springs and mass
@@ -56,7 +55,7 @@ struct Multigrid::Level {
         fixed.resize(n);
         added.resize(n);
     }
-    LinearSystem system() const { return {*elastic, *tangent, massFactor, fixed}; }
+    LinearSystem system() const { return {*elastic, tangent, massFactor, fixed}; }
 };
 
 struct Multigrid::Coarsest {
@@ -141,14 +140,13 @@ void restrictHolds(std::span<const std::uint8_t> fixed, std::span<const float> s
 bool Multigrid::setUp(const LinearSystem& system)
 {
     Level& top = *levels_[0];
-    top.tangent = &system.tangent;
+    top.elastic->averageTets(system.tangent, top.tangent);
     std::copy(system.fixed.begin(), system.fixed.end(), top.fixed.begin());
     for (std::size_t l = 0; l < levels_.size(); ++l) {
         Level& level = *levels_[l];
         if (l > 0) {
             const Level& fine = *levels_[l - 1];
-            level.elastic->average(*fine.elastic, *fine.tangent, fine.coarser.finer, level.ownTangent);
-            level.tangent = &level.ownTangent;
+            level.elastic->averageCells(*fine.elastic, fine.tangent, fine.coarser.finer, level.tangent);
             restrictHolds(fine.fixed, fine.spring, fine.elastic->stiffness(), fine.coarser.parents, level.fixed, level.spring);
         }
         if (l == 1) {
@@ -192,7 +190,7 @@ float Multigrid::largestEigenvalue(Level& level)
     };
     double size = norm(), ratio = 1;
     for (int step = 0; step < kPowerSteps && size > 0; ++step) {
-        (void)level.elastic->multiply<Vec3f>(*level.tangent, level.x);
+        (void)level.elastic->multiply<Vec3f>(level.tangent, level.x);
         const auto sums = level.elastic->sums<Vec3f>();
         const float scale = float(1 / size);
         eachNode<float>(level.x.size(), [&](std::size_t i) {
@@ -211,7 +209,7 @@ void Multigrid::smooth(Level& level, bool fromZero)
     const float first = 1 / middle, damp = 1 / (2 * sigma - 1 / sigma), keep = damp / sigma, move = 2 * damp / half;
     const std::size_t count = level.x.size();
     const auto pass = [&](float kept, float moved) {
-        (void)level.elastic->multiply<Vec3f>(*level.tangent, level.x);
+        (void)level.elastic->multiply<Vec3f>(level.tangent, level.x);
         const SmootherNodes nodes{slotSums(level.elastic->sums<Vec3f>()), level.inverse.lanes(),   level.added.data(),
                                   level.b.data()->data(),                 level.x.data()->data(), level.step.data()->data()};
         parallelChunks(count, kChunk, [&](std::size_t begin, std::size_t end) {
@@ -229,7 +227,7 @@ void Multigrid::smooth(Level& level, bool fromZero)
 /// Puts the residual of `level` on the right-hand side of the coarser one.
 void Multigrid::restrictResidual(Level& level, Level& coarse)
 {
-    (void)level.elastic->multiply<Vec3f>(*level.tangent, level.x);
+    (void)level.elastic->multiply<Vec3f>(level.tangent, level.x);
     const auto sums = level.elastic->sums<Vec3f>();
     eachNode<float>(level.x.size(), [&](std::size_t i) {
         level.step[i] = level.fixed[i] ? Vec3f::Zero() : Vec3f(level.b[i] - level.added[i] * level.x[i] - sums(i));
@@ -291,7 +289,7 @@ std::size_t Multigrid::bytes() const
     for (const auto& level : levels_) {
         sum += of(level->fixed) + of(level->spring) + of(level->added) + level->inverse.bytes() + of(level->x) + of(level->b) + of(level->step) +
                of(level->childStart) + of(level->child) + of(level->coarser.parents) + of(level->coarser.finer.start) +
-               of(level->coarser.finer.children) + level->ownTangent.bytes();
+               of(level->coarser.finer.children) + level->tangent.bytes();
         if (level->own) sum += level->own->bytes();
         for (const auto& set : level->coarser.sets) sum += of(set.elements) + of(set.nodes);
     }

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <numeric>
+#include <utility>
 
 namespace vdbfrac::solver {
 
@@ -58,7 +59,8 @@ struct ElasticOperator::Data {
     std::vector<Scratch> in, out;
     mutable std::vector<std::vector<double>> psi;  // of energyDensities, made when it is first asked for
 
-    PatchData patchData(std::size_t i, TetTangent* tangents, double share) const
+    /// `tangent` may be null.
+    PatchData patchData(std::size_t i, const Tangent* tangent) const
     {
         const Patch& patch = p.patches[i];
         PatchData d;
@@ -66,13 +68,18 @@ struct ElasticOperator::Data {
         d.corners = p.corners.data();
         d.volumes = p.volumes.data();
         d.tets = p.laneTets.data();
-        d.tangent = tangents;
+        if (tangent) {
+            if (tangent->ofCells_)
+                d.cells = tangent->tets_.get() + patch.firstBatch;
+            else
+                d.tangent = tangent->tets_.get();
+            d.share = tangent->share_;
+        }
         d.run = p.runs.data() + patch.firstRun;
         d.batches = int(patch.batches), d.runs = int(patch.runs);
         d.nodes = int(patch.nodes), d.stride = int(patch.stride());
         d.h = h;
         d.mu = patch.mu, d.lambda = patch.lambda;
-        d.share = share;
         d.strain = strain;
         return d;
     }
@@ -80,11 +87,11 @@ struct ElasticOperator::Data {
     /// Calls f(patch number, patch, in, out) for every patch, with scratch of its own: `in` holds x, `out` three rows of
     /// zeros; then puts `out` into the patch's slots.
     template <class V, class F>
-    void eachPatch(std::span<const V> x, TetTangent* tangents, double share, const F& f) const
+    void eachPatch(std::span<const V> x, const Tangent* tangent, const F& f) const
     {
         using Real = typename V::Scalar;
         parallelChunks(p.patches.size(), 1, [&](std::size_t i, std::size_t) {
-            const PatchData patch = patchData(i, tangents, share);
+            const PatchData patch = patchData(i, tangent);
             [[maybe_unused]] const FlushFor<Real> flush{};
             Real* const u = in[std::size_t(threadSlot())].template as<Real>();
             Real* const sum = out[std::size_t(threadSlot())].template as<Real>();
@@ -121,6 +128,20 @@ struct ElasticOperator::Data {
         for (std::size_t k = 0; k < 3; ++k)
             if (a == 0 || a == k + 1) g += (a == 0 ? -1 : 1) * Vec3(own[k][0][l], own[k][1][l], own[k][2][l]);
         return g;
+    }
+
+    /// R and T (TetTangent) of a tet in one lane, its own or those of its cell.
+    std::pair<Mat3, Mat3> tangentAt(const Tangent& tangent, std::size_t batch, std::size_t t, std::size_t l) const
+    {
+        const TetTangent& tet = tangent.tets_[tangent.ofCells_ ? batch : p.batches[batch].tangent + t];
+        Mat3 R;
+        double packed[6];
+        for (int k = 0; k < 9; ++k) R(k / 3, k % 3) = tet.R[k][l];
+        for (int k = 0; k < 6; ++k) packed[k] = tet.T[k][l];
+        const Mat3 T = unpackSymmetric(packed);
+        if (!tangent.ofCells_) return {R, T};
+        const Mat3 own = volumeShare(batch, t, l) * T;
+        return {R, strain == Strain::green ? own : Mat3(R * own * R.transpose())};
     }
 
     /// Calls f(tangent, lane, mu V / h^2) for every tet with material.

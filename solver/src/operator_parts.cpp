@@ -26,25 +26,24 @@ Mat3 nearestRotation(const Mat3& m)
     return R;
 }
 
-/// What the finer tets in one coarse tet add up to.
+/// What the finer cells in a coarse one add up to, weighted by their material.
 struct FinerSum {
-    Mat3 R = Mat3::Zero();  ///< weighted by share; of Green's strain, F
-    double share = 0;       ///< material volume over that of a finer cell
-    double T[6] = {};
+    Mat3 R = Mat3::Zero();
+    double T[6] = {}, weight = 0;
 
-    void add(const TetTangent& tet, std::size_t lane, double weight)
+    void add(const TetTangent& cell, std::size_t lane, double share)
     {
-        share += weight;
-        for (int k = 0; k < 9; ++k) R(k / 3, k % 3) += weight * tet.R[k][lane];
-        for (int k = 0; k < 6; ++k) T[k] += tet.T[k][lane];
+        weight += share;
+        for (int k = 0; k < 9; ++k) R(k / 3, k % 3) += share * cell.R[k][lane];
+        for (int k = 0; k < 6; ++k) T[k] += share * cell.T[k][lane];
     }
-    void write(TetTangent& tet, std::size_t lane, Strain strain) const
+    void write(TetTangent& cell, std::size_t lane, Strain strain) const
     {
         Mat3 mean = Mat3::Identity();
-        if (share > 0) mean = strain == Strain::green ? Mat3(R / share) : nearestRotation(R / share);
-        for (int k = 0; k < 9; ++k) tet.R[k][lane] = float(mean(k / 3, k % 3));
-        // T is per V / h^2: a coarse tet has the volume of its finer ones and twice their h.
-        for (int k = 0; k < 6; ++k) tet.T[k][lane] = float(T[k] / 4);
+        if (weight > 0) mean = strain == Strain::green ? Mat3(R / weight) : nearestRotation(R / weight);
+        for (int k = 0; k < 9; ++k) cell.R[k][lane] = float(mean(k / 3, k % 3));
+        // T is times h, which is twice that of the finer cells.
+        for (int k = 0; k < 6; ++k) cell.T[k][lane] = weight > 0 ? float(2 * T[k] / weight) : 0;
     }
 };
 
@@ -94,26 +93,27 @@ double ElasticOperator::highestFrequency() const
     return std::sqrt(highest) / data_->h;
 }
 
-void ElasticOperator::average(const ElasticOperator& fine, const Tangent& fineTangent, const FinerElements& finer, Tangent& tangent) const
+void ElasticOperator::averageCells(const ElasticOperator& fine, const Tangent& fineCells, const FinerElements& finer, Tangent& cells) const
 {
-    constexpr std::size_t kTets = tetmesh::kMostTets, kElements = 64;
+    constexpr std::size_t kElements = 64;
     const Data &d = *data_, &f = *fine.data_;
-    if (tangent.count_ != d.p.tangentCount) {
-        tangent.resize(d.p.tangentCount);
-        std::memset(static_cast<void*>(tangent.tets_.get()), 0, tangent.bytes());  // lanes that no element fills
+    if (cells.count_ != d.p.batches.size()) {
+        cells.resize(d.p.batches.size());
+        std::memset(static_cast<void*>(cells.tets_.get()), 0, cells.bytes());  // lanes that no element fills
     }
-    tangent.share_ = fineTangent.share_;
+    cells.ofCells_ = true;
+    cells.share_ = fineCells.share_;
     parallelChunks(d.elements, kElements, [&](std::size_t begin, std::size_t end) {
         for (std::size_t e = begin; e < end; ++e) {
-            FinerSum sum[kTets];
+            FinerSum sum;
             for (std::uint32_t c = finer.start[e]; c < finer.start[e + 1]; ++c) {
-                const std::size_t at = f.p.laneOfElement[finer.children[c].element], batch = at / kLanes, lane = at % kLanes;
-                for (std::size_t t = 0; t < f.p.tetsOf(batch); ++t)
-                    if (const double share = f.volumeShare(batch, t, lane); share > 0)
-                        sum[finer.children[c].coarseTet[t]].add(fineTangent.tets_[f.p.batches[batch].tangent + t], lane, share);
+                const std::size_t at = f.p.laneOfElement[finer.children[c]], batch = at / kLanes, lane = at % kLanes;
+                double share = 0;
+                for (std::size_t t = 0; t < f.p.tetsOf(batch); ++t) share += f.volumeShare(batch, t, lane);
+                sum.add(fineCells.tets_[batch], lane, share);
             }
             const std::size_t at = d.p.laneOfElement[e];
-            for (std::size_t t = 0; t < kTets; ++t) sum[t].write(tangent.tets_[d.p.batches[at / kLanes].tangent + t], at % kLanes, d.strain);
+            sum.write(cells.tets_[at / kLanes], at % kLanes, d.strain);
         }
     });
 }
@@ -133,12 +133,7 @@ ElasticOperator::ElementMatrix ElasticOperator::elementMatrix(const Tangent& tan
         const double V = d.volumeShare(b, t, lane);
         if (!(V > 0)) continue;
         cellShare += V;
-        const TetTangent& tet = tangent.tets_[d.p.batches[b].tangent + t];
-        Mat3 R;
-        double packed[6];
-        for (int k = 0; k < 9; ++k) R(k / 3, k % 3) = tet.R[k][lane];
-        for (int k = 0; k < 6; ++k) packed[k] = tet.T[k][lane];
-        const Mat3 T = unpackSymmetric(packed);
+        const auto [R, T] = d.tangentAt(tangent, b, t, lane);
         for (std::size_t i = 0; i < 4; ++i) {
             const Vec3 gi = d.gradient(b, t, i, lane), qi = R * gi;
             const Eigen::Index row = 3 * cell.corner[t][i];

@@ -78,6 +78,20 @@ void TangentProduct(benchmark::State& state)
 }
 BENCHMARK(TangentProduct)->Unit(benchmark::kMillisecond);
 
+/// As the smoother of multigrid has it: in single precision, with one tangent a cell.
+void MeanTangentProduct(benchmark::State& state)
+{
+    const ThreadLimit one(1);
+    const Bent bent;
+    solver::Tangent tangent, means;
+    (void)bent.elastic.evaluate(bent.x, {}, &tangent);
+    bent.elastic.averageTets(tangent, means);
+    const std::vector<solver::Vec3f> u(bent.x.size(), solver::Vec3f::Ones());
+    for (auto _ : state) benchmark::DoNotOptimize(bent.elastic.multiply<solver::Vec3f>(means, u));
+    costOf(state, "tet", double(bent.elastic.tetCount()));
+}
+BENCHMARK(MeanTangentProduct)->Unit(benchmark::kMillisecond);
+
 /// What a polar decomposition costs by the usual way; to be compared with the whole of EvaluateForce.
 void EigenJacobiSvd(benchmark::State& state)
 {

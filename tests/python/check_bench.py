@@ -124,7 +124,7 @@ def check_kernels(kernels):
     require_positive(kernels, ["n", "nodes", "tets", "svd_ns", "svd_over_force"], "kernels")
     require([run["threads"] for run in kernels["runs"]] == [1, 2], "kernels: not on one and two threads")
     for run in kernels["runs"]:
-        require_positive(run, ["force_ns_a_tet", "product_ns_a_node", "product_single_ns_a_node", "product_ns_a_tet"], "kernels.runs")
+        require_positive(run, ["force_ns_a_tet", "product_ns_a_node", "product_single_ns_a_node", "product_of_means_ns_a_node", "product_ns_a_tet"], "kernels.runs")
     for cut in kernels["cut"]:
         require_positive(cut, ["cells", "cut_cells", "cut_elements", "cut_tets", "whole_tets", "all_ns_a_tet", "whole_ns_a_tet", "cut_ns_a_tet"],
                          f"kernels.cut, {cut['body']}")

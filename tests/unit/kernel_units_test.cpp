@@ -91,7 +91,20 @@ struct RandomPatch {
         for (double& v : x) v = std::uniform_real_distribution<double>(-1, 1)(random);
     }
 
-    /// Gradient, product, product in single precision, diagonal and energy, one after another.
+    /// What products and diagonal blocks of both precisions give, one after another.
+    void multiply(const solver::Kernel& kernel, const solver::PatchData& d, bool cellDilation, std::vector<double>& out) const
+    {
+        std::vector<double> product(x.size(), 0.), diagonal(2 * x.size(), 0.);
+        std::vector<float> in(x.begin(), x.end()), single(x.size(), 0.f);
+        out.push_back(kernel.twice.product(d, cellDilation, x.data(), product.data()));
+        out.push_back(kernel.single.product(d, cellDilation, in.data(), single.data()));
+        kernel.diagonal(d, cellDilation, diagonal.data());
+        out.insert(out.end(), product.begin(), product.end());
+        out.insert(out.end(), single.begin(), single.end());
+        out.insert(out.end(), diagonal.begin(), diagonal.end());
+    }
+
+    /// Gradient, energy, products with the tangents of tets and with their means over cells, passes over nodes.
     std::vector<double> run(const solver::Kernel& kernel, bool cellDilation) const
     {
         const solver::RobustTet scalar = {
@@ -102,21 +115,18 @@ struct RandomPatch {
             [](const double*, double t, double* T) {
                 for (int k = 0; k < 6; ++k) T[k] = k < 3 ? t : 0;
             }};
-        solver::TetTangent tangent[2 * tetmesh::kMostTets] = {};
-        std::vector<double> out(x.size(), 0.), product(x.size(), 0.), diagonal(2 * x.size(), 0.);
-        std::vector<float> in(x.begin(), x.end()), single(x.size(), 0.f);
+        solver::TetTangent tangent[2 * tetmesh::kMostTets] = {}, cells[2] = {};
+        std::vector<double> out(x.size(), 0.);
         solver::PatchData d;
         d.batch = batch, d.corners = &corners, d.volumes = &volumes, d.tangent = tangent;
         d.batches = 2, d.nodes = kNodes, d.stride = kStride;
         d.h = 0.1, d.mu = 3e4, d.lambda = 5e4, d.share = 0.2;
         const auto result = kernel.evaluate(d, cellDilation, scalar, x.data(), out.data());
-        out.push_back(kernel.twice.product(d, cellDilation, x.data(), product.data()));
-        out.push_back(kernel.single.product(d, cellDilation, in.data(), single.data()));
-        kernel.diagonal(d, cellDilation, diagonal.data());
-        out.insert(out.end(), product.begin(), product.end());
-        out.insert(out.end(), single.begin(), single.end());
-        out.insert(out.end(), diagonal.begin(), diagonal.end());
         out.push_back(result.energy);
+        multiply(kernel, d, cellDilation, out);
+        kernel.averageTets(d, scalar, cells);
+        d.cells = cells;
+        multiply(kernel, d, cellDilation, out);
         RandomNodes<double> n;
         const solver::GradientNodes<double> nodes{n.sums(), n.B.data(), n.mass.data(), 2., n.r.data(), n.p.data(), n.u.data()};
         out.push_back(kernel.twice.descend(nodes, 0, n.kNodes, .3));

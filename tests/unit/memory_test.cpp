@@ -51,6 +51,11 @@ double tangentBytes(const Level& l)
     return l.cells * 6 * 15 * sizeof(float);  // by tet: nine numbers of the rotation, six of the twist operator
 }
 
+double meanTangentBytes(const Level& l)
+{
+    return l.cells * 15 * sizeof(float);  // the same by cell
+}
+
 double stepperBytes(const Level& l)
 {
     return l.nodes * 8 * sizeof(Vec3);  // predicted, outer, direction, reaction; x and gradient, here and there
@@ -71,11 +76,11 @@ double multigridBytes(int edge)
     for (; edge >= 4; edge /= 2) {  // 5^3 nodes: the coarsest level
         const Level l(edge), coarse(edge / 2);
         const bool first = l.nodes == finest.nodes, last = edge == 4;
-        bytes += l.nodes * (1 + 4 + kInverse + 3 * sizeof(solver::Vec3f));      // fixed, added, inverse; x, b, step
-        if (!first) bytes += operatorBytes(l) + tangentBytes(l) + l.nodes * 4;  // springs
+        bytes += meanTangentBytes(l) + l.nodes * (1 + 4 + kInverse + 3 * sizeof(solver::Vec3f));  // fixed, added, inverse; x, b, step
+        if (!first) bytes += operatorBytes(l) + l.nodes * 4;                                      // springs
         if (last) break;
         bytes += l.nodes * (8 + 2 * 4);  // two parents a node, and each the other way round
-        bytes += l.cells * sizeof(solver::FinerElements::Child);
+        bytes += l.cells * sizeof(std::uint32_t);
         bytes += coarse.cells *
                  (sizeof(tetmesh::CellElement) + 4);  // elements of the coarse lattice, start of their children
         bytes += 2 * coarse.nodes * sizeof(Coord) + coarse.nodes * 4;  // grown by doubling; start of children

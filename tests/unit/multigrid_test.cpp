@@ -233,7 +233,9 @@ struct CoarseLevel {
         : lattice(solver::coarsen(solid.elastic().sets(), solid.nodeCount())), sets(lattice.elementSets()),
           elastic(sets, lattice.nodeCount, 2 * solid.elastic().h(), solid.elastic().volumetric())
     {
-        elastic.average(solid.elastic(), solid.tangent(), lattice.finer, tangent);
+        solver::Tangent cells;
+        solid.elastic().averageTets(solid.tangent(), cells);
+        elastic.averageCells(solid.elastic(), cells, lattice.finer, tangent);
     }
 };
 

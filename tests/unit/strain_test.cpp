@@ -1,5 +1,6 @@
 // Linear and Green's strain: energy, gradient, tangent and its parts, each against something else that gives the same.
 #include "loads.h"
+#include "solids.h"
 #include "surface_checks.h"
 
 #include <vdbfrac/solver/linear_solver.h>
@@ -110,17 +111,14 @@ TEST_P(StrainCases, ProductIsTheDerivativeOfTheGradient)
     EXPECT_LT(std::sqrt(error / solver::dot(Ku, Ku)), 1e-6);  // the tangent is kept in single precision
 }
 
-TEST_P(StrainCases, DiagonalBlocksAndElementMatricesAreThoseOfTheProduct)
+void expectDiagonalAndElementsOfTheProduct(const solver::ElasticOperator& elastic, const test::Block& block, const solver::Tangent& tangent,
+                                           const std::vector<Vec3>& u)
 {
     constexpr double kStored = 1e-6;  // single precision
-    const auto x = shaken(0.15);
-    solver::Tangent tangent;
-    elastic.evaluate(x, {}, &tangent, 0.3);
     const auto blocks = test::diagonalBlocks(elastic, tangent);
-    const auto u = directions(3);
-    std::vector<Vec3> Ku(x.size(), Vec3::Zero()), summed = Ku;
+    std::vector<Vec3> Ku(u.size(), Vec3::Zero()), summed = Ku;
     elastic.addProduct(tangent, u, Ku);
-    std::vector<Mat3> diagonal(x.size(), Mat3::Zero());
+    std::vector<Mat3> diagonal(u.size(), Mat3::Zero());
     for (std::size_t e = 0; e < block.elements.size(); ++e) {
         const auto K = elastic.elementMatrix(tangent, e);
         for (int i = 0; i < 8; ++i) {
@@ -129,9 +127,55 @@ TEST_P(StrainCases, DiagonalBlocksAndElementMatricesAreThoseOfTheProduct)
                 summed[block.elements[e].node[std::size_t(i)]] += K.block<3, 3>(3 * i, 3 * j) * u[block.elements[e].node[std::size_t(j)]];
         }
     }
-    for (std::size_t i = 0; i < x.size(); ++i) {
+    for (std::size_t i = 0; i < u.size(); ++i) {
         EXPECT_LT((blocks[i] - diagonal[i]).norm(), kStored * diagonal[i].norm());
         EXPECT_LT((Ku[i] - summed[i]).norm(), kStored * diagonal[i].norm());
+    }
+}
+
+TEST_P(StrainCases, DiagonalBlocksAndElementMatricesAreThoseOfTheProduct)
+{
+    solver::Tangent tangent, cells;
+    elastic.evaluate(shaken(0.15), {}, &tangent, 0.3);
+    elastic.averageTets(tangent, cells);
+    for (const auto* t : {&tangent, &cells}) expectDiagonalAndElementsOfTheProduct(elastic, block, *t, directions(3));
+}
+
+/// On a ball, whose surface cuts cells; the second deformation turns every tet inside out.
+TEST_P(StrainCases, MeansOverCellsAreTheTangentWhereTheTetsOfACellDeformAlike)
+{
+    constexpr double kStored = 2e-6;  // single precision, R T R^T of it
+    const test::Block ball = test::asBlock(test::cutBall({std::get<2>(GetParam()), 1, .1}, 4.3));
+    const auto elastic = test::elasticOperator(ball, kGel, elasticity());
+    const Mat3 turn = Eigen::AngleAxisd(.7, Vec3(1, 2, 3).normalized()).toRotationMatrix();
+    std::mt19937 random(3);
+    std::vector<Vec3> u;
+    for (std::size_t i = 0; i < ball.nodes.size(); ++i) u.push_back(randomVec(random, 1));
+    for (const Vec3& stretch : {Vec3(1.2, .9, 1.1), Vec3(1.2, -.4, .9)}) {
+        std::vector<Vec3> x, Ku(u.size(), Vec3::Zero()), mean = Ku;
+        for (Coord c : ball.nodes) x.push_back(turn * stretch.asDiagonal() * (ball.h * c.toVec()));
+        solver::Tangent tangent, cells;
+        elastic.evaluate(x, {}, &tangent, .3);
+        elastic.averageTets(tangent, cells);
+        elastic.addProduct(tangent, u, Ku);
+        elastic.addProduct(cells, u, mean);
+        double difference = 0;
+        for (std::size_t i = 0; i < u.size(); ++i) difference += (Ku[i] - mean[i]).squaredNorm();
+        EXPECT_LT(difference, kStored * kStored * solver::dot(Ku, Ku)) << stretch.transpose();
+    }
+}
+
+/// Where the tets of a cell differ, what is asked of a preconditioner: bounds of u.K u over that with the means.
+TEST_P(StrainCases, MeansOverCellsAreNearTheTangent)
+{
+    solver::Tangent tangent, cells;
+    elastic.evaluate(shaken(0.1), {}, &tangent);
+    elastic.averageTets(tangent, cells);
+    for (unsigned seed = 1; seed < 20; ++seed) {
+        const auto u = directions(seed);
+        const double ratio = elastic.multiply<Vec3>(tangent, u) / elastic.multiply<Vec3>(cells, u);
+        EXPECT_GT(ratio, .9);
+        EXPECT_LT(ratio, 1.1);
     }
 }
 
