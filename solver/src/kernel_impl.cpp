@@ -588,6 +588,19 @@ VDBFRAC_INLINE void nearestRotation(const Matrix& mean, const RobustTet& scalar,
     }
 }
 
+/// Adds to the diagonal of T, by the circles of Gershgorin, what makes its least eigenvalue at least `least`.
+VDBFRAC_INLINE void raise(Pack (&T)[6], double least)
+{
+    Pack lowest = all(least);
+    for (int i = 0; i < 3; ++i) {
+        const Pack low = T[i] - magnitude(T[3 + (i + 1) % 3]) - magnitude(T[3 + (i + 2) % 3]);
+        lowest = low < lowest ? low : lowest;
+    }
+    for (int i = 0; i < 3; ++i) T[i] += least - lowest;
+}
+
+/// Semidefinite, as project() makes tets: where the energy is not convex the tangents of the tets of a cell may add up to
+/// a definite one when their mean does not, and what is preconditioned with that follows its softest direction alone.
 template <CellShape shape, bool green>
 void averageBatch(const PatchData& patch, int b, const RobustTet& scalar, TetTangent& cell)
 {
@@ -613,6 +626,7 @@ void averageBatch(const PatchData& patch, int b, const RobustTet& scalar, TetTan
         for (int k = 0; k < 9; ++k) back[k / 3][k % 3] = R[k % 3][k / 3];
         rotated(back, T, turned);
     }
+    raise(green ? T : turned, green ? 0 : -patch.mu * patch.h * (1 + patch.share));
     for (int k = 0; k < 9; ++k) store(cell.R[k], (green ? mean : R)[k / 3][k % 3]);
     for (int k = 0; k < 6; ++k) store(cell.T[k], (green ? T : turned)[k]);
 }

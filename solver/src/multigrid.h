@@ -2,9 +2,9 @@
 //
 // Each coarse level is an elastic operator of its own: elements as coarsening.h makes them, with the material volume of the
 // finer tets in each tet. All levels, the finest too, have one rotation and one twist operator for all tets of a cell, the
-// means over the finer ones: what a preconditioner does not tell from the tangent itself takes a sixth of its memory and half
-// of its arithmetic. On nested six-tet lattices with equal tangents this is the Galerkin operator; near nu = .5 the mean
-// dilatation is taken over the coarse cell, which does not lock as the Galerkin operator would.
+// means over the finer ones, made semidefinite: hardly worse to precondition with than the tangent itself, at a sixth of its
+// memory and half of its arithmetic. On nested six-tet lattices with equal tangents this is the Galerkin operator; near
+// nu = .5 the mean dilatation is taken over the coarse cell, which does not lock as the Galerkin operator would.
 // Each level asks the next coarser one twice (W): coarse elements at the front of a crack join its sides, and once would let
 // what each level misses there add up from level to level.
 // A fixed node that has no coarse node in its place holds the coarse nodes round it by springs of its own stiffness.

@@ -144,8 +144,8 @@ public:
     /// K of one element (counted through all sets), rows and columns 3 corner + axis [N/m].
     using ElementMatrix = Eigen::Matrix<double, 24, 24>;
     ElementMatrix elementMatrix(const Tangent& tangent, std::size_t element) const;
-    /// Makes `cells` a tangent near `tangent`, which is of every tet: with one rotation and one twist operator for all tets
-    /// of a cell. Products with it need a sixth of the memory and half of the operations: for preconditioners.
+    /// Makes `cells` a tangent near `tangent`, which is of every tet: positive semidefinite, with one rotation and one twist
+    /// operator for all tets of a cell. Products with it need a sixth of the memory and half of the operations: for preconditioners.
     void averageTets(const Tangent& tangent, Tangent& cells) const;
     /// The same of this operator, on a lattice of twice the spacing of `fine`, from the means over the finer cells.
     void averageCells(const ElasticOperator& fine, const Tangent& fineCells, const FinerElements& finer, Tangent& cells) const;
