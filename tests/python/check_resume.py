@@ -70,7 +70,9 @@ def started(folder, *more):
 with tempfile.TemporaryDirectory() as temporary:
     top = Path(temporary)
     whole = top / "whole"
+    began = time.monotonic()
     expect("a whole run", command(whole), 0)
+    whole_seconds = time.monotonic() - began
 
     for heard in signal.SIGTERM, signal.SIGINT, signal.SIGUSR1:
         folder = top / heard.name
@@ -91,7 +93,7 @@ with tempfile.TemporaryDirectory() as temporary:
     if run.wait(timeout=60) != 130:
         failures.append(f"a second Ctrl-C: exit {run.returncode}")
 
-    # Killed at any time, as often as it takes.
+    # Killed at any time, as often as it takes: at first within a fifth of a whole run, so that it is several times.
     chance = random.Random(SEED)
     folder, kills = top / "killed", 0
     (folder / "obj").mkdir(parents=True)
@@ -99,7 +101,7 @@ with tempfile.TemporaryDirectory() as temporary:
     while True:
         run = subprocess.Popen(command(folder, "--resume"), stderr=subprocess.PIPE, text=True)
         try:
-            said = run.communicate(timeout=0.1 + chance.random() * 0.3 * (1 + kills / 4))[1]
+            said = run.communicate(timeout=whole_seconds * (0.05 + 0.15 * chance.random()) * (1 + kills / 4))[1]
             break
         except subprocess.TimeoutExpired:
             run.kill()
@@ -111,7 +113,7 @@ with tempfile.TemporaryDirectory() as temporary:
     print(f"killed {kills} times")
 
     stopped = top / "stopped"
-    expect("time limit", command(stopped, "--time-limit", "0.3s", "--checkpoint-every", "0"), 75, "stopped by --time-limit")
+    expect("time limit", command(stopped, "--time-limit", f"{whole_seconds / 3:.3f}s", "--checkpoint-every", "0"), 75, "stopped by --time-limit")
     expect("without --resume", command(stopped), 4, "--resume", "--overwrite")
     expect("resume of another scene", command(stopped, "--resume", "--set", "solver.newton_tolerance=0.5"), 2, "newton_tolerance", "--overwrite")
     expect("no checkpoint so early", command(whole, "--resume=3"), 4, "no whole checkpoint up to frame 3")
