@@ -125,6 +125,40 @@ VDBFRAC_INLINE void rotated(const Matrix& R, const Pack (&T)[6], Pack (&U)[6])
     }
 }
 
+/// Lanes in which `m` is too far from a rotation for nearestRotation() to get there by itself.
+VDBFRAC_INLINE Mask farFromRotation(const Matrix& m)
+{
+    constexpr double kNear = 0.3;  // off orthogonality
+    Matrix G, cof;
+    transposedProduct(m, m, G);
+    cofactor(m, cof);
+    Pack square = all(0);
+    for (int k = 0; k < 9; ++k) square += (G[k / 3][k % 3] - all(k % 4 == 0)) * (G[k / 3][k % 3] - all(k % 4 == 0));
+    return ~(square < kNear * kNear) | ~(m[0][0] * cof[0][0] + m[0][1] * cof[0][1] + m[0][2] * cof[0][2] > 0);
+}
+
+/// R: the rotation nearest to `mean`, a weighted mean of rotations, to single precision.
+VDBFRAC_INLINE void nearestRotation(const Matrix& mean, const RobustTet& scalar, Matrix& R)
+{
+    constexpr int kSteps = 4;  // of Newton-Schulz, from kNear to single precision
+    for (int k = 0; k < 9; ++k) R[k / 3][k % 3] = mean[k / 3][k % 3];
+    for (int step = 0; step < kSteps; ++step) {
+        Matrix G, RG;
+        transposedProduct(R, R, G);
+        product(R, G, RG);
+        for (int k = 0; k < 9; ++k) R[k / 3][k % 3] = 1.5 * R[k / 3][k % 3] - 0.5 * RG[k / 3][k % 3];
+    }
+    const Mask far = farFromRotation(mean);
+    if (!any(far)) return;
+    for (int l = 0; l < kLanes; ++l) {
+        if (!far[l]) continue;
+        double F[9], nearest[9], S[6];
+        for (int k = 0; k < 9; ++k) F[k] = mean[k / 3][k % 3][l];
+        scalar.polar(F, nearest, S);
+        for (int k = 0; k < 9; ++k) R[k / 3][k % 3][l] = nearest[k];
+    }
+}
+
 }  // namespace
 
 }  // namespace vdbfrac::solver
