@@ -135,7 +135,9 @@ void Run::begin()
         lastWritten_ += int(folder_.frames().size());
     else
         folder_.writeCheckpoint(simulation_, settings_);  // from here on there is always one
-    writeText(folder_.path() / "scene.toml", scene::writeScene(scene_, effects::effectTables()));
+    std::error_code none;
+    if (const auto own = folder_.path() / "scene.toml"; !std::filesystem::equivalent(own, scene_.file, none))  // what the user gave stays
+        writeText(own, scene::writeScene(scene_, effects::effectTables()));
     logToFile(log_, folder_.path() / "run.log");
     log_.info("vdbfrac {}  scene '{}'  {} nodes  {} tets  {} threads", core::kVersion, scene_.name, simulation_.x().size(),
               simulation_.elastic().tetCount(), threadCount());

@@ -1,5 +1,6 @@
 #include <vdbfrac/solver/backward_euler.h>
 
+#include "least_mean.h"
 #include "node_loops.h"
 
 #include <algorithm>
@@ -19,6 +20,16 @@ struct Point {
     double forceScale = 0;  ///< N: largest of inertia, elastic and outer force
     double noise = 0;       ///< N: what rounding alone can leave of the gradient
 };
+
+/// Farthest that a node is in one place from where it is in the other [m].
+double farthestMove(std::span<const Vec3> a, std::span<const Vec3> b)
+{
+    return std::sqrt(orderedMax(a.size(), kChunk, 0, [&](std::size_t begin, std::size_t end) {
+        double most = 0;
+        for (std::size_t i = begin; i < end; ++i) most = std::max(most, (a[i] - b[i]).squaredNorm());
+        return most;
+    }));
+}
 
 }  // namespace
 
@@ -59,19 +70,25 @@ private:
     {
         return p.norm <= settings_.tolerance * p.forceScale + p.noise && std::isfinite(p.forceScale + p.noise);
     }
-    static double relative(const Point& p)
+    static double relative(const Point& p, double norm)
     {
         const double scale = std::max(p.forceScale, p.noise);
-        return std::isinf(scale) ? scale : p.norm > 0 ? p.norm / scale : p.norm;
+        return std::isinf(scale) ? scale : norm > 0 ? norm / scale : norm;
     }
+    static double relative(const Point& p) { return relative(p, p.norm); }
     void freezeLooseParts();
     void hold(Point& p) const;
     double jump() const;
     void lift();
+    enum class Search { accepted, failed, crease };
     bool improve();
-    LinearStatus solve(double tolerance);
+    bool descend();
+    bool followCrease();
+    void combineSides();
+    double freeNorm(std::span<const Vec3> gradient) const;
+    LinearStatus solve(std::span<const Vec3> gradient, std::vector<Vec3>& direction, double tolerance);
     double enough() const;
-    bool search();
+    Search search(std::span<const Vec3> gradient);
     void balanceMomentum();
     void finish(State& state);
 
@@ -88,11 +105,20 @@ private:
         bool held;
     };
     std::vector<Part> parts_;
+    /// The gradient on one side of a crease, and the direction of Newton's method for it.
+    struct Side {
+        std::vector<Vec3> gradient, direction;
+    };
+    std::vector<Side> sides_;     // kept for their memory
+    std::size_t sideCount_ = 0;
+    std::vector<Vec3> combined_;  // the shortest mean of their gradients
 
     // Of the step at hand.
     double dt_ = 0, inertia_ = 0;
     HessianShares shares_;
     bool prepared_ = false;  // there is a preconditioner of this step
+    double reach_ = 0;       // m: no farther away a gradient that no longer descends is taken for one beyond a crease
+    double crease_ = -1;     // N: size of the shortest mean of gradients where here_ is a minimum at a crease, or below 0
     std::span<Potential* const> potentials_;
     const Boundary* boundary_ = nullptr;
     std::vector<std::uint8_t> fixed_;  // nodes that do not answer: held ones, and frozen ones
@@ -100,12 +126,15 @@ private:
 
 void BackwardEuler::Newton::begin(const State& state, double dt, const System& system)
 {
+    constexpr double kReach = 1e-2;  // cells: Newton's method is past the trouble of a bad start there
     dt_ = dt;
     inertia_ = 1 / (dt * dt);
     potentials_ = system.potentials;
     boundary_ = &system.boundary;
     shares_ = {};
     prepared_ = false;
+    crease_ = -1;
+    reach_ = kReach * elastic_->h();
     std::vector<Vec3> reaction = std::move(report_.reaction);  // keeps its memory
     report_ = {};
     report_.reaction = std::move(reaction);
@@ -216,7 +245,7 @@ void BackwardEuler::Newton::lift()
     elastic_->addProduct(tangent_, direction_, here_.gradient);
     there_.x = here_.x;
     hold(there_);
-    const bool definite = solve(settings_.linearTolerance) != LinearStatus::negativeCurvature;
+    const bool definite = solve(here_.gradient, direction_, settings_.linearTolerance) != LinearStatus::negativeCurvature;
     ++report_.newtonIterations;
     eachNode<double>(here_.x.size(), [&](std::size_t i) { here_.x[i] -= direction_[i]; });
     hold(here_);
@@ -237,10 +266,10 @@ double BackwardEuler::Newton::enough() const
     return std::max(settings_.linearTolerance, std::min(kShare * settings_.tolerance * here_.forceScale / here_.norm, kLoosest));
 }
 
-/// Solves for the direction.
-LinearStatus BackwardEuler::Newton::solve(double tolerance)
+/// Solves for the direction that belongs to a gradient.
+LinearStatus BackwardEuler::Newton::solve(std::span<const Vec3> gradient, std::vector<Vec3>& direction, double tolerance)
 {
-    const LinearReport r = linear_.solve({*elastic_, tangent_, inertia_ + shares_.mass, fixed_}, here_.gradient, direction_,
+    const LinearReport r = linear_.solve({*elastic_, tangent_, inertia_ + shares_.mass, fixed_}, gradient, direction,
                                          {tolerance, settings_.linearIterations}, prepared_);
     prepared_ = true;
     report_.linearIterations += r.iterations;
@@ -253,7 +282,7 @@ LinearStatus BackwardEuler::Newton::solve(double tolerance)
 bool BackwardEuler::Newton::improve()
 {
     if (settings_.tangent == NewtonTangent::exact) {
-        if (solve(enough()) != LinearStatus::negativeCurvature && search()) return true;
+        if (descend()) return true;
         prepared_ = false;
     }
     if (settings_.tangent == NewtonTangent::warped) {
@@ -262,14 +291,84 @@ bool BackwardEuler::Newton::improve()
         elastic_->project(tangent_);
         ++report_.projections;
     }
-    return solve(enough()) != LinearStatus::negativeCurvature && search();
+    return descend();
 }
 
-bool BackwardEuler::Newton::search()
+bool BackwardEuler::Newton::descend()
+{
+    if (solve(here_.gradient, direction_, enough()) == LinearStatus::negativeCurvature) return false;
+    const Search found = search(here_.gradient);
+    return found == Search::accepted || (found == Search::crease && followCrease());
+}
+
+/// Where s2 + s3 of a tet passes 0, its rotation jumps and with it its force. If its cell is dilated there, Phi has a valley with
+/// a crease for a bottom, and no gradient near it is small. What is small is a weighted mean of the gradients on its sides, in the
+/// metric of the tangent: the direction for it leads along the crease, and where it is 0 none leads down (Lemarechal 1977; Burke,
+/// Lewis, Overton 2005, section 2). False when it could not be followed; there_ is beyond a crease.
+bool BackwardEuler::Newton::followCrease()
+{
+    constexpr double kNear = 1e-4;  // cells: as near as that the minimum is known in the end
+    constexpr double kMoves = 4;    // how much farther than the last move sides are looked for
+    const double near = kNear * elastic_->h(), solved = settings_.tolerance * here_.forceScale + here_.noise;
+    const auto add = [&](std::span<const Vec3> gradient) -> Side& {
+        if (sides_.size() == sideCount_) sides_.emplace_back();
+        sides_[sideCount_].gradient.assign(gradient.begin(), gradient.end());
+        return sides_[sideCount_++];
+    };
+    sideCount_ = 0;
+    add(here_.gradient).direction = direction_;
+    double farthest = 0;
+    while (sideCount_ < kMostMeans) {
+        farthest = std::max(farthest, farthestMove(here_.x, there_.x));
+        Side& beyond = add(there_.gradient);
+        beyond.direction.resize(here_.x.size());
+        evaluate(here_);  // the tangent belongs to it again
+        if (solve(beyond.gradient, beyond.direction, enough()) == LinearStatus::negativeCurvature) return false;
+        combineSides();
+        if (const double least = freeNorm(combined_); least <= solved) {
+            if (farthest <= near) crease_ = least;
+            reach_ = near;  // or look again, with sides as near as that
+            return true;
+        }
+        const Search found = search(combined_);
+        if (found == Search::accepted) reach_ = std::max(near, std::min(reach_, kMoves * farthestMove(here_.x, there_.x)));
+        if (found != Search::crease) return found == Search::accepted;
+    }
+    evaluate(here_);
+    return false;
+}
+
+/// The shortest weighted mean of the gradients of the sides, and its direction.
+void BackwardEuler::Newton::combineSides()
+{
+    const Eigen::Index n = Eigen::Index(sideCount_);
+    Eigen::MatrixXd products(n, n);
+    for (Eigen::Index i = 0; i < n; ++i)
+        for (Eigen::Index j = 0; j <= i; ++j)
+            products(i, j) = products(j, i) = 0.5 * (dot(sides_[std::size_t(i)].gradient, sides_[std::size_t(j)].direction) +
+                                                     dot(sides_[std::size_t(j)].gradient, sides_[std::size_t(i)].direction));
+    const Eigen::VectorXd weight = leastMean(products);
+    combined_.resize(here_.x.size());
+    eachNode<double>(here_.x.size(), [&](std::size_t node) {
+        combined_[node].setZero(), direction_[node].setZero();
+        for (Eigen::Index i = 0; i < n; ++i) {
+            combined_[node] += weight[i] * sides_[std::size_t(i)].gradient[node];
+            direction_[node] += weight[i] * sides_[std::size_t(i)].direction[node];
+        }
+    });
+}
+
+double BackwardEuler::Newton::freeNorm(std::span<const Vec3> gradient) const
+{
+    return std::sqrt(nodeSum<double>(gradient.size(), [&](std::size_t i) { return fixed_[i] ? 0 : gradient[i].squaredNorm(); }));
+}
+
+/// Looks along -direction_, which belongs to the gradient, for a point that is lower.
+BackwardEuler::Newton::Search BackwardEuler::Newton::search(std::span<const Vec3> gradient)
 {
     constexpr int kMostHalvings = 20;
     constexpr double kArmijo = 1e-4;
-    const double slope = dot(direction_, here_.gradient);  // the direction is 0 at fixed nodes
+    const double slope = dot(direction_, gradient);  // the direction is 0 at fixed nodes
     double step = 1;
     for (int halving = 0; slope > 0 && halving <= kMostHalvings; ++halving, step *= 0.5) {
         eachNode<double>(here_.x.size(), [&](std::size_t i) { there_.x[i] = here_.x[i] - step * direction_[i]; });
@@ -279,12 +378,13 @@ bool BackwardEuler::Newton::search()
         const bool level = std::abs(change) <= noise && there_.norm <= here_.norm * (1 + 1e-9) + there_.noise;
         if (descends || level) {
             std::swap(here_, there_);
-            return true;
+            return Search::accepted;
         }
         ++report_.lineSearchSteps;
+        if (dot(direction_, there_.gradient) < 0 && farthestMove(here_.x, there_.x) <= reach_) return Search::crease;
     }
     evaluate(here_);  // the tangent belongs to it again
-    return false;
+    return Search::failed;
 }
 
 /// Shifts each part without fixed nodes by what zeroes its summed gradient: internal forces cancel in the sum and do not
@@ -310,7 +410,9 @@ void BackwardEuler::Newton::balanceMomentum()
 void BackwardEuler::Newton::finish(State& state)
 {
     balanceMomentum();
-    report_.residual = relative(here_);
+    report_.residual = crease_ >= 0 ? relative(here_, crease_) : relative(here_);
+    report_.leastResidual = std::min(report_.leastResidual, report_.residual);
+    report_.creases = crease_ >= 0;
     report_.elasticEnergy = here_.elastic;
     eachNode<double>(here_.x.size(), [&](std::size_t i) {
         report_.reaction[i] = boundary_->fixed[i] ? here_.gradient[i] : Vec3::Zero();
@@ -329,7 +431,7 @@ const StepReport& BackwardEuler::Newton::run(State& state)
         evaluate(here_);
     }
     report_.leastResidual = relative(here_);
-    while (!small(here_)) {
+    while (!small(here_) && crease_ < 0) {
         if (report_.newtonIterations == settings_.iterations || !improve()) {
             report_.status = StepStatus::capped;
             break;

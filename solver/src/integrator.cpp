@@ -111,6 +111,7 @@ private:
         report_.multigridSystems += first.multigridSystems;
         report_.projections += first.projections;
         report_.lineSearchSteps += first.lineSearchSteps;
+        report_.creases += first.creases;
         report_.residual = std::max(report_.residual, first.residual);
         report_.leastResidual = std::max(report_.leastResidual, first.leastResidual);
     }

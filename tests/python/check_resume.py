@@ -55,7 +55,7 @@ def same(name, folder):
         failures.append(f"{name}: other steps in stats.csv")
     if left := [str(p) for p in folder.rglob(".partial*")]:
         failures.append(f"{name}: partial files are left: {left}")
-    if len(list((folder / "ckpt").iterdir())) != 2:
+    if len(list((folder / "ckpt").glob("*.ckpt"))) != 2:
         failures.append(f"{name}: not two checkpoints")
     expect(f"{name}: verified", [PROGRAM, "info", folder, "--verify"], 0)
 
@@ -63,7 +63,7 @@ def same(name, folder):
 def started(folder, *more):
     """A run that has written its first frame."""
     run = subprocess.Popen(command(folder, *more), stderr=subprocess.PIPE, text=True)
-    wait_for(lambda: (folder / "run.json").exists() or run.poll() is not None, "the first frame")
+    wait_for(lambda: list(folder.glob("obj/notched_block.*.obj")) or run.poll() is not None, "the first frame")
     return run
 
 
@@ -96,8 +96,8 @@ with tempfile.TemporaryDirectory() as temporary:
     # Killed at any time, as often as it takes: at first within a fifth of a whole run, so that it is several times.
     chance = random.Random(SEED)
     folder, kills = top / "killed", 0
-    (folder / "obj").mkdir(parents=True)
-    (folder / "obj/.partial-notched_block.0003.obj").write_text("of a killed run")
+    folder.mkdir()
+    (folder / ".partial-run.json").write_text("of a run that was killed at once")
     while True:
         run = subprocess.Popen(command(folder, "--resume"), stderr=subprocess.PIPE, text=True)
         try:
@@ -107,6 +107,8 @@ with tempfile.TemporaryDirectory() as temporary:
             run.kill()
             run.communicate()
             kills += 1
+            if (folder / "obj").exists():
+                (folder / "obj/.partial-notched_block.0003.obj").write_text("of a killed run")
     if run.returncode != 0 or kills < 3:
         failures.append(f"killed {kills} times: exit {run.returncode}: {said}")
     same(f"killed {kills} times", folder)
@@ -120,14 +122,19 @@ with tempfile.TemporaryDirectory() as temporary:
     expect("resume what", command(stopped, "--resume=soon"), 2, "soon")
     expect("resume and overwrite", command(stopped, "--resume", "--overwrite"), 2, "--overwrite")
     expect("no time", command(stopped, "--resume", "--time-limit", "a while"), 2, "a while", "3h50m")
-    newest = sorted((stopped / "ckpt").iterdir())[-1]
+    newest = sorted((stopped / "ckpt").glob("*.ckpt"))[-1]
     damaged = bytearray(newest.read_bytes())
     damaged[len(damaged) // 2] ^= 1
     newest.write_bytes(damaged)
     expect("info of a damaged checkpoint", [PROGRAM, "info", stopped, "--verify"], 4, newest.name, "checksum")
     expect("a damaged checkpoint", command(stopped, "--resume"), 0, newest.name, "checksum", "an older checkpoint is taken")
     same("a damaged checkpoint", stopped)
-    for checkpoint in (stopped / "ckpt").iterdir():
+    records = stopped / "ckpt/notched_block.records"
+    whole_records = records.read_bytes()
+    records.write_bytes(whole_records[:200] + b"?" + whole_records[201:])
+    expect("damaged records", command(stopped, "--resume"), 4, records.name, "damaged")
+    records.write_bytes(whole_records)
+    for checkpoint in (stopped / "ckpt").glob("*.ckpt"):
         checkpoint.write_bytes(b"no more than this")
     expect("no whole checkpoint", command(stopped, "--resume"), 4, "is not a checkpoint")
     shutil.rmtree(stopped / "ckpt")
@@ -136,6 +143,40 @@ with tempfile.TemporaryDirectory() as temporary:
     foreign.mkdir()
     (foreign / "mine.txt").write_text("not of a run")
     expect("resume of no run", command(foreign, "--resume"), 4, "no run")
+    expect("overwriting no run", command(foreign, "--overwrite"), 4, "no run")
+
+    # What is not the run's stays, and what the scene needs is never removed or written over.
+    own = top / "own"
+    def short(last, *more):
+        return [last if a == "16" else a for a in command(own, *more)]
+    expect("a run", short("2"), 0)
+    kept = {own / "obj/mine.obj": "o", own / "vdb/notched_block.0001.vdb.old": "v", own / "notes.txt": "n", own / "preview/mine.png": "p"}
+    for file, text in kept.items():
+        file.parent.mkdir(exist_ok=True)
+        file.write_text(text)
+    expect("overwrite", short("1", "--overwrite"), 0)
+    if lost := [str(f) for f, text in kept.items() if not f.exists() or f.read_text() != text]:
+        failures.append(f"--overwrite removed what is not the run's: {lost}")
+    if left := [str(f) for f in own.rglob("*.0002.*")]:
+        failures.append(f"--overwrite left frames of the earlier run: {left}")
+    inside = own / "scene.toml"
+    text = inside.read_text()
+    expect("overwriting the scene", [PROGRAM, "sim", inside, "-o", own, "--overwrite"], 2, "scene.toml", "would remove")
+    expect("resuming the scene in the folder", [PROGRAM, "sim", inside, "-o", own, "--resume", "-f", "2", "-q"], 0)
+    if inside.read_text() != text:
+        failures.append("--resume replaced the scene it was given")
+    (own / "vdb/other.0001.vdb").write_bytes((own / "vdb/notched_block.0001.vdb").read_bytes())
+    other = top / "other.toml"
+    other.write_text(SCENE.read_text().replace('name = "notched_block"', 'name = "other"').replace("{ box = { size = [1, 1, 1] } }", '{ vdb = "own/vdb/other.0001.vdb" }'))
+    expect("writing over an input", [PROGRAM, "sim", other, "-o", own, "--overwrite"], 2, "other.0001.vdb", "would write over")
+    alone = top / "alone"
+    (alone / "obj").mkdir(parents=True)
+    (alone / "scene.toml").write_text(SCENE.read_text())
+    (alone / "obj/mine.obj").write_text("o")
+    for how in "--overwrite", "--resume":
+        expect("the scene's own folder", [PROGRAM, "sim", alone / "scene.toml", "-o", alone, how], 4, "no run")
+    if (alone / "scene.toml").read_text() != SCENE.read_text() or not (alone / "obj/mine.obj").exists():
+        failures.append("a folder that holds no run was changed")
     shorter, longer = ([a if a != "16" else last for a in command(whole, "--resume")] for last in ("9", "18"))
     expect("fewer frames", shorter, 4, "no whole checkpoint up to frame 9")
     expect("more frames", longer, 0, "with frame 17")

@@ -134,9 +134,7 @@ protected:
     }
     std::vector<fs::path> checkpoints() const
     {
-        std::vector<fs::path> files(fs::directory_iterator(folder_ / "ckpt"), fs::directory_iterator{});
-        std::sort(files.begin(), files.end());
-        return files;
+        return core::checkpointsIn(folder_);
     }
     void runTo(int last)
     {
@@ -184,6 +182,25 @@ TEST_F(CheckpointFolder, ResumedRunsLeaveTheSameFilesAndTwoCheckpoints)
         for (const StageWork& stage : b.work.stages())
             for (const auto& [what, n] : stage.counts) EXPECT_EQ(a.work.countOf(stage.name, what), n) << stage.name << " " << what;
     }
+}
+
+TEST_F(CheckpointFolder, RecordsGrowByWhatIsNewAndCheckpointsDoNotGrow)
+{
+    // A body at rest: what a checkpoint has of the state does not change, and each frame adds the same to the records.
+    const std::string scene = "version = 1\nname = \"bars\"\ntime = { frames = [1, 400], fps = 24, substeps = 1 }\ngrid.voxel_size = 0.25\n[[body]]\nname = \"b\"\n"
+                              "shape = { box = { size = [0.9, 0.9, 0.9] } }\nmaterial = \"m\"\n[material.m]\nyoungs_modulus = 1e5\npoisson_ratio = 0.3\ndensity = 1000\n"
+                              "[output]\nobj = false\nvdb = []\n";
+    SceneRun run(scene);
+    core::RunFolder folder = open(run, core::Earlier::replace);
+    const auto bytes = [&](int last) {
+        writeTo(run, folder, last);
+        folder.finish(*run.simulation, "running");
+        return std::pair(double(fs::file_size(folder_ / "ckpt/bars.records")), double(fs::file_size(checkpoints().back())));
+    };
+    const auto [early, earlyCheckpoint] = bytes(50);
+    const auto [late, lateCheckpoint] = bytes(200);
+    EXPECT_NEAR(late / early, 199. / 49, 0.02);  // steps; their numbers have more digits
+    EXPECT_NEAR(lateCheckpoint, earlyCheckpoint, 16);  // digits
 }
 
 TEST_F(CheckpointFolder, ADamagedCheckpointIsPassedOverAndNamed)

@@ -210,6 +210,64 @@ TEST_F(Files, FailedVerifyRemovesTheTemporary)
     EXPECT_NE(seen.filename(), file.filename());
 }
 
+TEST_F(Files, WhatALinkPointsToIsWritten)
+{
+    writeText(folder_ / "real", "old");
+    fs::create_symlink("real", folder_ / "link");
+    fs::create_symlink("later", folder_ / "dangling");
+    writeText(folder_ / "link", "new");
+    writeText(folder_ / "dangling", "made");
+    EXPECT_TRUE(fs::is_symlink(folder_ / "link"));
+    EXPECT_EQ(readText(folder_ / "real"), "new");
+    EXPECT_TRUE(fs::is_symlink(folder_ / "dangling"));
+    EXPECT_EQ(readText(folder_ / "later"), "made");
+    fs::create_symlink("circle", folder_ / "circle");
+    EXPECT_THROW(writeText(folder_ / "circle", "x"), FileError);
+    EXPECT_THROW((void)readText(folder_ / "circle"), FileError);
+}
+
+TEST_F(Files, DevicesAndPipesAreNeitherReplacedNorRead)
+{
+    const fs::path pipe = folder_ / "pipe";
+    ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+    for (const fs::path& other : {pipe, fs::path("/dev/null"), fs::path("/dev/zero")}) {
+        EXPECT_THROW(writeText(other, "x"), FileError) << other;
+        EXPECT_THROW((void)readText(other), FileError) << other;  // and does not wait for somebody to write
+    }
+    EXPECT_TRUE(fs::is_fifo(pipe));
+    EXPECT_TRUE(fs::is_character_file("/dev/null"));
+}
+
+TEST_F(Files, AnErrorWhileReadingIsNoEnd)
+{
+    try {
+        (void)readText("/proc/self/mem");  // page 0 cannot be read: EIO
+        FAIL() << "nothing was thrown";
+    } catch (const FileError& e) {
+        EXPECT_NE(std::string(e.what()).find("cannot be read"), std::string::npos) << e.what();
+    }
+}
+
+TEST_F(Files, NoMoreIsReadThanAllowed)
+{
+    writeText(folder_ / "ten", "0123456789");
+    EXPECT_EQ(readText(folder_ / "ten", 10), "0123456789");
+    EXPECT_THROW((void)readText(folder_ / "ten", 9), FileError);
+    EXPECT_GT(readText("/proc/self/status").size(), 0u);  // says that it has 0 bytes
+    EXPECT_THROW((void)readText("/proc/self/status", 9), FileError);
+}
+
+TEST_F(Files, WritingBehindKeepsWhatIsBeforeAndCutsOffWhatIsAfter)
+{
+    const fs::path file = folder_ / "log";
+    writeBehind(file, 0, "first");
+    writeBehind(file, 5, " and second");
+    EXPECT_EQ(readText(file), "first and second");
+    writeBehind(file, 5, "!");
+    EXPECT_EQ(readText(file), "first!");
+    EXPECT_THROW(writeBehind(folder_, 0, "x"), FileError);
+}
+
 TEST_F(Files, FolderInPlaceOfAFileIsRefused)
 {
     fs::create_directory(folder_ / "a");

@@ -3,11 +3,13 @@
 #include "body_volume.h"
 #include "coord_ranges.h"
 
+#include <vdbfrac/base/error.h>
 #include <vdbfrac/base/parallel.h>
 
 #include <cassert>
 #include <cmath>
 #include <numeric>
+#include <string>
 
 namespace vdbfrac::tetmesh {
 
@@ -59,7 +61,9 @@ private:
 
 CutMesh::CutMesh(Lattice lattice, NodeField<float> phi) : lattice_(lattice), phi_(std::move(phi)), rest_(phi_)
 {
-    assert(lattice_.coarsening >= 1 && (lattice_.kind == Lattice::Kind::six || lattice_.coarsening == 1));
+    const int most = lattice_.kind == Lattice::Kind::six ? kMostCoarsening : 1;
+    if (lattice_.coarsening < 1 || lattice_.coarsening > most)
+        throw Error("a lattice of " + std::to_string(lattice_.coarsening) + " voxels to a cell; 1 to " + std::to_string(most) + " are possible");
     for (CellShape shape : {CellShape::six, CellShape::fiveEven, CellShape::fiveOdd})
         if ((shape == CellShape::six) == (lattice_.kind == Lattice::Kind::six))
             cellStencil_[std::size_t(shape)] = makeCellStencil(lattice_, shape);

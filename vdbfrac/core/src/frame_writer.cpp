@@ -1,7 +1,5 @@
 #include "frame_writer.h"
 
-#include "run_records.h"
-
 #include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/base/hash.h>
@@ -38,6 +36,9 @@ grid::NamedGrid restField(const Simulation& simulation, const Body& body, const 
 
 /// More than one, for the case that a disk loses the last.
 constexpr std::size_t kKeptCheckpoints = 2;
+
+/// stats.csv and run.json are written whole, so the seldomer the longer they are: they shall take no more than this part of the time.
+constexpr double kShareOfTables = 0.02;
 
 }  // namespace
 
@@ -101,6 +102,19 @@ void RunFolder::Writer::note(FrameRecord& record, const std::string& relative)
     record.files.push_back({relative, content.size(), hexadecimal(hashBytes(content.data(), content.size()))});
 }
 
+RunFolder::Writer::Writer(fs::path folder, const scene::Scene& scene)
+    : folder_(std::move(folder)), scene_(scene), log_(folder_ / kCheckpointFolder / (scene.name + kRecordsExtension))
+{
+}
+
+RunFolder::Writer::~Writer()
+{
+    try {
+        if (behind_) writeAll(kRunning);
+    } catch (const std::exception&) {  // whoever waited for the writer has heard of it; a checkpoint has all of it
+    }
+}
+
 void RunFolder::Writer::writeVdb(FrameData& data)
 {
     grid::WorldFields world;
@@ -136,33 +150,55 @@ void RunFolder::Writer::write(FrameData& data)
         note(data.record, relative);
     }
     frames_.push_back(std::move(data.record));
-    writeTables(data.steps, data.state, "running");
+    addSteps(data.steps);
+    state_ = std::move(data.state);
+    behind_ = true;
+    if (std::chrono::steady_clock::now() - written_ >= took_ / kShareOfTables) writeAll(kRunning);
 }
 
 void RunFolder::Writer::writeTables(const std::vector<StepRecord>& steps, const RunState& state, const std::string& status)
 {
-    steps_.insert(steps_.end(), steps.begin(), steps.end());
-    writeText(folder_ / "stats.csv", statsText(steps_, scene_));
-    writeManifest(state, status);
+    addSteps(steps);
+    state_ = state;
+    writeAll(status);
 }
 
-void RunFolder::Writer::goOnFrom(const std::string& checkpoint, const std::vector<StepRecord>& steps, std::vector<FrameRecord> frames)
+void RunFolder::Writer::writeAll(const std::string& status)
+{
+    const auto start = std::chrono::steady_clock::now();
+    writeText(folder_ / "stats.csv", statsText(steps_, scene_));
+    writeManifest(state_, status);
+    behind_ = false;
+    written_ = std::chrono::steady_clock::now();
+    took_ = written_ - start;
+}
+
+RecordLog::Records RunFolder::Writer::readRecords(const Archive& archive)
+{
+    const auto mark = archive.get<std::uint64_t>("records", 2);
+    return log_.goOnFrom({mark[0], mark[1]});
+}
+
+void RunFolder::Writer::goOnFrom(const std::string& checkpoint, RecordLog::Records records)
 {
     checkpoints_ = {checkpoint};
-    steps_ = steps;
-    frames_ = std::move(frames);
+    steps_ = std::move(records.steps);
+    frames_ = std::move(records.frames);
+    loggedSteps_ = steps_.size(), loggedFrames_ = frames_.size();
 }
 
 void RunFolder::Writer::writeCheckpoint(Archive& archive, const std::vector<StepRecord>& steps)
 {
-    steps_.insert(steps_.end(), steps.begin(), steps.end());
-    saveRecords(steps_, frames_, archive);
+    addSteps(steps);
     char name[32];
     std::snprintf(name, sizeof name, ".%06d", steps_.empty() ? 0 : steps_.back().step);
     const fs::path folder = folder_ / kCheckpointFolder;
     std::error_code error;
     fs::create_directory(folder, error);
     if (error) throw FileError(folder.string(), "cannot be made: " + error.message());
+    const RecordLog::Mark mark = log_.append(std::span(steps_).subspan(loggedSteps_), std::span(frames_).subspan(loggedFrames_));
+    loggedSteps_ = steps_.size(), loggedFrames_ = frames_.size();
+    archive.put("records", std::vector<std::uint64_t>{mark.bytes, mark.hash});
     checkpoints_.push_back(scene_.name + name + kCheckpointExtension);
     archive.write(folder / checkpoints_.back());
     if (checkpoints_.size() > kKeptCheckpoints) checkpoints_.erase(checkpoints_.begin());
@@ -190,6 +226,7 @@ void RunFolder::Writer::writeManifest(const RunState& state, const std::string& 
                            {"steps", steps_.size()},
                            {"start_volume", state.startVolume},
                            {"volume", state.volume},
+                           {"writes", runFiles(scene_.name)},
                            {"frames", framesJson(frames_)},
                            {"fragments", fragments}};
     writeText(folder_ / "run.json", manifest.dump(1) + "\n");

@@ -2,10 +2,14 @@
 // installed.
 #pragma once
 
+#include "run_files.h"
+#include "run_records.h"
+
 #include <vdbfrac/core/run_folder.h>
 #include <vdbfrac/core/simulation.h>
 #include <vdbfrac/scene/scene.h>
 
+#include <chrono>
 #include <filesystem>
 #include <list>
 #include <string>
@@ -38,36 +42,49 @@ struct FrameData {
 };
 FrameData takeFrame(const Simulation& simulation, const scene::Scene& scene, int frame);
 
-inline constexpr const char* kCheckpointFolder = "ckpt";
-inline constexpr const char* kCheckpointExtension = ".ckpt";
-
 class RunFolder::Writer {
 public:
-    Writer(std::filesystem::path folder, const scene::Scene& scene) : folder_(std::move(folder)), scene_(scene) {}
+    Writer(std::filesystem::path folder, const scene::Scene& scene);
+    /// Writes the tables that are behind, as far as that is possible.
+    ~Writer();
 
-    /// Writes .vdb and .obj of a frame, then stats.csv and run.json with all there is so far.
+    /// Writes .vdb and .obj of a frame; and now and then stats.csv and run.json with all there is so far.
     void write(FrameData& data);
     /// Writes stats.csv and run.json.
     void writeTables(const std::vector<StepRecord>& steps, const RunState& state, const std::string& status);
+    /// Writes run.json alone, as it is before the first frame.
+    void writeFirstManifest() const { writeManifest({}, kRunning); }
 
     /// Adds steps and frames so far to the archive and writes it; the last two checkpoints of the run are kept.
     void writeCheckpoint(Archive& archive, const std::vector<StepRecord>& steps);
-    /// The records so far, and the file that they come from.
-    void goOnFrom(const std::string& checkpoint, const std::vector<StepRecord>& steps, std::vector<FrameRecord> frames);
+    /// The records that a checkpoint belongs to. Throws FileError.
+    RecordLog::Records readRecords(const Archive& archive);
+    /// Goes on from them. `checkpoint`: the file's name.
+    void goOnFrom(const std::string& checkpoint, RecordLog::Records records);
 
     const std::vector<FrameRecord>& frames() const { return frames_; }
 
 private:
+    static constexpr const char* kRunning = "running";
+
     std::string sequenceName(const char* kind, int frame, const char* extension) const;
     void writeVdb(FrameData& data);
     void note(FrameRecord& record, const std::string& relative);
     void writeManifest(const RunState& state, const std::string& status) const;
+    void addSteps(const std::vector<StepRecord>& steps) { steps_.insert(steps_.end(), steps.begin(), steps.end()); }
+    void writeAll(const std::string& status);
 
     std::filesystem::path folder_;
     scene::Scene scene_;
     std::vector<StepRecord> steps_;
     std::vector<FrameRecord> frames_;
+    RunState state_;                        // of the last frame
+    RecordLog log_;
+    std::size_t loggedSteps_ = 0, loggedFrames_ = 0;
     std::vector<std::string> checkpoints_;  // names of those to keep
+    bool behind_ = false;                   // tables lack frames or steps
+    std::chrono::steady_clock::time_point written_{};  // when the tables were
+    std::chrono::duration<double> took_{0};            // how long that took
 };
 
 }  // namespace vdbfrac::core

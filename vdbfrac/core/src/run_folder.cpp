@@ -1,7 +1,6 @@
 #include <vdbfrac/core/run_folder.h>
 
 #include "frame_writer.h"
-#include "run_records.h"
 
 #include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
@@ -21,33 +20,47 @@ namespace {
 /// Frames that may wait for the writer: with the one it is at, and one that is handed over, three are in memory at most.
 constexpr std::size_t kWaitingFrames = 1;
 
-/// Whatever a run writes into its folder, and so may remove from it: in this order, so that whoever is killed in between leaves no
-/// checkpoint whose frames are gone.
-constexpr const char* kOwnEntries[] = {"run.json", kCheckpointFolder, "scene.toml", "run.log", "stats.csv", "vdb", "obj", "preview"};
+/// The scene and the files that it names.
+std::vector<fs::path> inputsOf(const scene::Scene& scene)
+{
+    std::vector<fs::path> files = {scene.file};
+    for (const scene::Body& body : scene.bodies) {
+        if (const auto* mesh = std::get_if<scene::MeshFile>(&body.shape)) files.push_back(mesh->file);
+        if (const auto* vdb = std::get_if<scene::VdbFile>(&body.shape)) files.push_back(vdb->file);
+    }
+    return files;
+}
 
-FolderLock prepare(const fs::path& folder, Earlier earlier)
+/// A run that was killed at once has left nothing but a manifest that was not finished.
+bool isEmpty(const fs::path& folder)
+{
+    std::error_code error;
+    bool empty = true;
+    for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error))
+        empty = empty && isTemporary(entry->path()) && entry->path().filename().string().ends_with(kManifest);
+    if (error) throw FileError(folder.string(), "cannot be read: " + error.message());
+    return empty;
+}
+
+/// Takes an empty folder, or one with an earlier run of this program and nothing of the scene's among its files.
+FolderLock prepare(const fs::path& folder, const scene::Scene& scene, Earlier earlier)
 {
     std::error_code error;
     if (fs::is_regular_file(folder, error)) throw FileError(folder.string(), "is a file, not a folder");
     fs::create_directories(folder, error);
     if (error) throw FileError(folder.string(), "cannot be made: " + error.message());
     FolderLock lock(folder);
-    if (earlier == Earlier::keep) removeTemporaries(folder);
-    const bool empty = fs::is_empty(folder, error);
-    if (error) throw FileError(folder.string(), "cannot be read: " + error.message());
-    if (!empty && earlier == Earlier::refuse)
+    if (isEmpty(folder)) return lock;
+    if (earlier == Earlier::refuse)
         throw FileError(folder.string(), "is not empty; use --resume to go on with an earlier run, --overwrite to replace it, or another folder");
-    if (earlier == Earlier::keep) {
-        const auto isThere = [&](const char* entry) { return fs::exists(folder / entry); };
-        if (!empty && std::none_of(std::begin(kOwnEntries), std::end(kOwnEntries), isThere))
-            throw FileError(folder.string(), "is not empty and holds no run to resume; use another folder");
-        for (const char* entry : kOwnEntries) removeTemporaries(folder / entry);
-        return lock;
-    }
-    for (const char* entry : kOwnEntries) {
-        fs::remove_all(folder / entry, error);
-        if (error) throw FileError((folder / entry).string(), "cannot be removed: " + error.message());
-    }
+    const std::vector<std::string> before = filesOfEarlierRun(folder);
+    std::vector<fs::path> inputs = inputsOf(scene);
+    const fs::path own = folder / "scene.toml";
+    if (earlier == Earlier::keep) std::erase_if(inputs, [&](const fs::path& file) { return fs::equivalent(file, own, error); });  // is left as it is
+    requireApart(folder, before, inputs, earlier == Earlier::keep ? "write over" : "remove");
+    requireApart(folder, runFiles(scene.name), inputs, "write over");
+    for (const char* place : {"", kCheckpointFolder, "vdb", "obj"}) removeTemporaries(folder / place);
+    if (earlier == Earlier::replace) removeRunFiles(folder, before);
     return lock;
 }
 
@@ -90,7 +103,8 @@ RunFolder::RunFolder(fs::path folder, const scene::Scene& scene, const Stages& s
     : folder_(std::move(folder)), scene_(scene), writer_(std::make_unique<Writer>(folder_, scene)), queue_(kWaitingFrames)
 {
     requireSources(scene, stages);
-    lock_ = prepare(folder_, earlier);
+    lock_ = prepare(folder_, scene, earlier);
+    if (!fs::exists(folder_ / kManifest)) writer_->writeFirstManifest();  // from here on the folder is known to hold a run
     if (!scene.output.vdb.empty()) fs::create_directory(folder_ / "vdb");
     if (scene.output.obj) {
         fs::create_directory(folder_ / "obj");
@@ -144,23 +158,24 @@ bool RunFolder::resume(Simulation& simulation, const Resume& how, std::vector<st
 {
     std::vector<fs::path> checkpoints = checkpointsIn(folder_);
     if (checkpoints.empty()) {
-        if (!fs::exists(folder_ / "run.json")) return false;
+        if (!hasFrames(folder_)) return false;
         throw FileError(folder_.string(), "holds frames but no checkpoint; use --overwrite to start again, or another folder");
     }
     std::string passed;
     for (std::reverse(checkpoints.begin(), checkpoints.end()); const fs::path& file : checkpoints) {
         Archive archive;
-        std::vector<FrameRecord> frames;
+        RecordLog::Records records;
         try {
             archive = Archive::read(file, how.memoryLimit);
-            frames = loadFrames(archive);
+            records = writer_->readRecords(archive);
         } catch (const FileError& e) {
             passed += std::string("; ") + e.what();
             continue;
         }
-        if (!frames.empty() && frames.back().frame > how.lastFrame) continue;
-        goOn(simulation, how.settings, archive, frames);
-        writer_->goOnFrom(file.filename(), steps_, std::move(frames));
+        if (!records.frames.empty() && records.frames.back().frame > how.lastFrame) continue;
+        steps_ = records.steps;
+        goOn(simulation, how.settings, archive, records.frames);
+        writer_->goOnFrom(file.filename(), std::move(records));
         if (!passed.empty()) notes.push_back("an older checkpoint is taken" + passed);
         return true;
     }
@@ -179,7 +194,6 @@ void RunFolder::goOn(Simulation& simulation, const std::string& settings, const 
         refuse("the bodies at rest are not those of the run: a mesh, a .vdb file or the program has changed since");
     simulation.load(archive);
     if (archive.getText("state_hash") != hexadecimal(simulation.stateHash())) archive.complain("the state it leads to is not the one that was saved");
-    steps_ = loadSteps(archive);
     bool sound = int(steps_.size()) == simulation.steps() && int(frames.size()) <= simulation.framesDone() + 1;
     for (std::size_t i = 0; i < frames.size(); ++i) sound = sound && frames[i].frame == scene_.time.firstFrame + int(i);
     if (!sound) archive.complain("its steps and frames do not go together");

@@ -1,7 +1,12 @@
 #include "run_records.h"
 
+#include <vdbfrac/base/atomic_file.h>
+#include <vdbfrac/base/error.h>
+#include <vdbfrac/base/hash.h>
+
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 namespace vdbfrac::core {
@@ -34,7 +39,7 @@ void forRealNumbers(Record& s, const Act& act)
 constexpr std::size_t kWholeNumbers = 9, kRealNumbers = 7;
 
 /// Stages and counts in the order in which they first occur.
-std::vector<Column> columnsOf(const std::vector<StepRecord>& steps)
+std::vector<Column> columnsOf(std::span<const StepRecord> steps)
 {
     std::vector<Column> columns;
     const auto add = [&](const Column& c) {
@@ -79,7 +84,7 @@ std::int64_t wholeNumber(const json& number, const Archive& archive)
 
 }  // namespace
 
-json framesJson(const std::vector<FrameRecord>& frames)
+json framesJson(std::span<const FrameRecord> frames)
 {
     json list = json::array();
     for (const FrameRecord& f : frames) {
@@ -106,7 +111,7 @@ std::vector<FrameRecord> loadFrames(const Archive& archive)
     return frames;
 }
 
-void saveRecords(const std::vector<StepRecord>& steps, const std::vector<FrameRecord>& frames, Archive& archive)
+void saveRecords(std::span<const StepRecord> steps, std::span<const FrameRecord> frames, Archive& archive)
 {
     const std::vector<Column> columns = columnsOf(steps);
     std::vector<std::int64_t> whole;
@@ -169,6 +174,44 @@ std::vector<StepRecord> loadSteps(const Archive& archive)
         }
     }
     return steps;
+}
+
+RecordLog::Mark RecordLog::append(std::span<const StepRecord> steps, std::span<const FrameRecord> frames)
+{
+    if (steps.empty() && frames.empty()) return mark_;
+    Archive archive;
+    saveRecords(steps, frames, archive);
+    const std::string bytes = archive.bytes();
+    const std::uint64_t length = bytes.size();
+    std::string block(reinterpret_cast<const char*>(&length), sizeof length);
+    block += bytes;
+    writeBehind(file_, mark_.bytes, block);
+    mark_ = {mark_.bytes + block.size(), hashBytes(block.data(), block.size(), mark_.hash)};
+    return mark_;
+}
+
+RecordLog::Records RecordLog::goOnFrom(const Mark& mark)
+{
+    Records records;
+    const std::string text = mark.bytes > 0 ? readText(file_) : std::string();
+    const auto damaged = [&] { return FileError(file_.string(), "is damaged: it is not what the checkpoint says"); };
+    if (text.size() < mark.bytes) throw damaged();
+    std::uint64_t hash = 0;
+    for (std::string_view rest = std::string_view(text).substr(0, mark.bytes); !rest.empty();) {
+        std::uint64_t length = 0;
+        if (rest.size() < sizeof length) throw damaged();
+        std::memcpy(&length, rest.data(), sizeof length);
+        if (length > rest.size() - sizeof length) throw damaged();
+        const std::string_view block = rest.substr(0, sizeof length + length);
+        hash = hashBytes(block.data(), block.size(), hash);
+        const Archive archive = Archive::parse(block.substr(sizeof length), file_.string());
+        for (StepRecord& step : loadSteps(archive)) records.steps.push_back(std::move(step));
+        for (FrameRecord& frame : loadFrames(archive)) records.frames.push_back(std::move(frame));
+        rest.remove_prefix(block.size());
+    }
+    if (hash != mark.hash) throw damaged();
+    mark_ = mark;
+    return records;
 }
 
 }  // namespace vdbfrac::core

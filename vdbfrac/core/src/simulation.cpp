@@ -198,6 +198,7 @@ void Simulation::solve(StepRecord& record, double dt, double shortest)
         record.linearIterations += report->linearIterations;
         record.projections += report->projections;
         record.work.count("solve", "multigrid_systems", report->multigridSystems);
+        record.work.count("solve", "creases", report->creases);
         if (report->status == solver::StepStatus::converged || 0.5 * dt < shortest) break;
     }
     trusted_ = dt < tried ? dt : 2 * trusted_;

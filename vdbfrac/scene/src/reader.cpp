@@ -43,12 +43,14 @@ Scene parseScene(std::string_view text, const fs::path& file, std::span<const Ta
     Context context{complaints, folderOf(file)};
     Scene scene = readSections(root, effects, context);
     complaints.throwIfAny();
+    scene.file = file;
     return scene;
 }
 
 Scene readScene(const fs::path& file, std::span<const TableSpec> effects, const std::vector<std::string>& overrides)
 {
-    return parseScene(readText(file), file, effects, overrides);
+    constexpr std::uint64_t kMostBytes = 16 << 20;  // thousands of keyed grips; what is larger is something else
+    return parseScene(readText(file, kMostBytes), file, effects, overrides);
 }
 
 const Material& Scene::materialOf(const Body& body) const

@@ -30,7 +30,7 @@ const std::vector<Key> kGrid = {
     {"lattice", Type::choice, "", "Tetrahedra: six or five in a lattice cube, or a Delaunay mesh.", "\"six\"", -kEndless,
      kEndless, false, false, {"six", "five", "delaunay"}},
     {"coarsening", Type::integer, "voxels", "Lattice spacing in voxels; only 1 with the lattice \"five\".", "1", 1,
-     1024},
+     19},
     {"half_width", Type::integer, "voxels", "Half width of the narrow band around the surface.", "3", 3, 10},
     {"grading", Type::number, "", "Delaunay only: how many times larger tetrahedra below the narrow band may be.", "1", 1,
      16},

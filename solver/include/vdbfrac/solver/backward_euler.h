@@ -58,6 +58,7 @@ struct StepReport {
     int multigridSystems = 0;   ///< linear systems that multigrid solved
     int projections = 0;        ///< linear systems for which the tangent had to be projected
     int lineSearchSteps = 0;    ///< halvings
+    int creases = 0;            ///< 1 where the minimum lies at a crease of Phi: its residual is that of the mean of the gradients beside it
     double residual = 0;        ///< |gradient| at the end, relative to the scale of the tolerance
     double leastResidual = 0;   ///< smallest of the iterates: below `residual` where Newton went astray
     double elasticEnergy = 0;   ///< J at the end

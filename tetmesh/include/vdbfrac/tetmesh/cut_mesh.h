@@ -42,7 +42,8 @@ struct Cell {
 class CutMesh final : public BodyMesh {
 public:
     CutMesh() = default;
-    /// Cuts everything. phi [m] on voxel coordinates; its box must hold every material voxel and two layers more.
+    /// Cuts everything. phi [m] on voxel coordinates; its box must hold every material voxel and two layers more. Throws Error for a
+    /// coarsening that is not possible.
     CutMesh(Lattice lattice, NodeField<float> phi);
 
     CutUpdate update(std::span<const std::pair<Coord, float>> newPhi) override;

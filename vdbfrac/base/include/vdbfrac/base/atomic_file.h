@@ -1,6 +1,7 @@
 // Files that are whole or not there: written under a temporary name, verified, synced, renamed.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -10,6 +11,7 @@ namespace vdbfrac {
 
 /// Writes `file` through a temporary in the same folder. `write` fills the temporary; `verify` (may be empty)
 /// reads it back and throws when it is not what was meant. Then it is synced and renamed over `file`.
+/// A symbolic link is followed: what it points to is written. Devices, pipes and folders are refused.
 /// On any failure the temporary is removed, `file` is as it was, and a FileError names file and cause.
 void writeAtomically(const std::filesystem::path& file,
                      const std::function<void(const std::filesystem::path& temporary)>& write,
@@ -23,7 +25,14 @@ void removeTemporaries(const std::filesystem::path& folder);
 /// Writes text atomically; verifies the size and the bytes.
 void writeText(const std::filesystem::path& file, std::string_view text);
 
-/// Whole content of a file. Throws FileError.
-std::string readText(const std::filesystem::path& file);
+/// Writes text at `offset` of a file that is made if need be, cuts off what was behind, and syncs it. What lies before `offset` is as it
+/// was, whatever happens. Throws FileError.
+void writeBehind(const std::filesystem::path& file, std::uint64_t offset, std::string_view text);
+
+/// Whole content of a regular file of no more than `mostBytes`. Throws FileError, also when reading fails half way and for
+/// devices, pipes and folders, which may have no end.
+std::string readText(const std::filesystem::path& file, std::uint64_t mostBytes = ~std::uint64_t{0});
+/// Throws FileError where readText would, but for errors of reading itself.
+void requireRegular(const std::filesystem::path& file, std::uint64_t mostBytes = ~std::uint64_t{0});
 
 }  // namespace vdbfrac

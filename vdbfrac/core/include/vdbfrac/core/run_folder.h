@@ -37,12 +37,13 @@ struct Resume {
     std::uint64_t memoryLimit = ~std::uint64_t{0};             ///< bytes
 };
 
-/// What becomes of an earlier run in the folder. `replace` removes what a run of this program leaves, and nothing else.
+/// What becomes of an earlier run in the folder. `replace` and `keep` take only folders whose run.json is of this program and none of
+/// whose files the scene needs; `replace` removes what that run.json lists, and nothing else.
 enum class Earlier { refuse, replace, keep };
 
 class RunFolder {
 public:
-    /// Makes the folder. Throws FileError; InputError for an output field that nothing makes.
+    /// Makes the folder. Throws FileError; InputError for an output field that nothing makes, or where files of the scene would be lost.
     RunFolder(std::filesystem::path folder, const scene::Scene& scene, const Stages& stages, Earlier earlier);
 
     const std::filesystem::path& path() const { return folder_; }
@@ -50,11 +51,12 @@ public:
     /// What was handed over is finished; an error of the writer that no call has thrown is lost.
     ~RunFolder();
 
-    /// Copies what a frame writes and hands it to a writer, which works beside the next steps: .vdb and .obj, then
-    /// stats.csv and run.json with all there is so far. Waits while two more frames are unwritten: three are in
+    /// Copies what a frame writes and hands it to a writer, which works beside the next steps: .vdb and .obj, and
+    /// stats.csv and run.json with all there is so far, as often as 2 % of the time allow. Waits while two more frames are unwritten: three are in
     /// memory at most. Returns the hash of the state. What the writer throws (FileError) is thrown by the next call, or by finish.
     std::string writeFrame(const Simulation& simulation, int frame);
-    /// Hands a copy of the state to the writer, which makes ckpt/SCENE.STEP.ckpt of it; the last two are kept. `settings`:
+    /// Hands a copy of the state to the writer, which makes ckpt/SCENE.STEP.ckpt of it, and adds the records since the last
+    /// one to ckpt/SCENE.records; the last two are kept. `settings`:
     /// what the run depends on, as text. Does nothing when the last step has a checkpoint.
     void writeCheckpoint(const Simulation& simulation, const std::string& settings);
     /// Takes a simulation of the same scene that has made no step to where the newest checkpoint was written. Damaged ones are

@@ -149,6 +149,7 @@ struct EffectTable {
 };
 
 struct Scene {
+    std::filesystem::path file;        ///< it was read from; no part of what is simulated
     std::string name = "scene";
     Time time;
     Grid grid;

@@ -1,0 +1,14 @@
+// The shortest weighted mean of a few vectors. Not installed.
+#pragma once
+
+#include <Eigen/Core>
+
+namespace vdbfrac::solver {
+
+/// Most vectors: all of their subsets are tried.
+inline constexpr int kMostMeans = 8;
+
+/// Weights w >= 0 with sum 1 that make w.G w least. G: products of 1 to kMostMeans vectors with each other.
+Eigen::VectorXd leastMean(const Eigen::MatrixXd& G);
+
+}  // namespace vdbfrac::solver

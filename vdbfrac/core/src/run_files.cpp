@@ -1,0 +1,94 @@
+#include "run_files.h"
+
+#include <vdbfrac/base/atomic_file.h>
+#include <vdbfrac/base/error.h>
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <set>
+
+namespace vdbfrac::core {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+bool isDigit(char c) { return c >= '0' && c <= '9'; }
+
+/// Below the folder, whatever a manifest says.
+bool liesBelow(const fs::path& path)
+{
+    return !path.empty() && path.is_relative() && std::none_of(path.begin(), path.end(), [](const fs::path& part) { return part == ".."; });
+}
+
+}  // namespace
+
+std::vector<std::string> runFiles(const std::string& name)
+{
+    const std::string ckpt = std::string(kCheckpointFolder) + "/" + name;
+    return {ckpt + ".####" + kCheckpointExtension, ckpt + kRecordsExtension, "vdb/" + name + ".####.vdb", "obj/" + name + ".####.obj", "obj/" + name + ".mtl",
+            "preview/" + name + ".####.png", "preview/contact_sheet.png", "stats.csv", "run.log", "scene.toml", kManifest};
+}
+
+bool matches(std::string_view pattern, std::string_view path)
+{
+    constexpr std::string_view kNumber = "####";
+    const std::size_t at = pattern.rfind(kNumber);  // the last: a name of a scene may have one of its own
+    if (at == std::string_view::npos) return pattern == path;
+    const std::string_view before = pattern.substr(0, at), after = pattern.substr(at + kNumber.size());
+    if (path.size() < pattern.size() || !path.starts_with(before) || !path.ends_with(after)) return false;
+    const std::string_view number = path.substr(before.size(), path.size() - before.size() - after.size());
+    return std::all_of(number.begin(), number.end(), isDigit);
+}
+
+std::vector<std::string> filesOfEarlierRun(const fs::path& folder)
+{
+    const char* const kOther = "it is not empty, and no run of this program; use another folder";
+    if (!fs::exists(folder / kManifest)) throw FileError(folder.string(), std::string("holds no run.json: ") + kOther);
+    const auto manifest = nlohmann::json::parse(readText(folder / kManifest), nullptr, false);
+    const auto creator = manifest.is_object() ? manifest.value("creator", nlohmann::json()) : nlohmann::json();
+    if (!creator.is_string() || !creator.get_ref<const std::string&>().starts_with("vdbfrac "))
+        throw FileError((folder / kManifest).string(), std::string("is not the manifest of a run: ") + kOther);
+    std::vector<std::string> patterns;
+    for (const auto& pattern : manifest.value("writes", nlohmann::json::array()))
+        if (pattern.is_string() && liesBelow(pattern.get<std::string>())) patterns.push_back(pattern);
+    if (patterns.empty()) throw FileError((folder / kManifest).string(), "does not list what its run writes; use another folder, or remove this one");
+    return patterns;
+}
+
+bool hasFrames(const fs::path& folder)
+{
+    const auto manifest = nlohmann::json::parse(readText(folder / kManifest), nullptr, false);
+    return manifest.is_object() && !manifest.value("frames", nlohmann::json::array()).empty();
+}
+
+void requireApart(const fs::path& folder, const std::vector<std::string>& patterns, const std::vector<fs::path>& inputs, const char* what)
+{
+    for (const fs::path& input : inputs) {
+        const fs::path below = fs::weakly_canonical(input).lexically_relative(fs::weakly_canonical(folder));
+        for (const std::string& pattern : patterns)
+            if (matches(pattern, below.generic_string()))
+                throw InputError({"--output", "the scene needs " + input.string() + ", which the run would " + what,
+                                  "a folder that holds none of the scene's files", "use another folder"});
+    }
+}
+
+void removeRunFiles(const fs::path& folder, const std::vector<std::string>& patterns)
+{
+    std::set<fs::path> places;
+    for (const std::string& pattern : patterns) {
+        const fs::path place = fs::path(pattern).parent_path();
+        std::vector<fs::path> found;
+        std::error_code error;
+        for (fs::directory_iterator entry(folder / place, error), end; !error && entry != end; entry.increment(error))
+            if (matches(pattern, (place / entry->path().filename()).generic_string()) && !fs::is_directory(entry->symlink_status())) found.push_back(entry->path());
+        for (const fs::path& file : found)
+            if (fs::remove(file, error); error) throw FileError(file.string(), "cannot be removed: " + error.message());
+        if (!place.empty()) places.insert(place);
+    }
+    std::error_code notEmpty;
+    for (const fs::path& place : places) fs::remove(folder / place, notEmpty);
+}
+
+}  // namespace vdbfrac::core
