@@ -103,7 +103,7 @@ Action addBench(CLI::App& app)
         ->delimiter(',')
         ->check(CLI::IsMember(kWorkloads))
         ->capture_default_str();
-    c->add_option("-j,--threads", o->threads, "Threads to use (default: all cores)")->check(CLI::NonNegativeNumber);
+    addThreads(*c, o->threads);
     c->add_option("-o,--output", o->file, "Write the JSON to this file instead of stdout")->type_name("FILE");
     c->add_flag("-q,--quiet", o->common.quiet, "Do not say what was just measured");
     c->add_option("--log-file", o->common.logFile, "Write that to this file too")->type_name("FILE");

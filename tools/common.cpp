@@ -1,5 +1,8 @@
 #include "common.h"
 
+#include "memory.h"
+#include "number_options.h"
+
 #include <vdbfrac/base/error.h>
 
 #include <spdlog/sinks/basic_file_sink.h>
@@ -19,6 +22,19 @@ void addCommonOptions(CLI::App& command, CommonOptions& options)
         ->check(CLI::IsMember({"auto", "bar", "plain", "none"}))
         ->capture_default_str();
 }
+
+void addThreads(CLI::App& command, int& threads, const std::string& help)
+{
+    constexpr int kMostThreads = 1024;
+    command.add_option("-j,--threads", threads, help)->check(CLI::Range(0, kMostThreads))->type_name("N");
+}
+
+void addMaxMemory(CLI::App& command, double& gibibytes, const std::string& what)
+{
+    command.add_option("--max-memory", gibibytes, "GiB " + what + " may use (default: 80 % of what is available)")->check(PositiveFinite(kMostGiB))->type_name("GIB");
+}
+
+std::uint64_t memoryLimitOf(double gibibytes) { return gibibytes > 0 ? std::uint64_t(gibibytes * kGiB) : defaultMemoryLimit(); }
 
 std::shared_ptr<spdlog::logger> makeLog(const CommonOptions& options)
 {

@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <spdlog/spdlog.h>
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -33,6 +34,13 @@ void addCommonOptions(CLI::App& command, CommonOptions& options);
 /// Log to stderr, and to files added later. stdout is for data.
 std::shared_ptr<spdlog::logger> makeLog(const CommonOptions& options);
 void logToFile(spdlog::logger& log, const std::filesystem::path& file);
+
+/// -j, 0 for all cores.
+void addThreads(CLI::App& command, int& threads, const std::string& help = "Threads to use (default: all cores)");
+/// --max-memory in GiB, 0 when it is not given. `what`: "the run".
+void addMaxMemory(CLI::App& command, double& gibibytes, const std::string& what);
+/// The limit in bytes that --max-memory asks for.
+std::uint64_t memoryLimitOf(double gibibytes);
 
 /// By its name, in any case.
 bool isVdb(const std::filesystem::path& file);

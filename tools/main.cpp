@@ -4,7 +4,13 @@
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/core/version.h>
 
+#include <algorithm>
+#include <cerrno>
+#include <csignal>
 #include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <iostream>
 #include <map>
 #include <new>
 
@@ -12,6 +18,20 @@ using namespace vdbfrac;
 using namespace vdbfrac::tools;
 
 namespace {
+
+std::string listOf(const std::map<std::string, Action>& actions)
+{
+    std::string names;
+    for (const auto& [name, action] : actions) names += (names.empty() ? "" : ", ") + name;
+    return names;
+}
+
+/// What is still to be written to stdout, on a full disk for example, fails here or never.
+void requireWritten()
+{
+    std::cout.flush();
+    if (std::fflush(stdout) != 0 || std::ferror(stdout) || !std::cout) throw FileError("standard output", std::string("cannot be written: ") + std::strerror(errno ? errno : EIO));
+}
 
 int run(int argc, char** argv)
 {
@@ -32,6 +52,7 @@ int run(int argc, char** argv)
     actions["info"] = addInfo(app);
     actions["verify"] = addVerify(app);
     actions["study"] = addStudy(app);
+    if (argc > 1 && argv[1][0] != '-' && !actions.contains(argv[1])) throw InputError({"vdbfrac", std::string("there is no command '") + argv[1] + "'", listOf(actions), ""});
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {
@@ -50,14 +71,20 @@ int complain(const char* what, int code)
 
 int main(int argc, char** argv)
 {
+    std::signal(SIGXFSZ, SIG_IGN);  // a limit of file sizes is an error of writing, as a full disk is
     try {
-        return run(argc, argv);
+        const int code = run(argc, argv);
+        requireWritten();
+        return code;
     } catch (const InputError& e) {
         return complain(e.what(), kBadInput);
     } catch (const FileError& e) {
         return complain(e.what(), kBadFile);
     } catch (const LimitError& e) {
         return complain(e.what(), kLimit);
+    } catch (const std::filesystem::filesystem_error& e) {
+        const std::string file = e.path1().empty() ? "a file" : e.path1().string();
+        return complain((file + ": " + e.code().message()).c_str(), kBadFile);
     } catch (const std::bad_alloc&) {
         return complain("out of memory; use a coarser grid.voxel_size", kLimit);
     } catch (const std::exception& e) {

@@ -1,5 +1,6 @@
 #include "progress.h"
 
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -10,8 +11,16 @@ namespace vdbfrac::tools {
 
 namespace {
 
-constexpr int kWidth = 28;          // characters of the bar
+constexpr int kWidth = 20;          // characters of the bar
 constexpr double kRedraw = 0.1;     // s between two drawings
+
+/// Characters of a line of the terminal.
+std::size_t lineWidth()
+{
+    constexpr std::size_t kUsual = 80;
+    winsize size{};
+    return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : kUsual;
+}
 
 double secondsSince(std::chrono::steady_clock::time_point t)
 {
@@ -63,7 +72,11 @@ void Progress::update(double done, const std::string& detail)
     drawn_ = std::chrono::steady_clock::now();
     const int filled = int(kWidth * std::clamp(done / total_, 0., 1.));
     const std::string bar = std::string(std::size_t(filled), '#') + std::string(std::size_t(kWidth - filled), '.');
-    std::fprintf(stderr, "\r\033[K[%s] %3.0f %%  %s  %s", bar.c_str(), 100 * done / total_, status(done).c_str(), detail.c_str());
+    char percent[16];
+    std::snprintf(percent, sizeof percent, "%3.0f %%", 100 * done / total_);
+    std::string line = "[" + bar + "] " + percent + "  " + status(done) + "  " + detail;
+    line.resize(std::min(line.size(), lineWidth() - 1));  // a longer one would stay on the screen
+    std::fprintf(stderr, "\r\033[K%s", line.c_str());
     std::fflush(stderr);
     open_ = true;
 }

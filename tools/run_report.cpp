@@ -24,14 +24,17 @@ std::string amount(std::int64_t n)
 
 std::string workTable(const Ledger& work)
 {
+    constexpr const char* kBeside = "output";  // goes on while the steps do: what they stood still for it is "wait"
     double total = 0;
-    for (const StageWork& s : work.stages()) total += s.seconds;
+    for (const StageWork& s : work.stages())
+        if (s.name != kBeside) total += s.seconds;
     std::string text = fmt::format("{:<10}{:>10}{:>8}  {}\n", "stage", "seconds", "share", "work");
     for (const StageWork& s : work.stages()) {
         std::string counts;
         for (const auto& [what, n] : s.counts) counts += fmt::format("{}{} {}", counts.empty() ? "" : ", ", amount(n), what);
         std::replace(counts.begin(), counts.end(), '_', ' ');
-        text += fmt::format("{:<10}{:>10.2f}{:>7.1f}%  {}\n", s.name, s.seconds, total > 0 ? 100 * s.seconds / total : 0., counts);
+        const std::string share = s.name == kBeside ? "beside" : fmt::format("{:.1f}%", total > 0 ? 100 * s.seconds / total : 0.);
+        text += fmt::format("{:<10}{:>10.2f}{:>8}  {}\n", s.name, s.seconds, share, counts);
     }
     return text + fmt::format("{:<10}{:>10.2f}", "all", total);
 }

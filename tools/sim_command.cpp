@@ -23,6 +23,8 @@ namespace vdbfrac::tools {
 
 namespace {
 
+constexpr int kMostFrames = 999999;  // as scenes have it
+
 struct SimOptions {
     CommonOptions common;
     std::string scene, folder, frames, accuracy, timeLimit;
@@ -42,9 +44,9 @@ void limitFrames(scene::Scene& scene, const std::string& text)
     const bool range = std::sscanf(text.c_str(), "%d-%d%c", &first, &last, &rest) == 2;
     const bool single = !range && std::sscanf(text.c_str(), "%d%c", &last, &rest) == 1;
     if (single) first = scene.time.firstFrame;
-    if (!(range || single) || first != scene.time.firstFrame || last < first)
+    if (!(range || single) || first != scene.time.firstFrame || last < first || last > kMostFrames)
         throw InputError({"--frames", "'" + text + "' is not a frame range of this scene",
-                          std::to_string(scene.time.firstFrame) + "-LAST, or LAST",
+                          std::to_string(scene.time.firstFrame) + "-LAST, or LAST, up to " + std::to_string(kMostFrames),
                           "a simulation starts at the scene's first frame"});
     scene.time.lastFrame = last;
 }
@@ -75,11 +77,6 @@ void requireMemory(const core::Simulation& simulation, std::uint64_t limit)
     std::snprintf(text, sizeof text, "the run needs about %.2f GiB, the limit is %.2f GiB; use a coarser grid.voxel_size or --max-memory",
                   double(estimate) / kGiB, double(limit) / kGiB);
     throw LimitError(text);
-}
-
-std::uint64_t memoryLimit(const SimOptions& options)
-{
-    return options.maxMemory > 0 ? std::uint64_t(options.maxMemory * kGiB) : defaultMemoryLimit();
 }
 
 /// What the steps of a run depend on, as text: the scene, but for its last frame and the folders that files lie in. What is in the
@@ -128,7 +125,7 @@ void Run::begin()
     std::vector<std::string> notes = simulation_.stages().notes;
     bool resumed = false;
     if (!options_.resume.empty()) {
-        const core::Resume how{settings_, std::min(lastToKeep(options_.resume), scene_.time.lastFrame), memoryLimit(options_)};
+        const core::Resume how{settings_, std::min(lastToKeep(options_.resume), scene_.time.lastFrame), memoryLimitOf(options_.maxMemory)};
         resumed = folder_.resume(simulation_, how, notes);
     }
     if (resumed)
@@ -202,7 +199,7 @@ int simulate(const SimOptions& options, const scene::Scene& scene)
     const auto start = std::chrono::steady_clock::now();
     const double timeLimit = options.timeLimit.empty() ? INFINITY : parseDuration("--time-limit", options.timeLimit);
     const auto log = makeLog(options.common);
-    const std::uint64_t limit = memoryLimit(options);
+    const std::uint64_t limit = memoryLimitOf(options.maxMemory);
     const auto effects = effects::makeEffects(scene);
     core::Simulation simulation(scene, pointers(effects), limit);
     if (options.plan) {
@@ -232,18 +229,18 @@ Action addSim(CLI::App& app)
                 "starts where no run is yet")
         ->excludes(overwrite);
     c->add_option("--checkpoint-every", o->checkpointEvery, "Frames from one checkpoint to the next; 0: only at the start, at the end, and when the run is stopped")
-        ->check(CLI::NonNegativeNumber)
+        ->check(CLI::Range(0, kMostFrames))
         ->capture_default_str();
     c->add_option("--time-limit", o->timeLimit, "Stop with a checkpoint after the step that ends later than this, as 3h50m (exit code 75)")
         ->type_name("TIME");
-    c->add_option("-j,--threads", o->threads, "Threads to use (default: all cores)")->check(CLI::NonNegativeNumber);
+    addThreads(*c, o->threads);
     c->add_option("--set", o->set, "Change a key of the scene: key=value, as in grid.voxel_size=0.02")->type_name("KEY=VALUE");
     c->add_option("--accuracy", o->accuracy,
                   "Make voxels, time steps and tolerance coarser or finer than the scene says, and say what to expect of it")
         ->check(CLI::IsMember(accuracyLevels()));
     auto* plan = c->add_flag("-n,--plan", o->plan, "Only say what would run: sizes, memory, the stages and why the others are off");
     c->add_flag("--strict", o->strict, "Exit with 3 when a step did not converge");
-    c->add_option("--max-memory", o->maxMemory, "GiB the run may use (default: 80 % of what is available)")->check(CLI::PositiveNumber);
+    addMaxMemory(*c, o->maxMemory, "the run");
     addCommonOptions(*c, o->common);
     return [o, folder, plan] {
         if (folder->count() == 0 && plan->count() == 0)

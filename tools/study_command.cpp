@@ -2,6 +2,7 @@
 #include "bench/bench.h"
 #include "common.h"
 #include "memory.h"
+#include "number_options.h"
 #include "study/output.h"
 #include "study/runs.h"
 
@@ -101,7 +102,7 @@ int runOne(const StudyOptions& o, const study::Study& plan)
     if (run.scene) {
         const ThreadLimit threads(std::max(1, o.threads));
         endAfter(o.timeLimit);
-        const auto limit = o.maxMemory > 0 ? std::uint64_t(o.maxMemory * kGiB) : defaultMemoryLimit();
+        const std::uint64_t limit = memoryLimitOf(o.maxMemory);
         result = simulateGuarded(*run.scene, o.round == 0 ? plan.spec.measures : std::vector<scene::Study::Measure>{}, limit);
     }
     result.fingerprint = run.fingerprint;
@@ -160,12 +161,12 @@ Action addStudy(CLI::App& app)
         ->type_name("QUANTITY[:KEY=VALUE,...]")->allow_extra_args(false);
     c->add_option("--by", o->by, "Measure that settings are marked and plotted by (default: the first)")->type_name("MEASURE");
     c->add_option("--set", o->plan.set, "Change a key of the scene in all settings: key=value")->type_name("KEY=VALUE");
-    c->add_option("--rounds", o->rounds, "How often each setting is timed (default: the scene's, or 5)")->check(CLI::NonNegativeNumber);
-    c->add_option("-j,--threads", o->threads, "Threads in all (default: all cores); with --run, of the run (default: 1)")->check(CLI::NonNegativeNumber);
+    c->add_option("--rounds", o->rounds, "How often each setting is timed (default: the scene's, or 5)")->check(CLI::Range(0, 1000));
+    addThreads(*c, o->threads, "Threads in all (default: all cores); with --run, of the run (default: 1)");
     c->add_flag("--threads-per-run", o->threadsPerRun, "One run at a time, on all threads; else side by side on one thread each");
-    c->add_option("--time-limit", o->timeLimit, "Seconds that a run may take")->type_name("S")->check(CLI::PositiveNumber);
-    c->add_option("--max-memory", o->maxMemory, "GiB a run may use (default: 80 % of what is available)")->check(CLI::PositiveNumber);
-    c->add_option("--run", o->run, "Only this run, in this process: writes runs/K.json")->type_name("K")->check(CLI::NonNegativeNumber);
+    c->add_option("--time-limit", o->timeLimit, "Seconds that a run may take")->type_name("S")->check(PositiveFinite());
+    addMaxMemory(*c, o->maxMemory, "a run");
+    c->add_option("--run", o->run, "Only this run, in this process: writes runs/K.json")->type_name("K")->check(CLI::Range(0, 1000000));
     c->add_option("--round", o->round, "With --run: time it only, for this round")->type_name("R");
     c->add_option("--parent", o->parent)->group("");  // of runs that a study starts; hidden
     addCommonOptions(*c, o->common);

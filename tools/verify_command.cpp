@@ -137,7 +137,7 @@ Action addVerify(CLI::App& app)
         ->type_name("CASE,...")
         ->excludes(random);
     c->add_option("--json", o->json, "Write the measurements to this file too")->type_name("FILE");
-    c->add_option("-j,--threads", o->threads, "Threads to use (default: all cores)")->check(CLI::NonNegativeNumber);
+    addThreads(*c, o->threads);
     c->add_flag("-q,--quiet", o->common.quiet, "Print the totals only");
     return [o] { return run(*o); };
 }

@@ -124,13 +124,16 @@ private:
 /// as near to x0.
 class Explicit : public Integrator {
 public:
-    Explicit(const ElasticOperator& elastic, bool symplectic) : symplectic_(symplectic) { rebind(elastic); }
+    Explicit(const ElasticOperator& elastic, bool symplectic)
+        : elastic_(&elastic), symplectic_(symplectic), fastest_(elastic.highestFrequency())
+    {
+    }
 
+    /// Tets only go, so what bounded their frequencies still does; an eigenvalue of each tet takes longer than many steps.
     void rebind(const ElasticOperator& elastic) override
     {
         elastic_ = &elastic;
         evaluated_ = false;
-        fastest_ = elastic.highestFrequency();
     }
 
     /// v += -dt (w^2 x + d v), x += dt v does not grow where (w dt)^2 + 2 d dt <= 4. Forward Euler grows anyway.
@@ -194,9 +197,9 @@ private:
         });
     }
 
-    const ElasticOperator* elastic_ = nullptr;
+    const ElasticOperator* elastic_;
     bool symplectic_, evaluated_ = false;
-    double fastest_ = 0, energy_ = 0;
+    double fastest_, energy_ = 0;  // 1/s, J
     std::vector<Vec3> gradient_, outer_, predicted_;  // N at x; N; m
     StepReport report_;
 };

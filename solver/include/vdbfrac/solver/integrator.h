@@ -34,7 +34,7 @@ class Integrator {
 public:
     virtual ~Integrator() = default;
 
-    /// Goes on with another operator.
+    /// Goes on with another operator, of the same bodies less what has gone since.
     virtual void rebind(const ElasticOperator& elastic) = 0;
     /// Advances `state` by dt [s] > 0, finite; it is what the last step left, or rebind() was called since. The report holds
     /// until the next step; its energy is that of the end, its reactions those of the last solve: in mid-step with midpoint, at
