@@ -152,4 +152,109 @@ TEST(InexactNewton, LooseSystemsSaveLinearIterations)
     }
 }
 
+/// Phi of a step without potentials [J] and its gradient at free nodes [N], added up anew.
+struct Objective {
+    const solver::ElasticOperator& elastic;
+    const solver::Boundary& boundary;
+    solver::State start;
+    double dt;
+
+    double operator()(std::span<const Vec3> x, std::vector<Vec3>& gradient) const
+    {
+        gradient.assign(x.size(), Vec3::Zero());
+        double phi = elastic.evaluate(x, gradient, nullptr);
+        for (std::size_t i = 0; i < x.size(); ++i) {
+            const Vec3 moved = x[i] - start.x[i] - dt * start.v[i];
+            phi += 0.5 * elastic.mass()[i] / (dt * dt) * moved.squaredNorm() - boundary.force[i].dot(x[i]);
+            gradient[i] += elastic.mass()[i] / (dt * dt) * moved - boundary.force[i];
+            if (boundary.fixed[i]) gradient[i].setZero();
+        }
+        return phi;
+    }
+};
+
+/// With linear strain Phi is quadratic: the gradient after one iteration of Newton is the residual of its linear system. In the norm
+/// that conjugate gradients with block-Jacobi measure, it is what docs/physics.md says of the gradient before: linear_tolerance, or a
+/// fifth of what would meet newton_tolerance, whichever is looser, and no more than a tenth.
+TEST(InexactNewton, LinearSystemsAreSolvedAsFarAsTheToleranceSays)
+{
+    constexpr double kSingle = 1e-3;  // relative: residuals that single precision carries along
+    struct Tolerances {
+        double newton, linear;
+    };
+    for (const auto precision : {solver::LinearPrecision::mixed, solver::LinearPrecision::doubles})
+        for (const Tolerances& asked : {Tolerances{1e-3, 1e-2}, Tolerances{1e-3, 1e-4}, Tolerances{0, 1e-6}, Tolerances{0.1, 1e-4}, Tolerances{0.4, 1e-4}}) {
+            const test::Block block({12, 6, 6}, 0.1);
+            const auto elastic = test::elasticOperator(block, solver::makeMaterial(1e5, .3, 1000), {solver::Volumetric::cell, solver::Strain::linear});
+            solver::Boundary boundary = test::clamped(block, [](Coord c) { return c.x == 0; });
+            for (std::size_t i = 0; i < boundary.force.size(); ++i)
+                if (block.nodes[i].x == 12) boundary.force[i] = Vec3(1, 0, -2);
+            solver::State state = test::atRest(block);
+            const Objective phi{elastic, boundary, state, 0.1};
+            solver::NewtonSettings settings = settingsOf(asked.newton);
+            settings.linearTolerance = asked.linear;
+            settings.linearPrecision = precision;
+            settings.iterations = 1;
+
+            std::vector<Vec3> before, after;
+            phi(state.x, before);
+            solver::Tangent tangent;
+            elastic.evaluate(state.x, {}, &tangent);
+            const auto diagonal = test::diagonalBlocks(elastic, tangent);
+            const auto size = [&](const std::vector<Vec3>& r) {
+                double sum = 0;
+                for (std::size_t i = 0; i < r.size(); ++i) {
+                    const Mat3 D = diagonal[i] + elastic.mass()[i] / (phi.dt * phi.dt) * Mat3::Identity();
+                    sum += r[i].dot(D.inverse() * r[i]);
+                }
+                return std::sqrt(sum);
+            };
+            double norm = 0, outer = 0;
+            for (std::size_t i = 0; i < before.size(); ++i) norm += before[i].squaredNorm(), outer += boundary.force[i].squaredNorm();
+            ASSERT_NEAR(norm, outer, 1e-9 * outer);  // nothing else acts at the start: it is the largest of the forces
+            solver::BackwardEuler stepper(elastic, settings);
+            EXPECT_EQ(stepper.step(state, phi.dt, {{}, boundary}).newtonIterations, 1);
+            phi(state.x, after);
+            const double wanted = std::max(asked.linear, std::min(0.2 * asked.newton, 0.1)), reached = size(after) / size(before);
+            std::printf("newton %g, linear %g: solved to %.3e, to be %.1e\n", asked.newton, asked.linear, reached, wanted);
+            EXPECT_LE(reached, wanted * (1 + kSingle));
+        }
+}
+
+/// From a start that is scrambled, squeezed or pulled far, where whole steps of Newton overshoot: after k iterations, then k + 1.
+TEST(LineSearch, NoIterationOfNewtonRaisesTheEnergyOfTheStep)
+{
+    constexpr double kRounding = 1e-12;  // of the energy at the start
+    int halved = 0;
+    for (const Vec3& stretch : {Vec3(1, 1, 1), Vec3(0.3, 0.4, 0.5), Vec3(2.5, 0.3, 0.3)})
+        for (const auto tangent : {solver::NewtonTangent::exact, solver::NewtonTangent::projected, solver::NewtonTangent::warped}) {
+            const test::Block block({5, 4, 4}, 0.1);
+            const auto elastic = test::elasticOperator(block, solver::makeMaterial(1e5, .4, 1000));
+            const solver::Boundary boundary = test::clamped(block, [](Coord c) { return c.x == 0; });
+            solver::State start = test::shaken(block, 0.7, 1, 11);
+            for (Vec3& x : start.x) x = stretch.cwiseProduct(x);
+            const Objective phi{elastic, boundary, start, 0.05};
+            std::vector<Vec3> gradient, held = start.x;
+            for (std::size_t i = 0; i < held.size(); ++i) held[i] = boundary.fixed[i] ? boundary.target[i] : Vec3(start.x[i] + phi.dt * start.v[i]);
+            const double first = phi(held, gradient);
+            double before = first;
+            solver::NewtonSettings settings = settingsOf(1e-6);
+            settings.tangent = tangent;
+            for (settings.iterations = 1; settings.iterations <= 40; ++settings.iterations) {
+                solver::State state = start;
+                solver::BackwardEuler stepper(elastic, settings);
+                const solver::StepReport& report = stepper.step(state, phi.dt, {{}, boundary});
+                const double now = phi(state.x, gradient);
+                EXPECT_LE(now, before + kRounding * first) << "iteration " << settings.iterations << ", tangent " << int(tangent);
+                before = now;
+                if (report.status == solver::StepStatus::converged || settings.iterations == 40) {
+                    halved += report.lineSearchSteps;
+                    break;
+                }
+            }
+            EXPECT_LT(before, first);
+        }
+    EXPECT_GT(halved, 0) << "the test shows nothing";
+}
+
 }  // namespace

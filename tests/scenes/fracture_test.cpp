@@ -147,6 +147,28 @@ TEST(BarOnset, StrainIsThatOfTheFormulaAtAnyResolution)
     }
 }
 
+/// kappa = C Gc / h with the C of docs/physics.md, h the spacing of the lattice: a smooth bar tears where its energy E e^2 / 2 is that.
+TEST(BarOnset, UnderToughnessKappaIsAQuarterOfGcOverTheLatticeSpacing)
+{
+    constexpr double C = 0.25, kE = 1e6;
+    struct Grid {
+        int cells, coarsening;
+    };
+    for (const Grid& grid : {Grid{8, 1}, Grid{16, 1}, Grid{16, 2}}) {
+        const double h = double(grid.coarsening) / grid.cells;
+        for (const double strain : {0.005, 0.01}) {
+            const double Gc = 0.5 * kE * strain * strain * h / C;
+            std::ostringstream law;
+            law.precision(17);
+            law << "toughness = " << Gc;
+            SceneRun run(bar(grid.cells, law.str()), {"grid.coarsening=" + std::to_string(grid.coarsening)});
+            const double torn = tearingStrain(run);
+            std::printf("%d voxels a metre, coarsening %d, Gc %.1f: torn at a strain of %.5f, critical %.5f\n", grid.cells, grid.coarsening, Gc, torn, strain);
+            EXPECT_NEAR(torn, strain, 1.001 * kIncrement);  // one load increment, and rounding
+        }
+    }
+}
+
 bool isNoted(const SceneRun& run, const std::string& text)
 {
     const auto& notes = run.simulation->stages().notes;
