@@ -28,6 +28,8 @@ class Bug(NamedTuple):
 BUGS = [
     Bug("toughness constant 20 % larger", EFFECTS + "fracture.cpp", "kTipFactor = 0.25;", "kTipFactor = 0.3;",
         "fracture_test", "BarOnset.UnderToughnessKappaIsAQuarterOfGcOverTheLatticeSpacing"),
+    Bug("toughness constant 20 % larger, by its load", EFFECTS + "fracture.cpp", "kTipFactor = 0.25;", "kTipFactor = 0.3;",
+        "fracture_test", "ClampedStrip.CrackSetsOffWhereTheEnergyThatItReleasesIsTheToughness"),
     Bug("front half as fast", EFFECTS + "fracture.cpp", "mobility = values_.number(\"front_speed\")", "mobility = 0.5 * values_.number(\"front_speed\")",
         "laws_test", "Front.AtTwiceTheResistanceMovesAtItsSpeed"),
     Bug("nodes that split stand still", CORE + "simulation.cpp", "carry(*field, body.firstNode, oldCount, update.previousNode);",

@@ -5,6 +5,7 @@
 
 #include <vdbfrac/solver/integrator.h>
 
+#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -184,27 +185,24 @@ TEST(Steps, AutomaticOnesMoveNodesOfACellApartByNodeCflCellsAtMost)
         EXPECT_NEAR(spread, 2, kRounding);  // of what is held, and of what is at rest beside it
         run.step();
         EXPECT_NEAR(run.steps.back().dt, 0.5 / std::ceil(0.5 / (cfl * 0.1 / spread)), kRounding) << cfl;
-        for (int n = 0; n < 5; ++n) {
-            const double before = largestSpread(*run.simulation);
-            run.step();
-            std::printf("node_cfl %g: nodes of a cell move apart by %.4f cells\n", cfl, before * run.steps.back().dt / 0.1);
-        }
     }
 }
 
-/// A box that is wrung so hard that Newton's method gives the step up, and then stands still.
+/// A box that is wrung so hard that Newton's method gives steps up, and then stands still.
 TEST(Steps, AfterACutBackNoneIsTriedThatIsLongerThanTheLastOrTwiceAsLongAfterEachThatWasSolved)
 {
+    constexpr double kFrame = 0.1, kCell = 0.1;  // s, m
     SceneRun run(box("", "[[grip]]\nbody = \"box\"\nregion.halfspace = { normal = \"x\", offset = 2.4 }\nmove = { pivot = [2, -1, 3], keys = ["
-                         "{ time = 0 }, { time = 0.2, rotate = [90, 0, 0] }] }\n"
+                         "{ time = 0 }, { time = 0.1, rotate = [40, 0, 0] }] }\n"
                          "[[grip]]\nbody = \"box\"\nregion.halfspace = { normal = [-1, 0, 0], offset = -1.6 }\nmove.velocity = [0, 0, 0]\n"),
-                 {"time.fps=5", "solver.newton_iterations=3"});
+                 {"time.fps=10", "solver.newton_iterations=2", "solver.newton_tolerance=1e-4"});
     double trusted = 1e300;
     int cutbacks = 0, longer = 0;
     for (int n = 0; n < 12; ++n) {
+        // Slow enough that no step is halved before it is tried.
+        ASSERT_LT(largestSpread(*run.simulation) * kFrame, 4 * kCell);
         const core::StepRecord step = run.step();
         const double tried = step.dt * std::exp2(step.cutbacks);
-        std::printf("%.5f s, tried %.5f s, cut back %d times, %d iterations\n", step.dt, tried, step.cutbacks, step.newtonIterations);
         EXPECT_LE(tried, trusted * (1 + kRounding)) << n;
         EXPECT_NE(step.outcome, core::Outcome::capped);
         longer += n > 0 && tried > 1.5 * run.steps[run.steps.size() - 2].dt;

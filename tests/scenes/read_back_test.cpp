@@ -7,6 +7,7 @@
 #include <vdbfrac/core/run_folder.h>
 #include <vdbfrac/tetmesh/obj_file.h>
 
+#include <Eigen/Geometry>
 #include <openvdb/openvdb.h>
 
 #include <gtest/gtest.h>
