@@ -14,6 +14,7 @@ import sys
 from typing import NamedTuple
 
 CORE, EFFECTS, GRID, SOLVER = "vdbfrac/core/src/", "vdbfrac/effects/src/", "vdbfrac/grid/src/", "solver/src/"
+FRACTURE = EFFECTS + "fracture.cpp"
 
 
 class Bug(NamedTuple):
@@ -26,11 +27,11 @@ class Bug(NamedTuple):
 
 
 BUGS = [
-    Bug("toughness constant 20 % larger", EFFECTS + "fracture.cpp", "kTipFactor = 0.25;", "kTipFactor = 0.3;",
+    Bug("toughness constant 20 % larger", FRACTURE, "kTipFactor = 0.25;", "kTipFactor = 0.3;",
         "fracture_test", "BarOnset.UnderToughnessKappaIsAQuarterOfGcOverTheLatticeSpacing"),
-    Bug("toughness constant 20 % larger, by its load", EFFECTS + "fracture.cpp", "kTipFactor = 0.25;", "kTipFactor = 0.3;",
+    Bug("toughness constant 20 % larger, by its load", FRACTURE, "kTipFactor = 0.25;", "kTipFactor = 0.3;",
         "fracture_test", "ClampedStrip.CrackSetsOffWhereTheEnergyThatItReleasesIsTheToughness"),
-    Bug("front half as fast", EFFECTS + "fracture.cpp", "mobility = values_.number(\"front_speed\")", "mobility = 0.5 * values_.number(\"front_speed\")",
+    Bug("front half as fast", FRACTURE, "mobility = values_.number(", "mobility = 0.5 * values_.number(",
         "laws_test", "Front.AtTwiceTheResistanceMovesAtItsSpeed"),
     Bug("nodes that split stand still", CORE + "simulation.cpp", "carry(*field, body.firstNode, oldCount, update.previousNode);",
         "carry(*field, body.firstNode, oldCount, update.previousNode);\n"
@@ -40,13 +41,13 @@ BUGS = [
         "            taken[update.previousNode[i]] = true;\n"
         "        }",
         "laws_test", "Cut.LeavesEachPieceItsMomentumAndKineticEnergy"),
-    Bug("front_cfl ignored", EFFECTS + "fracture.cpp", "frontCfl_(scene.time.frontCfl)", "frontCfl_(0.5)",
+    Bug("front_cfl ignored", FRACTURE, "frontCfl_(scene.time.frontCfl)", "frontCfl_(0.5)",
         "laws_test", "Front.ThatCouldGoFartherMovesByFrontCflVoxelsInAStepOfFixedLength"),
-    Bug("front_cfl ignored by automatic steps", EFFECTS + "fracture.cpp", "std::min(limit_, frontCfl_ * dx_", "std::min(limit_, 0.5 * dx_",
+    Bug("front_cfl ignored by automatic steps", FRACTURE, "std::min(limit_, frontCfl_ * dx_", "std::min(limit_, 0.5 * dx_",
         "laws_test", "Front.OnceItMovesAutomaticStepsTakeARayleighWaveNoFartherThanFrontCflVoxels"),
     Bug("node_cfl ignored", CORE + "simulation.cpp", "timeSettings_.nodeCfl * h_ / spread", "h_ / spread",
         "laws_test", "Steps.AutomaticOnesMoveNodesOfACellApartByNodeCflCellsAtMost"),
-    Bug("grip_margin ignored", EFFECTS + "fracture.cpp", "values.has(\"grip_margin\") ? values.number(\"grip_margin\") : 2 * h_", "2 * h_",
+    Bug("grip_margin ignored", FRACTURE, "values.has(\"grip_margin\") ?", "values.has(\"grip_margin\") && false ?",
         "laws_test", "Fracture.StopsAtTheMarginOfTheGripsAndNotBeforeIt"),
     Bug("linear systems solved to half", SOLVER + "backward_euler.cpp", "return std::max(settings_.linearTolerance, std::min(",
         "return 0.5 + 0 * std::max(settings_.linearTolerance, std::min(",
@@ -59,9 +60,11 @@ BUGS = [
         "laws_test", "EnergyGrid.HoldsTheEnergyOfAUniformStrainInWholeAndInCutVoxels"),
     Bug("old skin taken for torn", "tetmesh/src/embedding.cpp", "push_back(mesh.wasMaterial(", "push_back(!mesh.wasMaterial(",
         "laws_test", "ObjFaces.AreInsideInAKerfAndOutsideOnTheOldSkin"),
-    Bug("groups of faces swapped in .obj", "tetmesh/src/obj_file.cpp", "(surface_.torn[t] != 0) != (torn != 0)", "(surface_.torn[t] != 0) == (torn != 0)",
+    Bug("groups of faces swapped in .obj", "tetmesh/src/obj_file.cpp",
+        "(surface_.torn[t] != 0) != (torn != 0)", "(surface_.torn[t] != 0) == (torn != 0)",
         "laws_test", "ObjFaces.AreInsideInAKerfAndOutsideOnTheOldSkin"),
-    Bug("loads along y and z swapped", CORE + "stats_text.cpp", "number(load.y()) + ',' + number(load.z())", "number(load.z()) + ',' + number(load.y())",
+    Bug("loads along y and z swapped", CORE + "stats_text.cpp",
+        "number(load.y()) + ',' + number(load.z())", "number(load.z()) + ',' + number(load.y())",
         "laws_test", "StatsColumns.LoadsOfAGripCarryTheWeightAlongEachAxis"),
     Bug("mass damping halved", EFFECTS + "damping.cpp", "a_(mass)", "a_(0.5 * mass)",
         "laws_test", "Damping.OfTheMassSlowsFreeFlightAsEachIntegratorSolvesIt"),
@@ -77,7 +80,7 @@ BUGS = [
         "kernel_test", "TensilePart.IsTheClosedFormOfStretchesAndOfDilatation"),
     Bug("spin about the origin", CORE + "simulation.cpp", "cross(state_.x[i] - centre)", "cross(state_.x[i])",
         "laws_test", "Body.SetsOffWithItsVelocityAndSpinsAboutItsCentre"),
-    Bug("arrival a step early", EFFECTS + "fracture.cpp", "noteArrivals(body, all, context.time);", "noteArrivals(body, all, context.time - context.dt);",
+    Bug("arrival a step early", FRACTURE, "noteArrivals(body, all, context.time", "noteArrivals(body, all, context.time - context.dt",
         "laws_test", "Arrival.IsTheEndOfTheStepInWhichPhiRoseToZero"),
     Bug("reactions of explicit schemes turned round", SOLVER + "integrator.cpp", "mass[i] / dt * (state.v[i] - old) - force;",
         "force - mass[i] / dt * (state.v[i] - old);",
@@ -111,9 +114,9 @@ def complaints(source):
 
 def copy_sources(source, copy):
     """Only what differs, so that nothing else is built again."""
-    for file in source.rglob("*"):
+    for file in list(source.rglob("*")):
         parts = file.relative_to(source).parts
-        if parts[0].startswith(("build", ".")) or not file.is_file():
+        if parts[0].startswith(("build", ".")) or copy in file.parents or not file.is_file():
             continue
         to = copy.joinpath(*parts)
         if not to.exists() or to.read_bytes() != file.read_bytes():

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <initializer_list>
 #include <numbers>
 
 using namespace vdbfrac;
@@ -183,9 +184,10 @@ TEST(InexactNewton, LinearSystemsAreSolvedAsFarAsTheToleranceSays)
         double newton, linear;
     };
     for (const auto precision : {solver::LinearPrecision::mixed, solver::LinearPrecision::doubles})
-        for (const Tolerances& asked : {Tolerances{1e-3, 1e-2}, Tolerances{1e-3, 1e-4}, Tolerances{0, 1e-6}, Tolerances{0.1, 1e-4}, Tolerances{0.4, 1e-4}}) {
+        for (const Tolerances& asked : std::initializer_list<Tolerances>{{1e-3, 1e-2}, {1e-3, 1e-4}, {0, 1e-6}, {0.1, 1e-4}, {0.4, 1e-4}}) {
             const test::Block block({12, 6, 6}, 0.1);
-            const auto elastic = test::elasticOperator(block, solver::makeMaterial(1e5, .3, 1000), {solver::Volumetric::cell, solver::Strain::linear});
+            const solver::Elasticity linear{solver::Volumetric::cell, solver::Strain::linear};
+            const auto elastic = test::elasticOperator(block, solver::makeMaterial(1e5, .3, 1000), linear);
             solver::Boundary boundary = test::clamped(block, [](Coord c) { return c.x == 0; });
             for (std::size_t i = 0; i < boundary.force.size(); ++i)
                 if (block.nodes[i].x == 12) boundary.force[i] = Vec3(1, 0, -2);
@@ -235,9 +237,12 @@ TEST(LineSearch, NoIterationOfNewtonRaisesTheEnergyOfTheStep)
         double shake, dt;  // lattice spacings, s
     };
     const Vec3 squeezed(0.3, 0.4, 0.5), pulled(2.5, 0.3, 0.3);
-    for (const Start& from : {Start{Strain::corotational, NewtonTangent::exact, pulled, 3, 10}, Start{Strain::corotational, NewtonTangent::exact, squeezed, 3, 0.05},
-                              Start{Strain::green, NewtonTangent::exact, squeezed, 0.7, 10}, Start{Strain::green, NewtonTangent::projected, squeezed, 0.7, 10},
-                              Start{Strain::green, NewtonTangent::warped, pulled, 0.7, 0.05}}) {
+    const Start starts[] = {{Strain::corotational, NewtonTangent::exact, pulled, 3, 10},
+                            {Strain::corotational, NewtonTangent::exact, squeezed, 3, 0.05},
+                            {Strain::green, NewtonTangent::exact, squeezed, 0.7, 10},
+                            {Strain::green, NewtonTangent::projected, squeezed, 0.7, 10},
+                            {Strain::green, NewtonTangent::warped, pulled, 0.7, 0.05}};
+    for (const Start& from : starts) {
         const test::Block block({5, 4, 4}, 0.1);
         const auto elastic = test::elasticOperator(block, solver::makeMaterial(1e5, .4, 1000), {solver::Volumetric::cell, from.strain});
         const solver::Boundary boundary = test::clamped(block, [](Coord c) { return c.x == 0; });

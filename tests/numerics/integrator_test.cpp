@@ -217,7 +217,7 @@ TEST(Integrators, ReactionOfWhatIsHeldIsItsInertiaLessItsWeight)
             Vec3 sum = Vec3::Zero();
             for (const Vec3& r : report.reaction) sum += r;
             const Vec3 acceleration = moves && scheme != Scheme::statics ? Vec3(shift / (dt * dt)) : Vec3::Zero();
-            EXPECT_LT((sum - mass * (acceleration - g)).norm(), kRounding * mass * (acceleration.norm() + g.norm())) << int(scheme) << moves;
+            EXPECT_LT((sum - mass * (acceleration - g)).norm(), kRounding * mass * (acceleration.norm() + g.norm())) << int(scheme);
         }
 }
 

@@ -163,7 +163,8 @@ TEST(BarOnset, UnderToughnessKappaIsAQuarterOfGcOverTheLatticeSpacing)
             law << "toughness = " << Gc;
             SceneRun run(bar(grid.cells, law.str()), {"grid.coarsening=" + std::to_string(grid.coarsening)});
             const double torn = tearingStrain(run);
-            std::printf("%d voxels a metre, coarsening %d, Gc %.1f: torn at a strain of %.5f, critical %.5f\n", grid.cells, grid.coarsening, Gc, torn, strain);
+            std::printf("%d voxels a metre, coarsening %d, Gc %.1f: torn at a strain of %.5f, critical %.5f\n", grid.cells,
+                        grid.coarsening, Gc, torn, strain);
             EXPECT_NEAR(torn, strain, 1.001 * kIncrement);  // one load increment, and rounding
         }
     }

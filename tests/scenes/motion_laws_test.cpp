@@ -54,15 +54,16 @@ TEST(Cut, LeavesEachPieceItsMomentumAndKineticEnergy)
 {
     constexpr double kStep = 1e-6;       // s, so short that the spin strains nothing
     constexpr double kStrain = 1e-5;     // m/s: what the step and its tolerance may change of velocities
-    test::Saw saw(kCentre.x(), 0.14);
+    constexpr double kHalfKerf = 0.04;   // m, of less than a cell: the nodes in its plane get copies
+    test::Saw saw(kCentre.x(), kHalfKerf);
     SceneRun run(box(kFlight, ""), {"time.fps=1e6"}, &saw);
     const std::size_t nodes = run.simulation->x().size();
     const double start = run.simulation->volume();
     const core::StepRecord& step = run.step();
     const core::Simulation& simulation = *run.simulation;
     ASSERT_EQ(simulation.fragments(), 2u);
-    EXPECT_NEAR(start - simulation.volume(), 0.28 * 0.5 * 0.7, 0.02);  // the kerf, but for rounded edges
-    EXPECT_NE(simulation.x().size(), nodes);
+    EXPECT_NEAR(start - simulation.volume(), 2 * kHalfKerf * 0.5 * 0.7, 0.1 * start);
+    EXPECT_GE(simulation.x().size(), nodes + 5 * 7);
     const auto X = tetmesh::restPositions(*simulation.bodies()[0].mesh);
     const auto mass = simulation.elastic().mass();
     Vec3 momentum[2] = {Vec3::Zero(), Vec3::Zero()}, expected[2] = {Vec3::Zero(), Vec3::Zero()};
@@ -125,20 +126,20 @@ private:
 TEST(Damping, OfAModeIsHalfOfMassOverItsFrequencyAndOfStiffnessTimesIt)
 {
     constexpr double kRatio = 0.1;
-    constexpr double kAllowed = 0.02;  // of the amplitude: the frequency on 16 cells is off by .4 %, the end of the period by 1 part in 200
+    constexpr double kAllowed = 0.02;  // of the amplitude: on 16 cells the square of the frequency is off by 1 %
     constexpr int kSteps = 200;
     for (const bool ofMass : {true, false}) {
         test::AxialBar bar;
         const double w = 2 * std::numbers::pi / bar.period, period = bar.period / std::sqrt(1 - kRatio * kRatio);
-        const DampingAlone damping(ofMass ? "mass = " + std::to_string(2 * w * kRatio) : "stiffness = " + std::to_string(2 * kRatio / w));
+        const DampingAlone damping(ofMass ? "mass = " + std::to_string(2 * kRatio * w) : "stiffness = " + std::to_string(2 * kRatio / w));
+        const solver::StepLoads loads{damping.potentials(), [&](double) -> const solver::Boundary& { return bar.boundary; }};
         const auto midpoint = solver::makeIntegrator(solver::Scheme::midpoint, bar.elastic, test::tightSettings());
         const double start = bar.tip();
         for (int n = 0; n < kSteps; ++n)
-            EXPECT_EQ(midpoint->step(bar.state, period / kSteps, {damping.potentials(), [&](double) -> const solver::Boundary& { return bar.boundary; }})
-                          .status,
-                      solver::StepStatus::converged);
+            EXPECT_EQ(midpoint->step(bar.state, period / kSteps, loads).status, solver::StepStatus::converged);
         const double expected = std::exp(-2 * std::numbers::pi * kRatio / std::sqrt(1 - kRatio * kRatio));
-        std::printf("damped by %s: %.4f of the amplitude after a period, theory %.4f\n", ofMass ? "mass" : "stiffness", bar.tip() / start, expected);
+        std::printf("damped by %s: %.4f of the amplitude after a period, theory %.4f\n", ofMass ? "mass" : "stiffness",
+                    bar.tip() / start, expected);
         EXPECT_NEAR(bar.tip() / start, expected, kAllowed * expected);
     }
 }
@@ -154,8 +155,8 @@ TEST(Grips, KeysTurnAboutXThenYThenZ)
                           {"[0, 90, 90]", [](const Vec3& p) { return Vec3(-p.y(), p.z(), -p.x()); }}};
     const Vec3 pivot(2.1, -1.2, 3.3), shift(0.1, 0.2, 0.4);
     for (const Turn& turn : turns) {
-        SceneRun run(box("", std::string("[[grip]]\nbody = \"box\"\nregion.sphere.radius = 9\nmove = { pivot = [2.1, -1.2, 3.3], keys = [{ time = 0 }, "
-                                         "{ time = 0.01, translate = [0.1, 0.2, 0.4], rotate = ") +
+        SceneRun run(box("", std::string("[[grip]]\nbody = \"box\"\nregion.sphere.radius = 9\nmove = { pivot = [2.1, -1.2, 3.3], keys = ["
+                                         "{ time = 0 }, { time = 0.01, translate = [0.1, 0.2, 0.4], rotate = ") +
                              turn.degrees + " }] }\n"));
         run.step();
         const auto X = tetmesh::restPositions(*run.simulation->bodies()[0].mesh);

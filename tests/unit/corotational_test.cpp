@@ -97,7 +97,8 @@ TEST(TensilePart, IsTheClosedFormOfStretchesAndOfDilatation)
         for (const Vec3& s : stretches) {
             const Mat3 F = turn() * Mat3(s.asDiagonal()) * turn();
             const Vec3 e = s - Vec3::Ones();
-            const double dilatation = std::max(e.sum(), 0.), expected = m.mu * e.cwiseMax(0.).squaredNorm() + 0.5 * m.lambda * dilatation * dilatation;
+            const double dilatation = std::max(e.sum(), 0.);
+            const double expected = m.mu * e.cwiseMax(0.).squaredNorm() + 0.5 * m.lambda * dilatation * dilatation;
             const double psi = solver::energyDensity(F, m);
             EXPECT_NEAR(solver::tensilePart(psi, F, m), expected, kRounding * psi) << "nu " << nu << " stretches " << s.transpose();
         }
