@@ -1,4 +1,5 @@
 // Backward Euler in time against what it must keep, lose and reproduce.
+#include "axial_bar.h"
 #include "loads.h"
 
 #include <vdbfrac/base/hash.h>
@@ -12,6 +13,7 @@
 
 using namespace vdbfrac;
 using solver::Volumetric;
+using test::AxialBar;
 using test::shaken;
 
 namespace {
@@ -109,27 +111,6 @@ TEST(BackwardEuler, StiffBodySpinsDownAsPredicted)
         EXPECT_NEAR(spin / inertia, expected, kNextOrder * expected) << n;
     }
 }
-
-/// A bar of 16 cells fixed at x = 0, released from the shape of its first axial mode; nu = 0.
-struct AxialBar {
-    static constexpr double kE = 1, kRho = 1, kLength = 1, kStretch = 1e-3;
-    static constexpr int kCells = 16;
-    test::Block block{{kCells, 2, 2}, kLength / kCells};
-    solver::ElasticOperator elastic = test::elasticOperator(block, solver::makeMaterial(kE, 0, kRho));
-    solver::Boundary boundary = test::clamped(block, [](Coord c) { return c.x == 0; });
-    std::vector<double> endArea = test::nodalAreas(block, [](Coord c) { return c.x == kCells; });
-    solver::State state = test::atRest(block);
-    double period = 4 * kLength * std::sqrt(kRho / kE);
-
-    AxialBar()
-    {
-        for (Vec3& x : state.x) x.x() += kStretch * std::sin(std::numbers::pi * x.x() / (2 * kLength));
-    }
-    double tip() const
-    {
-        return test::weightedMean(endArea, [&](std::size_t i) { return state.x[i].x() - kLength; });
-    }
-};
 
 TEST(BackwardEuler, AxialBarHasItsPeriod)
 {

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <initializer_list>
 #include <numbers>
 
 using namespace vdbfrac;
@@ -149,6 +150,123 @@ TEST(InexactNewton, LooseSystemsSaveLinearIterations)
         }
         std::printf("method %d: %d linear iterations in %d of Newton, solved to 1e-6: %d\n", int(method), loose, looseNewton, tight);
         EXPECT_GE(tight, kLeastGain * loose) << int(method);
+    }
+}
+
+/// Phi of a step without potentials [J] and its gradient at free nodes [N], added up anew.
+struct Objective {
+    const solver::ElasticOperator& elastic;
+    const solver::Boundary& boundary;
+    solver::State start;
+    double dt;
+
+    double operator()(std::span<const Vec3> x, std::vector<Vec3>& gradient) const
+    {
+        gradient.assign(x.size(), Vec3::Zero());
+        double phi = elastic.evaluate(x, gradient, nullptr);
+        for (std::size_t i = 0; i < x.size(); ++i) {
+            const Vec3 moved = x[i] - start.x[i] - dt * start.v[i];
+            phi += 0.5 * elastic.mass()[i] / (dt * dt) * moved.squaredNorm() - boundary.force[i].dot(x[i]);
+            gradient[i] += elastic.mass()[i] / (dt * dt) * moved - boundary.force[i];
+            if (boundary.fixed[i]) gradient[i].setZero();
+        }
+        return phi;
+    }
+};
+
+/// With linear strain Phi is quadratic: the gradient after one iteration of Newton is the residual of its linear system. In the norm
+/// that conjugate gradients with block-Jacobi measure, it is what docs/physics.md says of the gradient before: linear_tolerance, or a
+/// fifth of what would meet newton_tolerance, whichever is looser, and no more than a tenth.
+TEST(InexactNewton, LinearSystemsAreSolvedAsFarAsTheToleranceSays)
+{
+    constexpr double kSingle = 1e-3;  // relative: residuals that single precision carries along
+    struct Tolerances {
+        double newton, linear;
+    };
+    for (const auto precision : {solver::LinearPrecision::mixed, solver::LinearPrecision::doubles})
+        for (const Tolerances& asked : std::initializer_list<Tolerances>{{1e-3, 1e-2}, {1e-3, 1e-4}, {0, 1e-6}, {0.1, 1e-4}, {0.4, 1e-4}}) {
+            const test::Block block({12, 6, 6}, 0.1);
+            const solver::Elasticity linear{solver::Volumetric::cell, solver::Strain::linear};
+            const auto elastic = test::elasticOperator(block, solver::makeMaterial(1e5, .3, 1000), linear);
+            solver::Boundary boundary = test::clamped(block, [](Coord c) { return c.x == 0; });
+            for (std::size_t i = 0; i < boundary.force.size(); ++i)
+                if (block.nodes[i].x == 12) boundary.force[i] = Vec3(1, 0, -2);
+            solver::State state = test::atRest(block);
+            const Objective phi{elastic, boundary, state, 0.1};
+            solver::NewtonSettings settings = settingsOf(asked.newton);
+            settings.linearTolerance = asked.linear;
+            settings.linearPrecision = precision;
+            settings.iterations = 1;
+
+            std::vector<Vec3> before, after;
+            phi(state.x, before);
+            solver::Tangent tangent;
+            elastic.evaluate(state.x, {}, &tangent);
+            const auto diagonal = test::diagonalBlocks(elastic, tangent);
+            const auto size = [&](const std::vector<Vec3>& r) {
+                double sum = 0;
+                for (std::size_t i = 0; i < r.size(); ++i) {
+                    const Mat3 D = diagonal[i] + elastic.mass()[i] / (phi.dt * phi.dt) * Mat3::Identity();
+                    sum += r[i].dot(D.inverse() * r[i]);
+                }
+                return std::sqrt(sum);
+            };
+            double norm = 0, outer = 0;
+            for (std::size_t i = 0; i < before.size(); ++i) norm += before[i].squaredNorm(), outer += boundary.force[i].squaredNorm();
+            ASSERT_NEAR(norm, outer, 1e-9 * outer);  // nothing else acts at the start: it is the largest of the forces
+            solver::BackwardEuler stepper(elastic, settings);
+            EXPECT_EQ(stepper.step(state, phi.dt, {{}, boundary}).newtonIterations, 1);
+            phi(state.x, after);
+            const double wanted = std::max(asked.linear, std::min(0.2 * asked.newton, 0.1)), reached = size(after) / size(before);
+            std::printf("newton %g, linear %g: solved to %.3e, to be %.1e\n", asked.newton, asked.linear, reached, wanted);
+            EXPECT_LE(reached, wanted * (1 + kSingle));
+        }
+}
+
+/// From starts that are scrambled and squeezed or pulled far, where whole steps of Newton overshoot: after k iterations, then k + 1.
+TEST(LineSearch, NoIterationOfNewtonRaisesTheEnergyOfTheStep)
+{
+    using solver::NewtonTangent;
+    using solver::Strain;
+    constexpr double kRounding = 1e-12;  // of the energy at the start
+    constexpr int kMostIterations = 30;
+    struct Start {
+        Strain strain;
+        NewtonTangent tangent;
+        Vec3 stretch;
+        double shake, dt;  // lattice spacings, s
+    };
+    const Vec3 squeezed(0.3, 0.4, 0.5), pulled(2.5, 0.3, 0.3);
+    const Start starts[] = {{Strain::corotational, NewtonTangent::exact, pulled, 3, 10},
+                            {Strain::corotational, NewtonTangent::exact, squeezed, 3, 0.05},
+                            {Strain::green, NewtonTangent::exact, squeezed, 0.7, 10},
+                            {Strain::green, NewtonTangent::projected, squeezed, 0.7, 10},
+                            {Strain::green, NewtonTangent::warped, pulled, 0.7, 0.05}};
+    for (const Start& from : starts) {
+        const test::Block block({5, 4, 4}, 0.1);
+        const auto elastic = test::elasticOperator(block, solver::makeMaterial(1e5, .4, 1000), {solver::Volumetric::cell, from.strain});
+        const solver::Boundary boundary = test::clamped(block, [](Coord c) { return c.x == 0; });
+        solver::State start = test::shaken(block, from.shake, 0, 11);
+        for (Vec3& x : start.x) x = from.stretch.cwiseProduct(x);
+        const Objective phi{elastic, boundary, start, from.dt};
+        std::vector<Vec3> gradient, held = start.x;
+        for (std::size_t i = 0; i < held.size(); ++i)
+            if (boundary.fixed[i]) held[i] = boundary.target[i];
+        const double first = phi(held, gradient);
+        double before = first;
+        solver::NewtonSettings settings = settingsOf(1e-6);
+        settings.tangent = from.tangent;
+        solver::StepReport report;
+        for (settings.iterations = 1; settings.iterations <= kMostIterations; ++settings.iterations) {
+            solver::State state = start;
+            report = solver::stepBackwardEuler(elastic, state, from.dt, {{}, boundary}, settings);
+            const double now = phi(state.x, gradient);
+            EXPECT_LE(now, before + kRounding * first) << "iteration " << settings.iterations << ", tangent " << int(from.tangent);
+            before = now;
+            if (report.status == solver::StepStatus::converged) break;
+        }
+        std::printf("%d iterations, %d halvings: %.4g J -> %.4g J\n", report.newtonIterations, report.lineSearchSteps, first, before);
+        EXPECT_GT(report.lineSearchSteps, 0) << "the start shows nothing";
     }
 }
 

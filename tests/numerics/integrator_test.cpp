@@ -196,4 +196,54 @@ TEST(Integrators, ReactionOfAStaticStepIsTheWeight)
     EXPECT_EQ(test::kineticEnergy(block.elastic, block.state.v), 0);
 }
 
+/// What holds a body everywhere and moves it from rest in a step: its mass times its acceleration, less its weight.
+TEST(Integrators, ReactionOfWhatIsHeldIsItsInertiaLessItsWeight)
+{
+    constexpr double dt = 1e-3, kRounding = 1e-9;  // relative
+    const Vec3 g(1, -2, -9), shift(2e-5, -1e-5, 4e-5);
+    for (const Scheme scheme : {Scheme::backwardEuler, Scheme::symplecticEuler, Scheme::forwardEuler, Scheme::statics})
+        for (const bool moves : {false, true}) {
+            Shaken block;
+            block.state = test::atRest(block.block);
+            block.boundary = test::clamped(block.block, [](Coord) { return true; });
+            double mass = 0;
+            for (std::size_t i = 0; i < block.boundary.force.size(); ++i) {
+                block.boundary.force[i] = block.elastic.mass()[i] * g;
+                mass += block.elastic.mass()[i];
+                if (moves) block.boundary.target[i] += shift;
+            }
+            const auto integrator = solver::makeIntegrator(scheme, block.elastic, test::tightSettings());
+            const solver::StepReport& report = integrator->step(block.state, dt, block.loads());
+            Vec3 sum = Vec3::Zero();
+            for (const Vec3& r : report.reaction) sum += r;
+            const Vec3 acceleration = moves && scheme != Scheme::statics ? Vec3(shift / (dt * dt)) : Vec3::Zero();
+            EXPECT_LT((sum - mass * (acceleration - g)).norm(), kRounding * mass * (acceleration.norm() + g.norm())) << int(scheme);
+        }
+}
+
+/// A block in equilibrium under its weight stays there, and what holds its floor is the weight.
+TEST(Integrators, ReactionInEquilibriumIsTheWeightUnderEveryScheme)
+{
+    constexpr double kSolved = 1e-8;  // relative: the equilibrium as statics found it
+    for (const Scheme scheme : {Scheme::backwardEuler, Scheme::midpoint, Scheme::sdirk2, Scheme::symplecticEuler, Scheme::forwardEuler}) {
+        Shaken block;
+        block.state = test::atRest(block.block);
+        block.boundary = test::clamped(block.block, [](Coord c) { return c.z == 0; });
+        Vec3 weight = Vec3::Zero();
+        for (std::size_t i = 0; i < block.boundary.force.size(); ++i) {
+            block.boundary.force[i] = block.elastic.mass()[i] * Vec3(1, -2, -9);
+            weight += block.boundary.force[i];
+        }
+        const auto still = solver::makeIntegrator(Scheme::statics, block.elastic, test::tightSettings());
+        EXPECT_EQ(still->step(block.state, 1, block.loads()).status, solver::StepStatus::converged);
+        const auto integrator = solver::makeIntegrator(scheme, block.elastic, test::tightSettings());
+        for (int n = 0; n < 3; ++n) {
+            const solver::StepReport& report = integrator->step(block.state, 1e-3, block.loads());
+            Vec3 sum = Vec3::Zero();
+            for (const Vec3& r : report.reaction) sum += r;
+            EXPECT_LT((sum + weight).norm(), kSolved * weight.norm()) << int(scheme);
+        }
+    }
+}
+
 }  // namespace

@@ -1,0 +1,193 @@
+#!/usr/bin/python3
+"""Bugs that tests once did not see, each with the test that has to.
+
+plant.py --check SOURCE              each bug can still be planted, and each test is there
+plant.py SOURCE SCRATCH [NAME ...]   plants them, one at a time, in a copy of the sources in SCRATCH; each test has to fail
+  --build-command CMD                what builds a target; {build} and {target} are filled in
+"""
+import argparse
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+from typing import NamedTuple
+
+CORE, EFFECTS, GRID, SOLVER = "vdbfrac/core/src/", "vdbfrac/effects/src/", "vdbfrac/grid/src/", "solver/src/"
+FRACTURE = EFFECTS + "fracture.cpp"
+
+
+class Bug(NamedTuple):
+    name: str
+    file: str
+    old: str      # occurs once in the file
+    new: str
+    program: str  # a target of tests/CMakeLists.txt
+    test: str     # of gtest
+
+
+BUGS = [
+    Bug("toughness constant 20 % larger", FRACTURE, "kTipFactor = 0.25;", "kTipFactor = 0.3;",
+        "fracture_test", "BarOnset.UnderToughnessKappaIsAQuarterOfGcOverTheLatticeSpacing"),
+    Bug("toughness constant 20 % larger, by its load", FRACTURE, "kTipFactor = 0.25;", "kTipFactor = 0.3;",
+        "fracture_test", "ClampedStrip.CrackSetsOffWhereTheEnergyThatItReleasesIsTheToughness"),
+    Bug("front half as fast", FRACTURE, "mobility = values_.number(", "mobility = 0.5 * values_.number(",
+        "laws_test", "Front.AtTwiceTheResistanceMovesAtItsSpeed"),
+    Bug("nodes that split stand still", CORE + "simulation.cpp", "carry(*field, body.firstNode, oldCount, update.previousNode);",
+        "carry(*field, body.firstNode, oldCount, update.previousNode);\n"
+        "        std::vector<bool> taken(oldCount);\n"
+        "        for (std::size_t i = 0; i < update.previousNode.size(); ++i) {\n"
+        "            if (taken[update.previousNode[i]]) state_.v[body.firstNode + i].setZero();\n"
+        "            taken[update.previousNode[i]] = true;\n"
+        "        }",
+        "laws_test", "Cut.LeavesEachPieceItsMomentumAndKineticEnergy"),
+    Bug("front_cfl ignored", FRACTURE, "frontCfl_(scene.time.frontCfl)", "frontCfl_(0.5)",
+        "laws_test", "Front.ThatCouldGoFartherMovesByFrontCflVoxelsInAStepOfFixedLength"),
+    Bug("front_cfl ignored by automatic steps", FRACTURE, "std::min(limit_, frontCfl_ * dx_", "std::min(limit_, 0.5 * dx_",
+        "laws_test", "Front.OnceItMovesAutomaticStepsTakeARayleighWaveNoFartherThanFrontCflVoxels"),
+    Bug("node_cfl ignored", CORE + "simulation.cpp", "timeSettings_.nodeCfl * h_ / spread", "h_ / spread",
+        "laws_test", "Steps.AutomaticOnesMoveNodesOfACellApartByNodeCflCellsAtMost"),
+    Bug("grip_margin ignored", FRACTURE, "values.has(\"grip_margin\") ?", "values.has(\"grip_margin\") && false ?",
+        "laws_test", "Fracture.StopsAtTheMarginOfTheGripsAndNotBeforeIt"),
+    Bug("linear systems solved to half", SOLVER + "backward_euler.cpp", "return std::max(settings_.linearTolerance, std::min(",
+        "return 0.5 + 0 * std::max(settings_.linearTolerance, std::min(",
+        "numerics_test", "InexactNewton.LinearSystemsAreSolvedAsFarAsTheToleranceSays"),
+    Bug("vel halved", GRID + "world_fields.cpp", "pointVelocity[t[2]]) / 3", "pointVelocity[t[2]]) / 6",
+        "laws_test", "VelGrid.HoldsTheVelocityOfTheSurfaceNearby"),
+    Bug("fragment_id of the first triangle", GRID + "world_fields.cpp", "surface.fragment[n]", "surface.fragment[0]",
+        "laws_test", "FragmentIdGrid.HoldsTheIdOfTheBodyThatIsNearer"),
+    Bug("energy not by volume", GRID + "transfer.cpp", "float(share.energy / share.volume)", "float(share.energy)",
+        "laws_test", "EnergyGrid.HoldsTheEnergyOfAUniformStrainInWholeAndInCutVoxels"),
+    Bug("old skin taken for torn", "tetmesh/src/embedding.cpp", "push_back(mesh.wasMaterial(", "push_back(!mesh.wasMaterial(",
+        "laws_test", "ObjFaces.AreInsideInAKerfAndOutsideOnTheOldSkin"),
+    Bug("groups of faces swapped in .obj", "tetmesh/src/obj_file.cpp",
+        "(surface_.torn[t] != 0) != (torn != 0)", "(surface_.torn[t] != 0) == (torn != 0)",
+        "laws_test", "ObjFaces.AreInsideInAKerfAndOutsideOnTheOldSkin"),
+    Bug("loads along y and z swapped", CORE + "stats_text.cpp",
+        "number(load.y()) + ',' + number(load.z())", "number(load.z()) + ',' + number(load.y())",
+        "laws_test", "StatsColumns.LoadsOfAGripCarryTheWeightAlongEachAxis"),
+    Bug("mass damping halved", EFFECTS + "damping.cpp", "a_(mass)", "a_(0.5 * mass)",
+        "laws_test", "Damping.OfTheMassSlowsFreeFlightAsEachIntegratorSolvesIt"),
+    Bug("stiffness damping 30 % larger", EFFECTS + "damping.cpp", "b_(stiffness)", "b_(1.3 * stiffness)",
+        "laws_test", "Damping.OfAModeIsHalfOfMassOverItsFrequencyAndOfStiffnessTimesIt"),
+    Bug("keys turn about z, y, x", CORE + "grips.cpp",
+        "Eigen::AngleAxisd(a.z(), Vec3::UnitZ()) * Eigen::AngleAxisd(a.y(), Vec3::UnitY()) *\n            Eigen::AngleAxisd(a.x(), Vec3::UnitX())",
+        "Eigen::AngleAxisd(a.x(), Vec3::UnitX()) * Eigen::AngleAxisd(a.y(), Vec3::UnitY()) *\n            Eigen::AngleAxisd(a.z(), Vec3::UnitZ())",
+        "laws_test", "Grips.KeysTurnAboutXThenYThenZ"),
+    Bug("bulk energy of squeezing drives cracks", SOLVER + "corotational.cpp", "bulk = e.sum() > 0 ?", "bulk = e.sum() != 0 ?",
+        "kernel_test", "TensilePart.IsTheClosedFormOfStretchesAndOfDilatation"),
+    Bug("bulk energy of pulling drives none", SOLVER + "corotational.cpp", "squaredNorm() + bulk)", "squaredNorm() + 0 * bulk)",
+        "kernel_test", "TensilePart.IsTheClosedFormOfStretchesAndOfDilatation"),
+    Bug("spin about the origin", CORE + "simulation.cpp", "cross(state_.x[i] - centre)", "cross(state_.x[i])",
+        "laws_test", "Body.SetsOffWithItsVelocityAndSpinsAboutItsCentre"),
+    Bug("arrival a step early", FRACTURE, "noteArrivals(body, all, context.time", "noteArrivals(body, all, context.time - context.dt",
+        "laws_test", "Arrival.IsTheEndOfTheStepInWhichPhiRoseToZero"),
+    Bug("reactions of explicit schemes turned round", SOLVER + "integrator.cpp", "mass[i] / dt * (state.v[i] - old) - force;",
+        "force - mass[i] / dt * (state.v[i] - old);",
+        "numerics_test", "Integrators.ReactionOfWhatIsHeldIsItsInertiaLessItsWeight"),
+    Bug("line search takes any step", SOLVER + "backward_euler.cpp", "if (descends || level) {", "if (descends || level || true) {",
+        "numerics_test", "LineSearch.NoIterationOfNewtonRaisesTheEnergyOfTheStep"),
+    Bug("cut-back forgotten", CORE + "simulation.cpp", "trusted_ = dt < tried ? dt :", "trusted_ = dt < tried ? kInfinity :",
+        "laws_test", "Steps.AfterACutBackNoneIsTriedThatIsLongerThanTheLastOrTwiceAsLongAfterEachThatWasSolved"),
+]
+
+
+def tests_in(source):
+    """Names of all tests, as Suite.Name."""
+    names = set()
+    for file in (source / "tests").rglob("*.cpp"):
+        names |= {".".join(name) for name in re.findall(r"^TEST(?:_F|_P)?\((\w+), (\w+)\)", file.read_text(), re.MULTILINE)}
+    return names
+
+
+def complaints(source):
+    tests, programs = tests_in(source), (source / "tests/CMakeLists.txt").read_text()
+    for bug in BUGS:
+        count = (source / bug.file).read_text().count(bug.old)
+        if count != 1:
+            yield f"{bug.name}: '{bug.old}' occurs {count} times in {bug.file}"
+        if bug.test not in tests:
+            yield f"{bug.name}: there is no test {bug.test}"
+        if f"vdbfrac_test({bug.program} " not in programs:
+            yield f"{bug.name}: there is no program {bug.program}"
+
+
+def copy_sources(source, copy):
+    """Only what differs, so that nothing else is built again."""
+    for file in list(source.rglob("*")):
+        parts = file.relative_to(source).parts
+        if parts[0].startswith(("build", ".")) or copy in file.parents or not file.is_file():
+            continue
+        to = copy.joinpath(*parts)
+        if not to.exists() or to.read_bytes() != file.read_bytes():
+            to.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(file, to)
+
+
+def run(command, log):
+    log.write(f"\n$ {' '.join(map(str, command))}\n")
+    log.flush()
+    return subprocess.run(command, stdout=log, stderr=subprocess.STDOUT).returncode
+
+
+def build(command, folder, target, log):
+    words = [word.format(build=folder, target=target) for word in command.split()]
+    if run(words, log) != 0:
+        sys.exit(f"{target} does not build; see {log.name}")
+
+
+def plant(source, scratch, bugs, command):
+    """Plants each bug and says whether its test saw it. Returns how many were missed."""
+    copy, folder = scratch / "source", scratch / "source/build"
+    copy_sources(source, copy)
+    missed = 0
+    with open(scratch / "log.txt", "w") as log:
+        if run(["cmake", "-S", copy, "-B", folder, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release", "-DVDBFRAC_TESTS=ON"], log) != 0:
+            sys.exit(f"cannot configure; see {log.name}")
+        for program in sorted({bug.program for bug in bugs}):
+            build(command, folder, program, log)
+            tests = ":".join(sorted({bug.test for bug in bugs if bug.program == program}))
+            if run([folder / "tests" / program, "--gtest_filter=" + tests], log) != 0:
+                sys.exit(f"{program}: a test fails without any bug; see {log.name}")
+        for bug in bugs:
+            file = copy / bug.file
+            sound = file.read_text()
+            file.write_text(sound.replace(bug.old, bug.new))
+            try:
+                build(command, folder, bug.program, log)
+                seen = run([folder / "tests" / bug.program, "--gtest_filter=" + bug.test], log) != 0
+            finally:
+                file.write_text(sound)
+            print(f"{bug.name:44}  {bug.test:100}  {'seen' if seen else 'MISSED'}", flush=True)
+            missed += not seen
+    return missed
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--check", action="store_true")
+    parser.add_argument("--build-command", default="cmake --build {build} --target {target}")
+    parser.add_argument("source", type=pathlib.Path)
+    parser.add_argument("scratch", type=pathlib.Path, nargs="?")
+    parser.add_argument("names", nargs="*")
+    options = parser.parse_args()
+    source = options.source.resolve()
+    wrong = list(complaints(source))
+    if wrong:
+        sys.exit("\n".join(wrong))
+    if options.check:
+        return 0
+    if not options.scratch:
+        parser.error("a scratch folder is needed")
+    unknown = set(options.names) - {bug.name for bug in BUGS}
+    if unknown:
+        parser.error(f"no such bug: {', '.join(sorted(unknown))}")
+    options.scratch.mkdir(parents=True, exist_ok=True)
+    bugs = [bug for bug in BUGS if not options.names or bug.name in options.names]
+    missed = plant(source, options.scratch.resolve(), bugs, options.build_command)
+    print(f"{len(bugs)} planted, {missed} missed")
+    return 1 if missed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
