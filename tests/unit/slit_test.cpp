@@ -31,6 +31,8 @@ constexpr double kDx = 0.05;
 /// Of a voxel: the mesh is written with 17 digits, distances are floats.
 constexpr double kRounding = 1e-5;
 constexpr std::uint64_t kPlenty = std::uint64_t{4} << 30;  // bytes
+/// Of voxels: farther off an edge, meshToVolume takes a triangle that is near the closest one.
+constexpr double kBand = 2.4;
 
 /// A block with a slit across the middle of its top, through its whole width, turned and moved. Lengths in m.
 struct SlitBlock {
@@ -164,6 +166,169 @@ TEST_F(Slits, MeshesHaveTheSignsOfTheSolidAtEveryVoxel)
             exact.shape = scene::VdbFile{writeExact(block, folder_ / "exact.vdb"), ""};
             EXPECT_EQ(wrongSigns(make(exact), block), 0) << width << " voxels, turn " << t;
         }
+}
+
+TEST_F(Slits, AnyTurnAndOffsetOfASlitWiderThanAVoxelIsOpen)
+{
+    std::mt19937 random(11);
+    std::uniform_real_distribution<double> uniform(-1, 1);
+    for (int i = 0; i < 30; ++i) {
+        SlitBlock block;
+        block.width = (1.5 + 0.5 * uniform(random)) * kDx;
+        block.turn = Eigen::Quaterniond(uniform(random), uniform(random), uniform(random), uniform(random)).normalized().toRotationMatrix();
+        block.at = kDx * Vec3(uniform(random), uniform(random), uniform(random));
+        EXPECT_EQ(wrongSigns(make(bodyOf(block.mesh())), block), 0) << "block " << i;
+    }
+}
+
+TEST_F(Slits, WindingAndUnweldedPointsDoNotMatter)
+{
+    SlitBlock block;
+    block.width = 1.2 * kDx;
+    block.turn = turns()[4];
+    PolygonSoup inward = block.mesh(), mixed = block.mesh(), loose;
+    for (auto& polygon : inward.polygons) std::reverse(polygon.begin(), polygon.end());
+    for (std::size_t i = 0; i < mixed.polygons.size(); i += 2) std::reverse(mixed.polygons[i].begin(), mixed.polygons[i].end());
+    for (auto polygon : block.mesh().polygons) {
+        for (std::size_t& corner : polygon) {
+            loose.points.push_back(block.mesh().points[corner]);
+            corner = loose.points.size() - 1;
+        }
+        loose.polygons.push_back(polygon);
+    }
+    for (const PolygonSoup& soup : {inward, mixed, loose}) EXPECT_EQ(wrongSigns(make(bodyOf(soup)), block), 0);
+}
+
+TEST_F(Slits, FacesThatAreThereTwiceAndFacesWithoutAreaDoNotMatter)
+{
+    SlitBlock block;
+    block.width = 1.2 * kDx;
+    block.turn = turns()[4];
+    PolygonSoup doubled = block.mesh(), flat = block.mesh();
+    doubled.polygons.insert(doubled.polygons.end(), flat.polygons.begin(), flat.polygons.end());
+    const Vec3 middle = 0.5 * (flat.points[4] + flat.points[14]);  // on an edge of the slit: a T-junction, closed by a flat triangle
+    flat.points.push_back(middle);
+    for (auto& polygon : flat.polygons)
+        if (polygon == std::vector<std::size_t>{4, 5, 15, 14}) polygon = {4, 5, 15, 14, 20};
+    flat.polygons.push_back({4, 20, 14});
+    ASSERT_TRUE(tetmesh::examine(flat).closed);
+    for (const PolygonSoup& soup : {doubled, flat}) EXPECT_EQ(wrongSigns(make(bodyOf(soup)), block), 0);
+}
+
+TEST_F(Slits, SameBitsForAnyNumberOfThreads)
+{
+    SlitBlock block;
+    block.width = 1.3 * kDx;
+    block.turn = turns()[4];
+    const scene::Body body = bodyOf(block.mesh());
+    const LevelSet many = make(body);
+    for (int threads : {1, 3}) {
+        const ThreadLimit limit(threads);
+        const LevelSet few = make(body);
+        EXPECT_EQ(many.activeVoxels(), few.activeVoxels());
+        const auto values = few.grid().grid->getConstAccessor();
+        for (auto v = many.grid().grid->cbeginValueAll(); v; ++v) ASSERT_EQ(*v, values.getValue(v.getCoord()));
+    }
+}
+
+PolygonSoup box(const Vec3& lower, const Vec3& upper)
+{
+    PolygonSoup soup;
+    for (int i = 0; i < 8; ++i)
+        soup.points.emplace_back(i & 1 ? upper.x() : lower.x(), i >> 1 & 1 ? upper.y() : lower.y(), i >> 2 ? upper.z() : lower.z());
+    soup.polygons = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+    return soup;
+}
+
+PolygonSoup both(PolygonSoup a, const PolygonSoup& b, bool turned = false)
+{
+    for (auto polygon : b.polygons) {
+        for (std::size_t& corner : polygon) corner += a.points.size();
+        if (turned) std::reverse(polygon.begin(), polygon.end());
+        a.polygons.push_back(polygon);
+    }
+    a.points.insert(a.points.end(), b.points.begin(), b.points.end());
+    return a;
+}
+
+double boxPhi(const Vec3& lower, const Vec3& upper, const Vec3& X)
+{
+    Primitive p;
+    p.center = 0.5 * (lower + upper);
+    p.size = upper - lower;
+    return signedDistance(p, X);
+}
+
+/// Voxels within `within` voxels of the surface that do not hold `exact`, to a hundredth of a voxel.
+template <class Exact>
+int wrongValues(const LevelSet& phi, double within, const Exact& exact)
+{
+    int wrong = 0;
+    const auto values = phi.grid().grid->getConstAccessor();
+    for (auto ijk = openvdb::CoordBBox(openvdb::Coord(-30), openvdb::Coord(50)).begin(); ijk; ++ijk) {
+        const double d = exact(kDx * Vec3((*ijk).x(), (*ijk).y(), (*ijk).z()));
+        wrong += std::abs(d) < within * kDx ? std::abs(values.getValue(*ijk) - d) > 0.01 * kDx : (values.getValue(*ijk) < 0) != (d < 0);
+    }
+    return wrong;
+}
+
+TEST_F(Slits, ShellsThatOverlapAreOneSolid)
+{
+    const Vec3 a(-0.513, -0.507, -0.511), b(0.521, 0.533, 0.527), c(0.113, 0.127, 0.139), d(1.117, 1.109, 1.121);
+    for (bool turned : {false, true}) {
+        std::vector<std::string> notes;
+        const LevelSet phi = make(bodyOf(both(box(a, b), box(c, d), turned)), &notes);
+        // What is in both shells is nearest to the ring where they meet, which the least of both distances does not know.
+        EXPECT_EQ(wrongValues(phi, 0.5, [&](const Vec3& X) {
+            const double first = boxPhi(a, b, X), second = boxPhi(c, d, X);
+            return first < 0 && second < 0 ? -1 : std::min(first, second);
+        }), 0);
+        EXPECT_TRUE(notes.empty());
+    }
+}
+
+TEST_F(Slits, ClosedHollowsAreFilledAndTheirSurfaceIsForgotten)
+{
+    const Vec3 a(-0.513, -0.507, -0.511), b(0.521, 0.533, 0.527);
+    for (const Vec3& half : {Vec3(0.2, 0.2, 0.2), Vec3(0.2, 0.2, 0.4 * kDx)})  // the second holds hardly a voxel
+        for (bool turned : {false, true}) {
+            std::vector<std::string> notes;
+            const LevelSet phi = make(bodyOf(both(box(a, b), box(-half, half), turned)), &notes);
+            EXPECT_EQ(wrongValues(phi, kBand, [&](const Vec3& X) { return boxPhi(a, b, X); }), 0);
+            EXPECT_TRUE(notes.empty()) << "a hollow is no gap: " << notes[0];
+        }
+}
+
+TEST_F(Slits, GapsThatTheGridCannotHoldAreCounted)
+{
+    SlitBlock block;
+    block.width = 0.4 * kDx;
+    block.at = Vec3(0.5 * kDx, 0, 0);  // between two layers of voxels
+    std::vector<std::string> notes;
+    make(bodyOf(block.mesh()), &notes);
+    ASSERT_EQ(notes.size(), 1u);
+    // One pair for each voxel of the slit's depth and width, but at its rim, where there is outside beside it.
+    const double whole = block.depth / kDx * block.size.z() / kDx;
+    const double counted = std::stod(notes[0].substr(notes[0].find(':') + 1));
+    EXPECT_GT(counted, 0.6 * whole) << notes[0];
+    EXPECT_LE(counted, whole + 1) << notes[0];
+    EXPECT_NE(notes[0].find("0.05 m"), std::string::npos) << notes[0];
+
+    PolygonSoup soup = block.mesh();
+    Band band;
+    band.voxelSize = kDx;
+    std::int64_t gaps = 0;
+    surfaceLevelSet({soup, tetmesh::examine(soup), 0, "test"}, band, &gaps);
+    EXPECT_EQ(double(gaps), counted);
+    block.width = 0;
+    const Vec3 a(-0.5, -0.5, -0.5), c(0.55, -0.5, -0.5), d(1.5, 0.5, 0.5);
+    soup = both(box(a, Vec3(0.52, 0.5, 0.5)), box(c, d));  // two boxes a gap apart that has no voxel in it
+    band.voxelSize = 0.1;
+    surfaceLevelSet({soup, tetmesh::examine(soup), 0, "test"}, band, &gaps);
+    EXPECT_GT(gaps, 50);
+    soup = both(box(a, Vec3(0.57, 0.5, 0.5)), box(c, d));  // two that overlap by as much
+    surfaceLevelSet({soup, tetmesh::examine(soup), 0, "test"}, band, &gaps);
+    EXPECT_EQ(gaps, 0);
 }
 
 }  // namespace
