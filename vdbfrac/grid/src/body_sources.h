@@ -63,9 +63,6 @@ struct SurfaceGrid {
 };
 SurfaceGrid fromSurface(const tetmesh::PolygonSoup& soup, const tetmesh::SurfaceReport& report, const Build& build);
 
-/// What is said of filled gaps.
-std::string gapText(std::int64_t gaps, double voxelSize);
-
 /// Is any voxel inside?
 bool hasMaterial(const openvdb::FloatGrid& grid);
 

@@ -2,6 +2,7 @@
 #include "settle_signs.h"
 
 #include <vdbfrac/base/error.h>
+#include <vdbfrac/grid/relevel.h>
 #include <vdbfrac/tetmesh/surface_input.h>
 
 #include <openvdb/tools/MeshToVolume.h>
@@ -54,6 +55,10 @@ void requireSolid(const tetmesh::SurfaceReport& report, const scene::MeshFile& m
 SurfaceGrid fromSurface(const tetmesh::PolygonSoup& soup, const tetmesh::SurfaceReport& report, const Build& build)
 {
     const double dx = build.grid.voxelSize;
+    const double longest = (report.upper - report.lower).maxCoeff();
+    if (dx > longest)
+        complain(build, "voxels of " + shortNumber(dx) + " m are larger than the whole surface", "up to " + shortNumber(longest) + " m, better a tenth of it",
+                 "check its units");
     const Vec3 band = Vec3::Constant((build.grid.halfWidth + 1) * dx);
     requireReach(build, report.lower - band, report.upper + band);
     requireMemory(build, bytesOfBand(report.area / (dx * dx), build.grid.halfWidth));

@@ -49,6 +49,8 @@ struct SurfaceSource {
     std::string name;
 };
 LevelSet surfaceLevelSet(const SurfaceSource& surface, const Band& band, std::int64_t* gaps = nullptr);
+/// What there is to say of them.
+std::string gapText(std::int64_t gaps, double voxelSize);
 
 /// How phi is made a distance again. `track`: voxels beside the surface keep their values, but where phi is clearly
 /// steeper than a distance; the others follow by LevelSetTracker's sweeps. So repeating it moves no surface.
