@@ -183,7 +183,7 @@ class Runner:
         row, _ = self.command(key, ["mesh", source, "-o", out, "--tets", kind, *sharp, *size, "--quality", quality, "-q"])
         if row["exit"] == 0:
             said = json.loads(quality.read_text())
-            row |= {"tets": said["tets"], "volume_error": said["volume_error"], "smallest_dihedral": said["dihedral_degrees"]["smallest"],
+            row |= {"tets": said["tets"], "volume_error": said["level_set_volume_error"], "smallest_dihedral": said["dihedral_degrees"]["smallest"],
                     "inverted": said["inverted"], "stages": said["seconds"]}
         out.unlink(missing_ok=True)
         return row

@@ -12,7 +12,7 @@ namespace vdbfrac::tools {
 
 namespace {
 
-constexpr int kMostFrames = 1000000;
+constexpr std::size_t kMostFrames = 100000;
 
 /// Takes a number of digits off the front.
 std::optional<int> takeNumber(std::string_view& text)
@@ -34,6 +34,7 @@ bool take(std::string_view& text, char c)
 /// Adds A, A-B or A-BxN. False for anything else.
 bool addRange(std::string_view part, std::vector<int>& frames)
 {
+    const std::string whole(part);
     const auto first = takeNumber(part);
     if (!first) return false;
     std::optional<int> last = first, step = 1;
@@ -41,7 +42,10 @@ bool addRange(std::string_view part, std::vector<int>& frames)
         last = takeNumber(part);
         if (last && take(part, 'x')) step = takeNumber(part);
     }
-    if (!part.empty() || !last || !step || *step < 1 || *last < *first || *last - *first > kMostFrames) return false;
+    if (!part.empty() || !last || !step || *step < 1 || *last < *first) return false;
+    const std::size_t count = std::size_t((std::int64_t(*last) - *first) / *step) + 1;
+    if (count > kMostFrames - std::min(frames.size(), kMostFrames))
+        throw InputError({"--frames", "'" + whole + "' is more frames than can be asked for at once", "up to " + std::to_string(kMostFrames), ""});
     for (std::int64_t f = *first; f <= *last; f += *step) frames.push_back(int(f));
     return true;
 }

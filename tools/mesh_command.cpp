@@ -2,6 +2,7 @@
 #include "frame_list.h"
 #include "memory.h"
 #include "mesh.h"
+#include "number_options.h"
 
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/base/parallel.h>
@@ -22,7 +23,7 @@ void addTetOptions(CLI::App& c, MeshOptions& o)
         ->capture_default_str()
         ->group(group);
     auto* size = c.add_option("--size", o.size, "Voxel of the level set and edge of the tets [m]")
-                     ->check(CLI::PositiveNumber)
+                     ->check(PositiveFinite(kLongestLength))
                      ->group(group);
     c.add_option("--across", o.across, "Voxels along the longest side instead (default: 64, or the voxels of the .vdb)")
         ->check(CLI::Range(2, 100000))
@@ -42,7 +43,7 @@ void addDelaunayOptions(CLI::App& c, MeshOptions& o)
     mesher::DelaunayCriteria& d = o.delaunay;
     const char* group = "To Delaunay tets";
     const auto length = [&](const char* name, double& value, const char* help) {
-        c.add_option(name, value, help)->check(CLI::PositiveNumber)->type_name("M")->group(group);
+        c.add_option(name, value, help)->check(PositiveFinite(kLongestLength))->type_name("M")->group(group);
     };
     length("--facet-size", d.facetSize, "Largest circumradius of a surface triangle (default: 0.9 of the size)");
     length("--facet-distance", d.facetDistance,
@@ -105,7 +106,7 @@ Action addMesh(CLI::App& app)
     addSurfaceOptions(*c, *o, o->frameText);
     c->add_option("-j,--threads", o->threads, "Threads to use (default: all cores)")->check(CLI::NonNegativeNumber);
     c->add_option("--max-memory", o->maxMemory, "GiB it may use (default: 80 % of what is available)")
-        ->check(CLI::PositiveNumber);
+        ->check(PositiveFinite(kMostGiB));
     c->add_flag("-q,--quiet", o->common.quiet, "Say only what went wrong");
     c->add_option("--log-file", o->common.logFile, "Write what is said to this file too")->type_name("FILE");
     return [o] {

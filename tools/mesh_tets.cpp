@@ -1,6 +1,7 @@
 #include "mesh.h"
 #include "memory.h"
 #include "tet_report.h"
+#include "volume_note.h"
 
 #include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
@@ -40,7 +41,7 @@ struct Input {
     scene::Body body;
     double longestSide = 0, voxelSize = 0;  // m; voxelSize of a .vdb only
     tetmesh::PolygonSoup soup;              // of a surface
-    double volume = 0;                      // m^3, that it encloses
+    double volume = 0;                      // m^3, that it encloses; 0 when its faces do not agree about their sides
 };
 
 Input openVdb(const MeshOptions& options)
@@ -67,7 +68,7 @@ Input openSurface(const MeshOptions& options)
             {options.in.string(), "is not closed: it has " + std::to_string(report.openEdges) + " open edges",
              "a closed surface", "make a solid of it first: vdbfrac relevel " + options.in.string() + " -o SOLID.vdb"});
     input.longestSide = (report.upper - report.lower).maxCoeff();
-    input.volume = report.volume;
+    input.volume = report.oriented ? std::abs(report.volume) : 0;
     return input;
 }
 
@@ -83,12 +84,29 @@ Input open(const MeshOptions& options)
     return input;
 }
 
+/// A run has surfaces and level sets, one a frame.
+void requireSolid(const MeshOptions& options)
+{
+    if (!std::filesystem::is_directory(options.in)) return;
+    throw InputError({options.in.string(), "frames of a run become surfaces, not '" + options.out.extension().string() + "'", ".obj, .ply, .stl",
+                      "for tets of a frame give its level set: 'vdbfrac mesh " + options.in.string() + "/vdb/NAME.0001.vdb -o " +
+                          options.out.filename().string() + "', for those of the simulation itself write frames with output.tet"});
+}
+
 double sizeOf(const Input& input, const MeshOptions& options)
 {
     constexpr int kAcross = 64;
     if (options.size > 0) return options.size;
     if (options.across == 0 && input.voxelSize > 0) return input.voxelSize;
     return input.longestSide / (options.across > 0 ? options.across : kAcross);
+}
+
+/// m^3 of the level set as it is in the file: where its voxels were kept, that of ours.
+double volumeOfVdb(const Input& input, const MeshOptions& options, const TetReport& report)
+{
+    constexpr double kSame = 1e-6;  // relative
+    if (std::abs(report.voxelSize - input.voxelSize) <= kSame * input.voxelSize) return report.levelSetVolume;
+    return grid::enclosedVolume(grid::readLevelSet(options.in, options.grid, options.memoryLimit).levelSet);
 }
 
 /// Throws LimitError when the tets will not fit.
@@ -148,25 +166,30 @@ int meshTets(const MeshOptions& options)
 {
     using Clock = StageTimer;  // times what stands behind its comma
     const auto log = makeLog(options.common);
+    requireSolid(options);
     tetmesh::TetFormat format = tetmesh::tetFormatOf(options.out);
     if (format == tetmesh::TetFormat::gmsh41 && options.mshVersion == "2.2") format = tetmesh::TetFormat::gmsh22;
     Ledger work;
     TetReport report;
-    const Input input = (Clock(work, "read"), open(options));
+    log->info("reading {}", options.in.string());
+    Input input = (Clock(work, "read"), open(options));
     scene::Grid grid;
     grid.voxelSize = report.voxelSize = sizeOf(input, options);
-    const grid::LevelSet phi = (Clock(work, "level_set"), grid::makeLevelSet(input.body, grid, options.memoryLimit));
+    log->info("making a level set with voxels of {:.6g} m", grid.voxelSize);
+    std::vector<std::string> notes;
+    const grid::LevelSet phi = (Clock(work, "level_set"), grid::makeLevelSet(input.body, grid, options.memoryLimit, &notes));
     report.levelSetVolume = grid::enclosedVolume(phi);
-    constexpr double kAnother = 0.01;  // of the volume: more than voxels that are fit for the shape round off
-    if (input.volume > 0 && std::abs(report.levelSetVolume - input.volume) > kAnother * input.volume)
-        log->warn("{} encloses {:.4g} m^3, its level set {:.4g} m^3: hollows that are closed on all sides are filled, and parts thinner than a "
-                  "voxel or two are lost", options.in.string(), input.volume, report.levelSetVolume);
+    report.inputVolume = isVdb(options.in) ? volumeOfVdb(input, options, report) : input.volume;
+    if (const std::string lost = volumeNote(report.levelSetVolume, report.inputVolume, grid.voxelSize); !lost.empty()) notes.push_back(lost);
+    log->info("making tets in {:.4g} m^3", report.levelSetVolume);
     requireMemory(options, phi, report.levelSetVolume);
     const TetResult result = (Clock(work, "tets"), makeTets(phi, input, options, grid.voxelSize));
     report.quality = (Clock(work, "quality"), qualityOf(result.mesh));
+    report.coincidentPoints = coincidentPoints(result.mesh);
     const auto files = (Clock(work, "write"), writeTets(options.out, format, result.mesh, result.fields));
     for (const auto& file : files) std::printf("%s\n", file.c_str());
     log->info("{}", reportText(report, result, options.tets));
+    for (const std::string& note : notes) log->warn("note: {}", note);
     if (!options.quality.empty()) writeText(options.quality, reportJson(report, result, options.tets, work));
     return kDone;
 }

@@ -70,8 +70,10 @@ int preview(const PreviewOptions& options)
         surfaces.push_back(tetmesh::readObjFrame(frame.obj));
         grow(bounds, surfaces.back());
     }
+    const Vec3 middle = 0.5 * (bounds.lower + bounds.upper);  // pictures are made near the origin, wherever the body is
+    for (tetmesh::Surface& surface : surfaces)
+        for (Vec3& p : surface.points) p -= middle;
     grid::View view;
-    view.target = 0.5 * (bounds.lower + bounds.upper);
     view.extent = 0.5 * (bounds.upper - bounds.lower).norm();
     view.direction = Vec3(options.direction[0], options.direction[1], options.direction[2]);
     if (!(view.direction.norm() > 0)) throw InputError({"--direction", "0 0 0 looks nowhere", "a vector with a length above 0", ""});

@@ -1,6 +1,7 @@
 #include "relevel_report.h"
 
 #include "memory.h"
+#include "volume_note.h"
 
 #include <fmt/format.h>
 
@@ -21,7 +22,7 @@ std::string repairText(const repair::Repaired& r)
     if (r.wrapped) did += fmt::format("wrapped{}, ", r.intersectsItself ? " since it intersects itself" : "");
     if (did.empty()) return "repair: none was needed";
     did.resize(did.size() - 2);
-    return "repair: " + did + (r.intersectsItself && !r.wrapped ? "\nnote: it intersects itself; what lies inside of it is filled" : "");
+    return "repair: " + did;
 }
 
 std::string slopeText(const char* when, const grid::LevelSetReport& r)
@@ -48,13 +49,24 @@ Json surfaceJson(const tetmesh::SurfaceReport& r)
 Json repairJson(const repair::Repaired& r)
 {
     return {{"joined_points", r.joinedPoints}, {"removed_faces", r.removedFaces},          {"turned_faces", r.turnedFaces},
-            {"filled_holes", r.filledHoles},   {"widest_hole", r.widestHole},              {"intersects_itself", r.intersectsItself},
+            {"filled_holes", r.filledHoles},   {"widest_hole", r.widestHole},              {"intersects_itself", r.searchGivenUp ? Json() : Json(r.intersectsItself)},
             {"wrapped", r.wrapped},            {"surface", surfaceJson(r.after)}};
 }
 
 const char* nameOf(grid::Redistancing how) { return how == grid::Redistancing::sweep ? "sweep" : "track"; }
 
 }  // namespace
+
+std::vector<std::string> notesOf(const RelevelReport& r)
+{
+    std::vector<std::string> notes;
+    if (r.repair && r.repair->intersectsItself && !r.repair->wrapped) notes.push_back("it intersects itself; what lies inside of it is filled");
+    if (r.repair && r.repair->searchGivenUp)
+        notes.push_back("so many triangles lie close to each other, as round one point, that where they intersect was not looked for to the end");
+    if (r.gaps > 0) notes.push_back(grid::gapText(r.gaps, r.levelSet.voxelSize()));
+    if (const std::string lost = volumeNote(r.after.volume, r.inputVolume, r.levelSet.voxelSize()); !lost.empty()) notes.push_back(lost);
+    return notes;
+}
 
 std::string reportText(const RelevelReport& r)
 {
@@ -82,6 +94,7 @@ Json reportJson(const RelevelReport& r, const std::string& input, const std::str
     if (r.repair) {
         json["before"] = surfaceJson(r.repair->before);
         json["repair"] = repairJson(*r.repair);
+        json["filled_gaps"] = r.gaps;
     }
     if (r.grid) {
         json["before"] = levelSetJson(r.grid->before);
@@ -89,6 +102,9 @@ Json reportJson(const RelevelReport& r, const std::string& input, const std::str
         json["resampled"] = r.grid->resampled;
     }
     json["after"] = levelSetJson(r.after);
+    json["input_volume"] = r.inputVolume;
+    json["volume_change"] = volumeChange(r.after.volume, r.inputVolume);
+    json["notes"] = notesOf(r);
     for (const StageWork& s : r.work.stages()) json["seconds"][s.name] = s.seconds;
     json["peak_memory_bytes"] = peakMemory();
     return json;

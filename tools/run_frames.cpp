@@ -10,6 +10,8 @@ namespace vdbfrac::tools {
 RunFrames readRunFrames(const std::filesystem::path& folder)
 {
     const std::filesystem::path manifest = folder / "run.json";
+    if (std::filesystem::is_directory(folder) && !std::filesystem::exists(manifest))
+        throw InputError({folder.string(), "holds no run: it has no run.json", "", "give the folder that 'vdbfrac sim -o' wrote"});
     RunFrames run;
     try {
         const auto json = nlohmann::json::parse(readText(manifest));

@@ -1,30 +1,53 @@
 #include "tet_report.h"
 
 #include "memory.h"
+#include "volume_note.h"
 
 #include <nlohmann/json.hpp>
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace vdbfrac::tools {
 
 namespace {
 
-double volumeError(const TetReport& report, const TetResult& result)
+std::string volumeText(const TetReport& report, const TetResult& result)
 {
-    return report.levelSetVolume > 0 ? result.materialVolume / report.levelSetVolume - 1 : 0;
+    const auto against = [&](const char* what, double volume) {
+        return fmt::format(", {} {:.6g} m^3 ({:+.3f} %)", what, volume, 100 * volumeChange(result.materialVolume, volume));
+    };
+    return fmt::format("volume {:.6g} m^3", result.materialVolume) + (report.inputVolume > 0 ? against("the input has", report.inputVolume) : "") +
+           against("its level set", report.levelSetVolume) + fmt::format(", {} inverted tets\n", report.quality.inverted);
+}
+
+/// Lattice nodes are there once for each part that a cell is cut into.
+std::string copiesText(const TetReport& report)
+{
+    return report.coincidentPoints == 0 ? ""
+                                        : fmt::format("{} points lie on another one: copies of a node for parts that do not hang together there, across a "
+                                                      "crack, a slit or a gap. Joining them would join the parts\n",
+                                                      report.coincidentPoints);
 }
 
 }  // namespace
+
+std::size_t coincidentPoints(const tetmesh::TetMesh& mesh)
+{
+    const auto before = [](const Vec3& a, const Vec3& b) { return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3); };
+    std::vector<Vec3> sorted(mesh.points.begin(), mesh.points.end());
+    std::sort(sorted.begin(), sorted.end(), before);
+    return std::size_t(sorted.end() - std::unique(sorted.begin(), sorted.end()));
+}
 
 std::string reportText(const TetReport& report, const TetResult& result, const std::string& kind)
 {
     const tetmesh::TetQuality& q = report.quality;
     std::string text = fmt::format("{} tets ({}), {} points, {} triangles of boundary\n", result.mesh.tets.size(), kind,
                                    result.mesh.points.size(), result.mesh.boundary.size());
-    text += fmt::format("volume {:.6g} m^3, the level set has {:.6g} m^3 ({:+.3f} %), {} inverted tets\n",
-                        result.materialVolume, report.levelSetVolume, 100 * volumeError(report, result), q.inverted);
+    text += copiesText(report) + volumeText(report, result);
     text += fmt::format("dihedral angles {:.2f} to {:.2f} degrees; radius ratio {:.3f} at least, {:.3f} on average\n",
                         q.smallestDihedral, q.largestDihedral, q.smallestRadiusRatio, q.meanRadiusRatio);
     std::int64_t most = 1;
@@ -49,7 +72,10 @@ std::string reportJson(const TetReport& report, const TetResult& result, const s
         {"voxel_size", report.voxelSize},
         {"level_set_volume", report.levelSetVolume},
         {"material_volume", result.materialVolume},
-        {"volume_error", volumeError(report, result)},
+        {"input_volume", report.inputVolume > 0 ? nlohmann::json(report.inputVolume) : nlohmann::json()},
+        {"volume_error", volumeChange(result.materialVolume, report.inputVolume > 0 ? report.inputVolume : report.levelSetVolume)},
+        {"level_set_volume_error", volumeChange(result.materialVolume, report.levelSetVolume)},
+        {"coincident_points", report.coincidentPoints},
         {"tet_volume", {{"sum", q.volume}, {"smallest", q.smallestVolume}}},
         {"inverted", q.inverted},
         {"dihedral_degrees",

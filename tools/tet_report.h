@@ -18,8 +18,13 @@ struct TetResult {
 struct TetReport {
     double voxelSize = 0;       ///< of the level set [m]
     double levelSetVolume = 0;  ///< m^3
+    double inputVolume = 0;     ///< m^3; 0: not known
+    std::size_t coincidentPoints = 0;
     tetmesh::TetQuality quality;
 };
+
+/// Points that lie where another does.
+std::size_t coincidentPoints(const tetmesh::TetMesh& mesh);
 
 std::string reportText(const TetReport& report, const TetResult& result, const std::string& kind);
 std::string reportJson(const TetReport& report, const TetResult& result, const std::string& kind, const Ledger& work);

@@ -177,19 +177,53 @@ std::size_t whole(const Values& values, double v, std::size_t below, const char*
     return std::size_t(v);
 }
 
+/// Adds the triangles of a strip: each corner makes one with the two before it, every second the other way round. -1 begins a new
+/// strip. Triangles with a corner twice only lead from one place to another.
+class StripReader {
+public:
+    StripReader(const Values& values, std::size_t points, PolygonSoup& soup) : values_(values), points_(points), soup_(soup) {}
+
+    void add(double value)
+    {
+        constexpr double kRestartUnsigned = 4294967295;  // -1, where the type has no sign
+        if (value == -1 || value == kRestartUnsigned) {
+            length_ = 0;
+            return;
+        }
+        const std::size_t c = whole(values_, value, points_, "point index"), a = last_[length_ % 2], b = last_[(length_ + 1) % 2];
+        if (length_ >= 2 && a != b && b != c && c != a) {
+            // Of an even length, a is the older of both.
+            if (length_ % 2 == 0)
+                addPolygon(soup_, {a, b, c});
+            else
+                addPolygon(soup_, {b, a, c});
+        }
+        last_[length_++ % 2] = c;
+    }
+
+private:
+    const Values& values_;
+    std::size_t points_;
+    PolygonSoup& soup_;
+    std::array<std::size_t, 2> last_{};
+    std::size_t length_ = 0;
+};
+
 void readElement(const Element& element, Values& values, std::size_t points, PolygonSoup& soup)
 {
-    const bool isVertex = element.name == "vertex", isFace = element.name == "face";
+    const bool isVertex = element.name == "vertex", isFace = element.name == "face", isStrip = element.name == "tristrips";
     Vec3 X = Vec3::Zero();
     values.beginElement();
     for (const Property& p : element.properties) {
         if (p.isList) {
             const std::size_t count = whole(values, values.next(p.countType), values.left() + 1, "list count");
-            const bool corners = isFace && (p.name == "vertex_indices" || p.name == "vertex_index");
+            const bool corners = p.name == "vertex_indices" || p.name == "vertex_index";
             std::vector<std::size_t> polygon;
+            StripReader strip(values, points, soup);
             for (std::size_t i = 0; i < count; ++i) {
                 const double v = values.next(p.type);
-                if (corners) polygon.push_back(whole(values, v, points, "point index"));
+                if (isFace && corners) polygon.push_back(whole(values, v, points, "point index"));
+                if (isStrip && corners) strip.add(v);
             }
             addPolygon(soup, std::move(polygon));
         } else {

@@ -25,15 +25,23 @@ std::vector<std::size_t> joined(const std::vector<Vec3>& points)
     return first;
 }
 
-using Edge = std::array<std::size_t, 2>;
+/// Its points, the lower first, and whether the face goes from the lower to the higher.
+struct Edge {
+    std::size_t lower, higher;
+    bool rises;
+
+    bool operator<(const Edge& o) const { return lower != o.lower ? lower < o.lower : higher < o.higher; }
+    bool isSame(const Edge& o) const { return lower == o.lower && higher == o.higher; }
+};
 
 void countEdges(std::vector<Edge>& edges, SurfaceReport& report)
 {
     std::sort(edges.begin(), edges.end());
     for (auto run = edges.begin(); run != edges.end();) {
-        const auto end = std::find_if(run, edges.end(), [&](const Edge& e) { return e != *run; });
+        const auto end = std::find_if(run, edges.end(), [&](const Edge& e) { return !e.isSame(*run); });
         report.openEdges += (end - run) % 2;
         report.nonManifoldEdges += end - run > 2;
+        report.oriented = report.oriented && 2 * std::count_if(run, end, [](const Edge& e) { return e.rises; }) == end - run;
         run = end;
     }
 }
@@ -83,9 +91,10 @@ SurfaceReport examine(const PolygonSoup& soup)
             const std::size_t a = first[polygon[c]], b = first[polygon[(c + 1) % polygon.size()]];
             report.lower = report.lower.cwiseMin(soup.points[a]);
             report.upper = report.upper.cwiseMax(soup.points[a]);
-            if (a != b) edges.push_back({std::min(a, b), std::max(a, b)});
+            if (a != b) edges.push_back({std::min(a, b), std::max(a, b), a < b});
         }
     }
+    report.oriented = !edges.empty();
     countEdges(edges, report);
     report.closed = report.openEdges == 0 && !edges.empty();
     return report;

@@ -17,6 +17,9 @@
 #include <CGAL/alpha_wrap_3.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
 #include <vector>
 
 namespace vdbfrac::repair {
@@ -42,6 +45,15 @@ void requireSaneSize(const tetmesh::SurfaceReport& surface, const std::string& f
     if (!(reach <= kLargest && extent >= kSmallest && extent >= 1e-12 * reach))
         throw InputError({file, "has an extent of " + std::to_string(extent) + " m, and reaches " + std::to_string(reach) + " m from the origin",
                           "sizes between 1e-60 and 1e60 m, and not lost in the digits of its coordinates", "check its units"});
+}
+
+/// Orienting and cutting a face into triangles take the square of its corners.
+void requireFewCorners(const tetmesh::PolygonSoup& soup, const std::string& file)
+{
+    for (std::size_t i = 0; i < soup.polygons.size(); ++i)
+        if (const std::size_t corners = soup.polygons[i].size(); corners > kMostCorners)
+            throw InputError({file, "face " + std::to_string(i + 1) + " has " + std::to_string(corners) + " corners",
+                              "up to " + std::to_string(kMostCorners), "cut it into triangles in a modelling program"});
 }
 
 struct CgalSoup {
@@ -101,6 +113,11 @@ Mesh toMesh(CgalSoup soup, const std::string& file, Repaired& report)
     return mesh;
 }
 
+void tell(const RepairOptions& options, const std::string& what)
+{
+    if (options.say) options.say(what);
+}
+
 double widestExtent(const Mesh& mesh, Halfedge border)
 {
     CGAL::Bbox_3 box;
@@ -108,10 +125,11 @@ double widestExtent(const Mesh& mesh, Halfedge border)
     return std::max({box.x_span(), box.y_span(), box.z_span()});
 }
 
-void fillHoles(Mesh& mesh, Repaired& report)
+void fillHoles(Mesh& mesh, const RepairOptions& options, Repaired& report)
 {
     std::vector<Halfedge> cycles;
     PMP::extract_boundary_cycles(mesh, std::back_inserter(cycles));
+    if (!cycles.empty()) tell(options, "filling holes: " + std::to_string(cycles.size()) + " borders");
     for (Halfedge border : cycles) {
         const auto edges = halfedges_around_face(border, mesh);
         if (std::size_t(std::distance(edges.begin(), edges.end())) > kLongestHole) continue;
@@ -133,19 +151,75 @@ void requireMemory(const tetmesh::SurfaceReport& surface, const RepairOptions& o
                          std::to_string(double(options.memoryLimit) / 1e9) + " GB; take a larger alpha");
 }
 
+/// Do so many triangles meet at some points that a search among those near a place takes the square of all of them?
+bool isCrowded(const Mesh& mesh)
+{
+    constexpr double kFew = 1e7, kFewPerFace = 100;  // of the sum below; most meshes have 18 a face
+    double sum = 0;
+    for (const Mesh::Vertex_index v : mesh.vertices()) {
+        const double degree = double(mesh.degree(v));
+        sum += degree * degree;
+    }
+    return sum > kFew + kFewPerFace * double(num_faces(mesh));
+}
+
+/// Points in one cell become the first of them, and triangles that lose a corner by that go. Moves nothing by more than a cell.
+void thinOut(CgalSoup& soup, double cell)
+{
+    std::map<std::array<double, 3>, std::size_t> first;
+    std::vector<std::size_t> kept(soup.points.size());
+    for (std::size_t i = 0; i < soup.points.size(); ++i) {
+        const Point& p = soup.points[i];
+        kept[i] = first.try_emplace({std::floor(p.x() / cell), std::floor(p.y() / cell), std::floor(p.z() / cell)}, i).first->second;
+    }
+    for (auto& polygon : soup.polygons)
+        for (std::size_t& corner : polygon) corner = kept[corner];
+    std::erase_if(soup.polygons, [](const auto& p) { return p[0] == p[1] || p[1] == p[2] || p[2] == p[0]; });
+}
+
 Mesh wrap(const Mesh& mesh, const RepairOptions& options)
 {
+    constexpr double kCellOfAlpha = 1. / 32;  // far below what a wrap resolves
     CgalSoup soup;
     PMP::polygon_mesh_to_polygon_soup(mesh, soup.points, soup.polygons);
+    if (isCrowded(mesh)) thinOut(soup, kCellOfAlpha * options.alpha);
     Mesh wrapped;
     CGAL::alpha_wrap_3(soup.points, soup.polygons, options.alpha, options.offset, wrapped);
     return wrapped;
 }
 
+struct TooManyLookUps {};
+
+/// The points of a mesh, which counts how often they are looked at and ends that when it is too often.
+struct CountedPoints {
+    using key_type = Mesh::Vertex_index;
+    using value_type = Point;
+    using reference = const Point&;
+    using category = boost::readable_property_map_tag;
+
+    const Mesh* mesh;
+    std::uint64_t *count, most;
+
+    friend const Point& get(const CountedPoints& points, key_type v)
+    {
+        if (++*points.count > points.most) throw TooManyLookUps();
+        return points.mesh->point(v);
+    }
+};
+
+void lookForIntersections(const Mesh& mesh, Repaired& report)
+try {
+    const CountedPoints points{&mesh, &report.lookUps, kMostLookUps + kMostLookUpsPerFace * num_faces(mesh)};
+    report.intersectsItself = PMP::does_self_intersect(mesh, CGAL::parameters::vertex_point_map(points));
+} catch (const TooManyLookUps&) {
+    report.searchGivenUp = true;
+}
+
 bool needsWrap(const Mesh& mesh, const RepairOptions& options, Repaired& report)
 {
     if (options.wrapAlways) return true;
-    report.intersectsItself = PMP::does_self_intersect(mesh);
+    tell(options, "looking where " + std::to_string(num_faces(mesh)) + " triangles intersect");
+    lookForIntersections(mesh, report);
     return options.wrapWhenNeeded && (report.intersectsItself || !is_closed(mesh));
 }
 
@@ -157,11 +231,14 @@ try {
     Repaired report;
     report.before = before;
     requireSaneSize(before, file);
+    requireFewCorners(soup, file);
+    tell(options, "cleaning " + std::to_string(soup.polygons.size()) + " faces");
     Mesh mesh = toMesh(toCgal(soup), file, report);
     if (num_faces(mesh) == 0) throw InputError({file, "has no faces with area", "a surface", ""});
-    if (options.fillHoles) fillHoles(mesh, report);
+    if (options.fillHoles) fillHoles(mesh, options, report);
     if (needsWrap(mesh, options, report)) {
         requireMemory(report.before, options, file);
+        tell(options, "wrapping it");
         mesh = wrap(mesh, options);
         report.wrapped = true;
     }

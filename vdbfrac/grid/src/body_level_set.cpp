@@ -157,9 +157,9 @@ void requireReach(const Build& build, const Vec3& lower, const Vec3& upper)
              "up to " + std::to_string(int(kFarthestVoxel)), "check the units of the shape against voxel_size");
 }
 
-LevelSet makeLevelSet(const scene::Body& body, const scene::Grid& grid, std::uint64_t memoryLimit)
+LevelSet makeLevelSet(const scene::Body& body, const scene::Grid& grid, std::uint64_t memoryLimit, std::vector<std::string>* notes)
 {
-    const Build build{grid, memoryLimit, body.place.empty() ? "body " + body.name : body.place, "body '" + body.name + "'"};
+    const Build build{grid, memoryLimit, body.place.empty() ? "body " + body.name : body.place, "body '" + body.name + "'", notes};
     requireVoxelSize(build);
     if (grid.halfWidth < 1) complain(build, "band of " + std::to_string(grid.halfWidth) + " voxels", "1 or more", "");
     openvdb::FloatGrid::Ptr phi = std::visit(ShapeVisitor{body, build}, body.shape);

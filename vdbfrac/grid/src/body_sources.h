@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 namespace vdbfrac::grid {
 
@@ -17,6 +18,7 @@ struct Build {
     std::uint64_t memoryLimit = 0;  ///< bytes
     std::string place;              ///< of the body in its scene, for complaints
     std::string subject;            ///< what it is called in complaints: "body 'block'"
+    std::vector<std::string>* notes = nullptr;  ///< what may not be as it was meant, for whom it concerns
 };
 
 /// Farthest voxel from the origin along an axis. Well inside 32 bits, and floats of this size still tell voxels apart.
@@ -53,14 +55,18 @@ void requireMemory(const Build& build, double bytes);
 /// Throws InputError when a box [m] has a corner that is not finite or beyond kFarthestVoxel.
 void requireReach(const Build& build, const Vec3& lower, const Vec3& upper);
 
-/// A surface as a level set, by the closest polygon of each voxel of the band; what no way from outside leads to is inside.
+/// A surface as a level set, by the closest triangle of each voxel of the band; what no way from outside leads to is inside.
 /// Checks reach and memory; `report` is of the soup, and every index is in range.
-openvdb::FloatGrid::Ptr fromSurface(const tetmesh::PolygonSoup& soup, const tetmesh::SurfaceReport& report, const Build& build);
+struct SurfaceGrid {
+    openvdb::FloatGrid::Ptr phi;
+    std::int64_t gaps = 0;  ///< pairs of neighbouring voxels inside with a gap between them, which is filled
+};
+SurfaceGrid fromSurface(const tetmesh::PolygonSoup& soup, const tetmesh::SurfaceReport& report, const Build& build);
 
 /// Is any voxel inside?
 bool hasMaterial(const openvdb::FloatGrid& grid);
 
-/// A closed mesh as a level set, by the closest polygon of each voxel of the band. Orientation does not matter.
+/// A closed mesh as a level set, by the closest triangle of each voxel of the band. Orientation does not matter.
 openvdb::FloatGrid::Ptr fromMesh(const scene::MeshFile& mesh, const Build& build);
 
 /// A level set of a file; rebuilt from its surface when voxel size, band or origin are not those of the scene.

@@ -1,13 +1,14 @@
 #include "body_sources.h"
+#include "settle_signs.h"
 
 #include <vdbfrac/base/error.h>
+#include <vdbfrac/grid/relevel.h>
 #include <vdbfrac/tetmesh/surface_input.h>
 
 #include <openvdb/tools/MeshToVolume.h>
 
 #include <Eigen/Geometry>
 
-#include <array>
 #include <limits>
 #include <numbers>
 #include <vector>
@@ -15,21 +16,6 @@
 namespace vdbfrac::grid {
 
 namespace {
-
-/// What tools::meshToVolume asks a mesh for. Points are in voxels.
-struct Triangles {
-    std::vector<Vec3> points;
-    std::vector<std::array<std::uint32_t, 3>> corners;
-
-    std::size_t polygonCount() const { return corners.size(); }
-    std::size_t pointCount() const { return points.size(); }
-    std::size_t vertexCount(std::size_t) const { return 3; }
-    void getIndexSpacePoint(std::size_t n, std::size_t v, openvdb::Vec3d& p) const
-    {
-        const Vec3& X = points[corners[n][v]];
-        p = {X.x(), X.y(), X.z()};
-    }
-};
 
 void place(tetmesh::PolygonSoup& soup, const scene::MeshFile& mesh)
 {
@@ -66,9 +52,13 @@ void requireSolid(const tetmesh::SurfaceReport& report, const scene::MeshFile& m
 
 }  // namespace
 
-openvdb::FloatGrid::Ptr fromSurface(const tetmesh::PolygonSoup& soup, const tetmesh::SurfaceReport& report, const Build& build)
+SurfaceGrid fromSurface(const tetmesh::PolygonSoup& soup, const tetmesh::SurfaceReport& report, const Build& build)
 {
     const double dx = build.grid.voxelSize;
+    const double longest = (report.upper - report.lower).maxCoeff();
+    if (dx > longest)
+        complain(build, "voxels of " + shortNumber(dx) + " m are larger than the whole surface", "up to " + shortNumber(longest) + " m, better a tenth of it",
+                 "check its units");
     const Vec3 band = Vec3::Constant((build.grid.halfWidth + 1) * dx);
     requireReach(build, report.lower - band, report.upper + band);
     requireMemory(build, bytesOfBand(report.area / (dx * dx), build.grid.halfWidth));
@@ -77,9 +67,19 @@ openvdb::FloatGrid::Ptr fromSurface(const tetmesh::PolygonSoup& soup, const tetm
 
     const auto transform = openvdb::math::Transform::createLinearTransform(dx);
     const float width = float(build.grid.halfWidth);
-    auto grid = openvdb::tools::meshToVolume<openvdb::FloatGrid>(triangles(soup, dx), *transform, width, width);
+    const Triangles mesh = triangles(soup, dx);
+    auto closest = openvdb::Int32Grid::create(openvdb::util::INVALID_IDX);
+    constexpr int kExact = openvdb::tools::DISABLE_INTERSECTING_VOXEL_REMOVAL | openvdb::tools::DISABLE_RENORMALIZATION;
+    auto grid = openvdb::tools::meshToVolume<openvdb::FloatGrid>(mesh, *transform, width, width, kExact, closest.get());
     grid->setGridClass(openvdb::GRID_LEVEL_SET);
-    return grid;
+    const std::int64_t gaps = settleSigns(*grid, *closest, mesh);
+    return {grid, gaps};
+}
+
+std::string gapText(std::int64_t gaps, double voxelSize)
+{
+    return std::to_string(gaps) + " pairs of neighbouring voxels have a gap between them that is too narrow for voxels of " +
+           shortNumber(voxelSize) + " m, and is filled; take smaller voxels, or make it wider";
 }
 
 openvdb::FloatGrid::Ptr fromMesh(const scene::MeshFile& mesh, const Build& build)
@@ -88,7 +88,9 @@ openvdb::FloatGrid::Ptr fromMesh(const scene::MeshFile& mesh, const Build& build
     place(soup, mesh);
     const tetmesh::SurfaceReport report = tetmesh::examine(soup);
     requireSolid(report, mesh, build);
-    return fromSurface(soup, report, build);
+    const SurfaceGrid made = fromSurface(soup, report, build);
+    if (build.notes && made.gaps > 0) build.notes->push_back(build.subject + ": " + gapText(made.gaps, build.grid.voxelSize));
+    return made.phi;
 }
 
 }  // namespace vdbfrac::grid

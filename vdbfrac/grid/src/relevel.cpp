@@ -194,7 +194,7 @@ double voxelSizeOf(const Band& band, double longest, double given)
     return band.across > 0 ? longest / band.across : given;
 }
 
-LevelSet surfaceLevelSet(const SurfaceSource& surface, const Band& band)
+LevelSet surfaceLevelSet(const SurfaceSource& surface, const Band& band, std::int64_t* gaps)
 {
     Build build{{}, band.memoryLimit, surface.name, "surface"};
     build.grid.voxelSize = voxelSizeOf(band, (surface.report.upper - surface.report.lower).maxCoeff());
@@ -203,7 +203,9 @@ LevelSet surfaceLevelSet(const SurfaceSource& surface, const Band& band)
     if (surface.inset > 0 && surface.report.volume < kSkin * surface.inset * surface.report.area)
         complain(build, "encloses nothing", "a solid", "an open sheet has no inside: give it a thickness");
     build.grid.halfWidth = band.halfWidth + int(std::ceil(surface.inset / dx));
-    Grid::Ptr grid = fromSurface(surface.soup, surface.report, build);
+    const SurfaceGrid made = fromSurface(surface.soup, surface.report, build);
+    const Grid::Ptr& grid = made.phi;
+    if (gaps) *gaps = made.gaps;
     if (surface.inset > 0) {
         openvdb::tree::LeafManager<openvdb::FloatTree> leaves(grid->tree());
         leaves.foreach([&](Leaf& leaf, std::size_t) {
@@ -215,7 +217,7 @@ LevelSet surfaceLevelSet(const SurfaceSource& surface, const Band& band)
         complain(build, "encloses nothing at voxel size " + shortNumber(dx) + " m", "at least one voxel inside",
                  "an open sheet has no inside: give it a thickness; for thin parts take smaller voxels");
     grid->setName("phi");
-    return wrap(std::move(grid));
+    return wrap(grid);
 }
 
 Relevelled relevel(const LevelSet& source, const RelevelOptions& options)

@@ -24,6 +24,7 @@ struct SurfaceReport {
     bool closed = false;               ///< every edge has an even, non-zero number of faces
     std::size_t openEdges = 0;         ///< edges with an odd number of faces
     std::size_t nonManifoldEdges = 0;  ///< edges with more than two faces
+    bool oriented = false;             ///< closed, and faces agree at every edge about which side is outside
     std::size_t degenerateFaces = 0;   ///< faces without area, or with a corner twice
     double area = 0;                   ///< [m^2]
     double volume = 0;                 ///< signed [m^3]; positive when the faces look outward. Only for closed ones

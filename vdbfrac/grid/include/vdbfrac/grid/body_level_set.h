@@ -5,6 +5,8 @@
 #include <vdbfrac/scene/scene.h>
 
 #include <cstdint>
+#include <string>
+#include <vector>
 
 namespace vdbfrac::grid {
 
@@ -14,6 +16,8 @@ namespace vdbfrac::grid {
 /// an edge; a rebuilt .vdb keeps its surface to about 0.1 voxels. |phi| never exceeds the background.
 /// Validated before OpenVDB sees it. Throws InputError (NaN, bad index, open surface, empty body, wrong grid class,
 /// with file and place), FileError, LimitError (when the estimate passes `memoryLimit` bytes).
-LevelSet makeLevelSet(const scene::Body& body, const scene::Grid& grid, std::uint64_t memoryLimit);
+/// Adds to `notes` what is not as in the source: gaps of a mesh that are too narrow for the voxels, and are filled.
+LevelSet makeLevelSet(const scene::Body& body, const scene::Grid& grid, std::uint64_t memoryLimit,
+                      std::vector<std::string>* notes = nullptr);
 
 }  // namespace vdbfrac::grid

@@ -40,14 +40,17 @@ double voxelSizeOf(const Band& band, double longest, double given = 0);
 
 /// Level set of a closed surface, by the closest triangle of each voxel. `report` is what tetmesh::examine says of the
 /// surface; `inset` [m] >= 0 moves the result inward, as for a wrap that lies outside of what it wraps.
-/// `name` is for complaints. Throws InputError (nothing inside, too far away), LimitError.
+/// `name` is for complaints. `gaps` becomes the number of pairs of neighbouring voxels inside with a gap of the surface between
+/// them, too narrow for the voxels: it is filled. Throws InputError (nothing inside, too far away), LimitError.
 struct SurfaceSource {
     const tetmesh::PolygonSoup& soup;
     const tetmesh::SurfaceReport& report;
     double inset = 0;
     std::string name;
 };
-LevelSet surfaceLevelSet(const SurfaceSource& surface, const Band& band);
+LevelSet surfaceLevelSet(const SurfaceSource& surface, const Band& band, std::int64_t* gaps = nullptr);
+/// What there is to say of them.
+std::string gapText(std::int64_t gaps, double voxelSize);
 
 /// How phi is made a distance again. `track`: voxels beside the surface keep their values, but where phi is clearly
 /// steeper than a distance; the others follow by LevelSetTracker's sweeps. So repeating it moves no surface.

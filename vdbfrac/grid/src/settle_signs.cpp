@@ -1,0 +1,329 @@
+#include "settle_signs.h"
+
+#include <vdbfrac/base/parallel.h>
+
+#include <openvdb/tools/Prune.h>
+#include <openvdb/tools/SignedFloodFill.h>
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace vdbfrac::grid {
+
+namespace {
+
+using Grid = openvdb::FloatGrid;
+using Leaf = Grid::TreeType::LeafNodeType;
+using openvdb::Coord;
+using Side = TriangleSides::Side;
+
+constexpr std::size_t kLeaves = 8;      // of a chunk
+constexpr std::size_t kVoxels = 64;     // of a chunk
+constexpr float kFilled = 0.75f;        // voxels: meshToVolume fills through voxels farther off, and guesses nearer ones
+constexpr float kOnSurface = 1e-6f;     // voxels: nearer ones are on the surface, to the rounding of floats
+constexpr double kSlack = 1e-5;         // voxels: rounding of distances, which are floats
+constexpr float kGap = 0.5f;            // voxels: of two neighbours with a gap between them, one is at least so near to it
+
+Vec3 positionOf(const Coord& c) { return {double(c.x()), double(c.y()), double(c.z())}; }
+
+/// The 26 neighbours, and how far they are.
+struct Neighbour {
+    Coord step;
+    double length;
+};
+const std::vector<Neighbour>& neighbours()
+{
+    static const std::vector<Neighbour> all = [] {
+        std::vector<Neighbour> n;
+        for (int i = 0; i < 27; ++i)
+            if (const Coord s(i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1); i != 13) n.push_back({s, positionOf(s).norm()});
+        return n;
+    }();
+    return all;
+}
+
+/// Calls visit(index, out) for all indices in parallel, and returns what they put out, in their order.
+template <class T, class Visit>
+std::vector<T> gather(std::size_t count, std::size_t chunk, const Visit& makeVisit)
+{
+    std::vector<std::vector<T>> parts((count + chunk - 1) / chunk);
+    parallelChunks(count, chunk, [&](std::size_t begin, std::size_t end) {
+        const auto visit = makeVisit();
+        for (std::size_t i = begin; i < end; ++i) visit(i, parts[begin / chunk]);
+    });
+    std::vector<T> all;
+    for (const std::vector<T>& part : parts) all.insert(all.end(), part.begin(), part.end());
+    return all;
+}
+
+/// What a pass reads: accessors are not shared between threads.
+struct View {
+    Grid::ConstAccessor phi;
+    openvdb::Int32Grid::ConstAccessor closest;
+    double perVoxel;  // voxels a metre
+
+    double distance(const Coord& c) const { return std::abs(double(phi.getValue(c))) * perVoxel; }
+    bool isOutside(const Coord& c) const { return phi.getValue(c) > 0; }
+    bool hasOutsideNeighbour(const Coord& c) const
+    {
+        return std::any_of(neighbours().begin(), neighbours().end(), [&](const Neighbour& n) { return isOutside(c + n.step); });
+    }
+};
+
+class Settler {
+public:
+    Settler(Grid& phi, const openvdb::Int32Grid& closest, const Triangles& triangles)
+        : phi_(phi), closest_(closest), triangles_(triangles), sides_(triangles), tree_(triangles), dx_(phi.voxelSize()[0])
+    {
+        for (auto leaf = phi.tree().beginLeaf(); leaf; ++leaf) leaves_.push_back(&*leaf);
+    }
+
+    std::int64_t settle()
+    {
+        closeGuesses();
+        std::vector<Coord> reached = firstReached();
+        while (!reached.empty()) {
+            for (const Coord& c : reached) turnOutside(c);
+            reached = nextReached(reached);
+        }
+        const std::vector<Coord> buried = buriedVoxels();
+        const std::int64_t gaps = countGaps(buried);
+        if (!buried.empty()) forget(buried);
+        openvdb::tools::signedFloodFillWithValues(phi_.tree(), phi_.background(), -phi_.background());
+        openvdb::tools::pruneLevelSet(phi_.tree());
+        return gaps;
+    }
+
+private:
+    View view() const { return {phi_.getConstAccessor(), closest_.getConstAccessor(), 1 / dx_}; }
+    std::uint32_t triangleAt(const View& v, const Coord& c) const { return std::uint32_t(v.closest.getValue(c)); }
+    bool isKnown(std::uint32_t triangle) const { return triangle < triangles_.corners.size(); }
+
+    /// All that meshToVolume only guessed becomes inside.
+    void closeGuesses()
+    {
+        const float near = kFilled * float(dx_);
+        parallelChunks(leaves_.size(), kLeaves, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i)
+                for (auto v = leaves_[i]->beginValueOn(); v; ++v)
+                    if (*v > 0 && *v <= near) v.setValue(-*v);
+        });
+    }
+
+    void turnOutside(const Coord& c)
+    {
+        Leaf* leaf = phi_.tree().probeLeaf(c);
+        leaf->setValueOnly(c, -leaf->getValue(c));
+    }
+
+    Side sideOf(const View& v, const Coord& c) const
+    {
+        const std::uint32_t n = triangleAt(v, c);
+        return isKnown(n) ? sides_.sideOf(positionOf(c), n) : Side::unknown;
+    }
+
+    /// Can a voxel that is not known to be outside be reached from a neighbour that is?
+    bool isReached(const View& v, const Coord& c) const
+    {
+        const double d = v.distance(c);
+        if (d < kOnSurface) return false;
+        const Neighbour* best = nullptr;
+        double farthest = 0;
+        for (const Neighbour& n : neighbours()) {
+            if (!v.isOutside(c + n.step)) continue;
+            const double other = v.distance(c + n.step);
+            if (d + other > n.length + kSlack) return true;  // balls without surface in them overlap
+            if (other >= farthest) best = &n, farthest = other;
+        }
+        if (!best || isSurelyInside(v, c, c + best->step)) return false;
+        return std::any_of(neighbours().begin(), neighbours().end(), [&](const Neighbour& n) {
+            return v.isOutside(c + n.step) && !tree_.isCrossed(positionOf(c), positionOf(c + n.step));
+        });
+    }
+
+    /// By the pseudonormal, unless that calls a neighbour inside too which is known to be outside: there the surface is turned
+    /// inside out.
+    bool isSurelyInside(const View& v, const Coord& c, const Coord& outsideNeighbour) const
+    {
+        return sideOf(v, c) == Side::inside && sideOf(v, outsideNeighbour) != Side::inside;
+    }
+
+    std::vector<Coord> firstReached() const
+    {
+        const float far = float(2 * dx_);  // beyond the length of a way to a neighbour no surface is crossed that is nearer
+        return gather<Coord>(leaves_.size(), kLeaves, [&] {
+            return [&, v = view()](std::size_t i, std::vector<Coord>& out) {
+                for (auto at = leaves_[i]->cbeginValueOn(); at; ++at)
+                    if (*at <= 0 && *at > -far && isReached(v, at.getCoord())) out.push_back(at.getCoord());
+            };
+        });
+    }
+
+    std::vector<Coord> nextReached(const std::vector<Coord>& reached) const
+    {
+        std::vector<Coord> candidates = gather<Coord>(reached.size(), kVoxels, [&] {
+            return [&, v = view()](std::size_t i, std::vector<Coord>& out) {
+                for (const Neighbour& n : neighbours())
+                    if (const Coord c = reached[i] + n.step; !v.isOutside(c) && v.phi.isValueOn(c)) out.push_back(c);
+            };
+        });
+        std::sort(candidates.begin(), candidates.end());
+        candidates.erase(std::unique(candidates.begin(), candidates.end()), candidates.end());
+        return gather<Coord>(candidates.size(), kVoxels, [&] {
+            return [&, v = view()](std::size_t i, std::vector<Coord>& out) {
+                if (isReached(v, candidates[i])) out.push_back(candidates[i]);
+            };
+        });
+    }
+
+    /// Voxels close to a surface that has no outside beside it. Sorted.
+    std::vector<Coord> buriedVoxels() const
+    {
+        const float near = kGap * float(dx_);
+        std::vector<Coord> buried = gather<Coord>(leaves_.size(), kLeaves, [&] {
+            return [&, v = view()](std::size_t i, std::vector<Coord>& out) {
+                for (auto at = leaves_[i]->cbeginValueOn(); at; ++at)
+                    if (*at <= 0 && *at >= -near && !v.hasOutsideNeighbour(at.getCoord())) out.push_back(at.getCoord());
+            };
+        });
+        std::sort(buried.begin(), buried.end());
+        return buried;
+    }
+
+    std::int64_t countGaps(const std::vector<Coord>& buried) const
+    {
+        return std::int64_t(orderedSum(buried.size(), kVoxels, [&](std::size_t begin, std::size_t end) {
+            double gaps = 0;
+            for (std::size_t i = begin; i < end; ++i)
+                for (int a = 0; a < 6; ++a) {
+                    Coord other = buried[i];
+                    other[a / 2] += a % 2 ? 1 : -1;
+                    const bool isTwice = other < buried[i] && std::binary_search(buried.begin(), buried.end(), other);
+                    gaps += !isTwice && hasGap(buried[i], other);
+                }
+            return gaps;
+        }));
+    }
+
+    /// Does the way between two voxels inside leave the material and enter it again? Where shells overlap it enters one before it
+    /// leaves the other.
+    bool hasGap(const Coord& from, const Coord& to) const
+    {
+        bool hasLeft = false;
+        double left = 0;
+        for (const TriangleTree::Crossing& c : tree_.crossings(positionOf(from), positionOf(to))) {
+            const bool leaves = c.alongNormal == sides_.isOutward(c.triangle);
+            if (hasLeft && c.t - left > kSlack && (!leaves || !sides_.hasSides(c.triangle))) return true;
+            if (!hasLeft && (leaves || !sides_.hasSides(c.triangle))) hasLeft = true, left = c.t;
+        }
+        return false;
+    }
+
+    /// Voxels inside whose closest triangle is buried get their distance to one that is not: from the triangles of their neighbours,
+    /// as meshToVolume widens its band.
+    void forget(const std::vector<Coord>& buried);
+    std::vector<Coord> voxelsNear(const std::vector<Coord>& buried) const;
+    bool isBuried(const View& v, const Coord& c) const;
+    struct Found {
+        std::uint32_t triangle;
+        double distance;
+    };
+    Found nearestOfNeighbours(const Coord& c, Grid::ConstAccessor& phi, openvdb::Int32Grid::ConstAccessor& known) const;
+
+    Grid& phi_;
+    const openvdb::Int32Grid& closest_;
+    const Triangles& triangles_;
+    const TriangleSides sides_;
+    const TriangleTree tree_;
+    const double dx_;
+    std::vector<Leaf*> leaves_;
+};
+
+/// Is the part of the surface closest to a voxel inside without outside beside it?
+bool Settler::isBuried(const View& v, const Coord& c) const
+{
+    const std::uint32_t n = triangleAt(v, c);
+    if (!isKnown(n)) return true;
+    const Vec3 at = closestPoint(triangles_, n, positionOf(c)).at;
+    const Coord beside(int(std::lround(at.x())), int(std::lround(at.y())), int(std::lround(at.z())));
+    return !v.isOutside(beside) && !v.hasOutsideNeighbour(beside);
+}
+
+/// Voxels inside, in the leaves that the band of a buried surface can reach, whose closest triangle is buried.
+std::vector<Coord> Settler::voxelsNear(const std::vector<Coord>& buried) const
+{
+    const int reach = int(std::ceil(phi_.background() / dx_)) + 1;
+    std::vector<Coord> origins;
+    for (const Coord& c : buried) {
+        const Coord lower = (c - Coord(reach)) & ~7, upper = (c + Coord(reach)) & ~7;
+        if (!origins.empty() && origins.back() == (c & ~7)) continue;
+        for (auto o = openvdb::CoordBBox(lower >> 3, upper >> 3).begin(); o; ++o) origins.push_back(*o << 3);
+        origins.push_back(c & ~7);
+    }
+    std::sort(origins.begin(), origins.end());
+    origins.erase(std::unique(origins.begin(), origins.end()), origins.end());
+    return gather<Coord>(origins.size(), kLeaves, [&] {
+        return [&, v = view()](std::size_t i, std::vector<Coord>& out) {
+            const Leaf* leaf = phi_.constTree().probeConstLeaf(origins[i]);
+            if (!leaf) return;
+            for (auto at = leaf->cbeginValueOn(); at; ++at)
+                if (*at <= 0 && isBuried(v, at.getCoord())) out.push_back(at.getCoord());
+        };
+    });
+}
+
+Settler::Found Settler::nearestOfNeighbours(const Coord& c, Grid::ConstAccessor& phi, openvdb::Int32Grid::ConstAccessor& known) const
+{
+    Found best{~0u, phi_.background() / dx_};
+    for (const Neighbour& n : neighbours()) {
+        const Coord other = c + n.step;
+        if (!phi.isValueOn(other) || phi.getValue(other) > 0) continue;
+        const std::uint32_t triangle = std::uint32_t(known.getValue(other));
+        if (!isKnown(triangle)) continue;
+        const double d = (closestPoint(triangles_, triangle, positionOf(c)).at - positionOf(c)).norm();
+        if (d < best.distance || (d == best.distance && triangle < best.triangle)) best = {triangle, d};
+    }
+    return best;
+}
+
+void Settler::forget(const std::vector<Coord>& buried)
+{
+    const std::vector<Coord> voxels = voxelsNear(buried);
+    const openvdb::Int32Grid::Ptr known = closest_.deepCopy();
+    auto phi = phi_.getAccessor();
+    auto triangles = known->getAccessor();
+    for (const Coord& c : voxels) {
+        phi.setValueOff(c, -phi_.background());
+        triangles.setValueOff(c, closest_.background());
+    }
+    const int rounds = 2 * int(std::ceil(phi_.background() / dx_)) + 1;
+    for (int round = 0; round < rounds; ++round) {
+        std::vector<Found> found(voxels.size());
+        parallelChunks(voxels.size(), kVoxels, [&](std::size_t begin, std::size_t end) {
+            auto values = phi_.getConstAccessor();
+            auto numbers = known->getConstAccessor();
+            for (std::size_t i = begin; i < end; ++i) found[i] = nearestOfNeighbours(voxels[i], values, numbers);
+        });
+        bool changed = false;
+        for (std::size_t i = 0; i < voxels.size(); ++i) {
+            const float value = float(-found[i].distance * dx_);
+            if (!isKnown(found[i].triangle) || value <= phi.getValue(voxels[i])) continue;
+            phi.setValueOn(voxels[i], value);
+            triangles.setValueOn(voxels[i], std::int32_t(found[i].triangle));
+            changed = true;
+        }
+        if (!changed) break;
+    }
+}
+
+}  // namespace
+
+std::int64_t settleSigns(openvdb::FloatGrid& phi, const openvdb::Int32Grid& closest, const Triangles& triangles)
+{
+    return phi.activeVoxelCount() == 0 ? 0 : Settler(phi, closest, triangles).settle();
+}
+
+}  // namespace vdbfrac::grid
