@@ -56,20 +56,43 @@ std::string shortcomings(const std::vector<core::StepRecord>& steps, const Ledge
     return text;
 }
 
-}  // namespace
-
-std::string planText(const scene::Scene& scene, const core::Simulation& simulation)
+std::string bodyTexts(const core::Simulation& simulation)
 {
-    std::string text = fmt::format("scene '{}': frames {}-{} at {} fps, {} steps a frame\n", scene.name, scene.time.firstFrame,
-                                   scene.time.lastFrame, scene.time.fps,
-                                   scene.time.substeps > 0 ? std::to_string(scene.time.substeps) : std::string("auto"));
+    std::string text;
     for (const core::Body& body : simulation.bodies())
         text += fmt::format("  body '{}': {:.4g} m^3, {} elements, {} nodes, {} voxels in the band, {} {}\n", body.name, body.startVolume,
                             body.mesh->elements().size(), body.mesh->nodeCount(), body.phi.activeVoxels(), body.fragments.alive(),
                             body.fragments.alive() == 1 ? "fragment" : "fragments");
-    text += fmt::format("memory: about {:.2f} GiB\n", double(core::estimateMemory(simulation)) / kGiB);
+    return text;
+}
+
+std::string bodyTexts(const core::SceneEstimate& estimate)
+{
+    std::string text;
+    for (const core::BodyEstimate& e : estimate.bodies)
+        text += fmt::format("  body '{}': {:.4g} m^3, about {} nodes and {} tets\n", e.body->name, e.volume, amount(std::int64_t(e.nodes)), amount(std::int64_t(e.tets)));
+    return text;
+}
+
+/// "backward_euler" as people write it.
+std::string integratorText(std::string name)
+{
+    std::replace(name.begin(), name.end(), '_', ' ');
+    if (const std::size_t at = name.find("euler"); at != std::string::npos) name[at] = 'E';
+    return name;
+}
+
+}  // namespace
+
+std::string planText(const scene::Scene& scene, const core::SceneEstimate& estimate, const core::Simulation* simulation)
+{
+    std::string text = fmt::format("scene '{}': frames {}-{} at {} fps, {} steps a frame\n", scene.name, scene.time.firstFrame,
+                                   scene.time.lastFrame, scene.time.fps,
+                                   scene.time.substeps > 0 ? std::to_string(scene.time.substeps) : std::string("auto"));
+    text += simulation ? bodyTexts(*simulation) : bodyTexts(estimate);
+    text += fmt::format("memory: about {:.2f} GiB\n", estimate.bytes / kGiB);
     text += "stages:\n  cut           on   elements from phi\n";
-    text += "  solve         on   inertia and elasticity, backward Euler\n";
+    text += fmt::format("  solve         on   {}elasticity, {}\n", scene.solver.integrator == "static" ? "" : "inertia and ", integratorText(scene.solver.integrator));
     text += scene.grips.empty() ? "  grips         off  no [[grip]] in the scene\n"
                                 : fmt::format("  grips         on   {} of them\n", scene.grips.size());
     for (const effects::EffectInfo& info : effects::effectList()) {
@@ -78,7 +101,8 @@ std::string planText(const scene::Scene& scene, const core::Simulation& simulati
         text += named ? fmt::format("  {:<13} on   joins: {}\n", info.table.name, info.stages)
                       : fmt::format("  {:<13} off  no [{}] in the scene\n", info.table.name, info.table.name);
     }
-    for (const std::string& note : simulation.stages().notes) text += "note: " + note + "\n";
+    if (!simulation) return text + "note: estimated; what thin parts, overlaps and effects have to say is told when the run begins\n";
+    for (const std::string& note : simulation->stages().notes) text += "note: " + note + "\n";
     return text;
 }
 

@@ -1,6 +1,8 @@
 // vdbfrac check, vdbfrac scene.
 #include "common.h"
+#include "memory.h"
 
+#include <vdbfrac/core/estimate.h>
 #include <vdbfrac/effects/effects.h>
 #include <vdbfrac/scene/reader.h>
 
@@ -13,13 +15,17 @@ Action addCheck(CLI::App& app)
     struct Options {
         std::string scene;
         std::vector<std::string> set;
+        bool quick = false;
     };
     auto options = std::make_shared<Options>();
-    CLI::App* command = app.add_subcommand("check", "Validate a scene: all errors at once, each with its place");
+    CLI::App* command = app.add_subcommand("check", "Validate a scene and the files it names: all errors of the text at once, each with its place");
     command->add_option("SCENE", options->scene, "Scene file (TOML)")->required();
     command->add_option("--set", options->set, "Change a key first: key=value, as in grid.voxel_size=0.02")->type_name("KEY=VALUE");
+    command->add_flag("--quick", options->quick, "The text alone: read no meshes and no .vdb files");
     return [options] {
         const scene::Scene s = scene::readScene(options->scene, effects::effectTables(), options->set);
+        (void)effects::makeEffects(s);  // what keys of an effect and of the rest say together
+        if (!options->quick) (void)core::estimateScene(s, defaultMemoryLimit());
         std::printf("%s: ok (%zu %s, frames %d-%d, %zu %s)\n", options->scene.c_str(), s.bodies.size(),
                     s.bodies.size() == 1 ? "body" : "bodies", s.time.firstFrame, s.time.lastFrame, s.effects.size(),
                     s.effects.size() == 1 ? "effect" : "effects");

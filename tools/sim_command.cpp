@@ -18,6 +18,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <optional>
 
 namespace vdbfrac::tools {
 
@@ -69,16 +70,6 @@ std::vector<core::Effect*> pointers(const std::vector<std::unique_ptr<core::Effe
     return p;
 }
 
-void requireMemory(const core::Simulation& simulation, std::uint64_t limit)
-{
-    const std::uint64_t estimate = core::estimateMemory(simulation);
-    if (estimate <= limit) return;
-    char text[160];
-    std::snprintf(text, sizeof text, "the run needs about %.2f GiB, the limit is %.2f GiB; use a coarser grid.voxel_size or --max-memory",
-                  double(estimate) / kGiB, double(limit) / kGiB);
-    throw LimitError(text);
-}
-
 /// What the steps of a run depend on, as text: the scene, but for its last frame and the folders that files lie in. What is in the
 /// files shows in the bodies at rest.
 std::string settingsText(scene::Scene scene)
@@ -90,6 +81,8 @@ std::string settingsText(scene::Scene scene)
     }
     return scene::writeScene(scene, effects::effectTables());
 }
+
+constexpr const char* kStuck = "stuck";  // why a run was stopped, beside signals and time limits
 
 /// A run on its way from one frame to the next.
 class Run {
@@ -148,8 +141,11 @@ void Run::begin()
 
 std::string Run::toFrame(int frame, const StopRequest& stop, Progress& progress)
 {
+    // Where a third of so many steps were cut back or not solved, the next ones will be.
+    constexpr int kPatience = 300;
     const int first = scene_.time.firstFrame;
     const double start = (frame - 1 - first) / scene_.time.fps;
+    int steps = 0, troubled = 0;
     while (simulation_.framesDone() < frame - first) {
         const core::StepRecord step = simulation_.stepInFrame();
         folder_.addStep(step);
@@ -158,6 +154,8 @@ std::string Run::toFrame(int frame, const StopRequest& stop, Progress& progress)
             log_.warn("step {}: the solver hit its caps (relative residual {:.2g}, of the best iterate {:.2g}); the last iterate was kept",
                       step.step, step.residual, step.leastResidual);
         progress.update(frame - first + (simulation_.time() - start) * scene_.time.fps, stepText(step));
+        ++steps, troubled += step.outcome != core::Outcome::converged;
+        if (steps >= kPatience && 3 * troubled > steps) return kStuck;
         if (const std::string reason = stop.reason(); !reason.empty()) return reason;  // after a step: each try gets on
     }
     return "";
@@ -183,15 +181,38 @@ int Run::end(const std::string& stopped)
 {
     if (!stopped.empty()) folder_.writeCheckpoint(simulation_, settings_);
     const bool capped = anyCapped(folder_.steps());
-    folder_.finish(simulation_, !stopped.empty() ? "stopped" : capped ? "done, not converged everywhere" : "done");
+    folder_.finish(simulation_, stopped == kStuck ? "stuck" : !stopped.empty() ? "stopped" : capped ? "done, not converged everywhere" : "done");
     Ledger work = folder_.work();
     for (const core::StepRecord& step : folder_.steps()) work.add(step.work);
     log_.info("{}", summaryText(simulation_, folder_, work));
     if (!stopped.empty()) {
+        if (stopped == kStuck) {
+            log_.error("frame {} gets nowhere: too many of its steps were cut back or not solved, the last to {:.2g} s. What may help: slower grips, "
+                       "[damping] stiffness, a looser solver.newton_tolerance (0.02), a smaller poisson_ratio, another voxel_size; with a "
+                       "checkpoint it stops here, --resume tries on",
+                       lastWritten_ + 1, folder_.steps().back().dt);
+            return kNotConverged;
+        }
         log_.warn("stopped by {} after step {}, {:.6g} s, frame {}; go on with --resume", stopped, simulation_.steps(), simulation_.time(), lastWritten_);
         return kStopped;
     }
     return capped && options_.strict ? kNotConverged : kDone;
+}
+
+/// What would run. Bodies are only made for it where that is quick.
+int plan(const SimOptions& options, const scene::Scene& scene, const core::SceneEstimate& estimate)
+{
+    constexpr double kQuick = 1e6;  // tets
+    const std::uint64_t limit = memoryLimitOf(options.maxMemory);
+    if (!options.accuracy.empty()) std::printf("%s\n", accuracyText(scene, options.accuracy).c_str());
+    std::optional<core::Simulation> simulation;
+    const auto effects = effects::makeEffects(scene);
+    const bool fits = estimate.bytes <= double(limit);
+    const bool quick = estimate.tets <= kQuick && scene.grid.lattice != scene::LatticeKind::delaunay;
+    if (fits && quick) simulation.emplace(scene, pointers(effects), limit);
+    std::fputs(planText(scene, estimate, simulation ? &*simulation : nullptr).c_str(), stdout);
+    core::requireMemory(estimate, limit);
+    return kDone;
 }
 
 int simulate(const SimOptions& options, const scene::Scene& scene)
@@ -200,14 +221,11 @@ int simulate(const SimOptions& options, const scene::Scene& scene)
     const double timeLimit = options.timeLimit.empty() ? INFINITY : parseDuration("--time-limit", options.timeLimit);
     const auto log = makeLog(options.common);
     const std::uint64_t limit = memoryLimitOf(options.maxMemory);
+    const core::SceneEstimate estimate = core::estimateScene(scene, limit);
+    if (options.plan) return plan(options, scene, estimate);
+    core::requireMemory(estimate, limit);
     const auto effects = effects::makeEffects(scene);
     core::Simulation simulation(scene, pointers(effects), limit);
-    if (options.plan) {
-        if (!options.accuracy.empty()) std::printf("%s\n", accuracyText(scene, options.accuracy).c_str());
-        std::fputs(planText(scene, simulation).c_str(), stdout);
-        return kDone;
-    }
-    requireMemory(simulation, limit);
     Run run(options, scene, simulation, *log);
     run.begin();
     const StopRequest stop(start, timeLimit);

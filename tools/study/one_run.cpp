@@ -4,6 +4,7 @@
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/base/hash.h>
 #include <vdbfrac/base/parallel.h>
+#include <vdbfrac/core/estimate.h>
 #include <vdbfrac/core/version.h>
 #include <vdbfrac/effects/effects.h>
 
@@ -29,6 +30,8 @@ public:
         return {};
     }
 
+    bool dissipates() const override { return false; }
+
     const core::Simulation* simulation = nullptr;
     std::vector<Witness*> witnesses;
 };
@@ -46,9 +49,8 @@ public:
             if (witnesses_.back()->looksAtSolves()) onlooker_.witnesses.push_back(witnesses_.back().get());
         }
         if (!onlooker_.witnesses.empty()) effects.push_back(&onlooker_);
+        core::requireMemory(core::estimateScene(scene, memoryLimit), memoryLimit);
         simulation_ = std::make_unique<core::Simulation>(scene, effects, memoryLimit);
-        if (const std::uint64_t bytes = core::estimateMemory(*simulation_); bytes > memoryLimit)
-            throw LimitError(fmt::format("needs about {:.2f} GiB, the limit is {:.2f} GiB", double(bytes) / kGiB, double(memoryLimit) / kGiB));
         onlooker_.simulation = simulation_.get();
         for (const auto& w : witnesses_) w->start(*simulation_);
     }

@@ -46,7 +46,7 @@ private:
     double work_ = 0;
 };
 
-/// Work of grips and of gravity, and with it what is left of the work and the energy there was at the start.
+/// Work of grips and of potentials, and with it what is left of the work and the energy there was at the start.
 class Works : public Witness {
 public:
     Works(const Measure& measure, const scene::Scene& scene) : quantity_(measure.quantity)
@@ -57,15 +57,13 @@ public:
             if (turns(scene.grips[g])) turning_ = scene.grips[g].name;
             grips_.emplace_back(g);
         }
-        for (const scene::EffectTable& effect : scene.effects)
-            if (effect.name == "gravity")
-                gravity_ = effect.values.vector("acceleration");
-            else
-                sink_ = effect.name;
     }
 
     void start(const core::Simulation& s) override
     {
+        const core::Stages& stages = s.stages();
+        loses_ = std::any_of(stages.grid.begin(), stages.grid.end(), [](const core::GridStage* stage) { return stage->dissipates(); }) ||
+                 std::any_of(stages.solve.begin(), stages.solve.end(), [](const solver::Potential* p) { return !p->isConservative(); });
         x_.assign(s.x().begin(), s.x().end());
         const auto mass = s.elastic().mass();
         energy_ = s.elastic().evaluate(x_, {}, nullptr);
@@ -78,8 +76,9 @@ public:
     void solved(const core::Simulation& s, std::span<const Vec3> x) override
     {
         for (GripWork& grip : grips_) grip.solved(s, x_, x);
-        const auto mass = s.elastic().mass();
-        for (std::size_t i = 0; i < mass.size(); ++i) gravityWork_ += mass[i] * gravity_.dot(x[i] - x_[i]);
+        gradient_.resize(x.size());  // is of no interest
+        for (const solver::Potential* p : s.stages().solve)
+            if (p->isConservative()) potentialWork_ += p->evaluate(x_, gradient_) - p->evaluate(x, gradient_);
     }
 
     void step(const core::Simulation& s, const core::StepRecord& record) override
@@ -96,18 +95,18 @@ public:
         double work = 0;
         for (const GripWork& grip : grips_) work += grip.work();
         if (quantity_ == "load_work") return number(work);
-        const double lost = work + gravityWork_ - (energy_ - startEnergy_);
+        const double lost = work + potentialWork_ - (energy_ - startEnergy_);
         if (quantity_ == "dissipated") return number(lost);
-        if (!sink_.empty()) return missing("[" + sink_ + "] takes energy; measure 'dissipated'");
+        if (loses_) return missing("an effect of the scene takes energy; measure 'dissipated'");
         return number(turnover_ > 0 ? -lost / turnover_ : 0);
     }
 
 private:
-    std::string quantity_, turning_, sink_;  // sink_: an effect that may take energy
+    std::string quantity_, turning_;
+    bool loses_ = false;  // an effect may take energy
     std::vector<GripWork> grips_;
-    Vec3 gravity_ = Vec3::Zero();
-    std::vector<Vec3> x_;
-    double gravityWork_ = 0, energy_ = 0, startEnergy_ = 0, turnover_ = 0;
+    std::vector<Vec3> x_, gradient_;
+    double potentialWork_ = 0, energy_ = 0, startEnergy_ = 0, turnover_ = 0;
 };
 
 }  // namespace

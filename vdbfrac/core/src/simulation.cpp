@@ -2,6 +2,7 @@
 
 #include "body_mesh.h"
 #include "grips.h"
+#include "rest_notes.h"
 #include "solver_settings.h"
 
 #include <vdbfrac/base/error.h>
@@ -12,6 +13,7 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -47,6 +49,7 @@ Simulation::Simulation(const scene::Scene& scene, std::span<Effect* const> effec
     for (std::size_t b = 0; b < bodies_.size(); ++b) setInitialVelocity(scene.bodies[b], bodies_[b]);
     if (schemeOf(scene.solver) != solver::Scheme::statics) grips_->setStartVelocities(state_.v);
     for (Effect* effect : effects) effect->join(stages_);
+    noteRestState(scene, bodies_, h_, stages_.notes);
     warnOfLongSteps();
     for (GridStage* stage : stages_.grid) stage->start(bodies_, stages_.notes);
 }
@@ -59,30 +62,17 @@ void Simulation::addBody(const scene::Scene& scene, const scene::Body& spec, std
     Body body;
     body.name = spec.name;
     body.material = solver::makeMaterial(m.youngsModulus, m.poissonRatio, m.density);
-    body.phi = grid::makeLevelSet(spec, scene.grid, memoryLimit);
+    body.phi = grid::makeLevelSet(spec, scene.grid, memoryLimit, &stages_.notes);
     body.mesh = makeBodyMesh(scene.grid, body.phi, memoryLimit);
     if (body.mesh->nodeCount() == 0)
         throw InputError({spec.place, "body '" + spec.name + "' holds no material on the lattice", "at least one voxel inside",
                           "make grid.voxel_size smaller than the body"});
     body.fragments = tetmesh::FragmentTracker(*body.mesh, nextFragment_);
     body.startVolume = body.mesh->volume();
-    warnOfThinParts(body);
     const std::vector<Vec3> rest = tetmesh::restPositions(*body.mesh);
     state_.x.insert(state_.x.end(), rest.begin(), rest.end());
     state_.v.resize(state_.x.size(), Vec3::Zero());
     bodies_.push_back(std::move(body));
-}
-
-void Simulation::warnOfThinParts(const Body& body)
-{
-    constexpr double kThin = 2;  // cells: a plate this thin, or a rod twice as thick, bends far too stiffly or too softly
-    const double surface = body.mesh->surface().cutArea;
-    const double thickness = 2 * body.startVolume / surface / h_;  // exact for a plate, half the diameter of a rod
-    if (thickness >= kThin) return;
-    char text[160];
-    std::snprintf(text, sizeof text, "body '%s' is thin: volume and surface are those of a plate %.1f lattice cells thick; bending needs 4",
-                  body.name.c_str(), thickness);
-    stages_.notes.push_back(text);
 }
 
 void Simulation::warnOfLongSteps()
@@ -130,14 +120,23 @@ void Simulation::rebuild()
 /// Fastest that a node of a cell moves away from another [m/s].
 double Simulation::fastestSpread() const
 {
+    const auto pairwise = [&](const std::array<Vec3, tetmesh::kCorners>& v) {
+        double most = 0;
+        for (std::size_t a = 1; a < v.size(); ++a)
+            for (std::size_t b = 0; b < a; ++b) most = std::max(most, (v[a] - v[b]).squaredNorm());
+        return most;
+    };
     double fastest = 0;
     for (const Body& body : bodies_) {
         const auto& elements = body.mesh->elements();
         fastest = orderedMax(elements.size(), kChunk, fastest, [&](std::size_t begin, std::size_t end) {
             double most = 0;
             for (std::size_t e = begin; e < end; ++e) {
-                const Vec3& v0 = state_.v[body.firstNode + elements[e].node[0]];
-                for (std::uint32_t n : elements[e].node) most = std::max(most, (state_.v[body.firstNode + n] - v0).squaredNorm());
+                std::array<Vec3, tetmesh::kCorners> v;
+                for (std::size_t c = 0; c < v.size(); ++c) v[c] = state_.v[body.firstNode + elements[e].node[c]];
+                double fromFirst = 0;
+                for (const Vec3& other : v) fromFirst = std::max(fromFirst, (other - v[0]).squaredNorm());
+                if (4 * fromFirst > most) most = std::max(most, pairwise(v));  // two are no farther apart than twice that
             }
             return most;
         });
@@ -329,22 +328,6 @@ grid::VoxelValues Simulation::energyField(const Body& body) const
     elastic_->energyDensities(state_.x, density);
     return grid::nodalEnergies(
         *body.mesh, [&](std::uint32_t e, int t) { return density[(std::size_t(body.firstElement) + e) * tetmesh::kMostTets + std::size_t(t)]; });
-}
-
-std::uint64_t estimateMemory(const Simulation& simulation)
-{
-    // The state, twice, targets and forces, and 8 vectors of Newton; a linear solver's own; 15 floats of tangent a tet.
-    const std::uint64_t nodes = simulation.x().size(), tets = std::uint64_t(simulation.elastic().tetCount());
-    std::uint64_t bytes = nodes * (14 * sizeof(Vec3) + sizeof(Mat3)) + tets * 15 * sizeof(float) * 8 / 7 + 2 * simulation.elastic().bytes();
-    constexpr std::uint64_t kFrames = 3, kFrameBytes = 2 * sizeof(float) + sizeof(Coord);  // that wait for the writer: phi, energy
-    bytes += kFrames * kFrameBytes * nodes;
-    constexpr std::uint64_t kCheckpoints = 4, kNodeBytes = 2 * sizeof(Vec3) + sizeof(std::uint32_t);  // one waits, one is written and read back
-    bytes += kCheckpoints * kNodeBytes * nodes;
-    for (const Body& body : simulation.bodies())
-        bytes += kFrames * kFrameBytes * body.phi.activeVoxels() + body.mesh->elements().size() * 2 * sizeof(tetmesh::CellElement) + body.mesh->phi().bytes() * 3 +
-                 body.phi.activeVoxels() * 64;
-    constexpr std::uint64_t kProgram = 60u << 20;  // code and libraries
-    return bytes + kProgram;
 }
 
 }  // namespace vdbfrac::core

@@ -18,6 +18,7 @@ public:
     void join(core::Stages& stages) override { stages.solve.push_back(this); }
     void begin(const solver::StepStart& start) override { mass_ = start.elastic.mass(); }
 
+    bool isConservative() const override { return true; }
     double evaluate(std::span<const Vec3> x, std::span<Vec3> gradient) const override
     {
         double energy = 0;

@@ -49,10 +49,23 @@ Bounds reach(const Bounds& shape, const scene::Body& body, const Build& build)
     return all;
 }
 
-openvdb::FloatGrid::Ptr fromPrimitives(const Primitive& shape, const scene::Body& body, const Build& build)
+/// With fewer voxels there is no telling what is left of it.
+void requireResolved(const Build& build, const Bounds& all)
 {
+    constexpr double kFewest = 2;
+    const double longest = (all.upper - all.lower).maxCoeff(), most = longest / kFewest;
+    if (build.grid.voxelSize <= most) return;
+    complain(build, "is " + shortNumber(longest / build.grid.voxelSize) + " voxels long at a voxel size of " + shortNumber(build.grid.voxelSize) + " m",
+             "voxels of up to " + shortNumber(most) + " m", "take ten voxels or more along its shortest side; check the units of the shape");
+}
+
+openvdb::FloatGrid::Ptr fromPrimitives(const Primitive& shape, const scene::Body& body, const Build& given)
+{
+    const Bounds all = reach(bounds(shape), body, given);
+    requireResolved(given, all);
+    const Build build = outlined(given, all.lower, all.upper);
     const double dx = build.grid.voxelSize;
-    const LeafBox box = leafBoxWithBand(reach(bounds(shape), body, build), build);
+    const LeafBox box = leafBoxWithBand(all, build);
     const Distance phi = [&](const Vec3& X) { return combine(signedDistance(shape, X), body, X); };
     const std::vector<openvdb::Coord> origins = leafsNear(phi, box, build);
     const Sampler atVoxel = [&](const openvdb::Coord& ijk) { return phi(dx * fromVdb(ijk).toVec()); };
@@ -84,10 +97,10 @@ std::vector<openvdb::Coord> leafsOfBoth(const openvdb::FloatGrid& shape, const s
     return origins;
 }
 
-openvdb::FloatGrid::Ptr withSolids(const openvdb::FloatGrid::Ptr& shape, const scene::Body& body, const Build& build)
+openvdb::FloatGrid::Ptr withSolids(const openvdb::FloatGrid::Ptr& shape, const scene::Body& body, Build build)
 {
     if ((body.add.empty() && body.cut.empty()) || shape->activeVoxelCount() == 0) return shape;
-    const double dx = build.grid.voxelSize;
+    const double dx = build.grid.voxelSize = shape->voxelSize()[0];
     return sampleLeafs(build.grid, leafsOfBoth(*shape, body, build), [&]() -> Sampler {
         return [&, accessor = shape->getConstAccessor()](const openvdb::Coord& ijk) {
             return combine(accessor.getValue(ijk), body, dx * fromVdb(ijk).toVec());
@@ -157,9 +170,17 @@ void requireReach(const Build& build, const Vec3& lower, const Vec3& upper)
              "up to " + std::to_string(int(kFarthestVoxel)), "check the units of the shape against voxel_size");
 }
 
-LevelSet makeLevelSet(const scene::Body& body, const scene::Grid& grid, std::uint64_t memoryLimit, std::vector<std::string>* notes)
+Build outlined(Build build, const Vec3& lower, const Vec3& upper)
 {
-    const Build build{grid, memoryLimit, body.place.empty() ? "body " + body.name : body.place, "body '" + body.name + "'", notes};
+    if (build.across > 0) build.grid.voxelSize = std::max(build.grid.voxelSize, (upper - lower).maxCoeff() / build.across);
+    return build;
+}
+
+namespace {
+
+LevelSet build(const scene::Body& body, const Build& build)
+{
+    const scene::Grid& grid = build.grid;
     requireVoxelSize(build);
     if (grid.halfWidth < 1) complain(build, "band of " + std::to_string(grid.halfWidth) + " voxels", "1 or more", "");
     openvdb::FloatGrid::Ptr phi = std::visit(ShapeVisitor{body, build}, body.shape);
@@ -168,6 +189,27 @@ LevelSet makeLevelSet(const scene::Body& body, const scene::Grid& grid, std::uin
                  "make voxel_size smaller than the thinnest part, or check that 'cut' leaves something");
     phi->setName("phi");
     return wrap(std::move(phi));
+}
+
+Build buildOf(const scene::Body& body, const scene::Grid& grid, std::uint64_t memoryLimit)
+{
+    return {grid, memoryLimit, body.place.empty() ? "body " + body.name : body.place, "body '" + body.name + "'"};
+}
+
+}  // namespace
+
+LevelSet makeLevelSet(const scene::Body& body, const scene::Grid& grid, std::uint64_t memoryLimit, std::vector<std::string>* notes)
+{
+    Build all = buildOf(body, grid, memoryLimit);
+    all.notes = notes;
+    return build(body, all);
+}
+
+LevelSet makeOutline(const scene::Body& body, const scene::Grid& grid, int across, std::uint64_t memoryLimit)
+{
+    Build coarse = buildOf(body, grid, memoryLimit);
+    coarse.across = across;
+    return build(body, coarse);
 }
 
 }  // namespace vdbfrac::grid

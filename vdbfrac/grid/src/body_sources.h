@@ -19,7 +19,11 @@ struct Build {
     std::string place;              ///< of the body in its scene, for complaints
     std::string subject;            ///< what it is called in complaints: "body 'block'"
     std::vector<std::string>* notes = nullptr;  ///< what may not be as it was meant, for whom it concerns
+    int across = 0;  ///< most voxels along the longest side, larger ones than the grid's if need be; 0: as many as there are
 };
+
+/// Of a shape with these bounds: with the voxel size that `across` asks for.
+Build outlined(Build build, const Vec3& lower, const Vec3& upper);
 
 /// Farthest voxel from the origin along an axis. Well inside 32 bits, and floats of this size still tell voxels apart.
 inline constexpr double kFarthestVoxel = 1 << 23;

@@ -47,7 +47,7 @@ void requireSolid(const tetmesh::SurfaceReport& report, const scene::MeshFile& m
         complain(build, file + " has no faces with area", "a closed surface", "");
     if (!report.closed)
         complain(build, file + " is not closed: " + std::to_string(report.openEdges) + " open edges",
-                 "a closed surface", "close its holes in a modelling program, or give a level set (.vdb) instead");
+                 "a closed surface", "repair it: vdbfrac relevel " + file + " -o solid.vdb --voxel " + shortNumber(build.grid.voxelSize) + ", and give shape = { vdb = \"solid.vdb\" }");
 }
 
 }  // namespace
@@ -82,12 +82,13 @@ std::string gapText(std::int64_t gaps, double voxelSize)
            shortNumber(voxelSize) + " m, and is filled; take smaller voxels, or make it wider";
 }
 
-openvdb::FloatGrid::Ptr fromMesh(const scene::MeshFile& mesh, const Build& build)
+openvdb::FloatGrid::Ptr fromMesh(const scene::MeshFile& mesh, const Build& given)
 {
-    tetmesh::PolygonSoup soup = tetmesh::readSurface(mesh.file, build.memoryLimit);
+    tetmesh::PolygonSoup soup = tetmesh::readSurface(mesh.file, given.memoryLimit);
     place(soup, mesh);
     const tetmesh::SurfaceReport report = tetmesh::examine(soup);
-    requireSolid(report, mesh, build);
+    requireSolid(report, mesh, given);
+    const Build build = outlined(given, report.lower, report.upper);
     const SurfaceGrid made = fromSurface(soup, report, build);
     if (build.notes && made.gaps > 0) build.notes->push_back(build.subject + ": " + gapText(made.gaps, build.grid.voxelSize));
     return made.phi;

@@ -42,15 +42,16 @@ void capAtBackground(openvdb::FloatGrid& grid)
 
 }  // namespace
 
-openvdb::FloatGrid::Ptr fromVdb(const scene::VdbFile& file, const Build& build)
+openvdb::FloatGrid::Ptr fromVdb(const scene::VdbFile& file, const Build& given)
 {
-    ReadLevelSet read = readLevelSet(file.file, file.grid, build.memoryLimit);
+    ReadLevelSet read = readLevelSet(file.file, file.grid, given.memoryLimit);
     openvdb::FloatGrid::Ptr source = read.levelSet.grid().grid;
     const openvdb::CoordBBox box = source->evalActiveVoxelBoundingBox();
-    if (box.empty()) complain(build, file.file.string() + " holds an empty level set", "", "");
+    if (box.empty()) complain(given, file.file.string() + " holds an empty level set", "", "");
     const double from = read.levelSet.voxelSize();
-    requireReach(build, from * fromVdb(box.min()).toVec() + read.origin,
-                 from * fromVdb(box.max()).toVec() + read.origin);
+    const Vec3 lower = from * fromVdb(box.min()).toVec() + read.origin, upper = from * fromVdb(box.max()).toVec() + read.origin;
+    requireReach(given, lower, upper);
+    const Build build = outlined(given, lower, upper);
     if (isOnLattice(read, build.grid)) {
         source->setTransform(openvdb::math::Transform::createLinearTransform(build.grid.voxelSize));
         capAtBackground(*source);

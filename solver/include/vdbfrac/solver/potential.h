@@ -40,6 +40,9 @@ public:
     virtual HessianShares hessian() const { return {}; }
     /// The same in all steps.
     virtual RayleighDamping damping() const { return {}; }
+    /// Is the value an energy of x alone as long as the mesh is the same? Then its fall is the work of its forces; of others nothing
+    /// is known.
+    virtual bool isConservative() const { return false; }
     /// Memory it keeps from step to step.
     virtual std::size_t bytes() const { return 0; }
 };

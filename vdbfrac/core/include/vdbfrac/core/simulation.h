@@ -99,7 +99,6 @@ private:
     void recut(StepRecord& record, std::size_t body, const grid::PhiChanges& changes);
     void rebuild();
     void measure(StepRecord& record) const;
-    void warnOfThinParts(const Body& body);
     void warnOfLongSteps();
 
     scene::Time timeSettings_;
@@ -117,8 +116,5 @@ private:
     double trusted_ = std::numeric_limits<double>::infinity();  // s: a longer step is not tried after a cut-back; doubles with each step
     int steps_ = 0;
 };
-
-/// Memory [bytes] a run of this simulation will take at its peak, without what the operating system and libraries need.
-std::uint64_t estimateMemory(const Simulation& simulation);
 
 }  // namespace vdbfrac::core

@@ -43,6 +43,8 @@ public:
     virtual ~GridStage() = default;
     /// Before the first step; `notes` as in Stages.
     virtual void start(std::span<const Body> /*bodies*/, std::vector<std::string>& /*notes*/) {}
+    /// Does it take energy out of the simulation when it acts?
+    virtual bool dissipates() const { return true; }
     /// New phi values of one body; the phi grid already holds them.
     virtual grid::PhiChanges update(const GridContext& context, Body& body) = 0;
 };

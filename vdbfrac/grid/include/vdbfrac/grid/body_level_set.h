@@ -20,4 +20,7 @@ namespace vdbfrac::grid {
 LevelSet makeLevelSet(const scene::Body& body, const scene::Grid& grid, std::uint64_t memoryLimit,
                       std::vector<std::string>* notes = nullptr);
 
+/// The same with voxels no smaller than the longest side over `across`: what it looks like, at a bounded cost.
+LevelSet makeOutline(const scene::Body& body, const scene::Grid& grid, int across, std::uint64_t memoryLimit);
+
 }  // namespace vdbfrac::grid

@@ -1,0 +1,129 @@
+#include <vdbfrac/core/estimate.h>
+
+#include <vdbfrac/base/error.h>
+#include <vdbfrac/grid/body_level_set.h>
+#include <vdbfrac/grid/phi_nodes.h>
+#include <vdbfrac/grid/relevel.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <optional>
+
+namespace vdbfrac::core {
+
+namespace {
+
+// Fitted to the peaks of 20 runs of 7 000 to 500 000 nodes; docs/measured.md has them beside what this says.
+constexpr double kKibi = 1024, kGibi = kKibi * kKibi * kKibi, kProgram = 60 * kKibi * kKibi;
+constexpr double kPerTet = 0.341 * kKibi;          // state, tables, tangent, coarse lattices
+constexpr double kPerTetJacobi = 0.303 * kKibi;    // no coarse lattices
+constexpr double kPerTetExplicit = 0.158 * kKibi;  // no tangent either
+constexpr double kPerDelaunayTet = 9.9 * kKibi;    // CGAL's mesher has the peak
+constexpr double kPerDirect = 0.88 * kKibi;        // times nodes^(4/3): what factors fill in
+constexpr double kPerSurfaceVoxel = 1 * kKibi, kPerFinerVoxel = 2.9 * kKibi;  // pieces of cut cells; of cells of several voxels
+constexpr double kPerWorldVoxel = 2.7 * kKibi;     // grids made of the deformed surface, and the frames that wait
+constexpr double kPerBandVoxel = 30;               // phi and its frames
+
+/// Lattice cells that hold material: half of those that the surface crosses come to the volume.
+constexpr double kCrossed = 0.5;
+/// The same for Delaunay tets of edges near h.
+constexpr double kDelaunayInside = 5.5, kDelaunayCrossed = 6.1;
+
+/// The outline at which volume and surface no longer change, or the finest.
+BodyEstimate outline(const scene::Body& body, const scene::Grid& grid, std::uint64_t memoryLimit)
+{
+    constexpr int kFirst = 64, kFinest = 256;  // voxels along the longest side
+    constexpr double kSame = 0.03;             // of volume and area
+    std::optional<BodyEstimate> coarser;
+    for (int across = kFirst;; across *= 2) {
+        std::optional<BodyEstimate> now;
+        try {
+            now.emplace();
+            now->body = &body;
+            now->outline = grid::makeOutline(body, grid, across, memoryLimit);
+        } catch (const InputError&) {
+            if (across >= kFinest) throw;  // thinner than its voxels, perhaps
+            continue;
+        }
+        const grid::LevelSetReport report = grid::measure(now->outline);
+        now->volume = report.volume, now->area = report.area;
+        const auto near = [](double a, double b) { return std::abs(a - b) <= kSame * a; };
+        const bool same = coarser && near(now->volume, coarser->volume) && near(now->area, coarser->area);
+        if (same || across >= kFinest || now->outline.voxelSize() <= grid.voxelSize * (1 + 1e-9)) return std::move(*now);
+        coarser = std::move(now);
+    }
+}
+
+/// Throws InputError where no voxel of the outline is near a grip. What is nearer than a voxel of it may still miss all nodes.
+void requireNear(const scene::Grip& grip, const BodyEstimate& estimate)
+{
+    const double dx = estimate.outline.voxelSize(), reach = std::sqrt(3.) * (dx + 0.5 * std::max(0., dx));
+    const tetmesh::NodeField<float> phi = grid::sampleNodes(estimate.outline, std::numeric_limits<std::uint64_t>::max());
+    double nearest = std::numeric_limits<double>::infinity();
+    phi.forEachBlock([&](Coord low) {
+        phi.forEachNode(low, [&](Coord c) {
+            if (phi(c) < dx) nearest = std::min(nearest, signedDistance(grip.region, dx * c.toVec()));
+        });
+    });
+    if (nearest <= reach) return;
+    throw InputError({grip.place, "grip '" + grip.name + "' holds nothing: its region is " + std::to_string(nearest) + " m away from body '" + grip.body + "'",
+                      "a region that reaches into the body at rest", ""});
+}
+
+void count(BodyEstimate& e, const scene::Grid& grid)
+{
+    const double h = grid.coarsening * grid.voxelSize, cells = e.volume / (h * h * h), crossed = e.area / (h * h);
+    e.surfaceVoxels = e.area / (grid.voxelSize * grid.voxelSize);
+    if (grid.lattice == scene::LatticeKind::delaunay) {
+        constexpr double kTetsOfANode = 5.4;
+        e.tets = kDelaunayInside * cells + kDelaunayCrossed * crossed;
+        e.nodes = e.tets / kTetsOfANode;
+        return;
+    }
+    e.tets = (grid.lattice == scene::LatticeKind::five ? 5 : 6) * (cells + kCrossed * crossed);
+    e.nodes = cells + crossed;
+}
+
+double bytesOf(const BodyEstimate& e, const scene::Scene& scene)
+{
+    const bool isExplicit = scene.solver.integrator == "symplectic_euler" || scene.solver.integrator == "forward_euler";
+    const bool world = std::any_of(scene.output.vdb.begin(), scene.output.vdb.end(),
+                                   [](const std::string& name) { return name == "surface" || name == "vel" || name == "fragment_id"; });
+    double bytes = e.surfaceVoxels * (scene.grid.coarsening > 1 ? kPerFinerVoxel : kPerSurfaceVoxel);
+    bytes += e.surfaceVoxels * 2 * scene.grid.halfWidth * kPerBandVoxel;
+    if (world) bytes += e.surfaceVoxels * kPerWorldVoxel;
+    if (scene.grid.lattice == scene::LatticeKind::delaunay) return bytes + e.tets * kPerDelaunayTet;
+    return bytes + e.tets * (isExplicit ? kPerTetExplicit : scene.solver.linearSolver == "jacobi" ? kPerTetJacobi : kPerTet);
+}
+
+}  // namespace
+
+SceneEstimate estimateScene(const scene::Scene& scene, std::uint64_t memoryLimit)
+{
+    SceneEstimate all;
+    all.bytes = kProgram;
+    for (const scene::Body& body : scene.bodies) {
+        BodyEstimate e = outline(body, scene.grid, memoryLimit);
+        for (const scene::Grip& grip : scene.grips)
+            if (grip.body == body.name) requireNear(grip, e);
+        count(e, scene.grid);
+        all.tets += e.tets, all.nodes += e.nodes;
+        all.bytes += bytesOf(e, scene);
+        all.bodies.push_back(std::move(e));
+    }
+    if (scene.solver.linearSolver == "direct") all.bytes += kPerDirect * std::pow(all.nodes, 4. / 3);
+    return all;
+}
+
+void requireMemory(const SceneEstimate& estimate, std::uint64_t limit)
+{
+    if (estimate.bytes <= double(limit)) return;
+    char text[160];
+    std::snprintf(text, sizeof text, "the run needs about %.3g GiB, the limit is %.3g GiB; use a coarser grid.voxel_size or --max-memory",
+                  estimate.bytes / kGibi, double(limit) / kGibi);
+    throw LimitError(text);
+}
+
+}  // namespace vdbfrac::core

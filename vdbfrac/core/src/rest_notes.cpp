@@ -1,0 +1,96 @@
+#include "rest_notes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace vdbfrac::core {
+
+namespace {
+
+/// A number as in "0.35" or "1.2e+06".
+std::string shortNumber(double v)
+{
+    char text[32];
+    std::snprintf(text, sizeof text, "%.3g", v);
+    return text;
+}
+
+void noteThinness(const Body& body, double h, std::vector<std::string>& notes)
+{
+    constexpr double kThin = 2;  // cells: a plate this thin, or a rod twice as thick, bends far too stiffly or too softly
+    const double thickness = 2 * body.startVolume / body.mesh->surface().cutArea / h;  // exact for a plate, half the diameter of a rod
+    if (thickness < kThin)
+        notes.push_back("body '" + body.name + "' is thin: volume and surface are those of a plate " + shortNumber(thickness) +
+                        " lattice cells thick; bending needs 4");
+}
+
+void noteParts(const Body& body, std::vector<std::string>& notes)
+{
+    const auto& parts = body.fragments.fragments();
+    if (parts.size() < 2) return;
+    double largest = 0;
+    for (const tetmesh::Fragment& part : parts) largest = std::max(largest, part.restVolume);
+    notes.push_back("body '" + body.name + "' is in " + std::to_string(parts.size()) + " parts at rest; all but the largest have " +
+                    shortNumber(100 * (1 - largest / body.startVolume)) + " % of its volume together; crumbs come from thin parts, or faces on planes of voxels");
+}
+
+/// Volume [m^3] that two bodies have in common, by voxels.
+double overlap(const Body& a, const Body& b)
+{
+    const double dx = a.mesh->voxelSize();
+    double voxels = 0;
+    a.mesh->phi().forEachBlock([&](Coord low) {
+        if (!b.mesh->phi().contains(low)) return;
+        tetmesh::NodeField<float>::forEachNode(low, [&](Coord c) { voxels += a.mesh->phi()(c) < 0 && b.mesh->phi()(c) < 0; });
+    });
+    return voxels * dx * dx * dx;
+}
+
+void noteOverlaps(std::span<const Body> bodies, std::vector<std::string>& notes)
+{
+    for (std::size_t i = 0; i < bodies.size(); ++i)
+        for (std::size_t j = 0; j < i; ++j)
+            if (const double common = overlap(bodies[j], bodies[i]); common > 0)
+                notes.push_back("bodies '" + bodies[j].name + "' and '" + bodies[i].name + "' overlap at rest by " + shortNumber(common) +
+                                " m^3: there is no contact, each moves as if the other were not there");
+}
+
+/// Fastest [m/s] that keys move a grip from one to the next, turns apart.
+struct SpeedOf {
+    double operator()(const scene::Velocity& move) const { return move.velocity.norm(); }
+    double operator()(const scene::Keys& move) const
+    {
+        double fastest = 0;
+        for (std::size_t k = 1; k < move.keys.size(); ++k)
+            fastest = std::max(fastest, (move.keys[k].translate - move.keys[k - 1].translate).norm() / (move.keys[k].time - move.keys[k - 1].time));
+        return fastest;
+    }
+    double operator()(const scene::Force&) const { return 0; }
+};
+
+void noteSpeed(const scene::Grip& grip, std::span<const Body> bodies, std::vector<std::string>& notes)
+{
+    const auto body = std::find_if(bodies.begin(), bodies.end(), [&](const Body& b) { return b.name == grip.body; });
+    if (body == bodies.end()) return;
+    const solver::Material& m = body->material;
+    const double sound = std::sqrt((m.lambda + 2 * m.mu) / m.rho), speed = std::visit(SpeedOf{}, grip.move);
+    if (speed > sound)
+        notes.push_back("grip '" + grip.name + "' moves at " + shortNumber(speed) + " m/s, faster than sound in body '" + body->name + "' (" + shortNumber(sound) +
+                        " m/s): it crushes or tears off what is next to it, in very many short steps; check its units");
+}
+
+}  // namespace
+
+void noteRestState(const scene::Scene& scene, std::span<const Body> bodies, double h, std::vector<std::string>& notes)
+{
+    for (const Body& body : bodies) {
+        noteThinness(body, h, notes);
+        noteParts(body, notes);
+    }
+    noteOverlaps(bodies, notes);
+    if (scene.solver.integrator == "static") return;  // speed means nothing there
+    for (const scene::Grip& grip : scene.grips) noteSpeed(grip, bodies, notes);
+}
+
+}  // namespace vdbfrac::core
