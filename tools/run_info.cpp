@@ -106,7 +106,6 @@ void addFrames(const Json& manifest, const fs::path& folder, bool verify, RunInf
     info.json["frames"] = ranges(whole);
     info.json["frames_with_flaws"] = ranges(broken);
     info.json["frames_missing"] = missing.empty() ? "none" : missing;
-    info.json["verified"] = verify;
     info.sound = flaws.empty();
     if (!flaws.empty()) info.json["flaws"] = flaws;
 }
@@ -143,6 +142,7 @@ RunInfo runInfo(const fs::path& folder, bool verify)
             info.json[key] = manifest.at(key);
         addFrames(manifest, folder, verify, info);
         addCheckpoints(folder, verify, info);
+        info.json["verified"] = !info.sound ? "no, there are flaws" : verify ? "all checksums" : "sizes only; --verify compares checksums";
         info.json["fragments"] = manifest.at("fragments");
     } catch (const Json::exception& e) {
         throw InputError({file.string(), std::string("is not the manifest of a run: ") + e.what(), "", "give the folder that 'vdbfrac sim -o' wrote"});
