@@ -32,7 +32,7 @@ constexpr double kDx = 0.05;
 constexpr double kRounding = 1e-5;
 constexpr std::uint64_t kPlenty = std::uint64_t{4} << 30;  // bytes
 /// Of voxels: farther off an edge, meshToVolume takes a triangle that is near the closest one.
-constexpr double kBand = 2.4;
+constexpr double kBand = 2.7;
 
 /// A block with a slit across the middle of its top, through its whole width, turned and moved. Lengths in m.
 struct SlitBlock {

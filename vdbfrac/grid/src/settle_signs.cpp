@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -44,6 +45,8 @@ const std::vector<Neighbour>& neighbours()
     }();
     return all;
 }
+
+const std::array<Coord, 6> kFaces{Coord(1, 0, 0), Coord(-1, 0, 0), Coord(0, 1, 0), Coord(0, -1, 0), Coord(0, 0, 1), Coord(0, 0, -1)};
 
 /// Calls visit(index, out) for all indices in parallel, and returns what they put out, in their order.
 template <class T, class Visit>
@@ -83,6 +86,7 @@ public:
 
     std::int64_t settle()
     {
+        refine();
         closeGuesses();
         std::vector<Coord> reached = firstReached();
         while (!reached.empty()) {
@@ -102,14 +106,49 @@ private:
     std::uint32_t triangleAt(const View& v, const Coord& c) const { return std::uint32_t(v.closest.getValue(c)); }
     bool isKnown(std::uint32_t triangle) const { return triangle < triangles_.corners.size(); }
 
-    /// All that meshToVolume only guessed becomes inside.
+    /// Where meshToVolume widens its band it takes triangles that are near the closest one, which can be half a voxel off: the
+    /// triangles of neighbours know better.
+    void refine()
+    {
+        struct Change {
+            Coord at;
+            float value;
+        };
+        const float far = float(dx_);
+        const auto changes = gather<Change>(leaves_.size(), kLeaves, [&] {
+            return [&, v = view()](std::size_t i, std::vector<Change>& out) {
+                for (auto at = leaves_[i]->cbeginValueOn(); at; ++at) {
+                    if (std::abs(*at) <= far) continue;
+                    const float nearer = float(distanceByNeighbours(v, at.getCoord(), std::abs(*at)) * dx_);
+                    if (nearer < std::abs(*at)) out.push_back({at.getCoord(), std::copysign(nearer, *at)});
+                }
+            };
+        });
+        for (const Change& c : changes) phi_.tree().probeLeaf(c.at)->setValueOnly(c.at, c.value);
+    }
+
+    /// The least distance [voxels] to the triangles of those neighbours that are nearer to the surface.
+    double distanceByNeighbours(const View& v, const Coord& c, float own) const
+    {
+        double nearest = own / dx_;
+        std::uint32_t last = triangleAt(v, c);
+        for (const Coord& step : kFaces) {
+            const std::uint32_t n = triangleAt(v, c + step);
+            if (n == last || !isKnown(n) || !(std::abs(v.phi.getValue(c + step)) < own)) continue;
+            nearest = std::min(nearest, (closestPoint(triangles_, n, positionOf(c)).at - positionOf(c)).norm());
+            last = n;
+        }
+        return nearest;
+    }
+
+    /// All that meshToVolume only guessed becomes inside, and so does what lies on the surface.
     void closeGuesses()
     {
-        const float near = kFilled * float(dx_);
+        const float near = kFilled * float(dx_), least = kOnSurface * float(dx_);
         parallelChunks(leaves_.size(), kLeaves, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i)
                 for (auto v = leaves_[i]->beginValueOn(); v; ++v)
-                    if (*v > 0 && *v <= near) v.setValue(-*v);
+                    if (*v <= near && *v > -least) v.setValue(-std::max(std::abs(*v), least));
         });
     }
 
@@ -129,7 +168,7 @@ private:
     bool isReached(const View& v, const Coord& c) const
     {
         const double d = v.distance(c);
-        if (d < kOnSurface) return false;
+        if (d < 2 * kOnSurface) return false;
         const Neighbour* best = nullptr;
         double farthest = 0;
         for (const Neighbour& n : neighbours()) {
