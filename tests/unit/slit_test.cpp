@@ -32,7 +32,7 @@ constexpr double kDx = 0.05;
 constexpr double kRounding = 1e-5;
 constexpr std::uint64_t kPlenty = std::uint64_t{4} << 30;  // bytes
 /// Of voxels: farther off an edge, meshToVolume takes a triangle that is near the closest one.
-constexpr double kBand = 2.7;
+constexpr double kBand = 2.4;
 
 /// A block with a slit across the middle of its top, through its whole width, turned and moved. Lengths in m.
 struct SlitBlock {
@@ -297,6 +297,25 @@ TEST_F(Slits, ClosedHollowsAreFilledAndTheirSurfaceIsForgotten)
             EXPECT_EQ(wrongValues(phi, kBand, [&](const Vec3& X) { return boxPhi(a, b, X); }), 0);
             EXPECT_TRUE(notes.empty()) << "a hollow is no gap: " << notes[0];
         }
+}
+
+TEST_F(Slits, ShellsTurnedInsideOutInPartAreFilled)
+{
+    // A prism whose top is mirrored: above the line where its sides cross, its faces look inward.
+    PolygonSoup soup = box(Vec3(-0.51, -0.52, -0.53), Vec3(0.51, 0.52, 0.53));
+    constexpr double kTop = -0.6;
+    for (std::size_t i = 4; i < 8; ++i) soup.points[i].x() *= kTop;
+    std::vector<std::string> notes;
+    const LevelSet phi = make(bodyOf(soup), &notes);
+    int wrong = 0;
+    const auto values = phi.grid().grid->getConstAccessor();
+    for (auto ijk = openvdb::CoordBBox(openvdb::Coord(-16), openvdb::Coord(16)).begin(); ijk; ++ijk) {
+        const Vec3 X = kDx * Vec3((*ijk).x(), (*ijk).y(), (*ijk).z());
+        const double side = 0.51 * std::abs(1 + (kTop - 1) * (X.z() + 0.53) / 1.06);
+        wrong += (values.getValue(*ijk) < 0) != (std::abs(X.x()) < side && std::abs(X.y()) < 0.52 && std::abs(X.z()) < 0.53);
+    }
+    EXPECT_EQ(wrong, 0);
+    EXPECT_TRUE(notes.empty());
 }
 
 TEST_F(Slits, GapsThatTheGridCannotHoldAreCounted)

@@ -23,6 +23,7 @@ using Side = TriangleSides::Side;
 
 constexpr std::size_t kLeaves = 8;      // of a chunk
 constexpr std::size_t kVoxels = 64;     // of a chunk
+constexpr std::size_t kMany = 20000;    // voxels: with more it is quicker to look at all than at their neighbours
 constexpr float kFilled = 0.75f;        // voxels: meshToVolume fills through voxels farther off, and guesses nearer ones
 constexpr float kOnSurface = 1e-6f;     // voxels: nearer ones are on the surface, to the rounding of floats
 constexpr double kSlack = 1e-5;         // voxels: rounding of distances, which are floats
@@ -88,10 +89,10 @@ public:
     {
         refine();
         closeGuesses();
-        std::vector<Coord> reached = firstReached();
+        std::vector<Coord> reached = reachedAnywhere();
         while (!reached.empty()) {
             for (const Coord& c : reached) turnOutside(c);
-            reached = nextReached(reached);
+            reached = reached.size() > kMany ? reachedAnywhere() : reachedFrom(reached);
         }
         const std::vector<Coord> buried = buriedVoxels();
         const std::int64_t gaps = countGaps(buried);
@@ -190,18 +191,17 @@ private:
         return sideOf(v, c) == Side::inside && sideOf(v, outsideNeighbour) != Side::inside;
     }
 
-    std::vector<Coord> firstReached() const
+    std::vector<Coord> reachedAnywhere() const
     {
-        const float far = float(2 * dx_);  // beyond the length of a way to a neighbour no surface is crossed that is nearer
         return gather<Coord>(leaves_.size(), kLeaves, [&] {
             return [&, v = view()](std::size_t i, std::vector<Coord>& out) {
                 for (auto at = leaves_[i]->cbeginValueOn(); at; ++at)
-                    if (*at <= 0 && *at > -far && isReached(v, at.getCoord())) out.push_back(at.getCoord());
+                    if (*at <= 0 && isReached(v, at.getCoord())) out.push_back(at.getCoord());
             };
         });
     }
 
-    std::vector<Coord> nextReached(const std::vector<Coord>& reached) const
+    std::vector<Coord> reachedFrom(const std::vector<Coord>& reached) const
     {
         std::vector<Coord> candidates = gather<Coord>(reached.size(), kVoxels, [&] {
             return [&, v = view()](std::size_t i, std::vector<Coord>& out) {
