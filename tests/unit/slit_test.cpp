@@ -305,6 +305,11 @@ TEST_F(Slits, ShellsTurnedInsideOutInPartAreFilled)
     PolygonSoup soup = box(Vec3(-0.51, -0.52, -0.53), Vec3(0.51, 0.52, 0.53));
     constexpr double kTop = -0.6;
     for (std::size_t i = 4; i < 8; ++i) soup.points[i].x() *= kTop;
+    const double crossing = -0.53 + 1.06 / (1 - kTop);
+    soup.points.emplace_back(0, -0.52, crossing);
+    soup.points.emplace_back(0, 0.52, crossing);
+    soup.polygons = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 8}, {8, 5, 4}, {2, 9, 3}, {9, 6, 7}, {0, 8, 4, 6, 9, 2}, {1, 3, 9, 7, 5, 8}};
+    ASSERT_TRUE(tetmesh::examine(soup).oriented);
     std::vector<std::string> notes;
     const LevelSet phi = make(bodyOf(soup), &notes);
     int wrong = 0;
