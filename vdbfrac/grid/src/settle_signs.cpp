@@ -178,17 +178,21 @@ private:
             if (d + other > n.length + kSlack) return true;  // balls without surface in them overlap
             if (other >= farthest) best = &n, farthest = other;
         }
-        if (!best || isSurelyInside(v, c, c + best->step)) return false;
-        return std::any_of(neighbours().begin(), neighbours().end(), [&](const Neighbour& n) {
-            return v.isOutside(c + n.step) && !tree_.isCrossed(positionOf(c), positionOf(c + n.step));
-        });
+        return best && hasFreeWay(v, c, c + best->step);
     }
 
-    /// By the pseudonormal, unless that calls a neighbour inside too which is known to be outside: there the surface is turned
-    /// inside out.
-    bool isSurelyInside(const View& v, const Coord& c, const Coord& outsideNeighbour) const
+    bool isFree(const Coord& from, const Coord& to) const { return !tree_.isCrossed(positionOf(from), positionOf(to)); }
+
+    /// A way to a neighbour outside that crosses nothing. When the pseudonormal calls the voxel inside, as it rightly does but where a
+    /// surface is turned inside out, the way to `likely` decides in most cases, and one that rounding lets through is not enough.
+    bool hasFreeWay(const View& v, const Coord& c, const Coord& likely) const
     {
-        return sideOf(v, c) == Side::inside && sideOf(v, outsideNeighbour) != Side::inside;
+        const bool isDoubted = sideOf(v, c) == Side::inside;
+        if (isDoubted && !isFree(c, likely)) return false;
+        int missing = isDoubted ? 2 : 1;
+        for (const Neighbour& n : neighbours())
+            if (v.isOutside(c + n.step) && isFree(c, c + n.step) && --missing == 0) return true;
+        return false;
     }
 
     std::vector<Coord> reachedAnywhere() const
