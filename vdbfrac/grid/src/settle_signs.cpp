@@ -21,13 +21,13 @@ using Leaf = Grid::TreeType::LeafNodeType;
 using openvdb::Coord;
 using Side = TriangleSides::Side;
 
-constexpr std::size_t kLeaves = 8;      // of a chunk
-constexpr std::size_t kVoxels = 64;     // of a chunk
-constexpr std::size_t kMany = 20000;    // voxels: with more it is quicker to look at all than at their neighbours
-constexpr float kFilled = 0.75f;        // voxels: meshToVolume fills through voxels farther off, and guesses nearer ones
-constexpr float kOnSurface = 1e-6f;     // voxels: nearer ones are on the surface, to the rounding of floats
-constexpr double kSlack = 1e-5;         // voxels: rounding of distances, which are floats
-constexpr float kGap = 0.5f;            // voxels: of two neighbours with a gap between them, one is at least so near to it
+constexpr std::size_t kLeaves = 8;    // of a chunk
+constexpr std::size_t kVoxels = 64;   // of a chunk
+constexpr std::size_t kMany = 20000;  // voxels: with more it is quicker to look at all than at their neighbours
+constexpr float kFilled = 0.75f;      // voxels: meshToVolume fills through voxels farther off, and guesses nearer ones
+constexpr float kOnSurface = 1e-6f;   // voxels: nearer ones are on the surface, to the rounding of floats
+constexpr double kSlack = 1e-5;       // voxels: rounding of distances, which are floats
+constexpr float kGap = 0.5f;  // voxels: of two neighbours with a gap between them, one is at least so near to it
 
 Vec3 positionOf(const Coord& c) { return {double(c.x()), double(c.y()), double(c.z())}; }
 
@@ -47,7 +47,8 @@ const std::vector<Neighbour>& neighbours()
     return all;
 }
 
-const std::array<Coord, 6> kFaces{Coord(1, 0, 0), Coord(-1, 0, 0), Coord(0, 1, 0), Coord(0, -1, 0), Coord(0, 0, 1), Coord(0, 0, -1)};
+const std::array<Coord, 6> kFaces{Coord(1, 0, 0),  Coord(-1, 0, 0), Coord(0, 1, 0),
+                                  Coord(0, -1, 0), Coord(0, 0, 1),  Coord(0, 0, -1)};
 
 /// Calls visit(index, out) for all indices in parallel, and returns what they put out, in their order.
 template <class T, class Visit>
@@ -73,14 +74,20 @@ struct View {
     bool isOutside(const Coord& c) const { return phi.getValue(c) > 0; }
     bool hasOutsideNeighbour(const Coord& c) const
     {
-        return std::any_of(neighbours().begin(), neighbours().end(), [&](const Neighbour& n) { return isOutside(c + n.step); });
+        return std::any_of(neighbours().begin(), neighbours().end(),
+                           [&](const Neighbour& n) { return isOutside(c + n.step); });
     }
 };
 
 class Settler {
 public:
     Settler(Grid& phi, const openvdb::Int32Grid& closest, const Triangles& triangles)
-        : phi_(phi), closest_(closest), triangles_(triangles), sides_(triangles), tree_(triangles), dx_(phi.voxelSize()[0])
+        : phi_(phi),
+          closest_(closest),
+          triangles_(triangles),
+          sides_(triangles),
+          tree_(triangles),
+          dx_(phi.voxelSize()[0])
     {
         for (auto leaf = phi.tree().beginLeaf(); leaf; ++leaf) leaves_.push_back(&*leaf);
     }
@@ -107,8 +114,8 @@ private:
     std::uint32_t triangleAt(const View& v, const Coord& c) const { return std::uint32_t(v.closest.getValue(c)); }
     bool isKnown(std::uint32_t triangle) const { return triangle < triangles_.corners.size(); }
 
-    /// Where meshToVolume widens its band it takes triangles that are near the closest one, which can be half a voxel off: the
-    /// triangles of neighbours know better.
+    /// Where meshToVolume widens its band it takes triangles that are near the closest one, which can be half a voxel
+    /// off: the triangles of neighbours know better.
     void refine()
     {
         struct Change {
@@ -183,8 +190,9 @@ private:
 
     bool isFree(const Coord& from, const Coord& to) const { return !tree_.isCrossed(positionOf(from), positionOf(to)); }
 
-    /// A way to a neighbour outside that crosses nothing. When the pseudonormal calls the voxel inside, as it rightly does but where a
-    /// surface is turned inside out, the way to `likely` decides in most cases, and one that rounding lets through is not enough.
+    /// A way to a neighbour outside that crosses nothing. When the pseudonormal calls the voxel inside, as it rightly
+    /// does but where a surface is turned inside out, the way to `likely` decides in most cases, and one that rounding
+    /// lets through is not enough.
     bool hasFreeWay(const View& v, const Coord& c, const Coord& likely) const
     {
         const bool isDoubted = sideOf(v, c) == Side::inside;
@@ -251,8 +259,8 @@ private:
         }));
     }
 
-    /// Does the way between two voxels inside leave the material and enter it again? Where shells overlap it enters one before it
-    /// leaves the other.
+    /// Does the way between two voxels inside leave the material and enter it again? Where shells overlap it enters one
+    /// before it leaves the other.
     bool hasGap(const Coord& from, const Coord& to) const
     {
         bool hasLeft = false;
@@ -265,8 +273,8 @@ private:
         return false;
     }
 
-    /// Voxels inside whose closest triangle is buried get their distance to one that is not: from the triangles of their neighbours,
-    /// as meshToVolume widens its band.
+    /// Voxels inside whose closest triangle is buried get their distance to one that is not: from the triangles of
+    /// their neighbours, as meshToVolume widens its band.
     void forget(const std::vector<Coord>& buried);
     std::vector<Coord> voxelsNear(const std::vector<Coord>& buried) const;
     bool isBuried(const View& v, const Coord& c) const;
@@ -318,7 +326,8 @@ std::vector<Coord> Settler::voxelsNear(const std::vector<Coord>& buried) const
     });
 }
 
-Settler::Found Settler::nearestOfNeighbours(const Coord& c, Grid::ConstAccessor& phi, openvdb::Int32Grid::ConstAccessor& known) const
+Settler::Found Settler::nearestOfNeighbours(const Coord& c, Grid::ConstAccessor& phi,
+                                            openvdb::Int32Grid::ConstAccessor& known) const
 {
     Found best{~0u, phi_.background() / dx_};
     for (const Neighbour& n : neighbours()) {
