@@ -89,8 +89,7 @@ void requireSolid(const MeshOptions& options)
 {
     if (!std::filesystem::is_directory(options.in)) return;
     throw InputError({options.in.string(), "frames of a run become surfaces, not '" + options.out.extension().string() + "'", ".obj, .ply, .stl",
-                      "for tets of a frame give its level set: 'vdbfrac mesh " + options.in.string() + "/vdb/NAME.0001.vdb -o " +
-                          options.out.filename().string() + "', for those of the simulation itself write frames with output.tet"});
+                      "for tets of a frame give its level set as IN, a .vdb of the run"});
 }
 
 double sizeOf(const Input& input, const MeshOptions& options)

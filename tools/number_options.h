@@ -19,7 +19,8 @@ public:
             double value = 0;
             const bool isNumber = CLI::detail::lexical_cast(text, value);
             if (isNumber && std::isfinite(value) && value > 0 && value <= most) return std::string();
-            const std::string range = most < std::numeric_limits<double>::max() ? ", up to " + CLI::detail::to_string(most) : "";
+            const std::string range =
+                most < std::numeric_limits<double>::max() ? ", up to " + CLI::detail::to_string(most) : "";
             return "'" + text + "' is not a finite number above 0" + range;
         };
     }

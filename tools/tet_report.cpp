@@ -27,8 +27,8 @@ std::string volumeText(const TetReport& report, const TetResult& result)
 std::string copiesText(const TetReport& report)
 {
     return report.coincidentPoints == 0 ? ""
-                                        : fmt::format("{} points lie on another one: copies of a node for parts that do not hang together there, across a "
-                                                      "crack, a slit or a gap. Joining them would join the parts\n",
+                                        : fmt::format("{} points lie on another one: copies of a node, for parts that do not hang together in the cells "
+                                                      "round it: at cracks, slits, gaps and thin places. Joining them would join the parts\n",
                                                       report.coincidentPoints);
 }
 

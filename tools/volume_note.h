@@ -19,8 +19,11 @@ inline std::string volumeNote(double made, double input, double voxelSize)
 {
     const double change = volumeChange(made, input);
     if (std::abs(change) <= kAnotherVolume) return "";
-    return fmt::format("the input encloses {:.4g} m^3, the level set {:.4g} m^3 ({:+.1f} %): {} for voxels of {:.4g} m", input, made, 100 * change,
-                       change < 0 ? "parts of it are too thin" : "hollows that are closed on all sides are filled, or gaps are too narrow", voxelSize);
+    return fmt::format("the input encloses {:.4g} m^3, the level set {:.4g} m^3 ({:+.1f} %): {} for voxels of {:.4g} m",
+                       input, made, 100 * change,
+                       change < 0 ? "parts of it are too thin"
+                                  : "hollows that are closed on all sides are filled, or gaps are too narrow",
+                       voxelSize);
 }
 
 }  // namespace vdbfrac::tools

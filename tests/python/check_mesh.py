@@ -1,5 +1,6 @@
 """vdbfrac mesh: every format is read back by meshio, every direction works, what is refused says why."""
 import json
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -30,6 +31,16 @@ def cube(file, lower, upper):
     p = [[(lower, upper)[c >> a & 1][a] for a in range(3)] for c in range(8)]
     quads = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
     file.write_text("".join(f"v {x} {y} {z}\n" for x, y, z in p) + "".join("f " + " ".join(str(i + 1) for i in q) + "\n" for q in quads))
+
+
+def slit_block(file, width, at):
+    """A block of 1 x 1 x 0.5 with a slit from its top to its middle, around x = at."""
+    x, a = 0.51, width / 2
+    outline = [(-x, -0.5), (x, -0.5), (x, 0), (x, 0.5), (a, 0.5), (a, 0), (-a, 0), (-a, 0.5), (-x, 0.5), (-x, 0)]
+    caps = [(0, 1, 2, 5, 6, 9), (2, 3, 4, 5), (9, 6, 7, 8)]
+    faces = [tuple(reversed(c)) for c in caps] + [tuple(i + 10 for i in c) for c in caps] + [(i, (i + 1) % 10, 10 + (i + 1) % 10, 10 + i) for i in range(10)]
+    file.write_text("".join(f"v {p + at} {q} {z}\n" for z in (-0.24, 0.26) for p, q in outline)
+                    + "".join("f " + " ".join(str(i + 1) for i in f) + "\n" for f in faces))
 
 
 def volumes(points, tets):
@@ -137,7 +148,10 @@ with tempfile.TemporaryDirectory() as temporary:
         # The surface of the level set rounds the edges of a box off by about a voxel's square.
         check(f"{kind} has the volume", abs(material / exact - 1) < 0.02, material)
         check(f"{kind} reports the volume", abs(said["material_volume"] / material - 1) < 1e-12, said)
-        check(f"{kind} is that of the level set", abs(said["volume_error"]) < 0.01, said["volume_error"])
+        check(f"{kind} is that of the level set", abs(said["level_set_volume_error"]) < 0.01, said)
+        check(f"{kind} knows the volume of its input", abs(said["input_volume"] / exact - 1) < 1e-12, said)
+        check(f"{kind} reports its error against the input", abs(said["volume_error"] - (material / exact - 1)) < 1e-10, said)
+        check(f"{kind} counts points that lie on others", said["coincident_points"] == len(read.points) - len(np.unique(read.points, axis=0)), said)
         check(f"{kind} reports the tets", said["tets"] == len(v) and said["points"] == len(read.points) and said["inverted"] == 0, said)
         check(f"{kind} counts six angles a tet", sum(said["dihedral_degrees"]["histogram"]) == 6 * len(v), said)
         check(f"{kind} uses every point", len(np.unique(tets_of(read))) == len(read.points))
@@ -168,6 +182,18 @@ with tempfile.TemporaryDirectory() as temporary:
     mesh(box, "-o", folder / "c.msh", "--tets", "cut", "--size", "0.05", "--msh-version", "2.2")
     check("2.2 has triangles where there are no fields", {b.type for b in meshio.read(folder / "c.msh", file_format="gmsh").cells} == {"triangle", "tetra"})
     check(".node comes with .ele", written == [str(folder / "b.node"), str(folder / "b.ele")], written)
+
+    # The report names the input's volume; points of one node that are there more often are counted, and explained.
+    mesh(box, "-o", folder / "coarse.vtu", "--size", "0.19", says=["the input has 0.24 m^3 (", "its level set", "note: the input encloses"])
+    mesh(box, "-o", folder / "coarse.vtu", "--size", "0.05", says=["the input has 0.24 m^3 ("])
+    slit = folder / "slit.obj"
+    slit_block(slit, 0.03, 0)
+    mesh(slit, "-o", folder / "slit.vtu", "--size", "0.05", "--quality", folder / "slit.json", says=["points lie on another one", "slits"])
+    points = meshio.read(folder / "slit.vtu").points
+    copies = len(points) - len(np.unique(points, axis=0))
+    check("both sides of a slit have points of their own", copies > 50 and json.loads((folder / "slit.json").read_text())["coincident_points"] == copies, copies)
+    slit_block(slit, 0.01, 0.025)
+    mesh(slit, "-o", folder / "slit.vtu", "--size", "0.05", says=["note: ", "pairs of neighbouring voxels have a gap between them"])
 
     # --across; sharp edges make the box exact.
     mesh(box, "-o", folder / "across.vtu", "--across", 20)
@@ -223,6 +249,23 @@ with tempfile.TemporaryDirectory() as temporary:
     mesh(box, "-o", folder / "x.vtu", "--size", "0.01", "--max-memory", "0.05", code=5, says=["--max-memory"])
     mesh(box, "-o", folder / "x.vtu", "--size", "0.05", "--across", "3", code=2)
     mesh(run, "-o", folder / "one.obj", code=2, says=["####"])
+    mesh(run, "-o", folder / "x.vtu", code=2, says=["frames of a run become surfaces", ".obj, .ply, .stl", ".vdb"])
+    mesh(folder, "-o", folder / "a.####.obj", code=4, says=["holds no run"])
+    mesh(run, "-o", folder / "a.####.obj", "-f", "1-10000000", code=2, says=["up to 100000"])
+    mesh(box, "-o", folder / "x.vtu", "--size", "5", code=2, says=["larger than the whole surface"])
+    for number in ("1e300", "nan", "inf", "1e999", "0", "-1"):
+        for option in ("--size", "--max-memory", "--facet-size"):
+            mesh(box, "-o", folder / "x.vtu", f"{option}={number}", code=2, says=[option, "finite number above 0"])
+
+    # A picture of what is far from the origin is that of what is near it.
+    preview = lambda of: subprocess.run([PROGRAM, "preview", of, "-f", str(last), "--width", "64", "--height", "64"], capture_output=True, text=True)
+    shutil.copytree(run, far := folder / "far")
+    frame = next((far / "obj").glob(f"*.00{last}.obj"))
+    frame.write_text("".join(f"v {float(w[1]) + 1e4} {w[2]} {w[3]}\n" if (w := line.split())[0] == "v" else line + "\n" for line in frame.read_text().splitlines()))
+    shown = preview(far)
+    check("preview 10 km from the origin", shown.returncode == 0 and "contact_sheet.png" in shown.stdout, shown.stderr)
+    shown = preview(folder)
+    check("preview of no run", shown.returncode == 4 and "holds no run" in shown.stderr, shown.stderr)
     mesh(run, "-o", folder / "a.####.obj", "-f", "99", code=2, says=["has no frame 99"])
     mesh(run, "-o", folder / "a.####.obj", "-f", "9-1", code=2, says=["1-96x2"])
     check("nothing is left of what failed", not list(folder.glob("x*")) and not list(folder.glob(".partial*")))

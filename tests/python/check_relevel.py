@@ -112,6 +112,22 @@ with tempfile.TemporaryDirectory() as temporary:
         ("a grid", folder / "a ball.vdb", [], 3, 2 * SAG),
         ("a grid made coarser", folder / "a ball.vdb", ["--voxel", 0.04, "--half-width", 4], 4, 2 * SAG),
     )
+    # What is going on is said, and what was lost; numbers that are none are refused.
+    run = lambda *arguments: subprocess.run([PROGRAM, "relevel", *map(str, arguments)], capture_output=True, text=True, timeout=300)
+    coarse = run(whole, "-o", folder / "coarse.vdb", "--voxel", 0.3, "--json")
+    report = json.loads(coarse.stdout)
+    for word in ("reading", "cleaning", "making a level set", "measuring", "note: the input encloses"):
+        check(f"relevel says '{word}'", word in coarse.stderr, coarse.stderr)
+    lost = report["after"]["volume"] / report["input_volume"] - 1
+    check("what is lost is told", lost < -0.03 and abs(report["volume_change"] - lost) < 1e-12 and len(report["notes"]) == 1, report)
+    check("no gaps in a ball", report["filled_gaps"] == 0, report)
+    check("relevel -q says nothing", run(whole, "-o", folder / "coarse.vdb", "--voxel", 0.3, "-q").stderr == "")
+    check("a voxel larger than the ball is refused", (refused := run(whole, "-o", folder / "x.vdb", "--voxel", 5)).returncode == 2
+          and "larger than the whole surface" in refused.stderr, refused.stderr)
+    for option in ("--voxel", "--wrap", "--max-memory"):
+        for number in ("1e300", "nan", "inf", "1e999", "0", "-1"):
+            refused = run(whole, "-o", folder / "x.vdb", "--across", 10, f"{option}={number}") if option != "--voxel" else run(whole, "-o", folder / "x.vdb", f"{option}={number}")
+            check(f"{option} {number} is refused", refused.returncode == 2 and "finite number above 0" in refused.stderr, (refused.returncode, refused.stderr))
     for name, source, options, half_width, most in steps if VDB_PRINT else ():
         file = folder / f"{name}.vdb"
         check_grid(name, file, vdbfrac("relevel", source, "-o", file, "-q", *options), half_width, most)

@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include <string>
+
 using namespace vdbfrac;
 using namespace vdbfrac::tools;
 
@@ -22,6 +24,20 @@ TEST(FrameList, RefusesAnythingElse)
     for (const char* text :
          {"", "a", "1-", "-3", "5-1", "1-9x0", "1-9x", "1,,2", "1,", "1 2", "1-2-3", "99999999999", "0-99999999"})
         EXPECT_THROW(parseFrames(text), InputError) << text;
+}
+
+TEST(FrameList, NamesTheMostFramesOfAList)
+{
+    EXPECT_EQ(parseFrames("1-100000").size(), 100000u);
+    EXPECT_EQ(parseFrames("1-10000000x100").size(), 100000u);
+    for (const char* text : {"1-100001", "1-10000000", "1-60000,1-60000"}) {
+        try {
+            parseFrames(text);
+            ADD_FAILURE() << text;
+        } catch (const InputError& e) {
+            EXPECT_NE(std::string(e.what()).find("up to 100000"), std::string::npos) << e.what();
+        }
+    }
 }
 
 TEST(FrameNames, FillEveryKindOfPlace)

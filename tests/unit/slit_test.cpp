@@ -56,7 +56,8 @@ struct SlitBlock {
     {
         const double x = 0.5 * size.x(), y = 0.5 * size.y(), z = 0.5 * size.z(), a = 0.5 * width, c = y - depth;
         // The outline, and the cap as convex parts of it.
-        const std::array<std::array<double, 2>, 10> outline{{{-x, -y}, {x, -y}, {x, c}, {x, y}, {a, y}, {a, c}, {-a, c}, {-a, y}, {-x, y}, {-x, c}}};
+        const std::array<std::array<double, 2>, 10> outline{
+            {{-x, -y}, {x, -y}, {x, c}, {x, y}, {a, y}, {a, c}, {-a, c}, {-a, y}, {-x, y}, {-x, c}}};
         const std::vector<std::vector<std::size_t>> caps = {{0, 1, 2, 5, 6, 9}, {2, 3, 4, 5}, {9, 6, 7, 8}};
         const std::size_t n = outline.size();
         PolygonSoup soup;
@@ -76,7 +77,8 @@ struct SlitBlock {
 std::vector<Mat3> turns()
 {
     std::vector<Mat3> all{Mat3::Identity()};
-    for (const auto& [angle, axis] : {std::pair{0.3, Vec3(0, 0, 1)}, {0.7854, Vec3(0, 0, 1)}, {0.9553, Vec3(1, -1, 0)}, {1.1, Vec3(0.3, 0.5, 0.8)}})
+    for (const auto& [angle, axis] :
+         {std::pair{0.3, Vec3(0, 0, 1)}, {0.7854, Vec3(0, 0, 1)}, {0.9553, Vec3(1, -1, 0)}, {1.1, Vec3(0.3, 0.5, 0.8)}})
         all.push_back(Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix());
     return all;
 }
@@ -134,7 +136,9 @@ int wrongSigns(const LevelSet& phi, const SlitBlock& block)
 {
     int wrong = 0;
     const auto values = phi.grid().grid->getConstAccessor();
-    forVoxels(block, [&](const openvdb::Coord& c, double exact) { wrong += std::abs(exact) > kRounding && (values.getValue(c) < 0) != (exact < 0); });
+    forVoxels(block, [&](const openvdb::Coord& c, double exact) {
+        wrong += std::abs(exact) > kRounding && (values.getValue(c) < 0) != (exact < 0);
+    });
     return wrong;
 }
 
@@ -143,7 +147,8 @@ fs::path writeExact(const SlitBlock& block, const fs::path& file)
 {
     auto grid = makeLevelSetGrid(kDx, 3);
     forVoxels(block, [&](const openvdb::Coord& c, double exact) {
-        std::abs(exact) < 3 ? grid->tree().setValue(c, float(exact * kDx)) : grid->tree().setValueOff(c, std::copysign(grid->background(), float(exact)));
+        std::abs(exact) < 3 ? grid->tree().setValue(c, float(exact * kDx))
+                            : grid->tree().setValueOff(c, std::copysign(grid->background(), float(exact)));
     });
     const LevelSet phi = wrap(grid);
     writeVdb(file, {{"phi", &phi, {}, 1, "m"}}, {});
@@ -175,7 +180,9 @@ TEST_F(Slits, AnyTurnAndOffsetOfASlitWiderThanAVoxelIsOpen)
     for (int i = 0; i < 30; ++i) {
         SlitBlock block;
         block.width = (1.5 + 0.5 * uniform(random)) * kDx;
-        block.turn = Eigen::Quaterniond(uniform(random), uniform(random), uniform(random), uniform(random)).normalized().toRotationMatrix();
+        block.turn = Eigen::Quaterniond(uniform(random), uniform(random), uniform(random), uniform(random))
+                         .normalized()
+                         .toRotationMatrix();
         block.at = kDx * Vec3(uniform(random), uniform(random), uniform(random));
         EXPECT_EQ(wrongSigns(make(bodyOf(block.mesh())), block), 0) << "block " << i;
     }
@@ -188,7 +195,8 @@ TEST_F(Slits, WindingAndUnweldedPointsDoNotMatter)
     block.turn = turns()[4];
     PolygonSoup inward = block.mesh(), mixed = block.mesh(), loose;
     for (auto& polygon : inward.polygons) std::reverse(polygon.begin(), polygon.end());
-    for (std::size_t i = 0; i < mixed.polygons.size(); i += 2) std::reverse(mixed.polygons[i].begin(), mixed.polygons[i].end());
+    for (std::size_t i = 0; i < mixed.polygons.size(); i += 2)
+        std::reverse(mixed.polygons[i].begin(), mixed.polygons[i].end());
     for (auto polygon : block.mesh().polygons) {
         for (std::size_t& corner : polygon) {
             loose.points.push_back(block.mesh().points[corner]);
@@ -206,7 +214,8 @@ TEST_F(Slits, FacesThatAreThereTwiceAndFacesWithoutAreaDoNotMatter)
     block.turn = turns()[4];
     PolygonSoup doubled = block.mesh(), flat = block.mesh();
     doubled.polygons.insert(doubled.polygons.end(), flat.polygons.begin(), flat.polygons.end());
-    const Vec3 middle = 0.5 * (flat.points[4] + flat.points[14]);  // on an edge of the slit: a T-junction, closed by a flat triangle
+    const Vec3 middle =
+        0.5 * (flat.points[4] + flat.points[14]);  // on an edge of the slit: a T-junction, closed by a flat triangle
     flat.points.push_back(middle);
     for (auto& polygon : flat.polygons)
         if (polygon == std::vector<std::size_t>{4, 5, 15, 14}) polygon = {4, 5, 15, 14, 20};
@@ -235,7 +244,8 @@ PolygonSoup box(const Vec3& lower, const Vec3& upper)
 {
     PolygonSoup soup;
     for (int i = 0; i < 8; ++i)
-        soup.points.emplace_back(i & 1 ? upper.x() : lower.x(), i >> 1 & 1 ? upper.y() : lower.y(), i >> 2 ? upper.z() : lower.z());
+        soup.points.emplace_back(i & 1 ? upper.x() : lower.x(), i >> 1 & 1 ? upper.y() : lower.y(),
+                                 i >> 2 ? upper.z() : lower.z());
     soup.polygons = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
     return soup;
 }
@@ -267,7 +277,8 @@ int wrongValues(const LevelSet& phi, double within, const Exact& exact)
     const auto values = phi.grid().grid->getConstAccessor();
     for (auto ijk = openvdb::CoordBBox(openvdb::Coord(-30), openvdb::Coord(50)).begin(); ijk; ++ijk) {
         const double d = exact(kDx * Vec3((*ijk).x(), (*ijk).y(), (*ijk).z()));
-        wrong += std::abs(d) < within * kDx ? std::abs(values.getValue(*ijk) - d) > 0.01 * kDx : (values.getValue(*ijk) < 0) != (d < 0);
+        wrong += std::abs(d) < within * kDx ? std::abs(values.getValue(*ijk) - d) > 0.01 * kDx
+                                            : (values.getValue(*ijk) < 0) != (d < 0);
     }
     return wrong;
 }
@@ -278,11 +289,14 @@ TEST_F(Slits, ShellsThatOverlapAreOneSolid)
     for (bool turned : {false, true}) {
         std::vector<std::string> notes;
         const LevelSet phi = make(bodyOf(both(box(a, b), box(c, d), turned)), &notes);
-        // What is in both shells is nearest to the ring where they meet, which the least of both distances does not know.
-        EXPECT_EQ(wrongValues(phi, 0.5, [&](const Vec3& X) {
-            const double first = boxPhi(a, b, X), second = boxPhi(c, d, X);
-            return first < 0 && second < 0 ? -1 : std::min(first, second);
-        }), 0);
+        // What is in both shells is nearest to the ring where they meet, which the least of both distances does not
+        // know.
+        EXPECT_EQ(wrongValues(phi, 0.5,
+                              [&](const Vec3& X) {
+                                  const double first = boxPhi(a, b, X), second = boxPhi(c, d, X);
+                                  return first < 0 && second < 0 ? -1 : std::min(first, second);
+                              }),
+                  0);
         EXPECT_TRUE(notes.empty());
     }
 }
@@ -297,6 +311,34 @@ TEST_F(Slits, ClosedHollowsAreFilledAndTheirSurfaceIsForgotten)
             EXPECT_EQ(wrongValues(phi, kBand, [&](const Vec3& X) { return boxPhi(a, b, X); }), 0);
             EXPECT_TRUE(notes.empty()) << "a hollow is no gap: " << notes[0];
         }
+}
+
+TEST_F(Slits, ShellsTurnedInsideOutInPartAreFilled)
+{
+    // A prism whose top is mirrored: above the line where its sides cross, its faces look inward.
+    PolygonSoup soup = box(Vec3(-0.51, -0.52, -0.53), Vec3(0.51, 0.52, 0.53));
+    constexpr double kTop = -0.6;
+    for (std::size_t i = 4; i < 8; ++i) soup.points[i].x() *= kTop;
+    const double crossing = -0.53 + 1.06 / (1 - kTop);
+    soup.points.emplace_back(0, -0.52, crossing);
+    soup.points.emplace_back(0, 0.52, crossing);
+    soup.polygons = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 8},          {8, 5, 4},
+                     {2, 9, 3},    {9, 6, 7},    {0, 8, 4, 6, 9, 2}, {1, 3, 9, 7, 5, 8}};
+    ASSERT_TRUE(tetmesh::examine(soup).oriented);
+    const Mat3 turn = turns()[4];
+    for (Vec3& X : soup.points) X = turn * X;
+    std::vector<std::string> notes;
+    const LevelSet phi = make(bodyOf(soup), &notes);
+    int wrong = 0;
+    const auto values = phi.grid().grid->getConstAccessor();
+    for (auto ijk = openvdb::CoordBBox(openvdb::Coord(-22), openvdb::Coord(22)).begin(); ijk; ++ijk) {
+        const Vec3 X = turn.transpose() * (kDx * Vec3((*ijk).x(), (*ijk).y(), (*ijk).z()));
+        const double side = 0.51 * std::abs(1 + (kTop - 1) * (X.z() + 0.53) / 1.06);
+        wrong +=
+            (values.getValue(*ijk) < 0) != (std::abs(X.x()) < side && std::abs(X.y()) < 0.52 && std::abs(X.z()) < 0.53);
+    }
+    EXPECT_EQ(wrong, 0);
+    EXPECT_TRUE(notes.empty());
 }
 
 TEST_F(Slits, GapsThatTheGridCannotHoldAreCounted)

@@ -165,6 +165,40 @@ TEST_F(SurfaceInput, AgreesWithCgalOnSoundFiles)
     }
 }
 
+TEST_F(SurfaceInput, PlyStripsAreRead)
+{
+    // A tet as a strip of four triangles, then one as two strips of two, parted by -1 and led on by a corner that is there twice.
+    const std::vector<std::vector<int>> strips = {{0, 2, 1, 3, 0, 2}, {1, 0, 2, 3, -1, 0, 0, 0, 1, 3, 2}};
+    for (const std::vector<int>& strip : strips)
+        for (const char* format : {"ascii", "binary_little_endian", "binary_big_endian"}) {
+            const bool big = format[7] == 'b', text = format[0] == 'a';
+            std::string bytes = std::string("ply\nformat ") + format +
+                                " 1.0\nelement vertex 4\nproperty double x\nproperty double y\nproperty double z\nelement tristrips 1\n"
+                                "property list int int vertex_indices\nend_header\n";
+            const auto add = [&](auto value) { text ? void(bytes += std::to_string(value) + " ") : append(bytes, value, big); };
+            const auto endLine = [&] { bytes += text ? "\n" : ""; };
+            for (const auto& X : kTet) {
+                for (double x : X) add(x);
+                endLine();
+            }
+            add(std::int32_t(strip.size()));
+            for (int corner : strip) add(std::int32_t(corner));
+            endLine();
+            const PolygonSoup soup = read("t.ply", bytes);
+            EXPECT_EQ(soup.polygons.size(), 4u) << format;
+            expectTet(soup);
+            EXPECT_TRUE(examine(soup).oriented) << format;
+        }
+    EXPECT_NE(complaint("t.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nelement tristrips 1\n"
+                                 "property list int int vertex_indices\nend_header\n0 0 0\n3 0 0 7\n").find("point index 7"), std::string::npos);
+}
+
+TEST_F(SurfaceInput, FacesThatDisagreeAboutTheirSidesAreTold)
+{
+    EXPECT_TRUE(examine(read("t.obj", kTetPoints + kTetFaces)).oriented);
+    EXPECT_FALSE(examine(read("t.obj", kTetPoints + "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 4 3 2\n")).oriented);
+}
+
 TEST_F(SurfaceInput, ObjQuirksAreRead)
 {
     expectTet(read("t.obj", kTetPoints + "f -4 -2 -3\nf -4 -3 -1\nf -4 -1 -2\nf -3 -2 -1"));

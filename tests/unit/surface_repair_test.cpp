@@ -5,7 +5,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
+#include <string>
 #include <utility>
+#include <vector>
 
 using namespace vdbfrac;
 using namespace vdbfrac::repair;
@@ -145,6 +148,68 @@ TEST(SurfaceRepair, WrapsCloseGapsNarrowerThanAlpha)
     const Repaired r = repaired(soup, wrap);
     EXPECT_TRUE(r.after.closed);
     EXPECT_NEAR(r.after.volume - wrap.offset * r.after.area, 1.02, kWrapVolume);
+}
+
+/// Two pyramids base to base, of n triangles round each tip.
+PolygonSoup fans(std::size_t n)
+{
+    PolygonSoup soup;
+    soup.points = {{0, 0, 0.5}, {0, 0, -0.5}};
+    for (std::size_t i = 0; i < n; ++i) {
+        const double angle = 2 * std::numbers::pi * double(i) / double(n);
+        soup.points.emplace_back(std::cos(angle), std::sin(angle), 0);
+        const std::size_t next = 2 + (i + 1) % n;
+        soup.polygons.push_back({0, 2 + i, next});
+        soup.polygons.push_back({1, next, 2 + i});
+    }
+    return soup;
+}
+
+TEST(SurfaceRepair, WorkOnFansIsBounded)
+{
+    const Repaired few = repaired(fans(300));
+    EXPECT_FALSE(few.searchGivenUp);
+    EXPECT_GT(few.lookUps, 600u);
+    constexpr std::size_t kMany = 30000;
+    const Repaired many = repaired(fans(kMany));
+    EXPECT_TRUE(many.searchGivenUp);
+    EXPECT_LE(many.lookUps, kMostLookUps + kMostLookUpsPerFace * 2 * kMany + 1);
+    EXPECT_FALSE(many.intersectsItself || many.wrapped);
+    EXPECT_TRUE(many.after.closed);
+    EXPECT_NEAR(many.after.volume, std::numbers::pi / 3, 1e-6);  // of the cones that the pyramids stand for
+}
+
+TEST(SurfaceRepair, WrapsOfFansTakeThePointsThatAWrapResolves)
+{
+    PolygonSoup cone = fans(30000);  // with a lid of its own that leaves a gap
+    std::erase_if(cone.polygons, [](const auto& p) { return p[0] == 1; });
+    append(cone, cube({-0.5, -0.5, -1.01}));
+    std::vector<std::string> said;
+    RepairOptions o = options();
+    o.wrapAlways = true;
+    o.fillHoles = false;
+    o.alpha = 0.3;
+    o.say = [&](const std::string& what) { said.push_back(what); };
+    const Repaired r = repaired(cone, o);
+    EXPECT_TRUE(r.wrapped);
+    EXPECT_TRUE(r.after.closed);
+    EXPECT_GT(r.after.volume, 1);
+    ASSERT_EQ(said.size(), 2u);
+    EXPECT_EQ(said[1], "wrapping it");
+}
+
+TEST(SurfaceRepair, FacesOfTooManyCornersAreNamed)
+{
+    PolygonSoup soup = cube();
+    soup.polygons[3].resize(kMostCorners + 1, 2);
+    try {
+        repaired(soup);
+        FAIL();
+    } catch (const InputError& e) {
+        const std::string said = e.what();
+        EXPECT_NE(said.find("face 4 has " + std::to_string(kMostCorners + 1) + " corners"), std::string::npos) << said;
+        EXPECT_NE(said.find("up to " + std::to_string(kMostCorners)), std::string::npos) << said;
+    }
 }
 
 TEST(SurfaceRepair, WhatCannotBeIsNamed)

@@ -38,6 +38,16 @@ Triangles triangles(const tetmesh::PolygonSoup& soup, double dx)
     return t;
 }
 
+/// Of triangles, their tree, and the normals of their edges and corners while these are found.
+constexpr double kBytesPerTriangle = 140;
+
+double triangleCount(const tetmesh::PolygonSoup& soup)
+{
+    double count = 0;
+    for (const std::vector<std::size_t>& p : soup.polygons) count += p.size() > 2 ? double(p.size() - 2) : 0;
+    return count;
+}
+
 void requireSolid(const tetmesh::SurfaceReport& report, const scene::MeshFile& mesh, const Build& build)
 {
     const std::string file = mesh.file.string();
@@ -61,7 +71,7 @@ SurfaceGrid fromSurface(const tetmesh::PolygonSoup& soup, const tetmesh::Surface
                  "check its units");
     const Vec3 band = Vec3::Constant((build.grid.halfWidth + 1) * dx);
     requireReach(build, report.lower - band, report.upper + band);
-    requireMemory(build, bytesOfBand(report.area / (dx * dx), build.grid.halfWidth));
+    requireMemory(build, bytesOfBand(report.area / (dx * dx), build.grid.halfWidth) + kBytesPerTriangle * triangleCount(soup));
     if (soup.points.size() > std::numeric_limits<std::uint32_t>::max() || report.area == 0)
         complain(build, "a surface without area or with too many points", "", "");
 

@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -20,12 +21,13 @@ using Leaf = Grid::TreeType::LeafNodeType;
 using openvdb::Coord;
 using Side = TriangleSides::Side;
 
-constexpr std::size_t kLeaves = 8;      // of a chunk
-constexpr std::size_t kVoxels = 64;     // of a chunk
-constexpr float kFilled = 0.75f;        // voxels: meshToVolume fills through voxels farther off, and guesses nearer ones
-constexpr float kOnSurface = 1e-6f;     // voxels: nearer ones are on the surface, to the rounding of floats
-constexpr double kSlack = 1e-5;         // voxels: rounding of distances, which are floats
-constexpr float kGap = 0.5f;            // voxels: of two neighbours with a gap between them, one is at least so near to it
+constexpr std::size_t kLeaves = 8;    // of a chunk
+constexpr std::size_t kVoxels = 64;   // of a chunk
+constexpr std::size_t kMany = 20000;  // voxels: with more it is quicker to look at all than at their neighbours
+constexpr float kFilled = 0.75f;      // voxels: meshToVolume fills through voxels farther off, and guesses nearer ones
+constexpr float kOnSurface = 1e-6f;   // voxels: nearer ones are on the surface, to the rounding of floats
+constexpr double kSlack = 1e-5;       // voxels: rounding of distances, which are floats
+constexpr float kGap = 0.5f;  // voxels: of two neighbours with a gap between them, one is at least so near to it
 
 Vec3 positionOf(const Coord& c) { return {double(c.x()), double(c.y()), double(c.z())}; }
 
@@ -44,6 +46,9 @@ const std::vector<Neighbour>& neighbours()
     }();
     return all;
 }
+
+const std::array<Coord, 6> kFaces{Coord(1, 0, 0),  Coord(-1, 0, 0), Coord(0, 1, 0),
+                                  Coord(0, -1, 0), Coord(0, 0, 1),  Coord(0, 0, -1)};
 
 /// Calls visit(index, out) for all indices in parallel, and returns what they put out, in their order.
 template <class T, class Visit>
@@ -69,25 +74,32 @@ struct View {
     bool isOutside(const Coord& c) const { return phi.getValue(c) > 0; }
     bool hasOutsideNeighbour(const Coord& c) const
     {
-        return std::any_of(neighbours().begin(), neighbours().end(), [&](const Neighbour& n) { return isOutside(c + n.step); });
+        return std::any_of(neighbours().begin(), neighbours().end(),
+                           [&](const Neighbour& n) { return isOutside(c + n.step); });
     }
 };
 
 class Settler {
 public:
     Settler(Grid& phi, const openvdb::Int32Grid& closest, const Triangles& triangles)
-        : phi_(phi), closest_(closest), triangles_(triangles), sides_(triangles), tree_(triangles), dx_(phi.voxelSize()[0])
+        : phi_(phi),
+          closest_(closest),
+          triangles_(triangles),
+          sides_(triangles),
+          tree_(triangles),
+          dx_(phi.voxelSize()[0])
     {
         for (auto leaf = phi.tree().beginLeaf(); leaf; ++leaf) leaves_.push_back(&*leaf);
     }
 
     std::int64_t settle()
     {
+        refine();
         closeGuesses();
-        std::vector<Coord> reached = firstReached();
+        std::vector<Coord> reached = reachedAnywhere();
         while (!reached.empty()) {
             for (const Coord& c : reached) turnOutside(c);
-            reached = nextReached(reached);
+            reached = reached.size() > kMany ? reachedAnywhere() : reachedFrom(reached);
         }
         const std::vector<Coord> buried = buriedVoxels();
         const std::int64_t gaps = countGaps(buried);
@@ -102,14 +114,49 @@ private:
     std::uint32_t triangleAt(const View& v, const Coord& c) const { return std::uint32_t(v.closest.getValue(c)); }
     bool isKnown(std::uint32_t triangle) const { return triangle < triangles_.corners.size(); }
 
-    /// All that meshToVolume only guessed becomes inside.
+    /// Where meshToVolume widens its band it takes triangles that are near the closest one, which can be half a voxel
+    /// off: the triangles of neighbours know better.
+    void refine()
+    {
+        struct Change {
+            Coord at;
+            float value;
+        };
+        const float far = float(dx_);
+        const auto changes = gather<Change>(leaves_.size(), kLeaves, [&] {
+            return [&, v = view()](std::size_t i, std::vector<Change>& out) {
+                for (auto at = leaves_[i]->cbeginValueOn(); at; ++at) {
+                    if (std::abs(*at) <= far) continue;
+                    const float nearer = float(distanceByNeighbours(v, at.getCoord(), std::abs(*at)) * dx_);
+                    if (nearer < std::abs(*at)) out.push_back({at.getCoord(), std::copysign(nearer, *at)});
+                }
+            };
+        });
+        for (const Change& c : changes) phi_.tree().probeLeaf(c.at)->setValueOnly(c.at, c.value);
+    }
+
+    /// The least distance [voxels] to the triangles of those neighbours that are nearer to the surface.
+    double distanceByNeighbours(const View& v, const Coord& c, float own) const
+    {
+        double nearest = own / dx_;
+        std::uint32_t last = triangleAt(v, c);
+        for (const Coord& step : kFaces) {
+            const std::uint32_t n = triangleAt(v, c + step);
+            if (n == last || !isKnown(n) || !(std::abs(v.phi.getValue(c + step)) < own)) continue;
+            nearest = std::min(nearest, (closestPoint(triangles_, n, positionOf(c)).at - positionOf(c)).norm());
+            last = n;
+        }
+        return nearest;
+    }
+
+    /// All that meshToVolume only guessed becomes inside, and so does what lies on the surface.
     void closeGuesses()
     {
-        const float near = kFilled * float(dx_);
+        const float near = kFilled * float(dx_), least = kOnSurface * float(dx_);
         parallelChunks(leaves_.size(), kLeaves, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i)
                 for (auto v = leaves_[i]->beginValueOn(); v; ++v)
-                    if (*v > 0 && *v <= near) v.setValue(-*v);
+                    if (*v <= near && *v > -least) v.setValue(-std::max(std::abs(*v), least));
         });
     }
 
@@ -129,7 +176,7 @@ private:
     bool isReached(const View& v, const Coord& c) const
     {
         const double d = v.distance(c);
-        if (d < kOnSurface) return false;
+        if (d < 2 * kOnSurface) return false;
         const Neighbour* best = nullptr;
         double farthest = 0;
         for (const Neighbour& n : neighbours()) {
@@ -138,31 +185,35 @@ private:
             if (d + other > n.length + kSlack) return true;  // balls without surface in them overlap
             if (other >= farthest) best = &n, farthest = other;
         }
-        if (!best || isSurelyInside(v, c, c + best->step)) return false;
-        return std::any_of(neighbours().begin(), neighbours().end(), [&](const Neighbour& n) {
-            return v.isOutside(c + n.step) && !tree_.isCrossed(positionOf(c), positionOf(c + n.step));
-        });
+        return best && hasFreeWay(v, c, c + best->step);
     }
 
-    /// By the pseudonormal, unless that calls a neighbour inside too which is known to be outside: there the surface is turned
-    /// inside out.
-    bool isSurelyInside(const View& v, const Coord& c, const Coord& outsideNeighbour) const
+    bool isFree(const Coord& from, const Coord& to) const { return !tree_.isCrossed(positionOf(from), positionOf(to)); }
+
+    /// A way to a neighbour outside that crosses nothing. When the pseudonormal calls the voxel inside, as it rightly
+    /// does but where a surface is turned inside out, the way to `likely` decides in most cases, and one that rounding
+    /// lets through is not enough.
+    bool hasFreeWay(const View& v, const Coord& c, const Coord& likely) const
     {
-        return sideOf(v, c) == Side::inside && sideOf(v, outsideNeighbour) != Side::inside;
+        const bool isDoubted = sideOf(v, c) == Side::inside;
+        if (isDoubted && !isFree(c, likely)) return false;
+        int missing = isDoubted ? 2 : 1;
+        for (const Neighbour& n : neighbours())
+            if (v.isOutside(c + n.step) && isFree(c, c + n.step) && --missing == 0) return true;
+        return false;
     }
 
-    std::vector<Coord> firstReached() const
+    std::vector<Coord> reachedAnywhere() const
     {
-        const float far = float(2 * dx_);  // beyond the length of a way to a neighbour no surface is crossed that is nearer
         return gather<Coord>(leaves_.size(), kLeaves, [&] {
             return [&, v = view()](std::size_t i, std::vector<Coord>& out) {
                 for (auto at = leaves_[i]->cbeginValueOn(); at; ++at)
-                    if (*at <= 0 && *at > -far && isReached(v, at.getCoord())) out.push_back(at.getCoord());
+                    if (*at <= 0 && isReached(v, at.getCoord())) out.push_back(at.getCoord());
             };
         });
     }
 
-    std::vector<Coord> nextReached(const std::vector<Coord>& reached) const
+    std::vector<Coord> reachedFrom(const std::vector<Coord>& reached) const
     {
         std::vector<Coord> candidates = gather<Coord>(reached.size(), kVoxels, [&] {
             return [&, v = view()](std::size_t i, std::vector<Coord>& out) {
@@ -208,8 +259,8 @@ private:
         }));
     }
 
-    /// Does the way between two voxels inside leave the material and enter it again? Where shells overlap it enters one before it
-    /// leaves the other.
+    /// Does the way between two voxels inside leave the material and enter it again? Where shells overlap it enters one
+    /// before it leaves the other.
     bool hasGap(const Coord& from, const Coord& to) const
     {
         bool hasLeft = false;
@@ -222,8 +273,8 @@ private:
         return false;
     }
 
-    /// Voxels inside whose closest triangle is buried get their distance to one that is not: from the triangles of their neighbours,
-    /// as meshToVolume widens its band.
+    /// Voxels inside whose closest triangle is buried get their distance to one that is not: from the triangles of
+    /// their neighbours, as meshToVolume widens its band.
     void forget(const std::vector<Coord>& buried);
     std::vector<Coord> voxelsNear(const std::vector<Coord>& buried) const;
     bool isBuried(const View& v, const Coord& c) const;
@@ -275,7 +326,8 @@ std::vector<Coord> Settler::voxelsNear(const std::vector<Coord>& buried) const
     });
 }
 
-Settler::Found Settler::nearestOfNeighbours(const Coord& c, Grid::ConstAccessor& phi, openvdb::Int32Grid::ConstAccessor& known) const
+Settler::Found Settler::nearestOfNeighbours(const Coord& c, Grid::ConstAccessor& phi,
+                                            openvdb::Int32Grid::ConstAccessor& known) const
 {
     Found best{~0u, phi_.background() / dx_};
     for (const Neighbour& n : neighbours()) {

@@ -53,7 +53,9 @@ std::vector<std::uint32_t> mortonOrder(const Triangles& triangles)
         for (std::size_t n = begin; n < end; ++n) {
             const auto [a, b, c] = cornersOf(triangles, n);
             const Vec3 at = ((a + b + c) / 3 - box.min()) * scale;
-            keys[n] = {spread(std::uint64_t(at.x())) | spread(std::uint64_t(at.y())) << 1 | spread(std::uint64_t(at.z())) << 2, std::uint32_t(n)};
+            keys[n] = {
+                spread(std::uint64_t(at.x())) | spread(std::uint64_t(at.y())) << 1 | spread(std::uint64_t(at.z())) << 2,
+                std::uint32_t(n)};
         }
     });
     tbb::parallel_sort(keys.begin(), keys.end());
@@ -63,7 +65,8 @@ std::vector<std::uint32_t> mortonOrder(const Triangles& triangles)
 }
 
 /// Moller, Trumbore 1997, with tolerance.
-bool crosses(const Triangles& triangles, std::uint32_t n, const Vec3& from, const Vec3& step, TriangleTree::Crossing& found)
+bool crosses(const Triangles& triangles, std::uint32_t n, const Vec3& from, const Vec3& step,
+             TriangleTree::Crossing& found)
 {
     const auto [a, b, c] = cornersOf(triangles, n);
     const Vec3 e1 = b - a, e2 = c - a, s = from - a;
@@ -160,7 +163,8 @@ std::vector<TriangleTree::Crossing> TriangleTree::crossings(const Vec3& from, co
         if (Crossing c; crosses(triangles_, n, from, step, c)) found.push_back(c);
         return false;
     });
-    std::sort(found.begin(), found.end(), [](const Crossing& a, const Crossing& b) { return a.t != b.t ? a.t < b.t : a.triangle < b.triangle; });
+    std::sort(found.begin(), found.end(),
+              [](const Crossing& a, const Crossing& b) { return a.t != b.t ? a.t < b.t : a.triangle < b.triangle; });
     return found;
 }
 
@@ -237,7 +241,10 @@ void TriangleSides::join(const std::vector<HalfEdge>& edges)
     }
 }
 
-bool TriangleSides::runsAlike(std::uint32_t halfEdge, std::uint32_t other) const { return startOf(halfEdge) == startOf(other); }
+bool TriangleSides::runsAlike(std::uint32_t halfEdge, std::uint32_t other) const
+{
+    return startOf(halfEdge) == startOf(other);
+}
 
 void TriangleSides::orientFrom(std::uint32_t seed, std::uint32_t shell)
 {

@@ -36,8 +36,8 @@ struct ClosestPoint {
 /// Ericson 2005, Real-Time Collision Detection, 5.1.5.
 ClosestPoint closestPoint(const Triangles& triangles, std::size_t triangle, const Vec3& X);
 
-/// Boxes round the triangles in a binary tree, to find those that a short segment crosses. Triangles are in the order of
-/// a Morton curve, so the tree has no pointers: node n has the children 2n and 2n + 1.
+/// Boxes round the triangles in a binary tree, to find those that a short segment crosses. Triangles are in the order
+/// of a Morton curve, so the tree has no pointers: node n has the children 2n and 2n + 1.
 class TriangleTree {
 public:
     explicit TriangleTree(const Triangles& triangles);
@@ -66,17 +66,18 @@ private:
     std::size_t firstLeaf_ = 1;
 };
 
-/// On which side of a surface a point lies, by the pseudonormal of its closest part: the normal of a face, the sum of those of
-/// an edge's two faces, the sum of those of a corner's faces weighted with their angles. Exact for a surface that does not
-/// cross itself. Baerentzen, Aanaes 2005, Signed distance computation using the angle weighted pseudonormal, IEEE TVCG 11.
-/// Triangles that hang together by edges are a shell; the outside of each is where its volume says, whatever the winding.
+/// On which side of a surface a point lies, by the pseudonormal of its closest part: the normal of a face, the sum of
+/// those of an edge's two faces, the sum of those of a corner's faces weighted with their angles. Exact for a surface
+/// that does not cross itself. Baerentzen, Aanaes 2005, Signed distance computation using the angle weighted
+/// pseudonormal, IEEE TVCG 11. Triangles that hang together by edges are a shell; the outside of each is where its
+/// volume says, whatever the winding.
 class TriangleSides {
 public:
     explicit TriangleSides(const Triangles& triangles);
 
     enum class Side { inside, outside, unknown };
-    /// Of the shell of the triangle closest to X. Unknown on the triangle, at edges without just two triangles, and where a
-    /// triangle has no area or the shell no sides.
+    /// Of the shell of the triangle closest to X. Unknown on the triangle, at edges without just two triangles, and
+    /// where a triangle has no area or the shell no sides.
     Side sideOf(const Vec3& X, std::size_t triangle) const;
     /// Do the corners run counter-clockwise as seen from outside?
     bool isOutward(std::size_t triangle) const { return !turned_[triangle]; }
@@ -96,13 +97,16 @@ private:
     void turnOutward();
     void sumCorners();
     bool runsAlike(std::uint32_t halfEdge, std::uint32_t other) const;
-    std::uint32_t startOf(std::uint32_t halfEdge) const { return point_[triangles_.corners[halfEdge / 3][halfEdge % 3]]; }
+    std::uint32_t startOf(std::uint32_t halfEdge) const
+    {
+        return point_[triangles_.corners[halfEdge / 3][halfEdge % 3]];
+    }
 
     const Triangles& triangles_;
-    std::vector<std::uint32_t> point_;                // of each point the first with its coordinates
-    std::vector<Eigen::Vector3f> normal_, corner_;    // of each triangle, outward; of each point
-    std::vector<std::uint32_t> twin_;                 // of each half edge, when the edge has just two triangles
-    std::vector<std::uint32_t> shell_;                // of each triangle
+    std::vector<std::uint32_t> point_;              // of each point the first with its coordinates
+    std::vector<Eigen::Vector3f> normal_, corner_;  // of each triangle, outward; of each point
+    std::vector<std::uint32_t> twin_;               // of each half edge, when the edge has just two triangles
+    std::vector<std::uint32_t> shell_;              // of each triangle
     std::vector<std::uint8_t> turned_, flat_, mixed_, sound_;  // of each triangle, triangle, point, shell
 };
 
