@@ -325,6 +325,11 @@ bool BackwardEuler::Newton::followCrease()
         evaluate(here_);  // the tangent belongs to it again
         if (solve(beyond.gradient, beyond.direction, enough()) == LinearStatus::negativeCurvature) return false;
         combineSides();
+        if (!(dot(direction_, combined_) > 0 && freeNorm(combined_) <= here_.norm)) {  // bent, not creased: nothing but a shorter step
+            reach_ = 0;
+            direction_ = sides_[0].direction;
+            return search(here_.gradient) == Search::accepted;
+        }
         if (const double least = freeNorm(combined_); least <= solved) {
             if (farthest <= near) crease_ = least;
             reach_ = near;  // or look again, with sides as near as that

@@ -294,11 +294,11 @@ void Fracture::load(std::span<const core::Body> bodies, const core::Archive& arc
         const auto times = archive.get<float>(name + ".arrival.times", voxels.size());
         auto& arrival = arrival_[body.name];
         for (std::size_t i = 0; i < voxels.size(); ++i) {
-            if (!body.mesh->phi().contains(voxels[i]) || !std::isfinite(times[i])) archive.complain("a voxel of '" + body.name + "' failed that cannot");
+            if (!body.mesh->phi().contains(voxels[i]) || !std::isfinite(times[i])) archive.complain("it lists a failed voxel outside body '" + body.name + "'");
             arrival.emplace(voxels[i], times[i]);
         }
         const std::int64_t updates = archive.getOne<std::int64_t>(name + ".updates");
-        if (updates < 0 || updates >= std::numeric_limits<std::int64_t>::max() / 2) archive.complain("the updates of the front of '" + body.name + "' cannot be");
+        if (updates < 0 || updates >= std::numeric_limits<std::int64_t>::max() / 2) archive.complain("the number of updates of the front in body '" + body.name + "' is out of range");
         updates_[body.name] = updates;
     }
 }

@@ -42,7 +42,7 @@ Bounds reach(const Bounds& shape, const scene::Body& body, const Build& build)
         all = {all.lower.cwiseMin(b.lower), all.upper.cwiseMax(b.upper)};
     }
     if (!all.lower.allFinite() || !all.upper.allFinite())
-        complain(build, "the shape has no end", "a finite solid",
+        complain(build, "the shape is unbounded", "a finite solid",
                  "use halfspaces and endless cylinders in 'cut' only, or give the cylinder a height");
     const double band = build.grid.halfWidth * build.grid.voxelSize;
     requireReach(build, all.lower - Vec3::Constant(band), all.upper + Vec3::Constant(band));
