@@ -1,10 +1,18 @@
 """The program as a user meets it: help, plan, messages with their places, exit codes, nothing lost on failure."""
 import csv
+import fcntl
 import json
+import os
+import pty
+import re
+import resource
 import shutil
+import stat
+import struct
 import subprocess
 import sys
 import tempfile
+import termios
 from pathlib import Path
 
 PROGRAM, SOURCE = sys.argv[1], Path(sys.argv[2])
@@ -12,12 +20,14 @@ SCENE = (SOURCE / "data/scenes/notched_block.toml").read_text()
 failures = []
 
 
-def expect(name, arguments, code, *texts):
-    run = subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True, timeout=120)
-    said = run.stdout + run.stderr
+def expect(name, arguments, code, *texts, **how):
+    """What the program says; `how` goes to subprocess.run. Nothing here takes long: what hangs fails."""
+    run = subprocess.run([PROGRAM, *map(str, arguments)], **{"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True, "timeout": 120, **how})
+    said = (run.stdout or "") + run.stderr
     missing = [t for t in texts if t not in said]
     if run.returncode != code or missing:
         failures.append(f"{name}: exit {run.returncode} (expected {code}), missing {missing} in:\n{said}")
+    return said
 
 
 def report(name, arguments, code=0):
@@ -27,6 +37,38 @@ def report(name, arguments, code=0):
         return json.loads(run.stdout)
     failures.append(f"{name}: exit {run.returncode} (expected {code}): {run.stdout + run.stderr}")
     return None
+
+
+def at_a_terminal(arguments, columns):
+    """What is drawn on a terminal of that width, and the exit code."""
+    ours, its = pty.openpty()
+    fcntl.ioctl(its, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
+    run = subprocess.Popen([PROGRAM, *map(str, arguments)], stdout=subprocess.DEVNULL, stderr=its)
+    os.close(its)
+    drawn = b""
+    while True:
+        try:
+            part = os.read(ours, 65536)
+        except OSError:  # the other end is closed
+            break
+        if not part:
+            break
+        drawn += part
+    os.close(ours)
+    return drawn.decode(), run.wait()
+
+
+def locale_with_commas(folder):
+    """Environment of a locale whose decimals have commas: an installed one, or one that localedef makes. None where there is none."""
+    installed = subprocess.run(["locale", "-a"], capture_output=True, text=True).stdout.split()
+    for name in installed:
+        if re.match(r"(de_DE|fr_FR|it_IT|pl_PL|ru_RU)\.utf-?8$", name, re.IGNORECASE):
+            return {**os.environ, "LC_ALL": name}
+    try:
+        made = subprocess.run(["localedef", "--no-archive", "-i", "de_DE", "-f", "UTF-8", folder / "de_DE.UTF-8"], capture_output=True).returncode == 0
+    except OSError:
+        made = False
+    return {**os.environ, "LC_ALL": "de_DE.UTF-8", "LOCPATH": str(folder)} if made else None
 
 
 with tempfile.TemporaryDirectory() as temporary:
@@ -174,6 +216,96 @@ with tempfile.TemporaryDirectory() as temporary:
     expect("info of no run", ["info", folder], 4, "run.json")
     frame.write_bytes(content[:1000])
     expect("info of half a .vdb", ["info", frame], 4, "damaged")
+
+    # Numbers that make no sense, and words that are no command.
+    said = expect("unknown command", ["simulate", good], 2, "no command 'simulate'", "sim", "check", "relevel", "preview")
+    for threads in -3, 1025:
+        said = expect("threads out of range", ["sim", good, "-n", "-j", threads], 2, "0 to 1024", str(threads))
+        if len(said) > 200:
+            failures.append(f"-j {threads} is answered by {len(said)} characters")
+    for amount in "nan", "inf", "1e12", "-1", "0":
+        expect(f"--max-memory {amount}", ["sim", good, "-n", "--max-memory", amount], 2, "--max-memory")
+    for frames in "1-10000000", "10000000", "99999999999999999999":
+        expect(f"frames {frames}", ["sim", good, "-n", "-f", frames], 2, "--frames", "999999")
+
+    # A standard output that takes nothing.
+    for arguments in ["scene", "--defaults"], ["check", good], ["--help"], ["sim", good, "-n"]:
+        with open("/dev/full", "w") as full:
+            expect(f"{arguments} into a full disk", arguments, 4, "standard output", "No space left", stdout=full)
+
+    # What is not a file, is too large, or can not be read.
+    fifo, loop, large = folder / "fifo.toml", folder / "loop.toml", folder / "large.toml"
+    os.mkfifo(fifo)
+    loop.symlink_to(folder / "pool.toml")
+    (folder / "pool.toml").symlink_to(loop)
+    large.write_text("#" * 20_000_000)
+    expect("an endless device as scene", ["check", "/dev/zero"], 4, "/dev/zero", timeout=10)
+    expect("a FIFO as scene", ["check", fifo], 4, fifo.name, timeout=10)
+    expect("a loop of links as scene", ["check", loop], 4, loop.name, timeout=10)
+    expect("a scene that is too large", ["check", large], 4, large.name, "at most", timeout=10)
+    unreadable = folder / "unreadable.obj"
+    unreadable.symlink_to("/proc/self/mem")  # its first page is not there: an error of reading
+    for arguments in ["info", unreadable], ["relevel", unreadable, "-o", folder / "z.vdb", "--across", 8]:
+        expect(f"{arguments[0]} of a file with an error of reading", arguments, 4, unreadable.name, timeout=10)
+
+    # A limit of file sizes is an error of writing, as a full disk is.
+    def limited():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
+    limit = folder / "limit"
+    expect("a limit of file sizes", ["sim", good, "-o", limit, *quick, "-f", "2", "-q"], 4, str(limit), "cannot be written", preexec_fn=limited)
+    left = [str(p) for p in limit.rglob("*") if ".partial" in p.name]
+    if left:
+        failures.append(f"a limit of file sizes leaves {left}")
+
+    # Output where something is: a link leads to what is written, devices and FIFOs stay.
+    target, link, pipe, null = folder / "target.vdb", folder / "link.vdb", folder / "pipe.vdb", folder / "null.vdb"
+    target.write_text("before")
+    link.symlink_to(target)
+    os.mkfifo(pipe)
+    null.symlink_to("/dev/null")
+    ball_again = ["relevel", cube, "--across", 16, "-q", "-o"]
+    expect("output through a link", [*ball_again, link], 0)
+    if not link.is_symlink() or target.is_symlink() or target.stat().st_size < 1000:
+        failures.append("output through a link: the link is gone, or its target is not written")
+    expect("output into a FIFO", [*ball_again, pipe], 4, pipe.name, timeout=20)
+    expect("output into a device", [*ball_again, null], 4, timeout=20)
+    if not (stat.S_ISFIFO(pipe.stat().st_mode) and stat.S_ISCHR(os.stat("/dev/null").st_mode) and null.is_symlink()):
+        failures.append("a FIFO or a device was replaced by output")
+
+    # The bar fits its terminal; the table adds up.
+    for columns in 60, 30, 200:
+        drawn, code = at_a_terminal(["sim", good, "-o", folder / "bar", "--overwrite", *quick, "-f", "24", "--progress", "bar"], columns)
+        lines = [re.sub("\x1b\\[[0-9;]*[A-Za-z]", "", part) for part in drawn.split("\r") if "\x1b[K" in part and "[" in part[3:]]
+        bars = [line for line in lines if re.match(r"\[[#.]", line)]
+        if code != 0 or len(bars) < 3:
+            failures.append(f"a bar of {columns} columns: exit {code}, {len(bars)} drawings in:\n{drawn}")
+        if any(len(line.split("\n")[0]) > columns - 1 for line in bars):
+            failures.append(f"a bar of {columns} columns is too long: {max(bars, key=len)}")
+    said = expect("table of stages", ["sim", good, "-o", folder / "bar", "--overwrite", *quick, "-f", "24"], 0, "stage ", "seconds")
+    rows = dict(re.findall(r"^(\w+) +(\d+\.\d\d)(?= |$)", said[said.index("stage "):], re.MULTILINE))
+    parts = [float(seconds) for name, seconds in rows.items() if name not in ("all", "output")]
+    if "output" not in rows or len(parts) < 4 or abs(float(rows.get("all", -1)) - sum(parts)) > 0.005 * (len(parts) + 1):  # each is rounded
+        failures.append(f"table of stages: 'all' is not the sum of the stages but output: {rows}")
+
+    # A locale with decimal commas changes nothing.
+    (folder / "locales").mkdir()
+    commas = locale_with_commas(folder / "locales")
+    if commas is None:
+        print("left out: the program in a locale with decimal commas, of which none is installed")
+    else:
+        runs = []
+        for env in {**os.environ, "LC_ALL": "C"}, commas:
+            run = folder / f"locale_{env['LC_ALL']}"
+            plan = expect("plan in a locale", ["sim", good, *quick, "-n"], 0, env=env)
+            expect("run in a locale", ["sim", good, "-o", run, *quick, "-f", "3", "-q", "--time-limit", "1.5h"], 0, env=env)
+            if not (run / "stats.csv").exists():
+                continue  # told above
+            rows = statuses(run)
+            told = [[value for key, value in row.items() if not key.endswith("_s") or key in ("time_s", "dt_s")] for row in rows]
+            frames = json.loads((run / "run.json").read_text())["frames"]
+            runs.append((plan, told, [f["state_hash"] for f in frames], (run / "scene.toml").read_text()))
+        if len(runs) == 2 and runs[0] != runs[1]:
+            failures.append(f"a locale with decimal commas changes a run: {runs}")
 
 print("\n".join(failures) or "all as expected")
 sys.exit(1 if failures else 0)

@@ -2,6 +2,7 @@
 #include "scene_run.h"
 
 #include <vdbfrac/base/error.h>
+#include <vdbfrac/tetmesh/stencil.h>
 
 #include <gtest/gtest.h>
 
@@ -138,6 +139,48 @@ density = 1000
     };
     EXPECT_NEAR(volume("whole_tets"), volume("cut_planes"), kAllowed * volume("cut_planes"));
     EXPECT_NE(volume("whole_tets"), volume("cut_planes"));
+}
+
+/// A unit cube of 50 voxels an edge, pulled at top and bottom, on the coarsest lattice there is: some three cells an edge.
+TEST(Coarsening, TheCoarsestLatticeSetsUpAndSteps)
+{
+    constexpr double kRounded = 1e-3;  // of the volume: edges of the level set are cut off within a voxel
+    test::SceneRun run(R"(
+version = 1
+[time]
+frames = [1, 3]
+fps = 24
+substeps = 1
+[grid]
+voxel_size = 0.02
+coarsening = 19
+[[body]]
+name = "cube"
+shape = { box = { size = [1, 1, 1], center = [0.003, 0.004, 0.005] } }
+material = "gel"
+[material.gel]
+youngs_modulus = 1e5
+poisson_ratio = 0.3
+density = 1000
+[[grip]]
+body = "cube"
+region = { halfspace = { normal = [0, 1, 0], offset = 0.3 } }
+move = { velocity = [0, 0.1, 0] }
+[[grip]]
+body = "cube"
+region = { halfspace = { normal = [0, -1, 0], offset = 0.3 } }
+move = { velocity = [0, -0.1, 0] }
+[fracture]
+toughness = 1000
+)");
+    EXPECT_NEAR(run.simulation->startVolume(), 1, kRounded);
+    run.toEnd();
+    ASSERT_EQ(run.steps.size(), 2u);
+    for (const core::StepRecord& step : run.steps) EXPECT_EQ(step.outcome, core::Outcome::converged);
+    EXPECT_EQ(run.simulation->fragments(), 1u);
+    EXPECT_GT(run.peakLoad(0, 1), 0);
+    EXPECT_EQ(run.scene.grid.coarsening, tetmesh::kMostCoarsening);
+    EXPECT_THROW(test::SceneRun(kElastic, {"grid.coarsening=" + std::to_string(tetmesh::kMostCoarsening + 1)}), InputError);
 }
 
 }  // namespace

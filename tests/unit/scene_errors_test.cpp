@@ -13,6 +13,16 @@ TEST(SceneReader, ACheckOfSeveralKeysComplainsAtTheTable)
     onlyError(with("voxel_size = 0.05", "voxel_size = 0.05\nlattice = \"five\"\ncoarsening = 2"), "dir/s.toml:6:1");
 }
 
+TEST(SceneReader, CoarserLatticesThanThereAreNameTheLimit)
+{
+    for (const char* much : {"20", "40", "1024", "0"}) {
+        const auto d = onlyError(with("voxel_size = 0.05", std::string("voxel_size = 0.05\ncoarsening = ") + much), "dir/s.toml:8:14");
+        EXPECT_EQ(d.what, std::string("grid.coarsening is ") + much);
+        EXPECT_TRUE(contains(d.allowed, "1 to 19")) << d.allowed;
+    }
+    EXPECT_EQ(parse(with("voxel_size = 0.05", "voxel_size = 0.05\ncoarsening = 19")).grid.coarsening, 19);
+}
+
 TEST(SceneReader, UnknownKeyNamesPlaceAndNearestKey)
 {
     const auto d = onlyError(with("fps = 25", "fps = 25\nsubstep = 3"), "dir/s.toml:6:1");
