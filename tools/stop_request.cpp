@@ -3,6 +3,7 @@
 #include <vdbfrac/base/error.h>
 
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
@@ -53,15 +54,13 @@ std::string StopRequest::reason() const
 double parseDuration(const std::string& option, const std::string& text)
 {
     double seconds = 0;
-    const char* rest = text.c_str();
+    const char *rest = text.data(), *const end = rest + text.size();
     for (const auto& [unit, size] : {std::pair{'h', 3600.}, {'m', 60.}, {'s', 1.}}) {
         double number = 0;
-        char found = 0;
-        int length = 0;
-        if (std::sscanf(rest, "%lf%c%n", &number, &found, &length) == 2 && found == unit && number >= 0 && std::isfinite(number))
-            seconds += number * size, rest += length;
+        const auto [after, error] = std::from_chars(rest, end, number);
+        if (error == std::errc{} && after != end && *after == unit && number >= 0 && std::isfinite(number)) seconds += number * size, rest = after + 1;
     }
-    if (*rest != 0 || !(seconds > 0))
+    if (rest != end || !(seconds > 0))
         throw InputError({option, "'" + text + "' is not a time", "hours, minutes and seconds, as 3h50m, 90m or 45s", ""});
     return seconds;
 }

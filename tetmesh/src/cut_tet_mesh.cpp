@@ -7,6 +7,7 @@
 
 #include <vdbfrac/base/disjoint_sets.h>
 #include <vdbfrac/base/error.h>
+#include <vdbfrac/base/number_text.h>
 #include <vdbfrac/base/parallel.h>
 
 #include <Eigen/Geometry>
@@ -50,9 +51,8 @@ CutTetMesh::CutTetMesh(const TetMesh& mesh, double spacing, double voxelSize, No
     for (const auto& face : boundaryOf(tets_))
         for (std::uint32_t p : face)
             if (seen_[p] < 0) {
-                char place[100];
-                std::snprintf(place, sizeof place, "(%.6g, %.6g, %.6g) m", points_[p].x(), points_[p].y(),
-                              points_[p].z());
+                const Vec3& X = points_[p];
+                const std::string place = "(" + shortNumber(X.x()) + ", " + shortNumber(X.y()) + ", " + shortNumber(X.z()) + ") m";
                 throw InputError(
                     {place, "the mesh of tets does not enclose the material", "phi >= 0 at its boundary", ""});
             }

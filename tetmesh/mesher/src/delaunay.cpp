@@ -2,6 +2,7 @@
 #include "start_edges.h"
 
 #include <vdbfrac/base/error.h>
+#include <vdbfrac/base/number_text.h>
 #include <vdbfrac/mesher/delaunay.h>
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
@@ -65,16 +66,16 @@ void require(bool good, const std::string& what, const std::string& allowed)
 DelaunayCriteria checked(DelaunayCriteria c)
 {
     const auto length = [](double v) { return v > 0 && std::isfinite(v); };
-    require(length(c.facetSize), "facet size " + std::to_string(c.facetSize) + " m", "> 0");
+    require(length(c.facetSize), "facet size " + shortNumber(c.facetSize) + " m", "> 0");
     for (auto [value, otherwise] :
          {std::pair{&c.facetDistance, 0.1 * c.facetSize}, {&c.cellSize, c.facetSize}, {&c.edgeSize, c.facetSize}}) {
         if (*value == 0) *value = otherwise;
-        require(length(*value), "a size of " + std::to_string(*value) + " m", "> 0, or 0 for the default");
+        require(length(*value), "a size of " + shortNumber(*value) + " m", "> 0, or 0 for the default");
     }
-    require(c.facetAngle >= 0 && c.facetAngle <= 30, "facet angle " + std::to_string(c.facetAngle), "0 to 30 degrees");
-    require(c.radiusEdge >= 1, "radius-edge ratio " + std::to_string(c.radiusEdge),
+    require(c.facetAngle >= 0 && c.facetAngle <= 30, "facet angle " + shortNumber(c.facetAngle), "0 to 30 degrees");
+    require(c.radiusEdge >= 1, "radius-edge ratio " + shortNumber(c.radiusEdge),
             ">= 1; above 2 the refinement is sure to end");
-    require(c.sliverAngle >= 0 && c.sliverAngle <= 40, "sliver angle " + std::to_string(c.sliverAngle),
+    require(c.sliverAngle >= 0 && c.sliverAngle <= 40, "sliver angle " + shortNumber(c.sliverAngle),
             "0 to 40 degrees");
     return c;
 }

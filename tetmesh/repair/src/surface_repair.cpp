@@ -1,6 +1,7 @@
 #include <vdbfrac/repair/surface_repair.h>
 
 #include <vdbfrac/base/error.h>
+#include <vdbfrac/base/number_text.h>
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Polygon_mesh_processing/border.h>
@@ -147,8 +148,8 @@ void requireMemory(const tetmesh::SurfaceReport& surface, const RepairOptions& o
     const double bytes = kBytesPerWrapTriangle * kWrapTriangles * surface.area / (options.alpha * options.alpha);
     if (bytes > double(options.memoryLimit))
         throw LimitError(file + ": a wrap with alpha " + std::to_string(options.alpha) + " m needs about " +
-                         std::to_string(bytes / 1e9) + " GB, the memory limit is " +
-                         std::to_string(double(options.memoryLimit) / 1e9) + " GB; take a larger alpha");
+                         shortNumber(bytes / 1e9) + " GB, the memory limit is " +
+                         shortNumber(double(options.memoryLimit) / 1e9) + " GB; take a larger alpha");
 }
 
 /// Do so many triangles meet at some points that a search among those near a place takes the square of all of them?

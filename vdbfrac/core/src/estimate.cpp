@@ -1,13 +1,13 @@
 #include <vdbfrac/core/estimate.h>
 
 #include <vdbfrac/base/error.h>
+#include <vdbfrac/base/number_text.h>
 #include <vdbfrac/grid/body_level_set.h>
 #include <vdbfrac/grid/phi_nodes.h>
 #include <vdbfrac/grid/relevel.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <optional>
 
@@ -68,7 +68,7 @@ void requireNear(const scene::Grip& grip, const BodyEstimate& estimate)
         });
     });
     if (nearest <= reach) return;
-    throw InputError({grip.place, "grip '" + grip.name + "' holds nothing: its region is " + std::to_string(nearest) + " m away from body '" + grip.body + "'",
+    throw InputError({grip.place, "grip '" + grip.name + "' holds nothing: its region is " + shortNumber(nearest, 3) + " m away from body '" + grip.body + "'",
                       "a region that reaches into the body at rest", ""});
 }
 
@@ -120,10 +120,8 @@ SceneEstimate estimateScene(const scene::Scene& scene, std::uint64_t memoryLimit
 void requireMemory(const SceneEstimate& estimate, std::uint64_t limit)
 {
     if (estimate.bytes <= double(limit)) return;
-    char text[160];
-    std::snprintf(text, sizeof text, "the run needs about %.3g GiB, the limit is %.3g GiB; use a coarser grid.voxel_size or --max-memory",
-                  estimate.bytes / kGibi, double(limit) / kGibi);
-    throw LimitError(text);
+    throw LimitError("the run needs about " + shortNumber(estimate.bytes / kGibi, 3) + " GiB, the limit is " + shortNumber(double(limit) / kGibi, 3) +
+                     " GiB; use a coarser grid.voxel_size or --max-memory");
 }
 
 }  // namespace vdbfrac::core

@@ -1,27 +1,23 @@
 #include "rest_notes.h"
 
+#include <vdbfrac/base/number_text.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 namespace vdbfrac::core {
 
 namespace {
 
-/// A number as in "0.35" or "1.2e+06".
-std::string shortNumber(double v)
-{
-    char text[32];
-    std::snprintf(text, sizeof text, "%.3g", v);
-    return text;
-}
+/// Notes are no measurements.
+std::string rough(double v) { return shortNumber(v, 3); }
 
 void noteThinness(const Body& body, double h, std::vector<std::string>& notes)
 {
     constexpr double kThin = 2;  // cells: a plate this thin, or a rod twice as thick, bends far too stiffly or too softly
     const double thickness = 2 * body.startVolume / body.mesh->surface().cutArea / h;  // exact for a plate, half the diameter of a rod
     if (thickness < kThin)
-        notes.push_back("body '" + body.name + "' is thin: volume and surface are those of a plate " + shortNumber(thickness) +
+        notes.push_back("body '" + body.name + "' is thin: volume and surface are those of a plate " + rough(thickness) +
                         " lattice cells thick; bending needs 4");
 }
 
@@ -32,7 +28,7 @@ void noteParts(const Body& body, std::vector<std::string>& notes)
     double largest = 0;
     for (const tetmesh::Fragment& part : parts) largest = std::max(largest, part.restVolume);
     notes.push_back("body '" + body.name + "' is in " + std::to_string(parts.size()) + " parts at rest; all but the largest have " +
-                    shortNumber(100 * (1 - largest / body.startVolume)) + " % of its volume together; crumbs come from thin parts, or faces on planes of voxels");
+                    rough(100 * (1 - largest / body.startVolume)) + " % of its volume together; crumbs come from thin parts, or faces on planes of voxels");
 }
 
 /// Volume [m^3] that two bodies have in common, by voxels.
@@ -52,7 +48,7 @@ void noteOverlaps(std::span<const Body> bodies, std::vector<std::string>& notes)
     for (std::size_t i = 0; i < bodies.size(); ++i)
         for (std::size_t j = 0; j < i; ++j)
             if (const double common = overlap(bodies[j], bodies[i]); common > 0)
-                notes.push_back("bodies '" + bodies[j].name + "' and '" + bodies[i].name + "' overlap at rest by " + shortNumber(common) +
+                notes.push_back("bodies '" + bodies[j].name + "' and '" + bodies[i].name + "' overlap at rest by " + rough(common) +
                                 " m^3: there is no contact, each moves as if the other were not there");
 }
 
@@ -76,7 +72,7 @@ void noteSpeed(const scene::Grip& grip, std::span<const Body> bodies, std::vecto
     const solver::Material& m = body->material;
     const double sound = std::sqrt((m.lambda + 2 * m.mu) / m.rho), speed = std::visit(SpeedOf{}, grip.move);
     if (speed > sound)
-        notes.push_back("grip '" + grip.name + "' moves at " + shortNumber(speed) + " m/s, faster than sound in body '" + body->name + "' (" + shortNumber(sound) +
+        notes.push_back("grip '" + grip.name + "' moves at " + rough(speed) + " m/s, faster than sound in body '" + body->name + "' (" + rough(sound) +
                         " m/s): it crushes or tears off what is next to it, in very many short steps; check its units");
 }
 

@@ -6,6 +6,7 @@
 #include "solver_settings.h"
 
 #include <vdbfrac/base/error.h>
+#include <vdbfrac/base/number_text.h>
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/grid/body_level_set.h>
 #include <vdbfrac/grid/transfer.h>
@@ -79,10 +80,8 @@ void Simulation::warnOfLongSteps()
 {
     const double stable = integrator_->largestStep(stages_.solve), frame = 1 / timeSettings_.fps;
     if (timeSettings_.substeps == 0 || frame / timeSettings_.substeps <= stable) return;
-    char text[160];
-    std::snprintf(text, sizeof text, "time steps of %.3g s are too long: the integrator is unstable beyond %.3g s; take time.substeps = %.0f or \"auto\"",
-                  frame / timeSettings_.substeps, stable, std::ceil(frame / stable));
-    stages_.notes.push_back(text);
+    stages_.notes.push_back("time steps of " + shortNumber(frame / timeSettings_.substeps, 3) + " s are too long: the integrator is unstable beyond " +
+                            shortNumber(stable, 3) + " s; take time.substeps = " + shortNumber(std::ceil(frame / stable), 15) + " or \"auto\"");
 }
 
 void Simulation::setInitialVelocity(const scene::Body& spec, const Body& body)

@@ -9,6 +9,7 @@
 #include "all.h"
 
 #include <vdbfrac/base/error.h>
+#include <vdbfrac/base/number_text.h>
 #include <vdbfrac/grid/griffith.h>
 #include <vdbfrac/grid/transfer.h>
 #include <vdbfrac/solver/corotational.h>
@@ -138,24 +139,18 @@ Law Fracture::lawOf(const core::Body& body, std::vector<std::string>& notes) con
     if (!values_.has("strength")) return law;
     const double strength = values_.number("strength"), radius = 2 * kAverageFactor * E * Gc / (strength * strength);
     const bool resolved = h_ <= radius / 2 && 2 * dx_ <= radius / 4;  // a crack is up to two voxels wide
-    char text[256];
+    const auto rough = [](double v) { return shortNumber(v, 3); };
     if (resolved) {
         constexpr double kWidest = 24;  // voxels; the cost of an average goes with the cube
         law.kappa = strength * strength / (2 * E);
         law.radius = std::min(radius, kWidest * dx_);
         if (law.radius == radius) return law;
-        std::snprintf(text, sizeof text,
-                      "body '%s': strength and toughness together average the energy over %.3g m, here over %.3g m: notches tear "
-                      "before toughness says so",
-                      body.name.c_str(), radius, law.radius);
-        notes.push_back(text);
+        notes.push_back("body '" + body.name + "': strength and toughness together average the energy over " + rough(radius) + " m, here over " +
+                        rough(law.radius) + " m: notches tear before toughness says so");
         return law;
     }
-    std::snprintf(text, sizeof text,
-                  "body '%s': strength and toughness together need voxels of %.3g m or less; at %.3g m toughness is honoured, "
-                  "a smooth bar tears at %.3g Pa",
-                  body.name.c_str(), std::min(radius / 8, radius * dx_ / (2 * h_)), dx_, std::sqrt(2 * E * law.kappa));
-    notes.push_back(text);
+    notes.push_back("body '" + body.name + "': strength and toughness together need voxels of " + rough(std::min(radius / 8, radius * dx_ / (2 * h_))) +
+                    " m or less; at " + rough(dx_) + " m toughness is honoured, a smooth bar tears at " + rough(std::sqrt(2 * E * law.kappa)) + " Pa");
     return law;
 }
 

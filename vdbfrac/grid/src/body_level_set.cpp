@@ -5,7 +5,6 @@
 #include <vdbfrac/grid/body_level_set.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -125,12 +124,6 @@ struct ShapeVisitor {
 };
 
 }  // namespace
-
-std::string shortNumber(double value)
-{
-    char digits[32];
-    return {digits, std::to_chars(digits, digits + sizeof(digits), value, std::chars_format::general, 6).ptr};
-}
 
 bool hasMaterial(const openvdb::FloatGrid& grid)
 {

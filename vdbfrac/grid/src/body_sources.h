@@ -2,6 +2,7 @@
 #pragma once
 
 #include "openvdb_access.h"
+#include <vdbfrac/base/number_text.h>
 
 #include <vdbfrac/scene/scene.h>
 #include <vdbfrac/tetmesh/surface_input.h>
@@ -42,9 +43,6 @@ inline double bytesOfBand(double faces, int halfWidth)
     constexpr double kFixed = 16e6, kPerVoxel = 16;
     return kFixed + kPerVoxel * faces * (2. * halfWidth + 9);
 }
-
-/// A number as people write it: 6 digits, whatever the locale.
-std::string shortNumber(double value);
 
 /// Throws InputError at `build.place`.
 [[noreturn]] void complain(const Build& build, const std::string& what, const std::string& allowed,

@@ -4,6 +4,7 @@
 #include "relevel_window.h"
 
 #include <vdbfrac/base/error.h>
+#include <vdbfrac/base/number_text.h>
 
 #include <algorithm>
 #include <cmath>
@@ -46,8 +47,8 @@ void requireBox(Coord lower, Coord upper, std::uint64_t memoryLimit)
     if (leafs <= kMostLeafsOfBox && leafs * kBytesPerLeafOfBox <= double(memoryLimit)) return;
     const Coord size = upper - lower;
     throw LimitError("the box of the material has " + std::to_string(size.x) + " x " + std::to_string(size.y) + " x " + std::to_string(size.z) +
-                     " voxels and takes " + std::to_string(leafs * kBytesPerLeafOfBox / 1e9) + " GB, the memory limit is " +
-                     std::to_string(double(memoryLimit) / 1e9) + " GB; use a larger voxel size, or look for parts that are far apart");
+                     " voxels and takes " + shortNumber(leafs * kBytesPerLeafOfBox / 1e9) + " GB, the memory limit is " +
+                     shortNumber(double(memoryLimit) / 1e9) + " GB; use a larger voxel size, or look for parts that are far apart");
 }
 
 }  // namespace

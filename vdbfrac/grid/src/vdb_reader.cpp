@@ -1,6 +1,7 @@
 #include "vdb_stream.h"
 
 #include <vdbfrac/base/error.h>
+#include <vdbfrac/base/number_text.h>
 #include <vdbfrac/grid/vdb_file.h>
 
 #include <openvdb/tools/SignedFloodFill.h>
@@ -65,7 +66,7 @@ Placement placement(const openvdb::FloatGrid& grid, const std::string& file)
     if (!grid.transform().isLinear()) refuse("has a transform that is not linear");
     const openvdb::Mat4d m = grid.transform().baseMap()->getAffineMap()->getMat4();
     const double dx = m[0][0];
-    if (!(dx > 0) || !std::isfinite(dx)) refuse("has voxels of size " + std::to_string(dx));
+    if (!(dx > 0) || !std::isfinite(dx)) refuse("has voxels of size " + shortNumber(dx));
     for (int row = 0; row < 3; ++row)
         for (int column = 0; column < 3; ++column)
             if (!(std::abs(m[row][column] - (row == column ? dx : 0)) <= kUniformTolerance * dx))
