@@ -309,6 +309,7 @@ bool BackwardEuler::Newton::followCrease()
 {
     constexpr double kNear = 1e-4;  // cells: as near as that the minimum is known in the end
     constexpr double kMoves = 4;    // how much farther than the last move sides are looked for
+    constexpr double kCloser = 0.25;  // how much nearer, where what looked like one was none
     const double near = kNear * elastic_->h(), solved = settings_.tolerance * here_.forceScale + here_.noise;
     const auto add = [&](std::span<const Vec3> gradient) -> Side& {
         if (sides_.size() == sideCount_) sides_.emplace_back();
@@ -326,9 +327,10 @@ bool BackwardEuler::Newton::followCrease()
         if (solve(beyond.gradient, beyond.direction, enough()) == LinearStatus::negativeCurvature) return false;
         combineSides();
         if (!(dot(direction_, combined_) > 0 && freeNorm(combined_) <= here_.norm)) {  // bent, not creased: nothing but a shorter step
-            reach_ = 0;
+            reach_ = kCloser * farthest;
             direction_ = sides_[0].direction;
-            return search(here_.gradient) == Search::accepted;
+            if (search(here_.gradient) == Search::accepted) return true;
+            break;
         }
         if (const double least = freeNorm(combined_); least <= solved) {
             if (farthest <= near) crease_ = least;
