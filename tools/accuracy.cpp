@@ -2,6 +2,8 @@
 
 #include "accuracy_data.h"
 
+#include <vdbfrac/effects/effects.h>
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -48,7 +50,7 @@ std::string accuracyText(const scene::Scene& scene, const std::string& name)
     std::string text = fmt::format("accuracy {}: voxels of {:.3g} m, {}, Newton tolerance {:.1g}. ", name, scene.grid.voxelSize, substeps,
                                    scene.solver.newtonTolerance);
     text += fmt::format("A bent beam that normal makes four voxels thick was off by {:.2g} % of the elastica", 100 * m.bending);
-    if (std::any_of(scene.effects.begin(), scene.effects.end(), [](const scene::EffectTable& e) { return e.name == "fracture"; }))
+    if (effects::canTear(scene))
         text += fmt::format("; a block that tears, by {:.2g} % in peak load and {:.2g} % in work of one with the finest voxels tried", 100 * m.peakLoad,
                             100 * m.work);
     return text + fmt::format("; {:.2g} times the time of normal (docs/accuracy.md)", m.time);

@@ -51,7 +51,9 @@ std::string shortcomings(const std::vector<core::StepRecord>& steps, const Ledge
     std::string text;
     if (shortest < INFINITY) text += fmt::format("cut back: steps down to {:.2e} s\n", shortest);
     if (anyCapped(steps)) text += fmt::format("capped: relative residuals up to {:.2g}, of the best iterates up to {:.2g}\n", worst, best);
-    if (const auto held = work.countOf("fracture", "held_back"); held > 0)
+    std::int64_t held = 0;
+    for (const StageWork& stage : work.stages()) held += work.countOf(stage.name, "held_back");
+    if (held > 0)
         text += fmt::format("held back: in {} steps time.front_cfl let cracks run slower than the material would\n", held);
     return text;
 }

@@ -131,6 +131,14 @@ with tempfile.TemporaryDirectory() as temporary:
         failures.append(f"capped: {len(told)} steps for a frame, each shorter than the one before")
     if json.loads((capped / "run.json").read_text())["status"] != "done, not converged everywhere":
         failures.append("capped: run.json does not say so")
+    # A frame of which so many steps fail stops the run, with advice and a checkpoint from which it can be tried again.
+    stuck = folder / "stuck"
+    nowhere = ["sim", good, "-o", stuck, *never, "--set", "time.substeps=2"]
+    expect("a run that gets nowhere", nowhere, 3, "gets nowhere", "newton_tolerance", "--resume")
+    steps = len(statuses(stuck))
+    if steps != 300 or json.loads((stuck / "run.json").read_text())["status"] != "stuck" or not (stuck / "ckpt/notched_block.000300.ckpt").exists():
+        failures.append(f"stuck: {steps} steps, {sorted(p.name for p in (stuck / 'ckpt').iterdir())}")
+    expect("which is tried again", [*nowhere, "--resume"], 0, "goes on after step 300")
     held = folder / "held"
     expect("a front held back", ["sim", good, "-o", held, *quick, "-f", "24", "--set", "fracture.keys=[{ time = 0, scale = 1e-3 }]", "--strict"], 0, "held back: in ")
     if not any(int(s["fracture_held_back"]) for s in statuses(held)):
@@ -241,6 +249,10 @@ with tempfile.TemporaryDirectory() as temporary:
     large.write_text("#" * 20_000_000)
     expect("an endless device as scene", ["check", "/dev/zero"], 4, "/dev/zero", timeout=10)
     expect("a FIFO as scene", ["check", fifo], 4, fifo.name, timeout=10)
+    for ending in "vdb", "obj":
+        silent = folder / f"fifo.{ending}"
+        os.mkfifo(silent)
+        expect("a FIFO as input", ["relevel", silent, "-o", folder / "never.vdb", "--across", 8], 4, silent.name, "pipe", timeout=10)
     expect("a loop of links as scene", ["check", loop], 4, loop.name, timeout=10)
     expect("a scene that is too large", ["check", large], 4, large.name, "at most", timeout=10)
     unreadable = folder / "unreadable.obj"

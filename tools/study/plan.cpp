@@ -134,8 +134,7 @@ std::vector<scene::Study::Measure> usualMeasures(const scene::Scene& scene)
     }
     add("energy_norm");
     add("volume");
-    for (const scene::EffectTable& effect : scene.effects)
-        if (effect.name == "fracture") add("onset"), add("fragments");
+    if (effects::canTear(scene)) add("onset"), add("fragments");
     return measures;
 }
 

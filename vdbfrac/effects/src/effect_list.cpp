@@ -21,14 +21,29 @@ std::vector<scene::TableSpec> effectTables()
     return tables;
 }
 
+namespace {
+
+/// The scene's table of an effect, or null.
+const scene::EffectTable* tableOf(const EffectInfo& info, const scene::Scene& scene)
+{
+    const auto named = std::find_if(scene.effects.begin(), scene.effects.end(),
+                                    [&](const scene::EffectTable& t) { return t.name == info.table.name; });
+    return named != scene.effects.end() ? &*named : nullptr;
+}
+
+}  // namespace
+
+bool canTear(const scene::Scene& scene)
+{
+    const auto list = effectList();
+    return std::any_of(list.begin(), list.end(), [&](const EffectInfo& info) { return info.tears && tableOf(info, scene); });
+}
+
 std::vector<std::unique_ptr<core::Effect>> makeEffects(const scene::Scene& scene)
 {
     std::vector<std::unique_ptr<core::Effect>> effects;
-    for (const EffectInfo& info : effectList()) {
-        const auto named = std::find_if(scene.effects.begin(), scene.effects.end(),
-                                        [&](const scene::EffectTable& t) { return t.name == info.table.name; });
-        if (named != scene.effects.end()) effects.push_back(info.make(named->values, scene));
-    }
+    for (const EffectInfo& info : effectList())
+        if (const scene::EffectTable* table = tableOf(info, scene)) effects.push_back(info.make(table->values, scene));
     return effects;
 }
 

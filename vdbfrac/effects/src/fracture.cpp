@@ -312,7 +312,7 @@ std::unique_ptr<core::Effect> make(const Values& values, const scene::Scene& sce
 EffectInfo fracture()
 {
     return {{"fracture", "Tearing: give kappa, or toughness, or toughness and strength.", kKeys, check},
-            "after the solve on the grid, limit on the time step, field 'arrival'", make};
+            "after the solve on the grid, limit on the time step, field 'arrival'", make, true};
 }
 
 }  // namespace vdbfrac::effects

@@ -1,5 +1,6 @@
 #include "vdb_stream.h"
 
+#include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
 
 #include <openvdb/io/Archive.h>
@@ -226,8 +227,8 @@ openvdb::GridPtrVec readGrids(const std::filesystem::path& file, std::uint64_t m
     initializeOpenVdb();
     useCheckedDecompression();
     const std::string name = file.string();
+    requireRegular(file);
     std::error_code error;
-    if (std::filesystem::is_directory(file, error)) throw FileError(name, "is a folder, not a file");
     const std::uint64_t size = std::filesystem::file_size(file, error);
     std::ifstream in(file, std::ios::binary);
     if (error || !in) throw FileError(name, error ? error.message() : std::strerror(errno));

@@ -15,6 +15,7 @@ struct EffectInfo {
     scene::TableSpec table;
     const char* stages;  ///< where it joins, in words, for the plan of a run
     std::unique_ptr<core::Effect> (*make)(const scene::Values& values, const scene::Scene& scene);
+    bool tears = false;  ///< can it take a body apart?
 };
 
 /// All effects of this build, in the order in which they join. Empty in a build without effects.
@@ -22,6 +23,9 @@ std::span<const EffectInfo> effectList();
 
 /// Their scene tables, as the scene reader wants them.
 std::vector<scene::TableSpec> effectTables();
+
+/// Does the scene name an effect that can take a body apart?
+bool canTear(const scene::Scene& scene);
 
 /// Makes the effects that the scene names, and no other.
 std::vector<std::unique_ptr<core::Effect>> makeEffects(const scene::Scene& scene);
