@@ -62,6 +62,16 @@ void requireSolid(const tetmesh::SurfaceReport& report, const scene::MeshFile& m
 
 }  // namespace
 
+Voxelized voxelize(const Triangles& triangles, double voxelSize, float halfWidth, int flags)
+{
+    const auto transform = openvdb::math::Transform::createLinearTransform(voxelSize);
+    auto closest = openvdb::Int32Grid::create(openvdb::util::INVALID_IDX);
+    closest->setTransform(transform);
+    auto phi = openvdb::tools::meshToVolume<openvdb::FloatGrid>(triangles, *transform, halfWidth, halfWidth, flags, closest.get());
+    phi->setGridClass(openvdb::GRID_LEVEL_SET);
+    return {phi, closest};
+}
+
 SurfaceGrid fromSurface(const tetmesh::PolygonSoup& soup, const tetmesh::SurfaceReport& report, const Build& build)
 {
     const double dx = build.grid.voxelSize;
@@ -75,15 +85,11 @@ SurfaceGrid fromSurface(const tetmesh::PolygonSoup& soup, const tetmesh::Surface
     if (soup.points.size() > std::numeric_limits<std::uint32_t>::max() || report.area == 0)
         complain(build, "a surface without area or with too many points", "", "");
 
-    const auto transform = openvdb::math::Transform::createLinearTransform(dx);
-    const float width = float(build.grid.halfWidth);
     const Triangles mesh = triangles(soup, dx);
-    auto closest = openvdb::Int32Grid::create(openvdb::util::INVALID_IDX);
     constexpr int kExact = openvdb::tools::DISABLE_INTERSECTING_VOXEL_REMOVAL | openvdb::tools::DISABLE_RENORMALIZATION;
-    auto grid = openvdb::tools::meshToVolume<openvdb::FloatGrid>(mesh, *transform, width, width, kExact, closest.get());
-    grid->setGridClass(openvdb::GRID_LEVEL_SET);
-    const std::int64_t gaps = settleSigns(*grid, *closest, mesh);
-    return {grid, gaps};
+    const Voxelized made = voxelize(mesh, dx, float(build.grid.halfWidth), kExact);
+    const std::int64_t gaps = settleSigns(*made.phi, *made.closest, mesh);
+    return {made.phi, gaps};
 }
 
 std::string gapText(std::int64_t gaps, double voxelSize)

@@ -1,8 +1,9 @@
 #include "surface_solid.h"
+#include "triangles.h"
 
 #include <vdbfrac/base/error.h>
 
-#include <openvdb/tools/MeshToVolume.h>
+#include <utility>
 
 namespace vdbfrac::grid {
 
@@ -10,21 +11,6 @@ namespace {
 
 constexpr float kBand = 3;                  // voxels
 constexpr double kFarthestVoxel = 1 << 20;  // a level set of more voxels along an axis is not worth its memory
-
-/// What tools::meshToVolume asks a mesh for, in voxels.
-struct Triangles {
-    const tetmesh::Surface& surface;
-    double voxelSize;
-
-    std::size_t polygonCount() const { return surface.triangles.size(); }
-    std::size_t pointCount() const { return surface.points.size(); }
-    std::size_t vertexCount(std::size_t) const { return 3; }
-    void getIndexSpacePoint(std::size_t n, std::size_t v, openvdb::Vec3d& p) const
-    {
-        const Vec3 x = surface.points[surface.triangles[n][v]] / voxelSize;
-        p = {x.x(), x.y(), x.z()};
-    }
-};
 
 void requireSane(const tetmesh::Surface& surface, double voxelSize)
 {
@@ -42,12 +28,12 @@ void requireSane(const tetmesh::Surface& surface, double voxelSize)
 SurfaceSolid makeSurfaceSolid(const tetmesh::Surface& surface, double voxelSize)
 {
     requireSane(surface, voxelSize);
-    const auto transform = openvdb::math::Transform::createLinearTransform(voxelSize);
-    auto closest = openvdb::Int32Grid::create(openvdb::util::INVALID_IDX);
-    closest->setTransform(transform);
-    auto phi = openvdb::tools::meshToVolume<openvdb::FloatGrid>(Triangles{surface, voxelSize}, *transform, kBand, kBand, 0, closest.get());
-    phi->setGridClass(openvdb::GRID_LEVEL_SET);
-    return {phi, closest};
+    Triangles mesh;
+    mesh.points.reserve(surface.points.size());
+    for (const Vec3& x : surface.points) mesh.points.push_back(x / voxelSize);
+    mesh.corners = surface.triangles;
+    Voxelized made = voxelize(mesh, voxelSize, kBand, 0);
+    return {std::move(made.phi), std::move(made.closest)};
 }
 
 }  // namespace vdbfrac::grid

@@ -11,7 +11,7 @@
 
 namespace vdbfrac::grid {
 
-/// Points are in voxels. Also what tools::meshToVolume asks a mesh for.
+/// Points are in voxels. Also what tools::meshToVolume asks a mesh for, which takes a minute to compile: voxelize() is its one use.
 struct Triangles {
     std::vector<Vec3> points;
     std::vector<std::array<std::uint32_t, 3>> corners;
@@ -25,6 +25,14 @@ struct Triangles {
         p = {X.x(), X.y(), X.z()};
     }
 };
+
+/// tools::meshToVolume: distances [m] within `halfWidth` voxels of the triangles, and which of them is the closest to each voxel.
+/// `flags` as there.
+struct Voxelized {
+    openvdb::FloatGrid::Ptr phi;
+    openvdb::Int32Grid::Ptr closest;
+};
+Voxelized voxelize(const Triangles& triangles, double voxelSize, float halfWidth, int flags);
 
 /// The point of a triangle that is closest to another, and the part of the triangle it lies on.
 struct ClosestPoint {
