@@ -1,6 +1,5 @@
 // vdbfrac mesh: its options.
 #include "frame_list.h"
-#include "memory.h"
 #include "mesh.h"
 #include "number_options.h"
 
@@ -104,13 +103,12 @@ Action addMesh(CLI::App& app)
     addTetOptions(*c, *o);
     addDelaunayOptions(*c, *o);
     addSurfaceOptions(*c, *o, o->frameText);
-    c->add_option("-j,--threads", o->threads, "Threads to use (default: all cores)")->check(CLI::NonNegativeNumber);
-    c->add_option("--max-memory", o->maxMemory, "GiB it may use (default: 80 % of what is available)")
-        ->check(PositiveFinite(kMostGiB));
+    addThreads(*c, o->threads);
+    addMaxMemory(*c, o->maxMemory, "it");
     c->add_flag("-q,--quiet", o->common.quiet, "Say only what went wrong");
     c->add_option("--log-file", o->common.logFile, "Write what is said to this file too")->type_name("FILE");
     return [o] {
-        o->memoryLimit = o->maxMemory > 0 ? std::uint64_t(o->maxMemory * kGiB) : defaultMemoryLimit();
+        o->memoryLimit = memoryLimitOf(o->maxMemory);
         if (!o->frameText.empty()) o->frames = parseFrames(o->frameText);
         const ThreadLimit threads(o->threads);
         return tetmesh::isSurfaceFile(o->out) ? meshSurfaces(*o) : meshTets(*o);

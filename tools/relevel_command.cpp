@@ -1,6 +1,5 @@
 // vdbfrac relevel: any surface or signed-distance grid in, a clean narrow-band level set out.
 #include "common.h"
-#include "memory.h"
 #include "number_options.h"
 #include "relevel_report.h"
 
@@ -130,7 +129,7 @@ int run(const RelevelCommand& o)
     const bool grid = isVdb(o.input);
     if (!grid && o.voxelSize == 0 && o.across == 0)
         throw InputError({"vdbfrac relevel", "a surface has no voxel size of its own", "--voxel SIZE or --across N", ""});
-    grid::Band band{o.voxelSize, o.across, o.halfWidth, o.maxMemory > 0 ? std::uint64_t(o.maxMemory * kGiB) : defaultMemoryLimit()};
+    grid::Band band{o.voxelSize, o.across, o.halfWidth, memoryLimitOf(o.maxMemory)};
     const Say say = [&](const std::string& what) { log->info("{}", what); };
     RelevelReport report = grid ? fromGrid(o, band, say) : fromSurface(o, band, say);
     write(o, report);
@@ -157,8 +156,8 @@ Action addRelevel(CLI::App& app)
     c->add_option("--redistance", o->redistancing, "How a grid is made a distance again")
         ->check(CLI::IsMember({"auto", "track", "sweep"}))
         ->capture_default_str();
-    c->add_option("--max-memory", o->maxMemory, "GiB it may use (default: 80 % of what is available)")->check(PositiveFinite(kMostGiB));
-    c->add_option("-j,--threads", o->threads, "Threads to use (default: all cores)")->check(CLI::NonNegativeNumber);
+    addMaxMemory(*c, o->maxMemory, "it");
+    addThreads(*c, o->threads);
     c->add_flag("--json", o->json, "Print the report as JSON");
     c->add_flag("-q,--quiet", o->common.quiet, "Say only what went wrong");
     c->add_option("--log-file", o->common.logFile, "Write the report to this file too")->type_name("FILE");

@@ -326,13 +326,14 @@ bool BackwardEuler::Newton::followCrease()
         evaluate(here_);  // the tangent belongs to it again
         if (solve(beyond.gradient, beyond.direction, enough()) == LinearStatus::negativeCurvature) return false;
         combineSides();
-        if (!(dot(direction_, combined_) > 0 && freeNorm(combined_) <= here_.norm)) {  // bent, not creased: nothing but a shorter step
+        const double least = freeNorm(combined_);
+        if (!(dot(direction_, combined_) > 0 && least <= here_.norm)) {  // bent, not creased: nothing but a shorter step
             reach_ = kCloser * farthest;
             direction_ = sides_[0].direction;
             if (search(here_.gradient) == Search::accepted) return true;
             break;
         }
-        if (const double least = freeNorm(combined_); least <= solved) {
+        if (least <= solved) {
             if (farthest <= near) crease_ = least;
             reach_ = near;  // or look again, with sides as near as that
             return true;

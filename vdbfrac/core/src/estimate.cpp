@@ -59,7 +59,7 @@ BodyEstimate outline(const scene::Body& body, const scene::Grid& grid, std::uint
 /// Throws InputError where no voxel of the outline is near a grip. What is nearer than a voxel of it may still miss all nodes.
 void requireNear(const scene::Grip& grip, const BodyEstimate& estimate)
 {
-    const double dx = estimate.outline.voxelSize(), reach = std::sqrt(3.) * (dx + 0.5 * std::max(0., dx));
+    const double dx = estimate.outline.voxelSize(), reach = 1.5 * std::sqrt(3.) * dx;
     const tetmesh::NodeField<float> phi = grid::sampleNodes(estimate.outline, std::numeric_limits<std::uint64_t>::max());
     double nearest = std::numeric_limits<double>::infinity();
     phi.forEachBlock([&](Coord low) {

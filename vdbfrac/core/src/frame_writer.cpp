@@ -229,7 +229,7 @@ void RunFolder::Writer::writeManifest(const RunState& state, const std::string& 
                            {"writes", runFiles(scene_.name)},
                            {"frames", framesJson(frames_)},
                            {"fragments", fragments}};
-    writeText(folder_ / "run.json", manifest.dump(1) + "\n");
+    writeText(folder_ / kManifest, manifest.dump(1) + "\n");
 }
 
 }  // namespace vdbfrac::core
