@@ -46,13 +46,16 @@ void setAccuracy(scene::Scene& scene, const std::string& name)
 std::string accuracyText(const scene::Scene& scene, const std::string& name)
 {
     const AccuracyData& m = find(name).measured;
-    const std::string substeps = scene.time.substeps > 0 ? std::to_string(scene.time.substeps) + " steps a frame" : "automatic time steps";
-    std::string text = fmt::format("accuracy {}: voxels of {:.3g} m, {}, Newton tolerance {:.1g}. ", name, scene.grid.voxelSize, substeps,
-                                   scene.solver.newtonTolerance);
-    text += fmt::format("A bent beam that normal makes four voxels thick was off by {:.2g} % of the elastica", 100 * m.bending);
+    const std::string substeps =
+        scene.time.substeps > 0 ? std::to_string(scene.time.substeps) + " steps a frame" : "automatic time steps";
+    std::string text = fmt::format("accuracy {}: voxels of {:.3g} m, {}, Newton tolerance {:.1g}. ", name,
+                                   scene.grid.voxelSize, substeps, scene.solver.newtonTolerance);
+    text += fmt::format("A bent beam that normal makes four voxels thick was off by {:.2g} % of the elastica",
+                        100 * m.bending);
     if (effects::canTear(scene))
-        text += fmt::format("; a block that tears, by {:.2g} % in peak load and {:.2g} % in work of one with the finest voxels tried", 100 * m.peakLoad,
-                            100 * m.work);
+        text += fmt::format(
+            "; a block that tears, by {:.2g} % in peak load and {:.2g} % in work of one with the finest voxels tried",
+            100 * m.peakLoad, 100 * m.work);
     return text + fmt::format("; {:.2g} times the time of normal (docs/accuracy.md)", m.time);
 }
 

@@ -18,7 +18,8 @@ void addCommonOptions(CLI::App& command, CommonOptions& options)
     command.add_flag("-v,--verbose", options.verbose, "Say more: every step");
     command.add_flag("-q,--quiet", options.quiet, "Say only what went wrong");
     command.add_option("--log-file", options.logFile, "Write the log to this file too")->type_name("FILE");
-    command.add_option("--progress", options.progress, "How to show progress: a bar on a terminal, plain lines in a log")
+    command
+        .add_option("--progress", options.progress, "How to show progress: a bar on a terminal, plain lines in a log")
         ->check(CLI::IsMember({"auto", "bar", "plain", "none"}))
         ->capture_default_str();
 }
@@ -31,10 +32,15 @@ void addThreads(CLI::App& command, int& threads, const std::string& help)
 
 void addMaxMemory(CLI::App& command, double& gibibytes, const std::string& what)
 {
-    command.add_option("--max-memory", gibibytes, "GiB " + what + " may use (default: 80 % of what is available)")->check(PositiveFinite(kMostGiB))->type_name("GIB");
+    command.add_option("--max-memory", gibibytes, "GiB " + what + " may use (default: 80 % of what is available)")
+        ->check(PositiveFinite(kMostGiB))
+        ->type_name("GIB");
 }
 
-std::uint64_t memoryLimitOf(double gibibytes) { return gibibytes > 0 ? std::uint64_t(gibibytes * kGiB) : defaultMemoryLimit(); }
+std::uint64_t memoryLimitOf(double gibibytes)
+{
+    return gibibytes > 0 ? std::uint64_t(gibibytes * kGiB) : defaultMemoryLimit();
+}
 
 std::shared_ptr<spdlog::logger> makeLog(const CommonOptions& options)
 {

@@ -19,7 +19,11 @@ using Json = nlohmann::ordered_json;
 
 Json gridJson(const grid::GridInfo& g)
 {
-    Json json = {{"name", g.name}, {"type", g.type}, {"class", g.gridClass}, {"voxel_size", g.voxelSize}, {"active_voxels", g.activeVoxels}};
+    Json json = {{"name", g.name},
+                 {"type", g.type},
+                 {"class", g.gridClass},
+                 {"voxel_size", g.voxelSize},
+                 {"active_voxels", g.activeVoxels}};
     if (g.background) json["background"] = *g.background;
     if (g.activeVoxels > 0) {
         json["lower_voxel"] = {g.lower.x, g.lower.y, g.lower.z};
@@ -43,18 +47,30 @@ Json meshInfo(const fs::path& file)
 {
     const tetmesh::PolygonSoup soup = tetmesh::readSurface(file, defaultMemoryLimit());
     const tetmesh::SurfaceReport r = tetmesh::examine(soup);
-    Json json = {{"file", file.string()},           {"kind", "surface"},          {"points", soup.points.size()},
-                 {"faces", soup.polygons.size()},   {"closed", r.closed},         {"open_edges", r.openEdges},
-                 {"crowded_edges", r.nonManifoldEdges}, {"flat_faces", r.degenerateFaces}, {"area", r.area}};
+    Json json = {{"file", file.string()},
+                 {"kind", "surface"},
+                 {"points", soup.points.size()},
+                 {"faces", soup.polygons.size()},
+                 {"closed", r.closed},
+                 {"open_edges", r.openEdges},
+                 {"crowded_edges", r.nonManifoldEdges},
+                 {"flat_faces", r.degenerateFaces},
+                 {"area", r.area}};
     if (r.closed) json["volume"] = r.volume;
     json["lower"] = {r.lower.x(), r.lower.y(), r.lower.z()};
     json["upper"] = {r.upper.x(), r.upper.y(), r.upper.z()};
     return json;
 }
 
-bool isNested(const Json& value) { return value.is_object() || (value.is_array() && !value.empty() && value[0].is_structured()); }
+bool isNested(const Json& value)
+{
+    return value.is_object() || (value.is_array() && !value.empty() && value[0].is_structured());
+}
 
-std::string dumped(const Json& json, int indent) { return json.dump(indent, ' ', false, Json::error_handler_t::replace); }
+std::string dumped(const Json& json, int indent)
+{
+    return json.dump(indent, ' ', false, Json::error_handler_t::replace);
+}
 
 /// A line a value; what is nested is indented, and entries of lists are parted by a dash.
 void print(const Json& json, const std::string& indent)
@@ -75,7 +91,8 @@ void print(const Json& json, const std::string& indent)
             std::printf("%s%s:\n", indent.c_str(), key.c_str());
             print(value, indent + "  ");
         } else {
-            std::printf("%s%s: %s\n", indent.c_str(), key.c_str(), value.is_string() ? value.get_ref<const std::string&>().c_str() : dumped(value, -1).c_str());
+            std::printf("%s%s: %s\n", indent.c_str(), key.c_str(),
+                        value.is_string() ? value.get_ref<const std::string&>().c_str() : dumped(value, -1).c_str());
         }
     }
 }

@@ -30,7 +30,8 @@ std::string listOf(const std::map<std::string, Action>& actions)
 void requireWritten()
 {
     std::cout.flush();
-    if (std::fflush(stdout) != 0 || std::ferror(stdout) || !std::cout) throw FileError("standard output", std::string("cannot be written: ") + std::strerror(errno ? errno : EIO));
+    if (std::fflush(stdout) != 0 || std::ferror(stdout) || !std::cout)
+        throw FileError("standard output", std::string("cannot be written: ") + std::strerror(errno ? errno : EIO));
 }
 
 int run(int argc, char** argv)
@@ -38,9 +39,10 @@ int run(int argc, char** argv)
     CLI::App app{"Tears soft solids: a scene goes in, sequences of .vdb and .obj come out.", "vdbfrac"};
     app.set_version_flag("--version", core::kCreator);
     app.require_subcommand(1);
-    app.footer("Exit codes: 0 done, 1 internal error, 2 bad command line, scene or data, 3 not converged (--strict),\n"
-               "4 files and disk, 5 memory or another limit, 75 stopped with a checkpoint (sim; go on with --resume).\n"
-               "'vdbfrac COMMAND --help' tells more.");
+    app.footer(
+        "Exit codes: 0 done, 1 internal error, 2 bad command line, scene or data, 3 not converged (--strict),\n"
+        "4 files and disk, 5 memory or another limit, 75 stopped with a checkpoint (sim; go on with --resume).\n"
+        "'vdbfrac COMMAND --help' tells more.");
     std::map<std::string, Action> actions;
     actions["sim"] = addSim(app);
     actions["check"] = addCheck(app);
@@ -52,7 +54,8 @@ int run(int argc, char** argv)
     actions["info"] = addInfo(app);
     actions["verify"] = addVerify(app);
     actions["study"] = addStudy(app);
-    if (argc > 1 && argv[1][0] != '-' && !actions.contains(argv[1])) throw InputError({"vdbfrac", std::string("there is no command '") + argv[1] + "'", listOf(actions), ""});
+    if (argc > 1 && argv[1][0] != '-' && !actions.contains(argv[1]))
+        throw InputError({"vdbfrac", std::string("there is no command '") + argv[1] + "'", listOf(actions), ""});
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {

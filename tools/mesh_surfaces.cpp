@@ -72,7 +72,8 @@ std::string gridOf(const fs::path& vdb, const MeshOptions& options)
     for (const grid::GridInfo& info : grid::describeVdb(vdb, options.memoryLimit))
         if (info.name == "surface") return info.name;
     throw InputError({vdb.string(), "has no grid 'surface', the body as it is deformed", "",
-                      "'--grid phi' is the body at rest; a run writes the other with output.vdb = [\"phi\", \"surface\"], or an .obj"});
+                      "'--grid phi' is the body at rest; a run writes the other with output.vdb = [\"phi\", "
+                      "\"surface\"], or an .obj"});
 }
 
 tetmesh::Surface surfaceOf(const Source& source, const MeshOptions& options)

@@ -88,8 +88,9 @@ Input open(const MeshOptions& options)
 void requireSolid(const MeshOptions& options)
 {
     if (!std::filesystem::is_directory(options.in)) return;
-    throw InputError({options.in.string(), "frames of a run become surfaces, not '" + options.out.extension().string() + "'", ".obj, .ply, .stl",
-                      "for tets of a frame give its level set as IN, a .vdb of the run"});
+    throw InputError({options.in.string(),
+                      "frames of a run become surfaces, not '" + options.out.extension().string() + "'",
+                      ".obj, .ply, .stl", "for tets of a frame give its level set as IN, a .vdb of the run"});
 }
 
 double sizeOf(const Input& input, const MeshOptions& options)
@@ -176,10 +177,12 @@ int meshTets(const MeshOptions& options)
     grid.voxelSize = report.voxelSize = sizeOf(input, options);
     log->info("making a level set with voxels of {:.6g} m", grid.voxelSize);
     std::vector<std::string> notes;
-    const grid::LevelSet phi = (Clock(work, "level_set"), grid::makeLevelSet(input.body, grid, options.memoryLimit, &notes));
+    const grid::LevelSet phi =
+        (Clock(work, "level_set"), grid::makeLevelSet(input.body, grid, options.memoryLimit, &notes));
     report.levelSetVolume = grid::enclosedVolume(phi);
     report.inputVolume = isVdb(options.in) ? volumeOfVdb(input, options, report) : input.volume;
-    if (const std::string lost = volumeNote(report.levelSetVolume, report.inputVolume, grid.voxelSize); !lost.empty()) notes.push_back(lost);
+    if (const std::string lost = volumeNote(report.levelSetVolume, report.inputVolume, grid.voxelSize); !lost.empty())
+        notes.push_back(lost);
     log->info("making tets in {:.4g} m^3", report.levelSetVolume);
     requireMemory(options, phi, report.levelSetVolume);
     const TetResult result = (Clock(work, "tets"), makeTets(phi, input, options, grid.voxelSize));

@@ -31,7 +31,8 @@ RunFrames readRun(const fs::path& folder)
     RunFrames run = readRunFrames(folder);
     std::erase_if(run.frames, [](const RunFrame& f) { return f.obj.empty(); });
     if (run.frames.empty())
-        throw InputError({folder.string(), "holds no .obj frames to make pictures of", "", "simulate with output.obj = true"});
+        throw InputError(
+            {folder.string(), "holds no .obj frames to make pictures of", "", "simulate with output.obj = true"});
     return run;
 }
 
@@ -40,14 +41,18 @@ std::vector<RunFrame> chosenFrames(const RunFrames& run, const PreviewOptions& o
 {
     std::vector<RunFrame> chosen;
     for (int wanted : options.frames) {
-        const auto it = std::find_if(run.frames.begin(), run.frames.end(), [&](const auto& f) { return f.frame == wanted; });
-        if (it == run.frames.end()) throw InputError({options.folder, "has no frame " + std::to_string(wanted), "", ""});
+        const auto it =
+            std::find_if(run.frames.begin(), run.frames.end(), [&](const auto& f) { return f.frame == wanted; });
+        if (it == run.frames.end())
+            throw InputError({options.folder, "has no frame " + std::to_string(wanted), "", ""});
         chosen.push_back(*it);
     }
     if (!chosen.empty()) return chosen;
     const int n = std::min<int>(options.count, int(run.frames.size()));
     for (int i = 0; i < n; ++i)
-        chosen.push_back(run.frames[n == 1 ? run.frames.size() - 1 : std::size_t(std::lround(double(i) * double(run.frames.size() - 1) / (n - 1)))]);
+        chosen.push_back(
+            run.frames[n == 1 ? run.frames.size() - 1
+                              : std::size_t(std::lround(double(i) * double(run.frames.size() - 1) / (n - 1)))]);
     return chosen;
 }
 
@@ -76,7 +81,8 @@ int preview(const PreviewOptions& options)
     grid::View view;
     view.extent = 0.5 * (bounds.upper - bounds.lower).norm();
     view.direction = Vec3(options.direction[0], options.direction[1], options.direction[2]);
-    if (!(view.direction.norm() > 0)) throw InputError({"--direction", "0 0 0 looks nowhere", "a vector with a length above 0", ""});
+    if (!(view.direction.norm() > 0))
+        throw InputError({"--direction", "0 0 0 looks nowhere", "a vector with a length above 0", ""});
     view.width = options.width, view.height = options.height, view.samples = options.samples;
 
     // Fine enough to show what the surface resolves, coarse enough for the picture.
@@ -105,8 +111,12 @@ Action addPreview(CLI::App& app)
     CLI::App* c = app.add_subcommand("preview", "Render PNG pictures of a run and a contact sheet; torn faces are red");
     c->add_option("DIR", o->folder, "Folder that 'vdbfrac sim -o' wrote")->required();
     c->add_option("-f,--frames", o->frames, "Frames to render (default: some spread over the run)")->delimiter(',');
-    c->add_option("--count", o->count, "How many frames to spread over the run")->check(CLI::Range(1, 10000))->capture_default_str();
-    c->add_option("--columns", o->columns, "Columns of the contact sheet")->check(CLI::Range(1, 100))->capture_default_str();
+    c->add_option("--count", o->count, "How many frames to spread over the run")
+        ->check(CLI::Range(1, 10000))
+        ->capture_default_str();
+    c->add_option("--columns", o->columns, "Columns of the contact sheet")
+        ->check(CLI::Range(1, 100))
+        ->capture_default_str();
     c->add_option("--width", o->width, "Pixels")->check(CLI::Range(16, 8192))->capture_default_str();
     c->add_option("--height", o->height, "Pixels")->check(CLI::Range(16, 8192))->capture_default_str();
     c->add_option("--samples", o->samples, "Rays a pixel")->check(CLI::Range(1, 64))->capture_default_str();

@@ -11,8 +11,8 @@ namespace vdbfrac::tools {
 
 namespace {
 
-constexpr int kWidth = 20;          // characters of the bar
-constexpr double kRedraw = 0.1;     // s between two drawings
+constexpr int kWidth = 20;       // characters of the bar
+constexpr double kRedraw = 0.1;  // s between two drawings
 
 /// Characters of a line of the terminal.
 std::size_t lineWidth()
@@ -45,10 +45,10 @@ std::string duration(double seconds)
 Progress::Progress(const std::string& mode, int total, int begun) : total_(std::max(1, total)), begun_(begun)
 {
     const bool terminal = isatty(STDERR_FILENO) != 0;
-    mode_ = mode == "none"                        ? Mode::none
-            : mode == "bar"                       ? Mode::bar
-            : mode == "plain" || !terminal        ? Mode::plain
-                                                  : Mode::bar;
+    mode_ = mode == "none"                 ? Mode::none
+            : mode == "bar"                ? Mode::bar
+            : mode == "plain" || !terminal ? Mode::plain
+                                           : Mode::bar;
 }
 
 Progress::~Progress()
@@ -62,7 +62,8 @@ std::string Progress::status(double done) const
     char text[80];
     const double own = done - begun_;
     if (own <= 0) return "";
-    std::snprintf(text, sizeof text, "%.2f frames/s, %s left", own / spent, duration(spent / own * (total_ - done)).c_str());
+    std::snprintf(text, sizeof text, "%.2f frames/s, %s left", own / spent,
+                  duration(spent / own * (total_ - done)).c_str());
     return text;
 }
 

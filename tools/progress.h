@@ -8,7 +8,8 @@ namespace vdbfrac::tools {
 
 class Progress {
 public:
-    /// `mode`: auto (bar on a terminal, else plain), bar, plain or none. `total`: frames in all; `begun`: of them done before.
+    /// `mode`: auto (bar on a terminal, else plain), bar, plain or none. `total`: frames in all; `begun`: of them done
+    /// before.
     Progress(const std::string& mode, int total, int begun);
     ~Progress();
     Progress(const Progress&) = delete;

@@ -34,11 +34,14 @@ using Say = std::function<void(const std::string&)>;
 
 grid::Redistancing redistancing(const std::string& name)
 {
-    return name == "track" ? grid::Redistancing::track : name == "sweep" ? grid::Redistancing::sweep : grid::Redistancing::automatic;
+    return name == "track"   ? grid::Redistancing::track
+           : name == "sweep" ? grid::Redistancing::sweep
+                             : grid::Redistancing::automatic;
 }
 
 /// A wrap follows what two voxels resolve, half a voxel outside of it; that is taken away again on the grid.
-repair::RepairOptions repairOptions(const RelevelCommand& o, double voxelSize, std::uint64_t memoryLimit, const Say& say)
+repair::RepairOptions repairOptions(const RelevelCommand& o, double voxelSize, std::uint64_t memoryLimit,
+                                    const Say& say)
 {
     repair::RepairOptions r;
     r.wrapAlways = o.alpha > 0;
@@ -54,8 +57,10 @@ repair::RepairOptions repairOptions(const RelevelCommand& o, double voxelSize, s
 void requireClosed(const repair::Repaired& repaired, const RelevelCommand& o)
 {
     if (repaired.after.closed) return;
-    throw InputError({o.input, "is open after its repair: " + std::to_string(repaired.after.openEdges) + " edges without a neighbour",
-                      "a closed surface", "leave out --close-holes, or give --wrap"});
+    throw InputError(
+        {o.input,
+         "is open after its repair: " + std::to_string(repaired.after.openEdges) + " edges without a neighbour",
+         "a closed surface", "leave out --close-holes, or give --wrap"});
 }
 
 tetmesh::PolygonSoup read(const RelevelCommand& o, const grid::Band& band, RelevelReport& report, const Say& say)
@@ -86,7 +91,8 @@ RelevelReport fromSurface(const RelevelCommand& o, const grid::Band& band, const
     report.inputVolume = r.after.volume - inset * r.after.area;
     {
         const StageTimer timer(report.work, "voxelize");
-        say(fmt::format("making a level set of {} triangles with voxels of {:.6g} m", r.soup.polygons.size(), exact.voxelSize));
+        say(fmt::format("making a level set of {} triangles with voxels of {:.6g} m", r.soup.polygons.size(),
+                        exact.voxelSize));
         report.levelSet = grid::surfaceLevelSet({r.soup, r.after, inset, o.input}, exact, &report.gaps);
     }
     r.soup = {};
@@ -99,7 +105,8 @@ RelevelReport fromSurface(const RelevelCommand& o, const grid::Band& band, const
 
 RelevelReport fromGrid(const RelevelCommand& o, const grid::Band& band, const Say& say)
 {
-    if (o.alpha > 0 || o.closeHoles) throw InputError({o.input, "--wrap and --close-holes are for surfaces", "a mesh file", ""});
+    if (o.alpha > 0 || o.closeHoles)
+        throw InputError({o.input, "--wrap and --close-holes are for surfaces", "a mesh file", ""});
     say("re-levelling " + o.input);
     grid::Relevelled result = grid::relevelFile(o.input, o.grid, {band, redistancing(o.redistancing)});
     RelevelReport report;
@@ -125,10 +132,12 @@ int run(const RelevelCommand& o)
 {
     const ThreadLimit threads(o.threads);
     const auto log = makeLog(o.common);
-    if (!isVdb(o.output)) throw InputError({"--output", "'" + o.output + "' is no .vdb file", "a name that ends in .vdb", ""});
+    if (!isVdb(o.output))
+        throw InputError({"--output", "'" + o.output + "' is no .vdb file", "a name that ends in .vdb", ""});
     const bool grid = isVdb(o.input);
     if (!grid && o.voxelSize == 0 && o.across == 0)
-        throw InputError({"vdbfrac relevel", "a surface has no voxel size of its own", "--voxel SIZE or --across N", ""});
+        throw InputError(
+            {"vdbfrac relevel", "a surface has no voxel size of its own", "--voxel SIZE or --across N", ""});
     grid::Band band{o.voxelSize, o.across, o.halfWidth, memoryLimitOf(o.maxMemory)};
     const Say say = [&](const std::string& what) { log->info("{}", what); };
     RelevelReport report = grid ? fromGrid(o, band, say) : fromSurface(o, band, say);
@@ -144,15 +153,22 @@ int run(const RelevelCommand& o)
 Action addRelevel(CLI::App& app)
 {
     auto o = std::make_shared<RelevelCommand>();
-    CLI::App* c = app.add_subcommand("relevel", "Make a clean level set of a surface (.obj, .ply, .stl, .off), broken or not, or of a .vdb grid");
+    CLI::App* c = app.add_subcommand(
+        "relevel", "Make a clean level set of a surface (.obj, .ply, .stl, .off), broken or not, or of a .vdb grid");
     c->add_option("IN", o->input, "Surface or .vdb")->required();
     c->add_option("-o,--output", o->output, "Level set to write")->required()->type_name("OUT.vdb");
     c->add_option("--grid", o->grid, "Grid of a .vdb with several (default: the first level set)")->type_name("NAME");
     auto* voxel = c->add_option("--voxel", o->voxelSize, "Voxel size [m]")->check(PositiveFinite(kLongestLength));
-    c->add_option("--across", o->across, "Voxel size as voxels along the longest side")->check(CLI::Range(2, 100000))->excludes(voxel);
-    c->add_option("--half-width", o->halfWidth, "Voxels of the band on either side")->check(CLI::Range(2, 100))->capture_default_str();
+    c->add_option("--across", o->across, "Voxel size as voxels along the longest side")
+        ->check(CLI::Range(2, 100000))
+        ->excludes(voxel);
+    c->add_option("--half-width", o->halfWidth, "Voxels of the band on either side")
+        ->check(CLI::Range(2, 100))
+        ->capture_default_str();
     c->add_flag("--close-holes", o->closeHoles, "Repair by filling holes only");
-    c->add_option("--wrap", o->alpha, "Wrap the surface: gaps and hollows narrower than 2 ALPHA [m] are closed")->type_name("ALPHA")->check(PositiveFinite(kLongestLength));
+    c->add_option("--wrap", o->alpha, "Wrap the surface: gaps and hollows narrower than 2 ALPHA [m] are closed")
+        ->type_name("ALPHA")
+        ->check(PositiveFinite(kLongestLength));
     c->add_option("--redistance", o->redistancing, "How a grid is made a distance again")
         ->check(CLI::IsMember({"auto", "track", "sweep"}))
         ->capture_default_str();

@@ -27,8 +27,9 @@ std::string repairText(const repair::Repaired& r)
 
 std::string slopeText(const char* when, const grid::LevelSetReport& r)
 {
-    return fmt::format("|grad phi| {}: {:.4f} beside the surface (rms of its difference from 1: {:.4f}), {:.3f} to {:.3f} in the band", when,
-                       r.beside.mean, r.beside.rms, r.band.least, r.band.most);
+    return fmt::format(
+        "|grad phi| {}: {:.4f} beside the surface (rms of its difference from 1: {:.4f}), {:.3f} to {:.3f} in the band",
+        when, r.beside.mean, r.beside.rms, r.band.least, r.band.most);
 }
 
 Json slopeJson(const grid::GradientStatistics& g)
@@ -38,19 +39,31 @@ Json slopeJson(const grid::GradientStatistics& g)
 
 Json levelSetJson(const grid::LevelSetReport& r)
 {
-    return {{"volume", r.volume}, {"area", r.area}, {"slope_beside_surface", slopeJson(r.beside)}, {"slope_in_band", slopeJson(r.band)}};
+    return {{"volume", r.volume},
+            {"area", r.area},
+            {"slope_beside_surface", slopeJson(r.beside)},
+            {"slope_in_band", slopeJson(r.band)}};
 }
 
 Json surfaceJson(const tetmesh::SurfaceReport& r)
 {
-    return {{"closed", r.closed}, {"open_edges", r.openEdges}, {"non_manifold_edges", r.nonManifoldEdges}, {"volume", r.volume}, {"area", r.area}};
+    return {{"closed", r.closed},
+            {"open_edges", r.openEdges},
+            {"non_manifold_edges", r.nonManifoldEdges},
+            {"volume", r.volume},
+            {"area", r.area}};
 }
 
 Json repairJson(const repair::Repaired& r)
 {
-    return {{"joined_points", r.joinedPoints}, {"removed_faces", r.removedFaces},          {"turned_faces", r.turnedFaces},
-            {"filled_holes", r.filledHoles},   {"widest_hole", r.widestHole},              {"intersects_itself", r.searchGivenUp ? Json() : Json(r.intersectsItself)},
-            {"wrapped", r.wrapped},            {"surface", surfaceJson(r.after)}};
+    return {{"joined_points", r.joinedPoints},
+            {"removed_faces", r.removedFaces},
+            {"turned_faces", r.turnedFaces},
+            {"filled_holes", r.filledHoles},
+            {"widest_hole", r.widestHole},
+            {"intersects_itself", r.searchGivenUp ? Json() : Json(r.intersectsItself)},
+            {"wrapped", r.wrapped},
+            {"surface", surfaceJson(r.after)}};
 }
 
 const char* nameOf(grid::Redistancing how) { return how == grid::Redistancing::sweep ? "sweep" : "track"; }
@@ -60,11 +73,15 @@ const char* nameOf(grid::Redistancing how) { return how == grid::Redistancing::s
 std::vector<std::string> notesOf(const RelevelReport& r)
 {
     std::vector<std::string> notes;
-    if (r.repair && r.repair->intersectsItself && !r.repair->wrapped) notes.push_back("it intersects itself; what lies inside of it is filled");
+    if (r.repair && r.repair->intersectsItself && !r.repair->wrapped)
+        notes.push_back("it intersects itself; what lies inside of it is filled");
     if (r.repair && r.repair->searchGivenUp)
-        notes.push_back("so many triangles lie close to each other, as round one point, that where they intersect was not looked for to the end");
+        notes.push_back(
+            "so many triangles lie close to each other, as round one point, that where they intersect was not looked "
+            "for to the end");
     if (r.gaps > 0) notes.push_back(grid::gapText(r.gaps, r.levelSet.voxelSize()));
-    if (const std::string lost = volumeNote(r.after.volume, r.inputVolume, r.levelSet.voxelSize()); !lost.empty()) notes.push_back(lost);
+    if (const std::string lost = volumeNote(r.after.volume, r.inputVolume, r.levelSet.voxelSize()); !lost.empty())
+        notes.push_back(lost);
     return notes;
 }
 
@@ -78,11 +95,13 @@ std::string reportText(const RelevelReport& r)
         text += repairText(*r.repair) + "\n";
     }
     if (r.grid) {
-        text += fmt::format("grid: {:.6g} m^3, {:.6g} m^2\n{}\n", r.grid->before.volume, r.grid->before.area, slopeText("before", r.grid->before));
-        text += fmt::format("re-distanced by: {}{}\n", nameOf(r.grid->redistancing), r.grid->resampled ? ", and resampled" : "");
+        text += fmt::format("grid: {:.6g} m^3, {:.6g} m^2\n{}\n", r.grid->before.volume, r.grid->before.area,
+                            slopeText("before", r.grid->before));
+        text += fmt::format("re-distanced by: {}{}\n", nameOf(r.grid->redistancing),
+                            r.grid->resampled ? ", and resampled" : "");
     }
-    text += fmt::format("level set: {:.6g} m^3, {:.6g} m^2, voxels of {:.6g} m, {} in the band\n", r.after.volume, r.after.area,
-                        r.levelSet.voxelSize(), r.levelSet.activeVoxels());
+    text += fmt::format("level set: {:.6g} m^3, {:.6g} m^2, voxels of {:.6g} m, {} in the band\n", r.after.volume,
+                        r.after.area, r.levelSet.voxelSize(), r.levelSet.activeVoxels());
     text += slopeText("after", r.after) + "\n";
     for (const StageWork& s : r.work.stages()) text += fmt::format("{} {:.2f} s, ", s.name, s.seconds);
     return text + fmt::format("peak memory {:.2f} GiB", double(peakMemory()) / kGiB);
@@ -90,7 +109,10 @@ std::string reportText(const RelevelReport& r)
 
 Json reportJson(const RelevelReport& r, const std::string& input, const std::string& output)
 {
-    Json json = {{"input", input}, {"output", output}, {"voxel_size", r.levelSet.voxelSize()}, {"active_voxels", r.levelSet.activeVoxels()}};
+    Json json = {{"input", input},
+                 {"output", output},
+                 {"voxel_size", r.levelSet.voxelSize()},
+                 {"active_voxels", r.levelSet.activeVoxels()}};
     if (r.repair) {
         json["before"] = surfaceJson(r.repair->before);
         json["repair"] = repairJson(*r.repair);

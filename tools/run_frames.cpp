@@ -11,7 +11,8 @@ RunFrames readRunFrames(const std::filesystem::path& folder)
 {
     const std::filesystem::path manifest = folder / "run.json";
     if (std::filesystem::is_directory(folder) && !std::filesystem::exists(manifest))
-        throw FileError(folder.string(), "holds no run: it has no run.json; give the folder that 'vdbfrac sim -o' wrote");
+        throw FileError(folder.string(),
+                        "holds no run: it has no run.json; give the folder that 'vdbfrac sim -o' wrote");
     RunFrames run;
     try {
         const auto json = nlohmann::json::parse(readText(manifest));

@@ -54,7 +54,8 @@ std::string flaw(const fs::path& folder, const File& file, bool verify)
     if (!verify) return "";
     try {
         const std::string content = readText(path);
-        if (hexadecimal(hashBytes(content.data(), content.size())) != file.checksum) return "damaged: has another checksum than when it was written";
+        if (hexadecimal(hashBytes(content.data(), content.size())) != file.checksum)
+            return "damaged: has another checksum than when it was written";
         requireReadable(path);
     } catch (const Error& e) {
         return std::string("damaged: ") + e.what();
@@ -62,7 +63,10 @@ std::string flaw(const fs::path& folder, const File& file, bool verify)
     return "";
 }
 
-std::string rangeText(std::int64_t first, std::int64_t last) { return std::to_string(first) + (last > first ? "-" + std::to_string(last) : ""); }
+std::string rangeText(std::int64_t first, std::int64_t last)
+{
+    return std::to_string(first) + (last > first ? "-" + std::to_string(last) : "");
+}
 
 /// "1-3, 5" of rising numbers.
 std::string ranges(const std::vector<int>& numbers)
@@ -77,7 +81,8 @@ std::string ranges(const std::vector<int>& numbers)
     return text.empty() ? "none" : text;
 }
 
-/// Looks at the files of all frames; adds which are there, flawed or not written, of those that were asked for, and "flaws".
+/// Looks at the files of all frames; adds which are there, flawed or not written, of those that were asked for, and
+/// "flaws".
 void addFrames(const Json& manifest, const fs::path& folder, bool verify, RunInfo& info)
 {
     std::vector<int> whole, broken;
@@ -92,7 +97,8 @@ void addFrames(const Json& manifest, const fs::path& folder, bool verify, RunInf
     for (const Json& frame : manifest.at("frames")) {
         bool sound = true;
         for (const Json& entry : frame.at("files")) {
-            const File file{entry.at("path").get<std::string>(), entry.at("xxh3").get<std::string>(), entry.at("bytes").get<std::uint64_t>()};
+            const File file{entry.at("path").get<std::string>(), entry.at("xxh3").get<std::string>(),
+                            entry.at("bytes").get<std::uint64_t>()};
             const std::string what = flaw(folder, file, verify);
             if (what.empty()) continue;
             sound = false;
@@ -138,14 +144,18 @@ RunInfo runInfo(const fs::path& folder, bool verify)
     try {
         const Json manifest = Json::parse(readText(file));
         info.json = {{"folder", folder.string()}, {"kind", "run"}};
-        for (const char* key : {"creator", "scene", "status", "fps", "voxel_size", "frame_range", "steps", "start_volume", "volume"})
+        for (const char* key :
+             {"creator", "scene", "status", "fps", "voxel_size", "frame_range", "steps", "start_volume", "volume"})
             info.json[key] = manifest.at(key);
         addFrames(manifest, folder, verify, info);
         addCheckpoints(folder, verify, info);
-        info.json["verified"] = !info.sound ? "no, there are flaws" : verify ? "all checksums" : "sizes only; --verify compares checksums";
+        info.json["verified"] = !info.sound ? "no, there are flaws"
+                                : verify    ? "all checksums"
+                                            : "sizes only; --verify compares checksums";
         info.json["fragments"] = manifest.at("fragments");
     } catch (const Json::exception& e) {
-        throw InputError({file.string(), std::string("is not the manifest of a run: ") + e.what(), "", "give the folder that 'vdbfrac sim -o' wrote"});
+        throw InputError({file.string(), std::string("is not the manifest of a run: ") + e.what(), "",
+                          "give the folder that 'vdbfrac sim -o' wrote"});
     }
     return info;
 }

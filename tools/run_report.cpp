@@ -31,9 +31,11 @@ std::string workTable(const Ledger& work)
     std::string text = fmt::format("{:<10}{:>10}{:>8}  {}\n", "stage", "seconds", "share", "work");
     for (const StageWork& s : work.stages()) {
         std::string counts;
-        for (const auto& [what, n] : s.counts) counts += fmt::format("{}{} {}", counts.empty() ? "" : ", ", amount(n), what);
+        for (const auto& [what, n] : s.counts)
+            counts += fmt::format("{}{} {}", counts.empty() ? "" : ", ", amount(n), what);
         std::replace(counts.begin(), counts.end(), '_', ' ');
-        const std::string share = s.name == kBeside ? "beside" : fmt::format("{:.1f}%", total > 0 ? 100 * s.seconds / total : 0.);
+        const std::string share =
+            s.name == kBeside ? "beside" : fmt::format("{:.1f}%", total > 0 ? 100 * s.seconds / total : 0.);
         text += fmt::format("{:<10}{:>10.2f}{:>8}  {}\n", s.name, s.seconds, share, counts);
     }
     return text + fmt::format("{:<10}{:>10.2f}", "all", total);
@@ -50,11 +52,14 @@ std::string shortcomings(const std::vector<core::StepRecord>& steps, const Ledge
     }
     std::string text;
     if (shortest < INFINITY) text += fmt::format("cut back: steps down to {:.2e} s\n", shortest);
-    if (anyCapped(steps)) text += fmt::format("capped: relative residuals up to {:.2g}, of the best iterates up to {:.2g}\n", worst, best);
+    if (anyCapped(steps))
+        text +=
+            fmt::format("capped: relative residuals up to {:.2g}, of the best iterates up to {:.2g}\n", worst, best);
     std::int64_t held = 0;
     for (const StageWork& stage : work.stages()) held += work.countOf(stage.name, "held_back");
     if (held > 0)
-        text += fmt::format("held back: in {} steps time.front_cfl let cracks run slower than the material would\n", held);
+        text +=
+            fmt::format("held back: in {} steps time.front_cfl let cracks run slower than the material would\n", held);
     return text;
 }
 
@@ -62,9 +67,10 @@ std::string bodyTexts(const core::Simulation& simulation)
 {
     std::string text;
     for (const core::Body& body : simulation.bodies())
-        text += fmt::format("  body '{}': {:.4g} m^3, {} elements, {} nodes, {} voxels in the band, {} {}\n", body.name, body.startVolume,
-                            body.mesh->elements().size(), body.mesh->nodeCount(), body.phi.activeVoxels(), body.fragments.alive(),
-                            body.fragments.alive() == 1 ? "fragment" : "fragments");
+        text +=
+            fmt::format("  body '{}': {:.4g} m^3, {} elements, {} nodes, {} voxels in the band, {} {}\n", body.name,
+                        body.startVolume, body.mesh->elements().size(), body.mesh->nodeCount(), body.phi.activeVoxels(),
+                        body.fragments.alive(), body.fragments.alive() == 1 ? "fragment" : "fragments");
     return text;
 }
 
@@ -72,7 +78,8 @@ std::string bodyTexts(const core::SceneEstimate& estimate)
 {
     std::string text;
     for (const core::BodyEstimate& e : estimate.bodies)
-        text += fmt::format("  body '{}': {:.4g} m^3, about {} nodes and {} tets\n", e.body->name, e.volume, amount(std::int64_t(e.nodes)), amount(std::int64_t(e.tets)));
+        text += fmt::format("  body '{}': {:.4g} m^3, about {} nodes and {} tets\n", e.body->name, e.volume,
+                            amount(std::int64_t(e.nodes)), amount(std::int64_t(e.tets)));
     return text;
 }
 
@@ -88,13 +95,15 @@ std::string integratorText(std::string name)
 
 std::string planText(const scene::Scene& scene, const core::SceneEstimate& estimate, const core::Simulation* simulation)
 {
-    std::string text = fmt::format("scene '{}': frames {}-{} at {} fps, {} steps a frame\n", scene.name, scene.time.firstFrame,
-                                   scene.time.lastFrame, scene.time.fps,
+    std::string text = fmt::format("scene '{}': frames {}-{} at {} fps, {} steps a frame\n", scene.name,
+                                   scene.time.firstFrame, scene.time.lastFrame, scene.time.fps,
                                    scene.time.substeps > 0 ? std::to_string(scene.time.substeps) : std::string("auto"));
     text += simulation ? bodyTexts(*simulation) : bodyTexts(estimate);
     text += fmt::format("memory: about {:.2f} GiB\n", estimate.bytes / kGiB);
     text += "stages:\n  cut           on   elements from phi\n";
-    text += fmt::format("  solve         on   {}elasticity, {}\n", scene.solver.integrator == "static" ? "" : "inertia and ", integratorText(scene.solver.integrator));
+    text +=
+        fmt::format("  solve         on   {}elasticity, {}\n",
+                    scene.solver.integrator == "static" ? "" : "inertia and ", integratorText(scene.solver.integrator));
     text += scene.grips.empty() ? "  grips         off  no [[grip]] in the scene\n"
                                 : fmt::format("  grips         on   {} of them\n", scene.grips.size());
     for (const effects::EffectInfo& info : effects::effectList()) {
@@ -103,31 +112,38 @@ std::string planText(const scene::Scene& scene, const core::SceneEstimate& estim
         text += named ? fmt::format("  {:<13} on   joins: {}\n", info.table.name, info.stages)
                       : fmt::format("  {:<13} off  no [{}] in the scene\n", info.table.name, info.table.name);
     }
-    if (!simulation) return text + "note: estimated; what thin parts, overlaps and effects have to say is told when the run begins\n";
+    if (!simulation)
+        return text +
+               "note: estimated; what thin parts, overlaps and effects have to say is told when the run begins\n";
     for (const std::string& note : simulation->stages().notes) text += "note: " + note + "\n";
     return text;
 }
 
 std::string stepText(const core::StepRecord& s)
 {
-    return fmt::format("step {}  t {:.4f} s  dt {:.2e} s  newton {}  cg {}{}  {} frag.", s.step, s.time, s.dt, s.newtonIterations,
-                       s.linearIterations, s.cutbacks > 0 ? fmt::format("  cut back {}x", s.cutbacks) : "", s.fragments);
+    return fmt::format("step {}  t {:.4f} s  dt {:.2e} s  newton {}  cg {}{}  {} frag.", s.step, s.time, s.dt,
+                       s.newtonIterations, s.linearIterations,
+                       s.cutbacks > 0 ? fmt::format("  cut back {}x", s.cutbacks) : "", s.fragments);
 }
 
 bool anyCapped(const std::vector<core::StepRecord>& steps)
 {
-    return std::any_of(steps.begin(), steps.end(), [](const core::StepRecord& s) { return s.outcome == core::Outcome::capped; });
+    return std::any_of(steps.begin(), steps.end(),
+                       [](const core::StepRecord& s) { return s.outcome == core::Outcome::capped; });
 }
 
 std::string summaryText(const core::Simulation& simulation, const core::RunFolder& folder, const Ledger& work)
 {
     const auto count = [&](core::Outcome o) {
-        return std::count_if(folder.steps().begin(), folder.steps().end(), [o](const core::StepRecord& s) { return s.outcome == o; });
+        return std::count_if(folder.steps().begin(), folder.steps().end(),
+                             [o](const core::StepRecord& s) { return s.outcome == o; });
     };
-    std::string text = fmt::format("{} frames, {} steps: {} converged, {} cut back, {} capped\n", folder.frames().size(), folder.steps().size(),
-                                   count(core::Outcome::converged), count(core::Outcome::cutback), count(core::Outcome::capped));
-    text += fmt::format("{} {}; {:.2f} % of the material lost to cracks; peak memory {:.2f} GiB; state {}\n", simulation.fragments(),
-                        simulation.fragments() == 1 ? "fragment" : "fragments", 100 * (1 - simulation.volume() / simulation.startVolume()), double(peakMemory()) / kGiB,
+    std::string text = fmt::format("{} frames, {} steps: {} converged, {} cut back, {} capped\n",
+                                   folder.frames().size(), folder.steps().size(), count(core::Outcome::converged),
+                                   count(core::Outcome::cutback), count(core::Outcome::capped));
+    text += fmt::format("{} {}; {:.2f} % of the material lost to cracks; peak memory {:.2f} GiB; state {}\n",
+                        simulation.fragments(), simulation.fragments() == 1 ? "fragment" : "fragments",
+                        100 * (1 - simulation.volume() / simulation.startVolume()), double(peakMemory()) / kGiB,
                         folder.frames().empty() ? "-" : folder.frames().back().stateHash);
     text += shortcomings(folder.steps(), work) + workTable(work);
     return text + "\nwritten to " + folder.path().string();

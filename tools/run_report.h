@@ -10,7 +10,8 @@
 namespace vdbfrac::tools {
 
 /// The plan of a run: sizes, memory, the stages it will go through and why the others are off.
-std::string planText(const scene::Scene& scene, const core::SceneEstimate& estimate, const core::Simulation* simulation);
+std::string planText(const scene::Scene& scene, const core::SceneEstimate& estimate,
+                     const core::Simulation* simulation);
 /// One line on a step.
 std::string stepText(const core::StepRecord& step);
 bool anyCapped(const std::vector<core::StepRecord>& steps);

@@ -46,9 +46,10 @@ void limitFrames(scene::Scene& scene, const std::string& text)
     const bool single = !range && std::sscanf(text.c_str(), "%d%c", &last, &rest) == 1;
     if (single) first = scene.time.firstFrame;
     if (!(range || single) || first != scene.time.firstFrame || last < first || last > kMostFrames)
-        throw InputError({"--frames", "'" + text + "' is not a frame range of this scene",
-                          std::to_string(scene.time.firstFrame) + "-LAST, or LAST, up to " + std::to_string(kMostFrames),
-                          "a simulation starts at the scene's first frame"});
+        throw InputError(
+            {"--frames", "'" + text + "' is not a frame range of this scene",
+             std::to_string(scene.time.firstFrame) + "-LAST, or LAST, up to " + std::to_string(kMostFrames),
+             "a simulation starts at the scene's first frame"});
     scene.time.lastFrame = last;
 }
 
@@ -70,8 +71,8 @@ std::vector<core::Effect*> pointers(const std::vector<std::unique_ptr<core::Effe
     return p;
 }
 
-/// What the steps of a run depend on, as text: the scene, but for its last frame and the folders that files lie in. What is in the
-/// files shows in the bodies at rest.
+/// What the steps of a run depend on, as text: the scene, but for its last frame and the folders that files lie in.
+/// What is in the files shows in the bodies at rest.
 std::string settingsText(scene::Scene scene)
 {
     scene.time.lastFrame = scene.time.firstFrame;
@@ -88,9 +89,15 @@ constexpr const char* kStuck = "stuck";  // why a run was stopped, beside signal
 class Run {
 public:
     Run(const SimOptions& options, const scene::Scene& scene, core::Simulation& simulation, spdlog::logger& log)
-        : options_(options), scene_(scene), settings_(settingsText(scene)), simulation_(simulation), log_(log),
+        : options_(options),
+          scene_(scene),
+          settings_(settingsText(scene)),
+          simulation_(simulation),
+          log_(log),
           folder_(options.folder, scene, simulation.stages(),
-                  !options.resume.empty() ? core::Earlier::keep : options.overwrite ? core::Earlier::replace : core::Earlier::refuse),
+                  !options.resume.empty() ? core::Earlier::keep
+                  : options.overwrite     ? core::Earlier::replace
+                                          : core::Earlier::refuse),
           lastWritten_(scene.time.firstFrame - 1)
     {
     }
@@ -118,7 +125,8 @@ void Run::begin()
     std::vector<std::string> notes = simulation_.stages().notes;
     bool resumed = false;
     if (!options_.resume.empty()) {
-        const core::Resume how{settings_, std::min(lastToKeep(options_.resume), scene_.time.lastFrame), memoryLimitOf(options_.maxMemory)};
+        const core::Resume how{settings_, std::min(lastToKeep(options_.resume), scene_.time.lastFrame),
+                               memoryLimitOf(options_.maxMemory)};
         resumed = folder_.resume(simulation_, how, notes);
     }
     if (resumed)
@@ -126,13 +134,15 @@ void Run::begin()
     else
         folder_.writeCheckpoint(simulation_, settings_);  // from here on there is always one
     std::error_code none;
-    if (const auto own = folder_.path() / "scene.toml"; !std::filesystem::equivalent(own, scene_.file, none))  // what the user gave stays
+    // What the user gave stays.
+    if (const auto own = folder_.path() / "scene.toml"; !std::filesystem::equivalent(own, scene_.file, none))
         writeText(own, scene::writeScene(scene_, effects::effectTables()));
     logToFile(log_, folder_.path() / "run.log");
-    log_.info("vdbfrac {}  scene '{}'  {} nodes  {} tets  {} threads", core::kVersion, scene_.name, simulation_.x().size(),
-              simulation_.elastic().tetCount(), threadCount());
+    log_.info("vdbfrac {}  scene '{}'  {} nodes  {} tets  {} threads", core::kVersion, scene_.name,
+              simulation_.x().size(), simulation_.elastic().tetCount(), threadCount());
     if (resumed)
-        log_.info("goes on after step {}, {:.6g} s, with frame {}", simulation_.steps(), simulation_.time(), lastWritten_ + 1);
+        log_.info("goes on after step {}, {:.6g} s, with frame {}", simulation_.steps(), simulation_.time(),
+                  lastWritten_ + 1);
     else if (!options_.resume.empty())
         log_.info("there is no run yet: starts at frame {}", scene_.time.firstFrame);
     if (!options_.accuracy.empty()) log_.info("{}", accuracyText(scene_, options_.accuracy));
@@ -151,8 +161,10 @@ std::string Run::toFrame(int frame, const StopRequest& stop, Progress& progress)
         folder_.addStep(step);
         log_.debug("{}", stepText(step));
         if (step.outcome == core::Outcome::capped)
-            log_.warn("step {}: the solver hit its caps (relative residual {:.2g}, of the best iterate {:.2g}); the last iterate was kept",
-                      step.step, step.residual, step.leastResidual);
+            log_.warn(
+                "step {}: the solver hit its caps (relative residual {:.2g}, of the best iterate {:.2g}); the last "
+                "iterate was kept",
+                step.step, step.residual, step.leastResidual);
         progress.update(frame - first + (simulation_.time() - start) * scene_.time.fps, stepText(step));
         ++steps, troubled += step.outcome != core::Outcome::converged;
         if (steps >= kPatience && 3 * troubled > steps) return kStuck;
@@ -164,15 +176,18 @@ std::string Run::toFrame(int frame, const StopRequest& stop, Progress& progress)
 std::string Run::toLastFrame(const StopRequest& stop)
 {
     const int first = scene_.time.firstFrame, last = scene_.time.lastFrame;
-    Progress progress(options_.common.quiet ? "none" : options_.common.progress, last - first + 1, lastWritten_ + 1 - first);
+    Progress progress(options_.common.quiet ? "none" : options_.common.progress, last - first + 1,
+                      lastWritten_ + 1 - first);
     for (int frame = lastWritten_ + 1; frame <= last; ++frame) {
         if (const std::string reason = toFrame(frame, stop, progress); !reason.empty()) return reason;
         log_.debug("frame {}  state {}", frame, folder_.writeFrame(simulation_, frame));
         lastWritten_ = frame;
         const int every = options_.checkpointEvery;
-        if ((every > 0 && (frame - first) % every == 0) || frame == last) folder_.writeCheckpoint(simulation_, settings_);
-        progress.frame(frame, frame - first + 1,
-                       std::to_string(simulation_.fragments()) + (simulation_.fragments() == 1 ? " fragment" : " fragments"));
+        if ((every > 0 && (frame - first) % every == 0) || frame == last)
+            folder_.writeCheckpoint(simulation_, settings_);
+        progress.frame(
+            frame, frame - first + 1,
+            std::to_string(simulation_.fragments()) + (simulation_.fragments() == 1 ? " fragment" : " fragments"));
     }
     return "";
 }
@@ -181,19 +196,26 @@ int Run::end(const std::string& stopped)
 {
     if (!stopped.empty()) folder_.writeCheckpoint(simulation_, settings_);
     const bool capped = anyCapped(folder_.steps());
-    folder_.finish(simulation_, stopped == kStuck ? "stuck" : !stopped.empty() ? "stopped" : capped ? "done, not converged everywhere" : "done");
+    folder_.finish(simulation_, stopped == kStuck  ? "stuck"
+                                : !stopped.empty() ? "stopped"
+                                : capped           ? "done, not converged everywhere"
+                                                   : "done");
     Ledger work = folder_.work();
     for (const core::StepRecord& step : folder_.steps()) work.add(step.work);
     log_.info("{}", summaryText(simulation_, folder_, work));
     if (!stopped.empty()) {
         if (stopped == kStuck) {
-            log_.error("frame {} gets nowhere: too many of its steps were cut back or not solved, the last to {:.2g} s. What may help: slower grips, "
-                       "[damping] stiffness, a looser solver.newton_tolerance (0.02), a smaller poisson_ratio, another voxel_size; with a "
-                       "checkpoint it stops here, --resume tries on",
-                       lastWritten_ + 1, folder_.steps().back().dt);
+            log_.error(
+                "frame {} gets nowhere: too many of its steps were cut back or not solved, the last to {:.2g} s. What "
+                "may help: slower grips, "
+                "[damping] stiffness, a looser solver.newton_tolerance (0.02), a smaller poisson_ratio, another "
+                "voxel_size; with a "
+                "checkpoint it stops here, --resume tries on",
+                lastWritten_ + 1, folder_.steps().back().dt);
             return kNotConverged;
         }
-        log_.warn("stopped by {} after step {}, {:.6g} s, frame {}; go on with --resume", stopped, simulation_.steps(), simulation_.time(), lastWritten_);
+        log_.warn("stopped by {} after step {}, {:.6g} s, frame {}; go on with --resume", stopped, simulation_.steps(),
+                  simulation_.time(), lastWritten_);
         return kStopped;
     }
     return capped && options_.strict ? kNotConverged : kDone;
@@ -243,20 +265,27 @@ Action addSim(CLI::App& app)
     c->add_option("-f,--frames", o->frames, "Frames to simulate: FIRST-LAST or LAST (default: the scene's)");
     auto* overwrite = c->add_flag("--overwrite", o->overwrite, "Replace an earlier run in the folder");
     c->add_flag("--resume{latest}", o->resume,
-                "Go on with the run in the folder from its newest checkpoint, or with --resume=FRAME from the newest up to that frame; "
+                "Go on with the run in the folder from its newest checkpoint, or with --resume=FRAME from the newest "
+                "up to that frame; "
                 "starts where no run is yet")
         ->excludes(overwrite);
-    c->add_option("--checkpoint-every", o->checkpointEvery, "Frames from one checkpoint to the next; 0: only at the start, at the end, and when the run is stopped")
+    c->add_option(
+         "--checkpoint-every", o->checkpointEvery,
+         "Frames from one checkpoint to the next; 0: only at the start, at the end, and when the run is stopped")
         ->check(CLI::Range(0, kMostFrames))
         ->capture_default_str();
-    c->add_option("--time-limit", o->timeLimit, "Stop with a checkpoint after the step that ends later than this, as 3h50m (exit code 75)")
+    c->add_option("--time-limit", o->timeLimit,
+                  "Stop with a checkpoint after the step that ends later than this, as 3h50m (exit code 75)")
         ->type_name("TIME");
     addThreads(*c, o->threads);
-    c->add_option("--set", o->set, "Change a key of the scene: key=value, as in grid.voxel_size=0.02")->type_name("KEY=VALUE");
-    c->add_option("--accuracy", o->accuracy,
-                  "Make voxels, time steps and tolerance coarser or finer than the scene says, and say what to expect of it")
+    c->add_option("--set", o->set, "Change a key of the scene: key=value, as in grid.voxel_size=0.02")
+        ->type_name("KEY=VALUE");
+    c->add_option(
+         "--accuracy", o->accuracy,
+         "Make voxels, time steps and tolerance coarser or finer than the scene says, and say what to expect of it")
         ->check(CLI::IsMember(accuracyLevels()));
-    auto* plan = c->add_flag("-n,--plan", o->plan, "Only say what would run: sizes, memory, the stages and why the others are off");
+    auto* plan = c->add_flag("-n,--plan", o->plan,
+                             "Only say what would run: sizes, memory, the stages and why the others are off");
     c->add_flag("--strict", o->strict, "Exit with 3 when a step did not converge");
     addMaxMemory(*c, o->maxMemory, "the run");
     addCommonOptions(*c, o->common);

@@ -30,7 +30,8 @@ extern "C" void hear(int signal)
 
 }  // namespace
 
-StopRequest::StopRequest(std::chrono::steady_clock::time_point start, double timeLimit) : start_(start), timeLimit_(timeLimit)
+StopRequest::StopRequest(std::chrono::steady_clock::time_point start, double timeLimit)
+    : start_(start), timeLimit_(timeLimit)
 {
     interrupted = 0;
     requested = 0;
@@ -58,10 +59,12 @@ double parseDuration(const std::string& option, const std::string& text)
     for (const auto& [unit, size] : {std::pair{'h', 3600.}, {'m', 60.}, {'s', 1.}}) {
         double number = 0;
         const auto [after, error] = std::from_chars(rest, end, number);
-        if (error == std::errc{} && after != end && *after == unit && number >= 0 && std::isfinite(number)) seconds += number * size, rest = after + 1;
+        if (error == std::errc{} && after != end && *after == unit && number >= 0 && std::isfinite(number))
+            seconds += number * size, rest = after + 1;
     }
     if (rest != end || !(seconds > 0))
-        throw InputError({option, "'" + text + "' is not a time", "hours, minutes and seconds, as 3h50m, 90m or 45s", ""});
+        throw InputError(
+            {option, "'" + text + "' is not a time", "hours, minutes and seconds, as 3h50m, 90m or 45s", ""});
     return seconds;
 }
 

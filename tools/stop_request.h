@@ -6,8 +6,8 @@
 
 namespace vdbfrac::tools {
 
-/// From construction on SIGINT, SIGTERM and SIGUSR1 are heard instead of ending the program; a second SIGINT ends it with 130.
-/// One at a time.
+/// From construction on SIGINT, SIGTERM and SIGUSR1 are heard instead of ending the program; a second SIGINT ends it
+/// with 130. One at a time.
 class StopRequest {
 public:
     /// `timeLimit` [s] counts from `start`; infinity for none.

@@ -1,4 +1,5 @@
-// vdbfrac study: what accuracy costs. Error against time and work, for the settings of a scene's [study] or of the command line.
+// vdbfrac study: what accuracy costs. Error against time and work, for the settings of a scene's [study] or of the
+// command line.
 #include "bench/bench.h"
 #include "common.h"
 #include "memory.h"
@@ -48,7 +49,8 @@ std::string programFingerprint()
 /// This program and what makes the same study again.
 std::vector<std::string> ownCommand(const StudyOptions& o)
 {
-    std::vector<std::string> command = {fs::read_symlink("/proc/self/exe").string(), "study", o.plan.scene.string(), "--output=" + o.folder};
+    std::vector<std::string> command = {fs::read_symlink("/proc/self/exe").string(), "study", o.plan.scene.string(),
+                                        "--output=" + o.folder};
     const auto add = [&](const char* option, const std::vector<std::string>& values) {
         for (const std::string& v : values) command.push_back(option + v);
     };
@@ -72,7 +74,8 @@ void endAfter(double seconds)
 }
 
 /// A setting that cannot be simulated has a result too: why.
-study::Result simulateGuarded(const scene::Scene& scene, std::span<const scene::Study::Measure> measures, std::uint64_t limit)
+study::Result simulateGuarded(const scene::Scene& scene, std::span<const scene::Study::Measure> measures,
+                              std::uint64_t limit)
 {
     study::Result failed;
     try {
@@ -96,14 +99,16 @@ void endWith(int parent)
 int runOne(const StudyOptions& o, const study::Study& plan)
 {
     if (std::size_t(o.run) >= plan.runs.size())
-        throw InputError({"--run", "there is no run " + std::to_string(o.run), "0 to " + std::to_string(plan.runs.size() - 1), ""});
+        throw InputError(
+            {"--run", "there is no run " + std::to_string(o.run), "0 to " + std::to_string(plan.runs.size() - 1), ""});
     const study::Run& run = plan.runs[std::size_t(o.run)];
     study::Result result = run.result;
     if (run.scene) {
         const ThreadLimit threads(std::max(1, o.threads));
         endAfter(o.timeLimit);
         const std::uint64_t limit = memoryLimitOf(o.maxMemory);
-        result = simulateGuarded(*run.scene, o.round == 0 ? plan.spec.measures : std::vector<scene::Study::Measure>{}, limit);
+        result = simulateGuarded(*run.scene, o.round == 0 ? plan.spec.measures : std::vector<scene::Study::Measure>{},
+                                 limit);
     }
     result.fingerprint = run.fingerprint;
     result.peakBytes = peakMemory();
@@ -131,12 +136,14 @@ int runStudy(const StudyOptions& o, study::Study& plan)
     const int threads = o.threads > 0 ? o.threads : int(std::max(1u, std::thread::hardware_concurrency()));
     const auto say = [&](const std::string& line) { log->info("{}", line); };
     const study::RunReport report = runAll(plan, {ownCommand(o), o.folder, threads, o.threadsPerRun, say});
-    if (report.reused > 0) log->info("{} of {} runs reused, and {} rounds", report.reused, plan.runs.size(), report.reusedRounds);
+    if (report.reused > 0)
+        log->info("{} of {} runs reused, and {} rounds", report.reused, plan.runs.size(), report.reusedRounds);
     const study::Analysis analysis = study::analyse(plan, by);
     std::fputs(study::tableText(plan, analysis).c_str(), stdout);
     const fs::path folder = o.folder;
     writeText(folder / "study.csv", study::csvText(plan, analysis));
-    writeText(folder / "study.json", study::jsonOf(plan, analysis, bench::describeMachine(o.threadsPerRun ? threads : 1)).dump(2) + "\n");
+    writeText(folder / "study.json",
+              study::jsonOf(plan, analysis, bench::describeMachine(o.threadsPerRun ? threads : 1)).dump(2) + "\n");
     writeText(folder / "study.svg", study::svgText(plan, analysis));
     log->info("written to {}", folder.string());
     for (const std::string& d : report.differences) log->error("not the same again: {}", d);
@@ -151,22 +158,32 @@ int runStudy(const StudyOptions& o, study::Study& plan)
 Action addStudy(CLI::App& app)
 {
     auto o = std::make_shared<StudyOptions>();
-    CLI::App* c = app.add_subcommand("study", "Show what accuracy costs: error against time and work, over settings of a scene");
+    CLI::App* c =
+        app.add_subcommand("study", "Show what accuracy costs: error against time and work, over settings of a scene");
     c->add_option("SCENE", o->plan.scene, "Scene file (TOML), with [study] or with --vary")->required();
     c->add_option("-o,--output", o->folder, "Folder for the results (default: study_NAME)")->type_name("DIR");
-    c->add_option("--vary", o->plan.vary, "Values of a key, instead of the series of [study]; may be given several times")
-        ->type_name("KEY=V1,V2,...")->allow_extra_args(false);
+    c->add_option("--vary", o->plan.vary,
+                  "Values of a key, instead of the series of [study]; may be given several times")
+        ->type_name("KEY=V1,V2,...")
+        ->allow_extra_args(false);
     c->add_flag("--grid", o->plan.grid, "All combinations of what is varied");
-    c->add_option("--measure", o->plan.measure, "What to measure, instead of the measures of [study]; may be given several times")
-        ->type_name("QUANTITY[:KEY=VALUE,...]")->allow_extra_args(false);
-    c->add_option("--by", o->by, "Measure that settings are marked and plotted by (default: the first)")->type_name("MEASURE");
+    c->add_option("--measure", o->plan.measure,
+                  "What to measure, instead of the measures of [study]; may be given several times")
+        ->type_name("QUANTITY[:KEY=VALUE,...]")
+        ->allow_extra_args(false);
+    c->add_option("--by", o->by, "Measure that settings are marked and plotted by (default: the first)")
+        ->type_name("MEASURE");
     c->add_option("--set", o->plan.set, "Change a key of the scene in all settings: key=value")->type_name("KEY=VALUE");
-    c->add_option("--rounds", o->rounds, "How often each setting is timed (default: the scene's, or 5)")->check(CLI::Range(0, 1000));
+    c->add_option("--rounds", o->rounds, "How often each setting is timed (default: the scene's, or 5)")
+        ->check(CLI::Range(0, 1000));
     addThreads(*c, o->threads, "Threads in all (default: all cores); with --run, of the run (default: 1)");
-    c->add_flag("--threads-per-run", o->threadsPerRun, "One run at a time, on all threads; else side by side on one thread each");
+    c->add_flag("--threads-per-run", o->threadsPerRun,
+                "One run at a time, on all threads; else side by side on one thread each");
     c->add_option("--time-limit", o->timeLimit, "Seconds that a run may take")->type_name("S")->check(PositiveFinite());
     addMaxMemory(*c, o->maxMemory, "a run");
-    c->add_option("--run", o->run, "Only this run, in this process: writes runs/K.json")->type_name("K")->check(CLI::Range(0, 1000000));
+    c->add_option("--run", o->run, "Only this run, in this process: writes runs/K.json")
+        ->type_name("K")
+        ->check(CLI::Range(0, 1000000));
     c->add_option("--round", o->round, "With --run: time it only, for this round")->type_name("R");
     c->add_option("--parent", o->parent)->group("");  // of runs that a study starts; hidden
     addCommonOptions(*c, o->common);

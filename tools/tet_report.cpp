@@ -17,26 +17,33 @@ namespace {
 std::string volumeText(const TetReport& report, const TetResult& result)
 {
     const auto against = [&](const char* what, double volume) {
-        return fmt::format(", {} {:.6g} m^3 ({:+.3f} %)", what, volume, 100 * volumeChange(result.materialVolume, volume));
+        return fmt::format(", {} {:.6g} m^3 ({:+.3f} %)", what, volume,
+                           100 * volumeChange(result.materialVolume, volume));
     };
-    return fmt::format("volume {:.6g} m^3", result.materialVolume) + (report.inputVolume > 0 ? against("the input has", report.inputVolume) : "") +
-           against("its level set", report.levelSetVolume) + fmt::format(", {} inverted tets\n", report.quality.inverted);
+    return fmt::format("volume {:.6g} m^3", result.materialVolume) +
+           (report.inputVolume > 0 ? against("the input has", report.inputVolume) : "") +
+           against("its level set", report.levelSetVolume) +
+           fmt::format(", {} inverted tets\n", report.quality.inverted);
 }
 
 /// Lattice nodes are there once for each part that a cell is cut into.
 std::string copiesText(const TetReport& report)
 {
-    return report.coincidentPoints == 0 ? ""
-                                        : fmt::format("{} points lie on another one: copies of a node, for parts that do not hang together in the cells "
-                                                      "round it: at cracks, slits, gaps and thin places. Joining them would join the parts\n",
-                                                      report.coincidentPoints);
+    return report.coincidentPoints == 0
+               ? ""
+               : fmt::format(
+                     "{} points lie on another one: copies of a node, for parts that do not hang together in the cells "
+                     "round it: at cracks, slits, gaps and thin places. Joining them would join the parts\n",
+                     report.coincidentPoints);
 }
 
 }  // namespace
 
 std::size_t coincidentPoints(const tetmesh::TetMesh& mesh)
 {
-    const auto before = [](const Vec3& a, const Vec3& b) { return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3); };
+    const auto before = [](const Vec3& a, const Vec3& b) {
+        return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
+    };
     std::vector<Vec3> sorted(mesh.points.begin(), mesh.points.end());
     std::sort(sorted.begin(), sorted.end(), before);
     return std::size_t(sorted.end() - std::unique(sorted.begin(), sorted.end()));
@@ -73,7 +80,8 @@ std::string reportJson(const TetReport& report, const TetResult& result, const s
         {"level_set_volume", report.levelSetVolume},
         {"material_volume", result.materialVolume},
         {"input_volume", report.inputVolume > 0 ? nlohmann::json(report.inputVolume) : nlohmann::json()},
-        {"volume_error", volumeChange(result.materialVolume, report.inputVolume > 0 ? report.inputVolume : report.levelSetVolume)},
+        {"volume_error",
+         volumeChange(result.materialVolume, report.inputVolume > 0 ? report.inputVolume : report.levelSetVolume)},
         {"level_set_volume_error", volumeChange(result.materialVolume, report.levelSetVolume)},
         {"coincident_points", report.coincidentPoints},
         {"tet_volume", {{"sum", q.volume}, {"smallest", q.smallestVolume}}},

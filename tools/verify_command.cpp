@@ -80,7 +80,8 @@ std::vector<verify::HardCase> chosenCases(const VerifyOptions& options)
     };
     for (const verify::HardCase& c : options.torture ? hard : torture)
         if (isNamed(c))
-            throw InputError({"--only", std::string(c.id) + " goes with " + (options.torture ? "--hard" : "--torture"), "", ""});
+            throw InputError(
+                {"--only", std::string(c.id) + " goes with " + (options.torture ? "--hard" : "--torture"), "", ""});
     const auto table = options.torture ? torture : hard;
     std::vector<verify::HardCase> chosen;
     std::copy_if(table.begin(), table.end(), std::back_inserter(chosen),
@@ -124,9 +125,12 @@ Action addVerify(CLI::App& app)
     which->require_option(1);
     which->add_flag("--hard", o->hard, "The hard cases of the simulation");
     which->add_flag("--torture", o->torture, "Hard cases while something tears");
-    CLI::Option* random =
-        which->add_option("--random", o->random.scenes, "Random scenes, this many")->check(CLI::Range(1, 1000000))->type_name("N");
-    c->add_option("--seed", o->random.seed, "Of the first random scene; the others follow")->capture_default_str()->needs(random);
+    CLI::Option* random = which->add_option("--random", o->random.scenes, "Random scenes, this many")
+                              ->check(CLI::Range(1, 1000000))
+                              ->type_name("N");
+    c->add_option("--seed", o->random.seed, "Of the first random scene; the others follow")
+        ->capture_default_str()
+        ->needs(random);
     c->add_option("--keep", o->random.keep, "Write random scenes that break a law into this folder")
         ->type_name("DIR")
         ->needs(random);

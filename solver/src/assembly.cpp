@@ -7,7 +7,9 @@ namespace vdbfrac::solver {
 Eigen::SparseMatrix<double> assemble(const LinearSystem& system)
 {
     std::vector<Eigen::Triplet<double>> entries;
-    eachEntry(system, {}, [&](Eigen::Index row, Eigen::Index column, double value) { entries.emplace_back(int(row), int(column), value); });
+    eachEntry(system, {}, [&](Eigen::Index row, Eigen::Index column, double value) {
+        entries.emplace_back(int(row), int(column), value);
+    });
     const Eigen::Index size = Eigen::Index(3 * system.elastic.nodeCount());
     Eigen::SparseMatrix<double> A(size, size);
     A.setFromTriplets(entries.begin(), entries.end());

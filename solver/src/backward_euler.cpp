@@ -45,7 +45,8 @@ public:
     {
         elastic_ = &elastic;
         linear_.rebind(elastic);
-        for (auto* v : {&predicted_, &outer_, &direction_, &here_.x, &here_.gradient, &there_.x, &there_.gradient, &report_.reaction})
+        for (auto* v : {&predicted_, &outer_, &direction_, &here_.x, &here_.gradient, &there_.x, &there_.gradient,
+                        &report_.reaction})
             v->resize(elastic.nodeCount());
     }
 
@@ -57,10 +58,7 @@ public:
         evaluate(here_);
         return relative(here_);
     }
-    std::size_t bytes() const
-    {
-        return 8 * elastic_->nodeCount() * sizeof(Vec3) + tangent_.bytes() + linear_.bytes();
-    }
+    std::size_t bytes() const { return 8 * elastic_->nodeCount() * sizeof(Vec3) + tangent_.bytes() + linear_.bytes(); }
 
 private:
     void evaluate(Point& p);
@@ -109,7 +107,7 @@ private:
     struct Side {
         std::vector<Vec3> gradient, direction;
     };
-    std::vector<Side> sides_;     // kept for their memory
+    std::vector<Side> sides_;  // kept for their memory
     std::size_t sideCount_ = 0;
     std::vector<Vec3> combined_;  // the shortest mean of their gradients
 
@@ -118,7 +116,8 @@ private:
     HessianShares shares_;
     bool prepared_ = false;  // there is a preconditioner of this step
     double reach_ = 0;       // m: no farther away a gradient that no longer descends is taken for one beyond a crease
-    double crease_ = -1;     // N: size of the shortest mean of gradients where here_ is a minimum at a crease, or below 0
+    // N: size of the shortest mean of gradients where here_ is a minimum at a crease, or below 0.
+    double crease_ = -1;
     std::span<Potential* const> potentials_;
     const Boundary* boundary_ = nullptr;
     std::vector<std::uint8_t> fixed_;  // nodes that do not answer: held ones, and frozen ones
@@ -160,7 +159,8 @@ void BackwardEuler::Newton::freezeLooseParts()
     std::vector<std::uint8_t> held(*std::max_element(part.begin(), part.end()) + 1, 0);
     for (std::size_t i = 0; i < part.size(); ++i) held[part[i]] |= boundary_->fixed[i];
     for (std::size_t i = 0; i < part.size(); ++i) fixed_[i] |= !held[part[i]];
-    report_.frozenNodes = std::size_t(std::count_if(part.begin(), part.end(), [&](std::uint32_t p) { return !held[p]; }));
+    report_.frozenNodes =
+        std::size_t(std::count_if(part.begin(), part.end(), [&](std::uint32_t p) { return !held[p]; }));
 }
 
 void BackwardEuler::Newton::evaluate(Point& p)
@@ -183,7 +183,8 @@ void BackwardEuler::Newton::evaluate(Point& p)
 /// Adds inertia and outer forces to the gradient, which holds the elastic ones, and measures all of them in one pass.
 void BackwardEuler::Newton::measureForces(Point& p)
 {
-    constexpr double kRounding = 2e-15;  // of the magnitudes a nodal force is added from: some ten roundings of a double
+    // Of the magnitudes a nodal force is added from: some ten roundings of a double.
+    constexpr double kRounding = 2e-15;
     constexpr double kPhiRounding = 1e-14;  // of the magnitudes phi is added from
     enum { elastic, outer, inertia, total, noise, stretched, kinetic, work, sums };
     const std::span<const double> mass = elastic_->mass(), stiffness = elastic_->stiffness();
@@ -234,8 +235,8 @@ double BackwardEuler::Newton::jump() const
     });
 }
 
-/// The start of a step in which held nodes jump: the linearised body follows them as a whole. Moved alone they would crush
-/// or tear the cells next to them, and Newton's method would start from there; it does so if that is lower.
+/// The start of a step in which held nodes jump: the linearised body follows them as a whole. Moved alone they would
+/// crush or tear the cells next to them, and Newton's method would start from there; it does so if that is lower.
 void BackwardEuler::Newton::lift()
 {
     evaluate(here_);
@@ -245,7 +246,8 @@ void BackwardEuler::Newton::lift()
     elastic_->addProduct(tangent_, direction_, here_.gradient);
     there_.x = here_.x;
     hold(there_);
-    const bool definite = solve(here_.gradient, direction_, settings_.linearTolerance) != LinearStatus::negativeCurvature;
+    const bool definite =
+        solve(here_.gradient, direction_, settings_.linearTolerance) != LinearStatus::negativeCurvature;
     ++report_.newtonIterations;
     eachNode<double>(here_.x.size(), [&](std::size_t i) { here_.x[i] -= direction_[i]; });
     hold(here_);
@@ -263,11 +265,13 @@ void BackwardEuler::Newton::lift()
 double BackwardEuler::Newton::enough() const
 {
     constexpr double kShare = 0.2, kLoosest = 0.1;
-    return std::max(settings_.linearTolerance, std::min(kShare * settings_.tolerance * here_.forceScale / here_.norm, kLoosest));
+    return std::max(settings_.linearTolerance,
+                    std::min(kShare * settings_.tolerance * here_.forceScale / here_.norm, kLoosest));
 }
 
 /// Solves for the direction that belongs to a gradient.
-LinearStatus BackwardEuler::Newton::solve(std::span<const Vec3> gradient, std::vector<Vec3>& direction, double tolerance)
+LinearStatus BackwardEuler::Newton::solve(std::span<const Vec3> gradient, std::vector<Vec3>& direction,
+                                          double tolerance)
 {
     const LinearReport r = linear_.solve({*elastic_, tangent_, inertia_ + shares_.mass, fixed_}, gradient, direction,
                                          {tolerance, settings_.linearIterations}, prepared_);
@@ -301,14 +305,15 @@ bool BackwardEuler::Newton::descend()
     return found == Search::accepted || (found == Search::crease && followCrease());
 }
 
-/// Where s2 + s3 of a tet passes 0, its rotation jumps and with it its force. If its cell is dilated there, Phi has a valley with
-/// a crease for a bottom, and no gradient near it is small. What is small is a weighted mean of the gradients on its sides, in the
-/// metric of the tangent: the direction for it leads along the crease, and where it is 0 none leads down (Lemarechal 1977; Burke,
-/// Lewis, Overton 2005, section 2). False when it could not be followed; there_ is beyond a crease.
+/// Where s2 + s3 of a tet passes 0, its rotation jumps and with it its force. If its cell is dilated there, Phi has a
+/// valley with a crease for a bottom, and no gradient near it is small. What is small is a weighted mean of the
+/// gradients on its sides, in the metric of the tangent: the direction for it leads along the crease, and where it is 0
+/// none leads down (Lemarechal 1977; Burke, Lewis, Overton 2005, section 2). False when it could not be followed;
+/// there_ is beyond a crease.
 bool BackwardEuler::Newton::followCrease()
 {
-    constexpr double kNear = 1e-4;  // cells: as near as that the minimum is known in the end
-    constexpr double kMoves = 4;    // how much farther than the last move sides are looked for
+    constexpr double kNear = 1e-4;    // cells: as near as that the minimum is known in the end
+    constexpr double kMoves = 4;      // how much farther than the last move sides are looked for
     constexpr double kCloser = 0.25;  // how much nearer, where what looked like one was none
     const double near = kNear * elastic_->h(), solved = settings_.tolerance * here_.forceScale + here_.noise;
     const auto add = [&](std::span<const Vec3> gradient) -> Side& {
@@ -327,7 +332,8 @@ bool BackwardEuler::Newton::followCrease()
         if (solve(beyond.gradient, beyond.direction, enough()) == LinearStatus::negativeCurvature) return false;
         combineSides();
         const double least = freeNorm(combined_);
-        if (!(dot(direction_, combined_) > 0 && least <= here_.norm)) {  // bent, not creased: nothing but a shorter step
+        // Bent, not creased: nothing but a shorter step.
+        if (!(dot(direction_, combined_) > 0 && least <= here_.norm)) {
             reach_ = kCloser * farthest;
             direction_ = sides_[0].direction;
             if (search(here_.gradient) == Search::accepted) return true;
@@ -339,7 +345,8 @@ bool BackwardEuler::Newton::followCrease()
             return true;
         }
         const Search found = search(combined_);
-        if (found == Search::accepted) reach_ = std::max(near, std::min(reach_, kMoves * farthestMove(here_.x, there_.x)));
+        if (found == Search::accepted)
+            reach_ = std::max(near, std::min(reach_, kMoves * farthestMove(here_.x, there_.x)));
         if (found != Search::crease) return found == Search::accepted;
     }
     evaluate(here_);
@@ -353,8 +360,9 @@ void BackwardEuler::Newton::combineSides()
     Eigen::MatrixXd products(n, n);
     for (Eigen::Index i = 0; i < n; ++i)
         for (Eigen::Index j = 0; j <= i; ++j)
-            products(i, j) = products(j, i) = 0.5 * (dot(sides_[std::size_t(i)].gradient, sides_[std::size_t(j)].direction) +
-                                                     dot(sides_[std::size_t(j)].gradient, sides_[std::size_t(i)].direction));
+            products(i, j) = products(j, i) =
+                0.5 * (dot(sides_[std::size_t(i)].gradient, sides_[std::size_t(j)].direction) +
+                       dot(sides_[std::size_t(j)].gradient, sides_[std::size_t(i)].direction));
     const Eigen::VectorXd weight = leastMean(products);
     combined_.resize(here_.x.size());
     eachNode<double>(here_.x.size(), [&](std::size_t node) {
@@ -368,7 +376,8 @@ void BackwardEuler::Newton::combineSides()
 
 double BackwardEuler::Newton::freeNorm(std::span<const Vec3> gradient) const
 {
-    return std::sqrt(nodeSum<double>(gradient.size(), [&](std::size_t i) { return fixed_[i] ? 0 : gradient[i].squaredNorm(); }));
+    return std::sqrt(
+        nodeSum<double>(gradient.size(), [&](std::size_t i) { return fixed_[i] ? 0 : gradient[i].squaredNorm(); }));
 }
 
 /// Looks along -direction_, which belongs to the gradient, for a point that is lower.
@@ -395,8 +404,8 @@ BackwardEuler::Newton::Search BackwardEuler::Newton::search(std::span<const Vec3
     return Search::failed;
 }
 
-/// Shifts each part without fixed nodes by what zeroes its summed gradient: internal forces cancel in the sum and do not
-/// change under a shift, so only inertia answers. Sums run over nodes in order.
+/// Shifts each part without fixed nodes by what zeroes its summed gradient: internal forces cancel in the sum and do
+/// not change under a shift, so only inertia answers. Sums run over nodes in order.
 void BackwardEuler::Newton::balanceMomentum()
 {
     if (!(inertia_ > 0)) return;
@@ -431,7 +440,8 @@ void BackwardEuler::Newton::finish(State& state)
 
 const StepReport& BackwardEuler::Newton::run(State& state)
 {
-    constexpr double kJump = 0.1;  // of a cell: strains for which the linearised body is a better start than one at rest
+    // Of a cell: strains for which the linearised body is a better start than one at rest.
+    constexpr double kJump = 0.1;
     if (jump() > kJump * elastic_->h()) {
         lift();
     } else {
@@ -475,7 +485,8 @@ double BackwardEuler::residual(const State& state, double dt, const System& syst
 
 std::size_t BackwardEuler::bytes() const { return newton_->bytes(); }
 
-StepReport stepBackwardEuler(const ElasticOperator& elastic, State& state, double dt, const System& system, const NewtonSettings& settings)
+StepReport stepBackwardEuler(const ElasticOperator& elastic, State& state, double dt, const System& system,
+                             const NewtonSettings& settings)
 {
     return BackwardEuler(elastic, settings).step(state, dt, system);
 }

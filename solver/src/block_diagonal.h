@@ -14,13 +14,15 @@ class BlockDiagonal {
 public:
     void resize(std::size_t nodes) { lanes_.resize((nodes + kLanes - 1) / kLanes); }
     const LaneBlocks* lanes() const { return lanes_.data(); }
-    float& at(std::size_t node, std::size_t k) { return lanes_[node / kLanes].v[k][node % kLanes]; }  ///< k: xx, yy, zz, yz, zx, xy
+    /// k: xx, yy, zz, yz, zx, xy.
+    float& at(std::size_t node, std::size_t k) { return lanes_[node / kLanes].v[k][node % kLanes]; }
     template <class V>
     V times(std::size_t node, const V& r) const
     {
         using Real = typename V::Scalar;
         const auto v = [&](std::size_t k) { return Real(lanes_[node / kLanes].v[k][node % kLanes]); };
-        return V(v(0) * r[0] + v(5) * r[1] + v(4) * r[2], v(5) * r[0] + v(1) * r[1] + v(3) * r[2], v(4) * r[0] + v(3) * r[1] + v(2) * r[2]);
+        return V(v(0) * r[0] + v(5) * r[1] + v(4) * r[2], v(5) * r[0] + v(1) * r[1] + v(3) * r[2],
+                 v(4) * r[0] + v(3) * r[1] + v(2) * r[2]);
     }
     std::size_t bytes() const { return lanes_.capacity() * sizeof(LaneBlocks); }
 

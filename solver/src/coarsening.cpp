@@ -19,7 +19,8 @@ constexpr std::uint32_t kNone = 0xffffffff;
 Coord halved(Coord c) { return {c.x >> 1, c.y >> 1, c.z >> 1}; }
 int cornerAt(Coord c) { return c.x | c.y << 1 | c.z << 2; }
 
-/// For a finer cell at `offset` (0 or 1 an axis) in the coarse one: the coarse tet round the middle of each of its tets.
+/// For a finer cell at `offset` (0 or 1 an axis) in the coarse one: the coarse tet round the middle of each of its
+/// tets.
 std::array<std::uint8_t, kMostTets> coarseTets(CellShape shape, Coord offset)
 {
     const tetmesh::CellTets& tets = tetmesh::cellTets(shape);
@@ -121,7 +122,8 @@ private:
             if (component_.find(root) == root) addElement(set, members, root, firstElement);
     }
 
-    void addElement(const ElementSet& set, std::span<const Placed> members, std::uint32_t root, std::uint32_t firstElement)
+    void addElement(const ElementSet& set, std::span<const Placed> members, std::uint32_t root,
+                    std::uint32_t firstElement)
     {
         static const CoarseTetTable kCoarseTets;
         const std::uint32_t number = std::uint32_t(coarse_.size());
@@ -136,16 +138,19 @@ private:
             const auto& tets = kCoarseTets.of[int(fine.shape)][cornerAt(offset)];
             out_.finer.children.push_back(firstElement + members[m].element);
             const tetmesh::CellTets& shape = tetmesh::cellTets(fine.shape);
-            for (std::size_t t = 0; t < std::size_t(shape.count); ++t) coarse.share[tets[t]] += 6 * shape.volume[t] * fine.fraction[t];
+            for (std::size_t t = 0; t < std::size_t(shape.count); ++t)
+                coarse.share[tets[t]] += 6 * shape.volume[t] * fine.fraction[t];
             const auto used = usedCorners(fine);
             for (int c = 0; c < kCorners; ++c)
-                if (used[std::size_t(c)]) link(set.firstNode + fine.node[std::size_t(c)], number, offset + tetmesh::cornerOffset(c));
+                if (used[std::size_t(c)])
+                    link(set.firstNode + fine.node[std::size_t(c)], number, offset + tetmesh::cornerOffset(c));
         }
         out_.finer.start.push_back(std::uint32_t(out_.finer.children.size()));
         coarse_.push_back(coarse);
     }
 
-    /// Finer node at `p` in coarse element `number` takes its value from two corners of it; all elements agree on which.
+    /// Finer node at `p` in coarse element `number` takes its value from two corners of it; all elements agree on
+    /// which.
     void link(std::uint32_t node, std::uint32_t number, Coord p)
     {
         const std::uint32_t low = number * kCorners + std::uint32_t(cornerAt(halved(p)));
@@ -163,7 +168,8 @@ private:
     CoarseLattice out_;
     std::vector<Element> coarse_;
     std::vector<std::uint32_t> firstElementOfSet_;
-    std::vector<std::array<std::uint32_t, 2>> copies_;  // of each finer node: corners 8 element + corner of the first element that has it
+    // Of each finer node: corners 8 element + corner of the first element that has it.
+    std::vector<std::array<std::uint32_t, 2>> copies_;
     DisjointSets joints_, component_;
     std::vector<std::pair<std::uint32_t, std::uint32_t>> seen_;
     Coord block_;

@@ -1,10 +1,10 @@
 // A lattice of twice the spacing, made of what there is on the finer one. Not installed.
 //
-// A coarse cell stands over 2^3 finer ones. The finer elements in it that hang together by nodes make one coarse element,
-// so a crack that parts them gives two, with corners of their own; and two coarse elements share a corner only where a
-// finer node that both have takes its value from it. So cracks do not couple on any level.
-// Values go from coarse to fine linearly along the edges of the Kuhn tets: the finer node at p takes the mean of the
-// coarse nodes at floor(p / 2) and ceil(p / 2), which are one for even p. On six-tet lattices these spaces are nested.
+// A coarse cell stands over 2^3 finer ones. The finer elements in it that hang together by nodes make one coarse
+// element, so a crack that parts them gives two, with corners of their own; and two coarse elements share a corner only
+// where a finer node that both have takes its value from it. So cracks do not couple on any level. Values go from
+// coarse to fine linearly along the edges of the Kuhn tets: the finer node at p takes the mean of the coarse nodes at
+// floor(p / 2) and ceil(p / 2), which are one for even p. On six-tet lattices these spaces are nested.
 #pragma once
 
 #include <vdbfrac/solver/elastic_operator.h>

@@ -25,7 +25,7 @@ std::size_t Tangent::bytes() const { return capacity_ * sizeof(TetTangent); }
 void Tangent::resize(std::size_t tets)
 {
     if (tets > capacity_) {
-        capacity_ = capacity_ == 0 ? tets : tets + tets / 8;  // cracks add a few a step
+        capacity_ = capacity_ == 0 ? tets : tets + tets / 8;              // cracks add a few a step
         tets_ = std::make_unique_for_overwrite<TetTangent[]>(capacity_);  // first touched by the threads that fill it
     }
     count_ = tets;
@@ -59,8 +59,8 @@ void robustTwist(const double* packedS, double t, double* T)
 
 constexpr RobustTet kRobust = {robustPolar, robustTwist};
 
-/// Sums over the tets round each node of a quarter of the tet's material volume, times the density and times the stiffness of
-/// its material: one pass over the elements for both.
+/// Sums over the tets round each node of a quarter of the tet's material volume, times the density and times the
+/// stiffness of its material: one pass over the elements for both.
 void lump(std::span<const ElementSet> sets, double h, std::vector<double>& mass, std::vector<double>& stiffness)
 {
     for (const ElementSet& set : sets) {
@@ -88,7 +88,8 @@ void addSums(const NodeSums<Vec3>& sums, std::span<Vec3> to)
 
 }  // namespace
 
-ElasticOperator::ElasticOperator(std::span<const ElementSet> sets, std::size_t nodeCount, double h, Elasticity elasticity)
+ElasticOperator::ElasticOperator(std::span<const ElementSet> sets, std::size_t nodeCount, double h,
+                                 Elasticity elasticity)
     : data_(std::make_unique<Data>())
 {
     Data& d = *data_;
@@ -134,15 +135,17 @@ std::size_t ElasticOperator::bytes() const
 std::size_t ElasticOperator::productBytes() const
 {
     const Patches& p = data_->p;
-    const auto straight = std::size_t(std::count_if(p.straight.begin(), p.straight.end(), [](std::uint32_t slot) { return slot != kNoSlot; }));
-    const std::size_t unread = sizeof(std::uint32_t) * (p.laneOfElement.size() + 2 * kLanes * straight);  // start and slots
-    return p.tangentCount * sizeof(TetTangent) + p.bytes() - unread +
-           (2 * p.slots.size() + nodeCount()) * sizeof(Vec3);
+    const auto straight = std::size_t(
+        std::count_if(p.straight.begin(), p.straight.end(), [](std::uint32_t slot) { return slot != kNoSlot; }));
+    // Start and slots.
+    const std::size_t unread = sizeof(std::uint32_t) * (p.laneOfElement.size() + 2 * kLanes * straight);
+    return p.tangentCount * sizeof(TetTangent) + p.bytes() - unread + (2 * p.slots.size() + nodeCount()) * sizeof(Vec3);
 }
 
 std::size_t ElasticOperator::productBytesWritten() const { return data_->p.slots.size() * sizeof(Vec3); }
 
-double ElasticOperator::evaluate(std::span<const Vec3> x, std::span<Vec3> gradient, Tangent* tangent, double share) const
+double ElasticOperator::evaluate(std::span<const Vec3> x, std::span<Vec3> gradient, Tangent* tangent,
+                                 double share) const
 {
     const Data& d = *data_;
     if (tangent) {
@@ -194,7 +197,8 @@ void ElasticOperator::Data::eachTet(TetTangent* tangents, const F& f) const
         for (std::size_t b = patch.firstBatch; b < patch.firstBatch + patch.batches; ++b)
             for (std::size_t t = 0; t < p.tetsOf(b); ++t)
                 for (std::size_t l = 0; l < kLanes; ++l)
-                    if (const double share = volumeShare(b, t, l); share > 0) f(tangents[p.batches[b].tangent + t], l, patch.mu * share * h);
+                    if (const double share = volumeShare(b, t, l); share > 0)
+                        f(tangents[p.batches[b].tangent + t], l, patch.mu * share * h);
     });
 }
 
@@ -274,7 +278,8 @@ NodeSums<ElasticOperator::PackedBlock> ElasticOperator::diagonal(const Tangent& 
         std::fill_n(out, kDiagonalRows * stride, 0.);
         kernel().diagonal(d.patchData(i, &tangent), d.cellDilation, out);
         for (std::size_t n = 0; n < patch.nodes; ++n)
-            for (std::size_t k = 0; k < kDiagonalRows; ++k) slot[patch.firstSlot + n][Eigen::Index(k)] = out[k * stride + n];
+            for (std::size_t k = 0; k < kDiagonalRows; ++k)
+                slot[patch.firstSlot + n][Eigen::Index(k)] = out[k * stride + n];
     });
     return d.sums<PackedBlock>();
 }

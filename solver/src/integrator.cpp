@@ -53,7 +53,10 @@ void extrapolate(const State& from, double factor, State& to)
 
 class Midpoint : public Implicit {
 public:
-    Midpoint(const ElasticOperator& elastic, const NewtonSettings& settings) : Implicit(elastic, settings), elastic_(&elastic) {}
+    Midpoint(const ElasticOperator& elastic, const NewtonSettings& settings)
+        : Implicit(elastic, settings), elastic_(&elastic)
+    {
+    }
     void rebind(const ElasticOperator& elastic) override
     {
         Implicit::rebind(elastic);
@@ -65,7 +68,8 @@ public:
         start_ = state;
         targets_ = loads.boundary(1).target;
         middle_ = loads.boundary(0.5);
-        eachNode<double>(targets_.size(), [&](std::size_t i) { middle_.target[i] = 0.5 * (start_.x[i] + targets_[i]); });
+        eachNode<double>(targets_.size(),
+                         [&](std::size_t i) { middle_.target[i] = 0.5 * (start_.x[i] + targets_[i]); });
         report_ = newton_.step(state, 0.5 * dt, {loads.potentials, middle_});
         extrapolate(start_, 2, state);
         // What is held has the velocity of its step: doubling it would ring on, and load the grips with it.
@@ -129,7 +133,8 @@ public:
     {
     }
 
-    /// Tets only go, so what bounded their frequencies still does; an eigenvalue of each tet takes longer than many steps.
+    /// Tets only go, so what bounded their frequencies still does; an eigenvalue of each tet takes longer than many
+    /// steps.
     void rebind(const ElasticOperator& elastic) override
     {
         elastic_ = &elastic;
@@ -199,14 +204,15 @@ private:
 
     const ElasticOperator* elastic_;
     bool symplectic_, evaluated_ = false;
-    double fastest_, energy_ = 0;  // 1/s, J
+    double fastest_, energy_ = 0;                     // 1/s, J
     std::vector<Vec3> gradient_, outer_, predicted_;  // N at x; N; m
     StepReport report_;
 };
 
 }  // namespace
 
-std::unique_ptr<Integrator> makeIntegrator(Scheme scheme, const ElasticOperator& elastic, const NewtonSettings& settings)
+std::unique_ptr<Integrator> makeIntegrator(Scheme scheme, const ElasticOperator& elastic,
+                                           const NewtonSettings& settings)
 {
     switch (scheme) {
     case Scheme::midpoint: return std::make_unique<Midpoint>(elastic, settings);

@@ -1,14 +1,14 @@
 // The kernels: eight lattice cells at a time, one a lane, and eight nodes at a time. Not installed.
 //
-// Every operation on a lane is a plain IEEE operation, fused multiply-add where the unit has it, and each lane is added up
-// in the same order: AVX2 and AVX-512 give the same bits, and so does any number of threads. Plain code, for machines
-// without fused operations, rounds twice where they round once. kernel_dispatch.cpp picks the widest unit of the machine.
-// Symbols as in corotational.h, and: h lattice spacing; V material volume of a tet; E = F h; avg mean over the
-// tets of a cell, weighted by V. "Cell dilation" splits the energy with the bulk modulus K = lambda + 2 mu/3 and takes the
-// bulk part from the mean dilatation of the cell,
+// Every operation on a lane is a plain IEEE operation, fused multiply-add where the unit has it, and each lane is added
+// up in the same order: AVX2 and AVX-512 give the same bits, and so does any number of threads. Plain code, for
+// machines without fused operations, rounds twice where they round once. kernel_dispatch.cpp picks the widest unit of
+// the machine. Symbols as in corotational.h, and: h lattice spacing; V material volume of a tet; E = F h; avg mean over
+// the tets of a cell, weighted by V. "Cell dilation" splits the energy with the bulk modulus K = lambda + 2 mu/3 and
+// takes the bulk part from the mean dilatation of the cell,
 //   Psi = mu (|S - I|^2 - tr(S - I)^2 / 3) + K/2 avg(tr(S - I))^2,
-// which frees the tets of a cell from locking near nu = .5 (mean dilatation; Nagtegaal, Parks, Rice 1974). Averaging the
-// lambda term alone would leave 2 mu/3 of the bulk stiffness locked.
+// which frees the tets of a cell from locking near nu = .5 (mean dilatation; Nagtegaal, Parks, Rice 1974). Averaging
+// the lambda term alone would leave 2 mu/3 of the bulk stiffness locked.
 #pragma once
 
 #include <vdbfrac/solver/material.h>
@@ -26,9 +26,10 @@ inline constexpr int kLanes = 8;
 /// Eight cells of one shape. Whole cells in a row of the lattice, the common case, need nothing but this.
 struct Batch {
     std::array<std::uint16_t, tetmesh::kCorners> corner{};  ///< local nodes of the first cell
-    std::int32_t gathered = -1;  ///< entry of `LaneCorners`; -1: a row, cell l has corner[c] + l and corner[c | 1] = corner[c] + 1
-    std::int32_t cut = -1;       ///< entry of `LaneVolumes`; -1: eight whole cells. Shape tet: entry of `LaneTets`
-    std::uint32_t tangent = 0;   ///< place of its first tet among the tangents
+    /// Entry of `LaneCorners`; -1: a row, cell l has corner[c] + l and corner[c | 1] = corner[c] + 1.
+    std::int32_t gathered = -1;
+    std::int32_t cut = -1;      ///< entry of `LaneVolumes`; -1: eight whole cells. Shape tet: entry of `LaneTets`
+    std::uint32_t tangent = 0;  ///< place of its first tet among the tangents
     tetmesh::CellShape shape = tetmesh::CellShape::six;
 };
 
@@ -49,11 +50,11 @@ struct alignas(64) LaneTets {
     std::uint16_t corner[4][kLanes];
 };
 
-/// What a product with the tangent needs of a tet in eight cells: R and T, or of Green's strain F and Sigma V / h^2 (see
-/// kernel_strain.h). A product is bound by reading this, so it is kept in single precision: a slightly different symmetric
-/// operator inside an iteration whose residual is evaluated in double.
-/// Also the mean over the tets of a cell, which makes a product that is near that of the energy at a sixth of the bytes and
-/// half of the arithmetic: R is then the rotation nearest to the mean, T the mean twist operator times h in the frame of R.
+/// What a product with the tangent needs of a tet in eight cells: R and T, or of Green's strain F and Sigma V / h^2
+/// (see kernel_strain.h). A product is bound by reading this, so it is kept in single precision: a slightly different
+/// symmetric operator inside an iteration whose residual is evaluated in double. Also the mean over the tets of a cell,
+/// which makes a product that is near that of the energy at a sixth of the bytes and half of the arithmetic: R is then
+/// the rotation nearest to the mean, T the mean twist operator times h in the frame of R.
 struct alignas(32) TetTangent {
     float R[9][kLanes];  ///< row-major
     float T[6][kLanes];  ///< R (twist operator) R^T times V / h^2: xx, yy, zz, yz, zx, xy
@@ -73,21 +74,23 @@ struct PatchData {
     const LaneTets* tets = nullptr;
     TetTangent* tangent = nullptr;  ///< of each tet: written by evaluate when not null, read by product and diagonal
     TetTangent* cells = nullptr;    ///< of each batch, means over its cells: read in its place when not null
-    double* psi = nullptr;            ///< evaluate: energy density [J/m^3], [batch][tet][lane]; may be null
+    double* psi = nullptr;          ///< evaluate: energy density [J/m^3], [batch][tet][lane]; may be null
     const NodeRun* run = nullptr;
     int batches = 0, runs = 0;
     int nodes = 0, stride = 0;
     double h = 1;
     double mu = 0, lambda = 0;  ///< [Pa]
     Strain strain = Strain::corotational;
-    double share = 0;           ///< the tangent is that of the energy plus `share` times linear elasticity in the frame of R
+    /// The tangent is that of the energy plus `share` times linear elasticity in the frame of R.
+    double share = 0;
 };
 
 /// What the patches add to the nodes of a system, xyz after xyz.
 template <class Real>
 struct SlotSums {
     const Real* slot;
-    const std::uint32_t* straight;  ///< of each eight nodes: the slot of the first, where they have one each and in a row; else kNoSlot
+    /// Of each eight nodes: the slot of the first, where they have one each and in a row; else kNoSlot.
+    const std::uint32_t* straight;
     const std::uint32_t *start, *slots;  ///< slots[start[n]] up to slots[start[n + 1]] are those of node n
 };
 inline constexpr std::uint32_t kNoSlot = 0xffffffff;
@@ -117,7 +120,7 @@ struct SmootherNodes {
 };
 
 struct KernelResult {
-    double energy = 0;          ///< [J]
+    double energy = 0;            ///< [J]
     std::int64_t robustTets = 0;  ///< tets that took the scalar path
 };
 

@@ -1,4 +1,5 @@
-// Corners, rest shapes and volumes of the tets of eight cells, and what is summed up over them. Part of kernel_impl.cpp.
+// Corners, rest shapes and volumes of the tets of eight cells, and what is summed up over them. Part of
+// kernel_impl.cpp.
 #pragma once
 
 #include "kernel.h"
@@ -65,12 +66,14 @@ VDBFRAC_INLINE void gather(const PatchData& patch, const Batch& batch, const Rea
 /// Adds f to the rows of `out`. In a row of cells the corners at x + 1 are those at x of the next cell: both are added
 /// up in registers, and memory sees one addition for each line of nodes.
 template <CellShape shape, int rows, class Real>
-VDBFRAC_INLINE void scatter(const PatchData& patch, const Batch& batch, const PackT<Real> (&f)[tetmesh::kCorners][rows], Real* out)
+VDBFRAC_INLINE void scatter(const PatchData& patch, const Batch& batch, const PackT<Real> (&f)[tetmesh::kCorners][rows],
+                            Real* out)
 {
     if constexpr (shape == CellShape::tet) {
         for (int c = 0; c < 4; ++c)
             for (int i = 0; i < rows; ++i)
-                for (int l = 0; l < kLanes; ++l) out[i * patch.stride + patch.tets[batch.cut].corner[c][l]] += f[c][i][l];
+                for (int l = 0; l < kLanes; ++l)
+                    out[i * patch.stride + patch.tets[batch.cut].corner[c][l]] += f[c][i][l];
         return;
     }
     if (batch.gathered < 0) {
@@ -128,7 +131,8 @@ VDBFRAC_INLINE void differences(const LaneTets* own, const CornersOf<P>& u, Matr
         for (int i = 0; i < 3; ++i) {
             const P edge[3] = {u[1][i] - u[0][i], u[2][i] - u[0][i], u[3][i] - u[0][i]};
             for (int d = 0; d < 3; ++d)
-                E[i][d] = gradientOf<P>(own, 0, d) * edge[0] + gradientOf<P>(own, 1, d) * edge[1] + gradientOf<P>(own, 2, d) * edge[2];
+                E[i][d] = gradientOf<P>(own, 0, d) * edge[0] + gradientOf<P>(own, 1, d) * edge[1] +
+                          gradientOf<P>(own, 2, d) * edge[2];
         }
         return;
     }
@@ -151,7 +155,8 @@ VDBFRAC_INLINE void spread(const LaneTets* own, const MatrixOf<P>& stress, Corne
     if constexpr (shape == CellShape::tet) {
         for (int a = 0; a < 3; ++a)
             for (int i = 0; i < 3; ++i) {
-                const P force = stress[i][0] * gradientOf<P>(own, a, 0) + stress[i][1] * gradientOf<P>(own, a, 1) + stress[i][2] * gradientOf<P>(own, a, 2);
+                const P force = stress[i][0] * gradientOf<P>(own, a, 0) + stress[i][1] * gradientOf<P>(own, a, 1) +
+                                stress[i][2] * gradientOf<P>(own, a, 2);
                 f[a + 1][i] += force;
                 f[0][i] -= force;
             }

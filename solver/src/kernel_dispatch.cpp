@@ -9,7 +9,7 @@ extern const Kernel kernelAvx2, kernelAvx512;
 
 const Kernel* const* kernels(int& count)
 {
-    #if defined(__x86_64__)
+#if defined(__x86_64__)
     static const Kernel* const kAll[] = {&kernelBaseline, &kernelAvx2, &kernelAvx512};
 #else
     static const Kernel* const kAll[] = {&kernelBaseline};

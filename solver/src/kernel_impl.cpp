@@ -12,7 +12,8 @@ extern const Kernel VDBFRAC_KERNEL;
 namespace {
 
 template <CellShape shape, int t, Strain strain>
-VDBFRAC_INLINE std::int64_t strainOfTet(const LaneTets* own, const Corners& x, Pack volume, double h, Strains& s, const RobustTet& scalar)
+VDBFRAC_INLINE std::int64_t strainOfTet(const LaneTets* own, const Corners& x, Pack volume, double h, Strains& s,
+                                        const RobustTet& scalar)
 {
     const Mask used = volume > 0;
     const double scale = 1 / h;
@@ -39,7 +40,8 @@ KernelResult evaluateBatch(const PatchData& patch, int b, const RobustTet& scala
     for (auto& corner : f)
         for (Pack& v : corner) v = all(0);
     const double mu = patch.mu, lambda = patch.lambda, twoThirdsMu = 2. / 3. * mu, bulk = lambda + twoThirdsMu;
-    const double cellVolume = patch.h * patch.h * patch.h, perArea = cellVolume / patch.h, perLength = perArea / patch.h;
+    const double cellVolume = patch.h * patch.h * patch.h, perArea = cellVolume / patch.h,
+                 perLength = perArea / patch.h;
     const Pack mean = cellDilation ? cellMean<tets>(share, s.dilation) : all(0);
     Pack energy = all(0);
     unroll<tets>([&](auto t) __attribute__((always_inline)) {
@@ -57,7 +59,8 @@ KernelResult evaluateBatch(const PatchData& patch, int b, const RobustTet& scala
         if (patch.psi) storeLoose(patch.psi + (b * tetmesh::kMostTets + t) * kLanes, psi);
         spread<shape, t, Pack>(own, P, f);
         if (patch.tangent)
-            storeTangent<strain>(s, t, mu, pressure, patch.share, V * perLength, patch.tangent[batch.tangent + t], scalar);
+            storeTangent<strain>(s, t, mu, pressure, patch.share, V * perLength, patch.tangent[batch.tangent + t],
+                                 scalar);
     });
     scatter<shape, 3, double>(patch, batch, f, out);
     for (int l = 0; l < kLanes; ++l) result.energy += cellVolume * energy[l];
@@ -67,7 +70,8 @@ KernelResult evaluateBatch(const PatchData& patch, int b, const RobustTet& scala
 /// dP = 2 mu dF + bulk R + skew(T axial(dF R^T - R dF^T)) R, times V / h^2 with dF in units of 1/h: `T` holds that
 /// factor, `twoMu` and `bulk` bring it. By columns c: axial = sum_c R_c x dF_c, and skew(v) R has the columns v x R_c.
 template <class P>
-VDBFRAC_INLINE void stressRate(const MatrixOf<P>& E, const MatrixOf<P>& R, const P (&T)[6], P twoMu, P bulk, MatrixOf<P>& stress)
+VDBFRAC_INLINE void stressRate(const MatrixOf<P>& E, const MatrixOf<P>& R, const P (&T)[6], P twoMu, P bulk,
+                               MatrixOf<P>& stress)
 {
     P w[3], v[3];
     for (int i = 0; i < 3; ++i) {
@@ -87,7 +91,8 @@ VDBFRAC_INLINE void stressRate(const MatrixOf<P>& E, const MatrixOf<P>& R, const
 
 /// dP = dF Sigma + F (2 mu sym(F^T dF) + bulk I), in the same units.
 template <class P>
-VDBFRAC_INLINE void greenStressRate(const MatrixOf<P>& E, const MatrixOf<P>& F, const P (&T)[6], P twoMu, P bulk, MatrixOf<P>& stress)
+VDBFRAC_INLINE void greenStressRate(const MatrixOf<P>& E, const MatrixOf<P>& F, const P (&T)[6], P twoMu, P bulk,
+                                    MatrixOf<P>& stress)
 {
     const MatrixOf<P> Sigma = {{T[0], T[5], T[4]}, {T[5], T[1], T[3]}, {T[4], T[3], T[2]}};
     MatrixOf<P> G, rate;
@@ -99,8 +104,8 @@ VDBFRAC_INLINE void greenStressRate(const MatrixOf<P>& E, const MatrixOf<P>& F, 
     for (int i = 0; i < 3; ++i) rate[i][i] += bulk;
     for (int i = 0; i < 3; ++i)
         for (int c = 0; c < 3; ++c)
-            stress[i][c] = E[i][0] * Sigma[0][c] + E[i][1] * Sigma[1][c] + E[i][2] * Sigma[2][c] + F[i][0] * rate[0][c] +
-                           F[i][1] * rate[1][c] + F[i][2] * rate[2][c];
+            stress[i][c] = E[i][0] * Sigma[0][c] + E[i][1] * Sigma[1][c] + E[i][2] * Sigma[2][c] +
+                           F[i][0] * rate[0][c] + F[i][1] * rate[1][c] + F[i][2] * rate[2][c];
 }
 
 template <class P>
@@ -131,12 +136,13 @@ struct Moduli {
     VDBFRAC_INLINE explicit Moduli(const PatchData& patch)
     {
         const double scale = patch.h * (1 + patch.share);
-        twoMu = Real(2 * patch.mu * scale), lambda = Real(patch.lambda * scale), third = twoMu / 3, bulk = lambda + third;
+        twoMu = Real(2 * patch.mu * scale), lambda = Real(patch.lambda * scale), third = twoMu / 3,
+        bulk = lambda + third;
     }
 };
 
-/// Asks the second-level cache for one of `parts` of the tangents of a batch to come: a product is bound by reading them.
-/// In parts between the arithmetic, as a core waits once it has asked for some twenty lines.
+/// Asks the second-level cache for one of `parts` of the tangents of a batch to come: a product is bound by reading
+/// them. In parts between the arithmetic, as a core waits once it has asked for some twenty lines.
 template <int tets, int parts>
 VDBFRAC_INLINE void prefetch(const TetTangent* now, int part)
 {
@@ -144,7 +150,8 @@ VDBFRAC_INLINE void prefetch(const TetTangent* now, int part)
     constexpr int kLines = tets * int(sizeof *now) / kLine;
     const char* const next = reinterpret_cast<const char*>(now + kAhead);
 #pragma GCC unroll 64
-    for (int i = kLines * part / parts; i < kLines * (part + 1) / parts; ++i) __builtin_prefetch(next + kLine * i, 0, 2);
+    for (int i = kLines * part / parts; i < kLines * (part + 1) / parts; ++i)
+        __builtin_prefetch(next + kLine * i, 0, 2);
 }
 
 template <class Real, CellShape shape, bool cellDilation, bool green>
@@ -185,7 +192,8 @@ void productBatch(const PatchData& patch, int b, const Real* in, Real* out)
         const P V = load<Real>(share[t]);
         const P pressure = cellDilation ? mean - third * trace[t] : lambda * traceOf<P>(E, R);
         MatrixOf<P> stress;
-        green ? greenStressRate<P>(E, R, T, twoMu * V, pressure * V, stress) : stressRate<P>(E, R, T, twoMu * V, pressure * V, stress);
+        green ? greenStressRate<P>(E, R, T, twoMu * V, pressure * V, stress)
+              : stressRate<P>(E, R, T, twoMu * V, pressure * V, stress);
         spread<shape, t, P>(own, stress, f);
     });
     scatter<shape, 3, Real>(patch, batch, f, out);
@@ -218,7 +226,8 @@ VDBFRAC_INLINE void turnedStressRate(const MatrixOf<P>& D, const P (&T)[6], P V,
     }
 }
 
-/// productBatch with one R and T for all tets of a cell: its corners are turned into the frame of R, and its forces back.
+/// productBatch with one R and T for all tets of a cell: its corners are turned into the frame of R, and its forces
+/// back.
 template <class Real, CellShape shape, bool cellDilation, bool green>
 void cellProductBatch(const PatchData& patch, int b, const Real* in, Real* out)
 {
@@ -261,7 +270,8 @@ void cellProductBatch(const PatchData& patch, int b, const Real* in, Real* out)
             differences<shape, t, P>(own, u, E);
             const MatrixOf<P> Sigma = {{T[0], T[5], T[4]}, {T[5], T[1], T[3]}, {T[4], T[3], T[2]}};
             for (int i = 0; i < 3; ++i)
-                for (int c = 0; c < 3; ++c) stress[i][c] = V * (E[i][0] * Sigma[0][c] + E[i][1] * Sigma[1][c] + E[i][2] * Sigma[2][c]);
+                for (int c = 0; c < 3; ++c)
+                    stress[i][c] = V * (E[i][0] * Sigma[0][c] + E[i][1] * Sigma[1][c] + E[i][2] * Sigma[2][c]);
             spread<shape, t, P>(own, stress, f);
         } else {
             turnedStressRate<P>(D, T, V, twoMu * V, pressure, stress);
@@ -313,7 +323,8 @@ VDBFRAC_INLINE Pack vertexGradient(const LaneTets* own, int t, int a, int d)
 /// Adds what a tet has of the diagonal block of a vertex with h grad N = g, q = R g, besides dilatation: the part of mu
 /// and that of T (stressRate, greenStressRate), `V` in units of h^3.
 template <bool green>
-VDBFRAC_INLINE void addVertexBlock(const Pack (&g)[3], const Pack (&q)[3], const Matrix& R, const Pack (&T)[6], Pack muV, Pack (&K)[6])
+VDBFRAC_INLINE void addVertexBlock(const Pack (&g)[3], const Pack (&q)[3], const Matrix& R, const Pack (&T)[6],
+                                   Pack muV, Pack (&K)[6])
 {
     const Pack length2 = g[0] * g[0] + g[1] * g[1] + g[2] * g[2];
     if constexpr (!green) {
@@ -392,8 +403,9 @@ VDBFRAC_INLINE void raise(Pack (&T)[6], double least)
     for (int i = 0; i < 3; ++i) T[i] += least - lowest;
 }
 
-/// Semidefinite, as project() makes tets: where the energy is not convex the tangents of the tets of a cell may add up to
-/// a definite one when their mean does not, and what is preconditioned with that follows its softest direction alone.
+/// Semidefinite, as project() makes tets: where the energy is not convex the tangents of the tets of a cell may add up
+/// to a definite one when their mean does not, and what is preconditioned with that follows its softest direction
+/// alone.
 template <CellShape shape, bool green>
 void averageBatch(const PatchData& patch, int b, const RobustTet& scalar, TetTangent& cell)
 {
@@ -430,7 +442,8 @@ VDBFRAC_INLINE void eachBatch(const PatchData& patch, bool cellDilation, const F
 {
     for (int b = 0; b < patch.batches; ++b) {
         const auto withStrain = [&]<CellShape shape, Strain strain>() {
-            cellDilation ? f.template operator()<shape, true, strain>(b) : f.template operator()<shape, false, strain>(b);
+            cellDilation ? f.template operator()<shape, true, strain>(b)
+                         : f.template operator()<shape, false, strain>(b);
         };
         const auto withShape = [&]<CellShape shape>() {
             switch (patch.strain) {
@@ -477,7 +490,8 @@ double productAll(const PatchData& patch, bool cellDilation, const Real* in, Rea
 {
     eachBatch(patch, cellDilation, [&]<CellShape shape, bool dilation, Strain strain>(int b) {
         constexpr bool green = strain == Strain::green;
-        patch.cells ? cellProductBatch<Real, shape, dilation, green>(patch, b, in, out) : productBatch<Real, shape, dilation, green>(patch, b, in, out);
+        patch.cells ? cellProductBatch<Real, shape, dilation, green>(patch, b, in, out)
+                    : productBatch<Real, shape, dilation, green>(patch, b, in, out);
     });
     return dotOfRows(in, out, patch.stride);
 }
@@ -530,6 +544,7 @@ constexpr VectorKernel<Real> kVectors = {readAll<Real>, writeAll<Real>, productA
 
 }  // namespace
 
-const Kernel VDBFRAC_KERNEL = {evaluate, diagonalAll, averageAll, kVectors<double>, kVectors<float>, smoothNodes, VDBFRAC_TEXT(VDBFRAC_KERNEL)};
+const Kernel VDBFRAC_KERNEL = {
+    evaluate, diagonalAll, averageAll, kVectors<double>, kVectors<float>, smoothNodes, VDBFRAC_TEXT(VDBFRAC_KERNEL)};
 
 }  // namespace vdbfrac::solver

@@ -1,5 +1,5 @@
-// Packs of eight numbers, one a lane, for the vector unit that the including file is compiled for. Not installed; only for
-// kernel_impl.cpp, hence without linkage.
+// Packs of eight numbers, one a lane, for the vector unit that the including file is compiled for. Not installed; only
+// for kernel_impl.cpp, hence without linkage.
 #pragma once
 
 #include "kernel.h"
@@ -43,16 +43,17 @@ using PackT = typename PackOf<Real>::Type;
 template <int n, class F>
 VDBFRAC_INLINE void unroll(const F& f)
 {
-    [&]<int... k>(std::integer_sequence<int, k...>) __attribute__((always_inline)) {
+    [&]<int... k>(std::integer_sequence<int, k...>) __attribute__((always_inline))
+    {
         (f(std::integral_constant<int, k>{}), ...);
-    }(std::make_integer_sequence<int, n>{});
+    }
+    (std::make_integer_sequence<int, n>{});
 }
 
 template <class Real, class P>
 VDBFRAC_INLINE PackT<Real> convert(P v)
 {
-    if constexpr (std::is_same_v<P, PackT<Real>>)
-        return v;
+    if constexpr (std::is_same_v<P, PackT<Real>>) return v;
 #if defined(__AVX512F__)  // the compiler would convert halves and join them
     else if constexpr (std::is_same_v<P, SinglePack>)
         return Pack(_mm512_cvtps_pd(__m256(v)));
@@ -69,7 +70,10 @@ VDBFRAC_INLINE PackT<Real> load(const From* p)
 {
     return convert<Real>(*reinterpret_cast<const PackT<From>*>(p));
 }
-VDBFRAC_INLINE void store(float* p, Pack v) { *reinterpret_cast<SinglePack*>(p) = __builtin_convertvector(v, SinglePack); }
+VDBFRAC_INLINE void store(float* p, Pack v)
+{
+    *reinterpret_cast<SinglePack*>(p) = __builtin_convertvector(v, SinglePack);
+}
 template <class Real>
 VDBFRAC_INLINE PackT<Real> loadLoose(const Real* p)
 {
@@ -102,18 +106,24 @@ template <class Real>
 VDBFRAC_INLINE void split(const Real* points, PackT<Real> (&v)[3])
 {
     const PackT<Real> a = loadLoose(points), b = loadLoose(points + 8), c = loadLoose(points + 16);
-    v[0] = __builtin_shufflevector(__builtin_shufflevector(a, b, 0, 3, 6, 9, 12, 15, -1, -1), c, 0, 1, 2, 3, 4, 5, 10, 13);
-    v[1] = __builtin_shufflevector(__builtin_shufflevector(a, b, 1, 4, 7, 10, 13, -1, -1, -1), c, 0, 1, 2, 3, 4, 8, 11, 14);
-    v[2] = __builtin_shufflevector(__builtin_shufflevector(a, b, 2, 5, 8, 11, 14, -1, -1, -1), c, 0, 1, 2, 3, 4, 9, 12, 15);
+    v[0] =
+        __builtin_shufflevector(__builtin_shufflevector(a, b, 0, 3, 6, 9, 12, 15, -1, -1), c, 0, 1, 2, 3, 4, 5, 10, 13);
+    v[1] = __builtin_shufflevector(__builtin_shufflevector(a, b, 1, 4, 7, 10, 13, -1, -1, -1), c, 0, 1, 2, 3, 4, 8, 11,
+                                   14);
+    v[2] = __builtin_shufflevector(__builtin_shufflevector(a, b, 2, 5, 8, 11, 14, -1, -1, -1), c, 0, 1, 2, 3, 4, 9, 12,
+                                   15);
 }
 
 /// The other way round.
 template <class Real>
 VDBFRAC_INLINE void join(PackT<Real> x, PackT<Real> y, PackT<Real> z, Real* points)
 {
-    storeLoose(points, __builtin_shufflevector(__builtin_shufflevector(x, y, 0, 8, -1, 1, 9, -1, 2, 10), z, 0, 1, 8, 3, 4, 9, 6, 7));
-    storeLoose(points + 8, __builtin_shufflevector(__builtin_shufflevector(x, y, -1, 3, 11, -1, 4, 12, -1, 5), z, 10, 1, 2, 11, 4, 5, 12, 7));
-    storeLoose(points + 16, __builtin_shufflevector(__builtin_shufflevector(x, y, 13, -1, 6, 14, -1, 7, 15, -1), z, 0, 13, 2, 3, 14, 5, 6, 15));
+    storeLoose(points, __builtin_shufflevector(__builtin_shufflevector(x, y, 0, 8, -1, 1, 9, -1, 2, 10), z, 0, 1, 8, 3,
+                                               4, 9, 6, 7));
+    storeLoose(points + 8, __builtin_shufflevector(__builtin_shufflevector(x, y, -1, 3, 11, -1, 4, 12, -1, 5), z, 10, 1,
+                                                   2, 11, 4, 5, 12, 7));
+    storeLoose(points + 16, __builtin_shufflevector(__builtin_shufflevector(x, y, 13, -1, 6, 14, -1, 7, 15, -1), z, 0,
+                                                    13, 2, 3, 14, 5, 6, 15));
 }
 
 }  // namespace

@@ -11,7 +11,8 @@ template <class P>
 using MatrixOf = P[3][3];
 using Matrix = MatrixOf<Pack>;
 
-constexpr int kRow[6] = {0, 1, 2, 1, 2, 0}, kColumn[6] = {0, 1, 2, 2, 0, 1};  // of a symmetric matrix: xx, yy, zz, yz, zx, xy
+// Of a symmetric matrix: xx, yy, zz, yz, zx, xy.
+constexpr int kRow[6] = {0, 1, 2, 1, 2, 0}, kColumn[6] = {0, 1, 2, 2, 0, 1};
 
 /// C = A^T B.
 VDBFRAC_INLINE void transposedProduct(const Matrix& A, const Matrix& B, Matrix& C)

@@ -97,7 +97,8 @@ VDBFRAC_INLINE Pack stressOfTet(const Strains& s, int t, double mu, Pack pressur
 }
 
 /// R (twist operator) R^T, `share` of linear elasticity with it.
-VDBFRAC_INLINE void spatialTwist(const Strains& s, int t, double mu, Pack pressure, double share, const RobustTet& scalar, Pack (&U)[6])
+VDBFRAC_INLINE void spatialTwist(const Strains& s, int t, double mu, Pack pressure, double share,
+                                 const RobustTet& scalar, Pack (&U)[6])
 {
     Pack T[6];
     const Pack t0 = pressure - 2. * mu;
@@ -117,15 +118,19 @@ VDBFRAC_INLINE void spatialTwist(const Strains& s, int t, double mu, Pack pressu
 
 /// `share`: of linear elasticity in the frame of R that is added; `scale`: V / h^2.
 template <Strain strain>
-VDBFRAC_INLINE void storeTangent(const Strains& s, int t, double mu, Pack pressure, double share, Pack scale, TetTangent& out, const RobustTet& scalar)
+VDBFRAC_INLINE void storeTangent(const Strains& s, int t, double mu, Pack pressure, double share, Pack scale,
+                                 TetTangent& out, const RobustTet& scalar)
 {
     Pack T[6];
     if constexpr (strain == Strain::corotational) spatialTwist(s, t, mu, pressure, share, scalar, T);
     if constexpr (strain == Strain::green) secondStress(s.S[t], mu, pressure, T);
-    for (int k = 0; k < 6; ++k) store(out.T[k], (strain == Strain::linear ? all(k < 3 ? -mu * (1 + share) : 0) : T[k]) * scale);
+    for (int k = 0; k < 6; ++k)
+        store(out.T[k], (strain == Strain::linear ? all(k < 3 ? -mu * (1 + share) : 0) : T[k]) * scale);
     for (int k = 0; k < 9; ++k) {
         const int i = k / 3, j = k % 3;
-        store(out.R[k], strain == Strain::corotational ? s.R[t][i][j] : strain == Strain::green ? s.F[t][i][j] : all(i == j));
+        store(out.R[k], strain == Strain::corotational ? s.R[t][i][j]
+                        : strain == Strain::green      ? s.F[t][i][j]
+                                                       : all(i == j));
     }
 }
 

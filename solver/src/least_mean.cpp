@@ -17,7 +17,8 @@ Eigen::VectorXd leastOfSubset(const Eigen::MatrixXd& G, unsigned subset)
         if (subset >> i & 1) in.push_back(i);
     Eigen::MatrixXd own = G(in, in);
     own.array() += own.diagonal().maxCoeff();  // changes w.G w by a constant, and no mean of 0 makes it singular
-    const Eigen::VectorXd y = own.completeOrthogonalDecomposition().solve(Eigen::VectorXd::Ones(Eigen::Index(in.size())));
+    const Eigen::VectorXd y =
+        own.completeOrthogonalDecomposition().solve(Eigen::VectorXd::Ones(Eigen::Index(in.size())));
     Eigen::VectorXd w = Eigen::VectorXd::Zero(G.rows());
     for (std::size_t i = 0; i < in.size(); ++i) w[in[i]] = y[Eigen::Index(i)] / y.sum();
     return w;

@@ -81,8 +81,9 @@ private:
     {
         using Real = typename V::Scalar;
         const ElasticOperator& elastic = it.A.elastic;
-        const GradientNodes<Real> nodes{slotSums(elastic.sums<V>()), inverse_.lanes(),      elastic.mass().data(),  it.A.massFactor,
-                                        it.v.r.data()->data(),       it.v.p.data()->data(), it.u.data()->data()};
+        const GradientNodes<Real> nodes{
+            slotSums(elastic.sums<V>()), inverse_.lanes(),      elastic.mass().data(), it.A.massFactor,
+            it.v.r.data()->data(),       it.v.p.data()->data(), it.u.data()->data()};
         return orderedSum(it.u.size(), kChunk, [&](std::size_t begin, std::size_t end) {
             [[maybe_unused]] const FlushFor<Real> flush{};
             return f(nodes, begin, end);
@@ -94,7 +95,10 @@ private:
 
 class WCycle {
 public:
-    explicit WCycle(Multigrid& multigrid) : multigrid_(multigrid), rightSide_(multigrid.rightSide()), result_(multigrid.result()) {}
+    explicit WCycle(Multigrid& multigrid)
+        : multigrid_(multigrid), rightSide_(multigrid.rightSide()), result_(multigrid.result())
+    {
+    }
     double start(std::size_t i, const Vec3& r) const
     {
         rightSide_[i] = r.cast<float>();
@@ -134,10 +138,11 @@ private:
     std::span<const Vec3f> result_;
 };
 
-/// Conjugate gradients with vectors V: Vec3, or Vec3f where that is exact enough. `scale` times b is what they solve for.
+/// Conjugate gradients with vectors V: Vec3, or Vec3f where that is exact enough. `scale` times b is what they solve
+/// for.
 template <class V, class Preconditioner>
-LinearReport conjugateGradient(const LinearSystem& A, const Preconditioner& B, std::span<const Vec3> b, double scale, std::span<Vec3> u,
-                               LinearLimits limits, Vectors<V>& v)
+LinearReport conjugateGradient(const LinearSystem& A, const Preconditioner& B, std::span<const Vec3> b, double scale,
+                               std::span<Vec3> u, LinearLimits limits, Vectors<V>& v)
 {
     using Real = typename V::Scalar;
     const std::size_t n = b.size();
@@ -190,10 +195,12 @@ double cellsAcross(const ElasticOperator& elastic)
 }
 
 /// Whether block-Jacobi or multigrid takes less time, from how many iterations block-Jacobi will need: waves cover
-/// `reach` cells in the time step, at most the `across` of the body; each cell is some iterations, as measured on blocks.
+/// `reach` cells in the time step, at most the `across` of the body; each cell is some iterations, as measured on
+/// blocks.
 LinearMethod chosen(const LinearSystem& system, LinearLimits limits, double across)
 {
-    constexpr double kDirectNodes = 1500, kDirectSection = 16;  // nodes, in all and across a slender body: beyond, factors fill in
+    // Nodes, in all and across a slender body: beyond, factors fill in.
+    constexpr double kDirectNodes = 1500, kDirectSection = 16;
     constexpr double kIterationsACell = 0.25;  // for each factor e of the tolerance
     constexpr double kWorthwhile = 30;         // iterations that cost as much as setting up multigrid and its own
     constexpr double kFive = 5;                // times as many where five tets a cell, not nested, are cut
@@ -214,11 +221,13 @@ LinearMethod chosen(const LinearSystem& system, LinearLimits limits, double acro
     return iterations > kWorthwhile * (six ? 1 : kFive) ? LinearMethod::multigrid : LinearMethod::jacobi;
 }
 
-/// Mean of the diagonal, roughly [N/m]: b of this size has a solution of size one, whose square single precision can hold.
+/// Mean of the diagonal, roughly [N/m]: b of this size has a solution of size one, whose square single precision can
+/// hold.
 double meanDiagonal(const LinearSystem& system)
 {
     const std::span<const double> mass = system.elastic.mass(), stiffness = system.elastic.stiffness();
-    return nodeSum<double>(mass.size(), [&](std::size_t i) { return stiffness[i] + system.massFactor * mass[i]; }) / double(mass.size());
+    return nodeSum<double>(mass.size(), [&](std::size_t i) { return stiffness[i] + system.massFactor * mass[i]; }) /
+           double(mass.size());
 }
 
 struct Direct {
@@ -242,15 +251,16 @@ struct LinearSolver::Data {
 };
 
 LinearSolver::LinearSolver(const ElasticOperator& elastic, LinearMethod method, LinearPrecision precision)
-    : data_(std::make_unique<Data>(Data{&elastic, {}, method, precision, LinearMethod::automatic, {}, {}, {}, nullptr, nullptr}))
+    : data_(std::make_unique<Data>(
+          Data{&elastic, {}, method, precision, LinearMethod::automatic, {}, {}, {}, nullptr, nullptr}))
 {
 }
 LinearSolver::~LinearSolver() = default;
 LinearSolver::LinearSolver(LinearSolver&&) noexcept = default;
 LinearSolver& LinearSolver::operator=(LinearSolver&&) noexcept = default;
 
-LinearReport LinearSolver::solve(const LinearSystem& system, std::span<const Vec3> b, std::span<Vec3> u, LinearLimits limits,
-                                 bool samePreconditioner)
+LinearReport LinearSolver::solve(const LinearSystem& system, std::span<const Vec3> b, std::span<Vec3> u,
+                                 LinearLimits limits, bool samePreconditioner)
 {
     constexpr double kSingle = 1e-4;  // reductions that vectors in single precision reach with room to spare
     Data& d = *data_;
@@ -306,7 +316,8 @@ LinearReport LinearSolver::solveDirectly(const LinearSystem& system, std::span<c
         d.direct = std::make_unique<Direct>();
         d.direct->factor.cholmod().print = 0;  // what it has to say is in info()
     }
-    if (d.direct->fixed.empty() || !std::equal(system.fixed.begin(), system.fixed.end(), d.direct->fixed.begin(), d.direct->fixed.end())) {
+    if (d.direct->fixed.empty() ||
+        !std::equal(system.fixed.begin(), system.fixed.end(), d.direct->fixed.begin(), d.direct->fixed.end())) {
         d.direct->factor.analyzePattern(A);
         d.direct->fixed.assign(system.fixed.begin(), system.fixed.end());
     }
@@ -317,7 +328,8 @@ LinearReport LinearSolver::solveDirectly(const LinearSystem& system, std::span<c
         return report;
     }
     Eigen::VectorXd v(Eigen::Index(3 * b.size()));
-    for (std::size_t i = 0; i < b.size(); ++i) v.segment<3>(Eigen::Index(3 * i)) = system.fixed[i] ? Vec3::Zero().eval() : b[i];
+    for (std::size_t i = 0; i < b.size(); ++i)
+        v.segment<3>(Eigen::Index(3 * i)) = system.fixed[i] ? Vec3::Zero().eval() : b[i];
     v = d.direct->factor.solve(v);
     for (std::size_t i = 0; i < b.size(); ++i) u[i] = v.segment<3>(Eigen::Index(3 * i));
     return report;

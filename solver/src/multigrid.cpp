@@ -12,12 +12,13 @@ namespace vdbfrac::solver {
 
 namespace {
 
-constexpr std::size_t kCoarsestNodes = 100;  // a dense factorisation of these takes two milliseconds
-constexpr double kLeastReduction = 0.7;      // of the nodes from level to level; dust of fragments does not get fewer
+constexpr std::size_t kCoarsestNodes = 100;   // a dense factorisation of these takes two milliseconds
+constexpr double kLeastReduction = 0.7;       // of the nodes from level to level; dust of fragments does not get fewer
 constexpr double kSafety = 1.15, kRange = 6;  // smoother damps eigenvalues in [largest / kRange, kSafety largest]
 constexpr int kPowerSteps = 10;
-/// Of a coarse level's first answer, before it is asked again. With all of it the cycle is definite as long as one answer has
-/// no part twice too large, with this 1 + 1 / kKept times; near nu = .5 coarse levels are too soft and answer too much.
+/// Of a coarse level's first answer, before it is asked again. With all of it the cycle is definite as long as one
+/// answer has no part twice too large, with this 1 + 1 / kKept times; near nu = .5 coarse levels are too soft and
+/// answer too much.
 constexpr float kKept = 0.4f;
 
 /// A number in [-1, 1] from a node's number, the same on every machine.
@@ -36,7 +37,7 @@ float noise(std::uint32_t n)
 struct Multigrid::Level {
     const ElasticOperator* elastic = nullptr;
     std::unique_ptr<ElasticOperator> own;  // on coarse levels
-    Tangent tangent;                        // of cells
+    Tangent tangent;                       // of cells
     double massFactor = 0;
     std::vector<std::uint8_t> fixed;
     std::vector<float> spring, added;  // N/m: of fixed nodes finer down; of springs and mass
@@ -102,8 +103,8 @@ Multigrid::Multigrid(const ElasticOperator& elastic)
         fine.coarser = std::move(lattice);
         linkChildren(fine.coarser, fine.childStart, fine.child);
         auto coarse = std::make_unique<Level>();
-        coarse->own = std::make_unique<ElasticOperator>(fine.coarser.elementSets(), fine.coarser.nodeCount, 2 * fine.elastic->h(),
-                                                        fine.elastic->elasticity());
+        coarse->own = std::make_unique<ElasticOperator>(fine.coarser.elementSets(), fine.coarser.nodeCount,
+                                                        2 * fine.elastic->h(), fine.elastic->elasticity());
         coarse->elastic = coarse->own.get();
         coarse->allocate();
         coarse->spring.resize(fine.coarser.nodeCount);
@@ -119,8 +120,9 @@ int Multigrid::levels() const { return int(levels_.size()); }
 namespace {
 
 /// Fixed nodes and springs of the coarse level.
-void restrictHolds(std::span<const std::uint8_t> fixed, std::span<const float> spring, std::span<const double> stiffness,
-                   std::span<const std::array<std::uint32_t, 2>> parents, std::span<std::uint8_t> coarseFixed, std::span<float> coarseSpring)
+void restrictHolds(std::span<const std::uint8_t> fixed, std::span<const float> spring,
+                   std::span<const double> stiffness, std::span<const std::array<std::uint32_t, 2>> parents,
+                   std::span<std::uint8_t> coarseFixed, std::span<float> coarseSpring)
 {
     std::fill(coarseFixed.begin(), coarseFixed.end(), 0);
     std::fill(coarseSpring.begin(), coarseSpring.end(), 0.f);
@@ -147,11 +149,12 @@ bool Multigrid::setUp(const LinearSystem& system)
         if (l > 0) {
             const Level& fine = *levels_[l - 1];
             level.elastic->averageCells(*fine.elastic, fine.tangent, fine.coarser.finer, level.tangent);
-            restrictHolds(fine.fixed, fine.spring, fine.elastic->stiffness(), fine.coarser.parents, level.fixed, level.spring);
+            restrictHolds(fine.fixed, fine.spring, fine.elastic->stiffness(), fine.coarser.parents, level.fixed,
+                          level.spring);
         }
         if (l == 1) {
-            // The finest level has the same kinds of tets, and is spared the products. Twice the spacing has four times the
-            // mass for each stiffness, which would make the eigenvalue less.
+            // The finest level has the same kinds of tets, and is spared the products. Twice the spacing has four times
+            // the mass for each stiffness, which would make the eigenvalue less.
             weigh(level, system.massFactor / 4);
             top.largest = largestEigenvalue(level);
         }
@@ -186,7 +189,8 @@ float Multigrid::largestEigenvalue(Level& level)
         level.x[i] = level.fixed[i] ? Vec3f::Zero() : Vec3f(noise(n), noise(n + 1), noise(n + 2));
     });
     const auto norm = [&] {
-        return std::sqrt(nodeSum<double>(level.x.size(), [&](std::size_t i) { return double(level.x[i].squaredNorm()); }));
+        return std::sqrt(
+            nodeSum<double>(level.x.size(), [&](std::size_t i) { return double(level.x[i].squaredNorm()); }));
     };
     double size = norm(), ratio = 1;
     for (int step = 0; step < kPowerSteps && size > 0; ++step) {
@@ -210,15 +214,20 @@ void Multigrid::smooth(Level& level, bool fromZero)
     const std::size_t count = level.x.size();
     const auto pass = [&](float kept, float moved) {
         (void)level.elastic->multiply<Vec3f>(level.tangent, level.x);
-        const SmootherNodes nodes{slotSums(level.elastic->sums<Vec3f>()), level.inverse.lanes(),   level.added.data(),
-                                  level.b.data()->data(),                 level.x.data()->data(), level.step.data()->data()};
+        const SmootherNodes nodes{slotSums(level.elastic->sums<Vec3f>()),
+                                  level.inverse.lanes(),
+                                  level.added.data(),
+                                  level.b.data()->data(),
+                                  level.x.data()->data(),
+                                  level.step.data()->data()};
         parallelChunks(count, kChunk, [&](std::size_t begin, std::size_t end) {
             const FlushDenormals flush;
             kernel().smooth(nodes, begin, end, kept, moved);
         });
     };
     if (fromZero)
-        eachNode<float>(count, [&](std::size_t i) { level.x[i] = level.step[i] = first * level.inverse.times(i, level.b[i]); });
+        eachNode<float>(
+            count, [&](std::size_t i) { level.x[i] = level.step[i] = first * level.inverse.times(i, level.b[i]); });
     else
         pass(0, first);
     pass(keep, move);
@@ -287,9 +296,9 @@ std::size_t Multigrid::bytes() const
     const auto of = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
     std::size_t sum = 0;
     for (const auto& level : levels_) {
-        sum += of(level->fixed) + of(level->spring) + of(level->added) + level->inverse.bytes() + of(level->x) + of(level->b) + of(level->step) +
-               of(level->childStart) + of(level->child) + of(level->coarser.parents) + of(level->coarser.finer.start) +
-               of(level->coarser.finer.children) + level->tangent.bytes();
+        sum += of(level->fixed) + of(level->spring) + of(level->added) + level->inverse.bytes() + of(level->x) +
+               of(level->b) + of(level->step) + of(level->childStart) + of(level->child) + of(level->coarser.parents) +
+               of(level->coarser.finer.start) + of(level->coarser.finer.children) + level->tangent.bytes();
         if (level->own) sum += level->own->bytes();
         for (const auto& set : level->coarser.sets) sum += of(set.elements) + of(set.nodes);
     }

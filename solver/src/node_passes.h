@@ -44,7 +44,8 @@ VDBFRAC_INLINE PackT<To> loadSome(const From* p, std::size_t count)
 template <class Real>
 VDBFRAC_INLINE void sumSlots(const SlotSums<Real>& sums, std::size_t first, std::size_t count, PointsT<Real>& v)
 {
-    if (const std::uint32_t slot = sums.straight[first / kLanes]; slot != kNoSlot) return split(sums.slot + 3 * std::size_t(slot), v);
+    if (const std::uint32_t slot = sums.straight[first / kLanes]; slot != kNoSlot)
+        return split(sums.slot + 3 * std::size_t(slot), v);
     Real sum[3 * kLanes] = {};
     std::uint32_t s = sums.start[first];
     for (std::size_t l = 0; l < count; ++l)
@@ -88,55 +89,58 @@ VDBFRAC_INLINE double eachGroup(std::size_t begin, std::size_t end, const F& f)
 template <class Real>
 double descend(const GradientNodes<Real>& n, std::size_t begin, std::size_t end, Real step)
 {
-    return eachGroup(begin, end, [&](std::size_t first, std::size_t count) __attribute__((always_inline)) {
-        PointsT<Real> r, p, Kp, z;
-        splitSome(n.r + 3 * first, count, r);
-        splitSome(n.p + 3 * first, count, p);
-        sumSlots(n.Kp, first, count, Kp);
-        const PackT<Real> inertia = convert<Real>(n.massFactor * loadSome<double>(n.mass + first, count));
-        for (int d = 0; d < 3; ++d) r[d] -= step * (inertia * p[d] + Kp[d]);
-        joinSome<Real>(r, count, n.r + 3 * first);
-        applyBlocks<Real>(n.B[first / kLanes], r, z);
-        return dots<Real>(r, z);
-    });
+    return eachGroup(
+        begin, end, [&](std::size_t first, std::size_t count) __attribute__((always_inline)) {
+            PointsT<Real> r, p, Kp, z;
+            splitSome(n.r + 3 * first, count, r);
+            splitSome(n.p + 3 * first, count, p);
+            sumSlots(n.Kp, first, count, Kp);
+            const PackT<Real> inertia = convert<Real>(n.massFactor * loadSome<double>(n.mass + first, count));
+            for (int d = 0; d < 3; ++d) r[d] -= step * (inertia * p[d] + Kp[d]);
+            joinSome<Real>(r, count, n.r + 3 * first);
+            applyBlocks<Real>(n.B[first / kLanes], r, z);
+            return dots<Real>(r, z);
+        });
 }
 
 template <class Real>
 double turn(const GradientNodes<Real>& n, std::size_t begin, std::size_t end, double move, Real beta)
 {
-    return eachGroup(begin, end, [&](std::size_t first, std::size_t count) __attribute__((always_inline)) {
-        PointsT<Real> r, p, z;
-        splitSome(n.r + 3 * first, count, r);
-        splitSome(n.p + 3 * first, count, p);
-        double* const u = n.u + 3 * first;
-        const Real* const points = n.p + 3 * first;
-        for (std::size_t i = 0; i < 3 * count; ++i) u[i] += move * double(points[i]);
-        applyBlocks<Real>(n.B[first / kLanes], r, z);
-        for (int d = 0; d < 3; ++d) p[d] = z[d] + beta * p[d];
-        joinSome<Real>(p, count, n.p + 3 * first);
-        return loadSome<double>(n.mass + first, count) * dots<Real>(p, p);
-    });
+    return eachGroup(
+        begin, end, [&](std::size_t first, std::size_t count) __attribute__((always_inline)) {
+            PointsT<Real> r, p, z;
+            splitSome(n.r + 3 * first, count, r);
+            splitSome(n.p + 3 * first, count, p);
+            double* const u = n.u + 3 * first;
+            const Real* const points = n.p + 3 * first;
+            for (std::size_t i = 0; i < 3 * count; ++i) u[i] += move * double(points[i]);
+            applyBlocks<Real>(n.B[first / kLanes], r, z);
+            for (int d = 0; d < 3; ++d) p[d] = z[d] + beta * p[d];
+            joinSome<Real>(p, count, n.p + 3 * first);
+            return loadSome<double>(n.mass + first, count) * dots<Real>(p, p);
+        });
 }
 
 void smoothNodes(const SmootherNodes& n, std::size_t begin, std::size_t end, float keep, float move)
 {
-    (void)eachGroup(begin, end, [&](std::size_t first, std::size_t count) __attribute__((always_inline)) {
-        PointsT<float> x, b, step, sum, z;
-        splitSome(n.x + 3 * first, count, x);
-        splitSome(n.b + 3 * first, count, b);
-        splitSome(n.step + 3 * first, count, step);
-        sumSlots(n.Kx, first, count, sum);
-        const SinglePack added = loadSome<float>(n.added + first, count);
-        for (int d = 0; d < 3; ++d) b[d] -= added * x[d] + sum[d];
-        applyBlocks<float>(n.B[first / kLanes], b, z);
-        for (int d = 0; d < 3; ++d) {
-            step[d] = keep * step[d] + move * z[d];
-            x[d] += step[d];
-        }
-        joinSome<float>(step, count, n.step + 3 * first);
-        joinSome<float>(x, count, n.x + 3 * first);
-        return Pack{};
-    });
+    (void)eachGroup(
+        begin, end, [&](std::size_t first, std::size_t count) __attribute__((always_inline)) {
+            PointsT<float> x, b, step, sum, z;
+            splitSome(n.x + 3 * first, count, x);
+            splitSome(n.b + 3 * first, count, b);
+            splitSome(n.step + 3 * first, count, step);
+            sumSlots(n.Kx, first, count, sum);
+            const SinglePack added = loadSome<float>(n.added + first, count);
+            for (int d = 0; d < 3; ++d) b[d] -= added * x[d] + sum[d];
+            applyBlocks<float>(n.B[first / kLanes], b, z);
+            for (int d = 0; d < 3; ++d) {
+                step[d] = keep * step[d] + move * z[d];
+                x[d] += step[d];
+            }
+            joinSome<float>(step, count, n.step + 3 * first);
+            joinSome<float>(x, count, n.x + 3 * first);
+            return Pack{};
+        });
 }
 
 }  // namespace

@@ -84,8 +84,8 @@ struct ElasticOperator::Data {
         return d;
     }
 
-    /// Calls f(patch number, patch, in, out) for every patch, with scratch of its own: `in` holds x, `out` three rows of
-    /// zeros; then puts `out` into the patch's slots.
+    /// Calls f(patch number, patch, in, out) for every patch, with scratch of its own: `in` holds x, `out` three rows
+    /// of zeros; then puts `out` into the patch's slots.
     template <class V, class F>
     void eachPatch(std::span<const V> x, const Tangent* tangent, const F& f) const
     {
@@ -147,7 +147,6 @@ struct ElasticOperator::Data {
     /// Calls f(tangent, lane, mu V / h^2) for every tet with material.
     template <class F>
     void eachTet(TetTangent* tangents, const F& f) const;
-
 };
 
 }  // namespace vdbfrac::solver

@@ -62,9 +62,11 @@ double highestOfTet(const Material& m, const Gradient& gradient)
     for (int i = 0; i < 4; ++i)
         for (int j = 0; j < 4; ++j) {
             const Vec3 gi = gradient(i), gj = gradient(j);
-            K.block<3, 3>(3 * i, 3 * j) = m.mu * (gi.dot(gj) * Mat3::Identity() + gj * gi.transpose()) + m.lambda * gi * gj.transpose();
+            K.block<3, 3>(3 * i, 3 * j) =
+                m.mu * (gi.dot(gj) * Mat3::Identity() + gj * gi.transpose()) + m.lambda * gi * gj.transpose();
         }
-    return Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 12, 12>>(K, Eigen::EigenvaluesOnly).eigenvalues()[11] / (m.rho / 4);
+    return Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 12, 12>>(K, Eigen::EigenvaluesOnly).eigenvalues()[11] /
+           (m.rho / 4);
 }
 
 }  // namespace
@@ -77,7 +79,8 @@ double ElasticOperator::highestFrequency() const
             highest = orderedMax(set.gradients.size(), kChunk, highest, [&](std::size_t begin, std::size_t end) {
                 double most = 0;
                 for (std::size_t e = begin; e < end; ++e)
-                    most = std::max(most, highestOfTet(set.material, [&](int a) { return vertexGradient(set.gradients[e], a); }));
+                    most = std::max(
+                        most, highestOfTet(set.material, [&](int a) { return vertexGradient(set.gradients[e], a); }));
                 return most;
             });
             continue;
@@ -87,13 +90,16 @@ double ElasticOperator::highestFrequency() const
             if (std::exchange(seen[std::size_t(e.shape)], true)) continue;
             const tetmesh::CellTets& cell = tetmesh::cellTets(e.shape);
             for (std::size_t t = 0; t < std::size_t(cell.count); ++t)
-                highest = std::max(highest, highestOfTet(set.material, [&](int a) { return Vec3(cell.gradient[t][std::size_t(a)].data()); }));
+                highest = std::max(highest, highestOfTet(set.material, [&](int a) {
+                                       return Vec3(cell.gradient[t][std::size_t(a)].data());
+                                   }));
         }
     }
     return std::sqrt(highest) / data_->h;
 }
 
-void ElasticOperator::averageCells(const ElasticOperator& fine, const Tangent& fineCells, const FinerElements& finer, Tangent& cells) const
+void ElasticOperator::averageCells(const ElasticOperator& fine, const Tangent& fineCells, const FinerElements& finer,
+                                   Tangent& cells) const
 {
     constexpr std::size_t kElements = 64;
     const Data &d = *data_, &f = *fine.data_;
@@ -124,7 +130,8 @@ ElasticOperator::ElementMatrix ElasticOperator::elementMatrix(const Tangent& tan
     const std::size_t at = d.p.laneOfElement[element], b = at / kLanes, lane = at % kLanes;
     const tetmesh::CellTets& cell = tetmesh::cellTets(d.p.batches[b].shape);
     const auto patch = std::upper_bound(d.p.patches.begin(), d.p.patches.end(), element,
-                                        [](std::size_t e, const Patch& p) { return e < p.firstElement; }) - 1;
+                                        [](std::size_t e, const Patch& p) { return e < p.firstElement; }) -
+                       1;
     const double scale = d.h * (1 + tangent.share_), mu = patch->mu * scale, lambda = patch->lambda * scale;
     ElementMatrix K = ElementMatrix::Zero();
     Eigen::Matrix<double, 24, 1> bulk = Eigen::Matrix<double, 24, 1>::Zero();
@@ -141,9 +148,11 @@ ElasticOperator::ElementMatrix ElasticOperator::elementMatrix(const Tangent& tan
             for (std::size_t j = 0; j < 4; ++j) {
                 const Vec3 gj = d.gradient(b, t, j, lane), qj = R * gj;
                 const Mat3 dilating = (d.cellDilation ? -2. / 3. * mu : lambda) * V * qi * qj.transpose();
-                const Mat3 sheared = d.strain == Strain::green
-                                         ? Mat3(mu * V * (gi.dot(gj) * R * R.transpose() + qj * qi.transpose()) + gi.dot(T * gj) * Mat3::Identity())
-                                         : Mat3(2 * mu * V * gi.dot(gj) * Mat3::Identity() + skew(qi) * T * skew(qj).transpose());
+                const Mat3 sheared =
+                    d.strain == Strain::green
+                        ? Mat3(mu * V * (gi.dot(gj) * R * R.transpose() + qj * qi.transpose()) +
+                               gi.dot(T * gj) * Mat3::Identity())
+                        : Mat3(2 * mu * V * gi.dot(gj) * Mat3::Identity() + skew(qi) * T * skew(qj).transpose());
                 K.block<3, 3>(row, 3 * cell.corner[t][j]) += sheared + dilating;
             }
         }

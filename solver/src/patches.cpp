@@ -18,13 +18,13 @@ using tetmesh::kCorners;
 /// A run of consecutive elements of one set that share a patch.
 struct Range {
     const ElementSet* set;
-    std::size_t begin, end;    // in the set
+    std::size_t begin, end;  // in the set
 };
 
 struct Built {
     std::uint32_t nodes = 0;
     std::vector<NodeRun> runs;
-    std::vector<Batch> batches;        // entries of corners and volumes count from 0 in each patch
+    std::vector<Batch> batches;  // entries of corners and volumes count from 0 in each patch
     std::vector<LaneCorners> corners;
     std::vector<LaneVolumes> volumes;
     std::vector<LaneTets> laneTets;
@@ -128,7 +128,7 @@ private:
     }
 
     Box box_;
-    std::vector<std::uint32_t> first_, start_;  // of each place
+    std::vector<std::uint32_t> first_, start_;                     // of each place
     std::vector<std::pair<std::uint32_t, std::uint32_t>> copies_;  // place, node
 };
 
@@ -146,7 +146,10 @@ bool follows(const Local& a, const Local& b)
 
 class BatchWriter {
 public:
-    BatchWriter(const Range& range, const std::vector<Local>& corners, Built& built) : range_(range), corners_(corners), built_(built) {}
+    BatchWriter(const Range& range, const std::vector<Local>& corners, Built& built)
+        : range_(range), corners_(corners), built_(built)
+    {
+    }
 
     /// Puts the elements (numbers within the range) into one batch.
     void add(std::span<const std::size_t> elements, bool row)
@@ -160,7 +163,8 @@ public:
             batch.cut = tets(elements);
         else {
             if (!row) batch.gathered = gather(elements);
-            if (elements.size() < kLanes || !std::all_of(elements.begin(), elements.end(), [&](std::size_t e) { return whole(e); }))
+            if (elements.size() < kLanes ||
+                !std::all_of(elements.begin(), elements.end(), [&](std::size_t e) { return whole(e); }))
                 batch.cut = shares(elements);
         }
         for (std::size_t l = 0; l < elements.size(); ++l)
@@ -173,7 +177,8 @@ private:
     bool whole(std::size_t e) const
     {
         const auto& f = element(e).fraction;
-        return std::all_of(f.begin(), f.begin() + tetmesh::cellTets(element(e).shape).count, [](double v) { return v == 1; });
+        return std::all_of(f.begin(), f.begin() + tetmesh::cellTets(element(e).shape).count,
+                           [](double v) { return v == 1; });
     }
     std::int32_t gather(std::span<const std::size_t> elements)
     {
@@ -189,7 +194,8 @@ private:
         for (std::size_t l = 0; l < elements.size(); ++l) {
             const CellElement& e = element(elements[l]);
             const tetmesh::CellTets& tets = tetmesh::cellTets(e.shape);
-            for (std::size_t t = 0; t < std::size_t(tets.count); ++t) volumes.share[t][l] = tets.volume[t] * e.fraction[t];
+            for (std::size_t t = 0; t < std::size_t(tets.count); ++t)
+                volumes.share[t][l] = tets.volume[t] * e.fraction[t];
         }
         built_.volumes.push_back(volumes);
         return std::int32_t(built_.volumes.size()) - 1;
@@ -228,7 +234,7 @@ std::vector<NodeRun> runsOf(const std::vector<std::uint32_t>& nodes, std::uint32
 /// Batches of a range of cells: rows first, then what is left of each shape.
 void addCells(std::span<const CellElement> elements, const std::vector<Local>& corners, BatchWriter& writer)
 {
-    constexpr std::size_t kShortestRow = 5;  // shorter rows fill lanes better when gathered from anywhere
+    constexpr std::size_t kShortestRow = 5;         // shorter rows fill lanes better when gathered from anywhere
     std::array<std::vector<std::size_t>, 3> loose;  // by shape
     std::vector<std::size_t> row;
     for (std::size_t e = 0; e < corners.size();) {
@@ -240,7 +246,8 @@ void addCells(std::span<const CellElement> elements, const std::vector<Local>& c
         if (row.size() >= kShortestRow)
             writer.add(row, true);
         else
-            loose[std::size_t(elements[row[0]].shape)].insert(loose[std::size_t(elements[row[0]].shape)].end(), row.begin(), row.end());
+            loose[std::size_t(elements[row[0]].shape)].insert(loose[std::size_t(elements[row[0]].shape)].end(),
+                                                              row.begin(), row.end());
     }
     for (const auto& some : loose)
         for (std::size_t i = 0; i < some.size(); i += kLanes)
@@ -277,7 +284,8 @@ Built buildPatch(const Range& range)
         addCells(elements, corners, writer);
     built.nodes = std::uint32_t(local.nodes.size());
     built.runs = runsOf(local.nodes, range.set->firstNode);
-    for (const CellElement& e : elements) built.tets += std::count_if(e.fraction.begin(), e.fraction.end(), [](double f) { return f > 0; });
+    for (const CellElement& e : elements)
+        built.tets += std::count_if(e.fraction.begin(), e.fraction.end(), [](double f) { return f > 0; });
     return built;
 }
 
@@ -298,7 +306,8 @@ void linkSlots(Patches& p, std::size_t nodeCount)
     const auto eachSlot = [&](const auto& f) {
         for (const Patch& patch : p.patches)
             for (std::size_t r = patch.firstRun; r < patch.firstRun + patch.runs; ++r)
-                for (std::uint32_t i = 0; i < p.runs[r].count; ++i) f(p.runs[r].node + i, patch.firstSlot + p.runs[r].local + i);
+                for (std::uint32_t i = 0; i < p.runs[r].count; ++i)
+                    f(p.runs[r].node + i, patch.firstSlot + p.runs[r].local + i);
     };
     p.slotStart.assign(nodeCount + 1, 0);
     eachSlot([&](std::uint32_t node, std::uint32_t) { ++p.slotStart[node + 1]; });
@@ -316,7 +325,8 @@ void findStraight(Patches& p, std::size_t nodeCount)
         for (std::size_t g = begin; g < end; ++g) {
             const std::uint32_t *const start = p.slotStart.data() + kLanes * g, *const slot = p.slots.data() + start[0];
             bool straight = true;
-            for (std::uint32_t l = 0; l < kLanes && straight; ++l) straight = start[l + 1] == start[0] + l + 1 && slot[l] == slot[0] + l;
+            for (std::uint32_t l = 0; l < kLanes && straight; ++l)
+                straight = start[l + 1] == start[0] + l + 1 && slot[l] == slot[0] + l;
             if (straight) p.straight[g] = slot[0];
         }
     });
@@ -329,9 +339,9 @@ Patches layOut(const std::vector<Range>& ranges, const std::vector<Built>& built
     std::size_t batches = 0, runs = 0, elements = 0;
     for (std::size_t i = 0; i < ranges.size(); ++i) {
         const Material& m = ranges[i].set->material;
-        p.patches.push_back({std::uint32_t(batches), std::uint32_t(built[i].batches.size()), std::uint32_t(p.slotCount), built[i].nodes,
-                             std::uint32_t(runs), std::uint32_t(built[i].runs.size()), std::uint32_t(elements),
-                             std::uint32_t(built[i].laneOfElement.size()), m.mu, m.lambda});
+        p.patches.push_back({std::uint32_t(batches), std::uint32_t(built[i].batches.size()), std::uint32_t(p.slotCount),
+                             built[i].nodes, std::uint32_t(runs), std::uint32_t(built[i].runs.size()),
+                             std::uint32_t(elements), std::uint32_t(built[i].laneOfElement.size()), m.mu, m.lambda});
         elements += built[i].laneOfElement.size();
         batches += built[i].batches.size();
         runs += built[i].runs.size();
@@ -352,7 +362,8 @@ Patches makePatches(std::span<const ElementSet> sets, std::size_t nodeCount)
     const std::vector<Range> ranges = findRanges(sets);
     std::vector<Built> built(ranges.size());
     parallelChunks(ranges.size(), 1, [&](std::size_t begin, std::size_t) {
-        built[begin] = ranges[begin].set->gradients.empty() ? buildPatch<LocalNodes>(ranges[begin]) : buildPatch<SortedNodes>(ranges[begin]);
+        built[begin] = ranges[begin].set->gradients.empty() ? buildPatch<LocalNodes>(ranges[begin])
+                                                            : buildPatch<SortedNodes>(ranges[begin]);
     });
 
     Patches p = layOut(ranges, built);
@@ -361,7 +372,8 @@ Patches makePatches(std::span<const ElementSet> sets, std::size_t nodeCount)
         for (Batch& batch : b.batches) {
             batch.tangent += std::uint32_t(p.tangentCount);
             if (batch.gathered >= 0) batch.gathered += std::int32_t(p.corners.size());
-            if (batch.cut >= 0) batch.cut += std::int32_t(batch.shape == CellShape::tet ? p.laneTets.size() : p.volumes.size());
+            if (batch.cut >= 0)
+                batch.cut += std::int32_t(batch.shape == CellShape::tet ? p.laneTets.size() : p.volumes.size());
         }
         p.corners.insert(p.corners.end(), b.corners.begin(), b.corners.end());
         p.volumes.insert(p.volumes.end(), b.volumes.begin(), b.volumes.end());
@@ -383,7 +395,8 @@ Patches makePatches(std::span<const ElementSet> sets, std::size_t nodeCount)
 std::size_t Patches::bytes() const
 {
     const auto of = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
-    return of(patches) + of(batches) + of(corners) + of(volumes) + of(laneTets) + of(laneOfElement) + of(runs) + of(slotStart) + of(slots) + of(straight);
+    return of(patches) + of(batches) + of(corners) + of(volumes) + of(laneTets) + of(laneOfElement) + of(runs) +
+           of(slotStart) + of(slots) + of(straight);
 }
 
 }  // namespace vdbfrac::solver

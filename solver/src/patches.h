@@ -18,7 +18,8 @@ struct Patch {
     std::uint32_t firstRun = 0, runs = 0;
     std::uint32_t firstElement = 0, elements = 0;
     double mu = 0, lambda = 0;  ///< Pa
-    std::size_t slots() const { return (nodes + kLanes - 1) / kLanes * kLanes; }  ///< one a node, and some that fill it up
+    /// One a node, and some that fill it up.
+    std::size_t slots() const { return (nodes + kLanes - 1) / kLanes * kLanes; }
     std::size_t stride() const { return slots() + kLanes; }
 };
 
@@ -31,7 +32,7 @@ struct Patches {
     std::vector<std::uint32_t> laneOfElement;  ///< kLanes * batch + lane of each element of the system
     std::vector<NodeRun> runs;
     std::vector<std::uint32_t> slotStart, slots;  ///< slots of each node, by rising patch
-    std::vector<std::uint32_t> straight;  ///< SlotSums
+    std::vector<std::uint32_t> straight;          ///< SlotSums
     std::int64_t tets = 0;
     std::size_t tangentCount = 0;  ///< tets of all batches, eight of them at a time
     std::size_t slotCount = 0, largestStride = 0;

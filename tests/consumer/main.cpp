@@ -37,7 +37,8 @@ try {
 
     const auto step = bar.step(1 / scene.time.fps);
     const double weight = 0.4 * 1.2 * 0.4 * 1000 * 9.81;
-    std::printf("after %.3f s the grip carries %.1f N, the bar weighs %.1f N\n", bar.time(), step.gripLoad[0].y(), weight);
+    std::printf("after %.3f s the grip carries %.1f N, the bar weighs %.1f N\n", bar.time(), step.gripLoad[0].y(),
+                weight);
     return step.outcome == vdbfrac::core::Outcome::converged && step.gripLoad[0].y() > 0 ? 0 : 1;
 } catch (const vdbfrac::Error& e) {
     std::fprintf(stderr, "%s\n", e.what());

@@ -55,7 +55,8 @@ std::vector<std::string> soundCheckpoints()
 {
     std::vector<std::string> files;
     test::SceneRun run(kScene);
-    const std::vector<core::FrameRecord> frames = {{1, 0, "0123456789abcdef", {{"obj/small.0001.obj", 10, "0123456789abcdef"}}}};
+    const std::vector<core::FrameRecord> frames = {
+        {1, 0, "0123456789abcdef", {{"obj/small.0001.obj", 10, "0123456789abcdef"}}}};
     for (const int frame : {1, 6}) {
         run.toFrame(frame);
         core::Archive archive;

@@ -1,8 +1,8 @@
 // The fuzz targets without a fuzzer:
 //   fuzz_driver corpus DIR             writes the sound files into DIR/KIND/
-//   fuzz_driver broken DIR COUNT       writes the first COUNT mutations of each kind into DIR, as files with its extension
-//   fuzz_driver replay KIND PATH...    runs the commands on files, or on all files of folders
-//   fuzz_driver mutate COUNT [SEED [KIND]]   runs them on COUNT mutations of sound files, of all kinds in equal shares, and
+//   fuzz_driver broken DIR COUNT       writes the first COUNT mutations of each kind into DIR, as files with its
+//   extension fuzz_driver replay KIND PATH...    runs the commands on files, or on all files of folders fuzz_driver
+//   mutate COUNT [SEED [KIND]]   runs them on COUNT mutations of sound files, of all kinds in equal shares, and
 //                                      prints how they ended
 #include "inputs.h"
 
@@ -66,11 +66,14 @@ std::string mutated(std::string bytes, std::uint64_t seed)
     std::mt19937_64 random(seed);
     const auto below = [&](std::size_t n) { return std::size_t(random() % std::max<std::size_t>(n, 1)); };
     constexpr std::array<std::uint32_t, 6> kNumbers{0, 0xffffffff, 0x7fffffff, 0x80000000, 0x10000, 0x7fc00000};
-    const std::size_t reach = random() % 2 ? std::min<std::size_t>(bytes.size(), 1000) : bytes.size();  // headers are short
+    // Headers are short.
+    const std::size_t reach = random() % 2 ? std::min<std::size_t>(bytes.size(), 1000) : bytes.size();
     switch (random() % 8) {
     case 0: bytes.resize(below(bytes.size() + 1)); break;
     case 1:
-        if (bytes.size() > 8) std::memcpy(bytes.data() + below(reach - std::min<std::size_t>(reach, 4)), &kNumbers[below(kNumbers.size())], 4);
+        if (bytes.size() > 8)
+            std::memcpy(bytes.data() + below(reach - std::min<std::size_t>(reach, 4)),
+                        &kNumbers[below(kNumbers.size())], 4);
         break;
     case 2: changeDigits(bytes, 1 + below(20), random); break;
     default:
@@ -97,19 +100,24 @@ int corpus(const fs::path& folder)
     for (const Kind& kind : kinds()) {
         fs::create_directories(folder / kind.name);
         int number = 0;
-        for (const std::string& bytes : kind.soundFiles()) writeText(folder / kind.name / ("sound_" + std::to_string(number++)), bytes);
+        for (const std::string& bytes : kind.soundFiles())
+            writeText(folder / kind.name / ("sound_" + std::to_string(number++)), bytes);
     }
     return 0;
 }
 
-const std::string& soundFor(const std::vector<std::string>& sound, std::uint64_t seed) { return sound[seed % sound.size()]; }
+const std::string& soundFor(const std::vector<std::string>& sound, std::uint64_t seed)
+{
+    return sound[seed % sound.size()];
+}
 
 int broken(const fs::path& folder, std::uint64_t count)
 {
     for (const Kind& kind : kinds()) {
         const std::vector<std::string> sound = kind.soundFiles();
         for (std::uint64_t seed = 1; seed <= count; ++seed)
-            writeText(folder / (std::string(kind.name) + "_" + std::to_string(seed) + kind.extension), mutated(soundFor(sound, seed), seed));
+            writeText(folder / (std::string(kind.name) + "_" + std::to_string(seed) + kind.extension),
+                      mutated(soundFor(sound, seed), seed));
     }
     return 0;
 }
@@ -139,14 +147,15 @@ int replay(const Kind& kind, char** paths, int count)
     for (std::size_t c = 0; c < done.size(); ++c) std::printf(" %s %d", kind.commands[c], done[c]);
     std::printf("\n");
     // Not every command takes every sound file, but each takes some.
-    if (std::any_of(done.begin(), done.end(), [](int n) { return n > 0; })) unreadable += int(std::count(done.begin(), done.end(), 0));
+    if (std::any_of(done.begin(), done.end(), [](int n) { return n > 0; }))
+        unreadable += int(std::count(done.begin(), done.end(), 0));
     return files == 0 || unreadable > 0;
 }
 
 /// What a process that runs mutations tells the one that waits for it.
 struct Progress {
     std::array<std::array<std::size_t, 4>, 3> counts{};  // of each command, by ending
-    std::uint64_t seed = 0;  // of the file being read
+    std::uint64_t seed = 0;                              // of the file being read
 };
 
 /// Runs mutations from progress.seed up to `end`; a process of its own, so that one that breaks does not end them all,
@@ -200,17 +209,18 @@ int mutate(std::span<const Kind> kinds, std::size_t count, std::uint64_t seed)
     void* shared = ::mmap(nullptr, sizeof(Progress), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     if (shared == MAP_FAILED) throw std::runtime_error("no shared memory");
     Progress& progress = *new (shared) Progress;
-    std::printf("%-10s %-8s %9s %8s %12s %12s %8s %7s %15s\n", "kind", "command", "mutations", kEndingNames[0], kEndingNames[1], kEndingNames[2],
-                kEndingNames[3], "broken", "peak so far, MB");
+    std::printf("%-10s %-8s %9s %8s %12s %12s %8s %7s %15s\n", "kind", "command", "mutations", kEndingNames[0],
+                kEndingNames[1], kEndingNames[2], kEndingNames[3], "broken", "peak so far, MB");
     bool good = true;
     for (const Kind& kind : kinds) {
         const std::size_t share = (count + kinds.size() - 1) / kinds.size();
         const std::size_t broken = runMutations(kind, seed, share, progress);
         for (std::size_t command = 0; command < kind.commands.size(); ++command) {
             const auto& c = progress.counts[command];
-            std::printf("%-10s %-8s %9zu %8zu %12zu %12zu %8zu %7zu %15ld\n", kind.name, kind.commands[command], share, c[0], c[1], c[2], c[3], broken,
-                        largestChild());
-            // Were none refused, nothing would have been mutated; were none done, only the first look at a file was tried.
+            std::printf("%-10s %-8s %9zu %8zu %12zu %12zu %8zu %7zu %15ld\n", kind.name, kind.commands[command], share,
+                        c[0], c[1], c[2], c[3], broken, largestChild());
+            // Were none refused, nothing would have been mutated; were none done, only the first look at a file was
+            // tried.
             good = good && broken == 0 && c[0] > 0 && c[0] < share;
         }
     }
@@ -222,7 +232,8 @@ int mutate(std::span<const Kind> kinds, std::size_t count, std::uint64_t seed)
 int main(int argc, char** argv)
 {
 #if !defined(VDBFRAC_SANITIZED)
-    constexpr rlim_t kMemory = 2ull << 30;  // bytes, for a process; the sanitizer's own limit is in __asan_default_options
+    // Bytes, for a process; the sanitizer's own limit is in __asan_default_options.
+    constexpr rlim_t kMemory = 2ull << 30;
     const rlimit limit{kMemory, kMemory};
     ::setrlimit(RLIMIT_AS, &limit);
 #endif
@@ -234,8 +245,9 @@ int main(int argc, char** argv)
     if (what == "broken" && argc > 3) return broken(argv[2], std::strtoull(argv[3], nullptr, 10));
     if (what == "replay" && argc > 3) return replay(kindOf(argv[2]), argv + 3, argc - 3);
     if (what == "mutate")
-        return mutate(argc > 4 ? std::span(&kindOf(argv[4]), 1) : std::span(kinds()), std::strtoull(argv[2], nullptr, 10),
-                      argc > 3 ? std::strtoull(argv[3], nullptr, 10) : 1);
-    std::fputs("fuzz_driver corpus DIR | broken DIR COUNT | replay KIND PATH... | mutate COUNT [SEED [KIND]]\n", stderr);
+        return mutate(argc > 4 ? std::span(&kindOf(argv[4]), 1) : std::span(kinds()),
+                      std::strtoull(argv[2], nullptr, 10), argc > 3 ? std::strtoull(argv[3], nullptr, 10) : 1);
+    std::fputs("fuzz_driver corpus DIR | broken DIR COUNT | replay KIND PATH... | mutate COUNT [SEED [KIND]]\n",
+               stderr);
     return 2;
 }

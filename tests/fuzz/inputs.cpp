@@ -44,14 +44,16 @@ std::vector<Ending> runScene(std::string_view bytes)
     const std::span<const scene::TableSpec> tables = effectTables();
     return {endingOf([&] {
         const scene::Scene scene = scene::parseScene(bytes, "fuzz.toml", tables);
-        scene::parseScene(scene::writeScene(scene, tables), "again.toml", tables);  // what was read can be written and read
+        // What was read can be written and read.
+        scene::parseScene(scene::writeScene(scene, tables), "again.toml", tables);
     })};
 }
 
 /// The lattice tets of a level set.
 void makeTets(const grid::LevelSet& phi)
 {
-    tetmesh::wholeTets(tetmesh::CutMesh({tetmesh::Lattice::Kind::six, 1, phi.voxelSize()}, grid::sampleNodes(phi, kMemoryLimit)));
+    tetmesh::wholeTets(
+        tetmesh::CutMesh({tetmesh::Lattice::Kind::six, 1, phi.voxelSize()}, grid::sampleNodes(phi, kMemoryLimit)));
 }
 
 using SurfaceAndReport = std::pair<tetmesh::PolygonSoup, tetmesh::SurfaceReport>;
@@ -64,7 +66,8 @@ void relevelSurface(const SurfaceAndReport& surface, const grid::Band& band)
     options.offset = 0.25 * options.alpha;
     options.memoryLimit = kMemoryLimit;
     const repair::Repaired repaired = repair::repairSurface(soup, report, options, "fuzz");
-    grid::measure(grid::surfaceLevelSet({repaired.soup, repaired.after, repaired.wrapped ? options.offset : 0, "fuzz"}, band));
+    grid::measure(
+        grid::surfaceLevelSet({repaired.soup, repaired.after, repaired.wrapped ? options.offset : 0, "fuzz"}, band));
 }
 
 void meshSurface(const SurfaceAndReport& surface, const grid::Band& band)
@@ -82,7 +85,8 @@ std::vector<Ending> runSurface(std::string_view bytes)
         surface.second = tetmesh::examine(surface.first);
     });
     constexpr std::size_t kMostPolygons = 64, kMostPoints = 1000;  // more of them only take longer
-    if (read != Ending::done || surface.first.polygons.size() > kMostPolygons || surface.first.points.size() > kMostPoints)
+    if (read != Ending::done || surface.first.polygons.size() > kMostPolygons ||
+        surface.first.points.size() > kMostPoints)
         return std::vector<Ending>(3, read);
     grid::Band band;
     band.across = 12;
@@ -131,8 +135,8 @@ std::vector<Ending> runVdb(std::string_view bytes)
     const MemoryFile file(bytes);
     grid::RelevelOptions options;
     options.band.memoryLimit = kMemoryLimit;
-    return {endingOf([&] { grid::describeVdb(file.path(), kMemoryLimit); }), endingOf([&] { grid::relevelFile(file.path(), "", options); }),
-            endingOf([&] { meshVdb(file.path()); })};
+    return {endingOf([&] { grid::describeVdb(file.path(), kMemoryLimit); }),
+            endingOf([&] { grid::relevelFile(file.path(), "", options); }), endingOf([&] { meshVdb(file.path()); })};
 }
 
 std::vector<Ending> runCheckpoint(std::string_view bytes)
@@ -149,9 +153,12 @@ constexpr const char* kOfShapes[] = {"info", "relevel", "mesh"};
 
 const std::vector<Kind>& kinds()
 {
-    static const std::vector<Kind> all = {{"scene", ".toml", kOfScenes, runScene, soundScenes}, {"obj", kObj, kOfShapes, runSurface<kObj>, soundObjs},
-                                          {"stl", kStl, kOfShapes, runSurface<kStl>, soundStls}, {"ply", kPly, kOfShapes, runSurface<kPly>, soundPlys},
-                                          {"off", kOff, kOfShapes, runSurface<kOff>, soundOffs}, {"vdb", ".vdb", kOfShapes, runVdb, soundVdbs},
+    static const std::vector<Kind> all = {{"scene", ".toml", kOfScenes, runScene, soundScenes},
+                                          {"obj", kObj, kOfShapes, runSurface<kObj>, soundObjs},
+                                          {"stl", kStl, kOfShapes, runSurface<kStl>, soundStls},
+                                          {"ply", kPly, kOfShapes, runSurface<kPly>, soundPlys},
+                                          {"off", kOff, kOfShapes, runSurface<kOff>, soundOffs},
+                                          {"vdb", ".vdb", kOfShapes, runVdb, soundVdbs},
                                           {"checkpoint", ".ckpt", kOfCheckpoints, runCheckpoint, soundCheckpoints}};
     return all;
 }
@@ -166,6 +173,9 @@ const Kind& kindOf(std::string_view name)
 }  // namespace vdbfrac::fuzz
 
 /// What the address sanitizer asks for, in programs that are built with it. A file of some kB has no use for a large
-/// allocation: an abort, not a bad_alloc that a reader would catch. OpenVDB leaks the node it is reading when it throws, so
-/// leaks are not looked for.
-extern "C" const char* __asan_default_options() { return "max_allocation_size_mb=1024:hard_rss_limit_mb=2048:detect_leaks=0"; }
+/// allocation: an abort, not a bad_alloc that a reader would catch. OpenVDB leaks the node it is reading when it
+/// throws, so leaks are not looked for.
+extern "C" const char* __asan_default_options()
+{
+    return "max_allocation_size_mb=1024:hard_rss_limit_mb=2048:detect_leaks=0";
+}

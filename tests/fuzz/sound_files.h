@@ -1,4 +1,5 @@
-// Small valid files of every kind: where fuzzing and mutations start. Each list covers the ways a format can be written.
+// Small valid files of every kind: where fuzzing and mutations start. Each list covers the ways a format can be
+// written.
 #pragma once
 
 #include <vdbfrac/scene/values.h>

@@ -24,21 +24,26 @@ void append(std::string& bytes, T value, bool bigEndian = false)
     bytes.append(raw, sizeof(T));
 }
 
-std::string pointLine(const float (&p)[3]) { return std::to_string(p[0]) + " " + std::to_string(p[1]) + " " + std::to_string(p[2]); }
+std::string pointLine(const float (&p)[3])
+{
+    return std::to_string(p[0]) + " " + std::to_string(p[1]) + " " + std::to_string(p[2]);
+}
 
 std::string textBody()
 {
     std::string text;
     for (const auto& p : kPoints) text += pointLine(p) + "\n";
-    for (const auto& t : kTriangles) text += "3 " + std::to_string(t[0]) + " " + std::to_string(t[1]) + " " + std::to_string(t[2]) + "\n";
+    for (const auto& t : kTriangles)
+        text += "3 " + std::to_string(t[0]) + " " + std::to_string(t[1]) + " " + std::to_string(t[2]) + "\n";
     return text;
 }
 
 std::string binaryPly(bool big)
 {
-    std::string bytes = std::string("ply\nformat binary_") + (big ? "big" : "little") +
-                        "_endian 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nproperty uchar red\n"
-                        "element face 4\nproperty list uchar int vertex_indices\nend_header\n";
+    std::string bytes =
+        std::string("ply\nformat binary_") + (big ? "big" : "little") +
+        "_endian 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nproperty uchar red\n"
+        "element face 4\nproperty list uchar int vertex_indices\nend_header\n";
     for (const auto& p : kPoints) {
         for (float x : p) append(bytes, x, big);
         append(bytes, std::uint8_t{7});
@@ -79,11 +84,14 @@ std::span<const scene::TableSpec> effectTables() { return kTables; }
 
 std::vector<std::string> soundScenes()
 {
-    const std::string meshes = "version = 1\nname = \"m\"\n[grid]\nvoxel_size = 0.1\n[[body]]\nname = \"a\"\nshape = { mesh = \"x.obj\" }\n"
-                               "material = \"gel\"\nvelocity = [0, 1e-3, -0.5]\n[material]\ngel = { youngs_modulus = 1e5, poisson_ratio = 0.3, density = 1000 }\n";
-    const std::string study = "[study]\nrounds = 1\n[[study.series]]\nname = \"s\"\nset = [\"time.fps=2\"]\nkey = \"grid.coarsening\"\n"
-                              "values = [1, 2.5, \"x\", true]\ntied = [{ key = \"a\", values = [1, 2, 3, 4] }]\nrefines = \"up\"\n"
-                              "[[study.measure]]\nquantity = \"displacement\"\npoint = [0, 1, 0]\naxis = \"y\"\nexact = 1\n";
+    const std::string meshes =
+        "version = 1\nname = \"m\"\n[grid]\nvoxel_size = 0.1\n[[body]]\nname = \"a\"\nshape = { mesh = \"x.obj\" }\n"
+        "material = \"gel\"\nvelocity = [0, 1e-3, -0.5]\n[material]\ngel = { youngs_modulus = 1e5, poisson_ratio = "
+        "0.3, density = 1000 }\n";
+    const std::string study =
+        "[study]\nrounds = 1\n[[study.series]]\nname = \"s\"\nset = [\"time.fps=2\"]\nkey = \"grid.coarsening\"\n"
+        "values = [1, 2.5, \"x\", true]\ntied = [{ key = \"a\", values = [1, 2, 3, 4] }]\nrefines = \"up\"\n"
+        "[[study.measure]]\nquantity = \"displacement\"\npoint = [0, 1, 0]\naxis = \"y\"\nexact = 1\n";
     return {scene::exampleText(), meshes, meshes + study, shipped("two_bodies.toml"), shipped("twist.toml")};
 }
 
@@ -118,8 +126,9 @@ std::vector<std::string> soundStls()
 
 std::vector<std::string> soundPlys()
 {
-    const std::string head = "ply\nformat ascii 1.0\ncomment c\nelement vertex 4\nproperty double x\nproperty float y\nproperty float z\n"
-                             "element face 4\nproperty list uchar uint vertex_index\nend_header\n";
+    const std::string head =
+        "ply\nformat ascii 1.0\ncomment c\nelement vertex 4\nproperty double x\nproperty float y\nproperty float z\n"
+        "element face 4\nproperty list uchar uint vertex_index\nend_header\n";
     return {head + textBody(), binaryPly(false), binaryPly(true)};
 }
 

@@ -22,7 +22,8 @@ std::string written(const openvdb::GridCPtrVec& grids, std::uint32_t compression
     return out.str();
 }
 
-/// A signed distance as other programs write it: of no class, known in a whole box of turned voxels, with an active tile.
+/// A signed distance as other programs write it: of no class, known in a whole box of turned voxels, with an active
+/// tile.
 openvdb::FloatGrid::Ptr denseBall()
 {
     constexpr int kBox = 24;
@@ -44,7 +45,8 @@ std::vector<std::string> soundVdbs()
 {
     using namespace openvdb;
     initialize();
-    const auto ball = tools::createLevelSetSphere<FloatGrid>(0.25f, Vec3f(0.61f), 0.05f);  // in one branch of the tree: small files
+    // In one branch of the tree: small files.
+    const auto ball = tools::createLevelSetSphere<FloatGrid>(0.25f, Vec3f(0.61f), 0.05f);
     ball->setName("phi");
     const auto half = ball->deepCopy();
     half->setName("half");
@@ -63,8 +65,10 @@ std::vector<std::string> soundVdbs()
     shared->setName("again");
     const auto dense = denseBall();
     const auto kMask = io::COMPRESS_ACTIVE_MASK;
-    return {written({ball}, io::COMPRESS_BLOSC | kMask), written({ball}, io::COMPRESS_ZIP | kMask), written({ball}, io::COMPRESS_NONE),
-            written({ball, shared, half, velocity, tiles, numbers}, io::COMPRESS_BLOSC | kMask), written({dense}, io::COMPRESS_NONE | kMask)};
+    return {written({ball}, io::COMPRESS_BLOSC | kMask), written({ball}, io::COMPRESS_ZIP | kMask),
+            written({ball}, io::COMPRESS_NONE),
+            written({ball, shared, half, velocity, tiles, numbers}, io::COMPRESS_BLOSC | kMask),
+            written({dense}, io::COMPRESS_NONE | kMask)};
 }
 
 }  // namespace vdbfrac::fuzz

@@ -62,7 +62,8 @@ TEST_P(HardCases, AreWithinTheirLimitsButForTheKnownMisses)
 INSTANTIATE_TEST_SUITE_P(Table, HardCases, testing::ValuesIn(verify::hardCases().begin(), verify::hardCases().end()),
                          [](const auto& info) { return std::string(info.param.id); });
 
-INSTANTIATE_TEST_SUITE_P(Torture, HardCases, testing::ValuesIn(verify::tortureCases().begin(), verify::tortureCases().end()),
+INSTANTIATE_TEST_SUITE_P(Torture, HardCases,
+                         testing::ValuesIn(verify::tortureCases().begin(), verify::tortureCases().end()),
                          [](const auto& info) { return std::string(info.param.id); });
 
 TEST(HardCaseTable, RowsAreInOrder)

@@ -63,14 +63,16 @@ TEST_P(OnceBroken, KeepsTheLaws)
     EXPECT_FALSE(outcome.refused) << outcome.refusal;
 }
 
-INSTANTIATE_TEST_SUITE_P(Scenes, OnceBroken, testing::ValuesIn(sceneFiles()), [](const auto& info) { return info.param; });
+INSTANTIATE_TEST_SUITE_P(Scenes, OnceBroken, testing::ValuesIn(sceneFiles()),
+                         [](const auto& info) { return info.param; });
 
-/// Compressed tets of a cell turn apart until their rotations have no mean worth the name. Multigrid, which has nothing else,
-/// must not follow a direction that only the mean takes for soft: steps would be halved without end.
+/// Compressed tets of a cell turn apart until their rotations have no mean worth the name. Multigrid, which has nothing
+/// else, must not follow a direction that only the mean takes for soft: steps would be halved without end.
 TEST(OnceLost, MultigridWhereTheTetsOfACellTurnApart)
 {
     constexpr std::size_t kMost = 150;  // steps; 60 are needed
-    test::SceneRun run(readText(VDBFRAC_SOURCE "/tests/hard/scenes/compressed_and_turning.toml"), {"solver.linear_solver=\"multigrid\""});
+    test::SceneRun run(readText(VDBFRAC_SOURCE "/tests/hard/scenes/compressed_and_turning.toml"),
+                       {"solver.linear_solver=\"multigrid\""});
     while (!run.atEnd() && run.steps.size() < kMost) run.step();
     EXPECT_TRUE(run.atEnd()) << run.framesDone() << " frames in " << run.steps.size() << " steps";
 }

@@ -1,5 +1,5 @@
-// Steps that end at a crease of the energy, where the rotation of a tet jumps and no gradient is small: that they end in a minimum is
-// looked up in the energy itself.
+// Steps that end at a crease of the energy, where the rotation of a tet jumps and no gradient is small: that they end
+// in a minimum is looked up in the energy itself.
 #include "loads.h"
 
 #include <vdbfrac/base/hash.h>
@@ -16,17 +16,19 @@ using namespace vdbfrac;
 
 namespace {
 
-constexpr double dt = 0.01;    // s
+constexpr double dt = 0.01;     // s
 constexpr double kNear = 1e-4;  // cells: how far from its crease a minimum may be (followCrease in backward_euler.cpp)
 
-/// A few cells of a nearly incompressible material, blown up and shaken so that some tets are inverted; nothing holds them.
+/// A few cells of a nearly incompressible material, blown up and shaken so that some tets are inverted; nothing holds
+/// them.
 struct BlownUp {
     test::Block block;
     solver::ElasticOperator elastic = test::elasticOperator(block, solver::makeMaterial(1e5, .45, 1000));
     solver::Boundary boundary = test::freeBoundary(block.nodes.size());
     solver::State state;
 
-    BlownUp(unsigned seed, double shake, int cells = 2) : block({cells, cells, cells}, .25), state(test::shaken(block, shake, 1, seed))
+    BlownUp(unsigned seed, double shake, int cells = 2)
+        : block({cells, cells, cells}, .25), state(test::shaken(block, shake, 1, seed))
     {
         for (Vec3& x : state.x) x *= 3;
     }
@@ -56,7 +58,8 @@ struct Objective {
     {
         std::vector<Vec3> g(x.size(), Vec3::Zero());
         elastic.evaluate(x, g, nullptr);
-        for (std::size_t i = 0; i < x.size(); ++i) g[i] += elastic.mass()[i] / (dt * dt) * (x[i] - start.x[i] - dt * start.v[i]);
+        for (std::size_t i = 0; i < x.size(); ++i)
+            g[i] += elastic.mass()[i] / (dt * dt) * (x[i] - start.x[i] - dt * start.v[i]);
         return g;
     }
 };
@@ -68,8 +71,8 @@ double norm(std::span<const Vec3> a)
     return std::sqrt(sum);
 }
 
-/// Unit directions in which Phi is looked at: some hundred at random, each node along its axes and against its force, all of them
-/// against the force.
+/// Unit directions in which Phi is looked at: some hundred at random, each node along its axes and against its force,
+/// all of them against the force.
 std::vector<std::vector<Vec3>> directionsAt(std::span<const Vec3> gradient, unsigned seed)
 {
     constexpr int kRandom = 300;
@@ -134,8 +137,8 @@ int forCreases(double tolerance, const See& see)
     return count;
 }
 
-/// What Phi may fall by over a distance [J]. The crease is up to kNear away, and Phi falls towards it with its gradient; along the
-/// crease with the mean of the gradients, which is below the tolerance.
+/// What Phi may fall by over a distance [J]. The crease is up to kNear away, and Phi falls towards it with its
+/// gradient; along the crease with the mean of the gradients, which is below the tolerance.
 double allowedFall(const Found& f, std::span<const Vec3> x, double tolerance, double distance)
 {
     std::vector<Vec3> elastic(x.size(), Vec3::Zero());
@@ -167,12 +170,14 @@ TEST(Creases, AStepThatEndsAtOneIsInAMinimumThoughItsGradientIsNotSmall)
             for (double cells : {1e-4, 1e-3}) {
                 const double distance = cells * f.body.block.h, allowed = allowedFall(f, x, tolerance, distance);
                 const double fall = farthestFall(phi, x, distance, f.seed);
-                EXPECT_LE(fall, allowed) << "seed " << f.seed << ", " << cells << " cells away, tolerance " << tolerance;
+                EXPECT_LE(fall, allowed) << "seed " << f.seed << ", " << cells << " cells away, tolerance "
+                                         << tolerance;
                 largest = std::max(largest, fall / allowed);
             }
         });
-        std::printf("tolerance %g: %d creases; plain residuals %.2g to %.2g; Phi falls by up to %.2f of what is allowed\n", tolerance, count,
-                    flattest, steepest, largest);
+        std::printf(
+            "tolerance %g: %d creases; plain residuals %.2g to %.2g; Phi falls by up to %.2f of what is allowed\n",
+            tolerance, count, flattest, steepest, largest);
         EXPECT_GE(count, kEnough);
         EXPECT_GT(steepest, 10 * tolerance);
     }
@@ -194,10 +199,12 @@ TEST(Creases, ShortOfTheMinimumPhiFallsByMoreThanAtACrease)
 
 TEST(Creases, AFreeBodyKeepsItsMomentumInAStepThatEndsAtOne)
 {
-    constexpr double kAStep = 1e-12;  // relative to sum m |v|: rounding of forces some hundred times m |v| / dt, which cancel
+    // Relative to sum m |v|: rounding of forces some hundred times m |v| / dt, which cancel.
+    constexpr double kAStep = 1e-12;
     double worst = 0;
     forCreases(1e-3, [&](Found& f) {
-        const test::Momentum before = test::momentum(f.body.elastic, f.start.v), after = test::momentum(f.body.elastic, f.body.state.v);
+        const test::Momentum before = test::momentum(f.body.elastic, f.start.v),
+                             after = test::momentum(f.body.elastic, f.body.state.v);
         worst = std::max(worst, (after.linear - before.linear).norm() / before.scale);
     });
     std::printf("worst drift of momentum in a step that ends at a crease: %.1e\n", worst);

@@ -36,7 +36,8 @@ TEST(BackwardEuler, FreeFallIsExact)
     solver::State state = test::atRest(block);
     for (int n = 1; n <= 40; ++n) {
         const auto report = step(state, dt, elastic, boundary);
-        EXPECT_EQ(report.status, solver::StepStatus::converged) << n << " residual " << report.residual << " newton " << report.newtonIterations;
+        EXPECT_EQ(report.status, solver::StepStatus::converged)
+            << n << " residual " << report.residual << " newton " << report.newtonIterations;
         const double fallen = g * dt * dt * n * (n + 1) / 2;
         for (std::size_t i = 0; i < state.x.size(); ++i) {
             const Vec3 u = state.x[i] - block.h * block.nodes[i].toVec();
@@ -101,7 +102,8 @@ TEST(BackwardEuler, StiffBodySpinsDownAsPredicted)
     }
     for (int n = 1; n <= 200; ++n) {
         const auto report = step(state, dt, elastic, boundary);
-        EXPECT_EQ(report.status, solver::StepStatus::converged) << n << " residual " << report.residual << " newton " << report.newtonIterations;
+        EXPECT_EQ(report.status, solver::StepStatus::converged)
+            << n << " residual " << report.residual << " newton " << report.newtonIterations;
         double spin = 0, inertia = 0;
         for (std::size_t i = 0; i < state.x.size(); ++i) {
             spin += elastic.mass()[i] * axis.dot(state.x[i].cross(state.v[i]));

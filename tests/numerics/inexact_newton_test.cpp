@@ -111,7 +111,8 @@ TEST(InexactNewton, MethodsEndInTheSameState)
     for (LinearMethod method : {LinearMethod::jacobi, LinearMethod::multigrid}) {
         const std::vector<Vec3> x = endOf(method);
         double error = 0, size = 0;
-        for (std::size_t i = 0; i < x.size(); ++i) error += (x[i] - direct[i]).squaredNorm(), size += (direct[i] - rest[i]).squaredNorm();
+        for (std::size_t i = 0; i < x.size(); ++i)
+            error += (x[i] - direct[i]).squaredNorm(), size += (direct[i] - rest[i]).squaredNorm();
         std::printf("method %d differs from direct by %.1e\n", int(method), std::sqrt(error / size));
         EXPECT_LE(std::sqrt(error), kSame * std::sqrt(size)) << int(method);
     }
@@ -148,7 +149,8 @@ TEST(InexactNewton, LooseSystemsSaveLinearIterations)
             loose += report.linearIterations;
             looseNewton += report.newtonIterations;
         }
-        std::printf("method %d: %d linear iterations in %d of Newton, solved to 1e-6: %d\n", int(method), loose, looseNewton, tight);
+        std::printf("method %d: %d linear iterations in %d of Newton, solved to 1e-6: %d\n", int(method), loose,
+                    looseNewton, tight);
         EXPECT_GE(tight, kLeastGain * loose) << int(method);
     }
 }
@@ -174,9 +176,10 @@ struct Objective {
     }
 };
 
-/// With linear strain Phi is quadratic: the gradient after one iteration of Newton is the residual of its linear system. In the norm
-/// that conjugate gradients with block-Jacobi measure, it is what docs/physics.md says of the gradient before: linear_tolerance, or a
-/// fifth of what would meet newton_tolerance, whichever is looser, and no more than a tenth.
+/// With linear strain Phi is quadratic: the gradient after one iteration of Newton is the residual of its linear
+/// system. In the norm that conjugate gradients with block-Jacobi measure, it is what docs/physics.md says of the
+/// gradient before: linear_tolerance, or a fifth of what would meet newton_tolerance, whichever is looser, and no more
+/// than a tenth.
 TEST(InexactNewton, LinearSystemsAreSolvedAsFarAsTheToleranceSays)
 {
     constexpr double kSingle = 1e-3;  // relative: residuals that single precision carries along
@@ -184,7 +187,8 @@ TEST(InexactNewton, LinearSystemsAreSolvedAsFarAsTheToleranceSays)
         double newton, linear;
     };
     for (const auto precision : {solver::LinearPrecision::mixed, solver::LinearPrecision::doubles})
-        for (const Tolerances& asked : std::initializer_list<Tolerances>{{1e-3, 1e-2}, {1e-3, 1e-4}, {0, 1e-6}, {0.1, 1e-4}, {0.4, 1e-4}}) {
+        for (const Tolerances& asked :
+             std::initializer_list<Tolerances>{{1e-3, 1e-2}, {1e-3, 1e-4}, {0, 1e-6}, {0.1, 1e-4}, {0.4, 1e-4}}) {
             const test::Block block({12, 6, 6}, 0.1);
             const solver::Elasticity linear{solver::Volumetric::cell, solver::Strain::linear};
             const auto elastic = test::elasticOperator(block, solver::makeMaterial(1e5, .3, 1000), linear);
@@ -212,18 +216,22 @@ TEST(InexactNewton, LinearSystemsAreSolvedAsFarAsTheToleranceSays)
                 return std::sqrt(sum);
             };
             double norm = 0, outer = 0;
-            for (std::size_t i = 0; i < before.size(); ++i) norm += before[i].squaredNorm(), outer += boundary.force[i].squaredNorm();
+            for (std::size_t i = 0; i < before.size(); ++i)
+                norm += before[i].squaredNorm(), outer += boundary.force[i].squaredNorm();
             ASSERT_NEAR(norm, outer, 1e-9 * outer);  // nothing else acts at the start: it is the largest of the forces
             solver::BackwardEuler stepper(elastic, settings);
             EXPECT_EQ(stepper.step(state, phi.dt, {{}, boundary}).newtonIterations, 1);
             phi(state.x, after);
-            const double wanted = std::max(asked.linear, std::min(0.2 * asked.newton, 0.1)), reached = size(after) / size(before);
-            std::printf("newton %g, linear %g: solved to %.3e, to be %.1e\n", asked.newton, asked.linear, reached, wanted);
+            const double wanted = std::max(asked.linear, std::min(0.2 * asked.newton, 0.1)),
+                         reached = size(after) / size(before);
+            std::printf("newton %g, linear %g: solved to %.3e, to be %.1e\n", asked.newton, asked.linear, reached,
+                        wanted);
             EXPECT_LE(reached, wanted * (1 + kSingle));
         }
 }
 
-/// From starts that are scrambled and squeezed or pulled far, where whole steps of Newton overshoot: after k iterations, then k + 1.
+/// From starts that are scrambled and squeezed or pulled far, where whole steps of Newton overshoot: after k
+/// iterations, then k + 1.
 TEST(LineSearch, NoIterationOfNewtonRaisesTheEnergyOfTheStep)
 {
     using solver::NewtonTangent;
@@ -244,7 +252,8 @@ TEST(LineSearch, NoIterationOfNewtonRaisesTheEnergyOfTheStep)
                             {Strain::green, NewtonTangent::warped, pulled, 0.7, 0.05}};
     for (const Start& from : starts) {
         const test::Block block({5, 4, 4}, 0.1);
-        const auto elastic = test::elasticOperator(block, solver::makeMaterial(1e5, .4, 1000), {solver::Volumetric::cell, from.strain});
+        const auto elastic =
+            test::elasticOperator(block, solver::makeMaterial(1e5, .4, 1000), {solver::Volumetric::cell, from.strain});
         const solver::Boundary boundary = test::clamped(block, [](Coord c) { return c.x == 0; });
         solver::State start = test::shaken(block, from.shake, 0, 11);
         for (Vec3& x : start.x) x = from.stretch.cwiseProduct(x);
@@ -261,11 +270,13 @@ TEST(LineSearch, NoIterationOfNewtonRaisesTheEnergyOfTheStep)
             solver::State state = start;
             report = solver::stepBackwardEuler(elastic, state, from.dt, {{}, boundary}, settings);
             const double now = phi(state.x, gradient);
-            EXPECT_LE(now, before + kRounding * first) << "iteration " << settings.iterations << ", tangent " << int(from.tangent);
+            EXPECT_LE(now, before + kRounding * first)
+                << "iteration " << settings.iterations << ", tangent " << int(from.tangent);
             before = now;
             if (report.status == solver::StepStatus::converged) break;
         }
-        std::printf("%d iterations, %d halvings: %.4g J -> %.4g J\n", report.newtonIterations, report.lineSearchSteps, first, before);
+        std::printf("%d iterations, %d halvings: %.4g J -> %.4g J\n", report.newtonIterations, report.lineSearchSteps,
+                    first, before);
         EXPECT_GT(report.lineSearchSteps, 0) << "the start shows nothing";
     }
 }

@@ -30,7 +30,8 @@ struct Shaken {
     void run(Scheme scheme, double time, int steps)
     {
         const auto integrator = solver::makeIntegrator(scheme, elastic, test::tightSettings());
-        for (int i = 0; i < steps; ++i) EXPECT_EQ(integrator->step(state, time / steps, loads()).status, solver::StepStatus::converged);
+        for (int i = 0; i < steps; ++i)
+            EXPECT_EQ(integrator->step(state, time / steps, loads()).status, solver::StepStatus::converged);
     }
 };
 
@@ -43,7 +44,7 @@ double distance(const std::vector<Vec3>& a, const std::vector<Vec3>& b)
 
 struct Order {
     Scheme scheme;
-    int steps;        // of the coarsest run
+    int steps;  // of the coarsest run
     double expected;
 };
 
@@ -66,11 +67,12 @@ TEST_P(Orders, ErrorFallsWithTheOrderOfTheScheme)
 }
 
 INSTANTIATE_TEST_SUITE_P(Schemes, Orders,
-                         testing::Values(Order{Scheme::backwardEuler, 128, 1}, Order{Scheme::midpoint, 32, 2}, Order{Scheme::sdirk2, 32, 2},
-                                         Order{Scheme::symplecticEuler, 64, 1}, Order{Scheme::forwardEuler, 128, 1}));
+                         testing::Values(Order{Scheme::backwardEuler, 128, 1}, Order{Scheme::midpoint, 32, 2},
+                                         Order{Scheme::sdirk2, 32, 2}, Order{Scheme::symplecticEuler, 64, 1},
+                                         Order{Scheme::forwardEuler, 128, 1}));
 
-/// Symplectic Euler is leapfrog whose velocities lag by half a step: started with such velocities, positions converge with
-/// second order, and so do periods from any start.
+/// Symplectic Euler is leapfrog whose velocities lag by half a step: started with such velocities, positions converge
+/// with second order, and so do periods from any start.
 TEST(Integrators, SymplecticEulerIsOfSecondOrderInPeriods)
 {
     constexpr double kTime = 0.02, kAllowed = 0.15;
@@ -82,7 +84,8 @@ TEST(Integrators, SymplecticEulerIsOfSecondOrderInPeriods)
         Shaken block;
         std::vector<Vec3> gradient(block.state.x.size(), Vec3::Zero());
         block.elastic.evaluate(block.state.x, gradient, nullptr);
-        for (std::size_t i = 0; i < gradient.size(); ++i) block.state.v[i] += 0.5 * kTime / steps / block.elastic.mass()[i] * gradient[i];
+        for (std::size_t i = 0; i < gradient.size(); ++i)
+            block.state.v[i] += 0.5 * kTime / steps / block.elastic.mass()[i] * gradient[i];
         block.run(Scheme::symplecticEuler, kTime, steps);
         error[level] = distance(block.state.x, exact.state.x);
     }
@@ -95,7 +98,8 @@ TEST(Integrators, OfSecondOrderFallFreelyWithoutError)
     for (const Scheme scheme : {Scheme::midpoint, Scheme::sdirk2}) {
         Shaken block;
         block.state = test::atRest(block.block);
-        for (std::size_t i = 0; i < block.boundary.force.size(); ++i) block.boundary.force[i] = Vec3(0, 0, -g * block.elastic.mass()[i]);
+        for (std::size_t i = 0; i < block.boundary.force.size(); ++i)
+            block.boundary.force[i] = Vec3(0, 0, -g * block.elastic.mass()[i]);
         block.run(scheme, 10 * dt, 10);
         const double fallen = g * 10 * dt * 10 * dt / 2;
         for (std::size_t i = 0; i < block.state.x.size(); ++i)
@@ -106,7 +110,8 @@ TEST(Integrators, OfSecondOrderFallFreelyWithoutError)
 TEST(Integrators, AllKeepLinearMomentum)
 {
     constexpr double kAStep = 1e-13;  // relative to sum m |v|
-    for (const Scheme scheme : {Scheme::backwardEuler, Scheme::midpoint, Scheme::sdirk2, Scheme::symplecticEuler, Scheme::forwardEuler}) {
+    for (const Scheme scheme :
+         {Scheme::backwardEuler, Scheme::midpoint, Scheme::sdirk2, Scheme::symplecticEuler, Scheme::forwardEuler}) {
         Shaken block;
         for (Vec3& v : block.state.v) v += Vec3(1, 2, -1);
         const test::Momentum before = test::momentum(block.elastic, block.state.v);
@@ -124,10 +129,11 @@ TEST(Integrators, EnergyIsKeptByMidpointLostByBackwardEulerAndGainedByForwardEul
         block.run(scheme, 0.1, 200);
         return block.energy() / before - 1;
     };
-    const double midpoint = change(Scheme::midpoint), sdirk2 = change(Scheme::sdirk2), backward = change(Scheme::backwardEuler),
-                 symplectic = change(Scheme::symplecticEuler), forward = change(Scheme::forwardEuler);
-    std::printf("midpoint %.2e  sdirk2 %.2e  backward Euler %.2e  symplectic Euler %.2e  forward Euler %.2e\n", midpoint, sdirk2, backward,
-                symplectic, forward);
+    const double midpoint = change(Scheme::midpoint), sdirk2 = change(Scheme::sdirk2),
+                 backward = change(Scheme::backwardEuler), symplectic = change(Scheme::symplecticEuler),
+                 forward = change(Scheme::forwardEuler);
+    std::printf("midpoint %.2e  sdirk2 %.2e  backward Euler %.2e  symplectic Euler %.2e  forward Euler %.2e\n",
+                midpoint, sdirk2, backward, symplectic, forward);
     EXPECT_LT(std::abs(midpoint), 1e-2);  // the energy is not quadratic: to second order in dt, without a drift
     EXPECT_LT(std::abs(symplectic), 0.1);
     EXPECT_LT(backward, -0.1);
@@ -147,12 +153,14 @@ TEST(Integrators, ExplicitOnesAreStableUpToTheirLimitAndNotFarBeyond)
     };
     EXPECT_LT(growth(1), 2);
     EXPECT_GT(growth(2), 1e6);  // the limit is less than half of what would still do
-    EXPECT_EQ(solver::makeIntegrator(Scheme::backwardEuler, Shaken().elastic, {})->largestStep({}), std::numeric_limits<double>::infinity());
+    EXPECT_EQ(solver::makeIntegrator(Scheme::backwardEuler, Shaken().elastic, {})->largestStep({}),
+              std::numeric_limits<double>::infinity());
 }
 
 TEST(Integrators, HeldNodesFollowTheirTargetsExactly)
 {
-    for (const Scheme scheme : {Scheme::midpoint, Scheme::sdirk2, Scheme::symplecticEuler, Scheme::forwardEuler, Scheme::statics}) {
+    for (const Scheme scheme :
+         {Scheme::midpoint, Scheme::sdirk2, Scheme::symplecticEuler, Scheme::forwardEuler, Scheme::statics}) {
         Shaken block;
         block.state = test::atRest(block.block);
         block.boundary = test::clamped(block.block, [](Coord c) { return c.z == 0; });
@@ -161,16 +169,21 @@ TEST(Integrators, HeldNodesFollowTheirTargetsExactly)
         std::vector<Vec3> before = block.boundary.target;
         solver::Boundary between = block.boundary;
         const solver::StepLoads loads{{}, [&](double share) -> const solver::Boundary& {
-            for (std::size_t n = 0; n < before.size(); ++n) between.target[n] = before[n] + share * shift;
-            return between;
-        }};
+                                          for (std::size_t n = 0; n < before.size(); ++n)
+                                              between.target[n] = before[n] + share * shift;
+                                          return between;
+                                      }};
         for (int i = 0; i < 5; ++i, before = block.boundary.target) {
             for (Vec3& target : block.boundary.target) target += shift;
             EXPECT_EQ(integrator->step(block.state, 1e-3, loads).status, solver::StepStatus::converged);
             for (std::size_t n = 0; n < block.state.x.size(); ++n) {
                 if (block.boundary.fixed[n]) {
                     EXPECT_LE((block.state.x[n] - block.boundary.target[n]).norm(), 1e-15) << int(scheme);
-                    EXPECT_LE((block.state.v[n] - (scheme == Scheme::statics ? Vec3::Zero().eval() : Vec3(shift / 1e-3))).norm(), 1e-10) << int(scheme);
+                    EXPECT_LE(
+                        (block.state.v[n] - (scheme == Scheme::statics ? Vec3::Zero().eval() : Vec3(shift / 1e-3)))
+                            .norm(),
+                        1e-10)
+                        << int(scheme);
                 }
             }
         }
@@ -217,7 +230,8 @@ TEST(Integrators, ReactionOfWhatIsHeldIsItsInertiaLessItsWeight)
             Vec3 sum = Vec3::Zero();
             for (const Vec3& r : report.reaction) sum += r;
             const Vec3 acceleration = moves && scheme != Scheme::statics ? Vec3(shift / (dt * dt)) : Vec3::Zero();
-            EXPECT_LT((sum - mass * (acceleration - g)).norm(), kRounding * mass * (acceleration.norm() + g.norm())) << int(scheme);
+            EXPECT_LT((sum - mass * (acceleration - g)).norm(), kRounding * mass * (acceleration.norm() + g.norm()))
+                << int(scheme);
         }
 }
 
@@ -225,7 +239,8 @@ TEST(Integrators, ReactionOfWhatIsHeldIsItsInertiaLessItsWeight)
 TEST(Integrators, ReactionInEquilibriumIsTheWeightUnderEveryScheme)
 {
     constexpr double kSolved = 1e-8;  // relative: the equilibrium as statics found it
-    for (const Scheme scheme : {Scheme::backwardEuler, Scheme::midpoint, Scheme::sdirk2, Scheme::symplecticEuler, Scheme::forwardEuler}) {
+    for (const Scheme scheme :
+         {Scheme::backwardEuler, Scheme::midpoint, Scheme::sdirk2, Scheme::symplecticEuler, Scheme::forwardEuler}) {
         Shaken block;
         block.state = test::atRest(block.block);
         block.boundary = test::clamped(block.block, [](Coord c) { return c.z == 0; });

@@ -66,8 +66,11 @@ struct Elastica {
 
 TEST(ElasticaBar, LargeDeflectionMatchesReference)
 {
-    constexpr Elastica kReference[] = {
-        {1, .301721, .056433}, {2, .493457, .160642}, {3, .603253, .254420}, {5, .713792, .387628}, {10, .810609, .554996}};
+    constexpr Elastica kReference[] = {{1, .301721, .056433},
+                                       {2, .493457, .160642},
+                                       {3, .603253, .254420},
+                                       {5, .713792, .387628},
+                                       {10, .810609, .554996}};
     // Eight cells thick, tets bend 4 % too little (table of the cantilever); shear adds what the elastica leaves out.
     constexpr double kBendingError = 0.06;
     constexpr int kSlenderness = 10, kThick = 8;

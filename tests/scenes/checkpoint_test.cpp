@@ -26,17 +26,21 @@ constexpr int kFrames = 6;
 /// A notched bar that tears beside one that does not.
 std::string tearingBars()
 {
-    std::string s = "version = 1\nname = \"bars\"\n[time]\nframes = [1, 6]\nfps = 4\n[grid]\nvoxel_size = 0.1\n[material.m]\n"
-                    "youngs_modulus = 1e5\npoisson_ratio = 0.3\ndensity = 1000\n";
+    std::string s =
+        "version = 1\nname = \"bars\"\n[time]\nframes = [1, 6]\nfps = 4\n[grid]\nvoxel_size = 0.1\n[material.m]\n"
+        "youngs_modulus = 1e5\npoisson_ratio = 0.3\ndensity = 1000\n";
     for (const char* x : {"0", "1"}) {
         const std::string name = std::string("bar") + x;
-        s += "[[body]]\nname = \"" + name + "\"\nmaterial = \"m\"\nshape = { box = { size = [0.4, 1, 0.4], center = [" + x + ", 0, 0] } }\n";
+        s += "[[body]]\nname = \"" + name + "\"\nmaterial = \"m\"\nshape = { box = { size = [0.4, 1, 0.4], center = [" +
+             x + ", 0, 0] } }\n";
         if (*x == '0') s += "cut = [{ cylinder = { axis = \"z\", radius = 0.1, center = [0.2, 0, 0] } }]\n";
         for (const char* side : {"", "-"})
-            s += "[[grip]]\nbody = \"" + name + "\"\nregion = { box = { size = [3, 0.1, 1], center = [0, " + side + "0.4, 0] } }\nmove = { velocity = [0, " +
-                 side + "0.15, 0] }\n";
+            s += "[[grip]]\nbody = \"" + name + "\"\nregion = { box = { size = [3, 0.1, 1], center = [0, " + side +
+                 "0.4, 0] } }\nmove = { velocity = [0, " + side + "0.15, 0] }\n";
     }
-    return s + "[damping]\nstiffness = 0.002\n[fracture]\ntoughness = 60\n[output]\nvdb = [\"phi\", \"arrival\"]\nobj = true\n";
+    return s +
+           "[damping]\nstiffness = 0.002\n[fracture]\ntoughness = 60\n[output]\nvdb = [\"phi\", \"arrival\"]\nobj = "
+           "true\n";
 }
 
 /// All hashes of the state, after each step.
@@ -73,19 +77,26 @@ TEST_P(Resumed, StepsHaveTheBitsOfARunThatWasNeverInterrupted)
         second.simulation->load(archive);
         EXPECT_EQ(std::size_t(second.simulation->steps()), steps);
         const std::vector<std::uint64_t> rest = hashes(second);
-        EXPECT_EQ(rest, std::vector<std::uint64_t>(expected.begin() + std::ptrdiff_t(steps), expected.end())) << "after " << steps;
+        EXPECT_EQ(rest, std::vector<std::uint64_t>(expected.begin() + std::ptrdiff_t(steps), expected.end()))
+            << "after " << steps;
     }
 }
 
 INSTANTIATE_TEST_SUITE_P(
     Settings, Resumed,
-    testing::Values(std::vector<std::string>{}, std::vector<std::string>{"solver.linear_solver=\"multigrid\""}, std::vector<std::string>{"solver.linear_solver=\"direct\""},
-                    std::vector<std::string>{"solver.integrator=\"midpoint\""}, std::vector<std::string>{"solver.integrator=\"sdirk2\""},
-                    std::vector<std::string>{"solver.integrator=\"static\""}, std::vector<std::string>{"grid.lattice=\"five\""},
-                    std::vector<std::string>{"grid.lattice=\"delaunay\""}, std::vector<std::string>{"grid.coarsening=2", "fracture.grip_margin=0.1", "fracture.toughness=20"},
+    testing::Values(std::vector<std::string>{}, std::vector<std::string>{"solver.linear_solver=\"multigrid\""},
+                    std::vector<std::string>{"solver.linear_solver=\"direct\""},
+                    std::vector<std::string>{"solver.integrator=\"midpoint\""},
+                    std::vector<std::string>{"solver.integrator=\"sdirk2\""},
+                    std::vector<std::string>{"solver.integrator=\"static\""},
+                    std::vector<std::string>{"grid.lattice=\"five\""},
+                    std::vector<std::string>{"grid.lattice=\"delaunay\""},
+                    std::vector<std::string>{"grid.coarsening=2", "fracture.grip_margin=0.1", "fracture.toughness=20"},
                     std::vector<std::string>{"fracture.relevel_every=3"}, std::vector<std::string>{"grid.half_width=8"},
-                    std::vector<std::string>{"body.0.shape={ box = { size = [0.8, 1, 0.8] } }", "grid.voxel_size=0.1"}, std::vector<std::string>{"solver.precision=\"double\""},
-                    std::vector<std::string>{"solver.integrator=\"symplectic_euler\"", "time.frames=[1,2]", "damping.stiffness=0"}));
+                    std::vector<std::string>{"body.0.shape={ box = { size = [0.8, 1, 0.8] } }", "grid.voxel_size=0.1"},
+                    std::vector<std::string>{"solver.precision=\"double\""},
+                    std::vector<std::string>{"solver.integrator=\"symplectic_euler\"", "time.frames=[1,2]",
+                                             "damping.stiffness=0"}));
 
 TEST(Checkpoint, HoldsTheStateToTheBit)
 {
@@ -121,7 +132,10 @@ protected:
     CheckpointFolder() { fs::remove_all(folder_); }
     ~CheckpointFolder() override { fs::remove_all(folder_); }
 
-    core::RunFolder open(const SceneRun& run, core::Earlier earlier) { return {folder_, run.scene, run.simulation->stages(), earlier}; }
+    core::RunFolder open(const SceneRun& run, core::Earlier earlier)
+    {
+        return {folder_, run.scene, run.simulation->stages(), earlier};
+    }
     /// Runs to a frame, with a checkpoint at each.
     static void writeTo(SceneRun& run, core::RunFolder& folder, int last)
     {
@@ -132,10 +146,7 @@ protected:
             folder.writeCheckpoint(*run.simulation, "settings");
         }
     }
-    std::vector<fs::path> checkpoints() const
-    {
-        return core::checkpointsIn(folder_);
-    }
+    std::vector<fs::path> checkpoints() const { return core::checkpointsIn(folder_); }
     void runTo(int last)
     {
         SceneRun run(tearingBars());
@@ -175,31 +186,38 @@ TEST_F(CheckpointFolder, ResumedRunsLeaveTheSameFilesAndTwoCheckpoints)
     ASSERT_EQ(folder.steps().size(), whole.steps.size());
     for (std::size_t i = 0; i < whole.steps.size(); ++i) {
         const core::StepRecord &a = folder.steps()[i], &b = whole.steps[i];
-        EXPECT_EQ(std::tie(a.step, a.time, a.dt, a.outcome, a.newtonIterations, a.linearIterations, a.residual, a.kineticEnergy, a.elasticEnergy, a.volume),
-                  std::tie(b.step, b.time, b.dt, b.outcome, b.newtonIterations, b.linearIterations, b.residual, b.kineticEnergy, b.elasticEnergy, b.volume));
+        EXPECT_EQ(std::tie(a.step, a.time, a.dt, a.outcome, a.newtonIterations, a.linearIterations, a.residual,
+                           a.kineticEnergy, a.elasticEnergy, a.volume),
+                  std::tie(b.step, b.time, b.dt, b.outcome, b.newtonIterations, b.linearIterations, b.residual,
+                           b.kineticEnergy, b.elasticEnergy, b.volume));
         EXPECT_EQ(a.gripLoad, b.gripLoad);
         ASSERT_EQ(a.work.stages().size(), b.work.stages().size());
         for (const StageWork& stage : b.work.stages())
-            for (const auto& [what, n] : stage.counts) EXPECT_EQ(a.work.countOf(stage.name, what), n) << stage.name << " " << what;
+            for (const auto& [what, n] : stage.counts)
+                EXPECT_EQ(a.work.countOf(stage.name, what), n) << stage.name << " " << what;
     }
 }
 
 TEST_F(CheckpointFolder, RecordsGrowByWhatIsNewAndCheckpointsDoNotGrow)
 {
     // A body at rest: what a checkpoint has of the state does not change, and each frame adds the same to the records.
-    const std::string scene = "version = 1\nname = \"bars\"\ntime = { frames = [1, 400], fps = 24, substeps = 1 }\ngrid.voxel_size = 0.25\n[[body]]\nname = \"b\"\n"
-                              "shape = { box = { size = [0.9, 0.9, 0.9] } }\nmaterial = \"m\"\n[material.m]\nyoungs_modulus = 1e5\npoisson_ratio = 0.3\ndensity = 1000\n"
-                              "[output]\nobj = false\nvdb = []\n";
+    const std::string scene =
+        "version = 1\nname = \"bars\"\ntime = { frames = [1, 400], fps = 24, substeps = 1 }\ngrid.voxel_size = "
+        "0.25\n[[body]]\nname = \"b\"\n"
+        "shape = { box = { size = [0.9, 0.9, 0.9] } }\nmaterial = \"m\"\n[material.m]\nyoungs_modulus = "
+        "1e5\npoisson_ratio = 0.3\ndensity = 1000\n"
+        "[output]\nobj = false\nvdb = []\n";
     SceneRun run(scene);
     core::RunFolder folder = open(run, core::Earlier::replace);
     const auto bytes = [&](int last) {
         writeTo(run, folder, last);
         folder.finish(*run.simulation, "running");
-        return std::pair(double(fs::file_size(folder_ / "ckpt/bars.records")), double(fs::file_size(checkpoints().back())));
+        return std::pair(double(fs::file_size(folder_ / "ckpt/bars.records")),
+                         double(fs::file_size(checkpoints().back())));
     };
     const auto [early, earlyCheckpoint] = bytes(50);
     const auto [late, lateCheckpoint] = bytes(200);
-    EXPECT_NEAR(late / early, 199. / 49, 0.02);  // steps; their numbers have more digits
+    EXPECT_NEAR(late / early, 199. / 49, 0.02);        // steps; their numbers have more digits
     EXPECT_NEAR(lateCheckpoint, earlyCheckpoint, 16);  // digits
 }
 
@@ -335,7 +353,8 @@ TEST(Archive, GivesBackWhatWasPutAndNothingElse)
     EXPECT_THROW(read.get<double>("other"), FileError);
     EXPECT_THROW(core::Archive::read(file, 10), LimitError);
     const std::string bytes = readText(file);
-    for (std::size_t cut = 0; cut < bytes.size(); ++cut) EXPECT_THROW(core::Archive::parse(bytes.substr(0, cut), "cut"), FileError) << cut;
+    for (std::size_t cut = 0; cut < bytes.size(); ++cut)
+        EXPECT_THROW(core::Archive::parse(bytes.substr(0, cut), "cut"), FileError) << cut;
     for (std::size_t at = 0; at < bytes.size(); ++at) {
         std::string broken = bytes;
         broken[at] = char(broken[at] ^ 0x10);

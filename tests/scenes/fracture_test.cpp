@@ -45,7 +45,8 @@ TEST_P(NotchedBlock, TearsFromTheNotchIntoTwoLargeFragments)
 
     const grid::VoxelValues failed = arrival(run);
     ASSERT_FALSE(failed.coords.empty());
-    const std::size_t first = std::size_t(std::min_element(failed.scalars.begin(), failed.scalars.end()) - failed.scalars.begin());
+    const std::size_t first =
+        std::size_t(std::min_element(failed.scalars.begin(), failed.scalars.end()) - failed.scalars.begin());
     const Vec3 X = run.scene.grid.voxelSize * failed.coords[first].toVec();
     const double fromNotch = std::hypot(X.x() - 0.5, X.y()) - 0.2;  // the notch: radius .2 round (.5, 0)
     EXPECT_LT(fromNotch, 2 * run.scene.grid.voxelSize);
@@ -74,7 +75,8 @@ TEST(NotchedBlockDelaunay, TearsAsOnTheLattice)
         std::vector<double> fragments;
     };
     const auto tear = [](const char* lattice) {
-        SceneRun run(notchedBlock(), {std::string("grid.lattice=") + lattice, "grid.voxel_size=0.0714285714", "time.substeps=4"});
+        SceneRun run(notchedBlock(),
+                     {std::string("grid.lattice=") + lattice, "grid.voxel_size=0.0714285714", "time.substeps=4"});
         run.toFrame(36);
         Result r;
         for (const core::StepRecord& s : run.steps)
@@ -106,19 +108,23 @@ TEST(NotchedBlockLoss, FallsAsVoxelsShrink)
     EXPECT_LT(fine, 0.7 * coarse);
 }
 
-/// A smooth bar, nu = 0, a unit of it free between grips that reach round its ends (whose edges the level set rounds off):
-/// the strain is the same everywhere between them. A step is longer than a wave needs along the bar.
-/// `law` is the content of [fracture]; `speed` [m/s] of each end.
+/// A smooth bar, nu = 0, a unit of it free between grips that reach round its ends (whose edges the level set rounds
+/// off): the strain is the same everywhere between them. A step is longer than a wave needs along the bar. `law` is the
+/// content of [fracture]; `speed` [m/s] of each end.
 std::string bar(int cells, const std::string& law, double speed = 0.001)
 {
     std::ostringstream s;
-    s << "version = 1\nname = \"bar\"\n[time]\nframes = [1, 200]\nfps = 20\nsubsteps = 1\n[grid]\nvoxel_size = " << 1. / cells
+    s << "version = 1\nname = \"bar\"\n[time]\nframes = [1, 200]\nfps = 20\nsubsteps = 1\n[grid]\nvoxel_size = "
+      << 1. / cells
       << "\n[[body]]\nname = \"bar\"\nshape = { box = { size = [0.25, 1.5, 0.25] } }\nmaterial = \"m\"\n[material.m]\n"
          "youngs_modulus = 1e6\npoisson_ratio = 0\ndensity = 1000\n"
          "[[grip]]\nname = \"top\"\nbody = \"bar\"\nregion = { halfspace = { normal = [0, 1, 0], offset = 0.5 } }\n"
-         "move = { velocity = [0, " << speed << ", 0] }\n[[grip]]\nname = \"bottom\"\nbody = \"bar\"\n"
-         "region = { halfspace = { normal = [0, -1, 0], offset = 0.5 } }\nmove = { velocity = [0, " << -speed
-      << ", 0] }\n[fracture]\n" << law << "\n";
+         "move = { velocity = [0, "
+      << speed
+      << ", 0] }\n[[grip]]\nname = \"bottom\"\nbody = \"bar\"\n"
+         "region = { halfspace = { normal = [0, -1, 0], offset = 0.5 } }\nmove = { velocity = [0, "
+      << -speed << ", 0] }\n[fracture]\n"
+      << law << "\n";
     return s.str();
 }
 
@@ -127,7 +133,8 @@ constexpr double kIncrement = 0.002 / 20;  // strain of the bar a step
 /// Strain at which the first voxel moves.
 double tearingStrain(SceneRun& run)
 {
-    while (run.work.countOf("fracture", "moved_voxels") == 0 && run.steps.size() < 198) run.toFrame(int(run.steps.size()) + 2);
+    while (run.work.countOf("fracture", "moved_voxels") == 0 && run.steps.size() < 198)
+        run.toFrame(int(run.steps.size()) + 2);
     return 0.002 * run.simulation->time();
 }
 
@@ -139,15 +146,16 @@ TEST(BarOnset, StrainIsThatOfTheFormulaAtAnyResolution)
         const double strain = tearingStrain(run);
         std::printf("%d cells: torn at a strain of %.5f, critical %.5f\n", cells, strain, critical);
         EXPECT_NEAR(strain, critical, 1.001 * kIncrement) << cells;  // one load increment, and rounding
-        // Force balance: the load is E e times the cross-section. That is a little more than volume by length: the level
-        // set rounds off the edges of the ends, within a cell.
+        // Force balance: the load is E e times the cross-section. That is a little more than volume by length: the
+        // level set rounds off the edges of the ends, within a cell.
         const double load = run.steps.back().gripLoad[0].y(), section = run.simulation->startVolume() / 1.5;
         EXPECT_NEAR(load, E * strain * section, load * 0.5 / cells) << cells;
         EXPECT_NEAR(load, -run.steps.back().gripLoad[1].y(), 1e-3 * load) << cells;
     }
 }
 
-/// kappa = C Gc / h with the C of docs/physics.md, h the spacing of the lattice: a smooth bar tears where its energy E e^2 / 2 is that.
+/// kappa = C Gc / h with the C of docs/physics.md, h the spacing of the lattice: a smooth bar tears where its energy E
+/// e^2 / 2 is that.
 TEST(BarOnset, UnderToughnessKappaIsAQuarterOfGcOverTheLatticeSpacing)
 {
     constexpr double C = 0.25, kE = 1e6;
@@ -163,36 +171,38 @@ TEST(BarOnset, UnderToughnessKappaIsAQuarterOfGcOverTheLatticeSpacing)
             law << "toughness = " << Gc;
             SceneRun run(bar(grid.cells, law.str()), {"grid.coarsening=" + std::to_string(grid.coarsening)});
             const double torn = tearingStrain(run);
-            std::printf("%d voxels a metre, coarsening %d, Gc %.1f: torn at a strain of %.5f, critical %.5f\n", grid.cells,
-                        grid.coarsening, Gc, torn, strain);
+            std::printf("%d voxels a metre, coarsening %d, Gc %.1f: torn at a strain of %.5f, critical %.5f\n",
+                        grid.cells, grid.coarsening, Gc, torn, strain);
             EXPECT_NEAR(torn, strain, 1.001 * kIncrement);  // one load increment, and rounding
         }
     }
 }
 
-/// A strip a metre high and three long, clamped along both sides, slit for a third of its length: a crack releases what it had stored
-/// ahead, G = E e^2 H / 2 (nu = 0; Rivlin & Thomas 1953), wherever its tip is.
+/// A strip a metre high and three long, clamped along both sides, slit for a third of its length: a crack releases what
+/// it had stored ahead, G = E e^2 H / 2 (nu = 0; Rivlin & Thomas 1953), wherever its tip is.
 std::string clampedStrip(int cells, double toughness, double from, double to, int steps)
 {
     const double dx = 1. / cells;
     std::ostringstream s;
     s.precision(17);
-    s << "version = 1\nname = \"strip\"\n[time]\nframes = [1, " << steps + 1 << "]\nfps = 1\nsubsteps = 1\n[grid]\nvoxel_size = " << dx
-      << "\n[solver]\nintegrator = \"static\"\n[[body]]\nname = \"strip\"\nmaterial = \"m\"\nshape = { box = { size = [3, 1.4, " << 2.5 * dx
-      << "], center = [0.013, 0, 0] } }\ncut = [{ box = { size = [2, " << 0.6 * dx
+    s << "version = 1\nname = \"strip\"\n[time]\nframes = [1, " << steps + 1
+      << "]\nfps = 1\nsubsteps = 1\n[grid]\nvoxel_size = " << dx
+      << "\n[solver]\nintegrator = \"static\"\n[[body]]\nname = \"strip\"\nmaterial = \"m\"\nshape = { box = { size = "
+         "[3, 1.4, "
+      << 2.5 * dx << "], center = [0.013, 0, 0] } }\ncut = [{ box = { size = [2, " << 0.6 * dx
       << ", 1], center = [-1.5, 0, 0] } }]\n[material.m]\nyoungs_modulus = 1e6\npoisson_ratio = 0\ndensity = 1000\n";
     for (const double side : {1., -1.})
         s << "[[grip]]\nbody = \"strip\"\nregion = { halfspace = { normal = [0, " << side
-          << ", 0], offset = 0.5 } }\nmove.keys = [{ time = 0, translate = [0, " << side * from / 2 << ", 0] }, { time = " << steps
-          << ", translate = [0, " << side * to / 2 << ", 0] }]\n";
+          << ", 0], offset = 0.5 } }\nmove.keys = [{ time = 0, translate = [0, " << side * from / 2
+          << ", 0] }, { time = " << steps << ", translate = [0, " << side * to / 2 << ", 0] }]\n";
     s << "[fracture]\ntoughness = " << toughness << "\ngrip_margin = 0.1\n";
     return s.str();
 }
 
 TEST(ClampedStrip, CrackSetsOffWhereTheEnergyThatItReleasesIsTheToughness)
 {
-    // C of docs/physics.md is one number for many shapes; a strip 10 cells high is .1 above it. Of finer ones, and of cracks that run,
-    // this says nothing.
+    // C of docs/physics.md is one number for many shapes; a strip 10 cells high is .1 above it. Of finer ones, and of
+    // cracks that run, this says nothing.
     constexpr double kCalibration = 0.15;
     constexpr double kGc = 200, kE = 1e6, kFrom = 0.85, kTo = 1.25;  // J/m^2, Pa; of the critical strain
     constexpr int kSteps = 100;
@@ -200,8 +210,11 @@ TEST(ClampedStrip, CrackSetsOffWhereTheEnergyThatItReleasesIsTheToughness)
     SceneRun run(clampedStrip(10, kGc, kFrom * critical, kTo * critical, kSteps));
     while (arrival(run).coords.empty() && int(run.steps.size()) < kSteps) run.step();
     ASSERT_FALSE(arrival(run).coords.empty()) << "it did not tear";
-    const double strain = critical * (kFrom + (kTo - kFrom) * double(run.steps.size()) / kSteps), G = 0.5 * kE * strain * strain;
-    for (const Coord& voxel : arrival(run).coords) EXPECT_LT((0.1 * voxel.toVec() - Vec3(-0.5, 0, 0)).head<2>().norm(), 0.2);  // at its tip
+    const double strain = critical * (kFrom + (kTo - kFrom) * double(run.steps.size()) / kSteps),
+                 G = 0.5 * kE * strain * strain;
+    // At its tip.
+    for (const Coord& voxel : arrival(run).coords)
+        EXPECT_LT((0.1 * voxel.toVec() - Vec3(-0.5, 0, 0)).head<2>().norm(), 0.2);
     std::printf("the crack sets off at G = %.3f Gc\n", G / kGc);
     EXPECT_GT(run.steps.size(), 5u);
     EXPECT_NEAR(G / kGc, 1, kCalibration);
@@ -210,7 +223,8 @@ TEST(ClampedStrip, CrackSetsOffWhereTheEnergyThatItReleasesIsTheToughness)
 bool isNoted(const SceneRun& run, const std::string& text)
 {
     const auto& notes = run.simulation->stages().notes;
-    return std::any_of(notes.begin(), notes.end(), [&](const std::string& n) { return n.find(text) != std::string::npos; });
+    return std::any_of(notes.begin(), notes.end(),
+                       [&](const std::string& n) { return n.find(text) != std::string::npos; });
 }
 
 TEST(BarOnset, KeysScaleTheResistanceOverTime)
@@ -266,7 +280,8 @@ TEST(BarOnset, UnderTensionDriverSqueezingDoesNotTear)
     SceneRun pulled(bar(8, "kappa = 50\ndriver = \"tension\""));
     EXPECT_NEAR(tearingStrain(pulled), 0.01, 1.001 * kIncrement);
     SceneRun delaunay(bar(8, "kappa = 50\ndriver = \"tension\""), {"grid.lattice=\"delaunay\""});
-    EXPECT_NEAR(tearingStrain(delaunay), 0.01, 2 * 0.01 / 8);  // its nodes leave the free length open by a cell at each grip
+    // Its nodes leave the free length open by a cell at each grip.
+    EXPECT_NEAR(tearingStrain(delaunay), 0.01, 2 * 0.01 / 8);
 }
 
 TEST(Grips, ForceIsRampedAndFoundAgainAtTheOtherEnd)
@@ -287,8 +302,9 @@ TEST(Grips, ForceIsRampedAndFoundAgainAtTheOtherEnd)
 TEST(Grips, TheLoadOfTheFirstStepDoesNotGrowAsTheStepGetsShorter)
 {
     const std::string from = "move = { velocity = [0, 0.001, 0] }";
-    for (const char* move : {"move = { velocity = [0, 0.1, 0] }", "move.keys = [{ time = 0 }, { time = 1, translate = [0, 0.1, 0] }]",
-                             "move.keys = [{ time = 0 }, { time = 1, rotate = [0, 0, 20] }]"}) {
+    for (const char* move :
+         {"move = { velocity = [0, 0.1, 0] }", "move.keys = [{ time = 0 }, { time = 1, translate = [0, 0.1, 0] }]",
+          "move.keys = [{ time = 0 }, { time = 1, rotate = [0, 0, 20] }]"}) {
         std::string text = bar(8, "kappa = 1e9");
         text.replace(text.find(from), from.size(), move);
         SceneRun slow(text), fast(text, {"time.substeps=1000"});
@@ -301,7 +317,8 @@ TEST(Grips, KeysTurnAndMoveRoundThePivot)
     std::string text = bar(8, "kappa = 1e9");
     const std::string from = "move = { velocity = [0, 0.001, 0] }";
     text.replace(text.find(from), from.size(),
-                 "move = { pivot = [0, 0.5, 0], keys = [{ time = 0 }, { time = 1, translate = [0, 0.02, 0], rotate = [0, 90, 0] }] }");
+                 "move = { pivot = [0, 0.5, 0], keys = [{ time = 0 }, { time = 1, translate = [0, 0.02, 0], rotate = "
+                 "[0, 90, 0] }] }");
     SceneRun run(text);
     run.toFrame(21);
     const core::Body& body = run.simulation->bodies()[0];

@@ -1,4 +1,5 @@
-// What the keys of fracture and of time steps say of a front, in numbers that are known: on rods strained alike everywhere.
+// What the keys of fracture and of time steps say of a front, in numbers that are known: on rods strained alike
+// everywhere.
 #include "rod.h"
 
 #include <gtest/gtest.h>
@@ -29,7 +30,8 @@ std::string fracture(double kappa, const std::string& more = "")
 /// Distance [m] of a voxel from the grips at rest, in the free length.
 double fromGrips(const SceneRun& run, Coord voxel) { return Rod::kFree - std::abs(run.scene.grid.voxelSize * voxel.y); }
 
-/// How far phi rose in a step [m] at the voxels next to the surface, away from the grips: re-levelling leaves them as they were raised.
+/// How far phi rose in a step [m] at the voxels next to the surface, away from the grips: re-levelling leaves them as
+/// they were raised.
 std::map<Coord, std::pair<double, double>> besideTheSurface(SceneRun& run)
 {
     const double dx = run.scene.grid.voxelSize;
@@ -45,7 +47,8 @@ std::map<Coord, std::pair<double, double>> besideTheSurface(SceneRun& run)
 /// The law in closed form: eps phi + phi^3 / (3 eps) grows by front_speed c_R eps dt (Psi - kappa) / kappa.
 TEST(Front, AtTwiceTheResistanceMovesAtItsSpeed)
 {
-    constexpr double kPart = 0.2;  // of a voxel, that a Rayleigh wave goes in the step: less than front_cfl and re-levelling allow
+    // Of a voxel, that a Rayleigh wave goes in the step: less than front_cfl and re-levelling allow.
+    constexpr double kPart = 0.2;
     constexpr double kAllowed = 1e-4;  // of the rise: floats, and the strain as it was solved
     Rod rod;
     rod.frame = kPart * rod.dx / rod.rayleighSpeed();
@@ -61,7 +64,8 @@ TEST(Front, AtTwiceTheResistanceMovesAtItsSpeed)
                 const double grown = (integral(value.second) - integral(value.first)) / eps;
                 least = std::min(least, grown / travel), most = std::max(most, grown / travel);
             }
-            std::printf("front_speed %g, Psi = %g kappa: the front went %.6f to %.6f of what it should\n", speed, ratio, least, most);
+            std::printf("front_speed %g, Psi = %g kappa: the front went %.6f to %.6f of what it should\n", speed, ratio,
+                        least, most);
             EXPECT_NEAR(least, 1, kAllowed);
             EXPECT_NEAR(most, 1, kAllowed);
         }
@@ -102,11 +106,13 @@ TEST(Fracture, StopsAtTheMarginOfTheGripsAndNotBeforeIt)
         const char* key;
         double width;  // m
     };
-    for (const Margin& margin : {Margin{"", 2 * rod.dx}, Margin{"grip_margin = 0", 0}, Margin{"grip_margin = 0.3", 0.3}}) {
+    for (const Margin& margin :
+         {Margin{"", 2 * rod.dx}, Margin{"grip_margin = 0", 0}, Margin{"grip_margin = 0.3", 0.3}}) {
         SceneRun run(rod.text(fracture(1e-6 * rod.energy(), margin.key)));
         for (int n = 0; n < 8; ++n) run.step();  // half a voxel each: more than half of the rod's width
         double nearest = 1e300;
-        for (const Coord& voxel : test::fieldOf(run, "arrival").coords) nearest = std::min(nearest, fromGrips(run, voxel));
+        for (const Coord& voxel : test::fieldOf(run, "arrival").coords)
+            nearest = std::min(nearest, fromGrips(run, voxel));
         EXPECT_GE(nearest, margin.width - kRounding) << margin.key;
         EXPECT_LT(nearest, margin.width + rod.dx) << margin.key;
     }

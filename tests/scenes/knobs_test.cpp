@@ -47,7 +47,8 @@ class Choices : public testing::TestWithParam<const char*> {};
 
 TEST_P(Choices, TearTheBarInTwo)
 {
-    constexpr double kSame = 0.3;  // of the peak load of the default: all are the same bar, but for whole tets and loose phi
+    // Of the peak load of the default: all are the same bar, but for whole tets and loose phi.
+    constexpr double kSame = 0.3;
     test::SceneRun usual(kBar), chosen(kBar, {GetParam()});
     usual.toEnd(), chosen.toEnd();
     EXPECT_EQ(usual.simulation->fragments(), 2u);
@@ -62,10 +63,11 @@ TEST_P(Choices, TearTheBarInTwo)
 }
 
 INSTANTIATE_TEST_SUITE_P(Knobs, Choices,
-                         testing::Values("solver.integrator=\"midpoint\"", "solver.integrator=\"sdirk2\"", "solver.integrator=\"static\"",
-                                         "solver.strain=\"linear\"", "solver.tangent=\"projected\"", "solver.tangent=\"warped\"",
-                                         "solver.precision=\"double\"", "grid.surface=\"whole_tets\"", "fracture.relevel=\"first_order\"",
-                                         "fracture.relevel_every=4"));
+                         testing::Values("solver.integrator=\"midpoint\"", "solver.integrator=\"sdirk2\"",
+                                         "solver.integrator=\"static\"", "solver.strain=\"linear\"",
+                                         "solver.tangent=\"projected\"", "solver.tangent=\"warped\"",
+                                         "solver.precision=\"double\"", "grid.surface=\"whole_tets\"",
+                                         "fracture.relevel=\"first_order\"", "fracture.relevel_every=4"));
 
 TEST(Choices, ExplicitIntegratorsTearToo)
 {
@@ -79,7 +81,8 @@ TEST(Choices, AnExplicitIntegratorWithLongStepsSaysSo)
 {
     test::SceneRun chosen(kElastic, {"solver.integrator=\"forward_euler\"", "time.substeps=1", "time.frames=[1,200]"});
     const auto& notes = chosen.simulation->stages().notes;
-    EXPECT_TRUE(std::any_of(notes.begin(), notes.end(), [](const std::string& n) { return n.find("unstable beyond") != std::string::npos; }));
+    EXPECT_TRUE(std::any_of(notes.begin(), notes.end(),
+                            [](const std::string& n) { return n.find("unstable beyond") != std::string::npos; }));
     try {
         chosen.toEnd();
         FAIL() << "it should have left what a number can hold";
@@ -90,14 +93,17 @@ TEST(Choices, AnExplicitIntegratorWithLongStepsSaysSo)
 
 TEST(Choices, AutoKnowsThatDampingLowersTheStepOfExplicitIntegrators)
 {
-    const std::string scheme = "solver.integrator=\"symplectic_euler\"", frames = "time.frames=[1,3]", damping = "damping.stiffness=0.05";
+    const std::string scheme = "solver.integrator=\"symplectic_euler\"", frames = "time.frames=[1,3]",
+                      damping = "damping.stiffness=0.05";
     test::SceneRun free(kElastic, {scheme, frames, "time.substeps=\"auto\""});
     test::SceneRun damped(kElastic, {scheme, frames, damping, "time.substeps=\"auto\""});
     free.toEnd(), damped.toEnd();
     EXPECT_LT(damped.steps.back().elasticEnergy, 2 * free.steps.back().elasticEnergy);
-    test::SceneRun stepsOfFree(kElastic, {scheme, frames, damping, "time.substeps=" + std::to_string(free.steps.size() / 2)});
+    test::SceneRun stepsOfFree(kElastic,
+                               {scheme, frames, damping, "time.substeps=" + std::to_string(free.steps.size() / 2)});
     stepsOfFree.toEnd();
-    EXPECT_GT(stepsOfFree.steps.back().elasticEnergy, 1e6 * free.steps.back().elasticEnergy) << "the test shows nothing";
+    EXPECT_GT(stepsOfFree.steps.back().elasticEnergy, 1e6 * free.steps.back().elasticEnergy)
+        << "the test shows nothing";
 }
 
 TEST(Choices, StaticStepsHaveNoVelocitiesFromTheStart)
@@ -135,13 +141,16 @@ material = "gel"
 youngs_modulus = 1e5
 poisson_ratio = 0.3
 density = 1000
-)", {std::string("grid.surface=\"") + surface + '"'}).simulation->volume();
+)",
+                              {std::string("grid.surface=\"") + surface + '"'})
+            .simulation->volume();
     };
     EXPECT_NEAR(volume("whole_tets"), volume("cut_planes"), kAllowed * volume("cut_planes"));
     EXPECT_NE(volume("whole_tets"), volume("cut_planes"));
 }
 
-/// A unit cube of 50 voxels an edge, pulled at top and bottom, on the coarsest lattice there is: some three cells an edge.
+/// A unit cube of 50 voxels an edge, pulled at top and bottom, on the coarsest lattice there is: some three cells an
+/// edge.
 TEST(Coarsening, TheCoarsestLatticeSetsUpAndSteps)
 {
     constexpr double kRounded = 1e-3;  // of the volume: edges of the level set are cut off within a voxel
@@ -180,7 +189,8 @@ toughness = 1000
     EXPECT_EQ(run.simulation->fragments(), 1u);
     EXPECT_GT(run.peakLoad(0, 1), 0);
     EXPECT_EQ(run.scene.grid.coarsening, tetmesh::kMostCoarsening);
-    EXPECT_THROW(test::SceneRun(kElastic, {"grid.coarsening=" + std::to_string(tetmesh::kMostCoarsening + 1)}), InputError);
+    EXPECT_THROW(test::SceneRun(kElastic, {"grid.coarsening=" + std::to_string(tetmesh::kMostCoarsening + 1)}),
+                 InputError);
 }
 
 }  // namespace

@@ -36,15 +36,19 @@ class Commas : public std::numpunct<char> {
     std::string do_grouping() const override { return "\3"; }
 };
 
-/// Sets a locale of C with a decimal comma: one that is installed, or one that localedef makes in `folder` where the package `locales`
-/// is there. False where there is none.
+/// Sets a locale of C with a decimal comma: one that is installed, or one that localedef makes in `folder` where the
+/// package `locales` is there. False where there is none.
 bool setCommasOfC(const fs::path& folder)
 {
-    const auto set = [](const char* name) { return std::setlocale(LC_ALL, name) && *std::localeconv()->decimal_point == ','; };
-    for (const char* name : {"de_DE.UTF-8", "de_DE.utf8", "fr_FR.UTF-8", "fr_FR.utf8", "it_IT.UTF-8", "pl_PL.UTF-8", "ru_RU.UTF-8"})
+    const auto set = [](const char* name) {
+        return std::setlocale(LC_ALL, name) && *std::localeconv()->decimal_point == ',';
+    };
+    for (const char* name :
+         {"de_DE.UTF-8", "de_DE.utf8", "fr_FR.UTF-8", "fr_FR.utf8", "it_IT.UTF-8", "pl_PL.UTF-8", "ru_RU.UTF-8"})
         if (set(name)) return true;
     const std::string made = folder / "de_DE.UTF-8";
-    if (std::system(("localedef --no-archive -i de_DE -f UTF-8 '" + made + "' >/dev/null 2>&1").c_str()) != 0) return false;
+    if (std::system(("localedef --no-archive -i de_DE -f UTF-8 '" + made + "' >/dev/null 2>&1").c_str()) != 0)
+        return false;
     ::setenv("LOCPATH", folder.c_str(), 1);
     return set("de_DE.UTF-8");
 }
@@ -87,7 +91,9 @@ protected:
         for (const auto& [name, text] : usual) {
             EXPECT_FALSE(text.empty()) << name;
             ASSERT_TRUE(commas.contains(name)) << name;
-            EXPECT_TRUE(commas.at(name) == text) << name << ", with commas:\n" << commas.at(name).substr(0, 2000) << "\nwithout:\n" << text.substr(0, 2000);
+            EXPECT_TRUE(commas.at(name) == text) << name << ", with commas:\n"
+                                                 << commas.at(name).substr(0, 2000) << "\nwithout:\n"
+                                                 << text.substr(0, 2000);
         }
     }
 
@@ -176,10 +182,12 @@ TEST_F(Locales, ARunWritesTheSameFiles)
         texts["scene"] = settings;
         texts["stats.csv"] = withoutSeconds(readText(folder_ / "run/stats.csv"));
         texts["run.json"] = withoutChecksums(readText(folder_ / "run/run.json"));
-        for (const auto& entry : fs::directory_iterator(folder_ / "run/obj")) texts[entry.path().filename()] = readText(entry.path());
+        for (const auto& entry : fs::directory_iterator(folder_ / "run/obj"))
+            texts[entry.path().filename()] = readText(entry.path());
         EXPECT_GE(texts.size(), 3u + 8u);
         // A body made of what was written.
-        const SceneRun again(kBar, {"body.0.shape={ vdb = { file = \"" + (folder_ / "run/vdb/bar.0001.vdb").string() + "\", grid = \"phi\" } }",
+        const SceneRun again(kBar, {"body.0.shape={ vdb = { file = \"" + (folder_ / "run/vdb/bar.0001.vdb").string() +
+                                        "\", grid = \"phi\" } }",
                                     "body.0.cut=[]"});
         texts["state of a .vdb"] = std::to_string(again.simulation->stateHash());
         return texts;
@@ -214,7 +222,8 @@ TEST_F(Locales, ARunGoesOnFromACheckpointOfAnotherLocale)
 TEST_F(Locales, ScenesReadAndWriteTheSame)
 {
     expectSame([] {
-        const std::vector<std::string> set = {"grid.voxel_size=0.0333", "fracture.keys=[{ time = 0.25, scale = 1.5 }]", "body.0.velocity=[1234567.25, -1e-7, 0.1]"};
+        const std::vector<std::string> set = {"grid.voxel_size=0.0333", "fracture.keys=[{ time = 0.25, scale = 1.5 }]",
+                                              "body.0.velocity=[1234567.25, -1e-7, 0.1]"};
         const scene::Scene scene = scene::parseScene(kBar, "s.toml", effects::effectTables(), set);
         EXPECT_EQ(scene.grid.voxelSize, 0.0333);
         EXPECT_EQ(scene.bodies[0].velocity, Vec3(1234567.25, -1e-7, 0.1));
@@ -222,7 +231,8 @@ TEST_F(Locales, ScenesReadAndWriteTheSame)
                        {"defaults", scene::defaultsText(effects::effectTables())},
                        {"schema", scene::schemaText(effects::effectTables())}};
         try {
-            scene::parseScene(kBar, "s.toml", effects::effectTables(), {"grid.voxel_size=-0.25", "material.m.poisson_ratio=0.75", "time.substeps=1234567"});
+            scene::parseScene(kBar, "s.toml", effects::effectTables(),
+                              {"grid.voxel_size=-0.25", "material.m.poisson_ratio=0.75", "time.substeps=1234567"});
         } catch (const InputError& e) {
             texts["complaint"] = e.what();
         }
@@ -234,13 +244,18 @@ TEST_F(Locales, ScenesReadAndWriteTheSame)
 const std::map<std::string, std::string> kTets = {
     {"a.obj", "v 0.5 0 0\nv 1.25e0 0 0\nv 0 1234.5 0\nv 0 0 1.5\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"},
     {"a.off", "OFF\n4 4 6\n0.5 0 0\n1.25e0 0 0\n0 1234.5 0\n0 0 1.5\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n"},
-    {"a.ply", "ply\nformat ascii 1.0\nelement vertex 4\nproperty double x\nproperty double y\nproperty double z\nelement face 4\n"
-              "property list uchar int vertex_indices\nend_header\n0.5 0 0\n1.25e0 0 0\n0 1234.5 0\n0 0 1.5\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n"},
-    {"a.stl", "solid a\n"
-              "facet normal 0 0 0\nouter loop\nvertex 0.5 0 0\nvertex 0 1234.5 0\nvertex 1.25e0 0 0\nendloop\nendfacet\n"
-              "facet normal 0 0 0\nouter loop\nvertex 0.5 0 0\nvertex 1.25e0 0 0\nvertex 0 0 1.5\nendloop\nendfacet\n"
-              "facet normal 0 0 0\nouter loop\nvertex 0.5 0 0\nvertex 0 0 1.5\nvertex 0 1234.5 0\nendloop\nendfacet\n"
-              "facet normal 0 0 0\nouter loop\nvertex 1.25e0 0 0\nvertex 0 1234.5 0\nvertex 0 0 1.5\nendloop\nendfacet\nendsolid a\n"}};
+    {"a.ply",
+     "ply\nformat ascii 1.0\nelement vertex 4\nproperty double x\nproperty double y\nproperty double z\nelement face "
+     "4\n"
+     "property list uchar int vertex_indices\nend_header\n0.5 0 0\n1.25e0 0 0\n0 1234.5 0\n0 0 1.5\n3 0 2 1\n3 0 1 "
+     "3\n3 0 3 2\n3 1 2 3\n"},
+    {"a.stl",
+     "solid a\n"
+     "facet normal 0 0 0\nouter loop\nvertex 0.5 0 0\nvertex 0 1234.5 0\nvertex 1.25e0 0 0\nendloop\nendfacet\n"
+     "facet normal 0 0 0\nouter loop\nvertex 0.5 0 0\nvertex 1.25e0 0 0\nvertex 0 0 1.5\nendloop\nendfacet\n"
+     "facet normal 0 0 0\nouter loop\nvertex 0.5 0 0\nvertex 0 0 1.5\nvertex 0 1234.5 0\nendloop\nendfacet\n"
+     "facet normal 0 0 0\nouter loop\nvertex 1.25e0 0 0\nvertex 0 1234.5 0\nvertex 0 0 "
+     "1.5\nendloop\nendfacet\nendsolid a\n"}};
 
 TEST_F(Locales, MeshesReadAndWriteTheSame)
 {
@@ -259,8 +274,10 @@ TEST_F(Locales, MeshesReadAndWriteTheSame)
         mesh.tets = {{0, 1, 2, 3}};
         mesh.boundary = tetmesh::boundaryOf(mesh.tets);
         using tetmesh::TetFormat;
-        for (auto format : {TetFormat::vtu, TetFormat::vtk, TetFormat::gmsh41, TetFormat::gmsh22, TetFormat::medit, TetFormat::tetgen})
-            writeTets(folder_ / ("tets" + std::to_string(int(format))), format, mesh, {{{"a", {0.5, 1.5, 1e6, 1e-9}}}, {{"b", {1234.5}}}});
+        for (auto format : {TetFormat::vtu, TetFormat::vtk, TetFormat::gmsh41, TetFormat::gmsh22, TetFormat::medit,
+                            TetFormat::tetgen})
+            writeTets(folder_ / ("tets" + std::to_string(int(format))), format, mesh,
+                      {{{"a", {0.5, 1.5, 1e6, 1e-9}}}, {{"b", {1234.5}}}});
         tetmesh::Surface surface;
         surface.points = mesh.points;
         surface.triangles = mesh.boundary;
@@ -278,8 +295,8 @@ TEST_F(Locales, MeshesReadAndWriteTheSame)
 TEST_F(Locales, NotesAreTheSame)
 {
     expectSame([] {
-        const SceneRun thin(kBar, {"body.0.shape.box.size=[0.11, 1.0, 0.11]", "body.0.cut=[]", "time.substeps=1", "solver.integrator=\"symplectic_euler\"",
-                                   "fracture.strength=1e4"});
+        const SceneRun thin(kBar, {"body.0.shape.box.size=[0.11, 1.0, 0.11]", "body.0.cut=[]", "time.substeps=1",
+                                   "solver.integrator=\"symplectic_euler\"", "fracture.strength=1e4"});
         std::string notes;
         for (const std::string& note : thin.simulation->stages().notes) notes += note + "\n";
         return Texts{{"notes", notes}};

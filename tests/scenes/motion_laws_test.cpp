@@ -23,7 +23,8 @@ constexpr double kRounding = 1e-12;  // relative: of sums over some thousand nod
 /// A box off the origin. `body` has more keys of it, `more` more tables.
 std::string box(const std::string& body, const std::string& more)
 {
-    return "version = 1\nname = \"box\"\n[time]\nframes = [1, 100]\nfps = 100\nsubsteps = 1\n[grid]\nvoxel_size = 0.1\n[solver]\n"
+    return "version = 1\nname = \"box\"\n[time]\nframes = [1, 100]\nfps = 100\nsubsteps = 1\n[grid]\nvoxel_size = "
+           "0.1\n[solver]\n"
            "newton_tolerance = 1e-9\nlinear_tolerance = 1e-6\n[[body]]\nname = \"box\"\nmaterial = \"m\"\n"
            "shape = { box = { size = [1.1, 0.5, 0.7], center = [2, -1, 3] } }\n" +
            body + "\n[material.m]\nyoungs_modulus = 1e3\npoisson_ratio = 0.3\ndensity = 1000\n" + more;
@@ -42,19 +43,21 @@ TEST(Body, SetsOffWithItsVelocityAndSpinsAboutItsCentre)
     Vec3 momentum = Vec3::Zero();
     double total = 0;
     for (std::size_t i = 0; i < X.size(); ++i) {
-        EXPECT_LT((simulation.v()[i] - flightAt(X[i])).norm(), kRounding * 10);  // the box is its own mirror image at its centre
+        // The box is its own mirror image at its centre.
+        EXPECT_LT((simulation.v()[i] - flightAt(X[i])).norm(), kRounding * 10);
         momentum += mass[i] * simulation.v()[i];
         total += mass[i];
     }
     EXPECT_LT((momentum - total * Vec3(1, 2, -1)).norm(), kRounding * total * 10);
 }
 
-/// What is left of a body that is cut in flight goes on as it flew: momentum and energy are lost only with the mass of the kerf.
+/// What is left of a body that is cut in flight goes on as it flew: momentum and energy are lost only with the mass of
+/// the kerf.
 TEST(Cut, LeavesEachPieceItsMomentumAndKineticEnergy)
 {
-    constexpr double kStep = 1e-6;       // s, so short that the spin strains nothing
-    constexpr double kStrain = 1e-5;     // m/s: what the step and its tolerance may change of velocities
-    constexpr double kHalfKerf = 0.04;   // m, of less than a cell: the nodes in its plane get copies
+    constexpr double kStep = 1e-6;      // s, so short that the spin strains nothing
+    constexpr double kStrain = 1e-5;    // m/s: what the step and its tolerance may change of velocities
+    constexpr double kHalfKerf = 0.04;  // m, of less than a cell: the nodes in its plane get copies
     test::Saw saw(kCentre.x(), kHalfKerf);
     SceneRun run(box(kFlight, ""), {"time.fps=1e6"}, &saw);
     const std::size_t nodes = run.simulation->x().size();
@@ -98,7 +101,8 @@ TEST(Damping, OfTheMassSlowsFreeFlightAsEachIntegratorSolvesIt)
         {"forward_euler", 1 - a * dt},
     };
     for (const auto& [scheme, factor] : schemes) {
-        SceneRun run(box("velocity = [1, 2, -1]\n", "[damping]\nmass = 30\n"), {std::string("solver.integrator=\"") + scheme + '"'});
+        SceneRun run(box("velocity = [1, 2, -1]\n", "[damping]\nmass = 30\n"),
+                     {std::string("solver.integrator=\"") + scheme + '"'});
         for (int n = 0; n < kSteps; ++n) run.step();
         const Vec3 expected = std::pow(factor, kSteps) * Vec3(1, 2, -1);
         for (const Vec3& v : run.simulation->v()) EXPECT_LT((v - expected).norm(), kSolved * expected.norm()) << scheme;
@@ -122,7 +126,8 @@ private:
     core::Stages stages_;
 };
 
-/// A mode of the circular frequency w has the damping ratio mass/(2w) + stiffness w/2 (docs/scene.md). The midpoint rule adds none.
+/// A mode of the circular frequency w has the damping ratio mass/(2w) + stiffness w/2 (docs/scene.md). The midpoint
+/// rule adds none.
 TEST(Damping, OfAModeIsHalfOfMassOverItsFrequencyAndOfStiffnessTimesIt)
 {
     constexpr double kRatio = 0.1;
@@ -131,8 +136,10 @@ TEST(Damping, OfAModeIsHalfOfMassOverItsFrequencyAndOfStiffnessTimesIt)
     for (const bool ofMass : {true, false}) {
         test::AxialBar bar;
         const double w = 2 * std::numbers::pi / bar.period, period = bar.period / std::sqrt(1 - kRatio * kRatio);
-        const DampingAlone damping(ofMass ? "mass = " + std::to_string(2 * kRatio * w) : "stiffness = " + std::to_string(2 * kRatio / w));
-        const solver::StepLoads loads{damping.potentials(), [&](double) -> const solver::Boundary& { return bar.boundary; }};
+        const DampingAlone damping(ofMass ? "mass = " + std::to_string(2 * kRatio * w)
+                                          : "stiffness = " + std::to_string(2 * kRatio / w));
+        const solver::StepLoads loads{damping.potentials(),
+                                      [&](double) -> const solver::Boundary& { return bar.boundary; }};
         const auto midpoint = solver::makeIntegrator(solver::Scheme::midpoint, bar.elastic, test::tightSettings());
         const double start = bar.tip();
         for (int n = 0; n < kSteps; ++n)
@@ -155,13 +162,16 @@ TEST(Grips, KeysTurnAboutXThenYThenZ)
                           {"[0, 90, 90]", [](const Vec3& p) { return Vec3(-p.y(), p.z(), -p.x()); }}};
     const Vec3 pivot(2.1, -1.2, 3.3), shift(0.1, 0.2, 0.4);
     for (const Turn& turn : turns) {
-        SceneRun run(box("", std::string("[[grip]]\nbody = \"box\"\nregion.sphere.radius = 9\nmove = { pivot = [2.1, -1.2, 3.3], keys = ["
-                                         "{ time = 0 }, { time = 0.01, translate = [0.1, 0.2, 0.4], rotate = ") +
-                             turn.degrees + " }] }\n"));
+        SceneRun run(box(
+            "", std::string(
+                    "[[grip]]\nbody = \"box\"\nregion.sphere.radius = 9\nmove = { pivot = [2.1, -1.2, 3.3], keys = ["
+                    "{ time = 0 }, { time = 0.01, translate = [0.1, 0.2, 0.4], rotate = ") +
+                    turn.degrees + " }] }\n"));
         run.step();
         const auto X = tetmesh::restPositions(*run.simulation->bodies()[0].mesh);
         for (std::size_t i = 0; i < X.size(); ++i)
-            EXPECT_LT((run.simulation->x()[i] - (pivot + turn.turned(X[i] - pivot) + shift)).norm(), kRounding) << turn.degrees;
+            EXPECT_LT((run.simulation->x()[i] - (pivot + turn.turned(X[i] - pivot) + shift)).norm(), kRounding)
+                << turn.degrees;
     }
 }
 
@@ -173,14 +183,17 @@ double largestSpread(const core::Simulation& simulation)
         for (const auto& element : body.mesh->elements())
             for (const std::uint32_t a : element.node)
                 for (const std::uint32_t b : element.node)
-                    most = std::max(most, (simulation.v()[body.firstNode + a] - simulation.v()[body.firstNode + b]).norm());
+                    most = std::max(most,
+                                    (simulation.v()[body.firstNode + a] - simulation.v()[body.firstNode + b]).norm());
     return most;
 }
 
 TEST(Steps, AutomaticOnesMoveNodesOfACellApartByNodeCflCellsAtMost)
 {
     for (const double cfl : {1., 0.5, 0.15}) {
-        SceneRun run(box("", "[[grip]]\nbody = \"box\"\nregion.halfspace = { normal = \"x\", offset = 2.2 }\nmove.velocity = [2, 0, 0]\n"),
+        SceneRun run(box("",
+                         "[[grip]]\nbody = \"box\"\nregion.halfspace = { normal = \"x\", offset = 2.2 }\nmove.velocity "
+                         "= [2, 0, 0]\n"),
                      {"time.substeps=\"auto\"", "time.fps=2", "time.node_cfl=" + std::to_string(cfl)});
         const double spread = largestSpread(*run.simulation);
         EXPECT_NEAR(spread, 2, kRounding);  // of what is held, and of what is at rest beside it
@@ -193,10 +206,13 @@ TEST(Steps, AutomaticOnesMoveNodesOfACellApartByNodeCflCellsAtMost)
 TEST(Steps, AfterACutBackNoneIsTriedThatIsLongerThanTheLastOrTwiceAsLongAfterEachThatWasSolved)
 {
     constexpr double kFrame = 0.1, kCell = 0.1;  // s, m
-    SceneRun run(box("", "[[grip]]\nbody = \"box\"\nregion.halfspace = { normal = \"x\", offset = 2.4 }\nmove = { pivot = [2, -1, 3], keys = ["
-                         "{ time = 0 }, { time = 0.05, rotate = [20, 0, 0] }] }\n"
-                         "[[grip]]\nbody = \"box\"\nregion.halfspace = { normal = [-1, 0, 0], offset = -1.6 }\nmove.velocity = [0, 0, 0]\n"
-                         "[damping]\nmass = 20\nstiffness = 0.1\n"),
+    SceneRun run(box("",
+                     "[[grip]]\nbody = \"box\"\nregion.halfspace = { normal = \"x\", offset = 2.4 }\nmove = { pivot = "
+                     "[2, -1, 3], keys = ["
+                     "{ time = 0 }, { time = 0.05, rotate = [20, 0, 0] }] }\n"
+                     "[[grip]]\nbody = \"box\"\nregion.halfspace = { normal = [-1, 0, 0], offset = -1.6 "
+                     "}\nmove.velocity = [0, 0, 0]\n"
+                     "[damping]\nmass = 20\nstiffness = 0.1\n"),
                  {"time.fps=10", "solver.newton_iterations=2", "solver.newton_tolerance=1e-3"});
     double trusted = 1e300;
     int cutbacks = 0, longer = 0;

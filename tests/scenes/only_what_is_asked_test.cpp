@@ -17,8 +17,11 @@ namespace {
 std::string notchedBar(double length, const std::string& effects)
 {
     std::ostringstream s;
-    s << "version = 1\nname = \"bar\"\n[time]\nframes = [1, 60]\nfps = 24\n[grid]\nvoxel_size = 0.05\n[[body]]\nname = \"bar\"\n"
-         "shape = { box = { size = [0.4, " << length << ", 0.3] } }\ncut = [{ cylinder = { axis = \"z\", radius = 0.1, center = [0.2, 0, 0] } }]\n"
+    s << "version = 1\nname = \"bar\"\n[time]\nframes = [1, 60]\nfps = 24\n[grid]\nvoxel_size = 0.05\n[[body]]\nname = "
+         "\"bar\"\n"
+         "shape = { box = { size = [0.4, "
+      << length
+      << ", 0.3] } }\ncut = [{ cylinder = { axis = \"z\", radius = 0.1, center = [0.2, 0, 0] } }]\n"
          "material = \"m\"\n[material.m]\nyoungs_modulus = 1e5\npoisson_ratio = 0.3\ndensity = 1000\n";
     for (const char* side : {"", "-"})
         s << "[[grip]]\nbody = \"bar\"\nregion = { box = { size = [1, 0.1, 1], center = [0, " << side << "0.4, 0] } }\n"
@@ -67,8 +70,8 @@ TEST(OnlyWhatIsAsked, WorkOfACrackDoesNotGrowWithTheBody)
         SceneRun run(notchedBar(length, kTear));
         run.toFrame(60);
         EXPECT_GE(run.simulation->fragments(), 2u) << length;
-        return Work{run.work.countOf("fracture", "voxels"), run.work.countOf("fracture", "moved_voxels"),
-                    run.work.countOf("relevel", "voxels"), run.work.countOf("cut", "cells"),
+        return Work{run.work.countOf("fracture", "voxels"),   run.work.countOf("fracture", "moved_voxels"),
+                    run.work.countOf("relevel", "voxels"),    run.work.countOf("cut", "cells"),
                     run.work.countOf("cut", "grouped_cells"), run.work.countOf("cut", "classified_nodes")};
     };
     const Work one = tear(1);
@@ -88,16 +91,19 @@ TEST(OnlyWhatIsAsked, EmptySpaceCostsNeitherMemoryNorWork)
 {
     const auto twoBlocks = [](double apart) {
         std::ostringstream s;
-        s << "version = 1\nname = \"pair\"\n[time]\nframes = [1, 3]\n[grid]\nvoxel_size = 0.05\n[[body]]\nname = \"pair\"\n"
-             "shape = { box = { size = [1, 1, 1] } }\nadd = [{ box = { size = [1, 1, 1], center = [" << apart
-          << ", " << apart << ", 0] } }]\nmaterial = \"m\"\n[material.m]\nyoungs_modulus = 1e5\npoisson_ratio = 0.3\ndensity = 1000\n";
+        s << "version = 1\nname = \"pair\"\n[time]\nframes = [1, 3]\n[grid]\nvoxel_size = 0.05\n[[body]]\nname = "
+             "\"pair\"\n"
+             "shape = { box = { size = [1, 1, 1] } }\nadd = [{ box = { size = [1, 1, 1], center = ["
+          << apart << ", " << apart
+          << ", 0] } }]\nmaterial = \"m\"\n[material.m]\nyoungs_modulus = 1e5\npoisson_ratio = 0.3\ndensity = 1000\n";
         return s.str();
     };
     SceneRun near(twoBlocks(2.4)), far(twoBlocks(4.8));  // 1.4 and 3.8 of emptiness between them
     near.toEnd(), far.toEnd();
     const auto bytes = [](const SceneRun& r) {
         const core::Simulation& s = *r.simulation;
-        return double(s.elastic().bytes() + s.integrator().bytes() + s.bodies()[0].mesh->phi().bytes() + s.bodies()[0].phi.activeVoxels() * sizeof(float));
+        return double(s.elastic().bytes() + s.integrator().bytes() + s.bodies()[0].mesh->phi().bytes() +
+                      s.bodies()[0].phi.activeVoxels() * sizeof(float));
     };
     EXPECT_LE(bytes(far), 1.05 * bytes(near));
     EXPECT_EQ(far.simulation->elastic().tetCount(), near.simulation->elastic().tetCount());

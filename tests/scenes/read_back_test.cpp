@@ -32,7 +32,8 @@ constexpr double kFloat = 1e-6;  // relative: ten roundings of a float
 class Written {
 public:
     explicit Written(const SceneRun& run)
-        : folder_(fs::temp_directory_path() / ("vdbfrac-read-back-" + std::to_string(::getpid()))), name_(run.scene.name)
+        : folder_(fs::temp_directory_path() / ("vdbfrac-read-back-" + std::to_string(::getpid()))),
+          name_(run.scene.name)
     {
         core::RunFolder folder(folder_, run.scene, run.simulation->stages(), core::Earlier::replace);
         for (const core::StepRecord& step : run.steps) folder.addStep(step);
@@ -61,13 +62,15 @@ private:
 std::string ball(const std::string& name, double x, double radius, const std::string& more)
 {
     std::ostringstream s;
-    s << "[[body]]\nname = \"" << name << "\"\nmaterial = \"m\"\nshape = { sphere = { radius = " << radius << ", center = [" << x
-      << ", 0.5, 0] } }\n" << more;
+    s << "[[body]]\nname = \"" << name << "\"\nmaterial = \"m\"\nshape = { sphere = { radius = " << radius
+      << ", center = [" << x << ", 0.5, 0] } }\n"
+      << more;
     return s.str();
 }
 
-const std::string kBalls = "version = 1\nname = \"balls\"\n[grid]\nvoxel_size = 0.1\n[material.m]\nyoungs_modulus = 1e5\npoisson_ratio = 0.3\n"
-                           "density = 1000\n[output]\nvdb = [\"surface\", \"vel\", \"fragment_id\"]\nobj = true\n";
+const std::string kBalls =
+    "version = 1\nname = \"balls\"\n[grid]\nvoxel_size = 0.1\n[material.m]\nyoungs_modulus = 1e5\npoisson_ratio = 0.3\n"
+    "density = 1000\n[output]\nvdb = [\"surface\", \"vel\", \"fragment_id\"]\nobj = true\n";
 
 Vec3 place(const openvdb::Coord& c, double dx) { return dx * Vec3(c.x(), c.y(), c.z()); }
 
@@ -76,14 +79,17 @@ TEST(VelGrid, HoldsTheVelocityOfTheSurfaceNearby)
     constexpr double dx = 0.1;
     const Vec3 velocity(1, -2, 3), spin(0, 2, 1), centre(1, 0.5, 0);
     for (const bool spins : {false, true}) {
-        const SceneRun run(kBalls + ball("one", 1, 0.6, std::string("velocity = [1, -2, 3]\n") + (spins ? "angular_velocity = [0, 2, 1]\n" : "")));
+        const SceneRun run(
+            kBalls + ball("one", 1, 0.6,
+                          std::string("velocity = [1, -2, 3]\n") + (spins ? "angular_velocity = [0, 2, 1]\n" : "")));
         const Written files(run);
         const auto vel = files.grid<openvdb::Vec3SGrid>("vel");
         const auto surface = files.grid<openvdb::FloatGrid>("surface");
         ASSERT_GT(vel->activeVoxelCount(), 1000u);
         double worst = 0;
         for (auto v = vel->cbeginValueOn(); v; ++v) {
-            const Vec3 expected = velocity + (spins ? spin : Vec3::Zero().eval()).cross(place(v.getCoord(), dx) - centre);
+            const Vec3 expected =
+                velocity + (spins ? spin : Vec3::Zero().eval()).cross(place(v.getCoord(), dx) - centre);
             // The middle of the closest triangle is no farther away than the surface and a triangle's longest line.
             const double away = std::abs(surface->tree().getValue(v.getCoord())) + std::sqrt(3.) * dx;
             const Vec3 value((*v).x(), (*v).y(), (*v).z());
@@ -143,7 +149,8 @@ constexpr double kHalfKerf = 0.14;  // m
 std::string block(const char* lattice)
 {
     return std::string("version = 1\nname = \"block\"\n[grid]\nvoxel_size = 0.1\nlattice = \"") + lattice +
-           "\"\n[[body]]\nname = \"block\"\nmaterial = \"m\"\nshape = { box = { size = [1.35, 0.95, 0.75] } }\n[material.m]\n"
+           "\"\n[[body]]\nname = \"block\"\nmaterial = \"m\"\nshape = { box = { size = [1.35, 0.95, 0.75] } "
+           "}\n[material.m]\n"
            "youngs_modulus = 1e5\npoisson_ratio = 0.3\ndensity = 1000\n";
 }
 
@@ -202,9 +209,11 @@ TEST(StatsColumns, LoadsOfAGripCarryTheWeightAlongEachAxis)
     constexpr double kRounding = 1e-9;  // relative
     const Vec3 g(1, -2, 4);
     for (const char* scheme : {"backward_euler", "midpoint", "sdirk2", "symplectic_euler", "forward_euler", "static"}) {
-        SceneRun run(block("six") + "[time]\nsubsteps = 1\nfps = 1000\n[gravity]\nacceleration = [1, -2, 4]\n"
-                                    "[[grip]]\nname = \"hold\"\nbody = \"block\"\nregion.sphere.radius = 9\nmove.velocity = [0, 0, 0]\n",
-                     {std::string("solver.integrator=\"") + scheme + '"'});
+        SceneRun run(
+            block("six") +
+                "[time]\nsubsteps = 1\nfps = 1000\n[gravity]\nacceleration = [1, -2, 4]\n"
+                "[[grip]]\nname = \"hold\"\nbody = \"block\"\nregion.sphere.radius = 9\nmove.velocity = [0, 0, 0]\n",
+            {std::string("solver.integrator=\"") + scheme + '"'});
         run.step();
         run.step();
         const Written files(run);

@@ -27,14 +27,18 @@ constexpr int kFrames = 8;
 /// A notched bar that tears, with all kinds of output.
 std::string tornBar()
 {
-    std::string s = "version = 1\nname = \"bar\"\n[time]\nframes = [1, 8]\nfps = 4\n[grid]\nvoxel_size = 0.1\n[[body]]\nname = \"bar\"\n"
-                    "shape = { box = { size = [0.4, 1, 0.4] } }\ncut = [{ cylinder = { axis = \"z\", radius = 0.1, center = [0.2, 0, 0] } }]\n"
-                    "material = \"m\"\n[material.m]\nyoungs_modulus = 1e5\npoisson_ratio = 0.3\ndensity = 1000\n";
+    std::string s =
+        "version = 1\nname = \"bar\"\n[time]\nframes = [1, 8]\nfps = 4\n[grid]\nvoxel_size = 0.1\n[[body]]\nname = "
+        "\"bar\"\n"
+        "shape = { box = { size = [0.4, 1, 0.4] } }\ncut = [{ cylinder = { axis = \"z\", radius = 0.1, center = [0.2, "
+        "0, 0] } }]\n"
+        "material = \"m\"\n[material.m]\nyoungs_modulus = 1e5\npoisson_ratio = 0.3\ndensity = 1000\n";
     for (const char* side : {"", "-"})
         s += std::string("[[grip]]\nbody = \"bar\"\nregion = { box = { size = [1, 0.1, 1], center = [0, ") + side +
              "0.4, 0] } }\nmove = { velocity = [0, " + side + "0.1, 0] }\n";
-    return s + "[damping]\nstiffness = 0.002\n[fracture]\ntoughness = 60\n"
-               "[output]\nvdb = [\"phi\", \"energy\", \"arrival\", \"surface\", \"vel\"]\nobj = true\n";
+    return s +
+           "[damping]\nstiffness = 0.002\n[fracture]\ntoughness = 60\n"
+           "[output]\nvdb = [\"phi\", \"energy\", \"arrival\", \"surface\", \"vel\"]\nobj = true\n";
 }
 
 class RunFolderTest : public testing::Test {
@@ -42,7 +46,10 @@ protected:
     RunFolderTest() { fs::remove_all(folder_); }
     ~RunFolderTest() override { fs::remove_all(folder_); }
 
-    core::RunFolder open(const SceneRun& run) { return {folder_, run.scene, run.simulation->stages(), core::Earlier::replace}; }
+    core::RunFolder open(const SceneRun& run)
+    {
+        return {folder_, run.scene, run.simulation->stages(), core::Earlier::replace};
+    }
     /// Runs to a frame and writes each.
     static void writeTo(SceneRun& run, core::RunFolder& folder, int last)
     {
@@ -102,7 +109,8 @@ TEST_F(RunFolderTest, AFrameHoldsTheStateItWasHandedOverIn)
         }
         folder.finish(*run.simulation, "done");
         std::vector<std::string> objs;
-        for (const core::FrameRecord& f : folder.frames()) objs.push_back(f.stateHash + readText(folder_ / f.files.at(1).path));
+        for (const core::FrameRecord& f : folder.frames())
+            objs.push_back(f.stateHash + readText(folder_ / f.files.at(1).path));
         return objs;
     };
     const auto expected = frames(true, 1);
@@ -124,7 +132,8 @@ TEST_F(RunFolderTest, FramesHandedOverAreFinishedWhenTheRunFails)
     EXPECT_EQ(m["frames"].size(), 3u);
     for (const auto& frame : m["frames"])
         for (const auto& file : frame["files"]) EXPECT_TRUE(fs::exists(folder_ / file["path"].get<std::string>()));
-    for (const auto& entry : fs::recursive_directory_iterator(folder_)) EXPECT_FALSE(entry.path().filename().string().starts_with("."));
+    for (const auto& entry : fs::recursive_directory_iterator(folder_))
+        EXPECT_FALSE(entry.path().filename().string().starts_with("."));
 }
 
 TEST_F(RunFolderTest, AnErrorOfTheWriterIsThrownInTheRunWithTheNameOfTheFile)

@@ -19,14 +19,15 @@ std::string blockScene(const std::string& body, const std::string& more)
 {
     return "time = { frames = [1, 6], fps = 10, substeps = 2 }\ngrid.voxel_size = 0.25\n"
            "solver = { newton_tolerance = 1e-9, linear_tolerance = 1e-6 }\n"
-           "[[body]]\nname = \"block\"\nshape = { box = { size = [1, 1, 1] } }\nmaterial = \"m\"\n" + body +
-           "\n[material.m]\nyoungs_modulus = 1e6\npoisson_ratio = 0.3\ndensity = 1000\n" + more;
+           "[[body]]\nname = \"block\"\nshape = { box = { size = [1, 1, 1] } }\nmaterial = \"m\"\n" +
+           body + "\n[material.m]\nyoungs_modulus = 1e6\npoisson_ratio = 0.3\ndensity = 1000\n" + more;
 }
 
 /// The values of measures, in the form "{ quantity = ..., ... }".
 std::vector<Value> measured(const std::string& text, const std::string& measures)
 {
-    const scene::Scene scene = scene::parseScene(text, "test.toml", effects::effectTables(), {"study.measure=[" + measures + "]"});
+    const scene::Scene scene =
+        scene::parseScene(text, "test.toml", effects::effectTables(), {"study.measure=[" + measures + "]"});
     return simulate(scene, scene.study->measures, std::numeric_limits<std::uint64_t>::max()).values;
 }
 
@@ -38,9 +39,10 @@ double numberOf(const Value& v)
 
 TEST(StudyMeasures, AFreeSpinKeepsItsMomentum)
 {
-    const auto v = measured(blockScene("velocity = [1, 0, 0]\nangular_velocity = [0, 0, 0.5]", ""),
-                            "{quantity='momentum'},{quantity='angular_momentum'},{quantity='angular_velocity'},{quantity='volume'},"
-                            "{quantity='fragments'},{quantity='fragment_masses'},{quantity='kinetic_energy'},{quantity='onset'}");
+    const auto v = measured(
+        blockScene("velocity = [1, 0, 0]\nangular_velocity = [0, 0, 0.5]", ""),
+        "{quantity='momentum'},{quantity='angular_momentum'},{quantity='angular_velocity'},{quantity='volume'},"
+        "{quantity='fragments'},{quantity='fragment_masses'},{quantity='kinetic_energy'},{quantity='onset'}");
     constexpr double kStretch = 0.05;  // backward Euler lets a spin turn into less of one and into heat
     const double mass = 1000 * numberOf(v[3]);
     EXPECT_LT(numberOf(v[0]), kSolved);
@@ -57,10 +59,13 @@ TEST(StudyMeasures, AFreeSpinKeepsItsMomentum)
 
 TEST(StudyMeasures, WhatAFreeFallDissipatesIsThatOfBackwardEuler)
 {
-    const auto v = measured(blockScene("", "[gravity]\nacceleration = [0, -2, 0]\n"),
-                            "{quantity='displacement',point=[0.3,0.1,0.2],axis='y'},{quantity='displacement',name='all',point=[0,0,0]},"
-                            "{quantity='kinetic_energy'},{quantity='dissipated'},{quantity='energy_balance'},{quantity='energy_norm'},{quantity='volume'}");
-    const double t = .5, dt = .05, fall = .5 * 2 * t * (t + dt), kinetic = .5 * 1000 * numberOf(v[6]) * (2 * t) * (2 * t);
+    const auto v = measured(
+        blockScene("", "[gravity]\nacceleration = [0, -2, 0]\n"),
+        "{quantity='displacement',point=[0.3,0.1,0.2],axis='y'},{quantity='displacement',name='all',point=[0,0,0]},"
+        "{quantity='kinetic_energy'},{quantity='dissipated'},{quantity='energy_balance'},{quantity='energy_norm'},{"
+        "quantity='volume'}");
+    const double t = .5, dt = .05, fall = .5 * 2 * t * (t + dt),
+                 kinetic = .5 * 1000 * numberOf(v[6]) * (2 * t) * (2 * t);
     EXPECT_NEAR(numberOf(v[0]), -fall, kSolved);
     EXPECT_NEAR(numberOf(v[1]), fall, kSolved);
     EXPECT_NEAR(numberOf(v[2]), kinetic, kinetic * kSolved);
@@ -71,9 +76,11 @@ TEST(StudyMeasures, WhatAFreeFallDissipatesIsThatOfBackwardEuler)
 
 TEST(StudyMeasures, AForceDoesWorkOverTheWayOfWhatItPulls)
 {
-    const std::string grip = "[[grip]]\nname = \"all\"\nbody = \"block\"\nregion.sphere.radius = 9\nmove.force = [300, 0, -400]\n";
-    const auto v = measured(blockScene("", grip), "{quantity='load_work'},{quantity='displacement',point=[0,0,0]},{quantity='load_peak'},"
-                                                  "{quantity='load_end',axis='z'},{quantity='peak_energy'}");
+    const std::string grip =
+        "[[grip]]\nname = \"all\"\nbody = \"block\"\nregion.sphere.radius = 9\nmove.force = [300, 0, -400]\n";
+    const auto v = measured(blockScene("", grip),
+                            "{quantity='load_work'},{quantity='displacement',point=[0,0,0]},{quantity='load_peak'},"
+                            "{quantity='load_end',axis='z'},{quantity='peak_energy'}");
     EXPECT_NEAR(numberOf(v[0]), 500 * numberOf(v[1]), 500 * kSolved);
     EXPECT_NEAR(numberOf(v[2]), 500, 500 * kSolved);
     EXPECT_NEAR(numberOf(v[3]), -400, 500 * kSolved);
@@ -84,14 +91,18 @@ TEST(StudyMeasures, StretchingStoresTheWorkThatIsNotLost)
 {
     std::string grips;
     for (const char* side : {"", "-"})  // after a step at rest, so that no energy is there before
-        grips += std::string("[[grip]]\nname = \"g") + side + "\"\nbody = \"block\"\nregion.halfspace = { normal = [0, " + side +
-                 "1, 0], offset = 0.5 }\nmove.keys = [{ time = 0.05 }, { time = 0.5, translate = [0, " + side + "0.01, 0] }]\n";
-    const auto v = measured(blockScene("", grips), "{quantity='load_work',grip='g',name='a'},{quantity='load_work',grip='g-',name='b'},"
-                                                   "{quantity='energy_norm'},{quantity='kinetic_energy'},{quantity='dissipated'},"
-                                                   "{quantity='displacement',point=[0,0.5,0],axis='y'},{quantity='period',point=[0,0.5,0],axis='y'},{quantity='volume'}");
+        grips += std::string("[[grip]]\nname = \"g") + side +
+                 "\"\nbody = \"block\"\nregion.halfspace = { normal = [0, " + side +
+                 "1, 0], offset = 0.5 }\nmove.keys = [{ time = 0.05 }, { time = 0.5, translate = [0, " + side +
+                 "0.01, 0] }]\n";
+    const auto v = measured(blockScene("", grips),
+                            "{quantity='load_work',grip='g',name='a'},{quantity='load_work',grip='g-',name='b'},"
+                            "{quantity='energy_norm'},{quantity='kinetic_energy'},{quantity='dissipated'},"
+                            "{quantity='displacement',point=[0,0.5,0],axis='y'},{quantity='period',point=[0,0.5,0],"
+                            "axis='y'},{quantity='volume'}");
     const double work = numberOf(v[0]) + numberOf(v[1]), stored = .5 * numberOf(v[2]) * numberOf(v[2]);
     const double narrow = .5 * 1e6 * .02 * .02 * numberOf(v[7]);  // of a bar that may narrow: E e^2 / 2
-    EXPECT_GT(stored, .8 * narrow);  // round edges bear less, held ends make it stiffer
+    EXPECT_GT(stored, .8 * narrow);                               // round edges bear less, held ends make it stiffer
     EXPECT_LT(stored, 1.3 * narrow);
     EXPECT_NEAR(work, stored + numberOf(v[3]) + numberOf(v[4]), kSolved * work);
     EXPECT_LT(std::abs(numberOf(v[4])), .05 * work);  // of a slow pull little is lost
@@ -99,15 +110,17 @@ TEST(StudyMeasures, StretchingStoresTheWorkThatIsNotLost)
     EXPECT_EQ(v[6].missing, "fewer than two swings");
 }
 
-/// The period of a bar's longest wave by steps of 1/10, 1/20 and 1/40 of it. It is released under its weight, so it swings in
-/// shorter waves too.
+/// The period of a bar's longest wave by steps of 1/10, 1/20 and 1/40 of it. It is released under its weight, so it
+/// swings in shorter waves too.
 TEST(StudyMeasures, TheLongestWaveOfABarHasAPeriodOfSecondOrderInTheStep)
 {
-    const std::string bar = "solver = { integrator = \"midpoint\", newton_tolerance = 1e-9 }\n"
-                            "grid.voxel_size = 0.1\n[[body]]\nname = \"bar\"\nshape = { box = { size = [1.1, 0.2, 0.2], center = [0.45, 0, 0] } }\n"
-                            "material = \"m\"\n[material.m]\nyoungs_modulus = 1e5\npoisson_ratio = 0\ndensity = 1000\n"
-                            "[gravity]\nacceleration = [0.1, 0, 0]\n"
-                            "[[grip]]\nbody = \"bar\"\nregion.halfspace = { normal = [-1, 0, 0], offset = 0 }\nmove.velocity = [0, 0, 0]\n";
+    const std::string bar =
+        "solver = { integrator = \"midpoint\", newton_tolerance = 1e-9 }\n"
+        "grid.voxel_size = 0.1\n[[body]]\nname = \"bar\"\nshape = { box = { size = [1.1, 0.2, 0.2], center = [0.45, 0, "
+        "0] } }\n"
+        "material = \"m\"\n[material.m]\nyoungs_modulus = 1e5\npoisson_ratio = 0\ndensity = 1000\n"
+        "[gravity]\nacceleration = [0.1, 0, 0]\n"
+        "[[grip]]\nbody = \"bar\"\nregion.halfspace = { normal = [-1, 0, 0], offset = 0 }\nmove.velocity = [0, 0, 0]\n";
     std::vector<double> wave;
     for (const int substeps : {1, 2, 4}) {
         const std::string time = "time = { frames = [1, 26], fps = 25, substeps = " + std::to_string(substeps) + " }\n";
@@ -121,15 +134,17 @@ TEST(StudyMeasures, TheLongestWaveOfABarHasAPeriodOfSecondOrderInTheStep)
 
 TEST(StudyMeasures, WhereAnEffectTakesEnergyThereIsNoBalance)
 {
-    const auto v = measured(blockScene("", "[damping]\nmass = 1\n"), "{quantity='energy_balance'},{quantity='dissipated'}");
+    const auto v =
+        measured(blockScene("", "[damping]\nmass = 1\n"), "{quantity='energy_balance'},{quantity='dissipated'}");
     EXPECT_NE(v[0].missing.find("an effect of the scene takes energy"), std::string::npos);
     EXPECT_TRUE(v[1].has());
 }
 
 TEST(StudyMeasures, AGripThatTurnsHasNoWork)
 {
-    const std::string grip = "[[grip]]\nbody = \"block\"\nregion.halfspace = { normal = \"y\", offset = 0.5 }\n"
-                             "move = { keys = [{ time = 0 }, { time = 1, rotate = [0, 5, 0] }] }\n";
+    const std::string grip =
+        "[[grip]]\nbody = \"block\"\nregion.halfspace = { normal = \"y\", offset = 0.5 }\n"
+        "move = { keys = [{ time = 0 }, { time = 1, rotate = [0, 5, 0] }] }\n";
     const auto v = measured(blockScene("", grip), "{quantity='load_work'},{quantity='energy_balance'}");
     EXPECT_NE(v[0].missing.find("turns"), std::string::npos);
     EXPECT_NE(v[1].missing.find("turns"), std::string::npos);
@@ -137,14 +152,19 @@ TEST(StudyMeasures, AGripThatTurnsHasNoWork)
 
 TEST(StudyMeasures, AfterASplitThereAreMassesAndNoPositions)
 {
-    std::string s = "time = { frames = [1, 8], fps = 4 }\ngrid.voxel_size = 0.1\n[[body]]\nname = \"bar\"\n"
-                    "shape = { box = { size = [0.4, 1, 0.4] } }\ncut = [{ cylinder = { axis = \"z\", radius = 0.1, center = [0.2, 0, 0] } }]\n"
-                    "material = \"m\"\n[material.m]\nyoungs_modulus = 1e5\npoisson_ratio = 0.3\ndensity = 1000\n[fracture]\ntoughness = 60\n";
+    std::string s =
+        "time = { frames = [1, 8], fps = 4 }\ngrid.voxel_size = 0.1\n[[body]]\nname = \"bar\"\n"
+        "shape = { box = { size = [0.4, 1, 0.4] } }\ncut = [{ cylinder = { axis = \"z\", radius = 0.1, center = [0.2, "
+        "0, 0] } }]\n"
+        "material = \"m\"\n[material.m]\nyoungs_modulus = 1e5\npoisson_ratio = 0.3\ndensity = "
+        "1000\n[fracture]\ntoughness = 60\n";
     for (const char* side : {"", "-"})
         s += std::string("[[grip]]\nbody = \"bar\"\nregion = { box = { size = [1, 0.1, 1], center = [0, ") + side +
              "0.4, 0] } }\nmove = { velocity = [0, " + side + "0.1, 0] }\n";
-    const auto v = measured(s, "{quantity='onset'},{quantity='fragments'},{quantity='fragment_masses'},{quantity='volume'},"
-                               "{quantity='displacement',point=[0,0.4,0]},{quantity='damping',point=[0,0.4,0],axis='y'}");
+    const auto v =
+        measured(s,
+                 "{quantity='onset'},{quantity='fragments'},{quantity='fragment_masses'},{quantity='volume'},"
+                 "{quantity='displacement',point=[0,0.4,0]},{quantity='damping',point=[0,0.4,0],axis='y'}");
     EXPECT_GT(numberOf(v[0]), 0);
     EXPECT_LE(numberOf(v[0]), 1.75);
     ASSERT_GE(numberOf(v[1]), 2);

@@ -35,7 +35,9 @@ struct Block {
 
     Block(Coord cells, double spacing, tetmesh::Lattice::Kind kind = tetmesh::Lattice::Kind::six) : h(spacing)
     {
-        const auto node = [&](int x, int y, int z) { return std::uint32_t((z * (cells.y + 1) + y) * (cells.x + 1) + x); };
+        const auto node = [&](int x, int y, int z) {
+            return std::uint32_t((z * (cells.y + 1) + y) * (cells.x + 1) + x);
+        };
         for (int z = 0; z <= cells.z; ++z)
             for (int y = 0; y <= cells.y; ++y)
                 for (int x = 0; x <= cells.x; ++x) nodes.push_back({x, y, z});

@@ -29,8 +29,10 @@ inline solver::NewtonSettings tightSettings()
 /// No node held, no force.
 inline solver::Boundary freeBoundary(std::size_t nodes)
 {
-    return {std::vector<std::uint8_t>(nodes, 0), std::vector<Vec3>(nodes, Vec3::Zero()),
-            std::vector<Vec3>(nodes, Vec3::Zero()), {}};
+    return {std::vector<std::uint8_t>(nodes, 0),
+            std::vector<Vec3>(nodes, Vec3::Zero()),
+            std::vector<Vec3>(nodes, Vec3::Zero()),
+            {}};
 }
 
 /// Holds every node for which `held(lattice coordinates)` at its rest position.

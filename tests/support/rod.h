@@ -12,20 +12,21 @@
 
 namespace vdbfrac::test {
 
-/// A rod along y, a metre of it free between grips that reach round its ends (whose edges the level set rounds off). They are
-/// moved apart by `strain` of that metre in the first frame and then stand still; steps are static and nu = 0, so at the end of each
-/// frame the strain is the same everywhere between them, whatever the section.
+/// A rod along y, a metre of it free between grips that reach round its ends (whose edges the level set rounds off).
+/// They are moved apart by `strain` of that metre in the first frame and then stand still; steps are static and nu = 0,
+/// so at the end of each frame the strain is the same everywhere between them, whatever the section.
 struct Rod {
     static constexpr double kE = 1e6, kDensity = 1000;  // Pa, kg/m^3
     static constexpr double kFree = 0.5;                // m from the middle to either grip
 
-    double dx = 1. / 16;     // m
+    double dx = 1. / 16;  // m
     double strain = 0.02;
-    double frame = 0.1;      // s
-    int substeps = 1;        // 0: auto
-    std::string shape = "box = { size = [0.28125, 1.5, 0.28125] }";  // faces a quarter of a voxel outside of nodes, at 1/16
+    double frame = 0.1;  // s
+    int substeps = 1;    // 0: auto
+    // Faces a quarter of a voxel outside of nodes, at 1/16.
+    std::string shape = "box = { size = [0.28125, 1.5, 0.28125] }";
 
-    double energy() const { return 0.5 * kE * strain * strain; }                  // J/m^3
+    double energy() const { return 0.5 * kE * strain * strain; }                   // J/m^3
     double rayleighSpeed() const { return 0.862 * std::sqrt(kE / 2 / kDensity); }  // m/s, of nu = 0 (docs/physics.md)
 
     std::string text(const std::string& effects) const
@@ -37,12 +38,14 @@ struct Rod {
             s << substeps;
         else
             s << "\"auto\"";
-        s << "\n[grid]\nvoxel_size = " << dx << "\n[solver]\nintegrator = \"static\"\nnewton_tolerance = 1e-9\nlinear_tolerance = 1e-6\n"
-          << "[[body]]\nname = \"rod\"\nmaterial = \"m\"\nshape = { " << shape << " }\n[material.m]\nyoungs_modulus = " << kE
-          << "\npoisson_ratio = 0\ndensity = " << kDensity << "\n";
+        s << "\n[grid]\nvoxel_size = " << dx
+          << "\n[solver]\nintegrator = \"static\"\nnewton_tolerance = 1e-9\nlinear_tolerance = 1e-6\n"
+          << "[[body]]\nname = \"rod\"\nmaterial = \"m\"\nshape = { " << shape
+          << " }\n[material.m]\nyoungs_modulus = " << kE << "\npoisson_ratio = 0\ndensity = " << kDensity << "\n";
         for (const double side : {1., -1.})
-            s << "[[grip]]\nbody = \"rod\"\nregion = { halfspace = { normal = [0, " << side << ", 0], offset = " << kFree
-              << " } }\nmove.keys = [{ time = 0 }, { time = " << frame << ", translate = [0, " << side * strain / 2 << ", 0] }]\n";
+            s << "[[grip]]\nbody = \"rod\"\nregion = { halfspace = { normal = [0, " << side
+              << ", 0], offset = " << kFree << " } }\nmove.keys = [{ time = 0 }, { time = " << frame
+              << ", translate = [0, " << side * strain / 2 << ", 0] }]\n";
         return s.str() + effects;
     }
 };

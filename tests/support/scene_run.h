@@ -17,8 +17,10 @@ namespace vdbfrac::test {
 /// A simulation with the effects that its scene names, and one that looks on.
 class SceneRun {
 public:
-    explicit SceneRun(const std::string& text, const std::vector<std::string>& set = {}, core::Effect* witness = nullptr)
-        : scene(scene::parseScene(text, "test.toml", effects::effectTables(), set)), effects_(effects::makeEffects(scene))
+    explicit SceneRun(const std::string& text, const std::vector<std::string>& set = {},
+                      core::Effect* witness = nullptr)
+        : scene(scene::parseScene(text, "test.toml", effects::effectTables(), set)),
+          effects_(effects::makeEffects(scene))
     {
         std::vector<core::Effect*> pointers;
         for (const auto& e : effects_) pointers.push_back(e.get());
@@ -26,7 +28,8 @@ public:
         simulation = std::make_unique<core::Simulation>(scene, pointers, std::numeric_limits<std::uint64_t>::max());
     }
 
-    /// One step that ends with the next frame at the latest, as 'vdbfrac sim' steps; its record stays at the end of `steps`.
+    /// One step that ends with the next frame at the latest, as 'vdbfrac sim' steps; its record stays at the end of
+    /// `steps`.
     const core::StepRecord& step()
     {
         steps.push_back(simulation->stepInFrame());

@@ -30,7 +30,8 @@ inline std::string checkPull(const scene::Values& v)
     return v.number("rate") > 5 && v.text("mode") == "hard" ? "a rate above 5 goes with mode = \"soft\" only" : "";
 }
 
-inline const std::vector<scene::TableSpec> kEffects = {{"pull", "Pulls.", kPullKeys, checkPull}, {"drag", "Drags.", kDragKeys}};
+inline const std::vector<scene::TableSpec> kEffects = {{"pull", "Pulls.", kPullKeys, checkPull},
+                                                       {"drag", "Drags.", kDragKeys}};
 
 // Line numbers in the tests below count from here.
 inline const std::string kGood = R"(version = 1

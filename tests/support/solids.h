@@ -50,13 +50,15 @@ public:
         std::function<bool(Coord)> held;  ///< by lattice coordinates
         double massFactor = 0;            ///< 1/s^2
         solver::Volumetric volumetric = solver::Volumetric::cell;
-        double share = 0;    ///< of linear elasticity, as damping adds it
+        double share = 0;  ///< of linear elasticity, as damping adds it
         double stretch = 1.05;
         double shake = .02;  ///< lattice spacings
     };
 
     Solid(std::vector<Body> bodies, const Conditions& conditions)
-        : bodies_(std::move(bodies)), sets_(setsOf(bodies_)), massFactor_(conditions.massFactor),
+        : bodies_(std::move(bodies)),
+          sets_(setsOf(bodies_)),
+          massFactor_(conditions.massFactor),
           elastic_(sets_, countNodes(bodies_), bodies_[0].block.h, conditions.volumetric)
     {
         std::mt19937 random(1);
@@ -64,7 +66,8 @@ public:
         for (const Body& body : bodies_)
             for (Coord c : body.block.nodes) {
                 fixed_.push_back(conditions.held(c));
-                x_.push_back(body.block.h * (conditions.stretch * turn * c.toVec() + randomVec(random, conditions.shake)));
+                x_.push_back(body.block.h *
+                             (conditions.stretch * turn * c.toVec() + randomVec(random, conditions.shake)));
             }
         elastic_.evaluate(x_, {}, &tangent_, conditions.share);
     }
@@ -130,7 +133,8 @@ inline const solver::Material kGel = solver::makeMaterial(1e5, .3, 1000);
 
 inline bool onFloor(Coord c) { return c.z == 0; }
 
-inline std::unique_ptr<Solid> makeSolid(Block block, const Solid::Conditions& conditions, const solver::Material& material = kGel)
+inline std::unique_ptr<Solid> makeSolid(Block block, const Solid::Conditions& conditions,
+                                        const solver::Material& material = kGel)
 {
     return std::make_unique<Solid>(std::vector<Solid::Body>{{std::move(block), material}}, conditions);
 }

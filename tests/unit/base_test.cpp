@@ -100,7 +100,8 @@ TEST(Background, NoMoreJobsLiveThanTheDepthAndTheOneAtWork)
     };
     BackgroundQueue queue(1);
     for (int i = 0; i < 50; ++i) {
-        queue.push([&most, &alive, life = std::make_shared<Alive>(alive)] { most = std::max(most.load(), alive.load()); });
+        queue.push(
+            [&most, &alive, life = std::make_shared<Alive>(alive)] { most = std::max(most.load(), alive.load()); });
         most = std::max(most.load(), alive.load());
     }
     queue.finish();

@@ -168,7 +168,8 @@ TEST_P(Coarsening, CoarseElementsAreWhatHangsTogetherByNodes)
 std::size_t coarseTetRound(const View::Element& e, std::size_t t)
 {
     Vec3 middle = Vec3::Zero();
-    for (int c : tetmesh::cellTets(e.shape).corner[t]) middle += (e.cell + tetmesh::cornerOffset(c)).toVec() / 8;  // four, in a cell of two
+    // Four, in a cell of two.
+    for (int c : tetmesh::cellTets(e.shape).corner[t]) middle += (e.cell + tetmesh::cornerOffset(c)).toVec() / 8;
     return tetmesh::kuhnTetOf(middle - halved(e.cell).toVec());
 }
 
@@ -301,14 +302,26 @@ std::vector<Block> twoBodies()
 
 INSTANTIATE_TEST_SUITE_P(
     Solids, Coarsening,
-    testing::Values(Case{"block", [] { return std::vector<Block>{Block({9, 8, 11}, 1)}; }},
-                    Case{"five", [] { return std::vector<Block>{Block({9, 8, 11}, 1, Kind::five)}; }},
+    testing::Values(Case{"block",
+                         [] {
+                             return std::vector<Block>{Block({9, 8, 11}, 1)};
+                         }},
+                    Case{"five",
+                         [] {
+                             return std::vector<Block>{Block({9, 8, 11}, 1, Kind::five)};
+                         }},
                     Case{"crackOnCoarseNodes", [] { return cracked(6, inside); }},
                     Case{"crackBetweenCoarseNodes", [] { return cracked(5, inside); }},
-                    Case{"ball", [] { return std::vector<Block>{test::asBlock(test::cutBall({Kind::six, 1, 1}, 7.3))}; }},
-                    Case{"ballOfFive", [] { return std::vector<Block>{test::asBlock(test::cutBall({Kind::five, 1, 1}, 7.3))}; }},
-                    Case{"slitBox", [] { return slitBox(Kind::six); }}, Case{"slitBoxOfFive", [] { return slitBox(Kind::five); }},
-                    Case{"twoBodiesInOnePlace", twoBodies}),
+                    Case{"ball",
+                         [] {
+                             return std::vector<Block>{test::asBlock(test::cutBall({Kind::six, 1, 1}, 7.3))};
+                         }},
+                    Case{"ballOfFive",
+                         [] {
+                             return std::vector<Block>{test::asBlock(test::cutBall({Kind::five, 1, 1}, 7.3))};
+                         }},
+                    Case{"slitBox", [] { return slitBox(Kind::six); }},
+                    Case{"slitBoxOfFive", [] { return slitBox(Kind::five); }}, Case{"twoBodiesInOnePlace", twoBodies}),
     nameOf);
 
 /// Which sides of the plane there is material on, in and under each element and node of each level.
@@ -345,14 +358,15 @@ TEST(CoarseningOfCracks, HalvesStayApartOnAllLevels)
         const Hierarchy h(cracked(plane, [](Coord) { return true; }));
         const Sides sides(h, plane);
         for (std::size_t l = 0; l < h.levels.size(); ++l) {
-            EXPECT_EQ(std::count(sides.element[l].begin(), sides.element[l].end(), Sides::both), 0) << plane << " " << l;
+            EXPECT_EQ(std::count(sides.element[l].begin(), sides.element[l].end(), Sides::both), 0)
+                << plane << " " << l;
             EXPECT_EQ(std::count(sides.node[l].begin(), sides.node[l].end(), Sides::both), 0) << plane << " " << l;
         }
     }
 }
 
-/// A cell that holds the front of the crack parts nothing, so all of its corners are front on its level, and cells that touch
-/// these are whole on the next: the crack ends within two cells of its true front on every level.
+/// A cell that holds the front of the crack parts nothing, so all of its corners are front on its level, and cells that
+/// touch these are whole on the next: the crack ends within two cells of its true front on every level.
 TEST(CoarseningOfCracks, SidesOfAnInteriorCrackMeetOnlyAtItsFront)
 {
     constexpr int kSide = 32, kFront = 2;

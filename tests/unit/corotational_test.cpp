@@ -24,7 +24,8 @@ TEST(Corotational, RigidTurnGivesNoStress)
     const auto elastic = test::elasticOperator(mesh, kGel, Volumetric::none);
     std::mt19937 random(3);
     for (int trial = 0; trial < 50; ++trial) {
-        const Mat3 R = Eigen::Quaterniond(Eigen::Vector4d(randomVec(random, 1).homogeneous())).normalized().toRotationMatrix();
+        const Mat3 R =
+            Eigen::Quaterniond(Eigen::Vector4d(randomVec(random, 1).homogeneous())).normalized().toRotationMatrix();
         std::vector<Vec3> x, gradient(mesh.nodes.size(), Vec3::Zero());
         for (const Vec3& X : mesh.restPositions()) x.push_back(R * X);
         elastic.evaluate(x, gradient, nullptr);
@@ -79,19 +80,23 @@ TEST(Corotational, StressDifferentialIsDerivativeOfStress)
         Mat3 F = Mat3::Identity(), dF;
         for (int c = 0; c < 3; ++c) F.col(c) += randomVec(random, 0.3), dF.col(c) = randomVec(random, 1);
         const double step = 1e-6;
-        const Mat3 expected = (solver::piolaStress(F + step * dF, kGel) - solver::piolaStress(F - step * dF, kGel)) / (2 * step);
+        const Mat3 expected =
+            (solver::piolaStress(F + step * dF, kGel) - solver::piolaStress(F - step * dF, kGel)) / (2 * step);
         EXPECT_LT((solver::stressDifferential(F, dF, kGel) - expected).norm(), 1e-7 * expected.norm());
     }
 }
 
-/// Psi+ = mu sum <s_i - 1>^2 + lambda/2 <tr S - 3>^2, <a> = max(a, 0): stretches of either sign, turned by any turns, in materials
-/// whose bulk stiffness counts for nothing, for a share and for nearly all.
+/// Psi+ = mu sum <s_i - 1>^2 + lambda/2 <tr S - 3>^2, <a> = max(a, 0): stretches of either sign, turned by any turns,
+/// in materials whose bulk stiffness counts for nothing, for a share and for nearly all.
 TEST(TensilePart, IsTheClosedFormOfStretchesAndOfDilatation)
 {
     constexpr double kRounding = 1e-11;  // of the energy: some thousand roundings, of a bulk part ten times the rest
     std::mt19937 random(5);
-    const auto turn = [&] { return Eigen::Quaterniond(Eigen::Vector4d(randomVec(random, 1).homogeneous())).normalized().toRotationMatrix(); };
-    const Vec3 stretches[] = {{1.2, 1.1, 1.3}, {1.2, 1.1, 0.9}, {1.3, 0.9, 0.9}, {1.1, 1.1, 0.7}, {1.1, 0.7, 0.8}, {0.9, 0.8, 0.7}, {1.4, 0.8, 0.8}};
+    const auto turn = [&] {
+        return Eigen::Quaterniond(Eigen::Vector4d(randomVec(random, 1).homogeneous())).normalized().toRotationMatrix();
+    };
+    const Vec3 stretches[] = {{1.2, 1.1, 1.3}, {1.2, 1.1, 0.9}, {1.3, 0.9, 0.9}, {1.1, 1.1, 0.7},
+                              {1.1, 0.7, 0.8}, {0.9, 0.8, 0.7}, {1.4, 0.8, 0.8}};
     for (const double nu : {0., 0.3, 0.45}) {
         const solver::Material m = solver::makeMaterial(1e5, nu, 1000);
         for (const Vec3& s : stretches) {
@@ -100,7 +105,8 @@ TEST(TensilePart, IsTheClosedFormOfStretchesAndOfDilatation)
             const double dilatation = std::max(e.sum(), 0.);
             const double expected = m.mu * e.cwiseMax(0.).squaredNorm() + 0.5 * m.lambda * dilatation * dilatation;
             const double psi = solver::energyDensity(F, m);
-            EXPECT_NEAR(solver::tensilePart(psi, F, m), expected, kRounding * psi) << "nu " << nu << " stretches " << s.transpose();
+            EXPECT_NEAR(solver::tensilePart(psi, F, m), expected, kRounding * psi)
+                << "nu " << nu << " stretches " << s.transpose();
         }
     }
 }
@@ -112,7 +118,8 @@ TEST(TensilePart, OfAFreeRodIsThatOfItsBulgingOrAllButItsThinning)
     for (const double nu : {0., 0.3, 0.45}) {
         const solver::Material m = solver::makeMaterial(1e5, nu, 1000);
         const double e = 0.1, psi = 0.5 * 1e5 * e * e, thinning = 2 * m.mu * nu * nu * e * e;
-        const Mat3 squeezed = Vec3(1 - e, 1 + nu * e, 1 + nu * e).asDiagonal(), pulled = Vec3(1 + e, 1 - nu * e, 1 - nu * e).asDiagonal();
+        const Mat3 squeezed = Vec3(1 - e, 1 + nu * e, 1 + nu * e).asDiagonal(),
+                   pulled = Vec3(1 + e, 1 - nu * e, 1 - nu * e).asDiagonal();
         EXPECT_NEAR(solver::tensilePart(psi, squeezed, m), thinning, kRounding * psi) << nu;
         EXPECT_NEAR(solver::tensilePart(psi, pulled, m), psi - thinning, kRounding * psi) << nu;
     }

@@ -211,8 +211,8 @@ TEST_P(Lattices, WorkOfAnUpdateIsThatOfItsChangeHoweverLargeTheMesh)
         const int reach = int(half / dx) + 2;
         CutMesh mesh = cut(reach, boxAt(Vec3(.013, -.021, .037), {half, half, half}));
         const auto update = mesh.update(raised(mesh, {-2, -6, -4}, {8, 4, 5}, hole));
-        return std::array<std::int64_t, 5>{update.changedVoxels, update.cutCells, update.classifiedNodes, update.groupedCells,
-                                           std::int64_t(mesh.cells().size())};
+        return std::array<std::int64_t, 5>{update.changedVoxels, update.cutCells, update.classifiedNodes,
+                                           update.groupedCells, std::int64_t(mesh.cells().size())};
     };
     const auto small = work(1.4), large = work(2.2);
     EXPECT_GT(large[4], 3 * small[4]);
@@ -461,8 +461,8 @@ TEST_P(Lattices, FragmentsKeepTheirHistory)
     EXPECT_EQ(nextId, 8u);
 }
 
-/// Nothing depends on the spacing of the lattice but what shares a node: pieces are those of the voxels. At 19 and 18 voxels to a cell
-/// indices into stencils are as large as they get.
+/// Nothing depends on the spacing of the lattice but what shares a node: pieces are those of the voxels. At 19 and 18
+/// voxels to a cell indices into stencils are as large as they get.
 TEST(CoarseLattices, VolumeAndSurfaceAreThoseOfTheVoxelsUpToTheCoarsestLattice)
 {
     constexpr double dx = 0.02;
@@ -471,7 +471,8 @@ TEST(CoarseLattices, VolumeAndSurfaceAreThoseOfTheVoxelsUpToTheCoarsestLattice)
     for (const Phi& phi : {boxAt(off, {.45, .41, .38}), ballAt(off, .44)}) {
         const auto cut = [&](int coarsening) {
             const Coord corner{kReach, kReach, kReach};
-            return CutMesh({Lattice::Kind::six, coarsening, dx}, test::sample({-kReach, -kReach, -kReach}, corner, dx, phi));
+            return CutMesh({Lattice::Kind::six, coarsening, dx},
+                           test::sample({-kReach, -kReach, -kReach}, corner, dx, phi));
         };
         const CutMesh fine = cut(1);
         const double area = tetmesh::extractSurface(fine).cutArea;
@@ -494,7 +495,8 @@ TEST(CoarseLattices, CoarserThanIndicesCanTellIsRefused)
             const CutMesh mesh({Lattice::Kind::six, coarsening, 0.1}, phi);
             ADD_FAILURE() << coarsening << " was taken";
         } catch (const Error& e) {
-            EXPECT_NE(std::string(e.what()).find("1 to " + std::to_string(tetmesh::kMostCoarsening)), std::string::npos) << e.what();
+            EXPECT_NE(std::string(e.what()).find("1 to " + std::to_string(tetmesh::kMostCoarsening)), std::string::npos)
+                << e.what();
         }
     }
     EXPECT_THROW(CutMesh({Lattice::Kind::five, 2, 0.1}, phi), Error);  // five tets do not nest

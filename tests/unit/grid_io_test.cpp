@@ -333,7 +333,8 @@ TEST_F(GridIo, MoreMemoryThanAFileCanHoldIsALieAndNoLimit)
     writeVdb(folder_ / "ball.vdb", {{"phi", &phi, {}, 1, ""}}, {});
     std::string bytes = readText(folder_ / "ball.vdb");
     const std::string key = openvdb::GridBase::META_FILE_MEM_BYTES, type = openvdb::Int64Metadata::staticTypeName();
-    const std::size_t place = bytes.find(key) + key.size() + 4 + type.size() + 4;  // lengths stand before type and value
+    // Lengths stand before type and value.
+    const std::size_t place = bytes.find(key) + key.size() + 4 + type.size() + 4;
     for (const std::int64_t said : {std::int64_t(1) << 40, std::int64_t(-1)}) {
         std::memcpy(bytes.data() + place, &said, sizeof said);
         EXPECT_THROW(describeVdb(write("lie.vdb", bytes), kPlenty), FileError) << said;
@@ -388,7 +389,8 @@ TEST_F(GridIo, VdbGridsThatAreNoLevelSetsAreRefused)
         refused();
     }
     phi = kept.copy();
-    phi.grid().grid->tree().addTile(3, openvdb::Coord(std::numeric_limits<int>::max()), -float(phi.background()), false);
+    phi.grid().grid->tree().addTile(3, openvdb::Coord(std::numeric_limits<int>::max()), -float(phi.background()),
+                                    false);
     refused();
 }
 

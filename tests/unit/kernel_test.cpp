@@ -49,12 +49,14 @@ double referenceEnergy(const tetmesh::CutMesh& mesh, const std::vector<Vec3>& x,
         const auto& tets = tetmesh::cellTets(e.shape);
         double volume = 0, bulk = 0;
         for (int t = 0; t < tets.count; ++t) {
-            const double V = std::pow(mesh.lattice().spacing(), 3) * tets.volume[std::size_t(t)] * e.fraction[std::size_t(t)];
+            const double V =
+                std::pow(mesh.lattice().spacing(), 3) * tets.volume[std::size_t(t)] * e.fraction[std::size_t(t)];
             if (V == 0) continue;
             const Vec3 strain = solver::signedPolar(deformationGradient(mesh, e, t, x)).s - Vec3::Ones();
             energy += V * kGel.mu * strain.squaredNorm();
             // Averaged is the whole bulk part, K = lambda + 2 mu/3; the tets keep the deviatoric part.
-            energy += 0.5 * V * (volumetric == Volumetric::none ? kGel.lambda : -2. / 3. * kGel.mu) * std::pow(strain.sum(), 2);
+            energy += 0.5 * V * (volumetric == Volumetric::none ? kGel.lambda : -2. / 3. * kGel.mu) *
+                      std::pow(strain.sum(), 2);
             bulk += V * strain.sum();
             volume += V;
         }
@@ -69,11 +71,14 @@ std::vector<Vec3> referenceGradient(const tetmesh::CutMesh& mesh, const std::vec
     std::vector<Vec3> gradient(x.size(), Vec3::Zero());
     for (const auto& e : mesh.elements()) {
         const auto& tets = tetmesh::cellTets(e.shape);
-        const auto volumeOf = [&](int t) { return std::pow(h, 3) * tets.volume[std::size_t(t)] * e.fraction[std::size_t(t)]; };
+        const auto volumeOf = [&](int t) {
+            return std::pow(h, 3) * tets.volume[std::size_t(t)] * e.fraction[std::size_t(t)];
+        };
         double volume = 0, dilation = 0;
         for (int t = 0; t < tets.count; ++t)
             if (volumeOf(t) > 0) {
-                dilation += volumeOf(t) * (solver::signedPolar(deformationGradient(mesh, e, t, x)).s - Vec3::Ones()).sum();
+                dilation +=
+                    volumeOf(t) * (solver::signedPolar(deformationGradient(mesh, e, t, x)).s - Vec3::Ones()).sum();
                 volume += volumeOf(t);
             }
         for (int t = 0; t < tets.count; ++t) {
@@ -81,11 +86,14 @@ std::vector<Vec3> referenceGradient(const tetmesh::CutMesh& mesh, const std::vec
             const Mat3 F = deformationGradient(mesh, e, t, x);
             const solver::Polar polar = solver::signedPolar(F);
             const double trace = (polar.s - Vec3::Ones()).sum();
-            const double pressure = volumetric == Volumetric::none ? kGel.lambda * trace : bulk * dilation / volume - 2. / 3. * kGel.mu * trace;
+            const double pressure = volumetric == Volumetric::none
+                                        ? kGel.lambda * trace
+                                        : bulk * dilation / volume - 2. / 3. * kGel.mu * trace;
             const Mat3 P = 2 * kGel.mu * (F - polar.R) + pressure * polar.R;
             for (std::size_t a = 0; a < 4; ++a) {
                 const auto& g = tets.gradient[std::size_t(t)][a];
-                gradient[e.node[std::size_t(tets.corner[std::size_t(t)][a])]] += volumeOf(t) / h * P * Vec3(g[0], g[1], g[2]);
+                gradient[e.node[std::size_t(tets.corner[std::size_t(t)][a])]] +=
+                    volumeOf(t) / h * P * Vec3(g[0], g[1], g[2]);
             }
         }
     }
@@ -151,13 +159,16 @@ TEST_P(KernelCases, StepsEndInBalanceWithScalarForces)
     const auto mesh = ball(GetParam().lattice);
     const auto elastic = test::elasticOperator(mesh, kGel, GetParam().volumetric);
     solver::BackwardEuler stepper(elastic, test::tightSettings());
-    solver::State state{shaken(mesh, 0.05 * mesh.lattice().spacing(), 7), std::vector<Vec3>(mesh.nodeCount(), Vec3(0, 1, 0))};
+    solver::State state{shaken(mesh, 0.05 * mesh.lattice().spacing(), 7),
+                        std::vector<Vec3>(mesh.nodeCount(), Vec3(0, 1, 0))};
     for (int step = 0; step < 5; ++step) {
         const solver::State before = state;
-        ASSERT_EQ(stepper.step(state, dt, {{}, test::freeBoundary(mesh.nodeCount())}).status, solver::StepStatus::converged);
+        ASSERT_EQ(stepper.step(state, dt, {{}, test::freeBoundary(mesh.nodeCount())}).status,
+                  solver::StepStatus::converged);
         const auto force = referenceGradient(mesh, state.x, GetParam().volumetric);
         std::vector<Vec3> left = force;
-        for (std::size_t i = 0; i < left.size(); ++i) left[i] += elastic.mass()[i] / (dt * dt) * (state.x[i] - before.x[i] - dt * before.v[i]);
+        for (std::size_t i = 0; i < left.size(); ++i)
+            left[i] += elastic.mass()[i] / (dt * dt) * (state.x[i] - before.x[i] - dt * before.v[i]);
         EXPECT_LT(largest(left), 1e-9 * largest(force)) << step;
     }
 }
@@ -179,7 +190,8 @@ TEST_P(KernelCases, GradientIsDerivativeOfEnergy)
         expected += gradient[i].dot(d);
     }
     // Central difference: the error is of third order in the step.
-    EXPECT_NEAR(0.5 * (elastic.evaluate(plus, {}, nullptr) - elastic.evaluate(minus, {}, nullptr)), expected, 1e-8 * energy);
+    EXPECT_NEAR(0.5 * (elastic.evaluate(plus, {}, nullptr) - elastic.evaluate(minus, {}, nullptr)), expected,
+                1e-8 * energy);
 }
 
 TEST_P(KernelCases, ProductIsDerivativeOfGradientAndSymmetric)
@@ -188,7 +200,8 @@ TEST_P(KernelCases, ProductIsDerivativeOfGradientAndSymmetric)
     const auto elastic = test::elasticOperator(mesh, kGel, GetParam().volumetric);
     const auto x = shaken(mesh, 0.15 * mesh.lattice().spacing(), 3);
     const std::size_t n = mesh.nodeCount();
-    std::vector<Vec3> gradient(n, Vec3::Zero()), up(n, Vec3::Zero()), down(n, Vec3::Zero()), Ku(n, Vec3::Zero()), Kw(n, Vec3::Zero());
+    std::vector<Vec3> gradient(n, Vec3::Zero()), up(n, Vec3::Zero()), down(n, Vec3::Zero()), Ku(n, Vec3::Zero()),
+        Kw(n, Vec3::Zero());
     solver::Tangent tangent;
     elastic.evaluate(x, gradient, &tangent);
     std::mt19937 random(5);
@@ -287,11 +300,12 @@ TEST(Kernel, TetsOfAnyShapeAgreeWithThoseOfALattice)
 {
     const tetmesh::CutMesh mesh = ball({Lattice::Kind::six, 1, 0.1});
     const LooseTets loose(mesh, 100);
-    const solver::ElementSet cells{mesh.elements(), mesh.nodes(), 0, kGel}, tets{loose.elements, {}, 0, kGel, loose.gradients};
+    const solver::ElementSet cells{mesh.elements(), mesh.nodes(), 0, kGel},
+        tets{loose.elements, {}, 0, kGel, loose.gradients};
     const solver::ElasticOperator lattice(std::span(&cells, 1), mesh.nodeCount(), 0.1, Volumetric::none);
     const std::vector<Vec3> x = shaken(mesh, 0.02, 5), u = shaken(mesh, 1, 6);
     const std::size_t n = x.size();
-    constexpr double kRounding = 1e-12, kSingle = 1e-6;  // tangents are kept in single precision
+    constexpr double kRounding = 1e-12, kSingle = 1e-6;                   // tangents are kept in single precision
     for (Volumetric volumetric : {Volumetric::none, Volumetric::cell}) {  // the mean over one tet is its own
         const solver::ElasticOperator free(std::span(&tets, 1), mesh.nodeCount(), 0.1, volumetric);
         std::vector<Vec3> g1(n, Vec3::Zero()), g2 = g1, Ku1 = g1, Ku2 = g1;

@@ -18,7 +18,8 @@ using namespace vdbfrac;
 
 namespace {
 
-/// A body of 45 nodes, the last five of a group of eight: some have one slot in a row, others none, one or two anywhere.
+/// A body of 45 nodes, the last five of a group of eight: some have one slot in a row, others none, one or two
+/// anywhere.
 template <class Real>
 struct RandomNodes {
     static constexpr std::size_t kNodes = 45, kSlots = 120;
@@ -26,7 +27,8 @@ struct RandomNodes {
     std::vector<float> added;
     std::vector<double> mass, u;
     std::vector<solver::LaneBlocks> B{6};
-    std::vector<std::uint32_t> straight{solver::kNoSlot, 16, solver::kNoSlot, 64, solver::kNoSlot, solver::kNoSlot}, start{0}, slots;
+    std::vector<std::uint32_t> straight{solver::kNoSlot, 16, solver::kNoSlot, 64, solver::kNoSlot, solver::kNoSlot},
+        start{0}, slots;
 
     RandomNodes()
     {
@@ -92,7 +94,8 @@ struct RandomPatch {
     }
 
     /// What products and diagonal blocks of both precisions give, one after another.
-    void multiply(const solver::Kernel& kernel, const solver::PatchData& d, bool cellDilation, std::vector<double>& out) const
+    void multiply(const solver::Kernel& kernel, const solver::PatchData& d, bool cellDilation,
+                  std::vector<double>& out) const
     {
         std::vector<double> product(x.size(), 0.), diagonal(2 * x.size(), 0.);
         std::vector<float> in(x.begin(), x.end()), single(x.size(), 0.f);
@@ -107,14 +110,13 @@ struct RandomPatch {
     /// Gradient, energy, products with the tangents of tets and with their means over cells, passes over nodes.
     std::vector<double> run(const solver::Kernel& kernel, bool cellDilation) const
     {
-        const solver::RobustTet scalar = {
-            [](const double*, double* R, double* S) {
-                for (int k = 0; k < 9; ++k) R[k] = k % 4 == 0;
-                for (int k = 0; k < 6; ++k) S[k] = k < 3;
-            },
-            [](const double*, double t, double* T) {
-                for (int k = 0; k < 6; ++k) T[k] = k < 3 ? t : 0;
-            }};
+        const solver::RobustTet scalar = {[](const double*, double* R, double* S) {
+                                              for (int k = 0; k < 9; ++k) R[k] = k % 4 == 0;
+                                              for (int k = 0; k < 6; ++k) S[k] = k < 3;
+                                          },
+                                          [](const double*, double t, double* T) {
+                                              for (int k = 0; k < 6; ++k) T[k] = k < 3 ? t : 0;
+                                          }};
         solver::TetTangent tangent[2 * tetmesh::kMostTets] = {}, cells[2] = {};
         std::vector<double> out(x.size(), 0.);
         solver::PatchData d;
@@ -128,7 +130,8 @@ struct RandomPatch {
         d.cells = cells;
         multiply(kernel, d, cellDilation, out);
         RandomNodes<double> n;
-        const solver::GradientNodes<double> nodes{n.sums(), n.B.data(), n.mass.data(), 2., n.r.data(), n.p.data(), n.u.data()};
+        const solver::GradientNodes<double> nodes{n.sums(),   n.B.data(), n.mass.data(), 2.,
+                                                  n.r.data(), n.p.data(), n.u.data()};
         out.push_back(kernel.twice.descend(nodes, 0, n.kNodes, .3));
         out.push_back(kernel.twice.turn(nodes, 0, n.kNodes, .4, .7));
         out.insert(out.end(), n.p.begin(), n.p.end());
@@ -175,17 +178,20 @@ template <class Real>
 void checkGradientPasses(const solver::Kernel& kernel)
 {
     using Nodes = RandomNodes<Real>;
-    const double tolerance = 50 * double(std::numeric_limits<Real>::epsilon());  // sums of some ten products of order one
+    // Sums of some ten products of order one.
+    const double tolerance = 50 * double(std::numeric_limits<Real>::epsilon());
     const Real step = Real(.3), beta = Real(.7);
     Nodes after;
     const Nodes before;
-    const solver::GradientNodes<Real> nodes{after.sums(), after.B.data(), after.mass.data(), 2., after.r.data(), after.p.data(), after.u.data()};
+    const solver::GradientNodes<Real> nodes{after.sums(),   after.B.data(), after.mass.data(), 2.,
+                                            after.r.data(), after.p.data(), after.u.data()};
     const double rz = kernel.of<Real>().descend(nodes, 0, Nodes::kNodes, step);
     const double pMp = kernel.of<Real>().turn(nodes, 0, Nodes::kNodes, .4, beta);
     double expectedRz = 0, expectedPMp = 0;
     for (std::size_t n = 0; n < Nodes::kNodes; ++n) {
         const Vec3 p = Nodes::point(before.p, n);
-        const Vec3 r = Nodes::point(before.r, n) - double(step) * (2 * before.mass[n] * p + before.sum(n)), z = before.applyB(n, r);
+        const Vec3 r = Nodes::point(before.r, n) - double(step) * (2 * before.mass[n] * p + before.sum(n)),
+                   z = before.applyB(n, r);
         const Vec3 turned = z + double(beta) * p;
         expectedRz += r.dot(z);
         expectedPMp += before.mass[n] * turned.squaredNorm();
@@ -215,9 +221,12 @@ TEST(Kernel, SmootherMatchesItsDefinition)
     const Nodes before;
     for (int k = 0; k < count; ++k) {
         Nodes after;  // r stands for b, p for x
-        all[k]->smooth({after.sums(), after.B.data(), after.added.data(), after.r.data(), after.p.data(), after.step.data()}, 0, Nodes::kNodes, .2f, .6f);
+        all[k]->smooth(
+            {after.sums(), after.B.data(), after.added.data(), after.r.data(), after.p.data(), after.step.data()}, 0,
+            Nodes::kNodes, .2f, .6f);
         for (std::size_t n = 0; n < Nodes::kNodes; ++n) {
-            const Vec3 x = Nodes::point(before.p, n), residual = Nodes::point(before.r, n) - double(before.added[n]) * x - before.sum(n);
+            const Vec3 x = Nodes::point(before.p, n),
+                       residual = Nodes::point(before.r, n) - double(before.added[n]) * x - before.sum(n);
             const Vec3 step = double(.2f) * Nodes::point(before.step, n) + double(.6f) * before.applyB(n, residual);
             EXPECT_LT((Nodes::point(after.step, n) - step).norm(), 5e-6) << all[k]->name;
             EXPECT_LT((Nodes::point(after.p, n) - x - step).norm(), 5e-6) << all[k]->name;
@@ -238,7 +247,8 @@ TEST(Kernel, VectorUnitsThatFuseGiveTheSameBits)
         for (int k = 1; k < count; ++k) {
             const std::vector<double> fused = patch.run(*all[k], cellDilation);
             for (std::size_t i = 0; i < plain.size(); ++i)
-                EXPECT_NEAR(fused[i], plain[i], 1e-5 * largest) << all[k]->name;  // the product in single precision rounds at 6e-8
+                // The product in single precision rounds at 6e-8.
+                EXPECT_NEAR(fused[i], plain[i], 1e-5 * largest) << all[k]->name;
             if (k > 1) {
                 EXPECT_EQ(fused, patch.run(*all[k - 1], cellDilation)) << all[k]->name << " and " << all[k - 1]->name;
             }

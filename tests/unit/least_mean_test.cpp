@@ -34,13 +34,15 @@ void expectWeights(const Eigen::VectorXd& weight)
     EXPECT_NEAR(weight.sum(), 1, kRounding);
 }
 
-/// Least |mean|^2 over all weights that are multiples of 1 / cells, from vector `from` on, of which `left` are to be given away.
+/// Least |mean|^2 over all weights that are multiples of 1 / cells, from vector `from` on, of which `left` are to be
+/// given away.
 double leastOnGrid(const Eigen::MatrixXd& vectors, int cells, int from, int left, const Eigen::VectorXd& mean)
 {
     const Eigen::VectorXd vector = vectors.col(from) / cells;
     if (from + 1 == vectors.cols()) return (mean + left * vector).squaredNorm();
     double least = INFINITY;
-    for (int k = 0; k <= left; ++k) least = std::min(least, leastOnGrid(vectors, cells, from + 1, left - k, mean + k * vector));
+    for (int k = 0; k <= left; ++k)
+        least = std::min(least, leastOnGrid(vectors, cells, from + 1, left - k, mean + k * vector));
     return least;
 }
 
@@ -54,7 +56,8 @@ TEST(LeastMean, NoWeightsOfAFineGridMakeAShorterMean)
             const Eigen::VectorXd weight = weightsOf(vectors);
             expectWeights(weight);
             const double cells = kCells[count], found = (vectors * weight).norm();
-            const double onGrid = std::sqrt(leastOnGrid(vectors, int(cells), 0, int(cells), Eigen::VectorXd::Zero(vectors.rows())));
+            const double onGrid =
+                std::sqrt(leastOnGrid(vectors, int(cells), 0, int(cells), Eigen::VectorXd::Zero(vectors.rows())));
             double longest = 0;
             for (int i = 0; i < count; ++i) longest = std::max(longest, vectors.col(i).norm());
             EXPECT_LE(found, onGrid + kRounding * longest);
@@ -63,7 +66,8 @@ TEST(LeastMean, NoWeightsOfAFineGridMakeAShorterMean)
         }
 }
 
-/// What makes it the shortest: no vector lies on the side of the mean that is turned to 0 (the nearest point of a convex body).
+/// What makes it the shortest: no vector lies on the side of the mean that is turned to 0 (the nearest point of a
+/// convex body).
 TEST(LeastMean, EveryVectorReachesAsFarAlongTheMeanAsTheMeanItself)
 {
     std::mt19937 random(2);
@@ -84,7 +88,8 @@ TEST(LeastMean, EveryVectorReachesAsFarAlongTheMeanAsTheMeanItself)
 
 TEST(LeastMean, OfOneVectorIsTheVector)
 {
-    for (double size : {0., 1e-200, 3., 1e100}) EXPECT_EQ(leastMean(Eigen::MatrixXd::Constant(1, 1, size * size))[0], 1);
+    for (double size : {0., 1e-200, 3., 1e100})
+        EXPECT_EQ(leastMean(Eigen::MatrixXd::Constant(1, 1, size * size))[0], 1);
 }
 
 TEST(LeastMean, OfOppositeVectorsIsZeroWithWeightsAsTheOthersLength)
@@ -128,7 +133,8 @@ TEST(LeastMean, SameVectorsTwiceChangeNothing)
         twice << vectors, vectors;
         const Eigen::VectorXd weight = weightsOf(twice);
         expectWeights(weight);
-        EXPECT_NEAR((twice * weight - vectors * weightsOf(vectors)).norm(), 0, 1e-6 * vectors.norm());  // systems are singular
+        // Systems are singular.
+        EXPECT_NEAR((twice * weight - vectors * weightsOf(vectors)).norm(), 0, 1e-6 * vectors.norm());
     }
 }
 

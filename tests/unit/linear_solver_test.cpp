@@ -16,10 +16,10 @@ using solver::LinearMethod;
 using solver::LinearStatus;
 using solver::Volumetric;
 using test::Block;
-using test::Solid;
 using test::kGel;
 using test::makeSolid;
 using test::onFloor;
+using test::Solid;
 using Kind = tetmesh::Lattice::Kind;
 
 namespace {
@@ -89,7 +89,8 @@ Case operatorCase(const char* name, Kind kind, Volumetric volumetric, double sha
 {
     return {name, [=] {
                 const tetmesh::Lattice lattice{kind, 1, .1};
-                Solid::Conditions conditions{.held = [](Coord) { return false; }, .volumetric = volumetric, .share = share, .shake = .15};
+                Solid::Conditions conditions{
+                    .held = [](Coord) { return false; }, .volumetric = volumetric, .share = share, .shake = .15};
                 return makeSolid(test::asBlock(test::cutBall(lattice, 4.3)), conditions);
             }};
 }
@@ -128,7 +129,8 @@ TEST_P(Solvers, DirectMethodLeavesOnlyRounding)
     const std::vector<Vec3> u = solved(*solid, LinearMethod::direct, b, {});
     double size = 0;
     for (std::size_t i = 0; i < u.size(); ++i) {
-        const double diagonal = solid->elastic().stiffness()[i] + solid->system().massFactor * solid->elastic().mass()[i];
+        const double diagonal =
+            solid->elastic().stiffness()[i] + solid->system().massFactor * solid->elastic().mass()[i];
         size += (diagonal * diagonal) * u[i].squaredNorm();
     }
     EXPECT_LE(test::norm(test::difference(b, solid->product(u))), kBackward * std::sqrt(size));
@@ -179,8 +181,8 @@ std::unique_ptr<Solid> slitBall()
     return makeSolid(test::asBlock(mesh), {.held = [](Coord c) { return c.z < -3; }});
 }
 
-/// Nodes displaced by up to half a spacing: tets inverted, no two rotations alike, and no negative curvature only because
-/// the tangent is projected.
+/// Nodes displaced by up to half a spacing: tets inverted, no two rotations alike, and no negative curvature only
+/// because the tangent is projected.
 std::unique_ptr<Solid> scrambled()
 {
     auto solid = makeSolid(bar(), {.held = onFloor, .massFactor = 100, .stretch = 1, .shake = .5});
@@ -199,20 +201,21 @@ std::unique_ptr<Solid> oddNodesHeld()
 
 INSTANTIATE_TEST_SUITE_P(
     Systems, Solvers,
-    testing::Values(
-        Case{"block", [] { return makeSolid(bar(), {.held = onFloor}); }},
-        Case{"shortStep", [] { return makeSolid(bar(), {.held = onFloor, .massFactor = 1e6}); }},
-        Case{"cutBall",
-             [] {
-                 const tetmesh::Lattice lattice{Kind::six, 1, .1};
-                 return makeSolid(test::asBlock(test::cutBall(lattice, 5.3)), {.held = [](Coord c) { return c.z < -3; }});
-             }},
-        Case{"five", [] { return makeSolid(bar(Kind::five), {.held = onFloor}); }},
-        Case{"twoBodies", twoBodies},
-        Case{"nearlyIncompressible",
-             [] { return makeSolid(bar(), {.held = onFloor}, solver::makeMaterial(1e5, .49, 1000)); }},
-        Case{"slitBall", slitBall}, Case{"scrambled", scrambled}, Case{"oddNodesHeld", oddNodesHeld}, Case{"twoFragments", twoFragments},
-        Case{"damped", [] { return makeSolid(bar(), {.held = onFloor, .massFactor = 100, .share = .5}); }}),
+    testing::Values(Case{"block", [] { return makeSolid(bar(), {.held = onFloor}); }},
+                    Case{"shortStep", [] { return makeSolid(bar(), {.held = onFloor, .massFactor = 1e6}); }},
+                    Case{"cutBall",
+                         [] {
+                             const tetmesh::Lattice lattice{Kind::six, 1, .1};
+                             return makeSolid(test::asBlock(test::cutBall(lattice, 5.3)),
+                                              {.held = [](Coord c) { return c.z < -3; }});
+                         }},
+                    Case{"five", [] { return makeSolid(bar(Kind::five), {.held = onFloor}); }},
+                    Case{"twoBodies", twoBodies},
+                    Case{"nearlyIncompressible",
+                         [] { return makeSolid(bar(), {.held = onFloor}, solver::makeMaterial(1e5, .49, 1000)); }},
+                    Case{"slitBall", slitBall}, Case{"scrambled", scrambled}, Case{"oddNodesHeld", oddNodesHeld},
+                    Case{"twoFragments", twoFragments},
+                    Case{"damped", [] { return makeSolid(bar(), {.held = onFloor, .massFactor = 100, .share = .5}); }}),
     nameOf);
 
 const LinearMethod kMethods[] = {LinearMethod::jacobi, LinearMethod::multigrid, LinearMethod::direct};

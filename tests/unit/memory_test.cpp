@@ -36,11 +36,11 @@ struct Level {
 /// Bytes in all, as the sum over what the structures are made of.
 double operatorBytes(const Level& l)
 {
-    const double batch = 32. / 8;                    // 8 corners of 2 bytes, three indices of 4, shape; by eight cells
-    const double cell = batch + 4;                   // and the place of its element
-    const double slot = 4 + 6 * sizeof(double);      // slot of node, six rows of sums
-    const double row = 2 * 8;                        // nodes of a patch in a row: two runs of them
-    const double node = 4 + 2 * sizeof(double);      // start of its slots, mass, stiffness
+    const double batch = 32. / 8;                // 8 corners of 2 bytes, three indices of 4, shape; by eight cells
+    const double cell = batch + 4;               // and the place of its element
+    const double slot = 4 + 6 * sizeof(double);  // slot of node, six rows of sums
+    const double row = 2 * 8;                    // nodes of a patch in a row: two runs of them
+    const double node = 4 + 2 * sizeof(double);  // start of its slots, mass, stiffness
     const double thread =
         9 * 8 * (l.patchNodes + 15);  // nine rows of the largest patch for each thread, padded to lanes
     return l.cells * cell + l.slots() * (slot + row / l.patchSide) + l.nodes * node + threadSlots() * thread;
@@ -76,8 +76,9 @@ double multigridBytes(int edge)
     for (; edge >= 4; edge /= 2) {  // 5^3 nodes: the coarsest level
         const Level l(edge), coarse(edge / 2);
         const bool first = l.nodes == finest.nodes, last = edge == 4;
-        bytes += meanTangentBytes(l) + l.nodes * (1 + 4 + kInverse + 3 * sizeof(solver::Vec3f));  // fixed, added, inverse; x, b, step
-        if (!first) bytes += operatorBytes(l) + l.nodes * 4;                                      // springs
+        // Fixed, added, inverse; x, b, step.
+        bytes += meanTangentBytes(l) + l.nodes * (1 + 4 + kInverse + 3 * sizeof(solver::Vec3f));
+        if (!first) bytes += operatorBytes(l) + l.nodes * 4;  // springs
         if (last) break;
         bytes += l.nodes * (8 + 2 * 4);  // two parents a node, and each the other way round
         bytes += l.cells * sizeof(std::uint32_t);

@@ -89,10 +89,11 @@ TEST(DelaunayMesh, SameBitsHoweverLongPhiTakes)
         mesher::DelaunayCriteria criteria = coarse(.1);
         criteria.sliverAngle = 18;  // more than there is to be had: these stages go on for longer than the refinement
         return mesher::delaunayMesh(solidOf([wait](const Vec3& X) {
-            const auto until = std::chrono::steady_clock::now() + wait;
-            while (std::chrono::steady_clock::now() < until) {}
-            return std::hypot(std::hypot(X.x(), X.y()) - .8, X.z()) - .3;  // a torus
-        }), criteria);
+                                        const auto until = std::chrono::steady_clock::now() + wait;
+                                        while (std::chrono::steady_clock::now() < until) {}
+                                        return std::hypot(std::hypot(X.x(), X.y()) - .8, X.z()) - .3;  // a torus
+                                    }),
+                                    criteria);
     };
     const auto a = make(std::chrono::nanoseconds(0)), b = make(std::chrono::microseconds(2));
     EXPECT_EQ(a.points, b.points);

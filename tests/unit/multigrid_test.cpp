@@ -16,10 +16,10 @@ using namespace vdbfrac;
 using solver::LinearMethod;
 using solver::LinearStatus;
 using test::Block;
-using test::Solid;
 using test::kGel;
 using test::makeSolid;
 using test::onFloor;
+using test::Solid;
 using Kind = tetmesh::Lattice::Kind;
 
 namespace {
@@ -116,21 +116,35 @@ TEST_P(WCycle, IsTheSameAfterAnotherSystem)
 INSTANTIATE_TEST_SUITE_P(
     Solids, WCycle,
     testing::Values(
-        Case{"block", [] { return makeSolid(Block({13, 14, 15}, .1), {.held = onFloor}); }},
-        Case{"five", [] { return makeSolid(Block({13, 14, 15}, .1, Kind::five), {.held = onFloor}); }},
+        Case{"block",
+             [] {
+                 return makeSolid(Block({13, 14, 15}, .1), {.held = onFloor});
+             }},
+        Case{"five",
+             [] {
+                 return makeSolid(Block({13, 14, 15}, .1, Kind::five), {.held = onFloor});
+             }},
         Case{"halfParted", [] { return makeSolid(halfParted(14, 7), {.held = onFloor}); }},
         Case{"nearlyIncompressible",
-             [] { return makeSolid(Block({13, 14, 15}, .1), {.held = onFloor}, solver::makeMaterial(1e5, .49, 1000)); }},
+             [] {
+                 return makeSolid(Block({13, 14, 15}, .1), {.held = onFloor}, solver::makeMaterial(1e5, .49, 1000));
+             }},
         Case{"ball",
              [] {
-                 return makeSolid(test::asBlock(test::cutBall({Kind::six, 1, .1}, 7.3)), {.held = [](Coord c) { return c.z < -5; }});
+                 return makeSolid(test::asBlock(test::cutBall({Kind::six, 1, .1}, 7.3)),
+                                  {.held = [](Coord c) { return c.z < -5; }});
              }},
         Case{"oddNodesHeld",
              [] {
-                 const auto held = [](Coord c) { return c == Coord{1, 1, 1} || c == Coord{9, 3, 1} || c == Coord{5, 9, 11}; };
+                 const auto held = [](Coord c) {
+                     return c == Coord{1, 1, 1} || c == Coord{9, 3, 1} || c == Coord{5, 9, 11};
+                 };
                  return makeSolid(Block({13, 14, 15}, .1), {.held = held});
              }},
-        Case{"free", [] { return makeSolid(Block({13, 14, 15}, .1), {.held = [](Coord) { return false; }, .massFactor = 10}); }}),
+        Case{"free",
+             [] {
+                 return makeSolid(Block({13, 14, 15}, .1), {.held = [](Coord) { return false; }, .massFactor = 10});
+             }}),
     nameOf);
 
 /// Iterations to 1e-6 for a pull at the top.
@@ -162,12 +176,15 @@ void expectNoGrowth(const char* what, const Make& make, int smallest = 8)
 
 TEST(MultigridIterations, DoNotGrowWithTheBlock)
 {
-    expectNoGrowth("block", [](int cells) { return makeSolid(Block({cells, cells, cells}, 1. / cells), {.held = onFloor}); });
+    expectNoGrowth("block", [](int cells) {
+        return makeSolid(Block({cells, cells, cells}, 1. / cells), {.held = onFloor});
+    });
 }
 
 TEST(MultigridIterations, DoNotGrowWithACrackOnCoarseNodes)
 {
-    expectNoGrowth("crack on coarse nodes", [](int cells) { return makeSolid(halfParted(cells, cells / 2), {.held = onFloor}); });
+    expectNoGrowth("crack on coarse nodes",
+                   [](int cells) { return makeSolid(halfParted(cells, cells / 2), {.held = onFloor}); });
 }
 
 std::unique_ptr<Solid> halfPartedBetweenCoarseNodes(int cells)
@@ -175,8 +192,8 @@ std::unique_ptr<Solid> halfPartedBetweenCoarseNodes(int cells)
     return makeSolid(halfParted(cells, cells / 2 - 1), {.held = onFloor});
 }
 
-/// Coarse elements that hold the front of a crack join its sides, which shortens it by up to two cells on every level. With 8
-/// cells there is only one such level that is not solved exactly.
+/// Coarse elements that hold the front of a crack join its sides, which shortens it by up to two cells on every level.
+/// With 8 cells there is only one such level that is not solved exactly.
 TEST(MultigridIterations, DoNotGrowWithACrackBetweenCoarseNodes)
 {
     expectNoGrowth("crack between coarse nodes", halfPartedBetweenCoarseNodes, 16);
@@ -194,7 +211,9 @@ TEST(MultigridIterations, DoNotGrowWithACrackThroughTheBlock)
 TEST(MultigridIterations, DoNotGrowNearlyIncompressible)
 {
     const auto rubber = solver::makeMaterial(1e5, .49, 1000);
-    expectNoGrowth("nu = .49", [&](int cells) { return makeSolid(Block({cells, cells, cells}, 1. / cells), {.held = onFloor}, rubber); });
+    expectNoGrowth("nu = .49", [&](int cells) {
+        return makeSolid(Block({cells, cells, cells}, 1. / cells), {.held = onFloor}, rubber);
+    });
 }
 
 /// Most iterations for random forces on balls that the lattice cuts in different places.
@@ -216,8 +235,8 @@ TEST(MultigridIterations, AreFewOnCutBalls)
     EXPECT_LE(iterationsOnCutBalls(Kind::six), 15);  // twice those of a block
 }
 
-/// A cut tet of five counts in the coarse tet round its middle, which need not have the coarse nodes that its corners take
-/// their values from. Those are then too soft, and more iterations make up for it.
+/// A cut tet of five counts in the coarse tet round its middle, which need not have the coarse nodes that its corners
+/// take their values from. Those are then too soft, and more iterations make up for it.
 TEST(MultigridIterations, AreFewerThanJacobiOnCutBallsOfFive)
 {
     EXPECT_LT(iterationsOnCutBalls(Kind::five), iterationsOnCutBalls(Kind::five, LinearMethod::jacobi));
@@ -230,7 +249,8 @@ struct CoarseLevel {
     solver::Tangent tangent;
 
     explicit CoarseLevel(Solid& solid)
-        : lattice(solver::coarsen(solid.elastic().sets(), solid.nodeCount())), sets(lattice.elementSets()),
+        : lattice(solver::coarsen(solid.elastic().sets(), solid.nodeCount())),
+          sets(lattice.elementSets()),
           elastic(sets, lattice.nodeCount, 2 * solid.elastic().h(), solid.elastic().volumetric())
     {
         solver::Tangent cells;

@@ -1,5 +1,5 @@
-// Steps after the first allocate nothing. This program counts what is asked of operator new, and of malloc where that can
-// be done in the program itself: Eigen's matrices and TBB's tasks come from there.
+// Steps after the first allocate nothing. This program counts what is asked of operator new, and of malloc where that
+// can be done in the program itself: Eigen's matrices and TBB's tasks come from there.
 #include "loads.h"
 #include "scene_run.h"
 #include "scene_texts.h"
@@ -21,9 +21,11 @@ std::atomic<std::int64_t> newCalls = 0, mallocCalls = 0, largest = 0;  // larges
 void* counted(std::size_t size, std::size_t alignment)
 {
     ++newCalls;
-    for (std::int64_t seen = largest; seen < std::int64_t(size) && !largest.compare_exchange_weak(seen, std::int64_t(size));) {}
+    for (std::int64_t seen = largest;
+         seen < std::int64_t(size) && !largest.compare_exchange_weak(seen, std::int64_t(size));) {}
     const std::size_t rounded = (size + alignment - 1) / alignment * alignment;
-    void* const memory = alignment > alignof(std::max_align_t) ? std::aligned_alloc(alignment, rounded) : std::malloc(size ? size : 1);
+    void* const memory =
+        alignment > alignof(std::max_align_t) ? std::aligned_alloc(alignment, rounded) : std::malloc(size ? size : 1);
     if (!memory) throw std::bad_alloc();
     return memory;
 }
@@ -44,8 +46,8 @@ void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std
 void operator delete[](void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
 
 #if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-// By the other names of glibc's functions; the program's definitions come before the library's. calloc belongs to them: the
-// compiler makes one of a malloc whose memory is then zeroed.
+// By the other names of glibc's functions; the program's definitions come before the library's. calloc belongs to them:
+// the compiler makes one of a malloc whose memory is then zeroed.
 extern "C" {
 void* __libc_malloc(std::size_t);
 void* __libc_calloc(std::size_t, std::size_t);
@@ -133,7 +135,9 @@ TEST(NoAllocation, StepsAfterTheFirstAllocateNothingWithJacobi)
         for (int n = 2; n <= 6; ++n) {
             const Calls calls = swing.step();
             EXPECT_EQ(calls.newCalls, 0) << "step " << n << ", " << threads << " threads";
-            if (threads == 1) { EXPECT_EQ(calls.mallocCalls, 0) << "step " << n; }  // TBB's workers come when they like
+            if (threads == 1) {
+                EXPECT_EQ(calls.mallocCalls, 0) << "step " << n;
+            }  // TBB's workers come when they like
         }
     }
 }
@@ -162,8 +166,8 @@ TEST(NoAllocation, StepsAfterTheFirstAllocateNothingWithMultigrid)
     }
 }
 
-/// Steps of a whole simulation with grips, damping and a crack that waits. Some bytes of names and counts are asked for in each
-/// step, but nothing that grows with the body: the largest of all is below a byte a node.
+/// Steps of a whole simulation with grips, damping and a crack that waits. Some bytes of names and counts are asked for
+/// in each step, but nothing that grows with the body: the largest of all is below a byte a node.
 TEST(NoAllocation, StepsOfASimulationAfterTheFirstAllocateNoArrays)
 {
     for (const char* integrator : {"backward_euler", "midpoint", "sdirk2", "symplectic_euler", "static"}) {
@@ -176,13 +180,15 @@ move = { force = [0, -1, 0] }
 stiffness = 1e-4
 [fracture]
 toughness = 1e9
-)", {"solver.integrator=\"" + std::string(integrator) + "\""});
+)",
+                           {"solver.integrator=\"" + std::string(integrator) + "\""});
         for (int n = 0; n < 2; ++n) (void)run.step();
         run.steps.reserve(10);
         largest = 0;
         for (int n = 0; n < 5; ++n) EXPECT_EQ(run.step().outcome, core::Outcome::converged);
         const std::int64_t nodes = std::int64_t(run.simulation->x().size());
-        std::printf("%s: %lld nodes, largest allocation %lld bytes\n", integrator, (long long)nodes, (long long)largest.load());
+        std::printf("%s: %lld nodes, largest allocation %lld bytes\n", integrator, (long long)nodes,
+                    (long long)largest.load());
         EXPECT_GT(largest, 0);
         EXPECT_LT(largest, nodes);
     }
@@ -212,21 +218,15 @@ void expectSameForMoreIterations(std::int64_t Calls::*kind)
 {
     const ThreadLimit limit(1);
     const MultigridCalls loose = secondSolve(1e-2), tight = secondSolve(1e-8);
-    std::printf("%d iterations: %lld; %d iterations: %lld\n", loose.iterations, (long long)(loose.calls.*kind), tight.iterations,
-                (long long)(tight.calls.*kind));
+    std::printf("%d iterations: %lld; %d iterations: %lld\n", loose.iterations, (long long)(loose.calls.*kind),
+                tight.iterations, (long long)(tight.calls.*kind));
     ASSERT_GT(tight.iterations, loose.iterations);
     EXPECT_EQ(tight.calls.*kind, loose.calls.*kind);
 }
 
-TEST(NoAllocation, IterationsOfMultigridCallNoOperatorNew)
-{
-    expectSameForMoreIterations(&Calls::newCalls);
-}
+TEST(NoAllocation, IterationsOfMultigridCallNoOperatorNew) { expectSameForMoreIterations(&Calls::newCalls); }
 
 /// Eigen's solve in place keeps a mask for each of the two permutations.
-TEST(NoAllocation, IterationsOfMultigridAllocateNothing)
-{
-    expectSameForMoreIterations(&Calls::mallocCalls);
-}
+TEST(NoAllocation, IterationsOfMultigridAllocateNothing) { expectSameForMoreIterations(&Calls::mallocCalls); }
 
 }  // namespace

@@ -28,20 +28,26 @@ namespace {
 
 constexpr float kDx = 0.05f;
 constexpr float kRadius = 10 * kDx;  // R / dx = 10: the coarsest ball that has to hold
-const openvdb::Vec3f kCenter(0.013f, -0.02f, 0.031f);  // off the voxels' centres, by another part of a voxel on each axis
-constexpr double kVolumeHeld = 2e-4;  // relative, after 100 times; of larger balls less, since sweeps err by second order
-constexpr double kSlopeHeld = 3e-3;   // rms of |grad phi| - 1 within one voxel; 1e-3 are the differences' own at R = 10 dx
+// Off the voxels' centres, by another part of a voxel on each axis.
+const openvdb::Vec3f kCenter(0.013f, -0.02f, 0.031f);
+// Relative, after 100 times; of larger balls less, since sweeps err by second order.
+constexpr double kVolumeHeld = 2e-4;
+// Rms of |grad phi| - 1 within one voxel; 1e-3 are the differences' own at R = 10 dx.
+constexpr double kSlopeHeld = 3e-3;
 // A cubic through four voxels: (dx / R)^3 times a small constant, of the distance.
-constexpr double kSampled = 0.01;     // voxels
-constexpr double kVolume = 0.01;      // relative; of levelSetVolume's own smeared surface at R = 10 dx
-constexpr double kRebuiltBand = 0.05; // voxels, in the whole band: first-order sweeps, polished
+constexpr double kSampled = 0.01;      // voxels
+constexpr double kVolume = 0.01;       // relative; of levelSetVolume's own smeared surface at R = 10 dx
+constexpr double kRebuiltBand = 0.05;  // voxels, in the whole band: first-order sweeps, polished
 
 struct Ball {
     float radius = kRadius;  // [m]
     openvdb::Vec3f center = kCenter;
 };
 
-Grid::Ptr ball(const Ball& b = {}, float halfWidth = 3) { return openvdb::tools::createLevelSetSphere<Grid>(b.radius, b.center, kDx, halfWidth); }
+Grid::Ptr ball(const Ball& b = {}, float halfWidth = 3)
+{
+    return openvdb::tools::createLevelSetSphere<Grid>(b.radius, b.center, kDx, halfWidth);
+}
 
 double exactAt(const Grid& grid, const openvdb::Coord& c, const Ball& b = {})
 {
@@ -54,7 +60,8 @@ double worstError(const LevelSet& phi, double within, const Ball& b = {})
     const Grid& grid = *phi.grid().grid;
     double worst = 0;
     for (auto v = grid.cbeginValueOn(); v; ++v)
-        if (std::abs(*v) < within * phi.voxelSize()) worst = std::max(worst, std::abs(*v - exactAt(grid, v.getCoord(), b)) / phi.voxelSize());
+        if (std::abs(*v) < within * phi.voxelSize())
+            worst = std::max(worst, std::abs(*v - exactAt(grid, v.getCoord(), b)) / phi.voxelSize());
     return worst;
 }
 
@@ -65,7 +72,8 @@ void expectBand(const LevelSet& phi, double halfWidth, const Ball& b = {})
     EXPECT_EQ(grid.getGridClass(), openvdb::GRID_LEVEL_SET);
     EXPECT_NEAR(grid.background(), halfWidth * phi.voxelSize(), 1e-6 * grid.background());
     std::size_t wrong = 0, inBand = 0;
-    for (auto v = grid.cbeginValueAll(); v; ++v) wrong += v.isValueOn() != (std::abs(*v) < grid.background()) || std::abs(*v) > grid.background();
+    for (auto v = grid.cbeginValueAll(); v; ++v)
+        wrong += v.isValueOn() != (std::abs(*v) < grid.background()) || std::abs(*v) > grid.background();
     EXPECT_EQ(wrong, 0u);
     const double outer = halfWidth * phi.voxelSize() - 0.1 * phi.voxelSize();
     const auto values = grid.getConstAccessor();
@@ -79,7 +87,8 @@ template <class F>
 LevelSet disguised(const F& f, float reach)
 {
     Grid::Ptr grid = ball({}, reach);
-    for (auto v = grid->beginValueOn(); v; ++v) v.setValue(float(f(exactAt(*grid, v.getCoord()), grid->indexToWorld(v.getCoord()))));
+    for (auto v = grid->beginValueOn(); v; ++v)
+        v.setValue(float(f(exactAt(*grid, v.getCoord()), grid->indexToWorld(v.getCoord()))));
     return grid::wrap(grid);
 }
 
@@ -87,7 +96,8 @@ class RelevelFile : public testing::Test {
 protected:
     void SetUp() override
     {
-        folder_ = fs::temp_directory_path() / ("vdbfrac-" + std::to_string(::getpid()) + "-" + testing::UnitTest::GetInstance()->current_test_info()->name());
+        folder_ = fs::temp_directory_path() / ("vdbfrac-" + std::to_string(::getpid()) + "-" +
+                                               testing::UnitTest::GetInstance()->current_test_info()->name());
         fs::create_directories(folder_);
     }
     void TearDown() override { fs::remove_all(folder_); }
@@ -120,9 +130,10 @@ TEST_P(RelevelledBall, IsHeld)
         phi = std::move(again.levelSet);
     }
     const LevelSetReport end = measure(phi);
-    std::printf("volume %+.1e, rms of the slope %.4f (start %.4f), error in the band %.3f voxels\n", end.volume / start.volume - 1, end.beside.rms,
-                start.beside.rms, worstError(phi, 3, exact));
-    EXPECT_LE(std::abs(end.volume / start.volume - 1), kVolumeHeld * repeated.times / 100 * std::pow(10. / repeated.radius, 2));
+    std::printf("volume %+.1e, rms of the slope %.4f (start %.4f), error in the band %.3f voxels\n",
+                end.volume / start.volume - 1, end.beside.rms, start.beside.rms, worstError(phi, 3, exact));
+    EXPECT_LE(std::abs(end.volume / start.volume - 1),
+              kVolumeHeld * repeated.times / 100 * std::pow(10. / repeated.radius, 2));
     EXPECT_LE(end.beside.rms, kSlopeHeld);
     EXPECT_LE(worstError(phi, 3, exact), kRebuiltBand);
     expectBand(phi, 3, exact);
@@ -131,7 +142,8 @@ TEST_P(RelevelledBall, IsHeld)
 std::string nameOf(const testing::TestParamInfo<RelevelledBall::ParamType>& test)
 {
     const auto& [repeated, center] = test.param;
-    return std::to_string(repeated.radius) + "Voxels" + std::to_string(repeated.times) + "Times" + (center == kCenter ? "OffTheLattice" : "OnTheLattice");
+    return std::to_string(repeated.radius) + "Voxels" + std::to_string(repeated.times) + "Times" +
+           (center == kCenter ? "OffTheLattice" : "OnTheLattice");
 }
 
 // A hundred times would take the largest ball more than a minute.
@@ -160,7 +172,8 @@ TEST(RelevelGrid, TheSweptBallIsADistanceAndHoldsToo)
 TEST(RelevelGrid, SmoothFunctionsGiveTheirZeroToFourthOrder)
 {
     // Not a distance: |x|^2 - R^2, of gradient 2 R at the surface.
-    const LevelSet source = disguised([](double d, const openvdb::Vec3d&) { return (d + kRadius) * (d + kRadius) - kRadius * kRadius; }, 6);
+    const LevelSet source =
+        disguised([](double d, const openvdb::Vec3d&) { return (d + kRadius) * (d + kRadius) - kRadius * kRadius; }, 6);
     RelevelOptions options;
     options.redistancing = Redistancing::sweep;
     const Relevelled result = relevel(source, options);
@@ -223,7 +236,8 @@ TEST(RelevelGrid, MemoryIsRefusedBeforeItIsTaken)
 tetmesh::PolygonSoup cube(double lower, double upper)
 {
     tetmesh::PolygonSoup soup;
-    for (int i = 0; i < 8; ++i) soup.points.emplace_back(i & 1 ? upper : lower, i >> 1 & 1 ? upper : lower, i >> 2 ? upper : lower);
+    for (int i = 0; i < 8; ++i)
+        soup.points.emplace_back(i & 1 ? upper : lower, i >> 1 & 1 ? upper : lower, i >> 2 ? upper : lower);
     soup.polygons = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
     return soup;
 }

@@ -133,7 +133,8 @@ TEST(Relevel, TellsEveryChangeAndOnlyRaises)
     std::map<Coord, float> changed(changes.begin(), changes.end());
     EXPECT_EQ(changed.size(), changes.size());
     const auto old = before->getConstAccessor(), now = phi.grid().grid->getConstAccessor();
-    for (const auto& [voxel, value] : raised) EXPECT_GE(now.getValue(grid::toVdb(voxel)), std::min(value, before->background()));
+    for (const auto& [voxel, value] : raised)
+        EXPECT_GE(now.getValue(grid::toVdb(voxel)), std::min(value, before->background()));
     for (auto ijk = before->evalActiveVoxelBoundingBox().begin(); ijk; ++ijk) {
         const auto it = changed.find(grid::fromVdb(*ijk));
         EXPECT_EQ(it != changed.end(), now.getValue(*ijk) != old.getValue(*ijk)) << *ijk;

@@ -16,7 +16,8 @@ TEST(SceneReader, ACheckOfSeveralKeysComplainsAtTheTable)
 TEST(SceneReader, CoarserLatticesThanThereAreNameTheLimit)
 {
     for (const char* much : {"20", "40", "1024", "0"}) {
-        const auto d = onlyError(with("voxel_size = 0.05", std::string("voxel_size = 0.05\ncoarsening = ") + much), "dir/s.toml:8:14");
+        const auto d = onlyError(with("voxel_size = 0.05", std::string("voxel_size = 0.05\ncoarsening = ") + much),
+                                 "dir/s.toml:8:14");
         EXPECT_EQ(d.what, std::string("grid.coarsening is ") + much);
         EXPECT_TRUE(contains(d.allowed, "1 to 19")) << d.allowed;
     }
@@ -218,9 +219,9 @@ TEST(SceneReader, EverythingWrongIsReportedAtOnceInTheOrderOfTheText)
     const Details d = errorsOf(text, {"time.frames=[3, 2]"});
     std::vector<std::string> places;
     for (const auto& detail : d) places.push_back(detail.place);
-    EXPECT_EQ(places, (std::vector<std::string>{"dir/s.toml:1:11", "dir/s.toml:5:1", "dir/s.toml:7:14",
-                                                "dir/s.toml:11:12", "dir/s.toml:15:11", "dir/s.toml:18:35",
-                                                "--set time.frames"}));
+    EXPECT_EQ(places,
+              (std::vector<std::string>{"dir/s.toml:1:11", "dir/s.toml:5:1", "dir/s.toml:7:14", "dir/s.toml:11:12",
+                                        "dir/s.toml:15:11", "dir/s.toml:18:35", "--set time.frames"}));
 }
 
 }  // namespace

@@ -30,9 +30,12 @@ TEST(SceneFuzz, AnyChangedBytesAreASceneOrAnInputError)
         for (int c = 0; c < changes; ++c) {
             const std::size_t at = random() % text.size();
             const char byte = random() % 2 ? pieces[random() % pieces.size()] : char(random() % 256);
-            if (random() % 3 == 0) text.insert(at, 1, byte);
-            else if (random() % 2) text[at] = byte;
-            else text.erase(at, random() % 8);
+            if (random() % 3 == 0)
+                text.insert(at, 1, byte);
+            else if (random() % 2)
+                text[at] = byte;
+            else
+                text.erase(at, random() % 8);
         }
         readAny(text);
     }
@@ -51,15 +54,29 @@ TEST(SceneFuzz, HostileTextsAreInputErrors)
         while (text.size() < bytes) text += piece;
         return text;
     };
-    const std::vector<std::string> texts = {
-        std::string(10, '\0'), std::string("a = \"\0\"", 7), "\xff\xfe", "\xef\xbb\xbf",
-        "a = " + std::string(kMany, '['), "a = " + repeated("{a=", kMany), "a = " + repeated("[{a=", kMany),
-        repeated("a.", kMany) + "a = 1", "[" + repeated("a.", kMany) + "a]", "[[" + repeated("a.", kMany) + "a]]",
-        "a = {" + repeated("\"b\" . ", kMany) + "a = 1}", std::string(kMany, 'a'), "a = " + std::string(kMany, '1'),
-        "a = \"" + std::string(kMany, 'x') + "\"", "a = [" + repeated("0,", kMany) + "]",
-        repeated("[[body]]\n", kMany / 8),
-        "body = [" + repeated("1,", kMany) + "]", "name = \"\"\"a\"\"\"\"\"\n", "''''''.''.a = 1", "a = '''\\'''",
-        std::string(kMany, '#'), std::string(kMany, '"'), std::string(kMany, '\'')};
+    const std::vector<std::string> texts = {std::string(10, '\0'),
+                                            std::string("a = \"\0\"", 7),
+                                            "\xff\xfe",
+                                            "\xef\xbb\xbf",
+                                            "a = " + std::string(kMany, '['),
+                                            "a = " + repeated("{a=", kMany),
+                                            "a = " + repeated("[{a=", kMany),
+                                            repeated("a.", kMany) + "a = 1",
+                                            "[" + repeated("a.", kMany) + "a]",
+                                            "[[" + repeated("a.", kMany) + "a]]",
+                                            "a = {" + repeated("\"b\" . ", kMany) + "a = 1}",
+                                            std::string(kMany, 'a'),
+                                            "a = " + std::string(kMany, '1'),
+                                            "a = \"" + std::string(kMany, 'x') + "\"",
+                                            "a = [" + repeated("0,", kMany) + "]",
+                                            repeated("[[body]]\n", kMany / 8),
+                                            "body = [" + repeated("1,", kMany) + "]",
+                                            "name = \"\"\"a\"\"\"\"\"\n",
+                                            "''''''.''.a = 1",
+                                            "a = '''\\'''",
+                                            std::string(kMany, '#'),
+                                            std::string(kMany, '"'),
+                                            std::string(kMany, '\'')};
     for (const std::string& text : texts) EXPECT_FALSE(errorsOf(text).empty()) << text.substr(0, 20);
 }
 

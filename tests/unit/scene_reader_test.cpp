@@ -76,7 +76,8 @@ TEST(SceneReader, ACurveIsAListOfTimesAndScalesThatRises)
     const Scene s = parse(pull + "[{ time = -1, scale = 1 }, { time = 1, scale = 5 }]\n");
     const Curve& curve = s.effects[0].values.curve("keys");
     EXPECT_EQ(curve, (Curve{{{-1, 1}, {1, 5}}}));
-    for (const auto& [time, scale] : {std::pair{-9., 1.}, {-1., 1.}, {0., 3.}, {.5, 4.}, {1., 5.}, {9., 5.}}) EXPECT_EQ(curve.at(time), scale);
+    for (const auto& [time, scale] : {std::pair{-9., 1.}, {-1., 1.}, {0., 3.}, {.5, 4.}, {1., 5.}, {9., 5.}})
+        EXPECT_EQ(curve.at(time), scale);
     EXPECT_EQ(Curve().at(3), 1);
     EXPECT_EQ(parse(writeScene(s, kEffects)).effects[0].values.curve("keys"), curve);
     EXPECT_EQ(onlyError(pull + "[{ time = 0, scale = 6 }]\n", "dir/s.toml:22:29").allowed,
@@ -97,10 +98,10 @@ TEST(SceneReader, IntegersAreTakenForNumbers)
 
 TEST(SceneOverrides, SetWhatTheTextSetsAndWhatItLeavesOut)
 {
-    const Scene s = parse(kGood, {"grid.voxel_size=0.02", "name=strip", "material.gel.poisson_ratio = 0.49",
-                                  "body.0.velocity=[0,1,0]", "body.left.angular_velocity=[1,0,0]",
-                                  "solver.newton_iterations=3", "pull.rate=1", "time.substeps=auto",
-                                  "body.0.shape={ sphere = { radius = 2 } }", "body.0.shape.sphere.radius=3"});
+    const Scene s = parse(
+        kGood, {"grid.voxel_size=0.02", "name=strip", "material.gel.poisson_ratio = 0.49", "body.0.velocity=[0,1,0]",
+                "body.left.angular_velocity=[1,0,0]", "solver.newton_iterations=3", "pull.rate=1", "time.substeps=auto",
+                "body.0.shape={ sphere = { radius = 2 } }", "body.0.shape.sphere.radius=3"});
     EXPECT_EQ(s.grid.voxelSize, 0.02);
     EXPECT_EQ(s.name, "strip");
     EXPECT_EQ(s.materials[0].poissonRatio, 0.49);

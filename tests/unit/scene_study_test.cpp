@@ -69,10 +69,14 @@ TEST(SceneStudy, ReadsBackAsItWasWritten)
 
 TEST(SceneStudy, AMeasureHasWhatItsQuantityNeedsAndNothingElse)
 {
-    EXPECT_EQ(onlyError(withStudy("\"load_peak\"", "\"load_peek\""), "dir/s.toml:39:12").hint, "did you mean 'load_peak'?");
-    EXPECT_TRUE(contains(onlyError(withStudy("point = [0, 1, 0]\n", ""), "dir/s.toml:31:1").what, "lacks the key 'point'"));
-    EXPECT_TRUE(contains(onlyError(withStudy("\"load_peak\"", "\"volume\"\ngrip = \"grip1\""), "dir/s.toml:40:8").what, "means nothing"));
-    EXPECT_EQ(onlyError(withStudy("\"load_peak\"", "\"load_peak\"\ngrip = \"grip2\""), "dir/s.toml:40:8").hint, "did you mean 'grip1'?");
+    EXPECT_EQ(onlyError(withStudy("\"load_peak\"", "\"load_peek\""), "dir/s.toml:39:12").hint,
+              "did you mean 'load_peak'?");
+    EXPECT_TRUE(
+        contains(onlyError(withStudy("point = [0, 1, 0]\n", ""), "dir/s.toml:31:1").what, "lacks the key 'point'"));
+    EXPECT_TRUE(contains(onlyError(withStudy("\"load_peak\"", "\"volume\"\ngrip = \"grip1\""), "dir/s.toml:40:8").what,
+                         "means nothing"));
+    EXPECT_EQ(onlyError(withStudy("\"load_peak\"", "\"load_peak\"\ngrip = \"grip2\""), "dir/s.toml:40:8").hint,
+              "did you mean 'grip1'?");
     onlyError(withStudy("scale = 0.5\n", ""), "dir/s.toml:36:9");
     onlyError(withStudy("\"load_peak\"", "\"load_peak\"\nname = \"tip\""), "dir/s.toml:40:8");
 }
@@ -91,8 +95,10 @@ TEST(SceneStudy, ASeriesHasValuesAndWhatIsTiedToItHasAsMany)
     onlyError(withStudy("values = [1, 2.5, \"auto\", true]", "values = 1"), "dir/s.toml:27:10");
     onlyError(withStudy("values = [1, 2.5, \"auto\", true]", "values = [1, 2, 3, [4]]"), "dir/s.toml:27:20");
     EXPECT_TRUE(contains(onlyError(withStudy("[1, 2, 3, 4]", "[1, 2]"), "dir/s.toml:28:9").what, "has 2 values"));
-    EXPECT_EQ(onlyError(withStudy("refines = \"up\"", "refines = \"upp\""), "dir/s.toml:29:11").hint, "did you mean 'up'?");
-    EXPECT_EQ(onlyError(withStudy("[[study.series]]", "[[study.serie]]"), "dir/s.toml:23:9").hint, "did you mean 'series'?");
+    EXPECT_EQ(onlyError(withStudy("refines = \"up\"", "refines = \"upp\""), "dir/s.toml:29:11").hint,
+              "did you mean 'up'?");
+    EXPECT_EQ(onlyError(withStudy("[[study.series]]", "[[study.serie]]"), "dir/s.toml:23:9").hint,
+              "did you mean 'series'?");
     EXPECT_TRUE(contains(onlyError(kGood + "[study]\nseries = 3\n", "dir/s.toml:21:10").allowed, "table"));
 }
 

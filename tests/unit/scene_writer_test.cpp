@@ -34,18 +34,15 @@ TEST(SceneWriter, AnyDirectionReadsBackToTheSameBits)
     }
 }
 
-TEST(SceneWriter, AnEffectWithoutItsTableOfKeysIsRefused)
-{
-    EXPECT_THROW(writeScene(parse(kRich), {}), Error);
-}
+TEST(SceneWriter, AnEffectWithoutItsTableOfKeysIsRefused) { EXPECT_THROW(writeScene(parse(kRich), {}), Error); }
 
 TEST(SceneTexts, DefaultsAreASceneOnceTheRequiredKeysAreGiven)
 {
     const std::string text = defaultsText(kEffects);
     EXPECT_GT(errorsOf(text).size(), 3u);
-    const Scene s = parse(text, {"grid.voxel_size=0.1", "body.0.name=b", "body.0.shape.sphere.radius=1",
-                                 "body.0.material=NAME", "material.NAME.youngs_modulus=1e5",
-                                 "material.NAME.poisson_ratio=0.3", "material.NAME.density=1000"});
+    const Scene s = parse(
+        text, {"grid.voxel_size=0.1", "body.0.name=b", "body.0.shape.sphere.radius=1", "body.0.material=NAME",
+               "material.NAME.youngs_modulus=1e5", "material.NAME.poisson_ratio=0.3", "material.NAME.density=1000"});
     Scene expected;
     expected.grid.voxelSize = 0.1;
     expectEqualSettings(s, expected);

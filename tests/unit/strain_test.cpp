@@ -44,7 +44,8 @@ double referenceEnergy(const test::Block& block, const std::vector<Vec3>& x, sol
                 F += x[e.node[std::size_t(tets.corner[t][a])]] / block.h * Vec3(tets.gradient[t][a].data()).transpose();
             const Mat3 strain = strainOf(elasticity.strain, F);
             const double V = std::pow(block.h, 3) * tets.volume[t];
-            energy += V * (kGel.mu * strain.squaredNorm() + 0.5 * (cell ? -2. / 3. * kGel.mu : kGel.lambda) * std::pow(strain.trace(), 2));
+            energy += V * (kGel.mu * strain.squaredNorm() +
+                           0.5 * (cell ? -2. / 3. * kGel.mu : kGel.lambda) * std::pow(strain.trace(), 2));
             bulk += V * strain.trace();
             volume += V;
         }
@@ -92,7 +93,8 @@ TEST_P(StrainCases, GradientIsTheDerivativeOfTheEnergy)
     auto plus = x, minus = x;
     for (std::size_t i = 0; i < x.size(); ++i) plus[i] += step * u[i], minus[i] -= step * u[i];
     const double slope = (elastic.evaluate(plus, {}, nullptr) - elastic.evaluate(minus, {}, nullptr)) / (2 * step);
-    EXPECT_NEAR(slope, solver::dot(g, u), 1e-7 * std::sqrt(solver::dot(g, g) * solver::dot(u, u)));  // step^2, and rounding over it
+    // Step^2, and rounding over it.
+    EXPECT_NEAR(slope, solver::dot(g, u), 1e-7 * std::sqrt(solver::dot(g, g) * solver::dot(u, u)));
 }
 
 TEST_P(StrainCases, ProductIsTheDerivativeOfTheGradient)
@@ -111,8 +113,8 @@ TEST_P(StrainCases, ProductIsTheDerivativeOfTheGradient)
     EXPECT_LT(std::sqrt(error / solver::dot(Ku, Ku)), 1e-6);  // the tangent is kept in single precision
 }
 
-void expectDiagonalAndElementsOfTheProduct(const solver::ElasticOperator& elastic, const test::Block& block, const solver::Tangent& tangent,
-                                           const std::vector<Vec3>& u)
+void expectDiagonalAndElementsOfTheProduct(const solver::ElasticOperator& elastic, const test::Block& block,
+                                           const solver::Tangent& tangent, const std::vector<Vec3>& u)
 {
     constexpr double kStored = 1e-6;  // single precision
     const auto blocks = test::diagonalBlocks(elastic, tangent);
@@ -124,7 +126,8 @@ void expectDiagonalAndElementsOfTheProduct(const solver::ElasticOperator& elasti
         for (int i = 0; i < 8; ++i) {
             diagonal[block.elements[e].node[std::size_t(i)]] += K.block<3, 3>(3 * i, 3 * i);
             for (int j = 0; j < 8; ++j)
-                summed[block.elements[e].node[std::size_t(i)]] += K.block<3, 3>(3 * i, 3 * j) * u[block.elements[e].node[std::size_t(j)]];
+                summed[block.elements[e].node[std::size_t(i)]] +=
+                    K.block<3, 3>(3 * i, 3 * j) * u[block.elements[e].node[std::size_t(j)]];
         }
     }
     for (std::size_t i = 0; i < u.size(); ++i) {
@@ -170,7 +173,8 @@ double leastEigenvalue(const solver::ElasticOperator& elastic, const solver::Tan
 {
     double least = 0, largest = 0;
     for (std::size_t e = 0; e < elements; ++e) {
-        const Eigen::SelfAdjointEigenSolver<solver::ElasticOperator::ElementMatrix> eigen(elastic.elementMatrix(tangent, e));
+        const Eigen::SelfAdjointEigenSolver<solver::ElasticOperator::ElementMatrix> eigen(
+            elastic.elementMatrix(tangent, e));
         least = std::min(least, eigen.eigenvalues().minCoeff());
         largest = std::max(largest, eigen.eigenvalues().maxCoeff());
     }
@@ -233,7 +237,8 @@ TEST_P(StrainCases, AllLinearSolversAgree)
     const solver::LinearSystem system{elastic, tangent, 1e3, fixed};
     const auto b = directions(9);
     std::vector<std::vector<Vec3>> results;
-    for (const auto method : {solver::LinearMethod::direct, solver::LinearMethod::jacobi, solver::LinearMethod::multigrid}) {
+    for (const auto method :
+         {solver::LinearMethod::direct, solver::LinearMethod::jacobi, solver::LinearMethod::multigrid}) {
         solver::LinearSolver linear(elastic, method, solver::LinearPrecision::doubles);
         std::vector<Vec3> u(x.size());
         EXPECT_EQ(linear.solve(system, b, u, {kTight, 5000}).status, solver::LinearStatus::converged);
@@ -247,7 +252,8 @@ TEST_P(StrainCases, AllLinearSolversAgree)
 }
 
 INSTANTIATE_TEST_SUITE_P(Strains, StrainCases,
-                         testing::Combine(testing::Values(Strain::linear, Strain::green), testing::Values(Volumetric::none, Volumetric::cell),
+                         testing::Combine(testing::Values(Strain::linear, Strain::green),
+                                          testing::Values(Volumetric::none, Volumetric::cell),
                                           testing::Values(tetmesh::Lattice::Kind::six, tetmesh::Lattice::Kind::five)));
 
 /// Stress over E that a rigid turn about z brings forth: force on one face over its area and E.
@@ -282,7 +288,8 @@ TEST(Strains, UniaxialStressIsThatOfTheClosedForm)
     for (const Strain strain : {Strain::corotational, Strain::linear, Strain::green})
         for (const double s : {0.7, 1.0, 1.5}) {
             const test::Block block({4, 4, 4}, 0.25);
-            const auto elastic = test::elasticOperator(block, solver::makeMaterial(1, 0, 1), {Volumetric::cell, strain});
+            const auto elastic =
+                test::elasticOperator(block, solver::makeMaterial(1, 0, 1), {Volumetric::cell, strain});
             std::vector<Vec3> x, g(block.nodes.size(), Vec3::Zero());
             for (const Vec3& X : block.restPositions()) x.emplace_back(s * X.x(), X.y(), X.z());
             elastic.evaluate(x, g, nullptr);

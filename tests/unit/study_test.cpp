@@ -30,7 +30,8 @@ std::vector<Level> sequence(double limit, double c, double p, std::vector<double
 TEST(Richardson, FindsLimitAndOrderOfAPowerLaw)
 {
     for (const double p : {.5, 1., 2., 3.7})
-        for (const std::vector<double>& hs : {std::vector{1., .5, .25}, std::vector{1., .6, .5}, std::vector{2., 1., .5, .25, .125}}) {
+        for (const std::vector<double>& hs :
+             {std::vector{1., .5, .25}, std::vector{1., .6, .5}, std::vector{2., 1., .5, .25, .125}}) {
             const auto e = richardson(sequence(3, -.4, p, hs));
             ASSERT_TRUE(e) << p;
             EXPECT_NEAR(e->value, 3, 10 * kRounding) << p;
@@ -53,7 +54,8 @@ TEST(Richardson, UncertaintyIsTheWayFromTheFinestOrHowFarTheLimitMoved)
 TEST(Richardson, RefusesWhatDoesNotConverge)
 {
     EXPECT_FALSE(richardson(sequence(3, 1, 1, {1, .5})));
-    const std::vector<Level> zigzag = {{1, 1}, {.5, 2}, {.25, 1.5}}, growing = {{1, 1}, {.5, 2}, {.25, 4}}, still = {{1, 1}, {.5, 1}, {.25, 1}};
+    const std::vector<Level> zigzag = {{1, 1}, {.5, 2}, {.25, 1.5}}, growing = {{1, 1}, {.5, 2}, {.25, 4}},
+                             still = {{1, 1}, {.5, 1}, {.25, 1}};
     EXPECT_FALSE(richardson(zigzag));
     EXPECT_FALSE(richardson(growing));
     EXPECT_FALSE(richardson(still));
@@ -128,7 +130,8 @@ TEST(Oscillation, RipplesAreNoSwings)
 {
     constexpr double kRipple = .03, kOfRipple = .05;  // the ripple shifts peaks by itself
     Swing swing(.8, .2, .05, .005, 5);
-    for (std::size_t i = 0; i < swing.t.size(); ++i) swing.u[i] += kRipple * std::exp(-.2 * swing.t[i]) * std::cos(14 * M_PI * swing.t[i] / .8);
+    for (std::size_t i = 0; i < swing.t.size(); ++i)
+        swing.u[i] += kRipple * std::exp(-.2 * swing.t[i]) * std::cos(14 * M_PI * swing.t[i] / .8);
     EXPECT_NEAR(*dampingOf(swing.samples(), .05), .2, kOfRipple * .2);
 }
 
@@ -156,7 +159,8 @@ protected:
         study_.spec.measures.push_back({});
         study_.spec.measures[0].name = study_.spec.measures[0].quantity = "volume";
     }
-    void addSeries(const std::string& key, const std::vector<std::pair<double, double>>& valuesOfH, std::optional<std::size_t> firstIsRun = {})
+    void addSeries(const std::string& key, const std::vector<std::pair<double, double>>& valuesOfH,
+                   std::optional<std::size_t> firstIsRun = {})
     {
         scene::Study::Series series;
         series.name = key;
@@ -295,7 +299,7 @@ TEST_F(AnalysisTest, TimesAreComparedWithinARound)
 {
     study_.spec.measures[0].exact = 2;
     addSeries("h", {{1, 3}, {.5, 2.5}});
-    study_.runs[0].seconds = {1, 10, 2, 1, 1};   // the machine was busy in the second round
+    study_.runs[0].seconds = {1, 10, 2, 1, 1};  // the machine was busy in the second round
     study_.runs[1].seconds = {3, 30, 6, 3, 3.5};
     const Analysis a = analyse(study_, 0);
     EXPECT_EQ(a.cost[1]->median, 3);
@@ -363,7 +367,8 @@ TEST_F(AnalysisTest, TheKeyThatMattersMostComesFirst)
 TEST(StudyResult, ReadsBackAsItWasWritten)
 {
     Result r;
-    r.fingerprint = "abc", r.stateHash = "0123", r.cappedSteps = 2, r.seconds = .1, r.peakBytes = 1 << 20, r.threads = 2;
+    r.fingerprint = "abc", r.stateHash = "0123", r.cappedSteps = 2, r.seconds = .1, r.peakBytes = 1 << 20,
+    r.threads = 2;
     r.values = {{{1. / 3}}, {{3, 2, 1}}, {{}, "after a split"}};
     r.work = {{"steps", 12}, {"evaluated_tets", 1LL << 40}};
     r.stages = {{"solve", .25}};
@@ -395,14 +400,16 @@ youngs_modulus = 1e5
 poisson_ratio = 0.3
 density = 1000
 )";
-    std::filesystem::path file_ = std::filesystem::temp_directory_path() / ("vdbfrac-plan-" + std::to_string(::getpid()) + ".toml");
+    std::filesystem::path file_ =
+        std::filesystem::temp_directory_path() / ("vdbfrac-plan-" + std::to_string(::getpid()) + ".toml");
     PlanInput input_;
 };
 
 TEST_F(PlanTest, SettingsThatAreTheSameSceneShareARun)
 {
-    const Study s = plan("[study]\n[[study.series]]\nname = \"a\"\nkey = \"time.substeps\"\nvalues = [1, 2]\n"
-                         "[[study.series]]\nname = \"b\"\nset = [\"time.substeps=2\"]\nkey = \"grid.coarsening\"\nvalues = [1, 2]\n");
+    const Study s = plan(
+        "[study]\n[[study.series]]\nname = \"a\"\nkey = \"time.substeps\"\nvalues = [1, 2]\n"
+        "[[study.series]]\nname = \"b\"\nset = [\"time.substeps=2\"]\nkey = \"grid.coarsening\"\nvalues = [1, 2]\n");
     ASSERT_EQ(s.settings.size(), 4u);
     EXPECT_EQ(s.runs.size(), 3u);
     EXPECT_EQ(s.settings[2].run, s.settings[1].run);

@@ -105,8 +105,8 @@ std::string binaryPly(bool big)
     return bytes;
 }
 
-const std::string kTextPly = plyHeader("ascii", 4, 4) +
-                             "0 0 0 1\n1 0 0 1\n0 1 0 1\n0 0 1 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
+const std::string kTextPly =
+    plyHeader("ascii", 4, 4) + "0 0 0 1\n1 0 0 1\n0 1 0 1\n0 0 1 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
 const std::string kOff = "OFF\n# a tet\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
 
 std::string textStl()
@@ -167,15 +167,19 @@ TEST_F(SurfaceInput, AgreesWithCgalOnSoundFiles)
 
 TEST_F(SurfaceInput, PlyStripsAreRead)
 {
-    // A tet as a strip of four triangles, then one as two strips of two, parted by -1 and led on by a corner that is there twice.
+    // A tet as a strip of four triangles, then one as two strips of two, parted by -1 and led on by a corner that is
+    // there twice.
     const std::vector<std::vector<int>> strips = {{0, 2, 1, 3, 0, 2}, {1, 0, 2, 3, -1, 0, 0, 0, 1, 3, 2}};
     for (const std::vector<int>& strip : strips)
         for (const char* format : {"ascii", "binary_little_endian", "binary_big_endian"}) {
             const bool big = format[7] == 'b', text = format[0] == 'a';
-            std::string bytes = std::string("ply\nformat ") + format +
-                                " 1.0\nelement vertex 4\nproperty double x\nproperty double y\nproperty double z\nelement tristrips 1\n"
-                                "property list int int vertex_indices\nend_header\n";
-            const auto add = [&](auto value) { text ? void(bytes += std::to_string(value) + " ") : append(bytes, value, big); };
+            std::string bytes =
+                std::string("ply\nformat ") + format +
+                " 1.0\nelement vertex 4\nproperty double x\nproperty double y\nproperty double z\nelement tristrips 1\n"
+                "property list int int vertex_indices\nend_header\n";
+            const auto add = [&](auto value) {
+                text ? void(bytes += std::to_string(value) + " ") : append(bytes, value, big);
+            };
             const auto endLine = [&] { bytes += text ? "\n" : ""; };
             for (const auto& X : kTet) {
                 for (double x : X) add(x);
@@ -189,8 +193,12 @@ TEST_F(SurfaceInput, PlyStripsAreRead)
             expectTet(soup);
             EXPECT_TRUE(examine(soup).oriented) << format;
         }
-    EXPECT_NE(complaint("t.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nelement tristrips 1\n"
-                                 "property list int int vertex_indices\nend_header\n0 0 0\n3 0 0 7\n").find("point index 7"), std::string::npos);
+    EXPECT_NE(complaint("t.ply",
+                        "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float "
+                        "z\nelement tristrips 1\n"
+                        "property list int int vertex_indices\nend_header\n0 0 0\n3 0 0 7\n")
+                  .find("point index 7"),
+              std::string::npos);
 }
 
 TEST_F(SurfaceInput, FacesThatDisagreeAboutTheirSidesAreTold)
@@ -259,8 +267,9 @@ TEST_F(SurfaceInput, DeclaredCountsAreNotBelieved)
     EXPECT_NE(complaint("t.ply", plyHeader("ascii", 1, 1) + "0 0 0 1\n3 0 0 -1\n"), "");
     const std::string binary = binaryPly(false);
     for (std::size_t cut = 1; cut < binary.size(); cut += 7) EXPECT_NE(complaint("t.ply", binary.substr(0, cut)), "");
-    std::string list = "ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
-                       "property float z\nelement face 1\nproperty list uint int vertex_indices\nend_header\n";
+    std::string list =
+        "ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+        "property float z\nelement face 1\nproperty list uint int vertex_indices\nend_header\n";
     list += std::string(12, '\0') + std::string(4, '\xff') + "1234";
     EXPECT_NE(complaint("t.ply", list).find("list count"), std::string::npos);
     EXPECT_NE(complaint("t.off", "OFF\n4000000000 4 0\n0 0 0\n"), "");
@@ -297,8 +306,8 @@ TEST_F(SurfaceInput, ReportCountsOpenAndCrowdedEdges)
 
 TEST_F(SurfaceInput, SplitSeamsStayClosed)
 {
-    const SurfaceReport report = examine(
-        read("t.obj", kTetPoints + kTetPoints + "f 1 3 2\nf 5 6 8\nf 1 8 7\nf 6 3 4\n"));
+    const SurfaceReport report =
+        examine(read("t.obj", kTetPoints + kTetPoints + "f 1 3 2\nf 5 6 8\nf 1 8 7\nf 6 3 4\n"));
     EXPECT_TRUE(report.closed);
     EXPECT_EQ(report.nonManifoldEdges, 0u);
 }

@@ -47,7 +47,10 @@ RepairOptions options()
     return o;
 }
 
-Repaired repaired(const PolygonSoup& soup, const RepairOptions& o = options()) { return repairSurface(soup, tetmesh::examine(soup), o, "test"); }
+Repaired repaired(const PolygonSoup& soup, const RepairOptions& o = options())
+{
+    return repairSurface(soup, tetmesh::examine(soup), o, "test");
+}
 
 void expectUnitCube(const Repaired& r)
 {

@@ -158,7 +158,8 @@ TEST_P(Transfer, AverageIsTheWeightedSumOverItsBall)
     for (double& d : density) d = any(random);
     const auto energy = [&](std::uint32_t e, int t) { return density[e * tetmesh::kMostTets + std::size_t(t)]; };
     const double radius = 3.4 * dx;
-    const std::vector<Coord> centres = {{0, 0, 0}, {-8, 0, 1}, {5, 4, -3}, {9, 9, 9}};  // far apart: not one block for all
+    // Far apart: not one block for all.
+    const std::vector<Coord> centres = {{0, 0, 0}, {-8, 0, 1}, {5, 4, -3}, {9, 9, 9}};
     const std::vector<Coord> voxels = allVoxels();
     const auto psi = grid::nodalEnergy(mesh, energy, voxels);
     const auto averaged = grid::averagedEnergy(mesh, energy, centres, radius);

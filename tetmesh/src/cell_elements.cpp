@@ -47,7 +47,8 @@ CellElement CutMesh::wholeElement(const Cell& cell) const
     for (int c = 0; c < kCorners; ++c) {
         const Coord node = cornerOf(cell.coord, c);
         const std::size_t i = std::size_t(latticeIndex_(node));
-        const int copy = copies_[i] > 1 ? classes_.at(std::uint32_t(i)).label[std::size_t(star(node).find({0, 0, 0}))] : 0;
+        const int copy =
+            copies_[i] > 1 ? classes_.at(std::uint32_t(i)).label[std::size_t(star(node).find({0, 0, 0}))] : 0;
         element.node[std::size_t(c)] = firstNode_[i] + std::uint32_t(copy);
     }
     return element;
@@ -64,13 +65,14 @@ void CutMesh::groupPieces(Cell& cell, std::vector<double>& phi, std::vector<Cell
         std::uint32_t first;
         const NodeClasses* classes;  // null: one copy
         const StarStencil* star;
-        Coord offset;                // of the cell's lowest voxel from the node
+        Coord offset;  // of the cell's lowest voxel from the node
     };
     std::array<Copies, kCorners> copies;
     for (int c = 0; c < kCorners; ++c) {
         const Coord node = cornerOf(cell.coord, c);
         const std::uint32_t i = std::uint32_t(latticeIndex_(node));
-        copies[std::size_t(c)] = {firstNode_[i], copies_[i] > 1 ? &classes_.at(i) : nullptr, &star(node), m * (cell.coord - node)};
+        copies[std::size_t(c)] = {firstNode_[i], copies_[i] > 1 ? &classes_.at(i) : nullptr, &star(node),
+                                  m * (cell.coord - node)};
     }
     seenPhi(m * cell.coord, stencil.vertices, phi);
     const std::size_t first = elements.size();
@@ -83,7 +85,8 @@ void CutMesh::groupPieces(Cell& cell, std::vector<double>& phi, std::vector<Cell
         std::array<std::uint32_t, 4> id{};
         for (std::size_t a = 0; a < 4; ++a) {
             const Copies& c = copies[std::size_t(corner[a])];
-            id[a] = c.first + (c.classes ? std::uint32_t(c.classes->label[std::size_t(c.star->find(c.offset + inside))]) : 0u);
+            id[a] = c.first +
+                    (c.classes ? std::uint32_t(c.classes->label[std::size_t(c.star->find(c.offset + inside))]) : 0u);
         }
         auto group = std::find_if(elements.begin() + std::ptrdiff_t(first), elements.end(),
                                   [&](const CellElement& e) { return agrees(e, corner, id); });
@@ -195,7 +198,8 @@ void CutMesh::placeElements(const Regrouped& regrouped, const Renumbering& numbe
     std::uint32_t shift = 0;  // of elements, so far; wraps when it is below 0
     for (std::size_t i = 0; i < regrouped.cells.size(); ++i) {
         Cell& cell = cells_[regrouped.cells[i]];
-        const auto first = regrouped.elements.begin() + regrouped.first[i], last = regrouped.elements.begin() + regrouped.first[i + 1];
+        const auto first = regrouped.elements.begin() + regrouped.first[i],
+                   last = regrouped.elements.begin() + regrouped.first[i + 1];
         std::copy(first, last, elements_.begin() + (cell.firstElement + shift));
         const std::uint32_t count = std::uint32_t(last - first);
         moved = moved || cell.elements != count;

@@ -63,7 +63,8 @@ CutMesh::CutMesh(Lattice lattice, NodeField<float> phi) : lattice_(lattice), phi
 {
     const int most = lattice_.kind == Lattice::Kind::six ? kMostCoarsening : 1;
     if (lattice_.coarsening < 1 || lattice_.coarsening > most)
-        throw Error("a lattice of " + std::to_string(lattice_.coarsening) + " voxels to a cell; 1 to " + std::to_string(most) + " are possible");
+        throw Error("a lattice of " + std::to_string(lattice_.coarsening) + " voxels to a cell; 1 to " +
+                    std::to_string(most) + " are possible");
     for (CellShape shape : {CellShape::six, CellShape::fiveEven, CellShape::fiveOdd})
         if ((shape == CellShape::six) == (lattice_.kind == Lattice::Kind::six))
             cellStencil_[std::size_t(shape)] = makeCellStencil(lattice_, shape);
@@ -146,7 +147,8 @@ void CutMesh::findLatticeNodes()
 std::vector<std::uint32_t> CutMesh::cellsTouching(const std::vector<Coord>& voxels) const
 {
     IndexSet touched(cells_.size());
-    for (Coord voxel : voxels) forCellsRound(voxel, lattice_.coarsening, [&](Coord cell) { touched.add(cellIndex_(cell)); });
+    for (Coord voxel : voxels)
+        forCellsRound(voxel, lattice_.coarsening, [&](Coord cell) { touched.add(cellIndex_(cell)); });
     return std::move(touched).sorted();
 }
 

@@ -52,7 +52,8 @@ CutTetMesh::CutTetMesh(const TetMesh& mesh, double spacing, double voxelSize, No
         for (std::uint32_t p : face)
             if (seen_[p] < 0) {
                 const Vec3& X = points_[p];
-                const std::string place = "(" + shortNumber(X.x()) + ", " + shortNumber(X.y()) + ", " + shortNumber(X.z()) + ") m";
+                const std::string place =
+                    "(" + shortNumber(X.x()) + ", " + shortNumber(X.y()) + ", " + shortNumber(X.z()) + ") m";
                 throw InputError(
                     {place, "the mesh of tets does not enclose the material", "phi >= 0 at its boundary", ""});
             }

@@ -19,7 +19,8 @@ struct Crossing {
 Crossing crossing(const CellStencil& stencil, const Piece& piece, std::size_t k)
 {
     const SubTet& sub = stencil.subTets[piece.subTet];
-    return {stencil.vertices[sub.vertex[piece.cut.edge[k][0]]], stencil.vertices[sub.vertex[piece.cut.edge[k][1]]], piece.cut.t[k]};
+    return {stencil.vertices[sub.vertex[piece.cut.edge[k][0]]], stencil.vertices[sub.vertex[piece.cut.edge[k][1]]],
+            piece.cut.t[k]};
 }
 
 void addCell(Soup& soup, const CutMesh& mesh, std::uint32_t index)
@@ -30,7 +31,8 @@ void addCell(Soup& soup, const CutMesh& mesh, std::uint32_t index)
     for (std::size_t n = 0; n < cell.pieces.size(); ++n) {
         const Piece& piece = cell.pieces[n];
         if (piece.cut.polygonSize == 0) continue;
-        soup.polygons.push_back({std::uint32_t(soup.key.size()), index, std::uint16_t(n), std::uint16_t(piece.cut.polygonSize)});
+        soup.polygons.push_back(
+            {std::uint32_t(soup.key.size()), index, std::uint16_t(n), std::uint16_t(piece.cut.polygonSize)});
         for (std::size_t k = 0; k < std::size_t(piece.cut.polygonSize); ++k) {
             const Crossing c = crossing(stencil, piece, k);
             soup.key.push_back(crossingKey(base + c.in, base + c.out, lower));
@@ -83,8 +85,9 @@ EmbeddedPoint embed(const CutMesh& mesh, const CellElement& element, int tet, co
 
 EmbeddedSurface extractSurface(const CutMesh& mesh)
 {
-    return surfaceOf(mesh, gatherPolygons(mesh),
-                     [&](const Soup::Polygon& polygon, std::uint32_t corner) { return embedCorner(mesh, polygon, corner); });
+    return surfaceOf(mesh, gatherPolygons(mesh), [&](const Soup::Polygon& polygon, std::uint32_t corner) {
+        return embedCorner(mesh, polygon, corner);
+    });
 }
 
 EmbeddedSurface CutMesh::surface() const { return extractSurface(*this); }

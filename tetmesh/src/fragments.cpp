@@ -18,7 +18,8 @@ struct Components {
 
 bool holdsAllTets(const CellElement& e)
 {
-    return std::all_of(e.fraction.begin(), e.fraction.begin() + cellTets(e.shape).count, [](double f) { return f != 0; });
+    return std::all_of(e.fraction.begin(), e.fraction.begin() + cellTets(e.shape).count,
+                       [](double f) { return f != 0; });
 }
 
 void joinTets(DisjointSets& sets, const CellElement& e)
@@ -86,7 +87,8 @@ std::vector<std::uint32_t> bySize(const Components& c)
 {
     std::vector<std::uint32_t> order(c.volume.size());
     std::iota(order.begin(), order.end(), 0u);
-    std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return c.volume[a] > c.volume[b]; });
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::uint32_t a, std::uint32_t b) { return c.volume[a] > c.volume[b]; });
     return order;
 }
 
@@ -104,7 +106,8 @@ FragmentTracker::FragmentTracker(const BodyMesh& mesh, std::uint32_t& nextId)
     for (std::uint32_t c : found.component) ofNode_.push_back(id[c]);
 }
 
-void FragmentTracker::update(const BodyMesh& mesh, std::span<const std::uint32_t> previousNode, double time, std::uint32_t& nextId)
+void FragmentTracker::update(const BodyMesh& mesh, std::span<const std::uint32_t> previousNode, double time,
+                             std::uint32_t& nextId)
 {
     const Components found = components(mesh);
     std::map<std::uint32_t, std::size_t> index;  // of a fragment by id
@@ -132,7 +135,8 @@ void FragmentTracker::update(const BodyMesh& mesh, std::span<const std::uint32_t
 
 std::size_t FragmentTracker::alive() const
 {
-    return std::size_t(std::count_if(fragments_.begin(), fragments_.end(), [](const Fragment& f) { return f.restVolume > 0; }));
+    return std::size_t(
+        std::count_if(fragments_.begin(), fragments_.end(), [](const Fragment& f) { return f.restVolume > 0; }));
 }
 
 }  // namespace vdbfrac::tetmesh

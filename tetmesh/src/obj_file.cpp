@@ -114,8 +114,9 @@ void writeObj(const std::filesystem::path& file, const Surface& surface, const s
 
 void writeMtl(const std::filesystem::path& file)
 {
-    writeText(file, "newmtl outside\nKa 0 0 0\nKd 0.72 0.71 0.68\nKs 0.04 0.04 0.04\nNs 20\nillum 2\n\n"
-                    "newmtl inside\nKa 0 0 0\nKd 0.80 0.10 0.07\nKs 0.10 0.10 0.10\nNs 60\nillum 2\n");
+    writeText(file,
+              "newmtl outside\nKa 0 0 0\nKd 0.72 0.71 0.68\nKs 0.04 0.04 0.04\nNs 20\nillum 2\n\n"
+              "newmtl inside\nKa 0 0 0\nKd 0.80 0.10 0.07\nKs 0.10 0.10 0.10\nNs 60\nillum 2\n");
 }
 
 Surface readObjFrame(const std::filesystem::path& file)

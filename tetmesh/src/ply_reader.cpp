@@ -133,7 +133,9 @@ private:
 class BinaryValues : public Values {
 public:
     BinaryValues(std::string_view bytes, bool bigEndian, std::string file)
-        : bytes_(bytes), bigEndian_(bigEndian), file_(std::move(file)) {}
+        : bytes_(bytes), bigEndian_(bigEndian), file_(std::move(file))
+    {
+    }
 
     void beginElement() override { ++element_; }
     double next(const Type& type) override
@@ -177,11 +179,14 @@ std::size_t whole(const Values& values, double v, std::size_t below, const char*
     return std::size_t(v);
 }
 
-/// Adds the triangles of a strip: each corner makes one with the two before it, every second the other way round. -1 begins a new
-/// strip. Triangles with a corner twice only lead from one place to another.
+/// Adds the triangles of a strip: each corner makes one with the two before it, every second the other way round. -1
+/// begins a new strip. Triangles with a corner twice only lead from one place to another.
 class StripReader {
 public:
-    StripReader(const Values& values, std::size_t points, PolygonSoup& soup) : values_(values), points_(points), soup_(soup) {}
+    StripReader(const Values& values, std::size_t points, PolygonSoup& soup)
+        : values_(values), points_(points), soup_(soup)
+    {
+    }
 
     void add(double value)
     {
@@ -190,7 +195,8 @@ public:
             length_ = 0;
             return;
         }
-        const std::size_t c = whole(values_, value, points_, "point index"), a = last_[length_ % 2], b = last_[(length_ + 1) % 2];
+        const std::size_t c = whole(values_, value, points_, "point index"), a = last_[length_ % 2],
+                          b = last_[(length_ + 1) % 2];
         if (length_ >= 2 && a != b && b != c && c != a) {
             // Of an even length, a is the older of both.
             if (length_ % 2 == 0)
@@ -211,7 +217,8 @@ private:
 
 void readElement(const Element& element, Values& values, std::size_t points, PolygonSoup& soup)
 {
-    const bool isVertex = element.name == "vertex", isFace = element.name == "face", isStrip = element.name == "tristrips";
+    const bool isVertex = element.name == "vertex", isFace = element.name == "face",
+               isStrip = element.name == "tristrips";
     Vec3 X = Vec3::Zero();
     values.beginElement();
     for (const Property& p : element.properties) {

@@ -24,13 +24,13 @@ std::size_t objIndex(const TextReader& in, std::string_view word, std::size_t po
     const auto value = TextReader::parse<std::int64_t>(digits.starts_with('+') ? digits.substr(1) : digits);
     const std::int64_t count = std::int64_t(points);
     if (!value || *value == 0 || *value > count || *value < -count)
-        in.fail("face corner '" + TextReader::shown(word) + "'",
-                "1 to " + std::to_string(count) + ", or -1 to -" + std::to_string(count) +
-                    ": the points defined above this line");
+        in.fail("face corner '" + TextReader::shown(word) + "'", "1 to " + std::to_string(count) + ", or -1 to -" +
+                                                                     std::to_string(count) +
+                                                                     ": the points defined above this line");
     return std::size_t(*value > 0 ? *value - 1 : count + *value);
 }
 
-constexpr std::size_t kStlHeader = 84;   // 80 bytes of anything, then the count
+constexpr std::size_t kStlHeader = 84;    // 80 bytes of anything, then the count
 constexpr std::size_t kStlTriangle = 50;  // normal, three corners, two bytes of attributes
 
 /// Joins corners with the same coordinates, as STL has no indices. Exact: a distance would need a unit.
@@ -71,8 +71,8 @@ PolygonSoup readBinaryStl(std::string_view bytes, const std::string& file)
             Vec3 X;
             for (int a = 0; a < 3; ++a, at += sizeof(float)) X[a] = std::bit_cast<float>(littleEndian32(at));
             if (!X.allFinite())
-                throw InputError({file, "triangle " + std::to_string(t) + " has a corner that is not finite",
-                                  "finite numbers", ""});
+                throw InputError(
+                    {file, "triangle " + std::to_string(t) + " has a corner that is not finite", "finite numbers", ""});
             corner = corners.add(X);
         }
     }
@@ -103,7 +103,8 @@ PolygonSoup readTextStl(std::string_view text, const std::string& file)
     return soup;
 }
 
-/// Peak bytes for each byte of a file: its text twice, then points and faces. Faces of few characters, "f 1 2 3", cost most.
+/// Peak bytes for each byte of a file: its text twice, then points and faces. Faces of few characters, "f 1 2 3", cost
+/// most.
 constexpr std::uint64_t kBytesPerFileByte = 12;
 
 void requireMemory(const std::filesystem::path& file, std::uint64_t limit)
@@ -218,8 +219,9 @@ PolygonSoup parseSurface(std::string_view bytes, const std::string& extension, c
     for (const std::vector<std::size_t>& polygon : soup.polygons)
         for (std::size_t corner : polygon)
             if (corner >= soup.points.size())
-                throw InputError({name, "a face uses point " + std::to_string(corner) + " of " +
-                                            std::to_string(soup.points.size()), "", ""});
+                throw InputError(
+                    {name, "a face uses point " + std::to_string(corner) + " of " + std::to_string(soup.points.size()),
+                     "", ""});
     if (soup.points.empty() || soup.polygons.empty())
         throw InputError({name, "holds no faces", "a surface of polygons", ""});
     return soup;

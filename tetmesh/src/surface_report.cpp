@@ -41,7 +41,8 @@ void countEdges(std::vector<Edge>& edges, SurfaceReport& report)
         const auto end = std::find_if(run, edges.end(), [&](const Edge& e) { return !e.isSame(*run); });
         report.openEdges += (end - run) % 2;
         report.nonManifoldEdges += end - run > 2;
-        report.oriented = report.oriented && 2 * std::count_if(run, end, [](const Edge& e) { return e.rises; }) == end - run;
+        report.oriented =
+            report.oriented && 2 * std::count_if(run, end, [](const Edge& e) { return e.rises; }) == end - run;
         run = end;
     }
 }
@@ -59,8 +60,7 @@ double fanVolume(const std::vector<Vec3>& points, const std::vector<std::size_t>
 {
     double six = 0;
     for (std::size_t c = 2; c < polygon.size(); ++c)
-        six += (points[polygon[0]] - origin).dot(
-            (points[polygon[c - 1]] - origin).cross(points[polygon[c]] - origin));
+        six += (points[polygon[0]] - origin).dot((points[polygon[c - 1]] - origin).cross(points[polygon[c]] - origin));
     return six / 6;
 }
 

@@ -78,8 +78,8 @@ Neighbours neighbours(const Soup& soup, const Welded& welded)
     return n;
 }
 
-/// Voxel nodes at the ends of edges with more than two triangles. Where a crack of no width ends, joining would pinch its
-/// two faces together along such an edge.
+/// Voxel nodes at the ends of edges with more than two triangles. Where a crack of no width ends, joining would pinch
+/// its two faces together along such an edge.
 std::set<std::uint64_t> pinchedNodes(const Soup& soup, const Welded& welded)
 {
     Neighbours n = neighbours(soup, welded);

@@ -51,7 +51,8 @@ void forTriangles(const Soup& soup, const Welded& welded, const Visit& visit)
         }
 }
 
-/// The surface of a soup. `place`: where a corner of a polygon is, given its number in the soup; asked for once a point.
+/// The surface of a soup. `place`: where a corner of a polygon is, given its number in the soup; asked for once a
+/// point.
 EmbeddedSurface surfaceOf(const BodyMesh& mesh, const Soup& soup,
                           const std::function<EmbeddedPoint(const Soup::Polygon&, std::uint32_t corner)>& place);
 

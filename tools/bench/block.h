@@ -11,8 +11,8 @@ namespace vdbfrac::tools::bench {
 inline constexpr double kBlockStep = 1. / 240;  // s
 inline constexpr double kBlockSpeed = 0.4;      // m/s, of the top
 
-/// An open crack through the half of the block below the middle in x. Aligned: its plane, the middle one, belongs to every
-/// coarser lattice. Between: one cell higher, within the cells of all of these.
+/// An open crack through the half of the block below the middle in x. Aligned: its plane, the middle one, belongs to
+/// every coarser lattice. Between: one cell higher, within the cells of all of these.
 enum class Crack { none, aligned, between };
 
 /// Whole cells with a corner at the origin. No level set: its zero contour would cut the faces.

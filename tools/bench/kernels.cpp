@@ -82,7 +82,8 @@ tetmesh::NodeField<float> slicedBall(double dx)
     phi.forEachBlock([&](Coord low) { blocks.push_back(low); });
     for (const Coord& low : blocks)
         phi.forEachNode(low, [&](Coord c) {
-            const double slice = normal.dot(c.toVec()) / kApart, gap = kHalfGap - kApart * std::abs(slice - std::round(slice));
+            const double slice = normal.dot(c.toVec()) / kApart,
+                         gap = kHalfGap - kApart * std::abs(slice - std::round(slice));
             phi.set(c, std::max(phi(c), float(gap * dx)));
         });
     return phi;
@@ -102,16 +103,18 @@ Part measurePart(const tetmesh::CutMesh& mesh, const Wanted& wanted)
     std::vector<tetmesh::CellElement> elements;
     for (const tetmesh::Cell& cell : mesh.cells())
         if (wanted(cell))
-            for (std::uint32_t e = cell.firstElement; e < cell.firstElement + cell.elements; ++e) elements.push_back(mesh.elements()[e]);
+            for (std::uint32_t e = cell.firstElement; e < cell.firstElement + cell.elements; ++e)
+                elements.push_back(mesh.elements()[e]);
     const solver::ElementSet set{elements, mesh.nodes(), 0, solver::makeMaterial(1e6, 0.3, 1000)};
-    const solver::ElasticOperator elastic(std::span(&set, 1), mesh.nodeCount(), mesh.spacing(), solver::Volumetric::none);
+    const solver::ElasticOperator elastic(std::span(&set, 1), mesh.nodeCount(), mesh.spacing(),
+                                          solver::Volumetric::none);
     solver::Tangent tangent;
     (void)elastic.evaluate(tetmesh::restPositions(mesh), {}, &tangent);
     return {elements.size(), elastic.tetCount(), productNanoseconds<Vec3>(elastic, tangent)};
 }
 
-/// Products with all cells of a body, with its whole ones alone, and with its cut ones alone, by tet with material. Alone, cut
-/// cells have nodes to themselves that they share with whole ones in a body.
+/// Products with all cells of a body, with its whole ones alone, and with its cut ones alone, by tet with material.
+/// Alone, cut cells have nodes to themselves that they share with whole ones in a body.
 Json benchCut(const char* body, tetmesh::NodeField<float> phi, double dx, const Say& say)
 {
     const tetmesh::CutMesh mesh({tetmesh::Lattice::Kind::six, 1, dx}, std::move(phi));
@@ -120,8 +123,9 @@ Json benchCut(const char* body, tetmesh::NodeField<float> phi, double dx, const 
     const Part all = measurePart(mesh, [](const tetmesh::Cell&) { return true; });
     std::size_t cutCells = 0, duplicated = 0;
     for (const tetmesh::Cell& cell : mesh.cells()) cutCells += !cell.whole, duplicated += cell.elements > 1;
-    say(fmt::format("kernels: {}: product {:.2f} ns a tet of all cells, {:.2f} of whole ones alone, {:.2f} of cut ones alone", body, all.aTet(),
-                    whole.aTet(), cut.aTet()));
+    say(fmt::format(
+        "kernels: {}: product {:.2f} ns a tet of all cells, {:.2f} of whole ones alone, {:.2f} of cut ones alone", body,
+        all.aTet(), whole.aTet(), cut.aTet()));
     return {{"body", body},
             {"cells", mesh.cells().size()},
             {"cut_cells", cutCells},
@@ -163,7 +167,9 @@ Json benchKernels(int ballVoxels, int threads, const Say& say)
             {"runs", runs},
             {"svd_ns", svd},
             {"svd_over_force", svd / force},
-            {"cut", {benchCut("ball", grid::sampleNodes(makeBall(dx)), dx, say), benchCut("sliced ball", slicedBall(dx), dx, say)}}};
+            {"cut",
+             {benchCut("ball", grid::sampleNodes(makeBall(dx)), dx, say),
+              benchCut("sliced ball", slicedBall(dx), dx, say)}}};
 }
 
 }  // namespace vdbfrac::tools::bench

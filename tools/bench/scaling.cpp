@@ -42,7 +42,8 @@ struct Series {
 
     Json toJson() const
     {
-        return {{"method", nameOf(method)}, {"problem", quasiStatic ? "static" : "dynamic"}, {"crack", crackName(crack)}};
+        return {
+            {"method", nameOf(method)}, {"problem", quasiStatic ? "static" : "dynamic"}, {"crack", crackName(crack)}};
     }
 };
 
@@ -110,8 +111,8 @@ Json measureAll(const Series& series, const std::vector<int>& sizes, const Say& 
         if (series.method == solver::LinearMethod::jacobi && series.quasiStatic && n > kLargestStaticJacobi) continue;
         rows.push_back(measure(series, n));
         const Json& r = rows.back();
-        say(fmt::format("solvers n = {}, {}, {}, crack {}: {} iterations, {} products, {:.4f} s", n, nameOf(series.method),
-                        series.quasiStatic ? "static" : "dynamic", crackName(series.crack),
+        say(fmt::format("solvers n = {}, {}, {}, crack {}: {} iterations, {} products, {:.4f} s", n,
+                        nameOf(series.method), series.quasiStatic ? "static" : "dynamic", crackName(series.crack),
                         r["linear_iterations"].get<int>(), r["products"].get<int>(), r["seconds"].get<double>()));
     }
     return rows;
@@ -125,7 +126,8 @@ void benchScaling(const std::vector<int>& sizes, const Say& say, Json& result)
     for (bool quasiStatic : {false, true})
         for (Crack crack : {Crack::none, Crack::aligned, Crack::between})
             for (auto method : {solver::LinearMethod::jacobi, solver::LinearMethod::multigrid}) {
-                if (crack == Crack::between && method == solver::LinearMethod::jacobi) continue;  // has no coarse lattices
+                // Has no coarse lattices.
+                if (crack == Crack::between && method == solver::LinearMethod::jacobi) continue;
                 const Series series{method, quasiStatic, crack};
                 const Json rows = measureAll(series, sizes, say);
                 for (const Json& r : rows) result["scaling"].push_back(r);

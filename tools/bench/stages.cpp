@@ -1,6 +1,6 @@
-// The stages of a step one at a time, on a ball: level set, energy, its transfer, Griffith, re-levelling, cut, re-cut of what
-// changed, surface, files; and tets for other programs. Each beside the time in which what it has to read and to write once
-// can be moved.
+// The stages of a step one at a time, on a ball: level set, energy, its transfer, Griffith, re-levelling, cut, re-cut
+// of what changed, surface, files; and tets for other programs. Each beside the time in which what it has to read and
+// to write once can be moved.
 #include "ball.h"
 #include "bench.h"
 
@@ -55,13 +55,15 @@ class Stopwatch {
 public:
     Stopwatch(const Floors& floors, const Say& say) : floors_(floors), say_(say) {}
 
-    /// Runs `work` on fresh input from `prepare`; work returns how many of `unit` it dealt with. `each`: bytes that one of
-    /// them has to move.
+    /// Runs `work` on fresh input from `prepare`; work returns how many of `unit` it dealt with. `each`: bytes that one
+    /// of them has to move.
     template <class Prepare, class Work>
-    void measure(const std::string& stage, const std::string& unit, const Traffic& each, const Prepare& prepare, const Work& work)
+    void measure(const std::string& stage, const std::string& unit, const Traffic& each, const Prepare& prepare,
+                 const Work& work)
     {
         const auto [best, count] = timed(prepare, work);
-        add(stage, unit, best, count, floors_.seconds(threadCount(), {double(count) * each.read, double(count) * each.written}));
+        add(stage, unit, best, count,
+            floors_.seconds(threadCount(), {double(count) * each.read, double(count) * each.written}));
     }
 
     /// The same for a file that `work` writes; its floor is a plain file of the same size.
@@ -70,7 +72,8 @@ public:
     {
         const auto [best, count] = timed([] { return 0; }, [&](int) { return work(file); });
         double floor = std::numeric_limits<double>::infinity();
-        for (int r = 0; r < kRepetitions; ++r) floor = std::min(floor, plainFileSeconds(file.string() + ".plain", fs::file_size(file)));
+        for (int r = 0; r < kRepetitions; ++r)
+            floor = std::min(floor, plainFileSeconds(file.string() + ".plain", fs::file_size(file)));
         add(stage, unit, best, count, floor);
     }
 
@@ -106,7 +109,8 @@ private:
                             {"ns_a_unit", each},
                             {"floor_seconds", floor},
                             {"share_of_floor", floor / seconds}});
-        say_(fmt::format("stage {}: {:.0f} ns a {} ({} of them), {:.1f} % of the floor", stage, each, unit, count, 100 * floor / seconds));
+        say_(fmt::format("stage {}: {:.0f} ns a {} ({} of them), {:.1f} % of the floor", stage, each, unit, count,
+                         100 * floor / seconds));
     }
 
     const Floors& floors_;
@@ -122,7 +126,8 @@ double bytesOfCutCell(const tetmesh::CutMesh& mesh)
     double bytes = 0, cells = 0;
     for (const tetmesh::Cell& cell : mesh.cells())
         if (!cell.whole) {
-            bytes += sizeof(cell) + double(cell.pieces.size() * sizeof(tetmesh::Piece) + cell.elements * sizeof(tetmesh::CellElement));
+            bytes += sizeof(cell) +
+                     double(cell.pieces.size() * sizeof(tetmesh::Piece) + cell.elements * sizeof(tetmesh::CellElement));
             ++cells;
         }
     return bytes / cells;
@@ -163,7 +168,8 @@ void measureCut(Stopwatch& watch, const grid::LevelSet& ball, const tetmesh::Lat
 void measureTransfer(Stopwatch& watch, const grid::LevelSet& ball, const tetmesh::CutMesh& mesh)
 {
     const solver::ElementSet set{mesh.elements(), mesh.nodes(), 0, solver::makeMaterial(1e6, 0.3, 1000)};
-    const solver::ElasticOperator elastic(std::span(&set, 1), mesh.nodeCount(), mesh.spacing(), solver::Volumetric::none);
+    const solver::ElasticOperator elastic(std::span(&set, 1), mesh.nodeCount(), mesh.spacing(),
+                                          solver::Volumetric::none);
     std::vector<Vec3> x = tetmesh::restPositions(mesh);
     for (Vec3& p : x) p.y() *= 1.1;
     std::vector<double> density;
@@ -196,7 +202,8 @@ void measureTransfer(Stopwatch& watch, const grid::LevelSet& ball, const tetmesh
         "Griffith", "voxel", {sizeof(grid::BandSample) + sizeof(double), sizeof(double)}, [] { return Nothing{}; },
         [&](Nothing) {
             grid::GriffithStep step{kappa, dx, std::numeric_limits<double>::infinity(), 0.5 * dx};
-            for (std::size_t i = 0; i < band.size(); ++i) step.s = std::min(step.s, griffithTime(band[i].phi, psi[i], step.mostMove, step));
+            for (std::size_t i = 0; i < band.size(); ++i)
+                step.s = std::min(step.s, griffithTime(band[i].phi, psi[i], step.mostMove, step));
             for (std::size_t i = 0; i < band.size(); ++i) raised[i] = griffithUpdate(band[i].phi, psi[i], step);
             return band.size();
         });
@@ -218,15 +225,16 @@ void measureMeshes(Stopwatch& watch, const grid::LevelSet& coarse, const tetmesh
     };
     const double eachDelaunay = bytes(delaunay());
     watch.measure(
-        "tets, Delaunay", "tet", {0, eachDelaunay}, [] { return Nothing{}; }, [&](Nothing) { return delaunay().tets.size(); });
+        "tets, Delaunay", "tet", {0, eachDelaunay}, [] { return Nothing{}; },
+        [&](Nothing) { return delaunay().tets.size(); });
 }
 
 void measureOutput(Stopwatch& watch, const grid::LevelSet& ball, const tetmesh::CutMesh& mesh)
 {
     watch.measure(
-        "surface", "triangle", {sizeof(tetmesh::Piece), sizeof(tetmesh::EmbeddedPoint) / 2. + 3 * sizeof(std::uint32_t)},
-        [] { return Nothing{}; },
-        [&](Nothing) { return tetmesh::extractSurface(mesh).triangles.size(); });
+        "surface", "triangle",
+        {sizeof(tetmesh::Piece), sizeof(tetmesh::EmbeddedPoint) / 2. + 3 * sizeof(std::uint32_t)},
+        [] { return Nothing{}; }, [&](Nothing) { return tetmesh::extractSurface(mesh).triangles.size(); });
 
     std::uint32_t nextId = 0;
     const tetmesh::FragmentTracker fragments(mesh, nextId);
@@ -252,7 +260,8 @@ Json benchStages(int voxels, const Floors& floors, const Say& say)
     const double dx = 2 * kBallRadius / voxels;
     Stopwatch watch(floors, say);
     watch.measure(
-        "level set", "voxel", {0, sizeof(float)}, [] { return Nothing{}; }, [&](Nothing) { return makeBall(dx).activeVoxels(); });
+        "level set", "voxel", {0, sizeof(float)}, [] { return Nothing{}; },
+        [&](Nothing) { return makeBall(dx).activeVoxels(); });
 
     const grid::LevelSet ball = makeBall(dx);
     const grid::PhiChanges raised = raisedCap(ball);

@@ -80,7 +80,8 @@ Traffic trafficOfIteration(const solver::ElasticOperator& elastic)
     constexpr double kResidual = kMass + 3 * kVector + kBlock, kDirection = 5 * kVector + kBlock + kMass;
     constexpr double kWritten = 3 * kVector;  // r, u and p
     const double nodes = double(elastic.nodeCount()), slots = double(elastic.productBytesWritten());
-    return {double(elastic.productBytes()) - slots + nodes * (kResidual + kDirection - kWritten), slots + nodes * kWritten};
+    return {double(elastic.productBytes()) - slots + nodes * (kResidual + kDirection - kWritten),
+            slots + nodes * kWritten};
 }
 
 /// Seconds of one pass over the elements for energy, gradient and tangent; the best of several.
@@ -106,14 +107,16 @@ double iterationSeconds(const StandardBlock& block)
     const solver::LinearSystem system{elastic, tangent, 1 / (kBlockStep * kBlockStep), block.fixed()};
     constexpr double kNever = 1e-30;
     int iterations = linear.solve(system, load, u, {kNever, 2}).iterations;  // makes the preconditioner
-    const double seconds = fastest(kRepetitions, [&] { iterations = linear.solve(system, load, u, {kNever, kIterations}, true).iterations; });
+    const double seconds = fastest(kRepetitions, [&] {
+        iterations = linear.solve(system, load, u, {kNever, kIterations}, true).iterations;
+    });
     return seconds / iterations;
 }
 
 struct Measured {
-    double seconds = 0;                   // of all steps
-    double fastest = std::numeric_limits<double>::infinity();    // step
-    double iteration = 0;  // s, linear
+    double seconds = 0;                                        // of all steps
+    double fastest = std::numeric_limits<double>::infinity();  // step
+    double iteration = 0;                                      // s, linear
     int newton = 0, linear = 0;
     solver::ElasticWork work;
     double evaluation = 0;  // s

@@ -21,7 +21,10 @@ std::optional<double> numberOf(const std::string& tomlText)
     return !tomlText.empty() && *end == '\0' && std::isfinite(value) && value > 0 ? std::optional(value) : std::nullopt;
 }
 
-bool isMassList(const Study& study, std::size_t measure) { return study.spec.measures[measure].quantity == "fragment_masses"; }
+bool isMassList(const Study& study, std::size_t measure)
+{
+    return study.spec.measures[measure].quantity == "fragment_masses";
+}
 
 /// Quantities that are relative already and vanish in an exact solution.
 bool vanishes(const std::string& quantity)
@@ -76,8 +79,8 @@ private:
         return all;
     }
 
-    /// h of each setting: the value where lower ones are finer, else its inverse. Where the scene does not say which, those are
-    /// finer that take more work.
+    /// h of each setting: the value where lower ones are finer, else its inverse. Where the scene does not say which,
+    /// those are finer that take more work.
     void findResolutions()
     {
         a_.h.resize(study_.settings.size());
@@ -127,7 +130,8 @@ private:
         const auto best = finest(m);
         if (!best) return {};
         if (!isMassList(study_, m))
-            if (const auto series = surest(study_.settings[*best].series, m)) return corrected(*extrapolated(*series, m), *series, m);
+            if (const auto series = surest(study_.settings[*best].series, m))
+                return corrected(*extrapolated(*series, m), *series, m);
         return {Reference::Kind::finest, *valueOf(*best, m), 0, 0, {}, study_.settings[*best].run};
     }
 
@@ -146,8 +150,8 @@ private:
         return best;
     }
 
-    /// The limit of one series still has the errors that others refine. So what those series would change of the run that they
-    /// share with it is added: one series for each other key, as if errors added up.
+    /// The limit of one series still has the errors that others refine. So what those series would change of the run
+    /// that they share with it is added: one series for each other key, as if errors added up.
     Reference corrected(const Extrapolation& limit, std::size_t main, std::size_t m) const
     {
         Reference r{Reference::Kind::extrapolated, {{limit.value}}, limit.uncertainty, limit.order, {main}};
@@ -186,7 +190,8 @@ private:
     {
         std::vector<Level> levels;
         for (const std::size_t i : byResolution(series))
-            if (const Value* v = valueOf(i, m); v && (levels.empty() || *a_.h[i] < levels.back().h)) levels.push_back({*a_.h[i], v->numbers[0]});
+            if (const Value* v = valueOf(i, m); v && (levels.empty() || *a_.h[i] < levels.back().h))
+                levels.push_back({*a_.h[i], v->numbers[0]});
         return richardson(levels);
     }
 
@@ -217,11 +222,13 @@ private:
         constexpr double kRounding = 1e-9;  // errors of what holds but for rounding have no order
         std::vector<Level> errors;
         for (const std::size_t i : byResolution(series))
-            if (const Error& e = a_.errors[i][m]; e.value && *e.value > kRounding && !e.weak && (errors.empty() || *a_.h[i] < errors.back().h))
+            if (const Error& e = a_.errors[i][m];
+                e.value && *e.value > kRounding && !e.weak && (errors.empty() || *a_.h[i] < errors.back().h))
                 errors.push_back({*a_.h[i], *e.value});
         Order order;
         if (errors.size() >= 2) order.fit = orderOf(errors), order.last = orderOf(std::span(errors).last(2));
-        order.expected = study_.spec.measures[m].order ? study_.spec.measures[m].order : study_.spec.series[series].order;
+        order.expected =
+            study_.spec.measures[m].order ? study_.spec.measures[m].order : study_.spec.series[series].order;
         if (order.expected == 0.) order.expected.reset();
         if (!isMassList(study_, m))
             if (const auto limit = extrapolated(series, m)) order.own = limit->order;
@@ -273,7 +280,9 @@ std::optional<std::size_t> cheapestFor(const Study& study, const Analysis& a, st
     for (std::size_t i = 0; i < study.settings.size(); ++i) {
         const auto cost = a.costOf(study, i);
         const Error& e = a.errors[i][measure];
-        if (cost && e.value && e.atMost <= error && hasFragmentsOfReference(study, a, i) && (!best || *cost < *a.costOf(study, *best))) best = i;
+        if (cost && e.value && e.atMost <= error && hasFragmentsOfReference(study, a, i) &&
+            (!best || *cost < *a.costOf(study, *best)))
+            best = i;
     }
     return best;
 }
@@ -285,9 +294,11 @@ std::vector<Refinement> refinementsOfBase(const Study& study, const Analysis& a)
         if (!study.spec.series[s].tied.empty()) continue;  // more than one key changes
         std::optional<std::size_t> base, finer;
         for (std::size_t i = 0; i < study.settings.size(); ++i)
-            if (study.settings[i].series == s && study.settings[i].run == study.settings[a.base].run && a.h[i]) base = i;
+            if (study.settings[i].series == s && study.settings[i].run == study.settings[a.base].run && a.h[i])
+                base = i;
         for (std::size_t i = 0; base && i < study.settings.size(); ++i)
-            if (study.settings[i].series == s && a.h[i] && *a.h[i] < *a.h[*base] && (!finer || *a.h[i] > *a.h[*finer])) finer = i;
+            if (study.settings[i].series == s && a.h[i] && *a.h[i] < *a.h[*base] && (!finer || *a.h[i] > *a.h[*finer]))
+                finer = i;
         if (!finer || !a.errors[*base][a.by].value || !a.errors[*finer][a.by].value) continue;
         all.push_back({s, *finer, *a.errors[*base][a.by].value, *a.errors[*finer][a.by].value});
     }
@@ -317,18 +328,22 @@ std::string referenceText(const Study& study, const Analysis& a, std::size_t m)
     switch (r.kind) {
     case Reference::Kind::none: return "none: no run has a value";
     case Reference::Kind::exact:
-        return fmt::format("exact {:.8g}{}{}", r.value.numbers[0], measure.source.empty() ? "" : " (" + measure.source + ")", scale);
+        return fmt::format("exact {:.8g}{}{}", r.value.numbers[0],
+                           measure.source.empty() ? "" : " (" + measure.source + ")", scale);
     case Reference::Kind::extrapolated: {
         std::string names;
-        for (const std::size_t s : r.series) names += (names.empty() ? "'" : " and '") + study.spec.series[s].name + "'";
-        return fmt::format("extrapolated from {} to {:.8g} +- {:.2g}{}", names, r.value.numbers[0], r.uncertainty, scale);
+        for (const std::size_t s : r.series)
+            names += (names.empty() ? "'" : " and '") + study.spec.series[s].name + "'";
+        return fmt::format("extrapolated from {} to {:.8g} +- {:.2g}{}", names, r.value.numbers[0], r.uncertainty,
+                           scale);
     }
     case Reference::Kind::finest: break;
     }
-    const auto it = std::find_if(study.settings.begin(), study.settings.end(), [&](const Setting& s) { return s.run == *r.run; });
+    const auto it =
+        std::find_if(study.settings.begin(), study.settings.end(), [&](const Setting& s) { return s.run == *r.run; });
     const std::string value = r.value.numbers.size() == 1 ? fmt::format(" {:.8g}", r.value.numbers[0]) : "";
-    return fmt::format("the run of most work,{} of {}: {}; how far it is off itself is not known{}", value, study.spec.series[it->series].name,
-                       it->label, scale);
+    return fmt::format("the run of most work,{} of {}: {}; how far it is off itself is not known{}", value,
+                       study.spec.series[it->series].name, it->label, scale);
 }
 
 }  // namespace vdbfrac::tools::study

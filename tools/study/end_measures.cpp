@@ -35,7 +35,8 @@ bool isNear(const std::array<Vec3, 4>& corner, const Vec3& X)
     return box.contains(X);
 }
 
-/// The tet of a body that holds a point of it at rest; where several do, on both sides of a crack, that with more material.
+/// The tet of a body that holds a point of it at rest; where several do, on both sides of a crack, that with more
+/// material.
 std::optional<tetmesh::EmbeddedPoint> locateIn(const core::Body& body, const Vec3& X)
 {
     constexpr double kOutside = -1e-9;  // a point on a face lies in both tets
@@ -94,7 +95,8 @@ double angularVelocity(const core::Simulation& simulation, const core::Body& bod
         momentum += mass[i] * (simulation.x()[i] - centre).cross(simulation.v()[i] - velocity);
     if (momentum.norm() == 0) return 0;
     const Vec3 axis = momentum.normalized();
-    for (std::size_t i = first; i < last; ++i) inertia += mass[i] * axis.cross(simulation.x()[i] - centre).squaredNorm();
+    for (std::size_t i = first; i < last; ++i)
+        inertia += mass[i] * axis.cross(simulation.x()[i] - centre).squaredNorm();
     return momentum.norm() / inertia;
 }
 
@@ -113,7 +115,10 @@ class AtEnd : public Witness {
 public:
     using Take = std::function<Value(const core::Simulation&, const core::StepRecord&)>;
     explicit AtEnd(Take take) : take_(std::move(take)) {}
-    Value end(const core::Simulation& simulation, const core::StepRecord& last) override { return take_(simulation, last); }
+    Value end(const core::Simulation& simulation, const core::StepRecord& last) override
+    {
+        return take_(simulation, last);
+    }
 
 private:
     Take take_;
@@ -146,7 +151,8 @@ std::unique_ptr<Witness> makeEndWitness(const Measure& measure)
     if (q == "energy_norm") return of([](S, R last) { return number(std::sqrt(2 * last.elasticEnergy)); });
     if (q == "peak_energy") return of([](S s, R) { return number(peakEnergy(s)); });
     if (q == "kinetic_energy") return of([](S, R last) { return number(last.kineticEnergy); });
-    if (q == "angular_velocity") return of([measure](S s, R) { return number(angularVelocity(s, bodyOf(s, measure.body))); });
+    if (q == "angular_velocity")
+        return of([measure](S s, R) { return number(angularVelocity(s, bodyOf(s, measure.body))); });
     if (q == "volume") return of([](S s, R) { return number(s.volume()); });
     if (q == "fragments") return of([](S s, R) { return number(double(s.fragments())); });
     if (q == "fragment_masses") return of([](S s, R) { return fragmentMasses(s); });

@@ -44,7 +44,8 @@ WorkCounts countsOf(const Study& study)
 std::string headerOf(const Study& study)
 {
     std::string text = "series,setting,run,status";
-    for (const auto& m : study.spec.measures) text += "," + quoted(m.name) + "," + quoted(m.name + "_error") + "," + quoted(m.name + "_weak");
+    for (const auto& m : study.spec.measures)
+        text += "," + quoted(m.name) + "," + quoted(m.name + "_error") + "," + quoted(m.name + "_weak");
     text += ",time_ratio,time_ratio_low,time_ratio_high,seconds_median,peak_bytes,work";
     for (const auto& [what, n] : countsOf(study)) text += "," + what;
     return text + "\n";
@@ -55,15 +56,17 @@ std::string rowOf(const Study& study, const Analysis& a, std::size_t i)
     const Setting& s = study.settings[i];
     const Run& run = study.runs[s.run];
     const std::string reason = reasonOf(study, i);
-    std::string text = quoted(study.spec.series[s.series].name) + "," + quoted(s.label) + "," + std::to_string(s.run) + "," +
-                       quoted(reason.empty() ? "done" : reason);
+    std::string text = quoted(study.spec.series[s.series].name) + "," + quoted(s.label) + "," + std::to_string(s.run) +
+                       "," + quoted(reason.empty() ? "done" : reason);
     for (std::size_t m = 0; m < study.spec.measures.size(); ++m) {
         const Error& e = a.errors[i][m];
-        text += "," + (m < run.result.values.size() ? valueText(run.result.values[m]) : "") + "," + optionalText(e.value) + "," +
-                (e.value ? e.weak ? "1" : "0" : "");
+        text += "," + (m < run.result.values.size() ? valueText(run.result.values[m]) : "") + "," +
+                optionalText(e.value) + "," + (e.value ? e.weak ? "1" : "0" : "");
     }
-    if (const auto& c = a.cost[i]) text += "," + numberText(c->median) + "," + numberText(c->low) + "," + numberText(c->high);
-    else text += ",,,";
+    if (const auto& c = a.cost[i])
+        text += "," + numberText(c->median) + "," + numberText(c->low) + "," + numberText(c->high);
+    else
+        text += ",,,";
     text += "," + (run.seconds.empty() ? "" : numberText(medianOf(run.seconds).median));
     text += "," + std::to_string(run.result.peakBytes) + "," + std::to_string(run.result.totalWork());
     for (const auto& [what, n] : countsOf(study)) text += "," + std::to_string(run.result.count(what));
@@ -89,8 +92,12 @@ Json settingJson(const Study& study, const Analysis& a, std::size_t i)
         errors.push_back({{"error", optionalJson(a.errors[i][m].value)}, {"weak", a.errors[i][m].weak}});
         if (m < values.size() && !values[m].has()) errors.back()["missing"] = values[m].missing;
     }
-    Json json = {{"series", study.spec.series[s.series].name}, {"setting", s.label},      {"run", s.run},
-                 {"sound", bool(a.sound[i])},                  {"reason", reasonOf(study, i)}, {"h", optionalJson(a.h[i])},
+    Json json = {{"series", study.spec.series[s.series].name},
+                 {"setting", s.label},
+                 {"run", s.run},
+                 {"sound", bool(a.sound[i])},
+                 {"reason", reasonOf(study, i)},
+                 {"h", optionalJson(a.h[i])},
                  {"errors", errors}};
     if (const auto& c = a.cost[i])
         json["time_ratio"] = {{"median", c->median}, {"low", c->low}, {"high", c->high}, {"confidence", c->confidence}};
@@ -141,7 +148,7 @@ std::string csvText(const Study& study, const Analysis& analysis)
 
 Json jsonOf(const Study& study, const Analysis& a, const Json& machine)
 {
-    Json json = {{"program", "vdbfrac"}, {"version", core::kVersion},  {"study", study.name},
+    Json json = {{"program", "vdbfrac"},      {"version", core::kVersion},   {"study", study.name},
                  {"about", study.spec.about}, {"rounds", study.spec.rounds}, {"machine", machine}};
     json["by"] = study.spec.measures[a.by].name;
     for (const char* list : {"measures", "settings", "runs", "refinements_of_the_first"}) json[list] = Json::array();
@@ -149,8 +156,10 @@ Json jsonOf(const Study& study, const Analysis& a, const Json& machine)
     for (std::size_t i = 0; i < study.settings.size(); ++i) json["settings"].push_back(settingJson(study, a, i));
     json["front"] = a.front;
     for (const Refinement& r : refinementsOfBase(study, a))
-        json["refinements_of_the_first"].push_back(
-            {{"series", study.spec.series[r.series].name}, {"setting", r.finer}, {"before", r.before}, {"after", r.after}});
+        json["refinements_of_the_first"].push_back({{"series", study.spec.series[r.series].name},
+                                                    {"setting", r.finer},
+                                                    {"before", r.before},
+                                                    {"after", r.after}});
     for (const Run& run : study.runs) json["runs"].push_back(runJson(run));
     return json;
 }

@@ -23,7 +23,10 @@ public:
         const double load = componentOf(s.gripLoad[grip_], measure_);
         if (!peak_ || std::abs(load) > std::abs(*peak_)) peak_ = load;
     }
-    Value end(const core::Simulation&, const core::StepRecord&) override { return peak_ ? number(*peak_) : missing("no step"); }
+    Value end(const core::Simulation&, const core::StepRecord&) override
+    {
+        return peak_ ? number(*peak_) : missing("no step");
+    }
 
 private:
     Measure measure_;
@@ -60,9 +63,9 @@ private:
     std::optional<double> time_;
 };
 
-/// Amplitude [m] of the longitudinal standing wave of the measure: the mean of displacement times its shape, by mass. Lumped
-/// masses make it free of the shorter waves of a bar with the measure's point at a held end and a free end at crest, as they
-/// make all of them orthogonal.
+/// Amplitude [m] of the longitudinal standing wave of the measure: the mean of displacement times its shape, by mass.
+/// Lumped masses make it free of the shorter waves of a bar with the measure's point at a held end and a free end at
+/// crest, as they make all of them orthogonal.
 double waveAmplitude(const core::Simulation& s, const Measure& measure)
 {
     const auto mass = s.elastic().mass();
@@ -96,7 +99,8 @@ public:
     {
         if (isSplit(s, measure_.body)) return missing("after a split");
         if (!point_) return missing("no material at the point");
-        const auto found = measure_.quantity == "period" ? periodOf({t_, u_}, measure_.rest) : dampingOf({t_, u_}, measure_.rest);
+        const auto found =
+            measure_.quantity == "period" ? periodOf({t_, u_}, measure_.rest) : dampingOf({t_, u_}, measure_.rest);
         return found ? number(*found) : missing("fewer than two swings");
     }
 
@@ -105,7 +109,8 @@ private:
     {
         if (!point_) return;
         t_.push_back(s.time());
-        u_.push_back(measure_.wavelength ? waveAmplitude(s, measure_) : componentOf(point_->at(s.x()) - *measure_.point, measure_));
+        u_.push_back(measure_.wavelength ? waveAmplitude(s, measure_)
+                                         : componentOf(point_->at(s.x()) - *measure_.point, measure_));
     }
 
     Measure measure_;
@@ -113,8 +118,8 @@ private:
     std::optional<tetmesh::EmbeddedPoint> point_;
 };
 
-/// Change of the total momentum, or of the angular momentum about where the centre of mass was at the start, relative to the
-/// largest sum of magnitudes. 0 for what nothing holds or pulls.
+/// Change of the total momentum, or of the angular momentum about where the centre of mass was at the start, relative
+/// to the largest sum of magnitudes. 0 for what nothing holds or pulls.
 class MomentumChange : public Witness {
 public:
     explicit MomentumChange(bool angular) : angular_(angular) {}
@@ -162,11 +167,15 @@ Value number(double value)
 
 Value missing(std::string why) { return {{}, std::move(why)}; }
 
-double componentOf(const Vec3& vector, const Measure& measure) { return measure.axis ? vector.dot(*measure.axis) : vector.norm(); }
+double componentOf(const Vec3& vector, const Measure& measure)
+{
+    return measure.axis ? vector.dot(*measure.axis) : vector.norm();
+}
 
 std::size_t gripIndex(const Measure& measure, const scene::Scene& scene)
 {
-    const auto it = std::find_if(scene.grips.begin(), scene.grips.end(), [&](const scene::Grip& g) { return g.name == measure.grip; });
+    const auto it = std::find_if(scene.grips.begin(), scene.grips.end(),
+                                 [&](const scene::Grip& g) { return g.name == measure.grip; });
     return std::size_t(it - scene.grips.begin());
 }
 

@@ -27,15 +27,16 @@ public:
 /// The witness of a measure. The scene must live as long.
 std::unique_ptr<Witness> makeWitness(const scene::Study::Measure& measure, const scene::Scene& scene);
 
-/// The same for what is known from the last state alone, and for what needs all the energies and works on the way; null for
-/// other quantities.
+/// The same for what is known from the last state alone, and for what needs all the energies and works on the way; null
+/// for other quantities.
 std::unique_ptr<Witness> makeEndWitness(const scene::Study::Measure& measure);
 std::unique_ptr<Witness> makeWorkWitness(const scene::Study::Measure& measure, const scene::Scene& scene);
 
 Value number(double value);
 Value missing(std::string why);
 
-/// The measure's point of its body, in the nodes of the system; none where there is no material. Holds until the mesh changes.
+/// The measure's point of its body, in the nodes of the system; none where there is no material. Holds until the mesh
+/// changes.
 std::optional<tetmesh::EmbeddedPoint> locate(const core::Simulation& simulation, const scene::Study::Measure& measure);
 /// Whether something has broken off the body: from then on positions say nothing, only statistics do.
 bool isSplit(const core::Simulation& simulation, const std::string& body);

@@ -86,7 +86,9 @@ private:
         std::int64_t voxels = 0;
         for (const StageWork& s : work_.stages())
             if (const auto it = s.counts.find("voxels"); it != s.counts.end()) voxels += it->second;
-        const auto solve = [&](const char* what) { return std::pair<std::string, std::int64_t>(what, work_.countOf("solve", what)); };
+        const auto solve = [&](const char* what) {
+            return std::pair<std::string, std::int64_t>(what, work_.countOf("solve", what));
+        };
         return {{"steps", last_.step},
                 solve("newton_iterations"),
                 solve("linear_iterations"),
@@ -172,7 +174,8 @@ Result resultOf(const Json& json)
     for (const Json& v : json.at("values")) r.values.push_back(valueOf(v));
     for (const auto& [what, n] : json.at("work").items()) r.work.emplace_back(what, n.get<std::int64_t>());
     r.seconds = json.at("seconds").get<double>();
-    for (const auto& [stage, seconds] : json.at("stage_seconds").items()) r.stages.emplace_back(stage, seconds.get<double>());
+    for (const auto& [stage, seconds] : json.at("stage_seconds").items())
+        r.stages.emplace_back(stage, seconds.get<double>());
     r.peakBytes = json.at("peak_bytes").get<std::uint64_t>();
     r.threads = json.at("threads").get<int>();
     return r;

@@ -45,8 +45,8 @@ struct Peak {
     double t, height;
 };
 
-/// Largest |u - level| between two crossings, at the top of a parabola through three samples. Swings that the ends of the
-/// record cut off do not count, nor do ripples.
+/// Largest |u - level| between two crossings, at the top of a parabola through three samples. Swings that the ends of
+/// the record cut off do not count, nor do ripples.
 std::vector<Peak> peaks(const Samples& s, double level)
 {
     std::vector<Peak> found;
@@ -64,7 +64,7 @@ std::vector<Peak> peaks(const Samples& s, double level)
         if (!(b > a && b >= c && b > 0)) continue;
         const double left = s.t[i] - s.t[i - 1], right = s.t[i + 1] - s.t[i];
         const double slopeLeft = (b - a) / left, slopeRight = (c - b) / right;
-        const double curvature = (slopeRight - slopeLeft) / (left + right);       // half the second derivative
+        const double curvature = (slopeRight - slopeLeft) / (left + right);             // half the second derivative
         const double slope = (slopeLeft * right + slopeRight * left) / (left + right);  // at sample i
         const double shift = curvature < 0 ? -.5 * slope / curvature : 0;
         const Peak peak{s.t[i] + shift, b + .5 * slope * shift};

@@ -25,8 +25,10 @@ std::vector<std::string> split(const std::string& text, char separator)
     for (const char c : text) {
         if (quote ? c == quote : c == '"' || c == '\'') quote = quote ? 0 : c;
         if (!quote) depth += int(c == '[' || c == '{') - int(c == ']' || c == '}');
-        if (c == separator && depth == 0 && !quote) parts.emplace_back();
-        else parts.back() += c;
+        if (c == separator && depth == 0 && !quote)
+            parts.emplace_back();
+        else
+            parts.back() += c;
     }
     return parts;
 }
@@ -35,7 +37,8 @@ std::vector<std::string> split(const std::string& text, char separator)
 std::string quotedWord(const std::string& text)
 {
     const auto inWord = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-'; };
-    const bool word = !text.empty() && std::isalpha(static_cast<unsigned char>(text[0])) && std::all_of(text.begin(), text.end(), inWord);
+    const bool word = !text.empty() && std::isalpha(static_cast<unsigned char>(text[0])) &&
+                      std::all_of(text.begin(), text.end(), inWord);
     return word && text != "true" && text != "false" && text != "inf" && text != "nan" ? '"' + text + '"' : text;
 }
 
@@ -105,9 +108,11 @@ std::string measureText(const std::string& text)
 {
     const std::size_t colon = text.find(':');
     std::string table = "{quantity=" + tomlText(text.substr(0, colon));
-    for (const std::string& part : colon == std::string::npos ? std::vector<std::string>{} : split(text.substr(colon + 1), ',')) {
+    for (const std::string& part :
+         colon == std::string::npos ? std::vector<std::string>{} : split(text.substr(colon + 1), ',')) {
         const std::size_t equals = part.find('=');
-        if (equals == std::string::npos) throw InputError({"--measure", "'" + part + "' in '" + text + "' sets nothing", "KEY=VALUE", ""});
+        if (equals == std::string::npos)
+            throw InputError({"--measure", "'" + part + "' in '" + text + "' sets nothing", "KEY=VALUE", ""});
         table += "," + part.substr(0, equals + 1) + quotedWord(part.substr(equals + 1));
     }
     return table + "}";
@@ -144,7 +149,8 @@ std::string fingerprintOf(scene::Scene scene, const scene::Study& study, std::ui
     scene.output = {};
     scene.study = scene::Study{};
     scene.study->measures = study.measures;
-    for (scene::Study::Measure& m : scene.study->measures) m.exact.reset(), m.scale.reset(), m.order.reset(), m.source.clear(), m.name = m.quantity;
+    for (scene::Study::Measure& m : scene.study->measures)
+        m.exact.reset(), m.scale.reset(), m.order.reset(), m.source.clear(), m.name = m.quantity;
     const std::string text = scene::writeScene(scene, effects::effectTables());
     return hexadecimal(hashBytes(text.data(), text.size(), hash));
 }
@@ -238,7 +244,8 @@ private:
     /// Of a run with the same scene; of this one, added, where there is none.
     std::size_t indexOf(Run&& run)
     {
-        const auto same = std::find_if(study_.runs.begin(), study_.runs.end(), [&](const Run& r) { return r.fingerprint == run.fingerprint; });
+        const auto same = std::find_if(study_.runs.begin(), study_.runs.end(),
+                                       [&](const Run& r) { return r.fingerprint == run.fingerprint; });
         const std::size_t index = std::size_t(same - study_.runs.begin());
         if (same == study_.runs.end()) study_.runs.push_back(std::move(run));
         return index;

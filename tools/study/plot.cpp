@@ -23,11 +23,16 @@ std::string escaped(const std::string& text)
 {
     std::string out;
     for (const char c : text) {
-        if (c == '&') out += "&amp;";
-        else if (c == '<') out += "&lt;";
-        else if (c == '>') out += "&gt;";
-        else if (c == '"') out += "&quot;";
-        else out += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+        if (c == '&')
+            out += "&amp;";
+        else if (c == '<')
+            out += "&lt;";
+        else if (c == '>')
+            out += "&gt;";
+        else if (c == '"')
+            out += "&quot;";
+        else
+            out += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
     }
     return out;
 }
@@ -41,13 +46,16 @@ struct TextStyle {
 
 std::string textAt(double x, double y, const std::string& text, const TextStyle& style = {})
 {
-    return fmt::format(R"(<text x="{:.1f}" y="{:.1f}" text-anchor="{}" font-size="{}" fill="{}"{}>{}</text>)" "\n", x, y, style.anchor,
-                       style.size, style.colour, style.more, escaped(text));
+    return fmt::format(R"(<text x="{:.1f}" y="{:.1f}" text-anchor="{}" font-size="{}" fill="{}"{}>{}</text>)"
+                       "\n",
+                       x, y, style.anchor, style.size, style.colour, style.more, escaped(text));
 }
 
 std::string lineFrom(const std::array<double, 4>& ends, const std::string& style)
 {
-    return fmt::format(R"(<line x1="{:.1f}" y1="{:.1f}" x2="{:.1f}" y2="{:.1f}" {}/>)" "\n", ends[0], ends[1], ends[2], ends[3], style);
+    return fmt::format(R"(<line x1="{:.1f}" y1="{:.1f}" x2="{:.1f}" y2="{:.1f}" {}/>)"
+                       "\n",
+                       ends[0], ends[1], ends[2], ends[3], style);
 }
 
 /// A logarithmic axis over whole decades, between two places of the picture.
@@ -109,14 +117,21 @@ public:
 
     std::string text() const
     {
-        const std::string inside = panel(0, timePoints(), a_.base == 0 ? "time, relative to the first setting" : "time, relative to the first setting that was solved") +
+        const std::string inside = panel(0, timePoints(),
+                                         a_.base == 0 ? "time, relative to the first setting"
+                                                      : "time, relative to the first setting that was solved") +
                                    panel(1, workPoints(), "work: tets evaluated and multiplied");
         double bottom = kTop + kPanelHeight + 84;
         std::string keys = legend(bottom);
         keys += failures(bottom);
-        std::string t = fmt::format(R"(<svg xmlns="http://www.w3.org/2000/svg" width="{0:.0f}" height="{1:.0f}" viewBox="0 0 {0:.0f} {1:.0f}" )"
-                                    R"(font-family="DejaVu Sans, Helvetica, Arial, sans-serif">)" "\n", kWidth, bottom);
-        t += fmt::format(R"(<rect width="{:.0f}" height="{:.0f}" fill="#ffffff"/>)" "\n", kWidth, bottom);
+        std::string t = fmt::format(
+            R"(<svg xmlns="http://www.w3.org/2000/svg" width="{0:.0f}" height="{1:.0f}" viewBox="0 0 {0:.0f} {1:.0f}" )"
+            R"(font-family="DejaVu Sans, Helvetica, Arial, sans-serif">)"
+            "\n",
+            kWidth, bottom);
+        t += fmt::format(R"(<rect width="{:.0f}" height="{:.0f}" fill="#ffffff"/>)"
+                         "\n",
+                         kWidth, bottom);
         const std::string title = study_.name + ": error in '" + study_.spec.measures[a_.by].name + "' against cost";
         t += textAt(kPanelLeft[0], 34, title, {"start", 20, kInk, " font-weight=\"bold\""});
         t += textAt(kPanelLeft[0], 58, study_.spec.about, {"start", 14, kGrey});
@@ -135,7 +150,8 @@ private:
     {
         std::vector<Point> points;
         for (std::size_t i = 0; i < study_.settings.size(); ++i)
-            if (const auto e = errorOf(i); e && a_.cost[i]) points.push_back({i, a_.cost[i]->median, *e, a_.cost[i], a_.errors[i][a_.by].weak});
+            if (const auto e = errorOf(i); e && a_.cost[i])
+                points.push_back({i, a_.cost[i]->median, *e, a_.cost[i], a_.errors[i][a_.by].weak});
         return points;
     }
 
@@ -144,7 +160,8 @@ private:
         std::vector<Point> points;
         for (std::size_t i = 0; i < study_.settings.size(); ++i)
             if (const auto e = errorOf(i); e && study_.result(study_.settings[i]).totalWork() > 0)
-                points.push_back({i, double(study_.result(study_.settings[i]).totalWork()), *e, {}, a_.errors[i][a_.by].weak});
+                points.push_back(
+                    {i, double(study_.result(study_.settings[i]).totalWork()), *e, {}, a_.errors[i][a_.by].weak});
         return points;
     }
 
@@ -162,14 +179,18 @@ private:
         const double middle = kTop + .5 * kPanelHeight;
         const std::string upright = fmt::format(" transform=\"rotate(-90 {:.1f} {:.1f})\"", left - 56, middle);
         t += textAt(left - 56, middle, "error, %", {"middle", 14, kInk, upright.c_str()});
-        if (points.empty()) return t + textAt(.5 * (left + right), middle, which == 0 ? "not timed" : "nothing to show", {"middle", 16, kGrey});
+        if (points.empty())
+            return t + textAt(.5 * (left + right), middle, which == 0 ? "not timed" : "nothing to show",
+                              {"middle", 16, kGrey});
         return t + front(points, x, y) + curves(points, x, y);
     }
 
     static std::string grid(const Axis& x, const Axis& y, double left)
     {
         const double right = left + kPanelWidth, bottom = kTop + kPanelHeight;
-        const auto style = [](bool decade) { return std::string("stroke=\"") + (decade ? "#c8c8c8" : "#ececec") + "\""; };
+        const auto style = [](bool decade) {
+            return std::string("stroke=\"") + (decade ? "#c8c8c8" : "#ececec") + "\"";
+        };
         std::string t;
         for (const bool decade : {false, true}) {
             for (const Axis::Tick& k : x.ticks())
@@ -181,8 +202,9 @@ private:
             if (!k.label.empty()) t += textAt(k.place, bottom + 20, k.label, {"middle"});
         for (const Axis::Tick& k : y.ticks())
             if (!k.label.empty()) t += textAt(left - 8, k.place + 4, k.label, {"end"});
-        return t + fmt::format(R"(<rect x="{:.1f}" y="{:.1f}" width="{:.1f}" height="{:.1f}" fill="none" stroke="{}"/>)" "\n", left, kTop,
-                               kPanelWidth, kPanelHeight, kInk);
+        return t + fmt::format(R"(<rect x="{:.1f}" y="{:.1f}" width="{:.1f}" height="{:.1f}" fill="none" stroke="{}"/>)"
+                               "\n",
+                               left, kTop, kPanelWidth, kPanelHeight, kInk);
     }
 
     std::string front(const std::vector<Point>& points, const Axis& x, const Axis& y) const
@@ -190,9 +212,12 @@ private:
         std::vector<double> cost, error;
         for (const Point& p : points) cost.push_back(a_.sound[p.setting] ? p.x : INFINITY), error.push_back(p.error);
         std::string path;
-        for (const std::size_t i : paretoFront(cost, error)) path += fmt::format("{:.1f},{:.1f} ", x.at(cost[i]), y.at(error[i]));
+        for (const std::size_t i : paretoFront(cost, error))
+            path += fmt::format("{:.1f},{:.1f} ", x.at(cost[i]), y.at(error[i]));
         return fmt::format(R"(<polyline class="front" points="{}" fill="none" stroke="#bdbdbd" stroke-width="7" )"
-                           R"(stroke-linejoin="round" stroke-linecap="round" opacity="0.6"/>)" "\n", path);
+                           R"(stroke-linejoin="round" stroke-linecap="round" opacity="0.6"/>)"
+                           "\n",
+                           path);
     }
 
     std::string curves(const std::vector<Point>& points, const Axis& x, const Axis& y) const
@@ -205,11 +230,14 @@ private:
                 const double px = x.at(p.x), py = y.at(p.error);
                 path += fmt::format("{:.1f},{:.1f} ", px, py);
                 if (p.spread)
-                    lines += lineFrom({x.at(p.spread->low), py, x.at(p.spread->high), py}, fmt::format("stroke=\"{}\"", colour(s)));
+                    lines += lineFrom({x.at(p.spread->low), py, x.at(p.spread->high), py},
+                                      fmt::format("stroke=\"{}\"", colour(s)));
                 marks += marker(s, {px, py}, p.weak);
                 marks += label(p, {px, py}, x);
             }
-            lines += fmt::format(R"(<polyline points="{}" fill="none" stroke="{}" stroke-width="1.6"/>)" "\n", path, colour(s));
+            lines += fmt::format(R"(<polyline points="{}" fill="none" stroke="{}" stroke-width="1.6"/>)"
+                                 "\n",
+                                 path, colour(s));
         }
         return lines + marks;
     }
@@ -231,10 +259,19 @@ private:
     static std::string marker(std::size_t series, const std::array<double, 2>& at, bool hollow)
     {
         const double x = at[0], y = at[1], r = 5.5;
-        const std::string style = fmt::format(R"(fill="{}" stroke="{}" stroke-width="1.8")", hollow ? "#ffffff" : colour(series), colour(series));
+        const std::string style = fmt::format(R"(fill="{}" stroke="{}" stroke-width="1.8")",
+                                              hollow ? "#ffffff" : colour(series), colour(series));
         switch (series % 5) {
-        case 0: return fmt::format(R"(<circle cx="{:.1f}" cy="{:.1f}" r="{:.1f}" {}/>)" "\n", x, y, r, style);
-        case 1: return polygon({{{x - .9 * r, y - .9 * r}, {x + .9 * r, y - .9 * r}, {x + .9 * r, y + .9 * r}, {x - .9 * r, y + .9 * r}}}, style);
+        case 0:
+            return fmt::format(R"(<circle cx="{:.1f}" cy="{:.1f}" r="{:.1f}" {}/>)"
+                               "\n",
+                               x, y, r, style);
+        case 1:
+            return polygon({{{x - .9 * r, y - .9 * r},
+                             {x + .9 * r, y - .9 * r},
+                             {x + .9 * r, y + .9 * r},
+                             {x - .9 * r, y + .9 * r}}},
+                           style);
         case 2: return polygon({{{x, y - 1.3 * r}, {x + 1.3 * r, y}, {x, y + 1.3 * r}, {x - 1.3 * r, y}}}, style);
         case 3: return polygon({{{x, y - 1.3 * r}, {x + 1.2 * r, y + r}, {x - 1.2 * r, y + r}}}, style);
         default: return polygon({{{x, y + 1.3 * r}, {x + 1.2 * r, y - r}, {x - 1.2 * r, y - r}}}, style);
@@ -245,7 +282,9 @@ private:
     {
         std::string points;
         for (const auto& c : corners) points += fmt::format("{:.1f},{:.1f} ", c[0], c[1]);
-        return fmt::format(R"(<polygon points="{}" {}/>)" "\n", points, style);
+        return fmt::format(R"(<polygon points="{}" {}/>)"
+                           "\n",
+                           points, style);
     }
 
     /// Series with their markers, then what the signs mean; moves `y` below itself.
@@ -262,9 +301,10 @@ private:
             if (observed && order.expected) text += fmt::format(", expected {:g}", *order.expected);
             t += textAt(kPanelLeft[0] + 22, y, text);
         }
-        for (const std::string& line : {std::string("Hollow: less than ten times what is uncertain of the reference. ") +
-                                            "Broad grey line: no other setting is both cheaper and nearer.",
-                                        "Reference: " + referenceText(study_, a_, a_.by) + "."}) {
+        for (const std::string& line :
+             {std::string("Hollow: less than ten times what is uncertain of the reference. ") +
+                  "Broad grey line: no other setting is both cheaper and nearer.",
+              "Reference: " + referenceText(study_, a_, a_.by) + "."}) {
             t += textAt(kPanelLeft[0], y, line, {"start", 12, kGrey});
             y += kLine;
         }
@@ -278,7 +318,8 @@ private:
             const std::string reason = reasonOf(study_, i);
             if (reason.empty()) continue;
             constexpr std::size_t kLongest = 150;
-            std::string line = study_.spec.series[study_.settings[i].series].name + ", " + study_.settings[i].label + ": " + reason;
+            std::string line =
+                study_.spec.series[study_.settings[i].series].name + ", " + study_.settings[i].label + ": " + reason;
             if (line.size() > kLongest) line = line.substr(0, line.rfind(' ', kLongest)) + " ...";
             t += textAt(kPanelLeft[0], y, "Not shown: " + line, {"start", 12, "#a01010"});
             y += kLine;

@@ -11,7 +11,8 @@ namespace {
 
 constexpr double kLeastOrder = 0.3, kMostOrder = 8;  // beyond, three levels say nothing of a limit
 
-/// The order p at which (h3^p - h2^p) / (h2^p - h1^p) is what the differences of the values are; rising in p, so halved down to.
+/// The order p at which (h3^p - h2^p) / (h2^p - h1^p) is what the differences of the values are; rising in p, so halved
+/// down to.
 std::optional<double> orderOfDifferences(const Level& coarse, const Level& middle, const Level& fine)
 {
     const double ratio = (coarse.value - middle.value) / (middle.value - fine.value);
@@ -40,7 +41,9 @@ std::optional<Extrapolation> richardson(std::span<const Level> levels)
 {
     constexpr double kLeastShare = 0.05;  // so that the finest level is not weak where all levels follow one power
     const std::size_t n = levels.size();
-    if (n < 3 || std::abs(levels[n - 1].value - levels[n - 2].value) >= std::abs(levels[n - 2].value - levels[n - 3].value)) return {};
+    if (n < 3 ||
+        std::abs(levels[n - 1].value - levels[n - 2].value) >= std::abs(levels[n - 2].value - levels[n - 3].value))
+        return {};
     auto limit = limitOf(levels[n - 3], levels[n - 2], levels[n - 1]);
     if (!limit || n < 4) return limit;
     if (const auto before = limitOf(levels[n - 4], levels[n - 3], levels[n - 2]))

@@ -18,11 +18,11 @@ struct Extrapolation {
     double uncertainty = 0;  ///< of the value
 };
 
-/// Limit for h -> 0 of values that behave as f + c h^p, from the finest three levels (Richardson extrapolation). `levels`: the
-/// finest last, h falling. None where the last two differences are not of one sign and falling, or where p is not in [0.3, 8].
-/// The uncertainty is how far the limit moves when the finest level is left out, but at least a twentieth of what it is away
-/// from the finest value; with three levels, or where there is no limit without the finest, all of that. Compare the grid
-/// convergence index: P. J. Roache, Journal of Fluids Engineering 116 (1994).
+/// Limit for h -> 0 of values that behave as f + c h^p, from the finest three levels (Richardson extrapolation).
+/// `levels`: the finest last, h falling. None where the last two differences are not of one sign and falling, or where
+/// p is not in [0.3, 8]. The uncertainty is how far the limit moves when the finest level is left out, but at least a
+/// twentieth of what it is away from the finest value; with three levels, or where there is no limit without the
+/// finest, all of that. Compare the grid convergence index: P. J. Roache, Journal of Fluids Engineering 116 (1994).
 std::optional<Extrapolation> richardson(std::span<const Level> levels);
 
 /// Slope of log(error) over log(h) by least squares; none for fewer than two levels. Errors and h above 0.
@@ -36,12 +36,12 @@ struct Interval {
     double confidence = 0;  ///< that the true median lies in it
 };
 
-/// Median and the narrowest symmetric interval between order statistics that holds the true median with at least 90 %, whatever
-/// the distribution; the widest where there are too few values for that (five give 94 %). `values` not empty.
+/// Median and the narrowest symmetric interval between order statistics that holds the true median with at least 90 %,
+/// whatever the distribution; the widest where there are too few values for that (five give 94 %). `values` not empty.
 Interval medianOf(std::vector<double> values);
 
-/// Half the L1 distance of two lists of masses, each sorted from the largest and divided by its sum: the share of the mass that is
-/// in fragments of other sizes, 0 to 1.
+/// Half the L1 distance of two lists of masses, each sorted from the largest and divided by its sum: the share of the
+/// mass that is in fragments of other sizes, 0 to 1.
 double massDistance(std::span<const double> a, std::span<const double> b);
 
 }  // namespace vdbfrac::tools::study

@@ -14,7 +14,8 @@ constexpr int kNumber = 12;  // characters of a column
 /// Characters on the screen, of UTF-8.
 std::size_t lengthOf(const std::string& text)
 {
-    return std::size_t(std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
+    return std::size_t(
+        std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
 }
 
 std::string percent(double error) { return fmt::format("{:.3g}", 100 * error); }
@@ -25,7 +26,8 @@ public:
 
     std::string text() const
     {
-        std::string t = fmt::format("study '{}'{}\n\n", study_.name, study_.spec.about.empty() ? "" : ": " + study_.spec.about);
+        std::string t =
+            fmt::format("study '{}'{}\n\n", study_.name, study_.spec.about.empty() ? "" : ": " + study_.spec.about);
         t += header();
         for (std::size_t i = 0; i < study_.settings.size(); ++i) {
             const Setting& s = study_.settings[i];
@@ -39,10 +41,14 @@ private:
     void widths()
     {
         for (const Setting& s : study_.settings) label_ = std::max(label_, lengthOf(s.label) + 2);
-        for (const auto& m : study_.spec.measures) columns_.push_back(std::max<std::size_t>(kNumber, lengthOf(m.name) + 4));
+        for (const auto& m : study_.spec.measures)
+            columns_.push_back(std::max<std::size_t>(kNumber, lengthOf(m.name) + 4));
     }
 
-    std::string left(const std::string& text) const { return text + std::string(label_ - std::min(label_, lengthOf(text)), ' '); }
+    std::string left(const std::string& text) const
+    {
+        return text + std::string(label_ - std::min(label_, lengthOf(text)), ' ');
+    }
     static std::string right(const std::string& text, std::size_t width)
     {
         return std::string(width - std::min(width, lengthOf(text)), ' ') + text;
@@ -78,7 +84,9 @@ private:
         for (std::size_t m = 0; m < columns_.size(); ++m) t += right(errorText(i, m), columns_[m]);
         if (a_.cost[i]) {
             t += right(fmt::format("{:.3g}", a_.cost[i]->median), 9);
-            t += right(a_.cost[i]->confidence > 0 ? fmt::format("[{:.3g}, {:.3g}]", a_.cost[i]->low, a_.cost[i]->high) : "", 16);
+            t += right(
+                a_.cost[i]->confidence > 0 ? fmt::format("[{:.3g}, {:.3g}]", a_.cost[i]->low, a_.cost[i]->high) : "",
+                16);
         } else if (timed()) {
             t += right("-", 9) + right("", 16);
         }
@@ -89,7 +97,8 @@ private:
 
     std::string legend() const
     {
-        std::string t = fmt::format("\nerrors in %; * no other setting is both cheaper and nearer in '{}'", study_.spec.measures[a_.by].name);
+        std::string t = fmt::format("\nerrors in %; * no other setting is both cheaper and nearer in '{}'",
+                                    study_.spec.measures[a_.by].name);
         for (const auto& row : a_.errors)
             if (std::any_of(row.begin(), row.end(), [](const Error& e) { return e.weak; })) {
                 t += "; ~ less than ten times what is uncertain of the reference";
@@ -98,7 +107,8 @@ private:
         t += "\nwork: tets evaluated and multiplied";
         if (const auto& base = a_.cost[a_.base]) {
             const std::vector<double>& seconds = study_.runs[study_.settings[a_.base].run].seconds;
-            t += fmt::format("; time: relative to {} ({:.3g} s), median of rounds: {}", baseText(), medianOf(seconds).median, seconds.size());
+            t += fmt::format("; time: relative to {} ({:.3g} s), median of rounds: {}", baseText(),
+                             medianOf(seconds).median, seconds.size());
             if (base->confidence > 0) t += fmt::format(" [where it lies with {:.0f} %]", 100 * base->confidence);
         }
         return t + "\n" + missingText();
@@ -106,7 +116,8 @@ private:
 
     std::string baseText() const
     {
-        return a_.base == 0 ? "the first setting" : "the first setting that was solved, " + study_.settings[a_.base].label;
+        return a_.base == 0 ? "the first setting"
+                            : "the first setting that was solved, " + study_.settings[a_.base].label;
     }
 
     /// Why values are not there, each reason once.
@@ -134,14 +145,16 @@ private:
     {
         std::string t = "\ncheapest setting\n";
         for (std::size_t m = 0; m < columns_.size(); ++m) {
-            std::vector<std::pair<std::optional<std::size_t>, std::string>> lines;  // with the bounds that share an answer
+            // With the bounds that share an answer.
+            std::vector<std::pair<std::optional<std::size_t>, std::string>> lines;
             for (const double error : {.1, .05, .01}) {
                 const auto best = cheapestFor(study_, a_, m, error);
                 if (lines.empty() || lines.back().first != best) lines.push_back({best, ""});
                 lines.back().second += fmt::format("{}{:.0f}", lines.back().second.empty() ? "" : ", ", 100 * error);
             }
             for (const auto& [best, bounds] : lines)
-                t += fmt::format("  {} within {} %: {}\n", study_.spec.measures[m].name, bounds, best ? nameOf(*best) : "none of them");
+                t += fmt::format("  {} within {} %: {}\n", study_.spec.measures[m].name, bounds,
+                                 best ? nameOf(*best) : "none of them");
         }
         return t;
     }
@@ -150,19 +163,23 @@ private:
     {
         const Setting& s = study_.settings[i];
         return fmt::format("{}: {} ({})", study_.spec.series[s.series].name, s.label,
-                           a_.cost[i] ? fmt::format("time {:.3g}", a_.cost[i]->median) : "work " + amountText(study_.result(s).totalWork()));
+                           a_.cost[i] ? fmt::format("time {:.3g}", a_.cost[i]->median)
+                                      : "work " + amountText(study_.result(s).totalWork()));
     }
 
     std::string orders() const
     {
         std::string t;
-        const auto text = [](const std::optional<double>& p) { return p ? fmt::format("{:.2f}", *p) : std::string("-"); };
+        const auto text = [](const std::optional<double>& p) {
+            return p ? fmt::format("{:.2f}", *p) : std::string("-");
+        };
         for (std::size_t s = 0; s < a_.orders.size(); ++s)
             for (std::size_t m = 0; m < columns_.size(); ++m) {
                 const Order& o = a_.orders[s][m];
                 if (!o.fit && !o.own) continue;
-                t += fmt::format("  {}: {} {} by errors (finest pair {}), {} by differences", study_.spec.series[s].name,
-                                 study_.spec.measures[m].name, text(o.fit), text(o.last), text(o.own));
+                t +=
+                    fmt::format("  {}: {} {} by errors (finest pair {}), {} by differences", study_.spec.series[s].name,
+                                study_.spec.measures[m].name, text(o.fit), text(o.last), text(o.own));
                 if (const auto& expected = o.expected) t += fmt::format("; expected {:g}", *expected);
                 t += "\n";
             }

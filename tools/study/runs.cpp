@@ -25,7 +25,7 @@ namespace {
 
 struct Job {
     std::size_t run;
-    int round;    // 0: values; from 1: timing
+    int round;  // 0: values; from 1: timing
     int threads;
 };
 
@@ -71,13 +71,15 @@ std::string deathOf(int status, const fs::path& log)
     if (WIFSIGNALED(status)) return std::string("crashed: ") + strsignal(WTERMSIG(status));
     const std::string said = fs::exists(log) ? readText(log) : "";
     if (WEXITSTATUS(status) == 0) return "simulated another scene: was the scene changed while the study ran?";
-    return "ended with " + std::to_string(WEXITSTATUS(status)) + (said.empty() ? "" : ": " + said.substr(0, said.find('\n')));
+    return "ended with " + std::to_string(WEXITSTATUS(status)) +
+           (said.empty() ? "" : ": " + said.substr(0, said.find('\n')));
 }
 
 /// What the process of a job left; a failure where it left nothing.
 Result collect(const Job& job, int status, const std::string& fingerprint, const RunSettings& settings)
 {
-    const fs::path file = resultFile(settings.folder, job.run, job.round), log = fs::path(file).replace_extension(".log");
+    const fs::path file = resultFile(settings.folder, job.run, job.round),
+                   log = fs::path(file).replace_extension(".log");
     auto result = readResult(file, fingerprint);
     if (!result) {
         result.emplace();
@@ -155,7 +157,9 @@ private:
     void say(const Job& job, const Result& result, std::size_t done, std::size_t all) const
     {
         if (!settings_.say) return;
-        const std::string round = job.round > 0 ? fmt::format("round {}, ", job.round) : job.round < 0 ? "other threads, " : "";
+        const std::string round = job.round > 0   ? fmt::format("round {}, ", job.round)
+                                  : job.round < 0 ? "other threads, "
+                                                  : "";
         settings_.say(fmt::format("{}{} of {}: {}: {}", round, done, all, fmt::join(study_.runs[job.run].set, ", "),
                                   result.failure.empty() ? fmt::format("{:.3g} s", result.seconds) : result.failure));
     }
@@ -171,7 +175,8 @@ private:
                 what = name + " " + std::to_string(again.count(name)) + ", at first " + std::to_string(n);
         if (what.empty() && again.stateHash != first.stateHash) what = "another state at the end";
         if (what.empty()) return;
-        report_.differences.push_back("run " + std::to_string(job.run) + ", " + std::to_string(again.threads) + " threads: " + what);
+        report_.differences.push_back("run " + std::to_string(job.run) + ", " + std::to_string(again.threads) +
+                                      " threads: " + what);
     }
 
     /// The cheapest run once more, on another number of threads.
@@ -179,12 +184,14 @@ private:
     {
         std::optional<std::size_t> cheapest;
         for (const std::size_t k : timed())
-            if (!cheapest || study_.runs[k].result.totalWork() < study_.runs[*cheapest].result.totalWork()) cheapest = k;
+            if (!cheapest || study_.runs[k].result.totalWork() < study_.runs[*cheapest].result.totalWork())
+                cheapest = k;
         if (!cheapest) return;
         const int other = threads_ == 1 ? 2 : 1;
         const fs::path file = resultFile(settings_.folder, *cheapest, kCheck);
         const Job job{*cheapest, kCheck, other};
-        if (const auto old = readResult(file, study_.runs[*cheapest].fingerprint); old && old->threads == other) return compare(job, *old);
+        if (const auto old = readResult(file, study_.runs[*cheapest].fingerprint); old && old->threads == other)
+            return compare(job, *old);
         perform({job}, 1, [&](const Job&, const Result& again) { compare(job, again); });
     }
 
@@ -243,7 +250,9 @@ private:
 
 fs::path resultFile(const fs::path& folder, std::size_t run, int round)
 {
-    const std::string name = std::to_string(run) + (round > 0 ? ".round-" + std::to_string(round) : round < 0 ? ".threads" : "");
+    const std::string name = std::to_string(run) + (round > 0   ? ".round-" + std::to_string(round)
+                                                    : round < 0 ? ".threads"
+                                                                : "");
     return folder / "runs" / (name + ".json");
 }
 

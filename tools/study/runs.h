@@ -17,7 +17,7 @@ struct RunSettings {
 
 /// What came of the runs beside the results.
 struct RunReport {
-    int reused = 0;           ///< results that were there already
+    int reused = 0;  ///< results that were there already
     int reusedRounds = 0;
     std::vector<std::string> differences;  ///< work or state that was not the same again: there should be none
 };
@@ -25,8 +25,8 @@ struct RunReport {
 /// runs/K.json, or with a round from 1 runs/K.round-R.json: what --run K writes.
 std::filesystem::path resultFile(const std::filesystem::path& folder, std::size_t run, int round);
 
-/// Fills in results and times: first every run once, then `rounds` times all that ended, one process at a time, in turn.
-/// Results with the right fingerprint are reused; rounds only whole ones, of the same threads.
+/// Fills in results and times: first every run once, then `rounds` times all that ended, one process at a time, in
+/// turn. Results with the right fingerprint are reused; rounds only whole ones, of the same threads.
 RunReport runAll(Study& study, const RunSettings& settings);
 
 }  // namespace vdbfrac::tools::study

@@ -1,7 +1,7 @@
 // A study: a scene run over a set of settings, to show what accuracy costs.
 //
-// The words: a series varies one key, a setting is one value of it, a run is what is simulated. Settings that come to the
-// same scene share a run. A measure is a number (or a list of numbers) taken of each run.
+// The words: a series varies one key, a setting is one value of it, a run is what is simulated. Settings that come to
+// the same scene share a run. A measure is a number (or a list of numbers) taken of each run.
 #pragma once
 
 #include <vdbfrac/scene/scene.h>
@@ -34,13 +34,13 @@ using WorkCounts = std::vector<std::pair<std::string, std::int64_t>>;
 
 /// What a run left behind: runs/K.json.
 struct Result {
-    std::string fingerprint;      ///< of the scene, its input files, what is measured and the program
-    std::string failure;          ///< why the run did not end; empty when it did
-    int cappedSteps = 0;          ///< steps that did not converge
+    std::string fingerprint;  ///< of the scene, its input files, what is measured and the program
+    std::string failure;      ///< why the run did not end; empty when it did
+    int cappedSteps = 0;      ///< steps that did not converge
     std::string stateHash;
-    std::vector<Value> values;    ///< one for each measure
+    std::vector<Value> values;  ///< one for each measure
     WorkCounts work;
-    double seconds = 0;           ///< from the scene to its last step
+    double seconds = 0;                                  ///< from the scene to its last step
     std::vector<std::pair<std::string, double>> stages;  ///< seconds of each
     std::uint64_t peakBytes = 0;
     int threads = 0;
@@ -53,17 +53,17 @@ struct Result {
 };
 
 struct Run {
-    std::vector<std::string> set;       ///< what makes its scene, "key=value"
+    std::vector<std::string> set;  ///< what makes its scene, "key=value"
     std::string fingerprint;
     std::optional<scene::Scene> scene;  ///< none where it was refused; then result.failure says why
     Result result;
-    std::vector<double> seconds;        ///< of each timing round
+    std::vector<double> seconds;  ///< of each timing round
 };
 
 struct Setting {
     std::size_t series = 0, level = 0;  ///< level: which value of the series
     std::size_t run = 0;
-    std::string label;                  ///< "time.substeps = 4"
+    std::string label;  ///< "time.substeps = 4"
 };
 
 struct Study {
@@ -78,11 +78,11 @@ struct Study {
 /// What a study is made of.
 struct PlanInput {
     std::filesystem::path scene;
-    std::vector<std::string> set;       ///< --set
-    std::vector<std::string> vary;      ///< --vary: "key=value,value"; each makes a series, in place of the scene's own
-    bool grid = false;                  ///< combines them: a series of the first for each combination of the others
-    std::vector<std::string> measure;   ///< --measure: "quantity" or "quantity:key=value,..."
-    std::string program;                ///< fingerprint of the program: what another one left is not reused
+    std::vector<std::string> set;      ///< --set
+    std::vector<std::string> vary;     ///< --vary: "key=value,value"; each makes a series, in place of the scene's own
+    bool grid = false;                 ///< combines them: a series of the first for each combination of the others
+    std::vector<std::string> measure;  ///< --measure: "quantity" or "quantity:key=value,..."
+    std::string program;               ///< fingerprint of the program: what another one left is not reused
 };
 
 /// Reads the scene and every setting of it. A setting that is no valid scene becomes a run with a failure.

@@ -14,11 +14,12 @@ using Measure = scene::Study::Measure;
 bool turns(const scene::Grip& grip)
 {
     const auto* keys = std::get_if<scene::Keys>(&grip.move);
-    return keys && std::any_of(keys->keys.begin(), keys->keys.end(), [&](const scene::PoseKey& k) { return k.rotate != keys->keys[0].rotate; });
+    return keys && std::any_of(keys->keys.begin(), keys->keys.end(),
+                               [&](const scene::PoseKey& k) { return k.rotate != keys->keys[0].rotate; });
 }
 
-/// Work [J] of a grip that moves without turning, or pulls with a force: the mean of its loads at both ends of a step, times
-/// how far its nodes moved (the mean by mass). The first step has its own load only.
+/// Work [J] of a grip that moves without turning, or pulls with a force: the mean of its loads at both ends of a step,
+/// times how far its nodes moved (the mean by mass). The first step has its own load only.
 class GripWork {
 public:
     explicit GripWork(std::size_t grip) : grip_(grip) {}
@@ -28,7 +29,8 @@ public:
         const auto mass = simulation.elastic().mass();
         double total = 0;
         moved_ = Vec3::Zero();
-        for (const std::uint32_t n : simulation.gripNodes(grip_)) moved_ += mass[n] * (x[n] - before[n]), total += mass[n];
+        for (const std::uint32_t n : simulation.gripNodes(grip_))
+            moved_ += mass[n] * (x[n] - before[n]), total += mass[n];
         if (total > 0) moved_ /= total;
     }
     void step(const core::StepRecord& record)
@@ -62,8 +64,10 @@ public:
     void start(const core::Simulation& s) override
     {
         const core::Stages& stages = s.stages();
-        loses_ = std::any_of(stages.grid.begin(), stages.grid.end(), [](const core::GridStage* stage) { return stage->dissipates(); }) ||
-                 std::any_of(stages.solve.begin(), stages.solve.end(), [](const solver::Potential* p) { return !p->isConservative(); });
+        loses_ = std::any_of(stages.grid.begin(), stages.grid.end(),
+                             [](const core::GridStage* stage) { return stage->dissipates(); }) ||
+                 std::any_of(stages.solve.begin(), stages.solve.end(),
+                             [](const solver::Potential* p) { return !p->isConservative(); });
         x_.assign(s.x().begin(), s.x().end());
         const auto mass = s.elastic().mass();
         energy_ = s.elastic().evaluate(x_, {}, nullptr);

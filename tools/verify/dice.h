@@ -9,8 +9,8 @@
 
 namespace vdbfrac::tools::verify {
 
-/// Standard distributions differ from library to library, the generator does not. Nor may the order of throws: one in an
-/// expression.
+/// Standard distributions differ from library to library, the generator does not. Nor may the order of throws: one in
+/// an expression.
 class Dice {
 public:
     explicit Dice(std::uint64_t seed) : bits_(seed) {}

@@ -124,7 +124,8 @@ void EnergyWitness::measure(const core::GridContext& context)
 
     const double slope = dot(gradient, moved);
     balance_.growth = balance_.kinetic - kineticBefore + balance_.elastic - elasticBefore + potential - work;
-    balance_.turnover = balance_.kinetic + kineticBefore + balance_.elastic + elasticBefore + magnitude + std::abs(work);
+    balance_.turnover =
+        balance_.kinetic + kineticBefore + balance_.elastic + elasticBefore + magnitude + std::abs(work);
     balance_.nonconvex = std::max(0., balance_.elastic - elasticBefore - slope);
     balance_.openWork = std::max({norm(freeForces[0]), norm(freeForces[1]), norm(freeForces[2])}) * norm(freeMove);
     balance_.forceRounding = kForceRounding * std::sqrt(noise * double(count));
@@ -134,7 +135,8 @@ void EnergyWitness::measure(const core::GridContext& context)
     if (simulation_->stages().grid.size() > 1)
         balance_.unaveraged = elastic.volumetric() == solver::Volumetric::none
                                   ? balance_.elastic
-                                  : solver::ElasticOperator(elastic.sets(), count, elastic.h(), {solver::Volumetric::none, elastic.elasticity().strain})
+                                  : solver::ElasticOperator(elastic.sets(), count, elastic.h(),
+                                                            {solver::Volumetric::none, elastic.elasticity().strain})
                                         .evaluate(x, {}, nullptr);
 }
 

@@ -12,14 +12,14 @@ namespace vdbfrac::tools::verify {
 /// Energies [J] and forces [N] of a solved step, computed anew of positions alone, on the mesh it was solved on.
 struct StepBalance {
     double kinetic = 0, elastic = 0;  ///< at the end
-    double growth = 0;     ///< of kinetic, elastic and potential energy, beyond the work of grips and forces
-    double turnover = 0;   ///< sum of the magnitudes that growth was added from
-    double nonconvex = 0;  ///< how far E(x0) lies below the tangent plane of E at x1, at least 0
-    double openWork = 0;   ///< what free nodes may have moved against a residual of tolerance 1
-    double rounding = 0;   ///< of growth
-    double forceRounding = 0;      ///< N, of a sum of forces
-    double unaveraged = 0;         ///< elastic energy without mean dilatation, where material may go
-    std::vector<Vec3> gripLoad;    ///< N, of each grip
+    double growth = 0;                ///< of kinetic, elastic and potential energy, beyond the work of grips and forces
+    double turnover = 0;              ///< sum of the magnitudes that growth was added from
+    double nonconvex = 0;             ///< how far E(x0) lies below the tangent plane of E at x1, at least 0
+    double openWork = 0;              ///< what free nodes may have moved against a residual of tolerance 1
+    double rounding = 0;              ///< of growth
+    double forceRounding = 0;         ///< N, of a sum of forces
+    double unaveraged = 0;            ///< elastic energy without mean dilatation, where material may go
+    std::vector<Vec3> gripLoad;       ///< N, of each grip
 };
 
 /// An effect that does nothing but look on. Joins where fracture does.

@@ -21,8 +21,7 @@ constexpr HardCase kCases[] = {
      detachedStatic},
     {13, "single_tets", "fragments of one tet", "massless nodes, NaN", singleTets},
     {14, "long_steps", "time steps of 0.1, 1, 30 s", "never converges", longSteps},
-    {15, "fast", "velocity 1000 times that of waves", "inversions, caps hit",
-     thousandfoldSpeed},
+    {15, "fast", "velocity 1000 times that of waves", "inversions, caps hit", thousandfoldSpeed},
     {16, "contact", "tangled contact", "ping-pong", nullptr},
     {17, "foam", "kappa near 0: foam", "everything erodes at once, mass is lost track of", foam},
     {18, "unbreakable", "kappa = 1e300", "an effect that cannot act changes the result", unbreakable},
@@ -35,8 +34,8 @@ constexpr HardCase kCases[] = {
 
 constexpr HardCase kTorture[] = {
     {1, "jerked", "grips at 100 wave speeds, reversed, stopped", "inversions, explosions", jerkedGrips},
-    {2, "resistance_gone", "kappa, toughness dropped to 1e-6 in mid-run", "everything erodes at once, mass is lost track of",
-     resistanceGone},
+    {2, "resistance_gone", "kappa, toughness dropped to 1e-6 in mid-run",
+     "everything erodes at once, mass is lost track of", resistanceGone},
     {3, "coarsening", "coarsening 1, 2, 4", "material that hangs together through cells", coarseLattices},
     {4, "walls", "walls of 1, 2, 3 voxels torn", "shreds that lose their mass", thinWalls},
     {5, "moving_plane", "a plane that moves through nodes, edges, faces", "pieces without volume, holes in the surface",

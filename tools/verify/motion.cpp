@@ -58,8 +58,8 @@ double largest(std::size_t count, const F& f)
     return most;
 }
 
-/// Largest difference between the held half of the torn block and the same half alone, both under their weight, relative
-/// to how far it sags.
+/// Largest difference between the held half of the torn block and the same half alone, both under their weight,
+/// relative to how far it sags.
 double heldHalfDiffers(const TornBlock& torn, const Equilibrium& both, double nu, const Vec3& pull)
 {
     const test::Block half({6, 4, TornBlock::kPlane}, torn.block.h);
@@ -67,10 +67,13 @@ double heldHalfDiffers(const TornBlock& torn, const Equilibrium& both, double nu
     const Equilibrium alone = equilibrium(half, boundary, nu, pull);
     const std::vector<Vec3> rest = half.restPositions();
     const double sag = largest(rest.size(), [&](std::size_t i) { return (alone.state.x[i] - rest[i]).norm(); });
-    return largest(rest.size(), [&](std::size_t i) {
-        const auto begin = torn.block.nodes.begin(), same = std::find(begin, begin + long(torn.whole), half.nodes[i]);
-        return (both.state.x[std::size_t(same - begin)] - alone.state.x[i]).norm();
-    }) / sag;
+    return largest(rest.size(),
+                   [&](std::size_t i) {
+                       const auto begin = torn.block.nodes.begin(),
+                                  same = std::find(begin, begin + long(torn.whole), half.nodes[i]);
+                       return (both.state.x[std::size_t(same - begin)] - alone.state.x[i]).norm();
+                   }) /
+           sag;
 }
 
 /// Positions, in lengths of a cell, of a free block after ten steps: lengths `length` times those of a block of 10 cm
@@ -147,8 +150,10 @@ Measurements detachedStatic(Extent)
         const auto loose = std::count(torn.boundary.part.begin(), torn.boundary.part.end(), 1u);
         all.push_back(atMost(at(nu) + "displacement under its weight, in lengths", moved / torn.length(), kBound));
         all.push_back(atLeast(at(nu) + "steps of 1 that converge", e.converged, 1));
-        all.push_back(atMost(at(nu) + "nodes of the fragment that are not counted", std::abs(double(e.frozen) - double(loose)), 0));
-        all.push_back(atMost(at(nu) + "difference of the held half from one alone, of its sag", heldHalfDiffers(torn, e, nu, weight), kHeld));
+        all.push_back(atMost(at(nu) + "nodes of the fragment that are not counted",
+                             std::abs(double(e.frozen) - double(loose)), 0));
+        all.push_back(atMost(at(nu) + "difference of the held half from one alone, of its sag",
+                             heldHalfDiffers(torn, e, nu, weight), kHeld));
     }
     return all;
 }

@@ -78,12 +78,14 @@ void Generator::time()
     const int substeps = 1 + dice_.below(3);
     const int frames = (steps_ + substeps - 1) / substeps;
     steps_ = frames * substeps;
-    text_ += format("[time]\nframes = [1, %d]\nfps = %.6g\nsubsteps = %d\n", 1 + frames, 1 / (substeps * dt_), substeps);
+    text_ +=
+        format("[time]\nframes = [1, %d]\nfps = %.6g\nsubsteps = %d\n", 1 + frames, 1 / (substeps * dt_), substeps);
 }
 
 void Generator::grid()
 {
-    text_ += format("[grid]\nvoxel_size = %.6g\nlattice = \"%s\"\ncoarsening = %d\n", dx_, lattice_.c_str(), coarsening_);
+    text_ +=
+        format("[grid]\nvoxel_size = %.6g\nlattice = \"%s\"\ncoarsening = %d\n", dx_, lattice_.c_str(), coarsening_);
     if (lattice_ == "delaunay" && dice_.chance(.3)) text_ += "grading = 2\n";
 }
 
@@ -93,8 +95,8 @@ void Generator::body(Body& b)
     if (dice_.chance(.7)) b.center += dice_.inBox(.5 * dx_);  // else faces lie on nodes
     b.axis = dice_.below(3);
     const SolidFrame frame{b.center, b.axis, size_, h_};
-    text_ += format("[[body]]\nname = \"b%d\"\nmaterial = \"m%d\"\nshape = { ", b.number, b.number) + randomSolid(dice_, frame) +
-             " }\n";
+    text_ += format("[[body]]\nname = \"b%d\"\nmaterial = \"m%d\"\nshape = { ", b.number, b.number) +
+             randomSolid(dice_, frame) + " }\n";
     std::string cuts;
     for (int n = dice_.chance(.6) ? 1 + dice_.below(2) : 0; n > 0; --n)
         cuts += (cuts.empty() ? "" : ", ") + randomCut(dice_, frame);
@@ -134,8 +136,9 @@ void Generator::grip(const Body& b, int end, const std::string& move)
 {
     const double depth = std::max(dice_.uniform(.1, .2) * size_, 1.2 * h_);
     const Vec3 normal = end * Vec3::Unit(b.axis);
-    text_ += format("[[grip]]\nbody = \"b%d\"\nregion = { halfspace = { normal = %s, offset = %.6g } }\nmove = { ", b.number,
-                    list(normal).c_str(), normal.dot(b.center) + size_ / 2 - depth) + move + " }\n";
+    text_ += format("[[grip]]\nbody = \"b%d\"\nregion = { halfspace = { normal = %s, offset = %.6g } }\nmove = { ",
+                    b.number, list(normal).c_str(), normal.dot(b.center) + size_ / 2 - depth) +
+             move + " }\n";
 }
 
 /// How far [m] a grip goes in all: as fast as ten times sound, no farther than `most` lengths.
@@ -152,7 +155,8 @@ void Generator::push(const Body& b)
 {
     const double load = dice_.decades(1e-3, 1);  // over E times the size squared
     strain_ = std::max(strain_, load);
-    const double most = 10 * b.sound / span() * b.E / (b.sound * b.sound) * std::pow(size_, 3);  // ten times sound at the end
+    // Ten times sound at the end.
+    const double most = 10 * b.sound / span() * b.E / (b.sound * b.sound) * std::pow(size_, 3);
     const Vec3 force = std::min(load * b.E * size_ * size_, most) * dice_.direction();
     grip(b, 1, "force = " + list(force) + (dice_.chance(.5) ? format(", ramp = %.6g", span() / 2) : ""));
 }
@@ -220,7 +224,8 @@ void Generator::fracture(const Body& b)
     case 3: text_ += format("toughness = %.6g\n", kappa * h_ / kTipFactor); break;
     default:
         const double radius = std::max(8 * dx_, 2 * h_) * dice_.uniform(.7, 1.3);
-        text_ += format("toughness = %.6g\nstrength = %.6g\n", kappa * radius / kAverageFactor, std::sqrt(2 * kappa * b.E));
+        text_ +=
+            format("toughness = %.6g\nstrength = %.6g\n", kappa * radius / kAverageFactor, std::sqrt(2 * kappa * b.E));
     }
     if (dice_.chance(.5)) text_ += "driver = \"tension\"\n";
     if (dice_.chance(.3)) text_ += format("front_speed = %.3g\n", dice_.decades(.1, 3));
@@ -233,7 +238,8 @@ void Generator::solver()
     if (dice_.chance(.3)) text_ += "volumetric = \"none\"\n";
     const int methods = size_ <= 8 * h_ ? 3 : 2;  // direct is for the small
     const int method = dice_.below(10);
-    if (method < methods) text_ += format("linear_solver = \"%s\"\n", method == 0 ? "jacobi" : method == 1 ? "multigrid" : "direct");
+    if (method < methods)
+        text_ += format("linear_solver = \"%s\"\n", method == 0 ? "jacobi" : method == 1 ? "multigrid" : "direct");
 }
 
 std::string Generator::scene()

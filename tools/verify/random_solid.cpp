@@ -21,8 +21,8 @@ std::string randomSolid(Dice& dice, const SolidFrame& frame)
     case 0: return format("sphere = { radius = %.6g, center = %s }", L / 2, center.c_str());
     case 1: {
         const double r = radius(.2, .5);
-        return format("cylinder = { axis = \"%c\", radius = %.6g, height = %.6g, center = %s }", kAxes[frame.axis], r, L,
-                      center.c_str());
+        return format("cylinder = { axis = \"%c\", radius = %.6g, height = %.6g, center = %s }", kAxes[frame.axis], r,
+                      L, center.c_str());
     }
     case 2: {
         const double r = radius(.15, .3);
@@ -48,7 +48,8 @@ std::string randomCut(Dice& dice, const SolidFrame& frame)
     Vec3 center = frame.center + dice.inBox(.5 * L);
     center[frame.axis] = frame.center[frame.axis] + dice.uniform(-.12, .12) * L;
     switch (dice.below(3)) {
-    case 0: return format("{ sphere = { radius = %.6g, center = %s } }", dice.uniform(.05, .2) * L, list(center).c_str());
+    case 0:
+        return format("{ sphere = { radius = %.6g, center = %s } }", dice.uniform(.05, .2) * L, list(center).c_str());
     case 1:
         return format("{ cylinder = { axis = \"%c\", radius = %.6g, center = %s } }", kAxes[(frame.axis + 1) % 3],
                       dice.uniform(.04, .15) * L, list(center).c_str());

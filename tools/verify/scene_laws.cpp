@@ -36,7 +36,8 @@ void require(bool holds, const char* law, double value, double limit)
     throw Broken{text};
 }
 
-void requireAtMost(const char* law, double value, double limit) { require(value <= limit, law, value, limit); }  // NaN fails
+// NaN fails.
+void requireAtMost(const char* law, double value, double limit) { require(value <= limit, law, value, limit); }
 
 class LawfulRun {
 public:
@@ -147,7 +148,8 @@ void runAll(const std::string& scene, bool compareThreads, SceneOutcome& outcome
     if (!compareThreads) return;
     const std::uint64_t hash = run->hash();
     for (int threads : {1, 2})
-        require(hashOnThreads(scene, threads, outcome.steps) == hash, "same bits on another number of threads", threads, 0);
+        require(hashOnThreads(scene, threads, outcome.steps) == hash, "same bits on another number of threads", threads,
+                0);
 }
 
 }  // namespace

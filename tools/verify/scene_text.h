@@ -21,6 +21,7 @@ namespace vdbfrac::tools::verify {
 }
 
 /// As a TOML array, with five digits.
-inline std::string list(const Vec3& v) { return format("[%.5g, %.5g, %.5g]", v.x() + 0, v.y() + 0, v.z() + 0); }  // no -0
+// No -0.
+inline std::string list(const Vec3& v) { return format("[%.5g, %.5g, %.5g]", v.x() + 0, v.y() + 0, v.z() + 0); }
 
 }  // namespace vdbfrac::tools::verify

@@ -207,7 +207,8 @@ Measurements thousandfoldSpeed(Extent)
         all.push_back(atLeast(at(nu) + "steps of 40 for which dt was cut back", cutBack, 1));
         all.push_back(atMost(at(nu) + "steps of 40 that are capped", capped, 0));
         all.push_back(atMost(at(nu) + "nodes that are not finite", notFiniteNodes(simulation), 0));
-        all.push_back(atMost(at(nu) + "drift of momentum, relative", (momentum().linear - start.linear).norm() / start.scale, kMomentum));
+        all.push_back(atMost(at(nu) + "drift of momentum, relative",
+                             (momentum().linear - start.linear).norm() / start.scale, kMomentum));
     }
     return all;
 }

@@ -211,7 +211,8 @@ Measurements singleTets(Extent)
                       solver::StepStatus::capped;
         all.push_back(atLeast(at(nu) + "fragments of dust, of 125", double(dust.fragments), 125));
         all.push_back(atMost(at(nu) + "mass lost, relative", std::abs(mass / dust.mass - 1), kMass));
-        all.push_back(atMost(at(nu) + "nodes that are not finite", countNotFinite(state.x) + countNotFinite(state.v), 0));
+        all.push_back(
+            atMost(at(nu) + "nodes that are not finite", countNotFinite(state.x) + countNotFinite(state.v), 0));
         all.push_back(atMost(at(nu) + "steps of 20 that are capped", capped, 0));
     }
     return all;

@@ -76,8 +76,8 @@ int iterationsFromLength(double nu, double factor)
     return most;
 }
 
-/// Most Newton iterations of a step while the ends of a block go from their distance to `factor` times it, by half a cell
-/// in each step. The sides are free.
+/// Most Newton iterations of a step while the ends of a block go from their distance to `factor` times it, by half a
+/// cell in each step. The sides are free.
 int iterationsToLength(double nu, double factor)
 {
     constexpr double kMove = 0.5;  // cells
@@ -147,8 +147,8 @@ Measurements collapsedStart(Extent)
 Measurements stretchAndSquash(Extent)
 {
     constexpr double kMost = 5;
-    // A bar with free sides gets thinner by nu times the strain, to nothing at the strain 1 / nu: beyond, this material has
-    // no state that is not inverted.
+    // A bar with free sides gets thinner by nu times the strain, to nothing at the strain 1 / nu: beyond, this material
+    // has no state that is not inverted.
     constexpr double kOfThinnest = .5;
     Measurements all;
     for (double nu : kPoissonRatios) {

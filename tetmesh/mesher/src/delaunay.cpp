@@ -75,8 +75,7 @@ DelaunayCriteria checked(DelaunayCriteria c)
     require(c.facetAngle >= 0 && c.facetAngle <= 30, "facet angle " + shortNumber(c.facetAngle), "0 to 30 degrees");
     require(c.radiusEdge >= 1, "radius-edge ratio " + shortNumber(c.radiusEdge),
             ">= 1; above 2 the refinement is sure to end");
-    require(c.sliverAngle >= 0 && c.sliverAngle <= 40, "sliver angle " + shortNumber(c.sliverAngle),
-            "0 to 40 degrees");
+    require(c.sliverAngle >= 0 && c.sliverAngle <= 40, "sliver angle " + shortNumber(c.sliverAngle), "0 to 40 degrees");
     return c;
 }
 
@@ -147,12 +146,14 @@ Complex mesh(const ImplicitSolid& solid, const DelaunayCriteria& c)
     p::internal::Mesh_3_options options;
     options.maximal_number_of_vertices = c.mostPoints;
     options.pointer_to_error_code = &error;
-    // Without a limit of their own these stages may take as long as the refinement took by the clock: no two runs would agree.
+    // Without a limit of their own these stages may take as long as the refinement took by the clock: no two runs would
+    // agree.
     constexpr double kNoLimit = 0;
-    CGAL::refine_mesh_3(complex, domain, criteria,
-                        c.exude ? p::exude(p::sliver_bound = c.sliverAngle, p::time_limit = kNoLimit) : p::no_exude(),
-                        c.perturb ? p::perturb(p::sliver_bound = c.sliverAngle, p::time_limit = kNoLimit) : p::no_perturb(), p::no_odt(),
-                        p::no_lloyd(), p::no_reset_c3t3(), options, p::manifold());
+    CGAL::refine_mesh_3(
+        complex, domain, criteria,
+        c.exude ? p::exude(p::sliver_bound = c.sliverAngle, p::time_limit = kNoLimit) : p::no_exude(),
+        c.perturb ? p::perturb(p::sliver_bound = c.sliverAngle, p::time_limit = kNoLimit) : p::no_perturb(),
+        p::no_odt(), p::no_lloyd(), p::no_reset_c3t3(), options, p::manifold());
     checkPoints(error, c);
     return complex;
 }

@@ -34,7 +34,8 @@ using Halfedge = Mesh::Halfedge_index;
 
 /// Peak bytes of a wrap, by the triangles it may have: vertices, cells and tree. Measured: below 2 kB a triangle.
 constexpr double kBytesPerWrapTriangle = 2500;
-/// Triangles of a wrap on an area of alpha^2. Measured on closed surfaces: 3 to 5; an open one is wrapped on both sides.
+/// Triangles of a wrap on an area of alpha^2. Measured on closed surfaces: 3 to 5; an open one is wrapped on both
+/// sides.
 constexpr double kWrapTriangles = 10;
 
 /// Cubes of coordinates have to fit into doubles, and coordinates have to be told apart.
@@ -44,8 +45,11 @@ void requireSaneSize(const tetmesh::SurfaceReport& surface, const std::string& f
     const double reach = std::max(surface.lower.cwiseAbs().maxCoeff(), surface.upper.cwiseAbs().maxCoeff());
     const double extent = (surface.upper - surface.lower).maxCoeff();
     if (!(reach <= kLargest && extent >= kSmallest && extent >= 1e-12 * reach))
-        throw InputError({file, "has an extent of " + std::to_string(extent) + " m, and reaches " + std::to_string(reach) + " m from the origin",
-                          "sizes between 1e-60 and 1e60 m, and not lost in the digits of its coordinates", "check its units"});
+        throw InputError({file,
+                          "has an extent of " + std::to_string(extent) + " m, and reaches " + std::to_string(reach) +
+                              " m from the origin",
+                          "sizes between 1e-60 and 1e60 m, and not lost in the digits of its coordinates",
+                          "check its units"});
 }
 
 /// Orienting and cutting a face into triangles take the square of its corners.
@@ -102,11 +106,14 @@ Mesh toMesh(CgalSoup soup, const std::string& file, Repaired& report)
     const CgalSoup before = soup;
     PMP::orient_polygon_soup(soup.points, soup.polygons);
     const std::size_t moved = turned(before, soup);
-    report.turnedFaces = std::min(moved, soup.polygons.size() - moved);  // which of both sides is right is not known yet
+    // Which of both sides is right is not known yet.
+    report.turnedFaces = std::min(moved, soup.polygons.size() - moved);
     Mesh mesh;
     PMP::polygon_soup_to_polygon_mesh(soup.points, soup.polygons, mesh);
     PMP::triangulate_faces(mesh);
-    if (!CGAL::is_triangle_mesh(mesh)) throw InputError({file, "has faces that cannot be cut into triangles", "flat faces that do not cross themselves", ""});
+    if (!CGAL::is_triangle_mesh(mesh))
+        throw InputError(
+            {file, "has faces that cannot be cut into triangles", "flat faces that do not cross themselves", ""});
     const std::size_t faces = num_faces(mesh);
     PMP::remove_degenerate_faces(mesh);
     report.removedFaces += faces - std::min<std::size_t>(faces, num_faces(mesh));
@@ -164,14 +171,16 @@ bool isCrowded(const Mesh& mesh)
     return sum > kFew + kFewPerFace * double(num_faces(mesh));
 }
 
-/// Points in one cell become the first of them, and triangles that lose a corner by that go. Moves nothing by more than a cell.
+/// Points in one cell become the first of them, and triangles that lose a corner by that go. Moves nothing by more than
+/// a cell.
 void thinOut(CgalSoup& soup, double cell)
 {
     std::map<std::array<double, 3>, std::size_t> first;
     std::vector<std::size_t> kept(soup.points.size());
     for (std::size_t i = 0; i < soup.points.size(); ++i) {
         const Point& p = soup.points[i];
-        kept[i] = first.try_emplace({std::floor(p.x() / cell), std::floor(p.y() / cell), std::floor(p.z() / cell)}, i).first->second;
+        kept[i] = first.try_emplace({std::floor(p.x() / cell), std::floor(p.y() / cell), std::floor(p.z() / cell)}, i)
+                      .first->second;
     }
     for (auto& polygon : soup.polygons)
         for (std::size_t& corner : polygon) corner = kept[corner];
@@ -226,8 +235,8 @@ bool needsWrap(const Mesh& mesh, const RepairOptions& options, Repaired& report)
 
 }  // namespace
 
-Repaired repairSurface(const tetmesh::PolygonSoup& soup, const tetmesh::SurfaceReport& before, const RepairOptions& options,
-                       const std::string& file)
+Repaired repairSurface(const tetmesh::PolygonSoup& soup, const tetmesh::SurfaceReport& before,
+                       const RepairOptions& options, const std::string& file)
 try {
     Repaired report;
     report.before = before;

@@ -31,11 +31,11 @@ void syncPath(const fs::path& path, int flags)
 /// What a path leads to that is no regular file, in words; empty for a regular one.
 std::string otherKind(mode_t mode)
 {
-    return S_ISREG(mode)                      ? ""
-           : S_ISDIR(mode)                    ? "is a folder, not a file"
-           : S_ISFIFO(mode)                   ? "is a pipe, not a regular file"
-           : S_ISCHR(mode) || S_ISBLK(mode)   ? "is a device, not a regular file"
-                                              : "is not a regular file";
+    return S_ISREG(mode)                    ? ""
+           : S_ISDIR(mode)                  ? "is a folder, not a file"
+           : S_ISFIFO(mode)                 ? "is a pipe, not a regular file"
+           : S_ISCHR(mode) || S_ISBLK(mode) ? "is a device, not a regular file"
+                                            : "is not a regular file";
 }
 
 constexpr std::size_t kPiece = 1 << 16;  // bytes
@@ -43,8 +43,12 @@ constexpr std::size_t kPiece = 1 << 16;  // bytes
 /// A regular file that is open for reading.
 class Input {
 public:
+    // O_NONBLOCK: a pipe would block.
     Input(const fs::path& file, std::uint64_t mostBytes)
-        : name_(file.string()), mostBytes_(mostBytes), descriptor_(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK))  // a pipe would block
+        // a pipe would block.
+        : name_(file.string()),
+          mostBytes_(mostBytes),
+          descriptor_(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK))
     {
         if (descriptor_ < 0) throw FileError(name_, std::strerror(errno));
         struct stat about {};
@@ -163,7 +167,8 @@ void writeBehind(const fs::path& file, std::uint64_t offset, std::string_view te
     }
     failed = failed || (::fsync(fd) != 0 && errno != EINVAL);
     const int cause = errno;
-    if (fd >= 0 && ::close(fd) != 0 && !failed) throw FileError(file.string(), std::string("cannot be written: ") + std::strerror(errno));
+    if (fd >= 0 && ::close(fd) != 0 && !failed)
+        throw FileError(file.string(), std::string("cannot be written: ") + std::strerror(errno));
     if (failed) throw FileError(file.string(), std::string("cannot be written: ") + std::strerror(cause));
 }
 

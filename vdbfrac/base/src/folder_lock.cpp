@@ -9,11 +9,13 @@
 
 namespace vdbfrac {
 
-FolderLock::FolderLock(const std::filesystem::path& folder) : descriptor_(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC))
+FolderLock::FolderLock(const std::filesystem::path& folder)
+    : descriptor_(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC))
 {
     if (descriptor_ < 0 || ::flock(descriptor_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return;
     ::close(descriptor_);
-    throw FileError(folder.string(), "another program is writing into it; wait until it has ended, or use another folder");
+    throw FileError(folder.string(),
+                    "another program is writing into it; wait until it has ended, or use another folder");
 }
 
 FolderLock::~FolderLock()

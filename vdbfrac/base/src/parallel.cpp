@@ -14,9 +14,9 @@ void parallelChunks(std::size_t count, std::size_t chunk, ChunkBody<void> body)
     if (count == 0) return;
     const std::size_t chunks = (count + chunk - 1) / chunk;
     const auto run = [&](std::size_t c) { body(c * chunk, std::min(count, (c + 1) * chunk)); };
-    if (chunks == 1)
-        run(0);
-    else  // isolated: a thread that waits for the end of a loop within a loop takes no other work of the outer one meanwhile
+    if (chunks == 1) run(0);
+    // Isolated: a thread that waits for the end of a loop within a loop takes no other work of the outer one meanwhile.
+    else
         tbb::this_task_arena::isolate([&] { tbb::parallel_for(std::size_t{0}, chunks, run); });
 }
 
@@ -29,7 +29,8 @@ public:
     {
         if (chunks_ > kOnStack) heap_.resize(chunks_);
         double* const part = values();
-        parallelChunks(count, chunk, [&, part](std::size_t begin, std::size_t end) { part[begin / chunk] = term(begin, end); });
+        parallelChunks(count, chunk,
+                       [&, part](std::size_t begin, std::size_t end) { part[begin / chunk] = term(begin, end); });
     }
     const double* begin() { return values(); }
     const double* end() { return values() + chunks_; }

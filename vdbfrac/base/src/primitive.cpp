@@ -23,7 +23,10 @@ AxisPoint toAxis(const Primitive& s, const Vec3& X)
 }
 
 /// Distance to a box given how far each coordinate lies beyond its face.
-double beyondFaces(const Eigen::Ref<const Eigen::VectorXd>& q) { return q.cwiseMax(0.).norm() + std::min(0., q.maxCoeff()); }
+double beyondFaces(const Eigen::Ref<const Eigen::VectorXd>& q)
+{
+    return q.cwiseMax(0.).norm() + std::min(0., q.maxCoeff());
+}
 
 }  // namespace
 

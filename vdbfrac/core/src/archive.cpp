@@ -49,7 +49,8 @@ const Archive::Array& Archive::find(const std::string& name, std::string_view ty
 {
     for (const Array& array : arrays_)
         if (array.name == name) {
-            if (array.type != type) complain("'" + name + "' is of type " + array.type + " instead of " + std::string(type));
+            if (array.type != type)
+                complain("'" + name + "' is of type " + array.type + " instead of " + std::string(type));
             return array;
         }
     complain("it has no '" + name + "'");
@@ -83,7 +84,8 @@ void Archive::writeTo(std::ostream& out, std::uint64_t sum) const
     out.write(kMagic.data(), std::streamsize(kMagic.size()));
     out.write(reinterpret_cast<const char*>(numbers.data()), sizeof numbers);
     out.write(head.data(), std::streamsize(head.size()));
-    for (const Array& array : arrays_) out.write(reinterpret_cast<const char*>(array.bytes.data()), std::streamsize(array.bytes.size()));
+    for (const Array& array : arrays_)
+        out.write(reinterpret_cast<const char*>(array.bytes.data()), std::streamsize(array.bytes.size()));
 }
 
 std::string Archive::bytes() const
@@ -113,7 +115,8 @@ Archive Archive::read(const std::filesystem::path& file, std::uint64_t memoryLim
     std::error_code error;
     const std::uintmax_t size = std::filesystem::file_size(file, error);
     if (!error && size > memoryLimit)
-        throw LimitError(file.string() + ": has " + std::to_string(size) + " bytes, the memory limit is " + std::to_string(memoryLimit));
+        throw LimitError(file.string() + ": has " + std::to_string(size) + " bytes, the memory limit is " +
+                         std::to_string(memoryLimit));
     return parse(readText(file), file.string());
 }
 
@@ -121,7 +124,8 @@ Archive Archive::parse(std::string_view bytes, std::string source, bool checked)
 {
     Archive archive;
     archive.source_ = std::move(source);
-    if (bytes.size() < kFixed || !bytes.starts_with(kMagic)) throw FileError(archive.source_, "is not a checkpoint of this version of vdbfrac");
+    if (bytes.size() < kFixed || !bytes.starts_with(kMagic))
+        throw FileError(archive.source_, "is not a checkpoint of this version of vdbfrac");
     const std::uint64_t sum = numberAt(bytes, 8), length = numberAt(bytes, 16);
     bytes.remove_prefix(kFixed);
     if (length > bytes.size()) archive.complain("its directory is longer than the file");
@@ -130,7 +134,8 @@ Archive Archive::parse(std::string_view bytes, std::string source, bool checked)
     if (!list.is_array()) archive.complain("its directory cannot be read");
     std::set<std::string> names;
     for (const json& entry : list) {
-        if (!(entry.is_array() && entry.size() == 3 && entry[0].is_string() && entry[1].is_string() && entry[2].is_number_unsigned()))
+        if (!(entry.is_array() && entry.size() == 3 && entry[0].is_string() && entry[1].is_string() &&
+              entry[2].is_number_unsigned()))
             archive.complain("its directory has an entry that is not [name, type, values]");
         Array array{entry[0], entry[1], entry[2], {}};
         const std::size_t size = sizeOf(array.type);

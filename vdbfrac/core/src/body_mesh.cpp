@@ -18,7 +18,8 @@ tetmesh::TetMesh enclosingTets(const scene::Grid& grid, const grid::LevelSet& ph
 {
     constexpr double kMargin = 0.5;         // voxels
     constexpr double kBytesAPoint = 12000;  // of mesher, mesh and solver
-    const double dx = phi.voxelSize(), size = mesher::kRadiusOfEdge * grid.coarsening * dx, deep = -0.9 * phi.background();
+    const double dx = phi.voxelSize(), size = mesher::kRadiusOfEdge * grid.coarsening * dx,
+                 deep = -0.9 * phi.background();
     const auto sample = grid::phiSampler(phi);
     mesher::DelaunayCriteria criteria;
     criteria.facetSize = size;

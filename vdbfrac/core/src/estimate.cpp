@@ -22,9 +22,10 @@ constexpr double kPerTetJacobi = 0.303 * kKibi;    // no coarse lattices
 constexpr double kPerTetExplicit = 0.158 * kKibi;  // no tangent either
 constexpr double kPerDelaunayTet = 9.9 * kKibi;    // CGAL's mesher has the peak
 constexpr double kPerDirect = 0.88 * kKibi;        // times nodes^(4/3): what factors fill in
-constexpr double kPerSurfaceVoxel = 1 * kKibi, kPerFinerVoxel = 2.9 * kKibi;  // pieces of cut cells; of cells of several voxels
-constexpr double kPerWorldVoxel = 2.7 * kKibi;     // grids made of the deformed surface, and the frames that wait
-constexpr double kPerBandVoxel = 30;               // phi and its frames
+// Pieces of cut cells; of cells of several voxels.
+constexpr double kPerSurfaceVoxel = 1 * kKibi, kPerFinerVoxel = 2.9 * kKibi;
+constexpr double kPerWorldVoxel = 2.7 * kKibi;  // grids made of the deformed surface, and the frames that wait
+constexpr double kPerBandVoxel = 30;            // phi and its frames
 
 /// Lattice cells that hold material: half of those that the surface crosses come to the volume.
 constexpr double kCrossed = 0.5;
@@ -51,16 +52,19 @@ BodyEstimate outline(const scene::Body& body, const scene::Grid& grid, std::uint
         now->volume = report.volume, now->area = report.area;
         const auto near = [](double a, double b) { return std::abs(a - b) <= kSame * a; };
         const bool same = coarser && near(now->volume, coarser->volume) && near(now->area, coarser->area);
-        if (same || across >= kFinest || now->outline.voxelSize() <= grid.voxelSize * (1 + 1e-9)) return std::move(*now);
+        if (same || across >= kFinest || now->outline.voxelSize() <= grid.voxelSize * (1 + 1e-9))
+            return std::move(*now);
         coarser = std::move(now);
     }
 }
 
-/// Throws InputError where no voxel of the outline is near a grip. What is nearer than a voxel of it may still miss all nodes.
+/// Throws InputError where no voxel of the outline is near a grip. What is nearer than a voxel of it may still miss all
+/// nodes.
 void requireNear(const scene::Grip& grip, const BodyEstimate& estimate)
 {
     const double dx = estimate.outline.voxelSize(), reach = 1.5 * std::sqrt(3.) * dx;
-    const tetmesh::NodeField<float> phi = grid::sampleNodes(estimate.outline, std::numeric_limits<std::uint64_t>::max());
+    const tetmesh::NodeField<float> phi =
+        grid::sampleNodes(estimate.outline, std::numeric_limits<std::uint64_t>::max());
     double nearest = std::numeric_limits<double>::infinity();
     phi.forEachBlock([&](Coord low) {
         phi.forEachNode(low, [&](Coord c) {
@@ -68,7 +72,9 @@ void requireNear(const scene::Grip& grip, const BodyEstimate& estimate)
         });
     });
     if (nearest <= reach) return;
-    throw InputError({grip.place, "grip '" + grip.name + "' holds nothing: its region is " + shortNumber(nearest, 3) + " m away from body '" + grip.body + "'",
+    throw InputError({grip.place,
+                      "grip '" + grip.name + "' holds nothing: its region is " + shortNumber(nearest, 3) +
+                          " m away from body '" + grip.body + "'",
                       "a region that reaches into the body at rest", ""});
 }
 
@@ -89,13 +95,16 @@ void count(BodyEstimate& e, const scene::Grid& grid)
 double bytesOf(const BodyEstimate& e, const scene::Scene& scene)
 {
     const bool isExplicit = scene.solver.integrator == "symplectic_euler" || scene.solver.integrator == "forward_euler";
-    const bool world = std::any_of(scene.output.vdb.begin(), scene.output.vdb.end(),
-                                   [](const std::string& name) { return name == "surface" || name == "vel" || name == "fragment_id"; });
+    const bool world = std::any_of(scene.output.vdb.begin(), scene.output.vdb.end(), [](const std::string& name) {
+        return name == "surface" || name == "vel" || name == "fragment_id";
+    });
     double bytes = e.surfaceVoxels * (scene.grid.coarsening > 1 ? kPerFinerVoxel : kPerSurfaceVoxel);
     bytes += e.surfaceVoxels * 2 * scene.grid.halfWidth * kPerBandVoxel;
     if (world) bytes += e.surfaceVoxels * kPerWorldVoxel;
     if (scene.grid.lattice == scene::LatticeKind::delaunay) return bytes + e.tets * kPerDelaunayTet;
-    return bytes + e.tets * (isExplicit ? kPerTetExplicit : scene.solver.linearSolver == "jacobi" ? kPerTetJacobi : kPerTet);
+    return bytes + e.tets * (isExplicit                              ? kPerTetExplicit
+                             : scene.solver.linearSolver == "jacobi" ? kPerTetJacobi
+                                                                     : kPerTet);
 }
 
 }  // namespace
@@ -120,8 +129,8 @@ SceneEstimate estimateScene(const scene::Scene& scene, std::uint64_t memoryLimit
 void requireMemory(const SceneEstimate& estimate, std::uint64_t limit)
 {
     if (estimate.bytes <= double(limit)) return;
-    throw LimitError("the run needs about " + shortNumber(estimate.bytes / kGibi, 3) + " GiB, the limit is " + shortNumber(double(limit) / kGibi, 3) +
-                     " GiB; use a coarser grid.voxel_size or --max-memory");
+    throw LimitError("the run needs about " + shortNumber(estimate.bytes / kGibi, 3) + " GiB, the limit is " +
+                     shortNumber(double(limit) / kGibi, 3) + " GiB; use a coarser grid.voxel_size or --max-memory");
 }
 
 }  // namespace vdbfrac::core

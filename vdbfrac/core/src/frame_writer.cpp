@@ -16,7 +16,8 @@ namespace fs = std::filesystem;
 namespace {
 
 /// A field of the rest configuration; `levelSets` keeps the copy of phi.
-grid::NamedGrid restField(const Simulation& simulation, const Body& body, const std::string& name, std::list<grid::LevelSet>& levelSets)
+grid::NamedGrid restField(const Simulation& simulation, const Body& body, const std::string& name,
+                          std::list<grid::LevelSet>& levelSets)
 {
     grid::NamedGrid g;
     g.name = simulation.bodies().size() > 1 ? name + "_" + body.name : name;
@@ -37,7 +38,8 @@ grid::NamedGrid restField(const Simulation& simulation, const Body& body, const 
 /// More than one, for the case that a disk loses the last.
 constexpr std::size_t kKeptCheckpoints = 2;
 
-/// stats.csv and run.json are written whole, so the seldomer the longer they are: they shall take no more than this part of the time.
+/// stats.csv and run.json are written whole, so the seldomer the longer they are: they shall take no more than this
+/// part of the time.
 constexpr double kShareOfTables = 0.02;
 
 }  // namespace
@@ -48,8 +50,10 @@ std::vector<fs::path> checkpointsIn(const fs::path& folder)
     std::vector<fs::path> files;
     std::error_code error;
     for (fs::directory_iterator entry(place, error), end; !error && entry != end; entry.increment(error))
-        if (entry->path().extension() == kCheckpointExtension && !isTemporary(entry->path())) files.push_back(entry->path());
-    if (error && error != std::errc::no_such_file_or_directory) throw FileError(place.string(), "cannot be read: " + error.message());
+        if (entry->path().extension() == kCheckpointExtension && !isTemporary(entry->path()))
+            files.push_back(entry->path());
+    if (error && error != std::errc::no_such_file_or_directory)
+        throw FileError(place.string(), "cannot be read: " + error.message());
     // Newest last: by their steps, of which later ones may have more digits.
     std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
         const std::string& s = a.native();
@@ -81,9 +85,16 @@ FrameData takeFrame(const Simulation& simulation, const scene::Scene& scene, int
     if (scene.output.obj || std::any_of(names.begin(), names.end(), isWorldField)) data.surface = simulation.surface();
     for (const std::string& name : names) {
         if (isWorldField(name))
-            data.grids.push_back({name, nullptr, {}, scene.grid.voxelSize, name == "surface" ? "m" : name == "vel" ? "m/s" : ""});
+            data.grids.push_back({name,
+                                  nullptr,
+                                  {},
+                                  scene.grid.voxelSize,
+                                  name == "surface" ? "m"
+                                  : name == "vel"   ? "m/s"
+                                                    : ""});
         else
-            for (const Body& body : simulation.bodies()) data.grids.push_back(restField(simulation, body, name, data.levelSets));
+            for (const Body& body : simulation.bodies())
+                data.grids.push_back(restField(simulation, body, name, data.levelSets));
     }
     data.state = runState(simulation);
     return data;
@@ -129,13 +140,10 @@ void RunFolder::Writer::writeVdb(FrameData& data)
         else if (g.name == "fragment_id")
             g.values = world.fragment;
     }
-    const grid::Metadata metadata = {{"creator", std::string(kCreator)},
-                                     {"scene", scene_.name},
-                                     {"frame", std::int64_t(data.record.frame)},
-                                     {"time", data.record.time},
-                                     {"fps", scene_.time.fps},
-                                     {"length_unit", std::string("m")},
-                                     {"up_axis", std::string("y")}};
+    const grid::Metadata metadata = {
+        {"creator", std::string(kCreator)}, {"scene", scene_.name},   {"frame", std::int64_t(data.record.frame)},
+        {"time", data.record.time},         {"fps", scene_.time.fps}, {"length_unit", std::string("m")},
+        {"up_axis", std::string("y")}};
     const std::string relative = sequenceName("vdb", data.record.frame, "vdb");
     grid::writeVdb(folder_ / relative, data.grids, metadata);
     note(data.record, relative);
@@ -156,7 +164,8 @@ void RunFolder::Writer::write(FrameData& data)
     if (std::chrono::steady_clock::now() - written_ >= took_ / kShareOfTables) writeAll(kRunning);
 }
 
-void RunFolder::Writer::writeTables(const std::vector<StepRecord>& steps, const RunState& state, const std::string& status)
+void RunFolder::Writer::writeTables(const std::vector<StepRecord>& steps, const RunState& state,
+                                    const std::string& status)
 {
     addSteps(steps);
     state_ = state;
@@ -196,14 +205,17 @@ void RunFolder::Writer::writeCheckpoint(Archive& archive, const std::vector<Step
     std::error_code error;
     fs::create_directory(folder, error);
     if (error) throw FileError(folder.string(), "cannot be made: " + error.message());
-    const RecordLog::Mark mark = log_.append(std::span(steps_).subspan(loggedSteps_), std::span(frames_).subspan(loggedFrames_));
+    const RecordLog::Mark mark =
+        log_.append(std::span(steps_).subspan(loggedSteps_), std::span(frames_).subspan(loggedFrames_));
     loggedSteps_ = steps_.size(), loggedFrames_ = frames_.size();
     archive.put("records", std::vector<std::uint64_t>{mark.bytes, mark.hash});
     checkpoints_.push_back(scene_.name + name + kCheckpointExtension);
     archive.write(folder / checkpoints_.back());
     if (checkpoints_.size() > kKeptCheckpoints) checkpoints_.erase(checkpoints_.begin());
     for (const fs::path& file : checkpointsIn(folder_))
-        if (std::find(checkpoints_.begin(), checkpoints_.end(), file.filename()) == checkpoints_.end()) fs::remove(file, error);  // or it stays
+        // Or it stays.
+        if (std::find(checkpoints_.begin(), checkpoints_.end(), file.filename()) == checkpoints_.end())
+            fs::remove(file, error);
 }
 
 void RunFolder::Writer::writeManifest(const RunState& state, const std::string& status) const

@@ -33,11 +33,11 @@ RunState runState(const Simulation& simulation);
 
 /// All that is written of one frame; nothing in it belongs to the simulation, which goes on.
 struct FrameData {
-    FrameRecord record;                     // without files
-    std::vector<StepRecord> steps;          // since the frame before
-    std::list<grid::LevelSet> levelSets;    // what `grids` point to
-    std::vector<grid::NamedGrid> grids;     // in the order of the file; those in world space are still empty
-    Simulation::MovingSurface surface;      // when something is made of it
+    FrameRecord record;                   // without files
+    std::vector<StepRecord> steps;        // since the frame before
+    std::list<grid::LevelSet> levelSets;  // what `grids` point to
+    std::vector<grid::NamedGrid> grids;   // in the order of the file; those in world space are still empty
+    Simulation::MovingSurface surface;    // when something is made of it
     RunState state;
 };
 FrameData takeFrame(const Simulation& simulation, const scene::Scene& scene, int frame);
@@ -78,11 +78,11 @@ private:
     scene::Scene scene_;
     std::vector<StepRecord> steps_;
     std::vector<FrameRecord> frames_;
-    RunState state_;                        // of the last frame
+    RunState state_;  // of the last frame
     RecordLog log_;
     std::size_t loggedSteps_ = 0, loggedFrames_ = 0;
-    std::vector<std::string> checkpoints_;  // names of those to keep
-    bool behind_ = false;                   // tables lack frames or steps
+    std::vector<std::string> checkpoints_;             // names of those to keep
+    bool behind_ = false;                              // tables lack frames or steps
     std::chrono::steady_clock::time_point written_{};  // when the tables were
     std::chrono::duration<double> took_{0};            // how long that took
 };

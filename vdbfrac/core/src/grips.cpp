@@ -12,7 +12,8 @@ namespace vdbfrac::core {
 
 namespace {
 
-/// A node counts as inside a region up to this fraction of a cell beyond it: regions that end on a lattice plane hold it.
+/// A node counts as inside a region up to this fraction of a cell beyond it: regions that end on a lattice plane hold
+/// it.
 constexpr double kRegionSlack = 1e-3;
 
 Mat3 rotation(const Vec3& degrees)
@@ -25,7 +26,8 @@ Mat3 rotation(const Vec3& degrees)
 
 scene::PoseKey poseAt(const std::vector<scene::PoseKey>& keys, double time)
 {
-    const auto after = std::upper_bound(keys.begin(), keys.end(), time, [](double t, const scene::PoseKey& k) { return t < k.time; });
+    const auto after =
+        std::upper_bound(keys.begin(), keys.end(), time, [](double t, const scene::PoseKey& k) { return t < k.time; });
     if (after == keys.begin()) return keys.front();
     if (after == keys.end()) return keys.back();
     const scene::PoseKey &a = after[-1], &b = after[0];
@@ -51,7 +53,7 @@ struct StartVelocity {
     Vec3 operator()(const scene::Keys& move) const
     {
         constexpr double kShort = 1e-6;  // s: as good as no turn, and far above rounding
-        return (TargetAt{kShort, X}(move) - TargetAt{0, X}(move)) / kShort;
+        return (TargetAt{kShort, X}(move)-TargetAt{0, X}(move)) / kShort;
     }
     Vec3 operator()(const scene::Force&) const { return Vec3::Zero(); }
 };
@@ -74,7 +76,8 @@ Vec3 forceAt(const scene::Force& move, double time)
 Simulation::Grips::Grips(const std::vector<scene::Grip>& grips, std::span<const Body> bodies) : grips_(grips)
 {
     for (const scene::Grip& grip : grips_) {
-        const auto body = std::find_if(bodies.begin(), bodies.end(), [&](const Body& b) { return b.name == grip.body; });
+        const auto body =
+            std::find_if(bodies.begin(), bodies.end(), [&](const Body& b) { return b.name == grip.body; });
         held_.push_back({&grip, std::size_t(body - bodies.begin()), {}, {}, {}});
     }
     for (const Body& body : bodies) bodyNames_.push_back(body.name);
@@ -115,7 +118,8 @@ void Simulation::Grips::requireNodes() const
 {
     for (const Held& held : held_)
         if (held.nodes.empty())
-            throw InputError({held.grip->place, "grip '" + held.grip->name + "' holds nothing of body '" + held.grip->body + "'",
+            throw InputError({held.grip->place,
+                              "grip '" + held.grip->name + "' holds nothing of body '" + held.grip->body + "'",
                               "a region that contains lattice nodes of the body", "move or enlarge the region"});
 }
 
@@ -150,7 +154,8 @@ std::vector<Vec3> Simulation::Grips::loads(std::span<const Vec3> reaction) const
     for (const Held& held : held_) {
         Vec3 sum = Vec3::Zero();
         const bool force = std::holds_alternative<scene::Force>(held.grip->move);
-        for (std::size_t i = 0; i < held.nodes.size(); ++i) sum += force ? boundary_.force[held.nodes[i]] : reaction[held.nodes[i]];
+        for (std::size_t i = 0; i < held.nodes.size(); ++i)
+            sum += force ? boundary_.force[held.nodes[i]] : reaction[held.nodes[i]];
         loads.push_back(sum);
     }
     return loads;

@@ -17,14 +17,15 @@ public:
     /// Finds the body of each grip.
     Grips(const std::vector<scene::Grip>& grips, std::span<const Body> bodies);
 
-    /// Finds the nodes of each grip again: after any change of the mesh. All copies of a lattice node in the region count.
+    /// Finds the nodes of each grip again: after any change of the mesh. All copies of a lattice node in the region
+    /// count.
     void rebuild(std::span<const Body> bodies, const solver::ElasticOperator& elastic);
 
     /// Throws InputError when a grip holds no node.
     void requireNodes() const;
 
-    /// Gives the nodes that are held the velocities [m/s] with which they set off at t = 0; otherwise the first step would
-    /// have to accelerate them, with a load that grows as it gets shorter.
+    /// Gives the nodes that are held the velocities [m/s] with which they set off at t = 0; otherwise the first step
+    /// would have to accelerate them, with a load that grows as it gets shorter.
     void setStartVelocities(std::span<Vec3> v) const;
 
     /// Prescribed positions at a time and forces until then. Holds until the next call.

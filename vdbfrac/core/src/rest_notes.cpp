@@ -14,11 +14,13 @@ std::string rough(double v) { return shortNumber(v, 3); }
 
 void noteThinness(const Body& body, double h, std::vector<std::string>& notes)
 {
-    constexpr double kThin = 2;  // cells: a plate this thin, or a rod twice as thick, bends far too stiffly or too softly
-    const double thickness = 2 * body.startVolume / body.mesh->surface().cutArea / h;  // exact for a plate, half the diameter of a rod
+    // Cells: a plate this thin, or a rod twice as thick, bends far too stiffly or too softly.
+    constexpr double kThin = 2;
+    // Exact for a plate, half the diameter of a rod.
+    const double thickness = 2 * body.startVolume / body.mesh->surface().cutArea / h;
     if (thickness < kThin)
-        notes.push_back("body '" + body.name + "' is thin: volume and surface are those of a plate " + rough(thickness) +
-                        " lattice cells thick; bending needs 4");
+        notes.push_back("body '" + body.name + "' is thin: volume and surface are those of a plate " +
+                        rough(thickness) + " lattice cells thick; bending needs 4");
 }
 
 void noteParts(const Body& body, std::vector<std::string>& notes)
@@ -27,8 +29,9 @@ void noteParts(const Body& body, std::vector<std::string>& notes)
     if (parts.size() < 2) return;
     double largest = 0;
     for (const tetmesh::Fragment& part : parts) largest = std::max(largest, part.restVolume);
-    notes.push_back("body '" + body.name + "' is in " + std::to_string(parts.size()) + " parts at rest; all but the largest have " +
-                    rough(100 * (1 - largest / body.startVolume)) + " % of its volume together; crumbs come from thin parts, or faces on planes of voxels");
+    notes.push_back("body '" + body.name + "' is in " + std::to_string(parts.size()) +
+                    " parts at rest; all but the largest have " + rough(100 * (1 - largest / body.startVolume)) +
+                    " % of its volume together; crumbs come from thin parts, or faces on planes of voxels");
 }
 
 /// Volume [m^3] that two bodies have in common, by voxels.
@@ -38,7 +41,8 @@ double overlap(const Body& a, const Body& b)
     double voxels = 0;
     a.mesh->phi().forEachBlock([&](Coord low) {
         if (!b.mesh->phi().contains(low)) return;
-        tetmesh::NodeField<float>::forEachNode(low, [&](Coord c) { voxels += a.mesh->phi()(c) < 0 && b.mesh->phi()(c) < 0; });
+        tetmesh::NodeField<float>::forEachNode(
+            low, [&](Coord c) { voxels += a.mesh->phi()(c) < 0 && b.mesh->phi()(c) < 0; });
     });
     return voxels * dx * dx * dx;
 }
@@ -48,8 +52,8 @@ void noteOverlaps(std::span<const Body> bodies, std::vector<std::string>& notes)
     for (std::size_t i = 0; i < bodies.size(); ++i)
         for (std::size_t j = 0; j < i; ++j)
             if (const double common = overlap(bodies[j], bodies[i]); common > 0)
-                notes.push_back("bodies '" + bodies[j].name + "' and '" + bodies[i].name + "' overlap at rest by " + rough(common) +
-                                " m^3: there is no contact, each moves as if the other were not there");
+                notes.push_back("bodies '" + bodies[j].name + "' and '" + bodies[i].name + "' overlap at rest by " +
+                                rough(common) + " m^3: there is no contact, each moves as if the other were not there");
 }
 
 /// Fastest [m/s] that keys move a grip from one to the next, turns apart.
@@ -59,7 +63,8 @@ struct SpeedOf {
     {
         double fastest = 0;
         for (std::size_t k = 1; k < move.keys.size(); ++k)
-            fastest = std::max(fastest, (move.keys[k].translate - move.keys[k - 1].translate).norm() / (move.keys[k].time - move.keys[k - 1].time));
+            fastest = std::max(fastest, (move.keys[k].translate - move.keys[k - 1].translate).norm() /
+                                            (move.keys[k].time - move.keys[k - 1].time));
         return fastest;
     }
     double operator()(const scene::Force&) const { return 0; }
@@ -72,7 +77,8 @@ void noteSpeed(const scene::Grip& grip, std::span<const Body> bodies, std::vecto
     const solver::Material& m = body->material;
     const double sound = std::sqrt((m.lambda + 2 * m.mu) / m.rho), speed = std::visit(SpeedOf{}, grip.move);
     if (speed > sound)
-        notes.push_back("grip '" + grip.name + "' moves at " + rough(speed) + " m/s, faster than sound in body '" + body->name + "' (" + rough(sound) +
+        notes.push_back("grip '" + grip.name + "' moves at " + rough(speed) + " m/s, faster than sound in body '" +
+                        body->name + "' (" + rough(sound) +
                         " m/s): it crushes or tears off what is next to it, in very many short steps; check its units");
 }
 

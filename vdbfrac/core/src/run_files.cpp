@@ -19,7 +19,8 @@ bool isDigit(char c) { return c >= '0' && c <= '9'; }
 /// Below the folder, whatever a manifest says.
 bool liesBelow(const fs::path& path)
 {
-    return !path.empty() && path.is_relative() && std::none_of(path.begin(), path.end(), [](const fs::path& part) { return part == ".."; });
+    return !path.empty() && path.is_relative() &&
+           std::none_of(path.begin(), path.end(), [](const fs::path& part) { return part == ".."; });
 }
 
 }  // namespace
@@ -27,8 +28,17 @@ bool liesBelow(const fs::path& path)
 std::vector<std::string> runFiles(const std::string& name)
 {
     const std::string ckpt = std::string(kCheckpointFolder) + "/" + name;
-    return {ckpt + ".####" + kCheckpointExtension, ckpt + kRecordsExtension, "vdb/" + name + ".####.vdb", "obj/" + name + ".####.obj", "obj/" + name + ".mtl",
-            "preview/" + name + ".####.png", "preview/contact_sheet.png", "stats.csv", "run.log", "scene.toml", kManifest};
+    return {ckpt + ".####" + kCheckpointExtension,
+            ckpt + kRecordsExtension,
+            "vdb/" + name + ".####.vdb",
+            "obj/" + name + ".####.obj",
+            "obj/" + name + ".mtl",
+            "preview/" + name + ".####.png",
+            "preview/contact_sheet.png",
+            "stats.csv",
+            "run.log",
+            "scene.toml",
+            kManifest};
 }
 
 bool matches(std::string_view pattern, std::string_view path)
@@ -53,7 +63,9 @@ std::vector<std::string> filesOfEarlierRun(const fs::path& folder)
     std::vector<std::string> patterns;
     for (const auto& pattern : manifest.value("writes", nlohmann::json::array()))
         if (pattern.is_string() && liesBelow(pattern.get<std::string>())) patterns.push_back(pattern);
-    if (patterns.empty()) throw FileError((folder / kManifest).string(), "does not list what its run writes; use another folder, or remove this one");
+    if (patterns.empty())
+        throw FileError((folder / kManifest).string(),
+                        "does not list what its run writes; use another folder, or remove this one");
     return patterns;
 }
 
@@ -63,7 +75,8 @@ bool hasFrames(const fs::path& folder)
     return manifest.is_object() && !manifest.value("frames", nlohmann::json::array()).empty();
 }
 
-void requireApart(const fs::path& folder, const std::vector<std::string>& patterns, const std::vector<fs::path>& inputs, const char* what)
+void requireApart(const fs::path& folder, const std::vector<std::string>& patterns, const std::vector<fs::path>& inputs,
+                  const char* what)
 {
     for (const fs::path& input : inputs) {
         const fs::path below = fs::weakly_canonical(input).lexically_relative(fs::weakly_canonical(folder));
@@ -82,7 +95,9 @@ void removeRunFiles(const fs::path& folder, const std::vector<std::string>& patt
         std::vector<fs::path> found;
         std::error_code error;
         for (fs::directory_iterator entry(folder / place, error), end; !error && entry != end; entry.increment(error))
-            if (matches(pattern, (place / entry->path().filename()).generic_string()) && !fs::is_directory(entry->symlink_status())) found.push_back(entry->path());
+            if (matches(pattern, (place / entry->path().filename()).generic_string()) &&
+                !fs::is_directory(entry->symlink_status()))
+                found.push_back(entry->path());
         for (const fs::path& file : found)
             if (fs::remove(file, error); error) throw FileError(file.string(), "cannot be removed: " + error.message());
         if (!place.empty()) places.insert(place);

@@ -1,4 +1,5 @@
-// Which files a run writes into its folder. The manifest lists them, and nothing else in there is ever removed. Not installed.
+// Which files a run writes into its folder. The manifest lists them, and nothing else in there is ever removed. Not
+// installed.
 #pragma once
 
 #include <filesystem>
@@ -13,22 +14,24 @@ inline constexpr const char* kCheckpointFolder = "ckpt";
 inline constexpr const char* kCheckpointExtension = ".ckpt";
 inline constexpr const char* kRecordsExtension = ".records";
 
-/// Paths relative to the folder; "####" stands for a number of four digits or more. Checkpoints come first: they are removed
-/// first, so that whoever is killed in between leaves none whose frames are gone.
+/// Paths relative to the folder; "####" stands for a number of four digits or more. Checkpoints come first: they are
+/// removed first, so that whoever is killed in between leaves none whose frames are gone.
 std::vector<std::string> runFiles(const std::string& sceneName);
 
 /// Is `path` one of those that a pattern stands for?
 bool matches(std::string_view pattern, std::string_view path);
 
-/// The patterns that the manifest of an earlier run lists. Throws FileError for a folder without a manifest of this program.
+/// The patterns that the manifest of an earlier run lists. Throws FileError for a folder without a manifest of this
+/// program.
 std::vector<std::string> filesOfEarlierRun(const std::filesystem::path& folder);
 
 /// Does its manifest list frames?
 bool hasFrames(const std::filesystem::path& folder);
 
-/// Throws InputError when one of `inputs` is among the files that the patterns stand for. `what`: what would become of it.
-void requireApart(const std::filesystem::path& folder, const std::vector<std::string>& patterns, const std::vector<std::filesystem::path>& inputs,
-                  const char* what);
+/// Throws InputError when one of `inputs` is among the files that the patterns stand for. `what`: what would become of
+/// it.
+void requireApart(const std::filesystem::path& folder, const std::vector<std::string>& patterns,
+                  const std::vector<std::filesystem::path>& inputs, const char* what);
 
 /// Removes the files that the patterns stand for, in their order, then the folders that are empty. Throws FileError.
 void removeRunFiles(const std::filesystem::path& folder, const std::vector<std::string>& patterns);

@@ -17,7 +17,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Frames that may wait for the writer: with the one it is at, and one that is handed over, three are in memory at most.
+/// Frames that may wait for the writer: with the one it is at, and one that is handed over, three are in memory at
+/// most.
 constexpr std::size_t kWaitingFrames = 1;
 
 /// The scene and the files that it names.
@@ -52,11 +53,15 @@ FolderLock prepare(const fs::path& folder, const scene::Scene& scene, Earlier ea
     FolderLock lock(folder);
     if (isEmpty(folder)) return lock;
     if (earlier == Earlier::refuse)
-        throw FileError(folder.string(), "is not empty; use --resume to go on with an earlier run, --overwrite to replace it, or another folder");
+        throw FileError(
+            folder.string(),
+            "is not empty; use --resume to go on with an earlier run, --overwrite to replace it, or another folder");
     const std::vector<std::string> before = filesOfEarlierRun(folder);
     std::vector<fs::path> inputs = inputsOf(scene);
     const fs::path own = folder / "scene.toml";
-    if (earlier == Earlier::keep) std::erase_if(inputs, [&](const fs::path& file) { return fs::equivalent(file, own, error); });  // is left as it is
+    // Is left as it is.
+    if (earlier == Earlier::keep)
+        std::erase_if(inputs, [&](const fs::path& file) { return fs::equivalent(file, own, error); });
     requireApart(folder, before, inputs, earlier == Earlier::keep ? "write over" : "remove");
     requireApart(folder, runFiles(scene.name), inputs, "write over");
     for (const char* place : {"", kCheckpointFolder, "vdb", "obj"}) removeTemporaries(folder / place);
@@ -65,17 +70,16 @@ FolderLock prepare(const fs::path& folder, const scene::Scene& scene, Earlier ea
 }
 
 /// Fields that the core itself writes.
-bool isCoreField(const std::string& name)
-{
-    return name == "phi" || name == "energy" || isWorldField(name);
-}
+bool isCoreField(const std::string& name) { return name == "phi" || name == "energy" || isWorldField(name); }
 
 void requireSources(const scene::Scene& scene, const Stages& stages)
 {
     for (const std::string& name : scene.output.vdb) {
-        const bool offered = std::any_of(stages.fields.begin(), stages.fields.end(), [&](const FieldSource* f) { return f->fieldName() == name; });
+        const bool offered = std::any_of(stages.fields.begin(), stages.fields.end(),
+                                         [&](const FieldSource* f) { return f->fieldName() == name; });
         if (!offered && !isCoreField(name))
-            throw InputError({"output.vdb", "nothing in this scene makes the field '" + name + "'", "", "name the effect that makes it, or leave the field out"});
+            throw InputError({"output.vdb", "nothing in this scene makes the field '" + name + "'", "",
+                              "name the effect that makes it, or leave the field out"});
     }
 }
 
@@ -85,14 +89,16 @@ void requireSame(const std::string& settings, const std::string& before)
     if (settings == before) return;
     std::istringstream now(settings), then(before);
     std::string table;
-    for (std::string line, was; ;) {
+    for (std::string line, was;;) {
         const bool more = bool(std::getline(now, line)), had = bool(std::getline(then, was));
         if (more && had && line == was) {
             if (line.starts_with('[')) table = line + " ";
             continue;
         }
-        throw InputError({"--resume", "the scene is not that of the run: " + table + (more ? "'" + line + "'" : std::string("its end")) + " was " +
-                                          (had ? "'" + was + "'" : std::string("its end")),
+        throw InputError({"--resume",
+                          "the scene is not that of the run: " + table +
+                              (more ? "'" + line + "'" : std::string("its end")) + " was " +
+                              (had ? "'" + was + "'" : std::string("its end")),
                           "the scene of the run; only its last frame may differ", "or start again with --overwrite"});
     }
 }
@@ -100,11 +106,15 @@ void requireSame(const std::string& settings, const std::string& before)
 }  // namespace
 
 RunFolder::RunFolder(fs::path folder, const scene::Scene& scene, const Stages& stages, Earlier earlier)
-    : folder_(std::move(folder)), scene_(scene), writer_(std::make_unique<Writer>(folder_, scene)), queue_(kWaitingFrames)
+    : folder_(std::move(folder)),
+      scene_(scene),
+      writer_(std::make_unique<Writer>(folder_, scene)),
+      queue_(kWaitingFrames)
 {
     requireSources(scene, stages);
     lock_ = prepare(folder_, scene, earlier);
-    if (!fs::exists(folder_ / kManifest)) writer_->writeFirstManifest();  // from here on the folder is known to hold a run
+    // From here on the folder is known to hold a run.
+    if (!fs::exists(folder_ / kManifest)) writer_->writeFirstManifest();
     if (!scene.output.vdb.empty()) fs::create_directory(folder_ / "vdb");
     if (scene.output.obj) {
         fs::create_directory(folder_ / "obj");
@@ -151,7 +161,9 @@ void RunFolder::writeCheckpoint(const Simulation& simulation, const std::string&
         archive->putText("state_hash", hash);
         simulation.save(*archive);
     }
-    queue_.push([writer = writer_.get(), archive = std::move(archive), steps = newSteps()] { writer->writeCheckpoint(*archive, steps); });
+    queue_.push([writer = writer_.get(), archive = std::move(archive), steps = newSteps()] {
+        writer->writeCheckpoint(*archive, steps);
+    });
 }
 
 bool RunFolder::resume(Simulation& simulation, const Resume& how, std::vector<std::string>& notes)
@@ -159,7 +171,8 @@ bool RunFolder::resume(Simulation& simulation, const Resume& how, std::vector<st
     std::vector<fs::path> checkpoints = checkpointsIn(folder_);
     if (checkpoints.empty()) {
         if (!hasFrames(folder_)) return false;
-        throw FileError(folder_.string(), "holds frames but no checkpoint; use --overwrite to start again, or another folder");
+        throw FileError(folder_.string(),
+                        "holds frames but no checkpoint; use --overwrite to start again, or another folder");
     }
     std::string passed;
     for (std::reverse(checkpoints.begin(), checkpoints.end()); const fs::path& file : checkpoints) {
@@ -179,21 +192,25 @@ bool RunFolder::resume(Simulation& simulation, const Resume& how, std::vector<st
         if (!passed.empty()) notes.push_back("an older checkpoint is taken" + passed);
         return true;
     }
-    throw FileError((folder_ / kCheckpointFolder).string(), "has no whole checkpoint up to frame " + std::to_string(how.lastFrame) + passed);
+    throw FileError((folder_ / kCheckpointFolder).string(),
+                    "has no whole checkpoint up to frame " + std::to_string(how.lastFrame) + passed);
 }
 
-void RunFolder::goOn(Simulation& simulation, const std::string& settings, const Archive& archive, const std::vector<FrameRecord>& frames)
+void RunFolder::goOn(Simulation& simulation, const std::string& settings, const Archive& archive,
+                     const std::vector<FrameRecord>& frames)
 {
     const auto refuse = [](const std::string& what) {
         throw InputError({"--resume", what, "", "start again with --overwrite, or in another folder"});
     };
-    if (const std::string creator = archive.getText("creator"); creator != kCreator) refuse("the run was made by " + creator + ", this is " + kCreator);
+    if (const std::string creator = archive.getText("creator"); creator != kCreator)
+        refuse("the run was made by " + creator + ", this is " + kCreator);
     requireSame(settings, archive.getText("settings"));
     restHash_ = archive.getText("rest_hash");
     if (restHash_ != hexadecimal(simulation.stateHash()))
         refuse("the bodies at rest are not those of the run: a mesh, a .vdb file or the program has changed since");
     simulation.load(archive);
-    if (archive.getText("state_hash") != hexadecimal(simulation.stateHash())) archive.complain("the state it leads to is not the one that was saved");
+    if (archive.getText("state_hash") != hexadecimal(simulation.stateHash()))
+        archive.complain("the state it leads to is not the one that was saved");
     bool sound = int(steps_.size()) == simulation.steps() && int(frames.size()) <= simulation.framesDone() + 1;
     for (std::size_t i = 0; i < frames.size(); ++i) sound = sound && frames[i].frame == scene_.time.firstFrame + int(i);
     if (!sound) archive.complain("its steps and frames do not go together");

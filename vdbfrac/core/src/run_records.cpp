@@ -27,13 +27,14 @@ constexpr std::int64_t kAbsent = std::numeric_limits<std::int64_t>::min();
 template <class Record, class Act>
 void forWholeNumbers(Record& s, const Act& act)
 {
-    act(s.step), act(s.outcome), act(s.cutbacks), act(s.newtonIterations), act(s.linearIterations), act(s.projections), act(s.fragments), act(s.nodes),
-        act(s.tets);
+    act(s.step), act(s.outcome), act(s.cutbacks), act(s.newtonIterations), act(s.linearIterations), act(s.projections),
+        act(s.fragments), act(s.nodes), act(s.tets);
 }
 template <class Record, class Act>
 void forRealNumbers(Record& s, const Act& act)
 {
-    act(s.time), act(s.dt), act(s.residual), act(s.leastResidual), act(s.kineticEnergy), act(s.elasticEnergy), act(s.volume);
+    act(s.time), act(s.dt), act(s.residual), act(s.leastResidual), act(s.kineticEnergy), act(s.elasticEnergy),
+        act(s.volume);
     for (auto& load : s.gripLoad) act(load.x()), act(load.y()), act(load.z());
 }
 constexpr std::size_t kWholeNumbers = 9, kRealNumbers = 7;
@@ -77,7 +78,8 @@ void requireSummable(std::int64_t amount, const Archive& archive)
 
 std::int64_t wholeNumber(const json& number, const Archive& archive)
 {
-    if (!number.is_number_integer()) archive.complain("its list of frames has " + number.dump() + " instead of a whole number");
+    if (!number.is_number_integer())
+        archive.complain("its list of frames has " + number.dump() + " instead of a whole number");
     requireSummable(number.get<std::int64_t>(), archive);
     return number.get<std::int64_t>();
 }
@@ -89,7 +91,8 @@ json framesJson(std::span<const FrameRecord> frames)
     json list = json::array();
     for (const FrameRecord& f : frames) {
         json files = json::array();
-        for (const WrittenFile& w : f.files) files.push_back({{"path", w.path}, {"bytes", w.bytes}, {"xxh3", w.checksum}});
+        for (const WrittenFile& w : f.files)
+            files.push_back({{"path", w.path}, {"bytes", w.bytes}, {"xxh3", w.checksum}});
         list.push_back({{"frame", f.frame}, {"time", f.time}, {"state_hash", f.stateHash}, {"files", files}});
     }
     return list;
@@ -100,9 +103,14 @@ std::vector<FrameRecord> loadFrames(const Archive& archive)
     std::vector<FrameRecord> frames;
     try {
         for (const json& f : json::parse(archive.getText("frames"))) {
-            FrameRecord record{int(wholeNumber(f.at("frame"), archive)), f.at("time").get<double>(), f.at("state_hash").get<std::string>(), {}};
+            FrameRecord record{int(wholeNumber(f.at("frame"), archive)),
+                               f.at("time").get<double>(),
+                               f.at("state_hash").get<std::string>(),
+                               {}};
             for (const json& w : f.at("files"))
-                record.files.push_back({w.at("path").get<std::string>(), std::uint64_t(wholeNumber(w.at("bytes"), archive)), w.at("xxh3").get<std::string>()});
+                record.files.push_back({w.at("path").get<std::string>(),
+                                        std::uint64_t(wholeNumber(w.at("bytes"), archive)),
+                                        w.at("xxh3").get<std::string>()});
             frames.push_back(std::move(record));
         }
     } catch (const json::exception& e) {
@@ -141,17 +149,21 @@ std::vector<StepRecord> loadSteps(const Archive& archive)
 {
     std::vector<Column> columns;
     try {
-        for (const json& c : json::parse(archive.getText("steps.columns"))) columns.push_back({c.at(0).get<std::string>(), c.at(1).get<std::string>()});
+        for (const json& c : json::parse(archive.getText("steps.columns")))
+            columns.push_back({c.at(0).get<std::string>(), c.at(1).get<std::string>()});
     } catch (const json::exception& e) {
         archive.complain(std::string("the columns of its steps cannot be read: ") + e.what());
     }
     const std::vector<std::int64_t> whole = archive.get<std::int64_t>("steps.whole");
     const std::vector<double> real = archive.get<double>("steps.real");
-    const std::uint64_t grips = archive.getOne<std::uint64_t>("steps.grips"), count = archive.getOne<std::uint64_t>("steps.count");
-    const std::size_t seconds = std::size_t(std::count_if(columns.begin(), columns.end(), [](const Column& c) { return c.what.empty(); }));
+    const std::uint64_t grips = archive.getOne<std::uint64_t>("steps.grips"),
+                        count = archive.getOne<std::uint64_t>("steps.count");
+    const std::size_t seconds =
+        std::size_t(std::count_if(columns.begin(), columns.end(), [](const Column& c) { return c.what.empty(); }));
     const std::size_t wholes = kWholeNumbers + columns.size() - seconds;
     // Divided, not multiplied: the numbers may be anything.
-    if (whole.size() % wholes != 0 || whole.size() / wholes != count || grips > real.size() || (count == 0 && !real.empty()) ||
+    if (whole.size() % wholes != 0 || whole.size() / wholes != count || grips > real.size() ||
+        (count == 0 && !real.empty()) ||
         (count > 0 && (real.size() % count != 0 || real.size() / count != kRealNumbers + 3 * grips + seconds)))
         archive.complain("its table of steps has the wrong size");
     std::vector<StepRecord> steps(count);

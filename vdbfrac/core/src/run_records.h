@@ -20,8 +20,8 @@ void saveRecords(std::span<const StepRecord> steps, std::span<const FrameRecord>
 std::vector<StepRecord> loadSteps(const Archive& archive);
 std::vector<FrameRecord> loadFrames(const Archive& archive);
 
-/// The records of a run as they come, in a file that only grows: blocks one behind the other, each the length of an archive
-/// (8 bytes, little-endian) and the archive. A checkpoint says up to where the file belongs to it.
+/// The records of a run as they come, in a file that only grows: blocks one behind the other, each the length of an
+/// archive (8 bytes, little-endian) and the archive. A checkpoint says up to where the file belongs to it.
 class RecordLog {
 public:
     struct Mark {

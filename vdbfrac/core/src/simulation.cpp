@@ -25,23 +25,23 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Takes one body's part of a field along to its new nodes; `first`: where the part begins.
-void carry(std::vector<Vec3>& field, std::size_t first, std::size_t oldCount, std::span<const std::uint32_t> previousNode)
+void carry(std::vector<Vec3>& field, std::size_t first, std::size_t oldCount,
+           std::span<const std::uint32_t> previousNode)
 {
     std::vector<Vec3> now(field.size() - oldCount + previousNode.size());
     std::copy_n(field.begin(), first, now.begin());
     parallelChunks(previousNode.size(), kChunk, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) now[first + i] = field[first + previousNode[i]];
     });
-    std::copy(field.begin() + std::ptrdiff_t(first + oldCount), field.end(), now.begin() + std::ptrdiff_t(first + previousNode.size()));
+    std::copy(field.begin() + std::ptrdiff_t(first + oldCount), field.end(),
+              now.begin() + std::ptrdiff_t(first + previousNode.size()));
     field = std::move(now);
 }
 
 }  // namespace
 
 Simulation::Simulation(const scene::Scene& scene, std::span<Effect* const> effects, std::uint64_t memoryLimit)
-    : timeSettings_(scene.time),
-      solverSettings_(scene.solver),
-      h_(scene.grid.coarsening * scene.grid.voxelSize)
+    : timeSettings_(scene.time), solverSettings_(scene.solver), h_(scene.grid.coarsening * scene.grid.voxelSize)
 {
     for (const scene::Body& body : scene.bodies) addBody(scene, body, memoryLimit);
     grips_ = std::make_unique<Grips>(scene.grips, bodies_);
@@ -66,8 +66,8 @@ void Simulation::addBody(const scene::Scene& scene, const scene::Body& spec, std
     body.phi = grid::makeLevelSet(spec, scene.grid, memoryLimit, &stages_.notes);
     body.mesh = makeBodyMesh(scene.grid, body.phi, memoryLimit);
     if (body.mesh->nodeCount() == 0)
-        throw InputError({spec.place, "body '" + spec.name + "' holds no material on the lattice", "at least one voxel inside",
-                          "make grid.voxel_size smaller than the body"});
+        throw InputError({spec.place, "body '" + spec.name + "' holds no material on the lattice",
+                          "at least one voxel inside", "make grid.voxel_size smaller than the body"});
     body.fragments = tetmesh::FragmentTracker(*body.mesh, nextFragment_);
     body.startVolume = body.mesh->volume();
     const std::vector<Vec3> rest = tetmesh::restPositions(*body.mesh);
@@ -80,8 +80,9 @@ void Simulation::warnOfLongSteps()
 {
     const double stable = integrator_->largestStep(stages_.solve), frame = 1 / timeSettings_.fps;
     if (timeSettings_.substeps == 0 || frame / timeSettings_.substeps <= stable) return;
-    stages_.notes.push_back("time steps of " + shortNumber(frame / timeSettings_.substeps, 3) + " s are too long: the integrator is unstable beyond " +
-                            shortNumber(stable, 3) + " s; take time.substeps = " + shortNumber(std::ceil(frame / stable), 15) + " or \"auto\"");
+    stages_.notes.push_back("time steps of " + shortNumber(frame / timeSettings_.substeps, 3) +
+                            " s are too long: the integrator is unstable beyond " + shortNumber(stable, 3) +
+                            " s; take time.substeps = " + shortNumber(std::ceil(frame / stable), 15) + " or \"auto\"");
 }
 
 void Simulation::setInitialVelocity(const scene::Body& spec, const Body& body)
@@ -106,7 +107,8 @@ void Simulation::rebuild()
     for (Body& body : bodies_) {
         body.firstNode = node, body.firstElement = element;
         node += std::uint32_t(body.mesh->nodeCount()), element += std::uint32_t(body.mesh->elements().size());
-        sets.push_back({body.mesh->elements(), body.mesh->latticeCoords(), body.firstNode, body.material, body.mesh->gradients()});
+        sets.push_back(
+            {body.mesh->elements(), body.mesh->latticeCoords(), body.firstNode, body.material, body.mesh->gradients()});
     }
     elastic_ = std::make_unique<solver::ElasticOperator>(sets, node, h_, elasticityOf(solverSettings_));
     if (integrator_)
@@ -135,7 +137,8 @@ double Simulation::fastestSpread() const
                 for (std::size_t c = 0; c < v.size(); ++c) v[c] = state_.v[body.firstNode + elements[e].node[c]];
                 double fromFirst = 0;
                 for (const Vec3& other : v) fromFirst = std::max(fromFirst, (other - v[0]).squaredNorm());
-                if (4 * fromFirst > most) most = std::max(most, pairwise(v));  // two are no farther apart than twice that
+                // Two are no farther apart than twice that.
+                if (4 * fromFirst > most) most = std::max(most, pairwise(v));
             }
             return most;
         });
@@ -166,12 +169,15 @@ StepRecord Simulation::step(double until)
 {
     constexpr double kWhole = 1e-6;  // a quotient this near to a whole number is one: times are sums of very many steps
     constexpr int kMostCutbacks = 8;
-    constexpr double kHopeless = 4;  // cells that nodes of one may fly apart: beyond, Newton's method has nothing to start from
+    // Cells that nodes of one may fly apart: beyond, Newton's method has nothing to start from.
+    constexpr double kHopeless = 4;
     StepRecord record;
     const double spread = fastestSpread();
     double limit = stepLimit(spread);
-    const bool solves = std::isinf(integrator_->largestStep(stages_.solve));  // an explicit scheme that flies apart shall do so at once
-    for (; solves && limit * spread > kHopeless * h_ && record.cutbacks < kMostCutbacks; ++record.cutbacks) limit *= 0.5;
+    // An explicit scheme that flies apart shall do so at once.
+    const bool solves = std::isinf(integrator_->largestStep(stages_.solve));
+    for (; solves && limit * spread > kHopeless * h_ && record.cutbacks < kMostCutbacks; ++record.cutbacks)
+        limit *= 0.5;
     const double left = until - time_, longest = std::min(limit, trusted_);
     // Not of what is left of a frame: where nothing converges, that would shrink with each step and never end.
     const double shortest = (0.5 + kWhole) * limit / std::exp2(kMostCutbacks);
@@ -189,7 +195,9 @@ void Simulation::solve(StepRecord& record, double dt, double shortest)
     saved_ = state_;
     const double tried = dt;
     const solver::StepReport* report = nullptr;
-    const auto boundaryAt = [&](double share) -> const solver::Boundary& { return grips_->boundary(time_ + share * dt); };
+    const auto boundaryAt = [&](double share) -> const solver::Boundary& {
+        return grips_->boundary(time_ + share * dt);
+    };
     for (;; dt *= 0.5, ++record.cutbacks, state_ = saved_) {
         report = &integrator_->step(state_, dt, {stages_.solve, boundaryAt});
         record.newtonIterations += report->newtonIterations;
@@ -201,7 +209,8 @@ void Simulation::solve(StepRecord& record, double dt, double shortest)
     }
     trusted_ = dt < tried ? dt : 2 * trusted_;
     if (!std::isfinite(report->residual))
-        throw LimitError("step " + std::to_string(steps_ + 1) + ": forces or positions are beyond what a number can hold; are grips or bodies "
+        throw LimitError("step " + std::to_string(steps_ + 1) +
+                         ": forces or positions are beyond what a number can hold; are grips or bodies "
                          "too fast, forces too large, or time steps too long for an explicit integrator?");
     time_ += dt;
     record.step = ++steps_;
@@ -210,8 +219,8 @@ void Simulation::solve(StepRecord& record, double dt, double shortest)
     record.residual = report->residual;
     record.leastResidual = report->leastResidual;
     record.outcome = report->status == solver::StepStatus::capped ? Outcome::capped
-                     : record.cutbacks > 0                       ? Outcome::cutback
-                                                                 : Outcome::converged;
+                     : record.cutbacks > 0                        ? Outcome::cutback
+                                                                  : Outcome::converged;
     record.elasticEnergy = report->elasticEnergy;
     record.gripLoad = grips_->loads(report->reaction);
     const solver::ElasticWork& after = elastic_->work();
@@ -259,7 +268,8 @@ void Simulation::recut(StepRecord& record, std::size_t b, const grid::PhiChanges
         record.work.count("cut", "classified_nodes", update.classifiedNodes);
         record.work.count("cut", "grouped_cells", update.groupedCells);
         if (update.changedVoxels == 0) return;
-        for (std::vector<Vec3>* field : {&state_.x, &state_.v}) carry(*field, body.firstNode, oldCount, update.previousNode);
+        for (std::vector<Vec3>* field : {&state_.x, &state_.v})
+            carry(*field, body.firstNode, oldCount, update.previousNode);
         body.fragments.update(*body.mesh, update.previousNode, time_, nextFragment_);
     }
     const StageTimer timer(record.work, "rebuild");
@@ -325,8 +335,9 @@ grid::VoxelValues Simulation::energyField(const Body& body) const
 {
     std::vector<double> density;
     elastic_->energyDensities(state_.x, density);
-    return grid::nodalEnergies(
-        *body.mesh, [&](std::uint32_t e, int t) { return density[(std::size_t(body.firstElement) + e) * tetmesh::kMostTets + std::size_t(t)]; });
+    return grid::nodalEnergies(*body.mesh, [&](std::uint32_t e, int t) {
+        return density[(std::size_t(body.firstElement) + e) * tetmesh::kMostTets + std::size_t(t)];
+    });
 }
 
 }  // namespace vdbfrac::core

@@ -37,12 +37,14 @@ tetmesh::FragmentTracker loadFragments(const Body& body, const Archive& archive)
     const std::string name = nameOf(body) + ".fragment";
     const auto id = archive.get<std::uint32_t>(name + ".id");
     const auto parent = archive.get<std::int64_t>(name + ".parent", id.size());
-    const auto birth = archive.get<double>(name + ".birth", id.size()), volume = archive.get<double>(name + ".rest_volume", id.size());
+    const auto birth = archive.get<double>(name + ".birth", id.size()),
+               volume = archive.get<double>(name + ".rest_volume", id.size());
     std::vector<std::uint32_t> ofNode = archive.get<std::uint32_t>(name + ".of_node", body.mesh->nodeCount());
     if (std::adjacent_find(id.begin(), id.end(), std::greater_equal<>()) != id.end())
         archive.complain("the fragments of '" + body.name + "' are not in order");
     for (std::uint32_t f : ofNode)
-        if (!std::binary_search(id.begin(), id.end(), f)) archive.complain("a node of '" + body.name + "' is in no fragment");
+        if (!std::binary_search(id.begin(), id.end(), f))
+            archive.complain("a node of '" + body.name + "' is in no fragment");
     std::vector<tetmesh::Fragment> fragments;
     for (std::size_t i = 0; i < id.size(); ++i) fragments.push_back({id[i], parent[i], birth[i], volume[i]});
     return {std::move(fragments), std::move(ofNode)};
@@ -61,7 +63,8 @@ grid::PhiChanges loadPhi(Body& body, const Archive& archive)
     grid::BandLeaves leaves;
     leaves.origins = archive.get<Coord>(nameOf(body) + ".leaf.origin");
     leaves.values = archive.get<float>(nameOf(body) + ".leaf.phi", leaves.origins.size() * grid::BandLeaves::kVoxels);
-    leaves.active = archive.get<std::uint64_t>(nameOf(body) + ".leaf.active", leaves.origins.size() * grid::BandLeaves::kWords);
+    leaves.active =
+        archive.get<std::uint64_t>(nameOf(body) + ".leaf.active", leaves.origins.size() * grid::BandLeaves::kWords);
     try {
         return grid::setBandLeaves(body.phi, leaves);
     } catch (const Error& e) {
@@ -82,7 +85,9 @@ std::vector<Vec3> loadNodes(const std::string& name, std::size_t nodes, const Ar
 std::uint64_t Simulation::stateHash() const
 {
     std::uint64_t hash = hashBytes(&trusted_, sizeof trusted_, hashBytes(&time_, sizeof time_));
-    const auto add = [&](const auto& values) { hash = hashBytes(values.data(), values.size() * sizeof(values[0]), hash); };
+    const auto add = [&](const auto& values) {
+        hash = hashBytes(values.data(), values.size() * sizeof(values[0]), hash);
+    };
     add(state_.x);
     add(state_.v);
     for (const Body& body : bodies_) {
@@ -123,7 +128,8 @@ void Simulation::load(const Archive& archive)
     for (const Body& body : bodies_) {
         const auto& list = body.fragments.fragments();
         nodes += body.mesh->nodeCount(), fragments += list.size();
-        if (!list.empty() && list.back().id >= nextFragment_) archive.complain("a fragment of '" + body.name + "' has a number that was never given");
+        if (!list.empty() && list.back().id >= nextFragment_)
+            archive.complain("a fragment of '" + body.name + "' has a number that was never given");
     }
     if (fragments != nextFragment_) archive.complain("it does not have all fragments");
     state_.x = loadNodes("x", nodes, archive);
@@ -132,7 +138,8 @@ void Simulation::load(const Archive& archive)
     const std::vector<double> time = archive.get<double>("time", 2);
     const std::int64_t step = archive.getOne<std::int64_t>("step");
     constexpr double kMostFrames = 1e9;
-    if (!(time[0] >= 0 && time[0] * timeSettings_.fps < kMostFrames && time[1] > 0 && step >= 0 && step < std::numeric_limits<int>::max()))
+    if (!(time[0] >= 0 && time[0] * timeSettings_.fps < kMostFrames && time[1] > 0 && step >= 0 &&
+          step < std::numeric_limits<int>::max()))
         archive.complain("its time, step or time step cannot be");
     time_ = time[0], trusted_ = time[1], steps_ = int(step);
     for (Lasting* l : stages_.lasting) l->load(bodies_, archive);

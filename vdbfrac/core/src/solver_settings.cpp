@@ -20,17 +20,23 @@ solver::NewtonSettings newtonSettingsOf(const scene::Solver& s)
                                                         {"jacobi", solver::LinearMethod::jacobi},
                                                         {"multigrid", solver::LinearMethod::multigrid},
                                                         {"direct", solver::LinearMethod::direct}};
-    static const Names<solver::NewtonTangent> tangents = {{"exact", exact}, {"projected", projected}, {"warped", warped}};
-    return {s.newtonTolerance, s.newtonIterations, s.linearTolerance, s.linearIterations, methods.at(s.linearSolver),
-            s.precision == "double" ? solver::LinearPrecision::doubles : solver::LinearPrecision::mixed, tangents.at(s.tangent)};
+    static const Names<solver::NewtonTangent> tangents = {
+        {"exact", exact}, {"projected", projected}, {"warped", warped}};
+    return {s.newtonTolerance,
+            s.newtonIterations,
+            s.linearTolerance,
+            s.linearIterations,
+            methods.at(s.linearSolver),
+            s.precision == "double" ? solver::LinearPrecision::doubles : solver::LinearPrecision::mixed,
+            tangents.at(s.tangent)};
 }
 
 solver::Scheme schemeOf(const scene::Solver& s)
 {
     using enum solver::Scheme;
-    static const Names<solver::Scheme> schemes = {{"backward_euler", backwardEuler},     {"midpoint", midpoint},
-                                                  {"sdirk2", sdirk2},                    {"symplectic_euler", symplecticEuler},
-                                                  {"forward_euler", forwardEuler},       {"static", statics}};
+    static const Names<solver::Scheme> schemes = {
+        {"backward_euler", backwardEuler},     {"midpoint", midpoint},          {"sdirk2", sdirk2},
+        {"symplectic_euler", symplecticEuler}, {"forward_euler", forwardEuler}, {"static", statics}};
     return schemes.at(s.integrator);
 }
 

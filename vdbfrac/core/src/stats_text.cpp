@@ -50,7 +50,8 @@ std::string statsText(const std::vector<StepRecord>& steps, const scene::Scene& 
     const auto counts = countColumns(steps);
     const auto stages = stageColumns(steps);
     std::string text =
-        "step,time_s,dt_s,status,cutbacks,newton_iterations,linear_iterations,projections,residual,least_residual,kinetic_J,elastic_J,"
+        "step,time_s,dt_s,status,cutbacks,newton_iterations,linear_iterations,projections,residual,least_residual,"
+        "kinetic_J,elastic_J,"
         "volume_m3,fragments,nodes,tets";
     for (const scene::Grip& g : scene.grips)
         for (const char* axis : {"x", "y", "z"}) text += ",load_" + g.name + "_" + axis + "_N";
@@ -59,11 +60,13 @@ std::string statsText(const std::vector<StepRecord>& steps, const scene::Scene& 
     text += '\n';
     for (const StepRecord& s : steps) {
         text += std::to_string(s.step) + ',' + number(s.time) + ',' + number(s.dt) + ',' + word(s.outcome) + ',' +
-                std::to_string(s.cutbacks) + ',' + std::to_string(s.newtonIterations) + ',' + std::to_string(s.linearIterations) +
-                ',' + std::to_string(s.projections) + ',' + number(s.residual) + ',' + number(s.leastResidual) + ',' +
-                number(s.kineticEnergy) + ',' + number(s.elasticEnergy) + ',' + number(s.volume) + ',' + std::to_string(s.fragments) + ',' +
-                std::to_string(s.nodes) + ',' + std::to_string(s.tets);
-        for (const Vec3& load : s.gripLoad) text += ',' + number(load.x()) + ',' + number(load.y()) + ',' + number(load.z());
+                std::to_string(s.cutbacks) + ',' + std::to_string(s.newtonIterations) + ',' +
+                std::to_string(s.linearIterations) + ',' + std::to_string(s.projections) + ',' + number(s.residual) +
+                ',' + number(s.leastResidual) + ',' + number(s.kineticEnergy) + ',' + number(s.elasticEnergy) + ',' +
+                number(s.volume) + ',' + std::to_string(s.fragments) + ',' + std::to_string(s.nodes) + ',' +
+                std::to_string(s.tets);
+        for (const Vec3& load : s.gripLoad)
+            text += ',' + number(load.x()) + ',' + number(load.y()) + ',' + number(load.z());
         for (const auto& [stage, what] : counts) text += ',' + std::to_string(s.work.countOf(stage, what));
         for (const std::string& stage : stages) text += ',' + number(s.work.secondsOf(stage));
         text += '\n';

@@ -60,7 +60,10 @@ public:
     /// The rotations of the iterate stand in for those at the start of the step.
     solver::HessianShares hessian() const override { return {inverseDt_ * a_, inverseDt_ * b_}; }
     solver::RayleighDamping damping() const override { return {a_, b_}; }
-    std::size_t bytes() const override { return (start_.capacity() + moved_.capacity()) * sizeof(Vec3) + tangent_.bytes(); }
+    std::size_t bytes() const override
+    {
+        return (start_.capacity() + moved_.capacity()) * sizeof(Vec3) + tangent_.bytes();
+    }
 
 private:
     double a_, b_, inverseDt_ = 0;

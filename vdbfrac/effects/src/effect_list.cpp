@@ -36,7 +36,8 @@ const scene::EffectTable* tableOf(const EffectInfo& info, const scene::Scene& sc
 bool canTear(const scene::Scene& scene)
 {
     const auto list = effectList();
-    return std::any_of(list.begin(), list.end(), [&](const EffectInfo& info) { return info.tears && tableOf(info, scene); });
+    return std::any_of(list.begin(), list.end(),
+                       [&](const EffectInfo& info) { return info.tears && tableOf(info, scene); });
 }
 
 std::vector<std::unique_ptr<core::Effect>> makeEffects(const scene::Scene& scene)

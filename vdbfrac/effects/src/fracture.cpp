@@ -1,7 +1,7 @@
 // Ductile fracture by a level set: the surface eats into material whose elastic energy exceeds its fracture resistance.
 //
-// Hegemann et al. 2013, section 5. Psi nodal energy over material parts; kappa fracture resistance [J/m^3]; Gc toughness
-// [J/m^2]; sigma_t tensile strength [Pa]; h lattice spacing; C discretisation factor; l averaging radius:
+// Hegemann et al. 2013, section 5. Psi nodal energy over material parts; kappa fracture resistance [J/m^3]; Gc
+// toughness [J/m^2]; sigma_t tensile strength [Pa]; h lattice spacing; C discretisation factor; l averaging radius:
 //   kappa                  as given: strength of a smooth bar sqrt(2 E kappa), cracked samples weaken as h shrinks
 //   toughness              kappa = C Gc / h: at a crack tip the energy spent per area is then Gc at any h
 //   toughness + strength   kappa = sigma_t^2 / (2 E), Psi averaged over l = 2 A E Gc / sigma_t^2
@@ -38,15 +38,41 @@ constexpr double kAverageFactor = 0.235;
 constexpr double kMostMove = 0.5;
 
 const Key kKeys[] = {
-    {"kappa", Type::number, "J/m^3", "fracture resistance; a smooth bar tears at the strain sqrt(2 kappa / E)", "", 0, kInfinity, true},
-    {"toughness", Type::number, "J/m^2", "energy a crack takes per area, at any resolution; instead of kappa", "", 0, kInfinity, true},
+    {"kappa", Type::number, "J/m^3", "fracture resistance; a smooth bar tears at the strain sqrt(2 kappa / E)", "", 0,
+     kInfinity, true},
+    {"toughness", Type::number, "J/m^2", "energy a crack takes per area, at any resolution; instead of kappa", "", 0,
+     kInfinity, true},
     {"strength", Type::number, "Pa", "stress at which an uncracked bar tears; with toughness", "", 0, kInfinity, true},
-    {"keys", Type::curve, "", "factor on the resistance kappa over time; toughness goes with it, strength with its root", "", 0, kInfinity, true},
-    {"driver", Type::choice, "", "energy that drives the crack: all of it, or only what pulls", "\"full\"", -kInfinity, kInfinity, false, false, {"full", "tension"}},
-    {"front_speed", Type::number, "", "speed of the front at twice the resistance, in Rayleigh wave speeds; the front never passes 1", "1", 0, kInfinity, true},
-    {"front_width", Type::number, "voxels", "width of the smoothed delta that spreads the update round the surface", "1.25", 1, 1.5},
-    {"relevel", Type::choice, "", "differences with which phi is made a distance again behind the front", "\"weno5\"", -kInfinity, kInfinity, false, false, {"weno5", "first_order"}},
-    {"relevel_every", Type::integer, "", "updates of the front from one re-levelling to the next; 0: never", "1", 0, 1000},
+    {"keys", Type::curve, "",
+     "factor on the resistance kappa over time; toughness goes with it, strength with its root", "", 0, kInfinity,
+     true},
+    {"driver",
+     Type::choice,
+     "",
+     "energy that drives the crack: all of it, or only what pulls",
+     "\"full\"",
+     -kInfinity,
+     kInfinity,
+     false,
+     false,
+     {"full", "tension"}},
+    {"front_speed", Type::number, "",
+     "speed of the front at twice the resistance, in Rayleigh wave speeds; the front never passes 1", "1", 0, kInfinity,
+     true},
+    {"front_width", Type::number, "voxels", "width of the smoothed delta that spreads the update round the surface",
+     "1.25", 1, 1.5},
+    {"relevel",
+     Type::choice,
+     "",
+     "differences with which phi is made a distance again behind the front",
+     "\"weno5\"",
+     -kInfinity,
+     kInfinity,
+     false,
+     false,
+     {"weno5", "first_order"}},
+    {"relevel_every", Type::integer, "", "updates of the front from one re-levelling to the next; 0: never", "1", 0,
+     1000},
     {"grip_margin", Type::number, "m", "no fracture nearer to a grip than this; left out: two lattice cells", "", 0},
 };
 
@@ -64,10 +90,17 @@ struct Law {
     double waveSpeed = 0;  // m/s, Rayleigh
 };
 
-class Fracture : public core::Effect, public core::GridStage, public core::StepLimit, public core::FieldSource, public core::Lasting {
+class Fracture : public core::Effect,
+                 public core::GridStage,
+                 public core::StepLimit,
+                 public core::FieldSource,
+                 public core::Lasting {
 public:
     Fracture(const Values& values, const scene::Scene& scene)
-        : values_(values), dx_(scene.grid.voxelSize), h_(scene.grid.coarsening * dx_), frontCfl_(scene.time.frontCfl),
+        : values_(values),
+          dx_(scene.grid.voxelSize),
+          h_(scene.grid.coarsening * dx_),
+          frontCfl_(scene.time.frontCfl),
           resistance_(values.has("keys") ? values.curve("keys") : scene::Curve()),
           margin_(values.has("grip_margin") ? values.number("grip_margin") : 2 * h_)
     {
@@ -107,7 +140,8 @@ public:
 
 private:
     Law lawOf(const core::Body& body, std::vector<std::string>& notes) const;
-    std::vector<grid::BandSample> candidates(const core::GridContext& context, const core::Body& body, const Law& law) const;
+    std::vector<grid::BandSample> candidates(const core::GridContext& context, const core::Body& body,
+                                             const Law& law) const;
     std::vector<double> energies(const core::GridContext& context, const core::Body& body, const Law& law,
                                  const std::vector<grid::BandSample>& band) const;
     void noteArrivals(const core::Body& body, const grid::PhiChanges& changes, double time);
@@ -117,11 +151,11 @@ private:
     double dx_, h_, frontCfl_;
     scene::Curve resistance_;  // factor on kappa
     double margin_;
-    std::map<std::string, Law> laws_;                          // by body
-    std::map<std::string, std::map<Coord, float>> arrival_;    // by body: time [s] at which a voxel node failed
-    double limit_ = kInfinity;                                 // s
-    double limitTime_ = -1;                                    // step to which limit_ belongs
-    std::map<std::string, long long> updates_;                 // by body: times the front was moved
+    std::map<std::string, Law> laws_;                        // by body
+    std::map<std::string, std::map<Coord, float>> arrival_;  // by body: time [s] at which a voxel node failed
+    double limit_ = kInfinity;                               // s
+    double limitTime_ = -1;                                  // step to which limit_ belongs
+    std::map<std::string, long long> updates_;               // by body: times the front was moved
 };
 
 Law Fracture::lawOf(const core::Body& body, std::vector<std::string>& notes) const
@@ -145,20 +179,23 @@ Law Fracture::lawOf(const core::Body& body, std::vector<std::string>& notes) con
         law.kappa = strength * strength / (2 * E);
         law.radius = std::min(radius, kWidest * dx_);
         if (law.radius == radius) return law;
-        notes.push_back("body '" + body.name + "': strength and toughness together average the energy over " + rough(radius) + " m, here over " +
-                        rough(law.radius) + " m: notches tear before toughness says so");
+        notes.push_back("body '" + body.name + "': strength and toughness together average the energy over " +
+                        rough(radius) + " m, here over " + rough(law.radius) +
+                        " m: notches tear before toughness says so");
         return law;
     }
-    notes.push_back("body '" + body.name + "': strength and toughness together need voxels of " + rough(std::min(radius / 8, radius * dx_ / (2 * h_))) +
-                    " m or less; at " + rough(dx_) + " m toughness is honoured, a smooth bar tears at " + rough(std::sqrt(2 * E * law.kappa)) + " Pa");
+    notes.push_back("body '" + body.name + "': strength and toughness together need voxels of " +
+                    rough(std::min(radius / 8, radius * dx_ / (2 * h_))) + " m or less; at " + rough(dx_) +
+                    " m toughness is honoured, a smooth bar tears at " + rough(std::sqrt(2 * E * law.kappa)) + " Pa");
     return law;
 }
 
 /// Material voxels of the band that may move: some tet near by exceeds the resistance, and no grip is close.
-std::vector<grid::BandSample> Fracture::candidates(const core::GridContext& context, const core::Body& body, const Law& law) const
+std::vector<grid::BandSample> Fracture::candidates(const core::GridContext& context, const core::Body& body,
+                                                   const Law& law) const
 {
-    const std::span<const double> own = context.tetEnergy().subspan(
-        std::size_t(body.firstElement) * tetmesh::kMostTets, body.mesh->elements().size() * tetmesh::kMostTets);
+    const std::span<const double> own = context.tetEnergy().subspan(std::size_t(body.firstElement) * tetmesh::kMostTets,
+                                                                    body.mesh->elements().size() * tetmesh::kMostTets);
     std::vector<Coord> voxels = body.mesh->voxelsAbove(own, law.kappa);
     if (law.radius > 0) voxels = grid::voxelsAround(voxels, int(std::floor(law.radius / dx_)));
     std::erase_if(voxels, [&](const Coord& c) { return context.gripDistance(body, dx_ * c.toVec()) < margin_; });
@@ -175,8 +212,10 @@ Mat3 deformation(const tetmesh::BodyMesh& mesh, std::span<const Vec3> x, std::ui
     const Vec3& x0 = x[element.node[std::size_t(tets.corner[t][0])]];
     Mat3 F = Mat3::Zero();
     for (std::size_t a = 1; a < 4; ++a) {
-        const auto& gradient = element.shape == tetmesh::CellShape::tet ? mesh.gradients()[e][a - 1] : tets.gradient[t][a];
-        F += (x[element.node[std::size_t(tets.corner[t][a])]] - x0) * Eigen::Map<const Vec3>(gradient.data()).transpose();
+        const auto& gradient =
+            element.shape == tetmesh::CellShape::tet ? mesh.gradients()[e][a - 1] : tets.gradient[t][a];
+        F += (x[element.node[std::size_t(tets.corner[t][a])]] - x0) *
+             Eigen::Map<const Vec3>(gradient.data()).transpose();
     }
     return F;
 }
@@ -189,10 +228,12 @@ std::vector<double> Fracture::energies(const core::GridContext& context, const c
         return all[(std::size_t(body.firstElement) + e) * tetmesh::kMostTets + std::size_t(t)];
     };
     const auto tension = [&](std::uint32_t e, int t) {
-        return solver::tensilePart(full(e, t), deformation(*body.mesh, context.x.subspan(body.firstNode), e, std::size_t(t)) / h_,
+        return solver::tensilePart(full(e, t),
+                                   deformation(*body.mesh, context.x.subspan(body.firstNode), e, std::size_t(t)) / h_,
                                    body.material);
     };
-    const grid::TetEnergy energy = values_.text("driver") == "tension" ? grid::TetEnergy(tension) : grid::TetEnergy(full);
+    const grid::TetEnergy energy =
+        values_.text("driver") == "tension" ? grid::TetEnergy(tension) : grid::TetEnergy(full);
     std::vector<Coord> voxels;
     for (const grid::BandSample& b : band) voxels.push_back(b.voxel);
     return law.radius > 0 ? grid::averagedEnergy(*body.mesh, energy, voxels, law.radius)
@@ -203,7 +244,8 @@ void Fracture::noteArrivals(const core::Body& body, const grid::PhiChanges& chan
 {
     auto& arrival = arrival_[body.name];
     for (const auto& [voxel, value] : changes)
-        if (value >= 0 && body.mesh->phi()(voxel) < 0) arrival.emplace(voxel, float(time));  // the mesh still has the old phi
+        // The mesh still has the old phi.
+        if (value >= 0 && body.mesh->phi()(voxel) < 0) arrival.emplace(voxel, float(time));
 }
 
 grid::Relevelling Fracture::relevelling(long long update) const
@@ -241,10 +283,11 @@ grid::PhiChanges Fracture::update(const core::GridContext& context, core::Body& 
     bool heldBack = false;
     for (int part = 0; part < parts; ++part) {
         grid::PhiChanges raised;
-        // One pseudo-time step for all voxels, as long as the fastest allows (CFL): clipping each on its own would let the
-        // flanks of a crack catch up with its tip.
+        // One pseudo-time step for all voxels, as long as the fastest allows (CFL): clipping each on its own would let
+        // the flanks of a crack catch up with its tip.
         const double wanted = step.s = mobility * context.dt / parts;
-        for (std::size_t i = 0; i < band.size(); ++i) step.s = std::min(step.s, griffithTime(band[i].phi, psi[i], step.mostMove, step));
+        for (std::size_t i = 0; i < band.size(); ++i)
+            step.s = std::min(step.s, griffithTime(band[i].phi, psi[i], step.mostMove, step));
         for (std::size_t i = 0; i < band.size(); ++i) {
             const double phi = griffithUpdate(band[i].phi, psi[i], step);
             if (float(phi) > band[i].phi) raised.emplace_back(band[i].voxel, band[i].phi = float(phi));
@@ -254,7 +297,8 @@ grid::PhiChanges Fracture::update(const core::GridContext& context, core::Body& 
         limit_ = std::min(limit_, frontCfl_ * dx_ / law.waveSpeed);
         const StageTimer timer(context.ledger, "relevel");
         grid::RelevelWork work;
-        const grid::PhiChanges changes = grid::raiseAndRelevel(body.phi, raised, work, relevelling(++updates_[body.name]));
+        const grid::PhiChanges changes =
+            grid::raiseAndRelevel(body.phi, raised, work, relevelling(++updates_[body.name]));
         context.ledger.count("fracture", "moved_voxels", std::int64_t(raised.size()));
         context.ledger.count("relevel", "leaves", work.leaves);
         context.ledger.count("relevel", "voxels", work.voxels);
@@ -289,11 +333,13 @@ void Fracture::load(std::span<const core::Body> bodies, const core::Archive& arc
         const auto times = archive.get<float>(name + ".arrival.times", voxels.size());
         auto& arrival = arrival_[body.name];
         for (std::size_t i = 0; i < voxels.size(); ++i) {
-            if (!body.mesh->phi().contains(voxels[i]) || !std::isfinite(times[i])) archive.complain("it lists a failed voxel outside body '" + body.name + "'");
+            if (!body.mesh->phi().contains(voxels[i]) || !std::isfinite(times[i]))
+                archive.complain("it lists a failed voxel outside body '" + body.name + "'");
             arrival.emplace(voxels[i], times[i]);
         }
         const std::int64_t updates = archive.getOne<std::int64_t>(name + ".updates");
-        if (updates < 0 || updates >= std::numeric_limits<std::int64_t>::max() / 2) archive.complain("the number of updates of the front in body '" + body.name + "' is out of range");
+        if (updates < 0 || updates >= std::numeric_limits<std::int64_t>::max() / 2)
+            archive.complain("the number of updates of the front in body '" + body.name + "' is out of range");
         updates_[body.name] = updates;
     }
 }
@@ -301,8 +347,9 @@ void Fracture::load(std::span<const core::Body> bodies, const core::Archive& arc
 std::unique_ptr<core::Effect> make(const Values& values, const scene::Scene& scene)
 {
     if (values.text("driver") == "tension" && scene.solver.strain != "corotational")
-        throw InputError({"fracture.driver", "\"tension\" takes the pulling part of corotational energy, but solver.strain is \"" +
-                                                 scene.solver.strain + "\"",
+        throw InputError({"fracture.driver",
+                          "\"tension\" takes the pulling part of corotational energy, but solver.strain is \"" +
+                              scene.solver.strain + "\"",
                           "\"full\"", "leave one of the two keys out"});
     return std::make_unique<Fracture>(values, scene);
 }
@@ -312,7 +359,9 @@ std::unique_ptr<core::Effect> make(const Values& values, const scene::Scene& sce
 EffectInfo fracture()
 {
     return {{"fracture", "Tearing: give kappa, or toughness, or toughness and strength.", kKeys, check},
-            "after the solve on the grid, limit on the time step, field 'arrival'", make, true};
+            "after the solve on the grid, limit on the time step, field 'arrival'",
+            make,
+            true};
 }
 
 }  // namespace vdbfrac::effects

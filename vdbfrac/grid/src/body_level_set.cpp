@@ -54,8 +54,11 @@ void requireResolved(const Build& build, const Bounds& all)
     constexpr double kFewest = 2;
     const double longest = (all.upper - all.lower).maxCoeff(), most = longest / kFewest;
     if (build.grid.voxelSize <= most) return;
-    complain(build, "is " + shortNumber(longest / build.grid.voxelSize) + " voxels long at a voxel size of " + shortNumber(build.grid.voxelSize) + " m",
-             "voxels of up to " + shortNumber(most) + " m", "take ten voxels or more along its shortest side; check the units of the shape");
+    complain(build,
+             "is " + shortNumber(longest / build.grid.voxelSize) + " voxels long at a voxel size of " +
+                 shortNumber(build.grid.voxelSize) + " m",
+             "voxels of up to " + shortNumber(most) + " m",
+             "take ten voxels or more along its shortest side; check the units of the shape");
 }
 
 openvdb::FloatGrid::Ptr fromPrimitives(const Primitive& shape, const scene::Body& body, const Build& given)
@@ -143,7 +146,8 @@ void requireVoxelSize(const Build& build)
 {
     const double dx = build.grid.voxelSize;
     if (!(dx >= kSmallestVoxel) || !std::isfinite(dx))
-        complain(build, "voxel size " + shortNumber(dx) + " m", shortNumber(kSmallestVoxel) + " m or more", "scale what is smaller than that");
+        complain(build, "voxel size " + shortNumber(dx) + " m", shortNumber(kSmallestVoxel) + " m or more",
+                 "scale what is smaller than that");
 }
 
 void requireMemory(const Build& build, double bytes)
@@ -165,7 +169,8 @@ void requireReach(const Build& build, const Vec3& lower, const Vec3& upper)
 
 Build outlined(Build build, const Vec3& lower, const Vec3& upper)
 {
-    if (build.across > 0) build.grid.voxelSize = std::max(build.grid.voxelSize, (upper - lower).maxCoeff() / build.across);
+    if (build.across > 0)
+        build.grid.voxelSize = std::max(build.grid.voxelSize, (upper - lower).maxCoeff() / build.across);
     return build;
 }
 
@@ -191,7 +196,8 @@ Build buildOf(const scene::Body& body, const scene::Grid& grid, std::uint64_t me
 
 }  // namespace
 
-LevelSet makeLevelSet(const scene::Body& body, const scene::Grid& grid, std::uint64_t memoryLimit, std::vector<std::string>* notes)
+LevelSet makeLevelSet(const scene::Body& body, const scene::Grid& grid, std::uint64_t memoryLimit,
+                      std::vector<std::string>* notes)
 {
     Build all = buildOf(body, grid, memoryLimit);
     all.notes = notes;

@@ -16,11 +16,12 @@ namespace vdbfrac::grid {
 /// What every source of a level set has to know.
 struct Build {
     scene::Grid grid;
-    std::uint64_t memoryLimit = 0;  ///< bytes
-    std::string place;              ///< of the body in its scene, for complaints
-    std::string subject;            ///< what it is called in complaints: "body 'block'"
+    std::uint64_t memoryLimit = 0;              ///< bytes
+    std::string place;                          ///< of the body in its scene, for complaints
+    std::string subject;                        ///< what it is called in complaints: "body 'block'"
     std::vector<std::string>* notes = nullptr;  ///< what may not be as it was meant, for whom it concerns
-    int across = 0;  ///< most voxels along the longest side, larger ones than the grid's if need be; 0: as many as there are
+    /// Most voxels along the longest side, larger ones than the grid's if need be; 0: as many as there are.
+    int across = 0;
 };
 
 /// Of a shape with these bounds: with the voxel size that `across` asks for.
@@ -57,8 +58,8 @@ void requireMemory(const Build& build, double bytes);
 /// Throws InputError when a box [m] has a corner that is not finite or beyond kFarthestVoxel.
 void requireReach(const Build& build, const Vec3& lower, const Vec3& upper);
 
-/// A surface as a level set, by the closest triangle of each voxel of the band; what no way from outside leads to is inside.
-/// Checks reach and memory; `report` is of the soup, and every index is in range.
+/// A surface as a level set, by the closest triangle of each voxel of the band; what no way from outside leads to is
+/// inside. Checks reach and memory; `report` is of the soup, and every index is in range.
 struct SurfaceGrid {
     openvdb::FloatGrid::Ptr phi;
     std::int64_t gaps = 0;  ///< pairs of neighbouring voxels inside with a gap between them, which is filled

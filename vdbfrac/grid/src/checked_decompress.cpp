@@ -68,8 +68,8 @@ void unzipFromStream(std::istream& is, char* data, std::size_t numBytes)
 {
     readChunk(is, data, numBytes, [&](const char* bytes, std::size_t length) -> std::int64_t {
         uLongf written = uLongf(numBytes);
-        const int status = uncompress(reinterpret_cast<Bytef*>(data), &written, reinterpret_cast<const Bytef*>(bytes),
-                                      uLong(length));
+        const int status =
+            uncompress(reinterpret_cast<Bytef*>(data), &written, reinterpret_cast<const Bytef*>(bytes), uLong(length));
         return status == Z_OK ? std::int64_t(written) : -1;
     });
 }

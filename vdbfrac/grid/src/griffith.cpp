@@ -29,7 +29,8 @@ double griffithUpdate(double phi, double psi, const GriffithStep& step)
     const double goal = integral(phi, eps) + step.s * drive / std::numbers::pi;
     const double most = phi + step.mostMove;
     if (integral(most, eps) <= goal) return most;
-    // Depressed cubic p^3 + 3 eps^2 p = 3 eps goal, one real root (Cardano in hyperbolic form), one Newton step to polish.
+    // Depressed cubic p^3 + 3 eps^2 p = 3 eps goal, one real root (Cardano in hyperbolic form), one Newton step to
+    // polish.
     double p = 2 * eps * std::sinh(std::asinh(1.5 * goal / (eps * eps)) / 3);
     p -= (integral(p, eps) - goal) / (eps + p * p / eps);
     return std::clamp(p, phi, most);

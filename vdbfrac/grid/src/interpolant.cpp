@@ -14,8 +14,10 @@ struct Weights {
 
 Weights weights(double t)
 {
-    return {{-t * (t - 1) * (t - 2) / 6, (t + 1) * (t - 1) * (t - 2) / 2, -(t + 1) * t * (t - 2) / 2, (t + 1) * t * (t - 1) / 6},
-            {-(3 * t * t - 6 * t + 2) / 6, (3 * t * t - 4 * t - 1) / 2, -(3 * t * t - 2 * t - 2) / 2, (3 * t * t - 1) / 6}};
+    return {
+        {-t * (t - 1) * (t - 2) / 6, (t + 1) * (t - 1) * (t - 2) / 2, -(t + 1) * t * (t - 2) / 2,
+         (t + 1) * t * (t - 1) / 6},
+        {-(3 * t * t - 6 * t + 2) / 6, (3 * t * t - 4 * t - 1) / 2, -(3 * t * t - 2 * t - 2) / 2, (3 * t * t - 1) / 6}};
 }
 
 double nearestCrossing(const openvdb::FloatGrid::ConstAccessor& values, const openvdb::Coord& voxel)
@@ -36,14 +38,16 @@ void Interpolant::gather(const openvdb::Coord& lower)
 {
     if (lower == lower_) return;
     lower_ = lower;
-    for (int n = 0; n < 64; ++n) around_[std::size_t(n)] = values_.getValue(lower.offsetBy(n / 16 - 1, n / 4 % 4 - 1, n % 4 - 1));
+    for (int n = 0; n < 64; ++n)
+        around_[std::size_t(n)] = values_.getValue(lower.offsetBy(n / 16 - 1, n / 4 % 4 - 1, n % 4 - 1));
 }
 
 Interpolant::Sample Interpolant::at(const Vec3& point)
 {
     const Vec3 floor = point.array().floor();
     gather({int(floor.x()), int(floor.y()), int(floor.z())});
-    const std::array<Weights, 3> w{weights(point.x() - floor.x()), weights(point.y() - floor.y()), weights(point.z() - floor.z())};
+    const std::array<Weights, 3> w{weights(point.x() - floor.x()), weights(point.y() - floor.y()),
+                                   weights(point.z() - floor.z())};
     Sample sample{0, Vec3::Zero()};
     for (std::size_t i = 0; i < 4; ++i)
         for (std::size_t j = 0; j < 4; ++j) {

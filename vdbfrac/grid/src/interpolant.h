@@ -29,9 +29,9 @@ private:
     std::array<double, 64> around_{};
 };
 
-/// Distance [voxels] of a voxel beside the surface to the zero of phi, by Newton's method on the cubic (Chopp 2001), or that
-/// to the nearest crossing on an edge to one of its 26 neighbours where Newton's finds none so near. At least one of them
-/// has the other sign.
+/// Distance [voxels] of a voxel beside the surface to the zero of phi, by Newton's method on the cubic (Chopp 2001), or
+/// that to the nearest crossing on an edge to one of its 26 neighbours where Newton's finds none so near. At least one
+/// of them has the other sign.
 double distanceToZero(const openvdb::FloatGrid::ConstAccessor& values, Interpolant& phi, const openvdb::Coord& voxel);
 
 }  // namespace vdbfrac::grid

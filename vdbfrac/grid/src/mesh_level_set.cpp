@@ -57,7 +57,9 @@ void requireSolid(const tetmesh::SurfaceReport& report, const scene::MeshFile& m
         complain(build, file + " has no faces with area", "a closed surface", "");
     if (!report.closed)
         complain(build, file + " is not closed: " + std::to_string(report.openEdges) + " open edges",
-                 "a closed surface", "repair it: vdbfrac relevel " + file + " -o solid.vdb --voxel " + shortNumber(build.grid.voxelSize) + ", and give shape = { vdb = \"solid.vdb\" }");
+                 "a closed surface",
+                 "repair it: vdbfrac relevel " + file + " -o solid.vdb --voxel " + shortNumber(build.grid.voxelSize) +
+                     ", and give shape = { vdb = \"solid.vdb\" }");
 }
 
 }  // namespace
@@ -67,7 +69,8 @@ Voxelized voxelize(const Triangles& triangles, double voxelSize, float halfWidth
     const auto transform = openvdb::math::Transform::createLinearTransform(voxelSize);
     auto closest = openvdb::Int32Grid::create(openvdb::util::INVALID_IDX);
     closest->setTransform(transform);
-    auto phi = openvdb::tools::meshToVolume<openvdb::FloatGrid>(triangles, *transform, halfWidth, halfWidth, flags, closest.get());
+    auto phi = openvdb::tools::meshToVolume<openvdb::FloatGrid>(triangles, *transform, halfWidth, halfWidth, flags,
+                                                                closest.get());
     phi->setGridClass(openvdb::GRID_LEVEL_SET);
     return {phi, closest};
 }
@@ -77,11 +80,12 @@ SurfaceGrid fromSurface(const tetmesh::PolygonSoup& soup, const tetmesh::Surface
     const double dx = build.grid.voxelSize;
     const double longest = (report.upper - report.lower).maxCoeff();
     if (dx > longest)
-        complain(build, "voxels of " + shortNumber(dx) + " m are larger than the whole surface", "up to " + shortNumber(longest) + " m, better a tenth of it",
-                 "check its units");
+        complain(build, "voxels of " + shortNumber(dx) + " m are larger than the whole surface",
+                 "up to " + shortNumber(longest) + " m, better a tenth of it", "check its units");
     const Vec3 band = Vec3::Constant((build.grid.halfWidth + 1) * dx);
     requireReach(build, report.lower - band, report.upper + band);
-    requireMemory(build, bytesOfBand(report.area / (dx * dx), build.grid.halfWidth) + kBytesPerTriangle * triangleCount(soup));
+    requireMemory(build,
+                  bytesOfBand(report.area / (dx * dx), build.grid.halfWidth) + kBytesPerTriangle * triangleCount(soup));
     if (soup.points.size() > std::numeric_limits<std::uint32_t>::max() || report.area == 0)
         complain(build, "a surface without area or with too many points", "", "");
 
@@ -94,7 +98,8 @@ SurfaceGrid fromSurface(const tetmesh::PolygonSoup& soup, const tetmesh::Surface
 
 std::string gapText(std::int64_t gaps, double voxelSize)
 {
-    return std::to_string(gaps) + " pairs of neighbouring voxels have a gap between them that is too narrow for voxels of " +
+    return std::to_string(gaps) +
+           " pairs of neighbouring voxels have a gap between them that is too narrow for voxels of " +
            shortNumber(voxelSize) + " m, and is filled; take smaller voxels, or make it wider";
 }
 
@@ -106,7 +111,8 @@ openvdb::FloatGrid::Ptr fromMesh(const scene::MeshFile& mesh, const Build& given
     requireSolid(report, mesh, given);
     const Build build = outlined(given, report.lower, report.upper);
     const SurfaceGrid made = fromSurface(soup, report, build);
-    if (build.notes && made.gaps > 0) build.notes->push_back(build.subject + ": " + gapText(made.gaps, build.grid.voxelSize));
+    if (build.notes && made.gaps > 0)
+        build.notes->push_back(build.subject + ": " + gapText(made.gaps, build.grid.voxelSize));
     return made.phi;
 }
 

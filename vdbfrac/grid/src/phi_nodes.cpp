@@ -20,7 +20,8 @@ using Leaf = Grid::TreeType::LeafNodeType;
 
 openvdb::Coord leafOrigin(const openvdb::Coord& c) { return {c.x() & ~7, c.y() & ~7, c.z() & ~7}; }
 
-/// Origins, sorted, of the leaves that hold a voxel within `reach` <= 8 of a change: as far as the band goes, and one more.
+/// Origins, sorted, of the leaves that hold a voxel within `reach` <= 8 of a change: as far as the band goes, and one
+/// more.
 std::vector<openvdb::Coord> touchedLeaves(const PhiChanges& raised, int reach)
 {
     std::vector<openvdb::Coord> leaves;
@@ -46,9 +47,10 @@ void requireBox(Coord lower, Coord upper, std::uint64_t memoryLimit)
     const double leafs = along(lower.x, upper.x) * along(lower.y, upper.y) * along(lower.z, upper.z);
     if (leafs <= kMostLeafsOfBox && leafs * kBytesPerLeafOfBox <= double(memoryLimit)) return;
     const Coord size = upper - lower;
-    throw LimitError("the box of the material has " + std::to_string(size.x) + " x " + std::to_string(size.y) + " x " + std::to_string(size.z) +
-                     " voxels and takes " + shortNumber(leafs * kBytesPerLeafOfBox / 1e9) + " GB, the memory limit is " +
-                     shortNumber(double(memoryLimit) / 1e9) + " GB; use a larger voxel size, or look for parts that are far apart");
+    throw LimitError("the box of the material has " + std::to_string(size.x) + " x " + std::to_string(size.y) + " x " +
+                     std::to_string(size.z) + " voxels and takes " + shortNumber(leafs * kBytesPerLeafOfBox / 1e9) +
+                     " GB, the memory limit is " + shortNumber(double(memoryLimit) / 1e9) +
+                     " GB; use a larger voxel size, or look for parts that are far apart");
 }
 
 }  // namespace
@@ -94,7 +96,8 @@ PhiChanges raiseAndRelevel(LevelSet& phi, const PhiChanges& raised, RelevelWork&
     std::vector<Leaf*> leaves;
     for (const openvdb::Coord& origin : touched) leaves.push_back(grid.tree().touchLeaf(origin));
     std::vector<RelevelWindow::Values> before(leaves.size());
-    for (std::size_t n = 0; n < leaves.size(); ++n) std::copy_n(leaves[n]->buffer().data(), Leaf::SIZE, before[n].begin());
+    for (std::size_t n = 0; n < leaves.size(); ++n)
+        std::copy_n(leaves[n]->buffer().data(), Leaf::SIZE, before[n].begin());
 
     auto accessor = grid.getAccessor();
     for (const auto& [voxel, value] : raised) {
@@ -117,7 +120,8 @@ PhiChanges raiseAndRelevel(LevelSet& phi, const PhiChanges& raised, RelevelWork&
             leaves[n]->setActiveState(i, std::abs(value) < background);
             if (value != before[n][i]) changes.emplace_back(fromVdb(leaves[n]->offsetToGlobalCoord(i)), value);
         }
-    if (how.sweeps > 0) work.leaves += std::int64_t(touched.size()), work.voxels += std::int64_t(touched.size() * Leaf::SIZE);
+    if (how.sweeps > 0)
+        work.leaves += std::int64_t(touched.size()), work.voxels += std::int64_t(touched.size() * Leaf::SIZE);
     return changes;
 }
 
@@ -128,7 +132,8 @@ BandLeaves bandLeaves(const LevelSet& phi)
     for (auto leaf = phi.grid().grid->constTree().cbeginLeaf(); leaf; ++leaf) {
         all.origins.push_back(fromVdb(leaf->origin()));
         all.values.insert(all.values.end(), leaf->buffer().data(), leaf->buffer().data() + Leaf::SIZE);
-        for (openvdb::Index w = 0; w < BandLeaves::kWords; ++w) all.active.push_back(leaf->valueMask().getWord<std::uint64_t>(w));
+        for (openvdb::Index w = 0; w < BandLeaves::kWords; ++w)
+            all.active.push_back(leaf->valueMask().getWord<std::uint64_t>(w));
     }
     return all;
 }
@@ -145,12 +150,14 @@ PhiChanges setBandLeaves(LevelSet& phi, const BandLeaves& leaves)
     for (std::size_t n = 0; n < leaves.origins.size(); ++n) {
         const openvdb::Coord origin = toVdb(leaves.origins[n]);
         const bool there = near.isInside(origin) || grid.constTree().probeConstLeaf(origin);
-        if (!there || origin != leafOrigin(origin) || !seen.insert(origin).second) throw Error("a leaf of phi lies where there is none");
+        if (!there || origin != leafOrigin(origin) || !seen.insert(origin).second)
+            throw Error("a leaf of phi lies where there is none");
         Leaf& leaf = *grid.tree().touchLeaf(origin);
         const float* values = leaves.values.data() + n * Leaf::SIZE;
         for (openvdb::Index i = 0; i < Leaf::SIZE; ++i) {
             const float before = leaf.getValue(i);
-            if (!(values[i] >= before && values[i] <= grid.background())) throw Error("phi is lower than at the start, or beyond its band");
+            if (!(values[i] >= before && values[i] <= grid.background()))
+                throw Error("phi is lower than at the start, or beyond its band");
             if (values[i] != before) changes.emplace_back(fromVdb(leaf.offsetToGlobalCoord(i)), values[i]);
             leaf.setValueOnly(i, values[i]);
             leaf.setActiveState(i, leaves.active[n * BandLeaves::kWords + i / 64] >> (i % 64) & 1);

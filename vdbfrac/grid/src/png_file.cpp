@@ -60,10 +60,7 @@ std::string encode(const Image& image, const std::string& file)
 
 }  // namespace
 
-void writePng(const std::filesystem::path& file, const Image& image)
-{
-    writeText(file, encode(image, file.string()));
-}
+void writePng(const std::filesystem::path& file, const Image& image) { writeText(file, encode(image, file.string())); }
 
 Image readPng(const std::filesystem::path& file) { return decode(readText(file), file.string()); }
 

@@ -21,7 +21,8 @@ using Mask = openvdb::MaskTree;
 
 /// By central differences no distance is steeper than 1; above this a voxel beside the surface is set anew.
 constexpr double kTooSteep = 1.05;
-/// Peak bytes of a voxel that is swept: its values, the order it is swept in, the masks, and the buffers of the tracker.
+/// Peak bytes of a voxel that is swept: its values, the order it is swept in, the masks, and the buffers of the
+/// tracker.
 constexpr double kBytesPerSweptVoxel = 64;
 
 /// Tiles are not part of a narrow band.
@@ -51,7 +52,7 @@ Mask voxelsBeside(const Grid& grid)
 {
     Mask mask(grid.tree(), false, openvdb::TopologyCopy());
     openvdb::tree::LeafManager<Mask> leaves(mask);
-    leaves.foreach([&](Mask::LeafNodeType& leaf, std::size_t) {
+    leaves.foreach ([&](Mask::LeafNodeType& leaf, std::size_t) {
         const auto phi = grid.getConstAccessor();
         const Leaf* values = grid.tree().probeConstLeaf(leaf.origin());
         for (auto v = values->cbeginValueOn(); v; ++v) leaf.setActiveState(v.pos(), isBeside(phi, v.getCoord()));
@@ -65,14 +66,15 @@ void settle(Grid& grid, const Mask& beside, double steep)
     const Grid::ConstPtr source = grid.deepCopy();
     const double dx = voxel(grid);
     openvdb::tree::LeafManager<const Mask> leaves(beside);
-    leaves.foreach([&](const Mask::LeafNodeType& leaf, std::size_t) {
+    leaves.foreach ([&](const Mask::LeafNodeType& leaf, std::size_t) {
         const auto values = source->getConstAccessor();
         Interpolant phi(*source);
         Leaf& settled = *grid.tree().probeLeaf(leaf.origin());
         for (auto v = leaf.cbeginValueOn(); v; ++v) {
             const openvdb::Coord c = v.getCoord();
             if (phi.at(fromVdb(c).toVec()).gradient.norm() <= steep * dx) continue;
-            settled.setValueOnly(v.pos(), std::copysign(float(dx * distanceToZero(values, phi, c)), values.getValue(c)));
+            settled.setValueOnly(v.pos(),
+                                 std::copysign(float(dx * distanceToZero(values, phi, c)), values.getValue(c)));
         }
     });
 }
@@ -111,7 +113,8 @@ openvdb::FloatGrid::Ptr sweptBand(const openvdb::FloatGrid& source, const Build&
     requireSweepMemory(source, 1, build);
     Grid::Ptr grid = source.deepCopy();
     deactivateTiles(*grid);
-    openvdb::tools::dilateActiveValues(grid->tree(), 1, openvdb::tools::NN_FACE_EDGE_VERTEX, openvdb::tools::IGNORE_TILES);
+    openvdb::tools::dilateActiveValues(grid->tree(), 1, openvdb::tools::NN_FACE_EDGE_VERTEX,
+                                       openvdb::tools::IGNORE_TILES);
     const Mask beside = voxelsBeside(*grid);
     settle(*grid, beside, -1);
     grid->tree().topologyIntersection(beside);
@@ -134,7 +137,7 @@ void trimBand(openvdb::FloatGrid& grid, double halfWidth)
     const float background = float(halfWidth * voxel(grid));
     deactivateTiles(grid);
     openvdb::tree::LeafManager<openvdb::FloatTree> leaves(grid.tree());
-    leaves.foreach([&](Leaf& leaf, std::size_t) {
+    leaves.foreach ([&](Leaf& leaf, std::size_t) {
         for (auto v = leaf.beginValueOn(); v; ++v)
             if (!(std::abs(*v) < background)) v.setValueOff();
     });

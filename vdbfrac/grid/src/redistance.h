@@ -9,8 +9,8 @@ namespace vdbfrac::grid {
 double smallestVoxel(const openvdb::FloatGrid& grid);
 inline double voxel(const openvdb::FloatGrid& grid) { return grid.voxelSize()[0]; }
 
-/// A band of distances -> one that reaches `extra` voxels farther on both sides, by fast sweeping; the others keep their
-/// values. Throws LimitError, as all here, when `build`'s memory does not suffice.
+/// A band of distances -> one that reaches `extra` voxels farther on both sides, by fast sweeping; the others keep
+/// their values. Throws LimitError, as all here, when `build`'s memory does not suffice.
 openvdb::FloatGrid::Ptr widened(const openvdb::FloatGrid& grid, int extra, const Build& build);
 
 /// A band of 3 voxels in which only the zero of the source counts, not its slope: beside it the distance to the zero of

@@ -43,7 +43,8 @@ bool isUniform(const openvdb::math::Transform& transform)
 
 Bounds worldBox(const Grid& grid, const openvdb::CoordBBox& box)
 {
-    const openvdb::BBoxd world = grid.transform().indexToWorld(openvdb::BBoxd(box.min().asVec3d(), box.max().asVec3d()));
+    const openvdb::BBoxd world =
+        grid.transform().indexToWorld(openvdb::BBoxd(box.min().asVec3d(), box.max().asVec3d()));
     return {{world.min().x(), world.min().y(), world.min().z()}, {world.max().x(), world.max().y(), world.max().z()}};
 }
 
@@ -54,7 +55,8 @@ std::vector<openvdb::Coord> targetLeafs(const Grid& source, const Build& target)
     const double slack = 0.5 * smallestVoxel(source);
     const Distance distance = [&](const Vec3& X) {
         const openvdb::Vec3d at = source.worldToIndex({X.x(), X.y(), X.z()});
-        return std::max(0., 0.8 * std::abs(phi.valueAt({at.x(), at.y(), at.z()})) - slack);  // it need not be a distance yet
+        // It need not be a distance yet.
+        return std::max(0., 0.8 * std::abs(phi.valueAt({at.x(), at.y(), at.z()})) - slack);
     };
     std::vector<openvdb::Coord> origins;
     for (auto leaf = source.tree().cbeginLeaf(); leaf; ++leaf) {
@@ -90,7 +92,9 @@ Grid::Ptr resampled(const Grid& source, double dx, const Job& job)
     const auto target = openvdb::math::Transform::createLinearTransform(dx);
     const double known = source.background() - smallestVoxel(source);  // stencils reach beyond the band
     if (!(known > 0))
-        complain(build, "has a band of " + shortNumber(source.background() / smallestVoxel(source)) + " voxels, too narrow to be sampled",
+        complain(build,
+                 "has a band of " + shortNumber(source.background() / smallestVoxel(source)) +
+                     " voxels, too narrow to be sampled",
                  "more than one voxel on either side of the surface", "");
     Grid::Ptr grid = sampleLeafs(build.grid, targetLeafs(source, build), [&]() -> Sampler {
         return [&, phi = Interpolant(source)](const openvdb::Coord& ijk) mutable {
@@ -179,7 +183,8 @@ Relevelled relevelGrid(Grid::Ptr source, const std::string& place, const Relevel
     }
     if (!grid->empty()) grid = completed(grid, job);
     if (!hasMaterial(*grid))
-        complain(build, "has no inside at voxel size " + shortNumber(build.grid.voxelSize) + " m", "values below 0 inside", "");
+        complain(build, "has no inside at voxel size " + shortNumber(build.grid.voxelSize) + " m",
+                 "values below 0 inside", "");
     grid->setName(name.empty() ? "phi" : name);
     result.after = measured(grid, job);
     result.levelSet = wrap(std::move(grid));
@@ -208,7 +213,7 @@ LevelSet surfaceLevelSet(const SurfaceSource& surface, const Band& band, std::in
     if (gaps) *gaps = made.gaps;
     if (surface.inset > 0) {
         openvdb::tree::LeafManager<openvdb::FloatTree> leaves(grid->tree());
-        leaves.foreach([&](Leaf& leaf, std::size_t) {
+        leaves.foreach ([&](Leaf& leaf, std::size_t) {
             for (auto v = leaf.beginValueOn(); v; ++v) v.setValue(*v + float(surface.inset));
         });
         trimBand(*grid, band.halfWidth);

@@ -52,8 +52,10 @@ struct Weno5 {
         using openvdb::math::FD_HJWENO5;
         for (int z = 0; z < 8; ++z) {
             const float* p = at + z;
-            up[std::size_t(z)] = D1<FD_HJWENO5>::difference(p[3 * step], p[2 * step], p[step], p[0], p[-step], p[-2 * step]);
-            down[std::size_t(z)] = D1<BD_HJWENO5>::difference(p[-3 * step], p[-2 * step], p[-step], p[0], p[step], p[2 * step]);
+            up[std::size_t(z)] =
+                D1<FD_HJWENO5>::difference(p[3 * step], p[2 * step], p[step], p[0], p[-step], p[-2 * step]);
+            down[std::size_t(z)] =
+                D1<BD_HJWENO5>::difference(p[-3 * step], p[-2 * step], p[-step], p[0], p[step], p[2 * step]);
         }
     }
 };
@@ -69,7 +71,11 @@ struct FirstOrder {
 };
 
 RelevelWindow::RelevelWindow(const openvdb::FloatGrid& grid, const std::vector<openvdb::Coord>& free)
-    : dx_(grid.voxelSize()[0]), background_(grid.background()), free_(free.size()), round_(free.size()), beside_(free.size())
+    : dx_(grid.voxelSize()[0]),
+      background_(grid.background()),
+      free_(free.size()),
+      round_(free.size()),
+      beside_(free.size())
 {
     const auto& tree = grid.constTree();
     std::map<openvdb::Coord, std::uint32_t> index;
@@ -126,7 +132,8 @@ void RelevelWindow::settleLeaf(std::size_t leaf, const Block& block, Values& set
         unsigned any = 0, all = 7;
         for (int dx = -1; dx <= 1; ++dx)
             for (int dy = -1; dy <= 1; ++dy) {
-                const unsigned three = inside[std::size_t((x + kReach + dx) * kWide + y + kReach + dy)] >> (z + kReach - 1) & 7;
+                const unsigned three =
+                    inside[std::size_t((x + kReach + dx) * kWide + y + kReach + dy)] >> (z + kReach - 1) & 7;
                 any |= three, all &= three;
             }
         if (any == 0 || all == 7) continue;
@@ -136,7 +143,8 @@ void RelevelWindow::settleLeaf(std::size_t leaf, const Block& block, Values& set
         for (int n = 0; n < 27; ++n) {
             const int dx = n / 9 - 1, dy = n / 3 % 3 - 1, dz = n % 3 - 1;
             const double other = block[std::size_t(at + dx * kStep[0] + dy * kStep[1] + dz)];
-            if (other >= 0) nearest = std::min(nearest, dx_ * std::sqrt(dx * dx + dy * dy + dz * dz) * value / (value - other));
+            if (other >= 0)
+                nearest = std::min(nearest, dx_ * std::sqrt(dx * dx + dy * dy + dz * dz) * value / (value - other));
         }
         settled[std::size_t(i)] = std::max(float(value), float(-nearest));
     }
@@ -169,7 +177,7 @@ void RelevelWindow::sweepLeaf(const Block& block, Values& next) const
         for (std::size_t axis = 0; axis < 3; ++axis) Differences::differences(at, kStep[axis], down[axis], up[axis]);
         for (std::size_t z = 0; z < 8; ++z)
             to[z] = step(at[z], openvdb::math::GodunovsNormSqrd(at[z] > 0, down[0][z], up[0][z], down[1][z], up[1][z],
-                                                                 down[2][z], up[2][z]));
+                                                                down[2][z], up[2][z]));
     }
 }
 

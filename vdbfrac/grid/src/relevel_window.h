@@ -27,10 +27,11 @@ public:
     RelevelWindow(const openvdb::FloatGrid& grid, const std::vector<openvdb::Coord>& free);
 
     /// Voxels beside the surface are not left to the sweeps, which would shift it a little on every call. Where phi is
-    /// steeper than a distance, as just behind a front, the inside value is set to the distance that the edges show; on a
-    /// true distance field this changes nothing.
+    /// steeper than a distance, as just behind a front, the inside value is set to the distance that the edges show; on
+    /// a true distance field this changes nothing.
     void settleInterface();
-    /// One step of d phi/ds = S(phi) (1 - |grad phi|), S = phi / sqrt(phi^2 + |grad phi|^2), in all free leaves at once.
+    /// One step of d phi/ds = S(phi) (1 - |grad phi|), S = phi / sqrt(phi^2 + |grad phi|^2), in all free leaves at
+    /// once.
     template <class Differences>
     void sweep();
 
@@ -39,7 +40,7 @@ public:
     const std::bitset<kLeaf>& beside(std::size_t leaf) const { return beside_[leaf]; }
 
 private:
-    static constexpr int kReach = 3;                  // of a stencil
+    static constexpr int kReach = 3;  // of a stencil
     static constexpr int kWide = 8 + 2 * kReach;
     using Block = std::array<float, kWide * kWide * kWide>;  // a leaf and what is round it
 
@@ -48,9 +49,9 @@ private:
     template <class Differences>
     void sweepLeaf(const Block& block, Values& next) const;
 
-    double dx_;              // m
-    float background_;       // m
-    std::size_t free_;       // number of leaves that may move; they come first
+    double dx_;         // m
+    float background_;  // m
+    std::size_t free_;  // number of leaves that may move; they come first
     std::vector<Values> values_;
     std::vector<std::array<std::uint32_t, 27>> round_;  // of each free leaf: those round it, x slowest
     std::vector<std::bitset<kLeaf>> beside_;

@@ -26,8 +26,8 @@ std::vector<openvdb::Coord> leafsNear(const Distance& distance, const LeafBox& b
 /// phi [m] at a voxel.
 using Sampler = std::function<double(const openvdb::Coord&)>;
 
-/// Fills the leafs at `origins` with phi(ijk), in parallel, and gives the rest its sign. `makeSampler` makes one sampler
-/// for each chunk, since grid accessors must not be shared between threads.
+/// Fills the leafs at `origins` with phi(ijk), in parallel, and gives the rest its sign. `makeSampler` makes one
+/// sampler for each chunk, since grid accessors must not be shared between threads.
 openvdb::FloatGrid::Ptr sampleLeafs(const scene::Grid& grid, const std::vector<openvdb::Coord>& origins,
                                     const std::function<Sampler()>& makeSampler);
 

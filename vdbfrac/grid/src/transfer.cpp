@@ -53,7 +53,8 @@ std::vector<Weight> weightsWithin(double radius, double dx)
 }
 
 /// The shares of all voxel nodes up to `reach` away from some: of each once, however many averages it takes part in.
-tetmesh::NodeField<Share> sharesWithin(const BodyMesh& mesh, const TetEnergy& energy, std::span<const Coord> voxels, int reach)
+tetmesh::NodeField<Share> sharesWithin(const BodyMesh& mesh, const TetEnergy& energy, std::span<const Coord> voxels,
+                                       int reach)
 {
     const Coord all{reach, reach, reach};
     Coord lower = voxels.empty() ? Coord{} : voxels[0], upper = lower;
@@ -116,7 +117,8 @@ VoxelValues nodalEnergies(const BodyMesh& mesh, const TetEnergy& energy)
     mesh.phi().forEachBlock([&](Coord low) { blocks.push_back(low); });
     std::vector<VoxelValues> parts(blocks.size());
     parallelChunks(blocks.size(), 1, [&](std::size_t b, std::size_t) {
-        parts[b].coords.reserve(tetmesh::NodeField<float>::kBlock), parts[b].scalars.reserve(tetmesh::NodeField<float>::kBlock);
+        parts[b].coords.reserve(tetmesh::NodeField<float>::kBlock),
+            parts[b].scalars.reserve(tetmesh::NodeField<float>::kBlock);
         mesh.phi().forEachNode(blocks[b], [&](Coord voxel) {
             const Share share = mesh.nodalShare(voxel, energy);
             if (share.volume <= 0) return;
@@ -132,7 +134,8 @@ VoxelValues nodalEnergies(const BodyMesh& mesh, const TetEnergy& energy)
     return all;
 }
 
-std::vector<double> averagedEnergy(const BodyMesh& mesh, const TetEnergy& energy, std::span<const Coord> voxels, double radius)
+std::vector<double> averagedEnergy(const BodyMesh& mesh, const TetEnergy& energy, std::span<const Coord> voxels,
+                                   double radius)
 {
     const int reach = int(std::floor(radius / mesh.voxelSize()));
     const tetmesh::NodeField<Share> shares = sharesWithin(mesh, energy, voxels, reach);

@@ -11,7 +11,8 @@
 
 namespace vdbfrac::grid {
 
-/// Points are in voxels. Also what tools::meshToVolume asks a mesh for, which takes a minute to compile: voxelize() is its one use.
+/// Points are in voxels. Also what tools::meshToVolume asks a mesh for, which takes a minute to compile: voxelize() is
+/// its one use.
 struct Triangles {
     std::vector<Vec3> points;
     std::vector<std::array<std::uint32_t, 3>> corners;
@@ -26,8 +27,8 @@ struct Triangles {
     }
 };
 
-/// tools::meshToVolume: distances [m] within `halfWidth` voxels of the triangles, and which of them is the closest to each voxel.
-/// `flags` as there.
+/// tools::meshToVolume: distances [m] within `halfWidth` voxels of the triangles, and which of them is the closest to
+/// each voxel. `flags` as there.
 struct Voxelized {
     openvdb::FloatGrid::Ptr phi;
     openvdb::Int32Grid::Ptr closest;

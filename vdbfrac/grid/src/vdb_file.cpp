@@ -46,18 +46,16 @@ openvdb::GridBase::Ptr fromValues(const VoxelValues& values, double voxelSize)
 {
     const bool vectors = values.isVector;
     assert(values.coords.size() == (vectors ? values.vectors.size() : values.scalars.size()));
-    openvdb::GridBase::Ptr grid = vectors
-                                      ? fill<openvdb::Vec3SGrid>(values, openvdb::Vec3s(values.background))
-                                      : fill<openvdb::FloatGrid>(values, values.background);
+    openvdb::GridBase::Ptr grid = vectors ? fill<openvdb::Vec3SGrid>(values, openvdb::Vec3s(values.background))
+                                          : fill<openvdb::FloatGrid>(values, values.background);
     grid->setTransform(openvdb::math::Transform::createLinearTransform(voxelSize));
     return grid;
 }
 
 openvdb::GridBase::ConstPtr toGrid(const NamedGrid& named, const Metadata& metadata)
 {
-    openvdb::GridBase::Ptr grid = named.levelSet
-                                      ? named.levelSet->grid().grid->copy()  // shares the tree
-                                      : fromValues(named.values, named.voxelSize);
+    openvdb::GridBase::Ptr grid = named.levelSet ? named.levelSet->grid().grid->copy()  // shares the tree
+                                                 : fromValues(named.values, named.voxelSize);
     grid->setName(named.name);
     insert(*grid, metadata);
     if (!named.unit.empty()) grid->insertMeta("units", openvdb::StringMetadata(named.unit));

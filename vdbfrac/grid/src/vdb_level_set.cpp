@@ -49,7 +49,8 @@ openvdb::FloatGrid::Ptr fromVdb(const scene::VdbFile& file, const Build& given)
     const openvdb::CoordBBox box = source->evalActiveVoxelBoundingBox();
     if (box.empty()) complain(given, file.file.string() + " holds an empty level set", "", "");
     const double from = read.levelSet.voxelSize();
-    const Vec3 lower = from * fromVdb(box.min()).toVec() + read.origin, upper = from * fromVdb(box.max()).toVec() + read.origin;
+    const Vec3 lower = from * fromVdb(box.min()).toVec() + read.origin,
+               upper = from * fromVdb(box.max()).toVec() + read.origin;
     requireReach(given, lower, upper);
     const Build build = outlined(given, lower, upper);
     if (isOnLattice(read, build.grid)) {

@@ -15,21 +15,32 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kFarthestVoxel = 1 << 23;      // as for bodies: well inside 32 bits
-constexpr double kUniformTolerance = 1e-6;      // of the voxel size; the file's matrix went through products of doubles
+constexpr double kFarthestVoxel = 1 << 23;  // as for bodies: well inside 32 bits
+constexpr double kUniformTolerance = 1e-6;  // of the voxel size; the file's matrix went through products of doubles
 
 GridInfo describe(const openvdb::GridBase& grid)
 {
     const openvdb::CoordBBox box = grid.evalActiveVoxelBoundingBox();
-    GridInfo info{grid.getName(), grid.valueType(), openvdb::GridBase::gridClassToString(grid.getGridClass()),
-                  std::int64_t(grid.activeVoxelCount()), grid.voxelSize()[0], fromVdb(box.min()), fromVdb(box.max()), {}, {}, {}, {}};
+    GridInfo info{grid.getName(),
+                  grid.valueType(),
+                  openvdb::GridBase::gridClassToString(grid.getGridClass()),
+                  std::int64_t(grid.activeVoxelCount()),
+                  grid.voxelSize()[0],
+                  fromVdb(box.min()),
+                  fromVdb(box.max()),
+                  {},
+                  {},
+                  {},
+                  {}};
     if (grid.isType<openvdb::FloatGrid>()) info.background = static_cast<const openvdb::FloatGrid&>(grid).background();
     if (!box.empty()) {
-        const openvdb::BBoxd world = grid.transform().indexToWorld(openvdb::BBoxd(box.min().asVec3d(), box.max().asVec3d()));
+        const openvdb::BBoxd world =
+            grid.transform().indexToWorld(openvdb::BBoxd(box.min().asVec3d(), box.max().asVec3d()));
         info.lowerWorld = {world.min().x(), world.min().y(), world.min().z()};
         info.upperWorld = {world.max().x(), world.max().y(), world.max().z()};
     }
-    for (auto entry = grid.beginMeta(); entry != grid.endMeta(); ++entry) info.metadata[entry->first] = entry->second->str();
+    for (auto entry = grid.beginMeta(); entry != grid.endMeta(); ++entry)
+        info.metadata[entry->first] = entry->second->str();
     return info;
 }
 
@@ -40,8 +51,9 @@ openvdb::FloatGrid::Ptr findLevelSet(const openvdb::GridPtrVec& grids, const std
         const bool isLevelSet = grid->getGridClass() == openvdb::GRID_LEVEL_SET && grid->isType<openvdb::FloatGrid>();
         if (isLevelSet) return openvdb::gridPtrCast<openvdb::FloatGrid>(grid);
         if (!name.empty())
-            throw InputError({file, "grid '" + name + "' is a " + grid->valueType() + " grid of class '" +
-                                        openvdb::GridBase::gridClassToString(grid->getGridClass()) + "'",
+            throw InputError({file,
+                              "grid '" + name + "' is a " + grid->valueType() + " grid of class '" +
+                                  openvdb::GridBase::gridClassToString(grid->getGridClass()) + "'",
                               "a float grid of class 'level set'", "a fog volume has to be turned into an SDF first"});
     }
     std::string names;
@@ -79,7 +91,8 @@ Placement placement(const openvdb::FloatGrid& grid, const std::string& file)
 void requireNear(const openvdb::CoordBBox& box, const std::string& file)
 {
     for (int a = 0; a < 3 && !box.empty(); ++a)
-        if (box.min()[a] < -kFarthestVoxel || box.max()[a] > kFarthestVoxel) throw FileError(file, "is damaged: voxels impossibly far away");
+        if (box.min()[a] < -kFarthestVoxel || box.max()[a] > kFarthestVoxel)
+            throw FileError(file, "is damaged: voxels impossibly far away");
 }
 
 void requireSoundTree(const openvdb::FloatGrid& grid, const std::string& file)
@@ -130,7 +143,8 @@ void requireBandBetween(const openvdb::FloatGrid& grid, const std::string& file)
         if (*tile >= 0) continue;
         const openvdb::CoordBBox box = tile.getBoundingBox();
         requireNear(box, file);
-        if (touchesOutside(phi, box)) throw FileError(file, "is damaged: inside and outside touch without a surface between them");
+        if (touchesOutside(phi, box))
+            throw FileError(file, "is damaged: inside and outside touch without a surface between them");
     }
 }
 
@@ -148,7 +162,8 @@ void requireNegativeInside(const openvdb::FloatGrid& grid, const std::string& fi
 openvdb::FloatGrid::Ptr findSdf(const openvdb::GridPtrVec& grids, const std::string& file, const std::string& name)
 {
     const auto hasClass = [&](const openvdb::GridBase::Ptr& grid, openvdb::GridClass c) {
-        return grid->isType<openvdb::FloatGrid>() && grid->getGridClass() == c && (name.empty() || grid->getName() == name);
+        return grid->isType<openvdb::FloatGrid>() && grid->getGridClass() == c &&
+               (name.empty() || grid->getName() == name);
     };
     for (const openvdb::GridClass c : {openvdb::GRID_LEVEL_SET, openvdb::GRID_UNKNOWN})
         for (const openvdb::GridBase::Ptr& grid : grids)
@@ -158,9 +173,12 @@ openvdb::FloatGrid::Ptr findSdf(const openvdb::GridPtrVec& grids, const std::str
 
 void requireInvertible(const openvdb::FloatGrid& grid, const std::string& file)
 {
-    const auto refuse = [&](const char* what) { throw InputError({file, "grid '" + grid.getName() + "' has a transform that " + what, "a linear one", ""}); };
+    const auto refuse = [&](const char* what) {
+        throw InputError({file, "grid '" + grid.getName() + "' has a transform that " + what, "a linear one", ""});
+    };
     if (!grid.transform().isLinear()) refuse("is not linear");
-    const openvdb::Mat4d m = grid.transform().baseMap()->getAffineMap()->getMat4(), inverse = m.inverse();  // throw when singular
+    // Throw when singular.
+    const openvdb::Mat4d m = grid.transform().baseMap()->getAffineMap()->getMat4(), inverse = m.inverse();
     for (int i = 0; i < 16; ++i)
         if (!std::isfinite(m.asPointer()[i]) || !std::isfinite(inverse.asPointer()[i])) refuse("is not finite");
 }
@@ -200,7 +218,6 @@ try {
 } catch (const openvdb::Exception& e) {  // a singular transform, for one
     throw FileError(file.string(), std::string("is damaged: ") + e.what());
 }
-
 
 openvdb::FloatGrid::Ptr readSdf(const fs::path& file, const std::string& name, std::uint64_t memoryLimit)
 try {

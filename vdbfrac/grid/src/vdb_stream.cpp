@@ -19,8 +19,8 @@ namespace {
 
 namespace io = openvdb::io;
 
-constexpr std::uint64_t kMagic = 0x56444220;      // " BDV" and four zero bytes
-constexpr std::uint32_t kOldestVersion = 222;     // masks are compressed since; older trees take other, unchecked ways
+constexpr std::uint64_t kMagic = 0x56444220;   // " BDV" and four zero bytes
+constexpr std::uint32_t kOldestVersion = 222;  // masks are compressed since; older trees take other, unchecked ways
 constexpr std::uint32_t kNewestVersion = openvdb::OPENVDB_FILE_VERSION;
 constexpr std::int32_t kMostGrids = 10000;
 constexpr std::uint64_t kMostMemory = std::uint64_t{1} << 48;  // bytes of a grid, whatever it says: sums stay in range
@@ -31,8 +31,12 @@ struct KnownType {
     const char* name;
     std::uint64_t valueBytes;
 };
-constexpr std::array<KnownType, 7> kKnownTypes{{{"Tree_float_5_4_3", 4}, {"Tree_double_5_4_3", 8}, {"Tree_int32_5_4_3", 4},
-                                                {"Tree_int64_5_4_3", 8}, {"Tree_vec3s_5_4_3", 12}, {"Tree_vec3d_5_4_3", 24},
+constexpr std::array<KnownType, 7> kKnownTypes{{{"Tree_float_5_4_3", 4},
+                                                {"Tree_double_5_4_3", 8},
+                                                {"Tree_int32_5_4_3", 4},
+                                                {"Tree_int64_5_4_3", 8},
+                                                {"Tree_vec3s_5_4_3", 12},
+                                                {"Tree_vec3d_5_4_3", 24},
                                                 {"Tree_vec3i_5_4_3", 12}}};
 
 /// Looks ahead in a stream, to see that what is declared there fits into the file; goBack() ends the look.
@@ -64,7 +68,8 @@ public:
         for (std::uint32_t i = 0; i < count; ++i) {
             const std::string key = text();
             const std::string bytes = entry(text());
-            if (key == openvdb::GridBase::META_FILE_MEM_BYTES && bytes.size() == sizeof(memory)) std::memcpy(&memory, bytes.data(), sizeof(memory));
+            if (key == openvdb::GridBase::META_FILE_MEM_BYTES && bytes.size() == sizeof(memory))
+                std::memcpy(&memory, bytes.data(), sizeof(memory));
         }
         return memory;
     }
@@ -82,7 +87,8 @@ public:
         require(value<std::int32_t>() == 1, "has a tree of more than one buffer");
         in_.seekg(std::streamoff(valueBytes), std::ios::cur);  // the background
         const std::uint64_t tiles = value<std::uint32_t>(), children = value<std::uint32_t>();
-        require(tiles * (kOrigin + valueBytes + 1) + children * kOrigin <= size_, "declares more tiles than it can hold");
+        require(tiles * (kOrigin + valueBytes + 1) + children * kOrigin <= size_,
+                "declares more tiles than it can hold");
         for (std::uint64_t t = 0; t < tiles; ++t) {
             in_.seekg(std::streamoff(kOrigin + valueBytes), std::ios::cur);
             require(value<std::uint8_t>() <= 1, "has a tile that is neither on nor off");
@@ -99,7 +105,8 @@ private:
     {
         std::string bytes = text();
         if (type == openvdb::BoolMetadata::staticTypeName())
-            require(bytes.size() == 1 && static_cast<unsigned char>(bytes[0]) <= 1, "has a truth that is neither true nor false");
+            require(bytes.size() == 1 && static_cast<unsigned char>(bytes[0]) <= 1,
+                    "has a truth that is neither true nor false");
         else if (type != openvdb::StringMetadata::staticTypeName() && openvdb::Metadata::isRegisteredType(type))
             require(bytes.size() == openvdb::Metadata::createMetadata(type)->size(), "has metadata of a wrong length");
         return bytes;
@@ -181,7 +188,8 @@ private:
         end_ = ahead.value<std::int64_t>();
         ahead.require(end_ <= std::int64_t(fileSize), "points beyond its end");
         ahead.goBack();
-        const auto known = std::find_if(kKnownTypes.begin(), kKnownTypes.end(), [&](const KnownType& k) { return type == k.name; });
+        const auto known =
+            std::find_if(kKnownTypes.begin(), kKnownTypes.end(), [&](const KnownType& k) { return type == k.name; });
         return known == kKnownTypes.end() ? nullptr : &*known;
     }
 
@@ -209,8 +217,8 @@ private:
     {
         memory_ += std::min(bytes, kMostMemory);
         if (memory_ > memoryLimit_)
-            throw LimitError(name_ + ": its grids take " + std::to_string(memory_) + " bytes or more, the memory limit is " +
-                             std::to_string(memoryLimit_));
+            throw LimitError(name_ + ": its grids take " + std::to_string(memory_) +
+                             " bytes or more, the memory limit is " + std::to_string(memoryLimit_));
     }
 
     std::string name_;

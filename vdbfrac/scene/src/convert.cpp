@@ -175,7 +175,8 @@ Conversion toCurve(const Node& node, const Key& key)
     for (const Node& item : array->items) {
         const Table* entry = item.table();
         const Node *when = entry ? entry->find("time") : nullptr, *what = entry ? entry->find("scale") : nullptr;
-        if (!when || !what || entry->members.size() != 2) return {{}, &item, "each with time and scale, and nothing else"};
+        if (!when || !what || entry->members.size() != 2)
+            return {{}, &item, "each with time and scale, and nothing else"};
         const auto t = numberIn(*when, time), scale = numberIn(*what, key);
         if (!t || !scale) return {{}, t ? what : when};
         if (!curve.keys.empty() && *t <= curve.keys.back().time) return {{}, when, "later than the entry before"};

@@ -16,8 +16,10 @@ constexpr const char* kPreamble =
 std::string keyLines(const Key& key, bool commentedOut)
 {
     std::string text = "# " + std::string(key.doc) + "\n#   " + allowedText(key);
-    if (isRequired(key)) text += "; required";
-    else if (!hasDefault(key)) text += "; optional";
+    if (isRequired(key))
+        text += "; required";
+    else if (!hasDefault(key))
+        text += "; optional";
     const std::string line = keyText(key.name) + " =" + (hasDefault(key) ? " " + std::string(key.defaultText) : "");
     return text + "\n" + (commentedOut || !hasDefault(key) ? "#" : "") + line + "\n";
 }
@@ -62,7 +64,9 @@ std::string innerText(const TableSpec& spec, const std::string& form)
     std::string text = "#\n# " + form + "  " + spec.doc + "\n";
     for (const Key& key : spec.keys) {
         text += "#     " + std::string(key.name) + ": " + key.doc + "\n#         " + allowedText(key);
-        text += isRequired(key) ? "; required\n" : hasDefault(key) ? "; default " + std::string(key.defaultText) + "\n" : "; optional\n";
+        text += isRequired(key)   ? "; required\n"
+                : hasDefault(key) ? "; default " + std::string(key.defaultText) + "\n"
+                                  : "; optional\n";
     }
     return text;
 }

@@ -36,9 +36,12 @@ public:
     {
         while (at_ < text_.size()) {
             const char c = text_[at_];
-            if (c == '"' || c == '\'') skipString(c);
-            else if (c == '#') skipTo('\n');
-            else step(c);
+            if (c == '"' || c == '\'')
+                skipString(c);
+            else if (c == '#')
+                skipTo('\n');
+            else
+                step(c);
         }
     }
 
@@ -46,8 +49,10 @@ private:
     void step(char c)
     {
         if (static_cast<unsigned char>(c) >= 0x80) throw SyntaxError{place(), "a special character outside of quotes"};
-        if (c == '.') ++dots_;
-        else if (std::string_view("=,[]{}\n").find(c) != std::string_view::npos) dots_ = 0;
+        if (c == '.')
+            ++dots_;
+        else if (std::string_view("=,[]{}\n").find(c) != std::string_view::npos)
+            dots_ = 0;
         if (dots_ >= kMaxKeyDepth) throw SyntaxError{place(), "a key of more than 16 parts"};
         ++at_;
     }
@@ -59,9 +64,12 @@ private:
         const bool longForm = text_.substr(at_, 3) == std::string(3, quote);
         at_ += longForm ? 3 : 1;
         while (at_ < text_.size()) {
-            if (text_[at_] == '\\' && quote == '"') skipBackslash();
-            else if (!longForm && text_[at_] == '\n') return;  // unfinished: the parser stops there
-            else if (!longForm && text_[at_] == quote) break;
+            if (text_[at_] == '\\' && quote == '"')
+                skipBackslash();
+            else if (!longForm && text_[at_] == '\n')
+                return;  // unfinished: the parser stops there
+            else if (!longForm && text_[at_] == quote)
+                break;
             else if (longForm && text_.substr(at_, 3) == std::string(3, quote)) {
                 at_ += 2;
                 while (text_.substr(at_ + 1, 1) == std::string(1, quote)) ++at_;  // up to two belong to the string
@@ -131,12 +139,18 @@ Table convert(const toml::table& table)
 Node convert(const toml::node& node)
 {
     Node out{placeOf(node.source()), Date{}};
-    if (const auto* v = node.as_boolean()) out.value = v->get();
-    else if (const auto* v = node.as_integer()) out.value = static_cast<long long>(v->get());
-    else if (const auto* v = node.as_floating_point()) out.value = v->get();
-    else if (const auto* v = node.as_string()) out.value = v->get();
-    else if (const auto* v = node.as_array()) out.value = convert(*v);
-    else if (const auto* v = node.as_table()) out.value = convert(*v);
+    if (const auto* v = node.as_boolean())
+        out.value = v->get();
+    else if (const auto* v = node.as_integer())
+        out.value = static_cast<long long>(v->get());
+    else if (const auto* v = node.as_floating_point())
+        out.value = v->get();
+    else if (const auto* v = node.as_string())
+        out.value = v->get();
+    else if (const auto* v = node.as_array())
+        out.value = convert(*v);
+    else if (const auto* v = node.as_table())
+        out.value = convert(*v);
     return out;
 }
 

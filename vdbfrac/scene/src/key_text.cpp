@@ -56,7 +56,8 @@ std::string formText(const Key& key)
     case Type::autoInteger: return "\"auto\" or an integer" + bounds;
     case Type::range: return "two integers [first, last], first <= last" + each;
     case Type::choices: return "a list of " + choicesText(key, "and") + ", each at most once";
-    case Type::curve: return "a list of tables {time, scale}, times rising" + (bounds.empty() ? "" : ", each scale" + bounds);
+    case Type::curve:
+        return "a list of tables {time, scale}, times rising" + (bounds.empty() ? "" : ", each scale" + bounds);
     case Type::texts: return "a list of texts";
     case Type::scalars: return "a list of at least one number, text, true or false";
     case Type::shape: return "a table with exactly one of box, sphere, cylinder, capsule, torus, mesh, vdb";

@@ -52,8 +52,8 @@ Node* entryOf(Array& array, const std::string& step)
     const char* end = step.data() + step.size();
     const auto [stop, ec] = std::from_chars(step.data(), end, index);
     if (ec == std::errc() && stop == end) return index < array.items.size() ? &array.items[index] : nullptr;
-    const auto it = std::find_if(array.items.begin(), array.items.end(),
-                                 [&](const Node& item) { return isNamed(item, step); });
+    const auto it =
+        std::find_if(array.items.begin(), array.items.end(), [&](const Node& item) { return isNamed(item, step); });
     return it == array.items.end() ? nullptr : &*it;
 }
 

@@ -55,8 +55,8 @@ Scene readScene(const fs::path& file, std::span<const TableSpec> effects, const 
 
 const Material& Scene::materialOf(const Body& body) const
 {
-    const auto it = std::find_if(materials.begin(), materials.end(),
-                                 [&](const Material& m) { return m.name == body.material; });
+    const auto it =
+        std::find_if(materials.begin(), materials.end(), [&](const Material& m) { return m.name == body.material; });
     assert(it != materials.end());
     return *it;
 }

@@ -68,7 +68,8 @@ Json choiceOf(const Key& key)
 
 Json curveOf(const Key& key)
 {
-    Json entry = {{"type", "object"}, {"properties", {{"time", {{"type", "number"}}}, {"scale", bounded("number", key)}}}};
+    Json entry = {{"type", "object"},
+                  {"properties", {{"time", {{"type", "number"}}}, {"scale", bounded("number", key)}}}};
     entry["required"] = {"time", "scale"};
     entry["additionalProperties"] = false;
     Json schema = listOf(std::move(entry));
@@ -93,8 +94,7 @@ Json typeSchema(const Key& key)
     case Type::vector: return listOf(bounded("number", key), 3);
     case Type::choice: return choiceOf(key);
     case Type::label: return {{"type", "string"}, {"pattern", kLabelPattern}};
-    case Type::direction:
-        return oneOf({Json{{"enum", {"x", "y", "z"}}}, listOf(bounded("number", key), 3)});
+    case Type::direction: return oneOf({Json{{"enum", {"x", "y", "z"}}}, listOf(bounded("number", key), 3)});
     case Type::autoInteger: return oneOf({Json{{"const", "auto"}}, bounded("integer", key)});
     case Type::range: return listOf(bounded("integer", key), 2);
     case Type::choices: {
@@ -158,10 +158,7 @@ Json only(const char* name, Json value)
             {"additionalProperties", false}};
 }
 
-Json fileSchema(const TableSpec& spec)
-{
-    return only(spec.name, oneOf({Json{{"type", "string"}}, tableSchema(spec)}));
-}
+Json fileSchema(const TableSpec& spec) { return only(spec.name, oneOf({Json{{"type", "string"}}, tableSchema(spec)})); }
 
 Json definitions()
 {

@@ -74,8 +74,9 @@ private:
     void readTime(const Values& v)
     {
         const auto [first, last] = v.range("frames");
-        scene_.time = {int(first), int(last), v.number("fps"), int(v.integer("substeps")), v.number("node_cfl"),
-                       v.number("front_cfl")};
+        scene_.time = {int(first),           int(last),
+                       v.number("fps"),      int(v.integer("substeps")),
+                       v.number("node_cfl"), v.number("front_cfl")};
     }
 
     void readGrid(const Values& v)
@@ -83,15 +84,23 @@ private:
         const LatticeKind lattice = v.text("lattice") == "five"       ? LatticeKind::five
                                     : v.text("lattice") == "delaunay" ? LatticeKind::delaunay
                                                                       : LatticeKind::six;
-        scene_.grid = {v.number("voxel_size"), lattice, int(v.integer("coarsening")), int(v.integer("half_width")), v.number("grading"),
-                       v.text("surface") == "whole_tets"};
+        scene_.grid = {v.number("voxel_size"),       lattice,
+                       int(v.integer("coarsening")), int(v.integer("half_width")),
+                       v.number("grading"),          v.text("surface") == "whole_tets"};
     }
 
     void readSolver(const Values& v)
     {
-        scene_.solver = {v.text("integrator"), v.text("strain"), v.text("tangent"), v.number("newton_tolerance"),
-                         int(v.integer("newton_iterations")), v.text("linear_solver"), v.number("linear_tolerance"),
-                         int(v.integer("linear_iterations")), v.text("precision"), v.text("volumetric") == "cell"};
+        scene_.solver = {v.text("integrator"),
+                         v.text("strain"),
+                         v.text("tangent"),
+                         v.number("newton_tolerance"),
+                         int(v.integer("newton_iterations")),
+                         v.text("linear_solver"),
+                         v.number("linear_tolerance"),
+                         int(v.integer("linear_iterations")),
+                         v.text("precision"),
+                         v.text("volumetric") == "cell"};
     }
 
     void readOutput(const Values& v) { scene_.output = {v.list("vdb"), v.boolean("obj")}; }

@@ -9,7 +9,10 @@ namespace vdbfrac::scene {
 
 namespace {
 
-const Node* member(const Item& item, const char* key) { return item.node.table() ? item.node.table()->find(key) : nullptr; }
+const Node* member(const Item& item, const char* key)
+{
+    return item.node.table() ? item.node.table()->find(key) : nullptr;
+}
 
 /// Calls read(entry) for each table of a list; what is no list is a complaint.
 template <class Read>
@@ -29,8 +32,9 @@ void requireNew(const Item& item, const std::string& name, const std::vector<T>&
 {
     if (std::none_of(before.begin(), before.end(), [&](const T& t) { return t.name == name; })) return;
     const Node* given = member(item, "name");
-    complaints.add(given ? given->place : item.node.place, {item.path + ".name is " + quotedText(name) + ", which is taken",
-                                                             "a name that no table before has"});
+    complaints.add(
+        given ? given->place : item.node.place,
+        {item.path + ".name is " + quotedText(name) + ", which is taken", "a name that no table before has"});
 }
 
 void requireAsMany(const Item& item, const std::vector<std::string>& values, std::size_t count, Complaints& complaints)
@@ -60,7 +64,8 @@ Study::Series readSeries(const Item& item, Complaints& complaints)
 
 /// Reads a list of bodies or grips as names; fills in the only one where none is given.
 template <class T>
-void refer(const Item& item, const char* key, std::pair<const std::vector<T>&, std::string&> known, Complaints& complaints)
+void refer(const Item& item, const char* key, std::pair<const std::vector<T>&, std::string&> known,
+           Complaints& complaints)
 {
     auto& [all, name] = known;
     std::vector<std::string> names;
@@ -69,8 +74,9 @@ void refer(const Item& item, const char* key, std::pair<const std::vector<T>&, s
     if (!given && all.size() == 1) {
         name = names[0];
     } else if (!given) {
-        complaints.add(item.node.place, {"[" + item.path + "] lacks the key '" + key + "'",
-                                         names.empty() ? "there is no " + std::string(key) : "one of " + joined(names)});
+        complaints.add(item.node.place,
+                       {"[" + item.path + "] lacks the key '" + key + "'",
+                        names.empty() ? "there is no " + std::string(key) : "one of " + joined(names)});
     } else if (given->text() && std::find(names.begin(), names.end(), name) == names.end()) {
         complaints.add(given->place, {"unknown " + std::string(key) + " " + describe(*given) + " in " + item.path,
                                       names.empty() ? "there is no " + std::string(key) : "one of " + joined(names),
@@ -91,8 +97,9 @@ void checkNeeds(const Item& item, const tables::Quantity& quantity, Complaints& 
         const bool needed = isIn(quantity.needs, key), known = needed || isIn(quantity.takes, key);
         const bool filledIn = isIn({"body", "grip"}, key);  // where there is one only
         if (given && !known)
-            complaints.add(given->place, {item.path + "." + key + " means nothing to the quantity " + quotedText(quantity.name),
-                                          "", "leave it out"});
+            complaints.add(given->place,
+                           {item.path + "." + key + " means nothing to the quantity " + quotedText(quantity.name), "",
+                            "leave it out"});
         if (!given && needed && !filledIn)
             complaints.add(item.node.place, {"[" + item.path + "] lacks the key '" + key + "'", "",
                                              "the quantity " + quotedText(quantity.name) + " needs it"});

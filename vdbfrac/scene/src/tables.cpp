@@ -19,24 +19,39 @@ const std::vector<Key> kTime = {
     {"fps", Type::number, "1/s", "Frames per second.", "24", 0, kEndless, true},
     {"substeps", Type::autoInteger, "", "Time steps a frame; \"auto\" follows the two limits below.", "\"auto\"", 1,
      kManyTimes},
-    {"node_cfl", Type::number, "cells",
-     "With \"auto\": how far a node may move in a step, relative to its neighbours.", "1", 0, kEndless, true},
+    {"node_cfl", Type::number, "cells", "With \"auto\": how far a node may move in a step, relative to its neighbours.",
+     "1", 0, kEndless, true},
     {"front_cfl", Type::number, "voxels", "With \"auto\": how far a crack front may move in a step.", "0.5", 0, 2,
      true},
 };
 
 const std::vector<Key> kGrid = {
     {"voxel_size", Type::number, "m", "Edge of a voxel of the level set.", nullptr, 0, kEndless, true},
-    {"lattice", Type::choice, "", "Tetrahedra: six or five in a lattice cube, or a Delaunay mesh.", "\"six\"", -kEndless,
-     kEndless, false, false, {"six", "five", "delaunay"}},
-    {"coarsening", Type::integer, "voxels", "Lattice spacing in voxels; only 1 with the lattice \"five\".", "1", 1,
-     19},
+    {"lattice",
+     Type::choice,
+     "",
+     "Tetrahedra: six or five in a lattice cube, or a Delaunay mesh.",
+     "\"six\"",
+     -kEndless,
+     kEndless,
+     false,
+     false,
+     {"six", "five", "delaunay"}},
+    {"coarsening", Type::integer, "voxels", "Lattice spacing in voxels; only 1 with the lattice \"five\".", "1", 1, 19},
     {"half_width", Type::integer, "voxels", "Half width of the narrow band around the surface.", "3", 3, 10},
-    {"grading", Type::number, "", "Delaunay only: how many times larger tetrahedra below the narrow band may be.", "1", 1,
-     16},
-    {"surface", Type::choice, "",
-     "Tetrahedra are cut by the surface, or stay whole and come and go with their voxels, which leaves a jagged surface.",
-     "\"cut_planes\"", -kEndless, kEndless, false, false, {"cut_planes", "whole_tets"}},
+    {"grading", Type::number, "", "Delaunay only: how many times larger tetrahedra below the narrow band may be.", "1",
+     1, 16},
+    {"surface",
+     Type::choice,
+     "",
+     "Tetrahedra are cut by the surface, or stay whole and come and go with their voxels, which leaves a jagged "
+     "surface.",
+     "\"cut_planes\"",
+     -kEndless,
+     kEndless,
+     false,
+     false,
+     {"cut_planes", "whole_tets"}},
 };
 
 const std::vector<Key> kBody = {
@@ -51,8 +66,8 @@ const std::vector<Key> kBody = {
 
 const std::vector<Key> kMaterial = {
     {"youngs_modulus", Type::number, "Pa", "Stiffness E.", nullptr, 0, kEndless, true},
-    {"poisson_ratio", Type::number, "", "Sideways contraction nu; 0.5 would be incompressible.", nullptr, -1, 0.5,
-     true, true},
+    {"poisson_ratio", Type::number, "", "Sideways contraction nu; 0.5 would be incompressible.", nullptr, -1, 0.5, true,
+     true},
     {"density", Type::number, "kg/m^3", "Mass per volume rho.", nullptr, 0, kEndless, true},
 };
 
@@ -64,39 +79,91 @@ const std::vector<Key> kGrip = {
 };
 
 const std::vector<Key> kSolver = {
-    {"integrator", Type::choice, "",
-     "How time steps are made: backward_euler damps, midpoint keeps energy, sdirk2 is exact to second order and damps only what a "
+    {"integrator",
+     Type::choice,
+     "",
+     "How time steps are made: backward_euler damps, midpoint keeps energy, sdirk2 is exact to second order and damps "
+     "only what a "
      "step does not resolve, the other two are explicit and need short steps; static leaves inertia out.",
-     "\"backward_euler\"", -kEndless, kEndless, false, false,
+     "\"backward_euler\"",
+     -kEndless,
+     kEndless,
+     false,
+     false,
      {"backward_euler", "midpoint", "sdirk2", "symplectic_euler", "forward_euler", "static"}},
-    {"strain", Type::choice, "",
-     "Strain the elastic energy is a square of: corotational for all uses; linear only for small turns; green (St. Venant-Kirchhoff) "
+    {"strain",
+     Type::choice,
+     "",
+     "Strain the elastic energy is a square of: corotational for all uses; linear only for small turns; green (St. "
+     "Venant-Kirchhoff) "
      "stiffens in tension and collapses in compression.",
-     "\"corotational\"", -kEndless, kEndless, false, false, {"corotational", "linear", "green"}},
-    {"tangent", Type::choice, "",
-     "Matrix of Newton's method: exact (made definite only where it is not), always projected, or warped linear elasticity.",
-     "\"exact\"", -kEndless, kEndless, false, false, {"exact", "projected", "warped"}},
+     "\"corotational\"",
+     -kEndless,
+     kEndless,
+     false,
+     false,
+     {"corotational", "linear", "green"}},
+    {"tangent",
+     Type::choice,
+     "",
+     "Matrix of Newton's method: exact (made definite only where it is not), always projected, or warped linear "
+     "elasticity.",
+     "\"exact\"",
+     -kEndless,
+     kEndless,
+     false,
+     false,
+     {"exact", "projected", "warped"}},
     {"newton_tolerance", Type::number, "", "Residual at which a step is solved, relative to the largest force.",
      "0.001", 0, 1, true, true},
     {"newton_iterations", Type::integer, "", "Most Newton iterations a step.", "20", 1, kManyTimes},
-    {"linear_solver", Type::choice, "",
-     "How the linear systems are solved; auto picks jacobi or multigrid by the time step, and direct for small static scenes.",
-     "\"auto\"", -kEndless, kEndless, false, false, {"auto", "jacobi", "multigrid", "direct"}},
+    {"linear_solver",
+     Type::choice,
+     "",
+     "How the linear systems are solved; auto picks jacobi or multigrid by the time step, and direct for small static "
+     "scenes.",
+     "\"auto\"",
+     -kEndless,
+     kEndless,
+     false,
+     false,
+     {"auto", "jacobi", "multigrid", "direct"}},
     {"linear_tolerance", Type::number, "",
      "Relative residual of the linear solves; looser where a Newton iteration needs less.", "0.01", 0, 1, true, true},
     {"linear_iterations", Type::integer, "", "Most iterations of a linear solve.", "2000", 1, kManyTimes},
-    {"precision", Type::choice, "",
-     "mixed: block-Jacobi iterations with tolerances of 1e-4 and looser keep their vectors in single precision; double: none does.",
-     "\"mixed\"", -kEndless, kEndless, false, false, {"mixed", "double"}},
-    {"volumetric", Type::choice, "",
+    {"precision",
+     Type::choice,
+     "",
+     "mixed: block-Jacobi iterations with tolerances of 1e-4 and looser keep their vectors in single precision; "
+     "double: none does.",
+     "\"mixed\"",
+     -kEndless,
+     kEndless,
+     false,
+     false,
+     {"mixed", "double"}},
+    {"volumetric",
+     Type::choice,
+     "",
      "Volume change averaged over each lattice cell, which keeps nearly incompressible solids from locking, or not.",
-     "\"cell\"", -kEndless, kEndless, false, false, {"cell", "none"}},
+     "\"cell\"",
+     -kEndless,
+     kEndless,
+     false,
+     false,
+     {"cell", "none"}},
 };
 
 const std::vector<Key> kOutput = {
-    {"vdb", Type::choices, "",
+    {"vdb",
+     Type::choices,
+     "",
      "Grids written each frame: phi, energy and arrival at rest, surface, vel and fragment_id as deformed.",
-     "[\"phi\"]", -kEndless, kEndless, false, false,
+     "[\"phi\"]",
+     -kEndless,
+     kEndless,
+     false,
+     false,
      {"phi", "energy", "arrival", "surface", "vel", "fragment_id"}},
     {"obj", Type::boolean, "", "Whether the deformed surface is written as .obj each frame.", "true"},
 };
@@ -113,8 +180,16 @@ const std::vector<Key> kSeries = {
     {"key", Type::text, "", "The key that is varied, as in --set.", nullptr},
     {"values", Type::scalars, "", "Its values.", nullptr},
     {"tied", Type::tied, "", "Keys that change along with it, each with as many values.", "[]"},
-    {"refines", Type::choice, "", "Which values are finer: higher ones, lower ones, or those that take more work.", "\"auto\"",
-     -kEndless, kEndless, false, false, {"auto", "up", "down"}},
+    {"refines",
+     Type::choice,
+     "",
+     "Which values are finer: higher ones, lower ones, or those that take more work.",
+     "\"auto\"",
+     -kEndless,
+     kEndless,
+     false,
+     false,
+     {"auto", "up", "down"}},
     {"order", Type::number, "", "Order of convergence that is expected.", "", 0, 20, true},
 };
 const std::vector<Key> kTied = {
@@ -152,18 +227,20 @@ std::vector<const char*> quantityNames()
 
 const std::vector<Key> kMeasure = {
     {"name", Type::label, "", "Name of its column; that of the quantity without one.", ""},
-    {"quantity", Type::choice, "", "What is measured; docs/commands.md explains each.", nullptr, -kEndless, kEndless, false,
-     false, quantityNames()},
+    {"quantity", Type::choice, "", "What is measured; docs/commands.md explains each.", nullptr, -kEndless, kEndless,
+     false, false, quantityNames()},
     {"body", Type::text, "", "Name of the body; can be left out where there is one.", ""},
     {"grip", Type::text, "", "Name of the grip; can be left out where there is one.", ""},
     {"point", Type::vector, "m", "A point of the body, at rest.", ""},
     {"axis", Type::direction, "", "The component that counts; without it the magnitude.", ""},
     {"rest", Type::number, "m", "Displacement that an oscillation is about; its mean without one.", ""},
-    {"wavelength", Type::number, "m", "Of the standing wave along the axis, 0 at the point, that alone counts.", "", 0, kEndless, true},
+    {"wavelength", Type::number, "m", "Of the standing wave along the axis, 0 at the point, that alone counts.", "", 0,
+     kEndless, true},
     {"exact", Type::number, "", "The true value, where it is known.", ""},
     {"source", Type::text, "", "Where the true value is from.", "\"\""},
     {"scale", Type::number, "", "What errors are relative to, instead of the true value.", "", 0, kEndless, true},
-    {"order", Type::number, "", "Order of convergence that is expected of it in all series, instead of theirs; 0: none.", "", 0, 20},
+    {"order", Type::number, "",
+     "Order of convergence that is expected of it in all series, instead of theirs; 0: none.", "", 0, 20},
 };
 
 const Key kCenter = {"center", Type::vector, "m", "Centre.", "[0, 0, 0]"};
@@ -176,11 +253,15 @@ const std::vector<Key> kBox = {
 };
 const std::vector<Key> kSphere = {kRadius, kCenter};
 const std::vector<Key> kCylinder = {
-    kAxis, kRadius, kCenter,
+    kAxis,
+    kRadius,
+    kCenter,
     {"height", Type::number, "m", "Length along the axis; 0 is endless, as only cut and region can be.", "0", 0},
 };
 const std::vector<Key> kCapsule = {
-    kAxis, kRadius, kCenter,
+    kAxis,
+    kRadius,
+    kCenter,
     {"height", Type::number, "m", "Distance between the centres of the two caps.", nullptr, 0},
 };
 const std::vector<Key> kTorus = {
@@ -224,9 +305,12 @@ const std::vector<Key> kPose = {
 
 std::string checkGrid(const Values& v)
 {
-    if (v.text("lattice") == "five" && v.integer("coarsening") != 1) return "the lattice \"five\" goes with coarsening = 1 only";
-    if (v.text("lattice") != "delaunay" && v.number("grading") != 1) return "grading goes with the lattice \"delaunay\" only";
-    if (v.text("lattice") == "delaunay" && v.text("surface") != "cut_planes") return "whole_tets goes with the lattices \"six\" and \"five\" only";
+    if (v.text("lattice") == "five" && v.integer("coarsening") != 1)
+        return "the lattice \"five\" goes with coarsening = 1 only";
+    if (v.text("lattice") != "delaunay" && v.number("grading") != 1)
+        return "grading goes with the lattice \"delaunay\" only";
+    if (v.text("lattice") == "delaunay" && v.text("surface") != "cut_planes")
+        return "whole_tets goes with the lattices \"six\" and \"five\" only";
     return "";
 }
 
@@ -241,13 +325,15 @@ const TableSpec kMeasureSpec = {"measure", "A number that is taken of each run."
 const std::vector<Section> kSections = {
     {{"time", "What is simulated of it.", kTime}},
     {{"grid", "Resolution of the level set and of the lattice of tetrahedra.", kGrid, checkGrid},
-     Section::Form::single, true},
+     Section::Form::single,
+     true},
     {{"body", "A solid; one table each.", kBody}, Section::Form::list, true},
     {{"material", "An elastic material; bodies name it.", kMaterial}, Section::Form::byName},
     {{"grip", "Holds or pulls a part of a body; any number of tables.", kGrip}, Section::Form::list},
     {{"solver", "How time steps are made, and when one counts as solved.", kSolver}},
     {{"output", "What is written each frame.", kOutput}},
-    {{"study", "Settings that 'vdbfrac study' compares; a simulation takes no notice of it.", kStudy}, Section::Form::optional},
+    {{"study", "Settings that 'vdbfrac study' compares; a simulation takes no notice of it.", kStudy},
+     Section::Form::optional},
 };
 
 const std::vector<TableSpec> kSolids = {

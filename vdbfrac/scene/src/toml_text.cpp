@@ -65,7 +65,8 @@ struct Writer {
     {
         std::string text;
         for (const Curve::Key& k : v.keys)
-            text += (text.empty() ? "{ time = " : ", { time = ") + numberText(k.time) + ", scale = " + numberText(k.scale) + " }";
+            text += (text.empty() ? "{ time = " : ", { time = ") + numberText(k.time) +
+                    ", scale = " + numberText(k.scale) + " }";
         return "[" + text + "]";
     }
 };
@@ -106,8 +107,10 @@ std::string quotedText(std::string_view text)
     std::string out = "\"";
     for (const char c : text) {
         const auto byte = static_cast<unsigned char>(c);
-        if (byte < 0x20 || byte == 0x7F || c == '"' || c == '\\') out += escaped(byte);
-        else out += c;
+        if (byte < 0x20 || byte == 0x7F || c == '"' || c == '\\')
+            out += escaped(byte);
+        else
+            out += c;
     }
     return out + '"';
 }

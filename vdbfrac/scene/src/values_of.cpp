@@ -26,8 +26,13 @@ std::string wrapped(const std::string& key, const std::string& value) { return "
 std::string solidText(const Primitive& s)
 {
     // All that any kind has; the spec of the kind takes its own.
-    const Values values = valuesOf({{"center", s.center}, {"size", s.size}, {"axis", s.axis}, {"normal", s.axis},
-                                    {"radius", s.radius}, {"height", s.height}, {"tube", s.tube},
+    const Values values = valuesOf({{"center", s.center},
+                                    {"size", s.size},
+                                    {"axis", s.axis},
+                                    {"normal", s.axis},
+                                    {"radius", s.radius},
+                                    {"height", s.height},
+                                    {"tube", s.tube},
                                     {"offset", s.offset}});
     const TableSpec& spec = tables::solids()[std::size_t(s.kind)];
     return wrapped(spec.name, inlineTable(spec, {values}));
@@ -44,14 +49,14 @@ struct ShapeText {
     std::string operator()(const Primitive& solid) const { return solidText(solid); }
     std::string operator()(const MeshFile& m) const
     {
-        const Values values = valuesOf({{"file", absolutePath(m.file)}, {"scale", m.scale}, {"rotate", m.rotate},
-                                        {"translate", m.translate}});
+        const Values values = valuesOf(
+            {{"file", absolutePath(m.file)}, {"scale", m.scale}, {"rotate", m.rotate}, {"translate", m.translate}});
         return wrapped("mesh", inlineTable(tables::meshFile(), {values}));
     }
     std::string operator()(const VdbFile& v) const
     {
-        return wrapped("vdb", inlineTable(tables::vdbFile(), {valuesOf({{"file", absolutePath(v.file)},
-                                                                         {"grid", v.grid}})}));
+        return wrapped("vdb",
+                       inlineTable(tables::vdbFile(), {valuesOf({{"file", absolutePath(v.file)}, {"grid", v.grid}})}));
     }
 };
 
@@ -67,10 +72,7 @@ std::string posesText(const std::vector<PoseKey>& keys)
 
 struct MotionContent {
     Content operator()(const Velocity& m) const { return {valuesOf({{"velocity", m.velocity}})}; }
-    Content operator()(const Keys& m) const
-    {
-        return {valuesOf({{"pivot", m.pivot}}), {{"keys", posesText(m.keys)}}};
-    }
+    Content operator()(const Keys& m) const { return {valuesOf({{"pivot", m.pivot}}), {{"keys", posesText(m.keys)}}}; }
     Content operator()(const Force& m) const { return {valuesOf({{"force", m.force}, {"ramp", m.ramp}})}; }
 };
 
@@ -80,8 +82,10 @@ Content contentOfRoot(const Scene& s) { return {valuesOf({{"version", 1LL}, {"na
 
 Content contentOf(const Time& t)
 {
-    return {valuesOf({{"frames", Values::Range(t.firstFrame, t.lastFrame)}, {"fps", t.fps},
-                      {"substeps", static_cast<long long>(t.substeps)}, {"node_cfl", t.nodeCfl},
+    return {valuesOf({{"frames", Values::Range(t.firstFrame, t.lastFrame)},
+                      {"fps", t.fps},
+                      {"substeps", static_cast<long long>(t.substeps)},
+                      {"node_cfl", t.nodeCfl},
                       {"front_cfl", t.frontCfl}})};
 }
 
@@ -99,21 +103,23 @@ Content contentOf(const Grid& g)
     return {valuesOf({{"voxel_size", g.voxelSize},
                       {"lattice", nameOf(g.lattice)},
                       {"coarsening", static_cast<long long>(g.coarsening)},
-                      {"half_width", static_cast<long long>(g.halfWidth)}, {"grading", g.grading},
+                      {"half_width", static_cast<long long>(g.halfWidth)},
+                      {"grading", g.grading},
                       {"surface", std::string(g.wholeTets ? "whole_tets" : "cut_planes")}})};
 }
 
 Content contentOf(const Body& b)
 {
-    return {valuesOf({{"name", b.name}, {"material", b.material}, {"velocity", b.velocity},
+    return {valuesOf({{"name", b.name},
+                      {"material", b.material},
+                      {"velocity", b.velocity},
                       {"angular_velocity", b.angularVelocity}}),
             {{"shape", std::visit(ShapeText{}, b.shape)}, {"add", solidsText(b.add)}, {"cut", solidsText(b.cut)}}};
 }
 
 Content contentOf(const Material& m)
 {
-    return {valuesOf({{"youngs_modulus", m.youngsModulus}, {"poisson_ratio", m.poissonRatio},
-                      {"density", m.density}})};
+    return {valuesOf({{"youngs_modulus", m.youngsModulus}, {"poisson_ratio", m.poissonRatio}, {"density", m.density}})};
 }
 
 Content contentOf(const Grip& g)
@@ -146,11 +152,13 @@ Content contentOf(const Study& s)
 
 Content contentOf(const Study::Series& s)
 {
-    Content content{valuesOf({{"name", s.name}, {"set", s.set}, {"key", s.key}, {"values", s.values}, {"refines", s.refines}})};
+    Content content{
+        valuesOf({{"name", s.name}, {"set", s.set}, {"key", s.key}, {"values", s.values}, {"refines", s.refines}})};
     if (s.order) content.values.set("order", *s.order);
     std::string tied;
     for (const Study::Tied& t : s.tied)
-        tied += (tied.empty() ? "" : ", ") + inlineTable(tables::tied(), {valuesOf({{"key", t.key}, {"values", t.values}})});
+        tied += (tied.empty() ? "" : ", ") +
+                inlineTable(tables::tied(), {valuesOf({{"key", t.key}, {"values", t.values}})});
     content.parts["tied"] = "[" + tied + "]";
     return content;
 }

@@ -35,7 +35,8 @@ std::string studyText(const Study& study)
 {
     std::string text = tableText("[study]", tables::study(), contentOf(study));
     for (const Study::Series& s : study.series) text += tableText("[[study.series]]", tables::series(), contentOf(s));
-    for (const Study::Measure& m : study.measures) text += tableText("[[study.measure]]", tables::measure(), contentOf(m));
+    for (const Study::Measure& m : study.measures)
+        text += tableText("[[study.measure]]", tables::measure(), contentOf(m));
     return text;
 }
 
@@ -53,8 +54,8 @@ std::string writeScene(const Scene& scene, std::span<const TableSpec> effects)
     text += tableText("[solver]", tables::solver(), contentOf(scene.solver));
     text += tableText("[output]", tables::output(), contentOf(scene.output));
     for (const EffectTable& effect : scene.effects) {
-        const auto spec = std::find_if(effects.begin(), effects.end(),
-                                       [&](const TableSpec& s) { return effect.name == s.name; });
+        const auto spec =
+            std::find_if(effects.begin(), effects.end(), [&](const TableSpec& s) { return effect.name == s.name; });
         if (spec == effects.end())
             throw Error("writeScene: no table of keys for the effect " + quotedText(effect.name));
         text += tableText("[" + keyText(effect.name) + "]", *spec, {effect.values});

@@ -24,10 +24,10 @@ enum class NewtonTangent {
 };
 
 struct NewtonSettings {
-    double tolerance = 1e-3;        ///< of |gradient|, relative to the largest of inertia, elastic and outer force
+    double tolerance = 1e-3;  ///< of |gradient|, relative to the largest of inertia, elastic and outer force
     int iterations = 20;
-    /// Of the preconditioned residual norm; looser where less is enough to bring the gradient below its tolerance (inexact
-    /// Newton; Dembo, Eisenstat, Steihaug 1982).
+    /// Of the preconditioned residual norm; looser where less is enough to bring the gradient below its tolerance
+    /// (inexact Newton; Dembo, Eisenstat, Steihaug 1982).
     double linearTolerance = 1e-2;
     int linearIterations = 2000;
     LinearMethod linearMethod = LinearMethod::automatic;
@@ -55,15 +55,16 @@ struct StepReport {
     StepStatus status = StepStatus::converged;
     int newtonIterations = 0;
     int linearIterations = 0;
-    int multigridSystems = 0;   ///< linear systems that multigrid solved
-    int projections = 0;        ///< linear systems for which the tangent had to be projected
-    int lineSearchSteps = 0;    ///< halvings
-    int creases = 0;            ///< 1 where the minimum lies at a crease of Phi: its residual is that of the mean of the gradients beside it
-    double residual = 0;        ///< |gradient| at the end, relative to the scale of the tolerance
-    double leastResidual = 0;   ///< smallest of the iterates: below `residual` where Newton went astray
-    double elasticEnergy = 0;   ///< J at the end
-    std::size_t frozenNodes = 0; ///< static: nodes of parts that nothing holds, which stay where they are
-    std::vector<Vec3> reaction; ///< N that holds each fixed node: gradient of Phi there, 0 elsewhere
+    int multigridSystems = 0;  ///< linear systems that multigrid solved
+    int projections = 0;       ///< linear systems for which the tangent had to be projected
+    int lineSearchSteps = 0;   ///< halvings
+    /// 1 where the minimum lies at a crease of Phi: its residual is that of the mean of the gradients beside it.
+    int creases = 0;
+    double residual = 0;          ///< |gradient| at the end, relative to the scale of the tolerance
+    double leastResidual = 0;     ///< smallest of the iterates: below `residual` where Newton went astray
+    double elasticEnergy = 0;     ///< J at the end
+    std::size_t frozenNodes = 0;  ///< static: nodes of parts that nothing holds, which stay where they are
+    std::vector<Vec3> reaction;   ///< N that holds each fixed node: gradient of Phi there, 0 elsewhere
 };
 
 /// What a step acts on besides the state.
@@ -83,14 +84,14 @@ public:
     /// Goes on with another operator, in the same memory where it suffices.
     void rebind(const ElasticOperator& elastic);
 
-    /// Advances `state` by dt [s]; dt = infinity asks for the static equilibrium. On StepStatus::capped the state is the
-    /// last iterate, and the caller decides whether to keep it. The report holds until the next step.
-    /// A part without fixed nodes keeps its momentum balance to rounding, however loose the tolerances: what the linear
-    /// solver left of its mean force is taken out by a shift of the part.
+    /// Advances `state` by dt [s]; dt = infinity asks for the static equilibrium. On StepStatus::capped the state is
+    /// the last iterate, and the caller decides whether to keep it. The report holds until the next step. A part
+    /// without fixed nodes keeps its momentum balance to rounding, however loose the tolerances: what the linear solver
+    /// left of its mean force is taken out by a shift of the part.
     [[nodiscard]] const StepReport& step(State& state, double dt, const System& system);
 
-    /// Relative residual |gradient| of the step from `state` that ends at x, on the scale of NewtonSettings::tolerance: one
-    /// measure for all settings.
+    /// Relative residual |gradient| of the step from `state` that ends at x, on the scale of NewtonSettings::tolerance:
+    /// one measure for all settings.
     double residual(const State& state, double dt, const System& system, std::span<const Vec3> x);
 
     std::size_t bytes() const;  ///< the operator apart
@@ -101,7 +102,7 @@ private:
 };
 
 /// A single step.
-[[nodiscard]] StepReport stepBackwardEuler(const ElasticOperator& elastic, State& state, double dt, const System& system,
-                                           const NewtonSettings& settings);
+[[nodiscard]] StepReport stepBackwardEuler(const ElasticOperator& elastic, State& state, double dt,
+                                           const System& system, const NewtonSettings& settings);
 
 }  // namespace vdbfrac::solver

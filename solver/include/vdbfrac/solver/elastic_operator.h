@@ -20,8 +20,8 @@ namespace vdbfrac::solver {
 /// One body's share of a system.
 struct ElementSet {
     std::span<const tetmesh::CellElement> elements;
-    std::span<const Coord> nodes;     ///< lattice coordinates of its nodes; empty without a lattice
-    std::uint32_t firstNode = 0;      ///< of the system: node 0 of the body
+    std::span<const Coord> nodes;  ///< lattice coordinates of its nodes; empty without a lattice
+    std::uint32_t firstNode = 0;   ///< of the system: node 0 of the body
     Material material;
     std::span<const tetmesh::TetGradients> gradients = {};  ///< of each element where they are tets of any shape
 };
@@ -41,7 +41,7 @@ struct ElasticWork {
     std::int64_t evaluatedTets = 0;  ///< tets in them
     std::int64_t products = 0;
     std::int64_t productTets = 0;
-    std::int64_t robustTets = 0;     ///< tets whose polar decomposition needed an SVD
+    std::int64_t robustTets = 0;  ///< tets whose polar decomposition needed an SVD
 };
 
 using Vec3f = Eigen::Vector3f;
@@ -110,26 +110,26 @@ public:
     std::span<const double> mass() const;
     /// Magnitude of each node's diagonal block of K [N/m], from its material volume alone: scales rounding errors.
     std::span<const double> stiffness() const;
-    /// Bound of the angular frequencies [1/s] of small vibrations of the rest shape: the largest of any tet alone (Irons &
-    /// Treharne 1971). Explicit schemes are stable up to the time step 2 over it.
+    /// Bound of the angular frequencies [1/s] of small vibrations of the rest shape: the largest of any tet alone
+    /// (Irons & Treharne 1971). Explicit schemes are stable up to the time step 2 over it.
     double highestFrequency() const;
 
     /// Elastic energy [J] at x [m]; adds its gradient [N] to `gradient` and keeps the exact tangent in `tangent`
     /// where these are given (not empty, not null). The tangent then also has `share` times linear elasticity in the
     /// rotated frame of each tet, which costs a product nothing.
     double evaluate(std::span<const Vec3> x, std::span<Vec3> gradient, Tangent* tangent, double share = 0) const;
-    /// Energy density of every tet [J/m^3]: entry 6 e + t for tet t of element e (elements counted through all sets); 0 for
-    /// a tet without material. `density` is given its size.
+    /// Energy density of every tet [J/m^3]: entry 6 e + t for tet t of element e (elements counted through all sets); 0
+    /// for a tet without material. `density` is given its size.
     void energyDensities(std::span<const Vec3> x, std::vector<double>& density) const;
 
     /// Makes the tangent positive semidefinite: clamps the twist eigenvalues (Smith et al. 2019, section 4).
     void project(Tangent& tangent) const;
-    /// Makes the tangent that of linear elasticity in the rotated frame of each tet ("stiffness warping"; Mueller & Gross
-    /// 2004): semidefinite, free of stress terms. With its `share` more of it, if it has one.
+    /// Makes the tangent that of linear elasticity in the rotated frame of each tet ("stiffness warping"; Mueller &
+    /// Gross 2004): semidefinite, free of stress terms. With its `share` more of it, if it has one.
     void warp(Tangent& tangent) const;
 
-    /// K u, left in pieces that sums() adds up where the caller wants it; returns u.K u. V is Vec3, or Vec3f for a product
-    /// in single precision.
+    /// K u, left in pieces that sums() adds up where the caller wants it; returns u.K u. V is Vec3, or Vec3f for a
+    /// product in single precision.
     template <class V>
     double multiply(const Tangent& tangent, std::span<const V> u) const;
     /// Of the last multiply with the same V.
@@ -144,16 +144,18 @@ public:
     /// K of one element (counted through all sets), rows and columns 3 corner + axis [N/m].
     using ElementMatrix = Eigen::Matrix<double, 24, 24>;
     ElementMatrix elementMatrix(const Tangent& tangent, std::size_t element) const;
-    /// Makes `cells` a tangent near `tangent`, which is of every tet: positive semidefinite, with one rotation and one twist
-    /// operator for all tets of a cell. Products with it need a sixth of the memory and half of the operations: for preconditioners.
+    /// Makes `cells` a tangent near `tangent`, which is of every tet: positive semidefinite, with one rotation and one
+    /// twist operator for all tets of a cell. Products with it need a sixth of the memory and half of the operations:
+    /// for preconditioners.
     void averageTets(const Tangent& tangent, Tangent& cells) const;
     /// The same of this operator, on a lattice of twice the spacing of `fine`, from the means over the finer cells.
-    void averageCells(const ElasticOperator& fine, const Tangent& fineCells, const FinerElements& finer, Tangent& cells) const;
+    void averageCells(const ElasticOperator& fine, const Tangent& fineCells, const FinerElements& finer,
+                      Tangent& cells) const;
 
     const ElasticWork& work() const;
     std::size_t bytes() const;  ///< held by patches, slots and nodes; a Tangent is apart
-    /// What a product has to move at least, summed up in the caller's pass over the nodes: the tangent, the tables of the
-    /// patches, u, and the slots written and read.
+    /// What a product has to move at least, summed up in the caller's pass over the nodes: the tangent, the tables of
+    /// the patches, u, and the slots written and read.
     std::size_t productBytes() const;
     std::size_t productBytesWritten() const;  ///< of these: the slots
 

@@ -1,11 +1,14 @@
 // Linear systems of a Newton step, A u = b with A = m M + K on the free nodes: M lumped mass, K the tangent.
 //
-//   jacobi     conjugate gradients (Hestenes & Stiefel 1952) with the 3x3 diagonal blocks: the least work where the time
-//              step is short; iterations grow with the nodes a side. Tolerances of 1e-4 and looser are reached with vectors
-//              in single precision: what such a step is worth is seen in Newton's residual, which is in double.
+//   jacobi     conjugate gradients (Hestenes & Stiefel 1952) with the 3x3 diagonal blocks: the least work where the
+//   time
+//              step is short; iterations grow with the nodes a side. Tolerances of 1e-4 and looser are reached with
+//              vectors in single precision: what such a step is worth is seen in Newton's residual, which is in double.
 //   multigrid  conjugate gradients with one W-cycle over lattices of twice the spacing, in single precision (the
-//              residual of the outer iteration is in double): iterations do not grow. Cracks do not couple on any level.
-//   direct     the assembled matrix and a sparse Cholesky factorisation (CHOLMOD; Chen, Davis, Hager, Rajamanickam 2008):
+//              residual of the outer iteration is in double): iterations do not grow. Cracks do not couple on any
+//              level.
+//   direct     the assembled matrix and a sparse Cholesky factorisation (CHOLMOD; Chen, Davis, Hager, Rajamanickam
+//   2008):
 //              small or very stiff systems.
 #pragma once
 
@@ -45,7 +48,8 @@ struct LinearReport {
 /// Solver for the systems of one operator; keeps its memory from one system to the next.
 class LinearSolver {
 public:
-    LinearSolver(const ElasticOperator& elastic, LinearMethod method, LinearPrecision precision = LinearPrecision::mixed);
+    LinearSolver(const ElasticOperator& elastic, LinearMethod method,
+                 LinearPrecision precision = LinearPrecision::mixed);
     ~LinearSolver();
     LinearSolver(LinearSolver&&) noexcept;
     LinearSolver& operator=(LinearSolver&&) noexcept;
@@ -55,9 +59,10 @@ public:
 
     /// Solves A u = b from u = 0; u is 0 at fixed nodes. Iterations stop at the first direction p with p.A p <= 0 and
     /// leave u as it was before it; the direct method reports a matrix that is not positive definite the same way.
-    /// `samePreconditioner`: that of the last system serves, which had the same fixed nodes and nearly the same tangent.
-    [[nodiscard]] LinearReport solve(const LinearSystem& system, std::span<const Vec3> b, std::span<Vec3> u, LinearLimits limits,
-                                     bool samePreconditioner = false);
+    /// `samePreconditioner`: that of the last system serves, which had the same fixed nodes and nearly the same
+    /// tangent.
+    [[nodiscard]] LinearReport solve(const LinearSystem& system, std::span<const Vec3> b, std::span<Vec3> u,
+                                     LinearLimits limits, bool samePreconditioner = false);
 
     std::size_t bytes() const;
 

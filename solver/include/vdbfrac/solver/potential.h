@@ -17,7 +17,8 @@ struct StepStart {
 };
 
 /// The Hessian of a potential as the tangent takes it in: `mass` times the lumped mass [1/s^2] and `stiffness` times
-/// linear elasticity in the rotated frame of each tet. A product with the tangent then costs the same with and without it.
+/// linear elasticity in the rotated frame of each tet. A product with the tangent then costs the same with and without
+/// it.
 struct HessianShares {
     double mass = 0, stiffness = 0;
 };
@@ -40,8 +41,8 @@ public:
     virtual HessianShares hessian() const { return {}; }
     /// The same in all steps.
     virtual RayleighDamping damping() const { return {}; }
-    /// Is the value an energy of x alone as long as the mesh is the same? Then its fall is the work of its forces; of others nothing
-    /// is known.
+    /// Is the value an energy of x alone as long as the mesh is the same? Then its fall is the work of its forces; of
+    /// others nothing is known.
     virtual bool isConservative() const { return false; }
     /// Memory it keeps from step to step.
     virtual std::size_t bytes() const { return 0; }

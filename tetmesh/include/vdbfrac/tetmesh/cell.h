@@ -17,7 +17,8 @@ enum class CellShape : std::uint8_t { six, fiveEven, fiveOdd, tet };
 inline constexpr int kCorners = 8;
 inline constexpr int kMostTets = 6;
 
-/// The rest shape of a tet that is a cell of its own: h grad N_a of vertices 1, 2, 3; that of vertex 0 is minus their sum.
+/// The rest shape of a tet that is a cell of its own: h grad N_a of vertices 1, 2, 3; that of vertex 0 is minus their
+/// sum.
 using TetGradients = std::array<std::array<double, 3>, 3>;
 
 struct CellTets {

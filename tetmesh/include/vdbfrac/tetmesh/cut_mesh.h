@@ -32,9 +32,9 @@ struct Piece {
 
 /// A lattice cell that holds material.
 struct Cell {
-    Coord coord;                ///< lattice coordinates of corner 0
+    Coord coord;  ///< lattice coordinates of corner 0
     std::uint32_t patch = 0;
-    bool whole = true;          ///< all its voxel nodes are material: one element, no pieces kept
+    bool whole = true;  ///< all its voxel nodes are material: one element, no pieces kept
     std::uint32_t firstElement = 0, elements = 1;
     std::vector<Piece> pieces;  ///< of a cell that is not whole, by sub-tet
 };
@@ -42,8 +42,8 @@ struct Cell {
 class CutMesh final : public BodyMesh {
 public:
     CutMesh() = default;
-    /// Cuts everything. phi [m] on voxel coordinates; its box must hold every material voxel and two layers more. Throws Error for a
-    /// coarsening that is not possible.
+    /// Cuts everything. phi [m] on voxel coordinates; its box must hold every material voxel and two layers more.
+    /// Throws Error for a coarsening that is not possible.
     CutMesh(Lattice lattice, NodeField<float> phi);
 
     CutUpdate update(std::span<const std::pair<Coord, float>> newPhi) override;
@@ -88,8 +88,8 @@ private:
     /// Old and new ids of the nodes.
     struct Renumbering {
         std::vector<std::uint32_t> previous;  // of each new node: the old node it comes from
-        std::vector<std::uint32_t> now;       // of each old node: its new id, unless its lattice node was classified again;
-                                              // empty when no id has changed
+        std::vector<std::uint32_t> now;  // of each old node: its new id, unless its lattice node was classified again;
+                                         // empty when no id has changed
     };
     /// New elements of some cells.
     struct Regrouped {
@@ -129,14 +129,15 @@ private:
 
     std::vector<Cell> cells_;
     NodeField<std::int32_t> cellIndex_;
-    std::vector<Coord> latticeNodes_;           // corners of the cells, in a fixed order
+    std::vector<Coord> latticeNodes_;  // corners of the cells, in a fixed order
     NodeField<std::int32_t> latticeIndex_;
-    std::vector<std::uint16_t> copies_;         // of each lattice node
-    std::vector<std::uint32_t> firstNode_;      // id of copy 0 of each lattice node
-    std::unordered_map<std::uint32_t, NodeClasses> classes_;  // by lattice node, of those with several copies; never walked
+    std::vector<std::uint16_t> copies_;     // of each lattice node
+    std::vector<std::uint32_t> firstNode_;  // id of copy 0 of each lattice node
+    // By lattice node, of those with several copies; never walked.
+    std::unordered_map<std::uint32_t, NodeClasses> classes_;
     std::vector<Coord> nodes_;
     std::vector<CellElement> elements_;
-    double volume_ = 0;                         // m^3
+    double volume_ = 0;  // m^3
 };
 
 }  // namespace vdbfrac::tetmesh

@@ -32,8 +32,8 @@ public:
     /// Follows the mesh through an update. `previousNode` as in CutUpdate; `nextId` is advanced for new fragments.
     void update(const BodyMesh& mesh, std::span<const std::uint32_t> previousNode, double time, std::uint32_t& nextId);
 
-    const std::vector<Fragment>& fragments() const { return fragments_; }   ///< by rising id, also those gone
-    const std::vector<std::uint32_t>& ofNode() const { return ofNode_; }    ///< id of each node's fragment
+    const std::vector<Fragment>& fragments() const { return fragments_; }  ///< by rising id, also those gone
+    const std::vector<std::uint32_t>& ofNode() const { return ofNode_; }   ///< id of each node's fragment
     std::size_t alive() const;
 
 private:

@@ -13,7 +13,8 @@
 
 namespace vdbfrac::tetmesh {
 
-/// Largest coarsening. Stencils number their vertices with 16 bits: the star of a node has 29 679 at 19, more than 32 767 at 20.
+/// Largest coarsening. Stencils number their vertices with 16 bits: the star of a node has 29 679 at 19, more than 32
+/// 767 at 20.
 inline constexpr int kMostCoarsening = 19;
 
 struct Lattice {
@@ -21,7 +22,8 @@ struct Lattice {
     Kind kind = Kind::six;
     int coarsening = 1;    ///< m, up to kMostCoarsening; 1 for `five`, whose grids do not nest
     double voxelSize = 1;  ///< dx [m]
-    bool wholeTets = false;  ///< tets with a voxel node half a voxel or more inside are material, nearly all of them, the others not
+    /// Tets with a voxel node half a voxel or more inside are material, nearly all of them, the others not.
+    bool wholeTets = false;
 
     double spacing() const { return coarsening * voxelSize; }  ///< h [m]
     CellShape shapeOf(Coord cell) const
@@ -34,7 +36,8 @@ struct Lattice {
 /// Corner c of a unit cell.
 inline Coord cornerOffset(int c) { return {c & 1, c >> 1 & 1, c >> 2 & 1}; }
 
-/// The Kuhn tet that holds a point of the unit cell: its first corners are reached along the axes by falling coordinate.
+/// The Kuhn tet that holds a point of the unit cell: its first corners are reached along the axes by falling
+/// coordinate.
 std::uint8_t kuhnTetOf(const Vec3& p);
 
 struct SubTet {

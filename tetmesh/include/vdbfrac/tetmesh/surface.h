@@ -11,7 +11,7 @@ namespace vdbfrac::tetmesh {
 
 /// A closed triangle surface, normals outward (counter-clockwise seen from outside).
 struct Surface {
-    std::vector<Vec3> points;                            ///< [m]
+    std::vector<Vec3> points;                             ///< [m]
     std::vector<std::array<std::uint32_t, 3>> triangles;  ///< indices into points
     std::vector<std::uint32_t> fragment;                  ///< of each triangle: the fragment's lasting id
     std::vector<std::uint8_t> torn;                       ///< of each triangle: 1 on a face made by fracture ("inside")
@@ -19,7 +19,7 @@ struct Surface {
 
 /// A polygon soup as it was read, before any check.
 struct PolygonSoup {
-    std::vector<Vec3> points;                       ///< [m]
+    std::vector<Vec3> points;                        ///< [m]
     std::vector<std::vector<std::size_t>> polygons;  ///< indices into points
 };
 

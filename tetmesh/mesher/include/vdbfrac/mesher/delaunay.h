@@ -24,8 +24,8 @@ struct ImplicitSolid {
     std::vector<Polyline> sharpEdges;  ///< on the surface, kept as edges of the mesh; meet at their ends only
 };
 
-/// Bound on circumradii over the edges that it leads to. A regular tet has .61; refinement stops below its bound, on average at two
-/// thirds of it.
+/// Bound on circumradii over the edges that it leads to. A regular tet has .61; refinement stops below its bound, on
+/// average at two thirds of it.
 inline constexpr double kRadiusOfEdge = 0.9;
 
 /// Lengths in m. A regular tet with edges a has a circumradius of .61 a, its faces of .58 a.

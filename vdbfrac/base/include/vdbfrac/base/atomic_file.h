@@ -25,12 +25,12 @@ void removeTemporaries(const std::filesystem::path& folder);
 /// Writes text atomically; verifies the size and the bytes.
 void writeText(const std::filesystem::path& file, std::string_view text);
 
-/// Writes text at `offset` of a file that is made if need be, cuts off what was behind, and syncs it. What lies before `offset` is as it
-/// was, whatever happens. Throws FileError.
+/// Writes text at `offset` of a file that is made if need be, cuts off what was behind, and syncs it. What lies before
+/// `offset` is as it was, whatever happens. Throws FileError.
 void writeBehind(const std::filesystem::path& file, std::uint64_t offset, std::string_view text);
 
-/// Whole content of a regular file of no more than `mostBytes`. Throws FileError, also when reading fails half way and for
-/// devices, pipes and folders, which may have no end.
+/// Whole content of a regular file of no more than `mostBytes`. Throws FileError, also when reading fails half way and
+/// for devices, pipes and folders, which may have no end.
 std::string readText(const std::filesystem::path& file, std::uint64_t mostBytes = ~std::uint64_t{0});
 /// Throws FileError where readText would, but for errors of reading itself.
 void requireRegular(const std::filesystem::path& file, std::uint64_t mostBytes = ~std::uint64_t{0});

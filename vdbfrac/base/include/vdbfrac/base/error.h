@@ -17,10 +17,10 @@ public:
 class InputError : public Error {
 public:
     struct Detail {
-        std::string place;  ///< file:line:column, or the file
-        std::string what;   ///< the complaint with the offending value
+        std::string place;    ///< file:line:column, or the file
+        std::string what;     ///< the complaint with the offending value
         std::string allowed;  ///< the allowed range or form; may be empty
-        std::string hint;   ///< what to do about it; may be empty
+        std::string hint;     ///< what to do about it; may be empty
     };
 
     explicit InputError(Detail detail) : InputError(std::vector<Detail>{std::move(detail)}) {}

@@ -6,8 +6,8 @@
 
 namespace vdbfrac {
 
-/// While it lives, no other lock of the same folder can be made, in this or another process. It goes with the process, however that
-/// ends. File systems that know no locks keep nobody out.
+/// While it lives, no other lock of the same folder can be made, in this or another process. It goes with the process,
+/// however that ends. File systems that know no locks keep nobody out.
 class FolderLock {
 public:
     FolderLock() = default;

@@ -14,8 +14,7 @@ template <class R>
 class ChunkBody {
 public:
     template <class F>
-        requires(!std::is_same_v<std::remove_cvref_t<F>, ChunkBody>)
-    ChunkBody(const F& body)
+    requires(!std::is_same_v<std::remove_cvref_t<F>, ChunkBody>) ChunkBody(const F& body)
         : body_(std::addressof(body)), call_([](const void* f, std::size_t begin, std::size_t end) -> R {
               return (*static_cast<const F*>(f))(begin, end);
           })

@@ -1,9 +1,9 @@
 // Named arrays of numbers, in memory and as a file: what a checkpoint is made of.
 //
-// The file, little-endian: "vdbfrac\1", the checksum (8 bytes), the length of the directory (8 bytes), the directory, the
-// arrays one behind the other. The directory is JSON: [[name, type, values], ...] in the order of the arrays; types are
-// "f8", "f4", "i8", "i4", "u8", "u4", "c1" as in NumPy, with "3" before them for vectors. The checksum is XXH3 of the
-// directory and of each array, each seeded with the one before.
+// The file, little-endian: "vdbfrac\1", the checksum (8 bytes), the length of the directory (8 bytes), the directory,
+// the arrays one behind the other. The directory is JSON: [[name, type, values], ...] in the order of the arrays; types
+// are "f8", "f4", "i8", "i4", "u8", "u4", "c1" as in NumPy, with "3" before them for vectors. The checksum is XXH3 of
+// the directory and of each array, each seeded with the one before.
 #pragma once
 
 #include <vdbfrac/base/vec.h>
@@ -22,15 +22,24 @@ namespace vdbfrac::core {
 
 template <class T>
 inline constexpr const char* kTypeName = nullptr;
-template <> inline constexpr const char* kTypeName<double> = "f8";
-template <> inline constexpr const char* kTypeName<float> = "f4";
-template <> inline constexpr const char* kTypeName<std::int64_t> = "i8";
-template <> inline constexpr const char* kTypeName<std::int32_t> = "i4";
-template <> inline constexpr const char* kTypeName<std::uint64_t> = "u8";
-template <> inline constexpr const char* kTypeName<std::uint32_t> = "u4";
-template <> inline constexpr const char* kTypeName<char> = "c1";
-template <> inline constexpr const char* kTypeName<Vec3> = "3f8";
-template <> inline constexpr const char* kTypeName<Coord> = "3i4";
+template <>
+inline constexpr const char* kTypeName<double> = "f8";
+template <>
+inline constexpr const char* kTypeName<float> = "f4";
+template <>
+inline constexpr const char* kTypeName<std::int64_t> = "i8";
+template <>
+inline constexpr const char* kTypeName<std::int32_t> = "i4";
+template <>
+inline constexpr const char* kTypeName<std::uint64_t> = "u8";
+template <>
+inline constexpr const char* kTypeName<std::uint32_t> = "u4";
+template <>
+inline constexpr const char* kTypeName<char> = "c1";
+template <>
+inline constexpr const char* kTypeName<Vec3> = "3f8";
+template <>
+inline constexpr const char* kTypeName<Coord> = "3i4";
 static_assert(sizeof(Vec3) == 3 * sizeof(double) && sizeof(Coord) == 3 * sizeof(std::int32_t));
 
 class Archive {
@@ -44,9 +53,15 @@ public:
         arrays_.push_back({name, kTypeName<T>, values.size(), {first, first + values.size_bytes()}});
     }
     template <class T>
-    void put(const std::string& name, const std::vector<T>& values) { put(name, std::span<const T>(values)); }
+    void put(const std::string& name, const std::vector<T>& values)
+    {
+        put(name, std::span<const T>(values));
+    }
     template <class T>
-    void putOne(const std::string& name, const T& value) { put(name, std::span<const T>(&value, 1)); }
+    void putOne(const std::string& name, const T& value)
+    {
+        put(name, std::span<const T>(&value, 1));
+    }
     void putText(const std::string& name, std::string_view text) { put(name, std::span<const char>(text)); }
 
     /// Throws FileError when there is no such array of this type.
@@ -63,11 +78,16 @@ public:
     std::vector<T> get(const std::string& name, std::size_t count) const
     {
         std::vector<T> values = get<T>(name);
-        if (values.size() != count) complain("'" + name + "' has " + std::to_string(values.size()) + " values instead of " + std::to_string(count));
+        if (values.size() != count)
+            complain("'" + name + "' has " + std::to_string(values.size()) + " values instead of " +
+                     std::to_string(count));
         return values;
     }
     template <class T>
-    T getOne(const std::string& name) const { return get<T>(name, 1)[0]; }
+    T getOne(const std::string& name) const
+    {
+        return get<T>(name, 1)[0];
+    }
     std::string getText(const std::string& name) const;
 
     /// Throws FileError: what the file holds is not what was meant.
@@ -81,7 +101,8 @@ public:
     void write(const std::filesystem::path& file) const;
     /// Throws FileError for what is damaged, LimitError for a file larger than `memoryLimit` bytes.
     static Archive read(const std::filesystem::path& file, std::uint64_t memoryLimit = ~std::uint64_t{0});
-    /// The bytes of a file; `source` is its name in messages. A wrong checksum passes unless `checked`. Throws FileError.
+    /// The bytes of a file; `source` is its name in messages. A wrong checksum passes unless `checked`. Throws
+    /// FileError.
     static Archive parse(std::string_view bytes, std::string source, bool checked = true);
 
 private:

@@ -22,8 +22,8 @@ struct SceneEstimate {
     double bytes = 0;  ///< peak of a run, with what system and libraries need
 };
 
-/// Reads the files that the scene names. Throws InputError (also for a grip that is far from all material of its body), FileError,
-/// LimitError for a file or an outline larger than `memoryLimit` bytes. Does not judge `bytes`.
+/// Reads the files that the scene names. Throws InputError (also for a grip that is far from all material of its body),
+/// FileError, LimitError for a file or an outline larger than `memoryLimit` bytes. Does not judge `bytes`.
 SceneEstimate estimateScene(const scene::Scene& scene, std::uint64_t memoryLimit);
 
 /// Throws LimitError when a run would take more than `limit` bytes.

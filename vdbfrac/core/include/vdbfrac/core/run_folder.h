@@ -18,32 +18,33 @@ namespace vdbfrac::core {
 
 /// A file of a frame, with what it takes to tell whether it is still the one that was written.
 struct WrittenFile {
-    std::string path;            ///< relative to the folder
+    std::string path;  ///< relative to the folder
     std::uint64_t bytes = 0;
-    std::string checksum;        ///< XXH3, hexadecimal
+    std::string checksum;  ///< XXH3, hexadecimal
 };
 
 struct FrameRecord {
     int frame = 0;
-    double time = 0;             ///< s
+    double time = 0;  ///< s
     std::string stateHash;
     std::vector<WrittenFile> files;
 };
 
 /// From which checkpoints a run may go on.
 struct Resume {
-    std::string settings;                                      ///< what it depends on, as writeCheckpoint got it
-    int lastFrame = std::numeric_limits<int>::max();           ///< no frame after this one
-    std::uint64_t memoryLimit = ~std::uint64_t{0};             ///< bytes
+    std::string settings;                             ///< what it depends on, as writeCheckpoint got it
+    int lastFrame = std::numeric_limits<int>::max();  ///< no frame after this one
+    std::uint64_t memoryLimit = ~std::uint64_t{0};    ///< bytes
 };
 
-/// What becomes of an earlier run in the folder. `replace` and `keep` take only folders whose run.json is of this program and none of
-/// whose files the scene needs; `replace` removes what that run.json lists, and nothing else.
+/// What becomes of an earlier run in the folder. `replace` and `keep` take only folders whose run.json is of this
+/// program and none of whose files the scene needs; `replace` removes what that run.json lists, and nothing else.
 enum class Earlier { refuse, replace, keep };
 
 class RunFolder {
 public:
-    /// Makes the folder. Throws FileError; InputError for an output field that nothing makes, or where files of the scene would be lost.
+    /// Makes the folder. Throws FileError; InputError for an output field that nothing makes, or where files of the
+    /// scene would be lost.
     RunFolder(std::filesystem::path folder, const scene::Scene& scene, const Stages& stages, Earlier earlier);
 
     const std::filesystem::path& path() const { return folder_; }
@@ -52,17 +53,18 @@ public:
     ~RunFolder();
 
     /// Copies what a frame writes and hands it to a writer, which works beside the next steps: .vdb and .obj, and
-    /// stats.csv and run.json with all there is so far, as often as 2 % of the time allow. Waits while two more frames are unwritten: three are in
-    /// memory at most. Returns the hash of the state. What the writer throws (FileError) is thrown by the next call, or by finish.
+    /// stats.csv and run.json with all there is so far, as often as 2 % of the time allow. Waits while two more frames
+    /// are unwritten: three are in memory at most. Returns the hash of the state. What the writer throws (FileError) is
+    /// thrown by the next call, or by finish.
     std::string writeFrame(const Simulation& simulation, int frame);
-    /// Hands a copy of the state to the writer, which makes ckpt/SCENE.STEP.ckpt of it, and adds the records since the last
-    /// one to ckpt/SCENE.records; the last two are kept. `settings`:
-    /// what the run depends on, as text. Does nothing when the last step has a checkpoint.
+    /// Hands a copy of the state to the writer, which makes ckpt/SCENE.STEP.ckpt of it, and adds the records since the
+    /// last one to ckpt/SCENE.records; the last two are kept. `settings`: what the run depends on, as text. Does
+    /// nothing when the last step has a checkpoint.
     void writeCheckpoint(const Simulation& simulation, const std::string& settings);
-    /// Takes a simulation of the same scene that has made no step to where the newest checkpoint was written. Damaged ones are
-    /// passed over; `notes` says so. Steps and frames so far become those of this run. False when there is neither a checkpoint
-    /// nor a frame. Throws FileError when no checkpoint can be used, InputError when settings, bodies or program are not those of the
-    /// run.
+    /// Takes a simulation of the same scene that has made no step to where the newest checkpoint was written. Damaged
+    /// ones are passed over; `notes` says so. Steps and frames so far become those of this run. False when there is
+    /// neither a checkpoint nor a frame. Throws FileError when no checkpoint can be used, InputError when settings,
+    /// bodies or program are not those of the run.
     bool resume(Simulation& simulation, const Resume& how, std::vector<std::string>& notes);
     void addStep(const StepRecord& step) { steps_.push_back(step); }
     /// Waits for the writer; marks the manifest as finished with a status word.
@@ -71,15 +73,16 @@ public:
     const std::vector<StepRecord>& steps() const { return steps_; }
     /// Frames that are written. After finish only: until then the writer adds to them.
     const std::vector<FrameRecord>& frames() const;
-    /// After finish only. Stages: "snapshot", copying what frames write; "output", making files of it, beside the steps;
-    /// "wait", how long the steps stood still for the writer.
+    /// After finish only. Stages: "snapshot", copying what frames write; "output", making files of it, beside the
+    /// steps; "wait", how long the steps stood still for the writer.
     Ledger work() const;
 
 private:
     class Writer;
 
     std::vector<StepRecord> newSteps();
-    void goOn(Simulation& simulation, const std::string& settings, const Archive& archive, const std::vector<FrameRecord>& frames);
+    void goOn(Simulation& simulation, const std::string& settings, const Archive& archive,
+              const std::vector<FrameRecord>& frames);
 
     std::filesystem::path folder_;
     FolderLock lock_;
@@ -90,7 +93,7 @@ private:
     std::string restHash_;        // of the state before the first step
     Ledger work_;
     std::unique_ptr<Writer> writer_;
-    BackgroundQueue queue_;       // last: it ends before what its jobs use
+    BackgroundQueue queue_;  // last: it ends before what its jobs use
 };
 
 /// Paths of the checkpoints in a run's folder, oldest first.

@@ -23,16 +23,16 @@ enum class Outcome { converged, cutback, capped };
 /// One row of stats.csv.
 struct StepRecord {
     int step = 0;
-    double time = 0;             ///< s, at the end
-    double dt = 0;               ///< s
+    double time = 0;  ///< s, at the end
+    double dt = 0;    ///< s
     Outcome outcome = Outcome::converged;
-    int cutbacks = 0;            ///< times dt was halved for this step
+    int cutbacks = 0;  ///< times dt was halved for this step
     int newtonIterations = 0, linearIterations = 0, projections = 0;
-    double residual = 0;         ///< relative to the largest force
-    double leastResidual = 0;    ///< smallest of the Newton iterates
-    double kineticEnergy = 0;    ///< J
-    double elasticEnergy = 0;    ///< J
-    double volume = 0;           ///< m^3 of material
+    double residual = 0;       ///< relative to the largest force
+    double leastResidual = 0;  ///< smallest of the Newton iterates
+    double kineticEnergy = 0;  ///< J
+    double elasticEnergy = 0;  ///< J
+    double volume = 0;         ///< m^3 of material
     std::size_t fragments = 0;
     std::size_t nodes = 0;
     std::int64_t tets = 0;
@@ -42,13 +42,13 @@ struct StepRecord {
 
 class Simulation {
 public:
-    /// Builds bodies, lattice and first cut. `effects` must outlive the simulation. `memoryLimit` [bytes] bounds what the
-    /// input may ask for. Throws InputError (empty body, grip that holds nothing, ...), FileError, LimitError.
+    /// Builds bodies, lattice and first cut. `effects` must outlive the simulation. `memoryLimit` [bytes] bounds what
+    /// the input may ask for. Throws InputError (empty body, grip that holds nothing, ...), FileError, LimitError.
     Simulation(const scene::Scene& scene, std::span<Effect* const> effects, std::uint64_t memoryLimit);
     ~Simulation();
 
-    /// One time step that ends no later than `until` [s]. Throws LimitError when forces or positions are beyond what a double
-    /// holds, also after dt was cut back: there is nothing to go on from.
+    /// One time step that ends no later than `until` [s]. Throws LimitError when forces or positions are beyond what a
+    /// double holds, also after dt was cut back: there is nothing to go on from.
     StepRecord step(double until);
     /// Frames after the first whose time has come.
     int framesDone() const;
@@ -73,15 +73,16 @@ public:
     MovingSurface surface() const;
     /// Nodal elastic energy density [J/m^3] of a body on its band and inside.
     grid::VoxelValues energyField(const Body& body) const;
-    /// Fingerprint of x, v, phi, fragments and time: of what the next step depends on, all but what effects keep to themselves, so
-    /// that an effect which never acts does not show.
+    /// Fingerprint of x, v, phi, fragments and time: of what the next step depends on, all but what effects keep to
+    /// themselves, so that an effect which never acts does not show.
     std::uint64_t stateHash() const;
     int steps() const { return steps_; }
 
     /// Everything the next step depends on that does not come from the scene.
     void save(Archive& archive) const;
-    /// Goes on from there: for a simulation of the same scene that has made no step. The steps that follow have the bits of
-    /// those that would have followed save. Throws FileError for what save cannot have written; then the simulation is of no use.
+    /// Goes on from there: for a simulation of the same scene that has made no step. The steps that follow have the
+    /// bits of those that would have followed save. Throws FileError for what save cannot have written; then the
+    /// simulation is of no use.
     void load(const Archive& archive);
     double volume() const;  ///< m^3 of material
     double startVolume() const;
@@ -113,7 +114,8 @@ private:
     std::unique_ptr<solver::Integrator> integrator_;
     std::unique_ptr<Grips> grips_;
     double time_ = 0;
-    double trusted_ = std::numeric_limits<double>::infinity();  // s: a longer step is not tried after a cut-back; doubles with each step
+    // s: a longer step is not tried after a cut-back; doubles with each step.
+    double trusted_ = std::numeric_limits<double>::infinity();
     int steps_ = 0;
 };
 

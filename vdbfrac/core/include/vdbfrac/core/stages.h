@@ -20,9 +20,9 @@ namespace vdbfrac::core {
 /// What the stages on the grid see after the solve.
 struct GridContext {
     std::span<Body> bodies;
-    std::span<const Vec3> x;               ///< m, all nodes of the system
-    double time = 0;                       ///< s, at the end of the step
-    double dt = 0;                         ///< s
+    std::span<const Vec3> x;  ///< m, all nodes of the system
+    double time = 0;          ///< s, at the end of the step
+    double dt = 0;            ///< s
     /// Signed distance [m] in rest space to the nearest grip of a body; infinity without grips.
     std::function<double(const Body&, const Vec3& X)> gripDistance;
     /// Energy density [J/m^3] of all tets of the system (entry 6 e + t), computed when first asked for in a step.

@@ -13,11 +13,11 @@ namespace vdbfrac::grid {
 /// Builds phi of a body: an analytic shape sampled exactly, a closed mesh through tools::meshToVolume, or a level set
 /// read from a .vdb file (resampled when its voxel size or transform differs); then `add` united, `cut` taken away.
 /// Analytic values are exact in the whole band. Those of a mesh are exact but for a few 2.4 to 3 voxels off
-/// an edge, and their signs are those of the surface (docs/commands.md, Slits and gaps); a rebuilt .vdb keeps its surface
-/// to about 0.1 voxels. |phi| never exceeds the background.
-/// Validated before OpenVDB sees it. Throws InputError (NaN, bad index, open surface, empty body, wrong grid class,
-/// with file and place), FileError, LimitError (when the estimate passes `memoryLimit` bytes).
-/// Adds to `notes` what is not as in the source: gaps of a mesh that are too narrow for the voxels, and are filled.
+/// an edge, and their signs are those of the surface (docs/commands.md, Slits and gaps); a rebuilt .vdb keeps its
+/// surface to about 0.1 voxels. |phi| never exceeds the background. Validated before OpenVDB sees it. Throws InputError
+/// (NaN, bad index, open surface, empty body, wrong grid class, with file and place), FileError, LimitError (when the
+/// estimate passes `memoryLimit` bytes). Adds to `notes` what is not as in the source: gaps of a mesh that are too
+/// narrow for the voxels, and are filled.
 LevelSet makeLevelSet(const scene::Body& body, const scene::Grid& grid, std::uint64_t memoryLimit,
                       std::vector<std::string>* notes = nullptr);
 

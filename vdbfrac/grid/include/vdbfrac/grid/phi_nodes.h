@@ -13,7 +13,8 @@
 namespace vdbfrac::grid {
 
 /// phi [m] on all voxel nodes of the material and three layers round it. Throws LimitError when the box of the material
-/// takes more than `memoryLimit` [bytes] in the fields of a mesh that is cut by it: parts that lie far apart make it large.
+/// takes more than `memoryLimit` [bytes] in the fields of a mesh that is cut by it: parts that lie far apart make it
+/// large.
 tetmesh::NodeField<float> sampleNodes(const LevelSet& phi, std::uint64_t memoryLimit = ~std::uint64_t{0});
 
 /// phi [m] at voxels of the band; voxels that are not in the band (not active) are left out.
@@ -33,14 +34,15 @@ struct RelevelWork {
 
 /// How phi is made a distance again behind a front.
 struct Relevelling {
-    bool firstOrder = false;  ///< one-sided differences of first order instead of HJWENO5: cheaper, and wear the shape off
-    int sweeps = 3;           ///< each carries the distance by 0.3 voxels; 0 leaves phi as it was raised
+    /// One-sided differences of first order instead of HJWENO5: cheaper, and wear the shape off.
+    bool firstOrder = false;
+    int sweeps = 3;  ///< each carries the distance by 0.3 voxels; 0 leaves phi as it was raised
 };
 
 /// Raises phi to the given values, then makes it a distance again in the leaves round them, by the sweeps of
-/// tools::LevelSetTracker (HJWENO5, TVD_RK1), to its bits; the band follows the front. Voxels beside the surface move only where phi
-/// is steeper than a distance, so on a distance field re-levelling moves no surface. No value falls: material never grows.
-/// Returns every voxel whose value is not what it was before the call.
+/// tools::LevelSetTracker (HJWENO5, TVD_RK1), to its bits; the band follows the front. Voxels beside the surface move
+/// only where phi is steeper than a distance, so on a distance field re-levelling moves no surface. No value falls:
+/// material never grows. Returns every voxel whose value is not what it was before the call.
 PhiChanges raiseAndRelevel(LevelSet& phi, const PhiChanges& raised, RelevelWork& work, const Relevelling& how = {});
 
 /// The voxels of all leaves of a level set: with the tiles of the grid that it grew out of, all there is of it.
@@ -51,8 +53,9 @@ struct BandLeaves {
     std::vector<std::uint64_t> active;  ///< a bit a voxel, 8 words a leaf
 };
 BandLeaves bandLeaves(const LevelSet& phi);
-/// Makes `phi`, as it was at the start, the level set whose leaves these are. Returns every voxel whose value is not what it was.
-/// Throws Error for leaves that no tearing leads to: far away, listed twice, with a value below that at the start or beyond the band.
+/// Makes `phi`, as it was at the start, the level set whose leaves these are. Returns every voxel whose value is not
+/// what it was. Throws Error for leaves that no tearing leads to: far away, listed twice, with a value below that at
+/// the start or beyond the band.
 PhiChanges setBandLeaves(LevelSet& phi, const BandLeaves& leaves);
 
 }  // namespace vdbfrac::grid

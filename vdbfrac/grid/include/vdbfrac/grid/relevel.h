@@ -20,8 +20,8 @@ struct GradientStatistics {
 };
 
 struct LevelSetReport {
-    double volume = 0;  ///< [m^3], enclosedVolume
-    double area = 0;    ///< [m^2], of the triangles of surfaceOf
+    double volume = 0;          ///< [m^3], enclosedVolume
+    double area = 0;            ///< [m^2], of the triangles of surfaceOf
     GradientStatistics beside;  ///< within one voxel of the surface
     GradientStatistics band;    ///< all of the band
 };
@@ -40,8 +40,8 @@ double voxelSizeOf(const Band& band, double longest, double given = 0);
 
 /// Level set of a closed surface, by the closest triangle of each voxel. `report` is what tetmesh::examine says of the
 /// surface; `inset` [m] >= 0 moves the result inward, as for a wrap that lies outside of what it wraps.
-/// `name` is for complaints. `gaps` becomes the number of pairs of neighbouring voxels inside with a gap of the surface between
-/// them, too narrow for the voxels: it is filled. Throws InputError (nothing inside, too far away), LimitError.
+/// `name` is for complaints. `gaps` becomes the number of pairs of neighbouring voxels inside with a gap of the surface
+/// between them, too narrow for the voxels: it is filled. Throws InputError (nothing inside, too far away), LimitError.
 struct SurfaceSource {
     const tetmesh::PolygonSoup& soup;
     const tetmesh::SurfaceReport& report;
@@ -73,8 +73,8 @@ struct Relevelled {
 
 /// Re-levels a level set, or whatever float grid has a surface at its zero. Throws InputError, LimitError.
 Relevelled relevel(const LevelSet& source, const RelevelOptions& options);
-/// The same for a grid of a file (the first of floats when `grid` is empty), of class level set or none, with any linear
-/// transform. Throws FileError too.
+/// The same for a grid of a file (the first of floats when `grid` is empty), of class level set or none, with any
+/// linear transform. Throws FileError too.
 Relevelled relevelFile(const std::filesystem::path& file, const std::string& grid, const RelevelOptions& options);
 
 }  // namespace vdbfrac::grid

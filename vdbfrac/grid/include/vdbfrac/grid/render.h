@@ -16,11 +16,11 @@ struct Image {
 };
 
 struct View {
-    Vec3 target = Vec3::Zero();            ///< what is looked at [m]
+    Vec3 target = Vec3::Zero();              ///< what is looked at [m]
     Vec3 direction = Vec3(-0.5, -0.35, -1);  ///< of looking
-    double extent = 1;                     ///< radius round the target that must be seen [m]
+    double extent = 1;                       ///< radius round the target that must be seen [m]
     int width = 640, height = 480;
-    int samples = 4;                       ///< rays a pixel
+    int samples = 4;  ///< rays a pixel
 };
 
 /// Renders a closed surface (current configuration): torn triangles red, the rest in a neutral colour, lit from the

@@ -26,8 +26,8 @@ std::vector<double> nodalEnergy(const tetmesh::BodyMesh& mesh, const TetEnergy& 
 VoxelValues nodalEnergies(const tetmesh::BodyMesh& mesh, const TetEnergy& energy);
 
 /// Nodal energy averaged over the material within `radius` [m] with weights (1 - r^2/radius^2)^2.
-std::vector<double> averagedEnergy(const tetmesh::BodyMesh& mesh, const TetEnergy& energy, std::span<const Coord> voxels,
-                                   double radius);
+std::vector<double> averagedEnergy(const tetmesh::BodyMesh& mesh, const TetEnergy& energy,
+                                   std::span<const Coord> voxels, double radius);
 
 /// Material volume that belongs to a voxel node: sum of the integrals of N_p, in voxels.
 double nodalVolume(const tetmesh::BodyMesh& mesh, Coord voxel);

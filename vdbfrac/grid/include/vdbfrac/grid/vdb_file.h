@@ -20,16 +20,16 @@ struct VoxelValues {
     std::vector<float> scalars;            ///< one a voxel, unless `isVector`
     std::vector<Eigen::Vector3f> vectors;  ///< one a voxel, when `isVector`
     float background = 0;
-    bool isVector = false;                 ///< says the type of the grid also when it holds nothing
+    bool isVector = false;  ///< says the type of the grid also when it holds nothing
 };
 
 /// One grid of a file: a level set in rest space, or values on voxels.
 struct NamedGrid {
     std::string name;
     const LevelSet* levelSet = nullptr;
-    VoxelValues values;         ///< used when levelSet is null
-    double voxelSize = 1;       ///< of `values` [m]
-    std::string unit;           ///< metadata "units"; may be empty
+    VoxelValues values;    ///< used when levelSet is null
+    double voxelSize = 1;  ///< of `values` [m]
+    std::string unit;      ///< metadata "units"; may be empty
 };
 
 using Metadata = std::map<std::string, std::variant<std::string, double, std::int64_t>>;
@@ -43,7 +43,7 @@ struct GridInfo {
     std::string name, type, gridClass;
     std::int64_t activeVoxels = 0;
     double voxelSize = 0;
-    Coord lower, upper;  ///< of the active voxels
+    Coord lower, upper;                                         ///< of the active voxels
     Vec3 lowerWorld = Vec3::Zero(), upperWorld = Vec3::Zero();  ///< of their centres [m]
     std::map<std::string, std::string> metadata;
     std::optional<double> background;  ///< of a grid of floats: the value where nothing is stored
@@ -52,12 +52,13 @@ struct GridInfo {
 std::vector<GridInfo> describeVdb(const std::filesystem::path& file, std::uint64_t memoryLimit = ~std::uint64_t{0});
 
 /// Reads one level set (the first when `name` is empty), checked: magic, version, class, uniform voxel size, finite
-/// values, extents, a band between inside and outside. Throws FileError for what is damaged, InputError for what is not a
-/// level set, LimitError. The transform's translation is kept in `origin` [m]: the world position of voxel (0,0,0).
+/// values, extents, a band between inside and outside. Throws FileError for what is damaged, InputError for what is not
+/// a level set, LimitError. The transform's translation is kept in `origin` [m]: the world position of voxel (0,0,0).
 struct ReadLevelSet {
     LevelSet levelSet;
     Vec3 origin = Vec3::Zero();
 };
-ReadLevelSet readLevelSet(const std::filesystem::path& file, const std::string& name, std::uint64_t memoryLimit = ~std::uint64_t{0});
+ReadLevelSet readLevelSet(const std::filesystem::path& file, const std::string& name,
+                          std::uint64_t memoryLimit = ~std::uint64_t{0});
 
 }  // namespace vdbfrac::grid

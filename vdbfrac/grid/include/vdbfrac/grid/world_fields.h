@@ -12,9 +12,9 @@ namespace vdbfrac::grid {
 
 /// Narrow band round the deformed surface, with what the closest triangle carries.
 struct WorldFields {
-    LevelSet surface;         ///< m
-    VoxelValues velocity;     ///< m/s, on the band
-    VoxelValues fragment;     ///< id as a float: some readers know no integer grids
+    LevelSet surface;      ///< m
+    VoxelValues velocity;  ///< m/s, on the band
+    VoxelValues fragment;  ///< id as a float: some readers know no integer grids
 };
 
 /// `pointVelocity`: one a surface point. Throws Error on a surface with values that are not finite.

@@ -19,7 +19,7 @@ struct Time {
     double fps = 24;
     int substeps = 0;       ///< time steps a frame; 0 is "auto"
     double nodeCfl = 1;     ///< "auto": lattice cells a node may move in a step, relative to its neighbours' mean
-    double frontCfl = 0.5;   ///< "auto": voxels the crack front may move in a step
+    double frontCfl = 0.5;  ///< "auto": voxels the crack front may move in a step
 };
 
 enum class LatticeKind { six, five, delaunay };
@@ -27,9 +27,9 @@ enum class LatticeKind { six, five, delaunay };
 struct Grid {
     double voxelSize = 0;  ///< dx [m]
     LatticeKind lattice = LatticeKind::six;
-    int coarsening = 1;   ///< lattice spacing h = coarsening * dx
-    int halfWidth = 3;    ///< of the narrow band [voxels]
-    double grading = 1;   ///< delaunay: times that tets deep inside may be larger
+    int coarsening = 1;      ///< lattice spacing h = coarsening * dx
+    int halfWidth = 3;       ///< of the narrow band [voxels]
+    double grading = 1;      ///< delaunay: times that tets deep inside may be larger
     bool wholeTets = false;  ///< surface = "whole_tets"; false is "cut_planes"
 };
 
@@ -73,8 +73,8 @@ struct Velocity {
     Vec3 velocity = Vec3::Zero();  ///< m/s
 };
 struct Keys {
-    std::vector<PoseKey> keys;    ///< at least one, times strictly rising; held before the first and after the last
-    Vec3 pivot = Vec3::Zero();    ///< m
+    std::vector<PoseKey> keys;  ///< at least one, times strictly rising; held before the first and after the last
+    Vec3 pivot = Vec3::Zero();  ///< m
 };
 struct Force {
     Vec3 force = Vec3::Zero();  ///< total on the region [N]
@@ -90,16 +90,17 @@ struct Grip {
 };
 
 struct Solver {
-    std::string integrator = "backward_euler";  ///< or "midpoint", "sdirk2", "symplectic_euler", "forward_euler", "static"
-    std::string strain = "corotational";        ///< or "linear", "green"
-    std::string tangent = "exact";              ///< or "projected", "warped"
-    double newtonTolerance = 1e-3;  ///< of the residual, relative to the largest force
+    /// Or "midpoint", "sdirk2", "symplectic_euler", "forward_euler", "static".
+    std::string integrator = "backward_euler";
+    std::string strain = "corotational";  ///< or "linear", "green"
+    std::string tangent = "exact";        ///< or "projected", "warped"
+    double newtonTolerance = 1e-3;        ///< of the residual, relative to the largest force
     int newtonIterations = 20;
     std::string linearSolver = "auto";  ///< or "jacobi", "multigrid", "direct"
     double linearTolerance = 1e-2;
     int linearIterations = 2000;
     std::string precision = "mixed";  ///< or "double"
-    bool cellDilation = true;  ///< volumetric = "cell"; false is "none"
+    bool cellDilation = true;         ///< volumetric = "cell"; false is "none"
 };
 
 struct Output {
@@ -117,21 +118,22 @@ struct Study {
     /// Settings that differ in one key: a curve of error against cost.
     struct Series {
         std::string name;
-        std::vector<std::string> set;     ///< "key=value", before the key is varied
+        std::vector<std::string> set;  ///< "key=value", before the key is varied
         std::string key;
         std::vector<std::string> values;  ///< TOML texts, at least one
         std::vector<Tied> tied;
-        std::string refines = "auto";     ///< "up", "down": which values are finer; "auto": those that take more work
-        std::optional<double> order;      ///< of convergence, as expected
+        std::string refines = "auto";  ///< "up", "down": which values are finer; "auto": those that take more work
+        std::optional<double> order;   ///< of convergence, as expected
     };
     /// A number that is taken of each run. Which members have a meaning, the quantity says; `body` and `grip` are
     /// filled in where the quantity needs them.
     struct Measure {
         std::string name, quantity, body, grip;
-        std::optional<Vec3> point;    ///< m, at rest
-        std::optional<Vec3> axis;     ///< of unit length
-        std::optional<double> rest;   ///< m: the value that an oscillation is about
-        std::optional<double> wavelength;  ///< m, of the standing wave along `axis`, 0 at `point`, that alone is looked at
+        std::optional<Vec3> point;   ///< m, at rest
+        std::optional<Vec3> axis;    ///< of unit length
+        std::optional<double> rest;  ///< m: the value that an oscillation is about
+        /// m, of the standing wave along `axis`, 0 at `point`, that alone is looked at.
+        std::optional<double> wavelength;
         std::optional<double> exact;  ///< the true value, in the unit of the quantity
         std::string source;           ///< of `exact`
         std::optional<double> scale;  ///< what errors are relative to, instead of the true value
@@ -149,7 +151,7 @@ struct EffectTable {
 };
 
 struct Scene {
-    std::filesystem::path file;        ///< it was read from; no part of what is simulated
+    std::filesystem::path file;  ///< it was read from; no part of what is simulated
     std::string name = "scene";
     Time time;
     Grid grid;

@@ -18,7 +18,7 @@ namespace vdbfrac::scene {
 enum class Type {
     boolean,
     integer,
-    number,       ///< finite; integers are taken too
+    number,  ///< finite; integers are taken too
     text,
     vector,       ///< three finite numbers
     choice,       ///< a text out of Key::choices
@@ -45,13 +45,13 @@ enum class Type {
 struct Key {
     const char* name;
     Type type;
-    const char* unit;          ///< "m", "Pa", ...; "" for none
-    const char* doc;           ///< one sentence
-    const char* defaultText;   ///< TOML text of the default; nullptr: required, "": optional without default
+    const char* unit;         ///< "m", "Pa", ...; "" for none
+    const char* doc;          ///< one sentence
+    const char* defaultText;  ///< TOML text of the default; nullptr: required, "": optional without default
     /// Bounds of a number, of each component of a vector, of each end of a range, of each scale of a curve.
     double least = -std::numeric_limits<double>::infinity();
     double most = std::numeric_limits<double>::infinity();
-    bool leastOpen = false;    ///< the bound itself is not allowed
+    bool leastOpen = false;  ///< the bound itself is not allowed
     bool mostOpen = false;
     std::vector<const char*> choices = {};  ///< for Type::choice and Type::choices
 };
