@@ -9,6 +9,12 @@
 
 namespace vdbfrac::solver {
 
+/// Row i, column j of a block.
+inline double entryOf(const SymmetricBlock& block, int i, int j)
+{
+    return double(block[std::size_t(i == j ? i : 6 - i - j)]);
+}
+
 /// Calls add(row, column, value) for all that adds up to the lower triangle of A; rows and columns are 3 node + axis.
 /// Fixed nodes and nodes without material have the identity; `extra` [N/m], if any, is added to the diagonal.
 template <class Add>
@@ -25,6 +31,16 @@ void eachEntry(const LinearSystem& system, std::span<const float> extra, const A
                                       b = set.firstNode + e.node[std::size_t(j / 3)];
                     const Eigen::Index row = Eigen::Index(3 * a) + i % 3, column = Eigen::Index(3 * b) + j % 3;
                     if (row >= column && !system.fixed[a] && !system.fixed[b]) add(row, column, K(i, j));
+                }
+        }
+    for (std::size_t r = 0; system.blocks && r < system.blocks->rows(); ++r)
+        for (const NodeBlocks::Entry& e : system.blocks->entries(r)) {
+            const std::uint32_t a = system.blocks->node(r), b = e.node;
+            if (system.fixed[a] || system.fixed[b] || a < b) continue;
+            for (int i = 0; i < 3; ++i)
+                for (int j = 0; j < 3; ++j) {
+                    const Eigen::Index row = Eigen::Index(3 * a) + i, column = Eigen::Index(3 * b) + j;
+                    if (row >= column) add(row, column, entryOf(e.block, i, j));
                 }
         }
     for (std::size_t n = 0; n < elastic.nodeCount(); ++n) {

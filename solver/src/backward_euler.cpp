@@ -2,6 +2,7 @@
 
 #include "least_mean.h"
 #include "node_loops.h"
+#include "objective.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,17 +10,6 @@
 namespace vdbfrac::solver {
 
 namespace {
-
-/// Phi at one x, with the sizes that tell how small its gradient has to be.
-struct Point {
-    std::vector<Vec3> x, gradient;
-    double phi = 0;         ///< J
-    double elastic = 0;     ///< J
-    double phiNoise = 0;    ///< J: what rounding alone can change phi by
-    double norm = 0;        ///< N: of the gradient at free nodes
-    double forceScale = 0;  ///< N: largest of inertia, elastic and outer force
-    double noise = 0;       ///< N: what rounding alone can leave of the gradient
-};
 
 /// Farthest that a node is in one place from where it is in the other [m].
 double farthestMove(std::span<const Vec3> a, std::span<const Vec3> b)
@@ -43,10 +33,9 @@ public:
 
     void rebind(const ElasticOperator& elastic)
     {
-        elastic_ = &elastic;
+        objective_.rebind(elastic);
         linear_.rebind(elastic);
-        for (auto* v : {&predicted_, &outer_, &direction_, &here_.x, &here_.gradient, &there_.x, &there_.gradient,
-                        &report_.reaction})
+        for (auto* v : {&direction_, &here_.x, &here_.gradient, &there_.x, &there_.gradient, &report_.reaction})
             v->resize(elastic.nodeCount());
     }
 
@@ -55,16 +44,14 @@ public:
     double residual(std::span<const Vec3> x)
     {
         std::copy(x.begin(), x.end(), here_.x.begin());
-        evaluate(here_);
+        objective_.evaluate(here_);
         return relative(here_);
     }
-    std::size_t bytes() const { return 8 * elastic_->nodeCount() * sizeof(Vec3) + tangent_.bytes() + linear_.bytes(); }
+    std::size_t bytes() const { return 6 * direction_.size() * sizeof(Vec3) + objective_.bytes() + linear_.bytes(); }
 
 private:
-    void evaluate(Point& p);
-    void measureForces(Point& p);
     /// Not where forces overflow: there any x would look solved.
-    bool small(const Point& p) const
+    bool isConverged(const Point& p) const
     {
         return p.norm <= settings_.tolerance * p.forceScale + p.noise && std::isfinite(p.forceScale + p.noise);
     }
@@ -74,9 +61,6 @@ private:
         return std::isinf(scale) ? scale : norm > 0 ? norm / scale : norm;
     }
     static double relative(const Point& p) { return relative(p, p.norm); }
-    void freezeLooseParts();
-    void hold(Point& p) const;
-    double jump() const;
     void lift();
     enum class Search { accepted, failed, crease };
     bool improve();
@@ -85,24 +69,16 @@ private:
     void combineSides();
     double freeNorm(std::span<const Vec3> gradient) const;
     LinearStatus solve(std::span<const Vec3> gradient, std::vector<Vec3>& direction, double tolerance);
-    double enough() const;
-    Search search(std::span<const Vec3> gradient);
-    void balanceMomentum();
+    double forcingTerm() const;
+    Search lineSearch(std::span<const Vec3> gradient);
     void finish(State& state);
 
-    const ElasticOperator* elastic_ = nullptr;
     NewtonSettings settings_;
+    Objective objective_;
     LinearSolver linear_;
-    Tangent tangent_;
     StepReport report_;
-    std::vector<Vec3> predicted_, outer_, direction_;
+    std::vector<Vec3> direction_;
     Point here_, there_;
-    struct Part {
-        Vec3 force;
-        double inertia;
-        bool held;
-    };
-    std::vector<Part> parts_;
     /// The gradient on one side of a crease, and the direction of Newton's method for it.
     struct Side {
         std::vector<Vec3> gradient, direction;
@@ -112,157 +88,55 @@ private:
     std::vector<Vec3> combined_;  // the shortest mean of their gradients
 
     // Of the step at hand.
-    double dt_ = 0, inertia_ = 0;
-    HessianShares shares_;
     bool prepared_ = false;  // there is a preconditioner of this step
     double reach_ = 0;       // m: no farther away a gradient that no longer descends is taken for one beyond a crease
     // N: size of the shortest mean of gradients where here_ is a minimum at a crease, or below 0.
     double crease_ = -1;
-    std::span<Potential* const> potentials_;
-    const Boundary* boundary_ = nullptr;
-    std::vector<std::uint8_t> fixed_;  // nodes that do not answer: held ones, and frozen ones
 };
 
 void BackwardEuler::Newton::begin(const State& state, double dt, const System& system)
 {
     constexpr double kReach = 1e-2;  // cells: Newton's method is past the trouble of a bad start there
-    dt_ = dt;
-    inertia_ = 1 / (dt * dt);
-    potentials_ = system.potentials;
-    boundary_ = &system.boundary;
-    shares_ = {};
+    objective_.begin(state, dt, system);
     prepared_ = false;
     crease_ = -1;
-    reach_ = kReach * elastic_->h();
+    reach_ = kReach * objective_.elastic().h();
     std::vector<Vec3> reaction = std::move(report_.reaction);  // keeps its memory
     report_ = {};
     report_.reaction = std::move(reaction);
-    fixed_ = boundary_->fixed;
-    if (!std::isfinite(dt)) freezeLooseParts();
-    for (Potential* potential : potentials_) {
-        potential->begin({state.x, state.v, dt, *elastic_});
-        const HessianShares h = potential->hessian();
-        shares_ = {shares_.mass + h.mass, shares_.stiffness + h.stiffness};
-    }
-    const double drift = std::isfinite(dt) ? dt : 0;
-    eachNode<double>(predicted_.size(), [&](std::size_t i) {
-        predicted_[i] = state.x[i] + drift * state.v[i];
-        here_.x[i] = predicted_[i];
-    });
-}
-
-/// A part that nothing holds has no static equilibrium, or infinitely many: it stays where it is.
-void BackwardEuler::Newton::freezeLooseParts()
-{
-    const auto& part = boundary_->part;
-    if (part.empty()) return;
-    std::vector<std::uint8_t> held(*std::max_element(part.begin(), part.end()) + 1, 0);
-    for (std::size_t i = 0; i < part.size(); ++i) held[part[i]] |= boundary_->fixed[i];
-    for (std::size_t i = 0; i < part.size(); ++i) fixed_[i] |= !held[part[i]];
-    report_.frozenNodes =
-        std::size_t(std::count_if(part.begin(), part.end(), [&](std::uint32_t p) { return !held[p]; }));
-}
-
-void BackwardEuler::Newton::evaluate(Point& p)
-{
-    eachNode<double>(p.x.size(), [&](std::size_t i) {
-        p.gradient[i].setZero();
-        outer_[i] = -boundary_->force[i];
-    });
-    p.elastic = p.phi = elastic_->evaluate(p.x, p.gradient, &tangent_, shares_.stiffness);
-    double phiScale = std::abs(p.elastic);
-    for (Potential* potential : potentials_) {
-        const double value = potential->evaluate(p.x, outer_);
-        p.phi += value;
-        phiScale += std::abs(value);
-    }
-    p.phiNoise = phiScale;
-    measureForces(p);
-}
-
-/// Adds inertia and outer forces to the gradient, which holds the elastic ones, and measures all of them in one pass.
-void BackwardEuler::Newton::measureForces(Point& p)
-{
-    // Of the magnitudes a nodal force is added from: some ten roundings of a double.
-    constexpr double kRounding = 2e-15;
-    constexpr double kPhiRounding = 1e-14;  // of the magnitudes phi is added from
-    enum { elastic, outer, inertia, total, noise, stretched, kinetic, work, sums };
-    const std::span<const double> mass = elastic_->mass(), stiffness = elastic_->stiffness();
-    const auto sum = orderedSums<sums>(p.x.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-        std::array<double, sums> s{};
-        for (std::size_t i = begin; i < end; ++i) {
-            const Vec3 moved = p.x[i] - predicted_[i], accelerating = mass[i] * inertia_ * moved;
-            const double size2 = p.x[i].squaredNorm(), k = stiffness[i] + mass[i] * inertia_;
-            s[kinetic] += 0.5 * accelerating.dot(moved);
-            s[work] += boundary_->force[i].dot(p.x[i]);
-            s[stretched] += stiffness[i] * size2;
-            const Vec3 own = p.gradient[i];
-            p.gradient[i] += outer_[i] + accelerating;
-            if (fixed_[i]) continue;
-            s[elastic] += own.squaredNorm();
-            s[outer] += outer_[i].squaredNorm();
-            s[inertia] += accelerating.squaredNorm();
-            s[total] += p.gradient[i].squaredNorm();
-            s[noise] += k * k * size2;
-        }
-        return s;
-    });
-    p.phi += sum[kinetic] - sum[work];
-    p.norm = std::sqrt(sum[total]);
-    p.forceScale = std::sqrt(std::max({sum[elastic], sum[outer], sum[inertia]}));
-    p.noise = kRounding * std::sqrt(sum[noise]);
-    // F is rounded by |x| / h units, so a small strain energy K e^2 is off by K e times that.
-    p.phiNoise = kPhiRounding * (p.phiNoise + sum[kinetic] + std::abs(sum[work])) +
-                 kRounding * std::sqrt(sum[stretched] * std::abs(p.elastic));
-}
-
-/// Takes the held nodes to their targets.
-void BackwardEuler::Newton::hold(Point& p) const
-{
-    eachNode<double>(p.x.size(), [&](std::size_t i) {
-        if (boundary_->fixed[i]) p.x[i] = boundary_->target[i];
-    });
-}
-
-/// Farthest that a held node is from where it would have gone by itself [m].
-double BackwardEuler::Newton::jump() const
-{
-    return orderedMax(predicted_.size(), kChunk, 0, [&](std::size_t begin, std::size_t end) {
-        double most = 0;
-        for (std::size_t i = begin; i < end; ++i)
-            if (boundary_->fixed[i]) most = std::max(most, (boundary_->target[i] - predicted_[i]).norm());
-        return most;
-    });
+    report_.frozenNodes = objective_.frozenNodes();
+    std::copy(objective_.predicted().begin(), objective_.predicted().end(), here_.x.begin());
 }
 
 /// The start of a step in which held nodes jump: the linearised body follows them as a whole. Moved alone they would
 /// crush or tear the cells next to them, and Newton's method would start from there; it does so if that is lower.
 void BackwardEuler::Newton::lift()
 {
-    evaluate(here_);
+    const Boundary& boundary = objective_.boundary();
+    objective_.evaluate(here_);
     eachNode<double>(direction_.size(), [&](std::size_t i) {
-        direction_[i] = boundary_->fixed[i] ? Vec3(boundary_->target[i] - here_.x[i]) : Vec3::Zero();
+        direction_[i] = boundary.fixed[i] ? Vec3(boundary.target[i] - here_.x[i]) : Vec3::Zero();
     });
-    elastic_->addProduct(tangent_, direction_, here_.gradient);
+    objective_.addProduct(direction_, here_.gradient);
     there_.x = here_.x;
-    hold(there_);
+    objective_.hold(there_);
     const bool definite =
         solve(here_.gradient, direction_, settings_.linearTolerance) != LinearStatus::negativeCurvature;
     ++report_.newtonIterations;
     eachNode<double>(here_.x.size(), [&](std::size_t i) { here_.x[i] -= direction_[i]; });
-    hold(here_);
+    objective_.hold(here_);
     prepared_ = false;
     if (definite) {
-        evaluate(there_);
-        evaluate(here_);
+        objective_.evaluate(there_);
+        objective_.evaluate(here_);
         if (here_.phi < there_.phi) return;
     }
     std::swap(here_, there_);
-    evaluate(here_);
+    objective_.evaluate(here_);
 }
 
 /// How well to solve: no further than a fraction of what would meet the Newton tolerance if Phi were quadratic.
-double BackwardEuler::Newton::enough() const
+double BackwardEuler::Newton::forcingTerm() const
 {
     constexpr double kShare = 0.2, kLoosest = 0.1;
     return std::max(settings_.linearTolerance,
@@ -273,8 +147,8 @@ double BackwardEuler::Newton::enough() const
 LinearStatus BackwardEuler::Newton::solve(std::span<const Vec3> gradient, std::vector<Vec3>& direction,
                                           double tolerance)
 {
-    const LinearReport r = linear_.solve({*elastic_, tangent_, inertia_ + shares_.mass, fixed_}, gradient, direction,
-                                         {tolerance, settings_.linearIterations}, prepared_);
+    const LinearReport r =
+        linear_.solve(objective_.system(), gradient, direction, {tolerance, settings_.linearIterations}, prepared_);
     prepared_ = true;
     report_.linearIterations += r.iterations;
     report_.multigridSystems += r.method == LinearMethod::multigrid;
@@ -290,9 +164,9 @@ bool BackwardEuler::Newton::improve()
         prepared_ = false;
     }
     if (settings_.tangent == NewtonTangent::warped) {
-        elastic_->warp(tangent_);
+        objective_.warpTangent();
     } else {
-        elastic_->project(tangent_);
+        objective_.projectTangent();
         ++report_.projections;
     }
     return descend();
@@ -300,8 +174,8 @@ bool BackwardEuler::Newton::improve()
 
 bool BackwardEuler::Newton::descend()
 {
-    if (solve(here_.gradient, direction_, enough()) == LinearStatus::negativeCurvature) return false;
-    const Search found = search(here_.gradient);
+    if (solve(here_.gradient, direction_, forcingTerm()) == LinearStatus::negativeCurvature) return false;
+    const Search found = lineSearch(here_.gradient);
     return found == Search::accepted || (found == Search::crease && followCrease());
 }
 
@@ -315,7 +189,7 @@ bool BackwardEuler::Newton::followCrease()
     constexpr double kNear = 1e-4;    // cells: as near as that the minimum is known in the end
     constexpr double kMoves = 4;      // how much farther than the last move sides are looked for
     constexpr double kCloser = 0.25;  // how much nearer, where what looked like one was none
-    const double near = kNear * elastic_->h(), solved = settings_.tolerance * here_.forceScale + here_.noise;
+    const double near = kNear * objective_.elastic().h(), solved = settings_.tolerance * here_.forceScale + here_.noise;
     const auto add = [&](std::span<const Vec3> gradient) -> Side& {
         if (sides_.size() == sideCount_) sides_.emplace_back();
         sides_[sideCount_].gradient.assign(gradient.begin(), gradient.end());
@@ -328,15 +202,15 @@ bool BackwardEuler::Newton::followCrease()
         farthest = std::max(farthest, farthestMove(here_.x, there_.x));
         Side& beyond = add(there_.gradient);
         beyond.direction.resize(here_.x.size());
-        evaluate(here_);  // the tangent belongs to it again
-        if (solve(beyond.gradient, beyond.direction, enough()) == LinearStatus::negativeCurvature) return false;
+        objective_.evaluate(here_);  // the tangent belongs to it again
+        if (solve(beyond.gradient, beyond.direction, forcingTerm()) == LinearStatus::negativeCurvature) return false;
         combineSides();
         const double least = freeNorm(combined_);
         // Bent, not creased: nothing but a shorter step.
         if (!(dot(direction_, combined_) > 0 && least <= here_.norm)) {
             reach_ = kCloser * farthest;
             direction_ = sides_[0].direction;
-            if (search(here_.gradient) == Search::accepted) return true;
+            if (lineSearch(here_.gradient) == Search::accepted) return true;
             break;
         }
         if (least <= solved) {
@@ -344,12 +218,12 @@ bool BackwardEuler::Newton::followCrease()
             reach_ = near;  // or look again, with sides as near as that
             return true;
         }
-        const Search found = search(combined_);
+        const Search found = lineSearch(combined_);
         if (found == Search::accepted)
             reach_ = std::max(near, std::min(reach_, kMoves * farthestMove(here_.x, there_.x)));
         if (found != Search::crease) return found == Search::accepted;
     }
-    evaluate(here_);
+    objective_.evaluate(here_);
     return false;
 }
 
@@ -376,12 +250,13 @@ void BackwardEuler::Newton::combineSides()
 
 double BackwardEuler::Newton::freeNorm(std::span<const Vec3> gradient) const
 {
+    const std::span<const std::uint8_t> fixed = objective_.fixed();
     return std::sqrt(
-        nodeSum<double>(gradient.size(), [&](std::size_t i) { return fixed_[i] ? 0 : gradient[i].squaredNorm(); }));
+        nodeSum<double>(gradient.size(), [&](std::size_t i) { return fixed[i] ? 0 : gradient[i].squaredNorm(); }));
 }
 
 /// Looks along -direction_, which belongs to the gradient, for a point that is lower.
-BackwardEuler::Newton::Search BackwardEuler::Newton::search(std::span<const Vec3> gradient)
+BackwardEuler::Newton::Search BackwardEuler::Newton::lineSearch(std::span<const Vec3> gradient)
 {
     constexpr int kMostHalvings = 20;
     constexpr double kArmijo = 1e-4;
@@ -389,7 +264,7 @@ BackwardEuler::Newton::Search BackwardEuler::Newton::search(std::span<const Vec3
     double step = 1;
     for (int halving = 0; slope > 0 && halving <= kMostHalvings; ++halving, step *= 0.5) {
         eachNode<double>(here_.x.size(), [&](std::size_t i) { there_.x[i] = here_.x[i] - step * direction_[i]; });
-        evaluate(there_);
+        objective_.evaluate(there_);
         const double change = there_.phi - here_.phi, noise = here_.phiNoise + there_.phiNoise;
         const bool descends = change <= -kArmijo * step * slope;
         const bool level = std::abs(change) <= noise && there_.norm <= here_.norm * (1 + 1e-9) + there_.noise;
@@ -400,40 +275,23 @@ BackwardEuler::Newton::Search BackwardEuler::Newton::search(std::span<const Vec3
         ++report_.lineSearchSteps;
         if (dot(direction_, there_.gradient) < 0 && farthestMove(here_.x, there_.x) <= reach_) return Search::crease;
     }
-    evaluate(here_);  // the tangent belongs to it again
+    objective_.evaluate(here_);  // the tangent belongs to it again
     return Search::failed;
-}
-
-/// Shifts each part without fixed nodes by what zeroes its summed gradient: internal forces cancel in the sum and do
-/// not change under a shift, so only inertia answers. Sums run over nodes in order.
-void BackwardEuler::Newton::balanceMomentum()
-{
-    if (!(inertia_ > 0)) return;
-    const auto& labels = boundary_->part;
-    const auto mass = elastic_->mass();
-    parts_.assign(labels.empty() ? 1 : *std::max_element(labels.begin(), labels.end()) + 1, {Vec3::Zero(), 0, false});
-    for (std::size_t i = 0; i < here_.x.size(); ++i) {
-        Part& part = parts_[labels.empty() ? 0 : labels[i]];
-        part.force += here_.gradient[i];
-        part.inertia += mass[i] * inertia_;
-        part.held = part.held || boundary_->fixed[i];
-    }
-    eachNode<double>(here_.x.size(), [&](std::size_t i) {
-        const Part& part = parts_[labels.empty() ? 0 : labels[i]];
-        if (!part.held && part.inertia > 0) here_.x[i] -= part.force / part.inertia;
-    });
 }
 
 void BackwardEuler::Newton::finish(State& state)
 {
-    balanceMomentum();
+    const double dt = objective_.dt();
+    const Boundary& boundary = objective_.boundary();
+    objective_.balanceMomentum(here_);
     report_.residual = crease_ >= 0 ? relative(here_, crease_) : relative(here_);
     report_.leastResidual = std::min(report_.leastResidual, report_.residual);
     report_.creases = crease_ >= 0;
+    report_.couplings = objective_.couplings().size();
     report_.elasticEnergy = here_.elastic;
     eachNode<double>(here_.x.size(), [&](std::size_t i) {
-        report_.reaction[i] = boundary_->fixed[i] ? here_.gradient[i] : Vec3::Zero();
-        if (std::isfinite(dt_)) state.v[i] = (here_.x[i] - state.x[i]) / dt_;
+        report_.reaction[i] = boundary.fixed[i] ? here_.gradient[i] : Vec3::Zero();
+        if (std::isfinite(dt)) state.v[i] = (here_.x[i] - state.x[i]) / dt;
         state.x[i] = here_.x[i];
     });
 }
@@ -442,14 +300,14 @@ const StepReport& BackwardEuler::Newton::run(State& state)
 {
     // Of a cell: strains for which the linearised body is a better start than one at rest.
     constexpr double kJump = 0.1;
-    if (jump() > kJump * elastic_->h()) {
+    if (objective_.jump() > kJump * objective_.elastic().h()) {
         lift();
     } else {
-        hold(here_);
-        evaluate(here_);
+        objective_.hold(here_);
+        objective_.evaluate(here_);
     }
     report_.leastResidual = relative(here_);
-    while (!small(here_) && crease_ < 0) {
+    while (!isConverged(here_) && crease_ < 0) {
         if (report_.newtonIterations == settings_.iterations || !improve()) {
             report_.status = StepStatus::capped;
             break;

@@ -26,7 +26,7 @@ std::array<double, 6> inverted(const ElasticOperator::PackedBlock& m, double siz
 void invertDiagonal(const LinearSystem& system, std::span<const float> extra, BlockDiagonal& inverse)
 {
     const std::span<const double> mass = system.elastic.mass(), stiffness = system.elastic.stiffness();
-    const auto sums = system.elastic.diagonal(system.tangent);
+    const auto sums = system.elastic.diagonal(system.tangent, system.blocks);
     inverse.resize(mass.size());
     eachNode<double>(mass.size(), [&](std::size_t i) {
         const double added = mass[i] * system.massFactor + (extra.empty() ? 0. : double(extra[i])),

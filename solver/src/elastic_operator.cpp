@@ -238,7 +238,7 @@ void ElasticOperator::warp(Tangent& tangent) const
 }
 
 template <class V>
-double ElasticOperator::multiply(const Tangent& tangent, std::span<const V> u) const
+Product<V> ElasticOperator::multiply(const Tangent& tangent, std::span<const V> u, const NodeBlocks* blocks) const
 {
     const Data& d = *data_;
     using Real = typename V::Scalar;
@@ -247,27 +247,24 @@ double ElasticOperator::multiply(const Tangent& tangent, std::span<const V> u) c
     });
     d.work.products += 1;
     d.work.productTets += d.p.tets;
-    return d.totalEnergy();
+    double energy = d.totalEnergy();
+    if (blocks)
+        energy += blocks->multiply(u, [&](std::uint32_t node, const V& sum) {
+            if (V* slot = d.firstSlot<V>(node)) *slot += sum;
+        });
+    return {energy, d.sums<V>()};
 }
 
-template <class V>
-NodeSums<V> ElasticOperator::sums() const
+template Product<Vec3> ElasticOperator::multiply(const Tangent&, std::span<const Vec3>, const NodeBlocks*) const;
+template Product<Vec3f> ElasticOperator::multiply(const Tangent&, std::span<const Vec3f>, const NodeBlocks*) const;
+
+void ElasticOperator::addProduct(const Tangent& tangent, std::span<const Vec3> u, std::span<Vec3> out,
+                                 const NodeBlocks* blocks) const
 {
-    return data_->sums<V>();
+    addSums(multiply(tangent, u, blocks).sums, out);
 }
 
-template double ElasticOperator::multiply<Vec3>(const Tangent&, std::span<const Vec3>) const;
-template double ElasticOperator::multiply<Vec3f>(const Tangent&, std::span<const Vec3f>) const;
-template NodeSums<Vec3> ElasticOperator::sums<Vec3>() const;
-template NodeSums<Vec3f> ElasticOperator::sums<Vec3f>() const;
-
-void ElasticOperator::addProduct(const Tangent& tangent, std::span<const Vec3> u, std::span<Vec3> out) const
-{
-    (void)multiply(tangent, u);
-    addSums(sums<Vec3>(), out);
-}
-
-NodeSums<ElasticOperator::PackedBlock> ElasticOperator::diagonal(const Tangent& tangent) const
+NodeSums<ElasticOperator::PackedBlock> ElasticOperator::diagonal(const Tangent& tangent, const NodeBlocks* blocks) const
 {
     const Data& d = *data_;
     PackedBlock* const slot = d.slots.as<PackedBlock>();
@@ -281,6 +278,9 @@ NodeSums<ElasticOperator::PackedBlock> ElasticOperator::diagonal(const Tangent& 
             for (std::size_t k = 0; k < kDiagonalRows; ++k)
                 slot[patch.firstSlot + n][Eigen::Index(k)] = out[k * stride + n];
     });
+    for (std::size_t row = 0; blocks && row < blocks->rows(); ++row)
+        if (PackedBlock* own = d.firstSlot<PackedBlock>(blocks->node(row)))
+            for (std::size_t k = 0; k < kDiagonalRows; ++k) (*own)[Eigen::Index(k)] += double(blocks->damping(row)[k]);
     return d.sums<PackedBlock>();
 }
 

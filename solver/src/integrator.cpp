@@ -8,7 +8,10 @@
 
 namespace vdbfrac::solver {
 
-double Integrator::largestStep(std::span<Potential* const>) const { return std::numeric_limits<double>::infinity(); }
+double Integrator::largestStep(std::span<Potential* const>, std::span<const Vec3>) const
+{
+    return std::numeric_limits<double>::infinity();
+}
 
 namespace {
 
@@ -142,12 +145,16 @@ public:
     }
 
     /// v += -dt (w^2 x + d v), x += dt v does not grow where (w dt)^2 + 2 d dt <= 4. Forward Euler grows anyway.
-    double largestStep(std::span<Potential* const> potentials) const override
+    bool isExplicit() const override { return true; }
+    double largestStep(std::span<Potential* const> potentials, std::span<const Vec3> x) const override
     {
         constexpr double kReserve = 0.8;  // springs stretched to twice their length vibrate a quarter faster
-        const double w = fastest_;
+        std::vector<Coupling> couplings;
+        for (const Potential* p : potentials) p->linearize(x, couplings);
+        const double w =
+            couplings.empty() ? fastest_ : std::hypot(fastest_, highestFrequency(couplings, elastic_->mass()));
         double d = 0;
-        for (const Potential* p : potentials) d += p->damping().mass + p->damping().stiffness * w * w;
+        for (const Potential* p : potentials) d += p->damping().mass + p->damping().stiffness * fastest_ * fastest_;
         return kReserve * 4 / (d + std::sqrt(d * d + 4 * w * w));
     }
 

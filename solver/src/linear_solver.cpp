@@ -31,13 +31,14 @@ struct Vectors {
 template <class V>
 struct Iteration {
     const LinearSystem& A;
+    const NodeSums<V>& Kp;  // (K + H) p of the last product
     Vectors<V>& v;
     std::span<Vec3> u;
 };
 
 // Preconditioners of conjugate gradients. start(i, r) is what node i adds to r.z, finish() the rest of r.z, z(i, r) the
-// result at node i. Two passes follow each product, which has left K p in the slots of the patches: descend() does
-// r -= step A p and returns the new r.z, turn() does u += move p and p = z + beta p and returns the new p.M p.
+// result at node i.  Two passes follow each product: descend() does r -= step A p and returns the new r.z, turn() does
+// u += move p and p = z + beta p and returns the new p.M p.
 
 class BlockJacobi {
 public:
@@ -81,9 +82,9 @@ private:
     {
         using Real = typename V::Scalar;
         const ElasticOperator& elastic = it.A.elastic;
-        const GradientNodes<Real> nodes{
-            slotSums(elastic.sums<V>()), inverse_.lanes(),      elastic.mass().data(), it.A.massFactor,
-            it.v.r.data()->data(),       it.v.p.data()->data(), it.u.data()->data()};
+        const GradientNodes<Real> nodes{slotSums(it.Kp),    inverse_.lanes(),      elastic.mass().data(),
+                                        it.A.massFactor,    it.v.r.data()->data(), it.v.p.data()->data(),
+                                        it.u.data()->data()};
         return orderedSum(it.u.size(), kChunk, [&](std::size_t begin, std::size_t end) {
             [[maybe_unused]] const FlushFor<Real> flush{};
             return f(nodes, begin, end);
@@ -112,11 +113,10 @@ public:
     Vec3 z(std::size_t i, const Vec3&) const { return result_[i].cast<double>(); }
     double descend(const Iteration<Vec3>& it, double step) const
     {
-        const auto Kp = it.A.elastic.sums<Vec3>();
         const std::span<const double> mass = it.A.elastic.mass();
         eachNode<double>(it.u.size(), [&](std::size_t i) {
             if (it.A.fixed[i]) return;
-            it.v.r[i] -= step * (it.A.massFactor * mass[i] * it.v.p[i] + Kp(i));
+            it.v.r[i] -= step * (it.A.massFactor * mass[i] * it.v.p[i] + it.Kp(i));
             (void)start(i, it.v.r[i]);
         });
         return finish(it.v.r);
@@ -157,14 +157,16 @@ LinearReport conjugateGradient(const LinearSystem& A, const Preconditioner& B, s
         v.p[i] = A.fixed[i] ? V::Zero().eval() : V(B.z(i, v.r[i]));
         return A.elastic.mass()[i] * double(v.p[i].squaredNorm());
     });
-    const Iteration<V> iteration{A, v, u};
+    Product<V> product{};
+    const Iteration<V> iteration{A, product.sums, v, u};
     LinearReport report;
     for (const double goal = limits.tolerance * limits.tolerance * rz; rz > goal;) {
         if (report.iterations == limits.iterations) {
             report.status = LinearStatus::capped;
             break;
         }
-        const double curvature = A.elastic.multiply<V>(A.tangent, v.p) + A.massFactor * pMp;
+        product = A.elastic.multiply<V>(A.tangent, v.p, A.blocks);
+        const double curvature = product.energy + A.massFactor * pMp;
         ++report.iterations;
         if (!(curvature > 0)) {
             report.status = LinearStatus::negativeCurvature;
@@ -230,6 +232,35 @@ double meanDiagonal(const LinearSystem& system)
            double(mass.size());
 }
 
+/// How strongly each node is coupled: trace of its diagonal block [N/m].
+using Diagonals = std::vector<std::pair<std::uint32_t, double>>;
+
+Diagonals diagonalsOf(const NodeBlocks* blocks)
+{
+    Diagonals of;
+    for (std::size_t r = 0; blocks && r < blocks->rows(); ++r) {
+        const SymmetricBlock& own = blocks->diagonal(r);
+        of.emplace_back(blocks->node(r), double(own[0]) + double(own[1]) + double(own[2]));
+    }
+    return of;
+}
+
+/// Have couplings come, gone or changed so much that a preconditioner would rather know?
+bool changedMuch(const Diagonals& before, const NodeBlocks* blocks)
+{
+    constexpr double kMuch = 0.05;  // of their sum
+    const Diagonals now = diagonalsOf(blocks);
+    double change = 0, size = 0;
+    auto a = before.begin();
+    for (const auto& [node, trace] : now) {
+        for (; a != before.end() && a->first < node; ++a) change += a->second, size += a->second;
+        const double was = a != before.end() && a->first == node ? a++->second : 0;
+        change += std::abs(trace - was), size += std::max(trace, was);
+    }
+    for (; a != before.end(); ++a) change += a->second, size += a->second;
+    return change > kMuch * size;
+}
+
 struct Direct {
     Eigen::CholmodSupernodalLLT<Eigen::SparseMatrix<double>> factor;
     std::vector<std::uint8_t> fixed;  // of the analysed pattern
@@ -243,6 +274,7 @@ struct LinearSolver::Data {
     LinearMethod method;
     LinearPrecision precision;
     LinearMethod prepared = LinearMethod::automatic;  // what there is a preconditioner for; automatic: nothing
+    Diagonals preparedBlocks = {};                    // of the couplings in it
     Vectors<Vec3> vectors;
     Vectors<Vec3f> singles;
     BlockDiagonal inverse;
@@ -252,7 +284,7 @@ struct LinearSolver::Data {
 
 LinearSolver::LinearSolver(const ElasticOperator& elastic, LinearMethod method, LinearPrecision precision)
     : data_(std::make_unique<Data>(
-          Data{&elastic, {}, method, precision, LinearMethod::automatic, {}, {}, {}, nullptr, nullptr}))
+          Data{&elastic, {}, method, precision, LinearMethod::automatic, {}, {}, {}, {}, nullptr, nullptr}))
 {
 }
 LinearSolver::~LinearSolver() = default;
@@ -272,7 +304,10 @@ LinearReport LinearSolver::solve(const LinearSystem& system, std::span<const Vec
     const LinearMethod method = d.method != LinearMethod::automatic ? d.method : same ? d.prepared : choose();
     if (method == LinearMethod::direct) return solveDirectly(system, b, u);
     const double size = std::sqrt(dot(b, b)), scale = size > 0 ? meanDiagonal(system) / size : 1;
-    if (!same) prepare(system, method);
+    if (!same)
+        prepare(system, method);
+    else if (changedMuch(d.preparedBlocks, system.blocks))
+        prepareAgain(system);
     if (d.prepared == LinearMethod::multigrid) {
         LinearReport report = conjugateGradient(system, WCycle(*d.multigrid), b, scale, u, limits, d.vectors);
         report.method = method;
@@ -290,12 +325,23 @@ void LinearSolver::prepare(const LinearSystem& system, LinearMethod method)
 {
     Data& d = *data_;
     d.prepared = method;
+    d.preparedBlocks = diagonalsOf(system.blocks);
     if (method == LinearMethod::multigrid) {
         if (!d.multigrid && Multigrid::fits(*d.elastic)) d.multigrid = std::make_unique<Multigrid>(*d.elastic);
         if (d.multigrid && d.multigrid->setUp(system)) return;
         d.prepared = LinearMethod::jacobi;
     }
     invertDiagonal(system, {}, d.inverse);
+}
+
+/// For other couplings of a system whose elastic part still serves.
+void LinearSolver::prepareAgain(const LinearSystem& system)
+{
+    Data& d = *data_;
+    if (d.prepared != LinearMethod::multigrid || !d.multigrid->couple(system))
+        prepare(system, LinearMethod::jacobi);
+    else
+        d.preparedBlocks = diagonalsOf(system.blocks);
 }
 
 void LinearSolver::rebind(const ElasticOperator& elastic)

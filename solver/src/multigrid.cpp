@@ -3,6 +3,8 @@
 #include "assembly.h"
 #include "node_loops.h"
 
+#include <vdbfrac/base/grouping.h>
+
 #include <Eigen/Dense>
 
 #include <algorithm>
@@ -40,15 +42,24 @@ struct Multigrid::Level {
     Tangent tangent;                       // of cells
     double massFactor = 0;
     std::vector<std::uint8_t> fixed;
-    std::vector<float> spring, added;  // N/m: of fixed nodes finer down; of springs and mass
+    std::vector<float> spring, added;    // N/m: of fixed nodes finer down; of springs and mass
+    NodeBlocks ownBlocks;                // on coarse levels
+    const NodeBlocks* blocks = nullptr;  // null: no couplings
     BlockDiagonal inverse;
     std::vector<Vec3f> x, b, step;
     float largest = 1;  // eigenvalue of inverse * A
 
     // To the next coarser level.
     CoarseLattice coarser;
-    std::vector<std::uint32_t> childStart, child;  // finer nodes under each coarse node, twice where they coincide
+    Groups children;  // finer nodes under each coarse node, twice where they coincide
 
+    void takeBlocks(const Level& fine)
+    {
+        blocks = nullptr;
+        if (!fine.blocks) return;
+        ownBlocks = fine.blocks->restricted(fine.coarser.parents, fine.fixed, elastic->nodeCount());
+        if (!ownBlocks.empty()) blocks = &ownBlocks;
+    }
     void allocate()
     {
         const std::size_t n = elastic->nodeCount();
@@ -56,7 +67,8 @@ struct Multigrid::Level {
         fixed.resize(n);
         added.resize(n);
     }
-    LinearSystem system() const { return {*elastic, tangent, massFactor, fixed}; }
+    LinearSystem system() const { return {*elastic, tangent, massFactor, fixed, blocks}; }
+    Product<Vec3f> multiply() const { return elastic->multiply<Vec3f>(tangent, x, blocks); }
 };
 
 struct Multigrid::Coarsest {
@@ -64,25 +76,6 @@ struct Multigrid::Coarsest {
     Eigen::LLT<Eigen::MatrixXd> factor;
     Eigen::VectorXd solution;
 };
-
-namespace {
-
-void linkChildren(const CoarseLattice& lattice, std::vector<std::uint32_t>& start, std::vector<std::uint32_t>& child)
-{
-    start.assign(lattice.nodeCount + 1, 0);
-    const auto each = [&](auto f) {
-        for (std::uint32_t n = 0; n < lattice.parents.size(); ++n)
-            for (std::uint32_t parent : lattice.parents[n])
-                if (parent < lattice.nodeCount) f(parent, n);
-    };
-    each([&](std::uint32_t parent, std::uint32_t) { ++start[parent + 1]; });
-    for (std::size_t i = 0; i < lattice.nodeCount; ++i) start[i + 1] += start[i];
-    child.resize(start.back());
-    std::vector<std::uint32_t> next(start.begin(), start.end() - 1);
-    each([&](std::uint32_t parent, std::uint32_t n) { child[next[parent]++] = n; });
-}
-
-}  // namespace
 
 bool Multigrid::fits(const ElasticOperator& elastic)
 {
@@ -101,7 +94,11 @@ Multigrid::Multigrid(const ElasticOperator& elastic)
         CoarseLattice lattice = coarsen(fine.elastic->sets(), nodes);
         if (double(lattice.nodeCount) > kLeastReduction * double(nodes)) break;
         fine.coarser = std::move(lattice);
-        linkChildren(fine.coarser, fine.childStart, fine.child);
+        fine.children = groupItems(fine.coarser.nodeCount, [&](const auto& add) {
+            for (std::uint32_t n = 0; n < fine.coarser.parents.size(); ++n)
+                for (std::uint32_t parent : fine.coarser.parents[n])
+                    if (parent < fine.coarser.nodeCount) add(parent, n);
+        });
         auto coarse = std::make_unique<Level>();
         coarse->own = std::make_unique<ElasticOperator>(fine.coarser.elementSets(), fine.coarser.nodeCount,
                                                         2 * fine.elastic->h(), fine.elastic->elasticity());
@@ -144,23 +141,37 @@ bool Multigrid::setUp(const LinearSystem& system)
     Level& top = *levels_[0];
     top.elastic->averageTets(system.tangent, top.tangent);
     std::copy(system.fixed.begin(), system.fixed.end(), top.fixed.begin());
+    for (std::size_t l = 1; l < levels_.size(); ++l) {
+        const Level& fine = *levels_[l - 1];
+        Level& level = *levels_[l];
+        level.elastic->averageCells(*fine.elastic, fine.tangent, fine.coarser.finer, level.tangent);
+        restrictHolds(fine.fixed, fine.spring, fine.elastic->stiffness(), fine.coarser.parents, level.fixed,
+                      level.spring);
+    }
+    return couple(system);
+}
+
+bool Multigrid::couple(const LinearSystem& system)
+{
+    Level& top = *levels_[0];
+    top.blocks = system.blocks;
     for (std::size_t l = 0; l < levels_.size(); ++l) {
         Level& level = *levels_[l];
-        if (l > 0) {
-            const Level& fine = *levels_[l - 1];
-            level.elastic->averageCells(*fine.elastic, fine.tangent, fine.coarser.finer, level.tangent);
-            restrictHolds(fine.fixed, fine.spring, fine.elastic->stiffness(), fine.coarser.parents, level.fixed,
-                          level.spring);
-        }
-        if (l == 1) {
+        if (l > 0) level.takeBlocks(*levels_[l - 1]);
+        if (l == 1 && !top.blocks) {
             // The finest level has the same kinds of tets, and is spared the products. Twice the spacing has four times
             // the mass for each stiffness, which would make the eigenvalue less.
             weigh(level, system.massFactor / 4);
             top.largest = largestEigenvalue(level);
         }
         weigh(level, system.massFactor);
-        if (l > 0 || levels_.size() == 1) level.largest = largestEigenvalue(level);
+        if (l > 0 || levels_.size() == 1 || top.blocks) level.largest = largestEigenvalue(level);
     }
+    return factorCoarsest();
+}
+
+bool Multigrid::factorCoarsest()
+{
     if (levels_.back()->elastic->nodeCount() > kCoarsestNodes) return true;
     const Eigen::Index size = Eigen::Index(3 * levels_.back()->elastic->nodeCount());
     coarsest_->matrix.setZero(size, size);
@@ -194,8 +205,7 @@ float Multigrid::largestEigenvalue(Level& level)
     };
     double size = norm(), ratio = 1;
     for (int step = 0; step < kPowerSteps && size > 0; ++step) {
-        (void)level.elastic->multiply<Vec3f>(level.tangent, level.x);
-        const auto sums = level.elastic->sums<Vec3f>();
+        const NodeSums<Vec3f> sums = level.multiply().sums;
         const float scale = float(1 / size);
         eachNode<float>(level.x.size(), [&](std::size_t i) {
             level.x[i] = level.inverse.times(i, Vec3f((level.added[i] * level.x[i] + sums(i)) * scale));
@@ -213,13 +223,8 @@ void Multigrid::smooth(Level& level, bool fromZero)
     const float first = 1 / middle, damp = 1 / (2 * sigma - 1 / sigma), keep = damp / sigma, move = 2 * damp / half;
     const std::size_t count = level.x.size();
     const auto pass = [&](float kept, float moved) {
-        (void)level.elastic->multiply<Vec3f>(level.tangent, level.x);
-        const SmootherNodes nodes{slotSums(level.elastic->sums<Vec3f>()),
-                                  level.inverse.lanes(),
-                                  level.added.data(),
-                                  level.b.data()->data(),
-                                  level.x.data()->data(),
-                                  level.step.data()->data()};
+        const SmootherNodes nodes{slotSums(level.multiply().sums), level.inverse.lanes(),  level.added.data(),
+                                  level.b.data()->data(),          level.x.data()->data(), level.step.data()->data()};
         parallelChunks(count, kChunk, [&](std::size_t begin, std::size_t end) {
             const FlushDenormals flush;
             kernel().smooth(nodes, begin, end, kept, moved);
@@ -236,14 +241,13 @@ void Multigrid::smooth(Level& level, bool fromZero)
 /// Puts the residual of `level` on the right-hand side of the coarser one.
 void Multigrid::restrictResidual(Level& level, Level& coarse)
 {
-    (void)level.elastic->multiply<Vec3f>(level.tangent, level.x);
-    const auto sums = level.elastic->sums<Vec3f>();
+    const NodeSums<Vec3f> sums = level.multiply().sums;
     eachNode<float>(level.x.size(), [&](std::size_t i) {
         level.step[i] = level.fixed[i] ? Vec3f::Zero() : Vec3f(level.b[i] - level.added[i] * level.x[i] - sums(i));
     });
     eachNode<float>(coarse.b.size(), [&](std::size_t c) {
         Vec3f sum = Vec3f::Zero();
-        for (std::uint32_t k = level.childStart[c]; k < level.childStart[c + 1]; ++k) sum += level.step[level.child[k]];
+        for (std::uint32_t child : level.children[c]) sum += level.step[child];
         coarse.b[c] = coarse.fixed[c] ? Vec3f::Zero() : Vec3f(0.5f * sum);
     });
 }
@@ -297,8 +301,9 @@ std::size_t Multigrid::bytes() const
     std::size_t sum = 0;
     for (const auto& level : levels_) {
         sum += of(level->fixed) + of(level->spring) + of(level->added) + level->inverse.bytes() + of(level->x) +
-               of(level->b) + of(level->step) + of(level->childStart) + of(level->child) + of(level->coarser.parents) +
-               of(level->coarser.finer.start) + of(level->coarser.finer.children) + level->tangent.bytes();
+               of(level->b) + of(level->step) + level->children.bytes() + level->ownBlocks.bytes() +
+               of(level->coarser.parents) + of(level->coarser.finer.start) + of(level->coarser.finer.children) +
+               level->tangent.bytes();
         if (level->own) sum += level->own->bytes();
         for (const auto& set : level->coarser.sets) sum += of(set.elements) + of(set.nodes);
     }

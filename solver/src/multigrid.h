@@ -7,8 +7,9 @@
 // operator; near nu = .5 the mean dilatation is taken over the coarse cell, which does not lock as the Galerkin
 // operator would. Each level asks the next coarser one twice (W): coarse elements at the front of a crack join its
 // sides, and once would let what each level misses there add up from level to level. A fixed node that has no coarse
-// node in its place holds the coarse nodes round it by springs of its own stiffness. Smoother: Chebyshev polynomial of
-// the block-Jacobi iteration (Adams, Brezina, Hu, Tuminaro 2003); coarsest level: Cholesky. All but that in single
+// node in its place holds the coarse nodes round it by springs of its own stiffness.// Couplings are on every level,
+// between the nodes that take their values from the coupled ones (Galerkin). Smoother: Chebyshev polynomial of the
+// block-Jacobi iteration (Adams, Brezina, Hu, Tuminaro 2003); coarsest level: Cholesky. All but that in single
 // precision: the W-cycle is the preconditioner of an iteration in double.
 #pragma once
 
@@ -31,6 +32,8 @@ public:
     /// For one system of the operator: tangents, diagonals and fixed nodes of all levels. False: a block or the
     /// coarsest level is not positive definite enough to precondition with.
     [[nodiscard]] bool setUp(const LinearSystem& system);
+    /// The same where since setUp() only couplings have changed: tangents and fixed nodes of all levels stay.
+    [[nodiscard]] bool couple(const LinearSystem& system);
     /// One W-cycle: result() for rightSide(), which is 0 at fixed nodes.
     void apply();
     std::span<Vec3f> rightSide();
@@ -47,6 +50,7 @@ private:
     static float largestEigenvalue(Level& level);
     static void smooth(Level& level, bool fromZero);
     static void restrictResidual(Level& level, Level& coarse);
+    bool factorCoarsest();
     void solveCoarsest(Level& level);
     void cycle(std::size_t l, bool fromZero);  // for the level's b, from 0 or from its x
 

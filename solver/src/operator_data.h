@@ -108,6 +108,13 @@ struct ElasticOperator::Data {
         return {slots.as<V>(), p.slotStart.data(), p.slots.data(), p.straight.data()};
     }
 
+    /// One of the slots of a node, where what does not come from the elements is added; null without material.
+    template <class V>
+    V* firstSlot(std::uint32_t node) const
+    {
+        return p.slotStart[node] < p.slotStart[node + 1] ? slots.as<V>() + p.slots[p.slotStart[node]] : nullptr;
+    }
+
     double totalEnergy() const { return std::accumulate(patchEnergy.begin(), patchEnergy.end(), 0.); }
 
     /// Material volume of a tet over h^3; 0 in a lane that is not used.

@@ -46,7 +46,7 @@ void resumeFrom(std::string_view bytes)
     core::loadFrames(archive);
     core::loadSteps(archive);
     test::SceneRun run(kScene);
-    run.simulation->load(archive);
+    run.simulation->restoreFrom(archive);
     (void)run.simulation->surface();  // no step: from a state that no run leads to, it may take all the tries it has
     (void)run.simulation->stateHash();
 }

@@ -45,7 +45,7 @@ BUGS = [
         "laws_test", "Front.ThatCouldGoFartherMovesByFrontCflVoxelsInAStepOfFixedLength"),
     Bug("front_cfl ignored by automatic steps", FRACTURE, "std::min(limit_, frontCfl_ * dx_", "std::min(limit_, 0.5 * dx_",
         "laws_test", "Front.OnceItMovesAutomaticStepsTakeARayleighWaveNoFartherThanFrontCflVoxels"),
-    Bug("node_cfl ignored", CORE + "simulation.cpp", "timeSettings_.nodeCfl * h_ / spread", "h_ / spread",
+    Bug("node_cfl ignored", CORE + "step_control.cpp", "settings_.nodeCfl * h_ / spread", "h_ / spread",
         "laws_test", "Steps.AutomaticOnesMoveNodesOfACellApartByNodeCflCellsAtMost"),
     Bug("grip_margin ignored", FRACTURE, "values.has(\"grip_margin\") ?", "values.has(\"grip_margin\") && false ?",
         "laws_test", "Fracture.StopsAtTheMarginOfTheGripsAndNotBeforeIt"),
@@ -87,7 +87,8 @@ BUGS = [
         "numerics_test", "Integrators.ReactionOfWhatIsHeldIsItsInertiaLessItsWeight"),
     Bug("line search takes any step", SOLVER + "backward_euler.cpp", "if (descends || level) {", "if (descends || level || true) {",
         "numerics_test", "LineSearch.NoIterationOfNewtonRaisesTheEnergyOfTheStep"),
-    Bug("cut-back forgotten", CORE + "simulation.cpp", "trusted_ = dt < tried ? dt :", "trusted_ = dt < tried ? kInfinity :",
+    Bug("cut-back forgotten", CORE + "step_control.h", "trusted_ = dt < tried ? dt :",
+        "trusted_ = dt < tried ? std::numeric_limits<double>::infinity() :",
         "laws_test", "Steps.AfterACutBackNoneIsTriedThatIsLongerThanTheLastOrTwiceAsLongAfterEachThatWasSolved"),
 ]
 

@@ -147,13 +147,14 @@ TEST(Integrators, ExplicitOnesAreStableUpToTheirLimitAndNotFarBeyond)
     const auto growth = [](double limits) {
         Shaken block;
         const double before = block.energy();
-        const double dt = limits * solver::makeIntegrator(Scheme::symplecticEuler, block.elastic, {})->largestStep({});
+        const double dt =
+            limits * solver::makeIntegrator(Scheme::symplecticEuler, block.elastic, {})->largestStep({}, {});
         block.run(Scheme::symplecticEuler, 500 * dt, 500);
         return block.energy() / before;
     };
     EXPECT_LT(growth(1), 2);
     EXPECT_GT(growth(2), 1e6);  // the limit is less than half of what would still do
-    EXPECT_EQ(solver::makeIntegrator(Scheme::backwardEuler, Shaken().elastic, {})->largestStep({}),
+    EXPECT_EQ(solver::makeIntegrator(Scheme::backwardEuler, Shaken().elastic, {})->largestStep({}, {}),
               std::numeric_limits<double>::infinity());
 }
 

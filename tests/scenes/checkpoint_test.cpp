@@ -74,7 +74,7 @@ TEST_P(Resumed, StepsHaveTheBitsOfARunThatWasNeverInterrupted)
         }
         const ThreadLimit one(1);
         SceneRun second(tearingBars(), GetParam());
-        second.simulation->load(archive);
+        second.simulation->restoreFrom(archive);
         EXPECT_EQ(std::size_t(second.simulation->steps()), steps);
         const std::vector<std::uint64_t> rest = hashes(second);
         EXPECT_EQ(rest, std::vector<std::uint64_t>(expected.begin() + std::ptrdiff_t(steps), expected.end()))
@@ -106,7 +106,7 @@ TEST(Checkpoint, HoldsTheStateToTheBit)
     core::Archive archive;
     run.simulation->save(archive);
     SceneRun other(tearingBars());
-    other.simulation->load(archive);
+    other.simulation->restoreFrom(archive);
     EXPECT_EQ(other.simulation->stateHash(), run.simulation->stateHash());
     EXPECT_EQ(other.simulation->volume(), run.simulation->volume());
     EXPECT_EQ(other.simulation->startVolume(), run.simulation->startVolume());
@@ -120,11 +120,11 @@ TEST(Checkpoint, OfAnotherSceneIsRefused)
     core::Archive archive;
     SceneRun(tearingBars()).simulation->save(archive);
     SceneRun finer(tearingBars(), {"grid.voxel_size=0.08"});
-    EXPECT_THROW(finer.simulation->load(archive), FileError);
+    EXPECT_THROW(finer.simulation->restoreFrom(archive), FileError);
     SceneRun thinner(tearingBars(), {"body.0.shape={ box = { size = [0.3, 1, 0.4] } }"});
-    EXPECT_THROW(thinner.simulation->load(archive), FileError);
+    EXPECT_THROW(thinner.simulation->restoreFrom(archive), FileError);
     SceneRun renamed(tearingBars(), {"body.0.name=\"other\"", "grip.0.body=\"other\"", "grip.1.body=\"other\""});
-    EXPECT_THROW(renamed.simulation->load(archive), FileError);
+    EXPECT_THROW(renamed.simulation->restoreFrom(archive), FileError);
 }
 
 class CheckpointFolder : public testing::Test {
@@ -309,9 +309,9 @@ TEST(Checkpoint, WhatNoRunLeadsToIsRefused)
     run.simulation->save(sound);
     const auto refused = [&](const core::Archive& archive) {
         SceneRun other(tearingBars());
-        EXPECT_THROW(other.simulation->load(archive), FileError);
+        EXPECT_THROW(other.simulation->restoreFrom(archive), FileError);
     };
-    EXPECT_NO_THROW(SceneRun(tearingBars()).simulation->load(sound));
+    EXPECT_NO_THROW(SceneRun(tearingBars()).simulation->restoreFrom(sound));
     const double nan = std::numeric_limits<double>::quiet_NaN();
     refused(changed(sound, "x", 3, Vec3(0, nan, 0)));
     refused(changed(sound, "v", 3, Vec3(0, 0, INFINITY)));

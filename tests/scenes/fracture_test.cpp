@@ -24,8 +24,9 @@ std::string notchedBlock()
 
 grid::VoxelValues arrival(const SceneRun& run)
 {
-    for (const core::FieldSource* source : run.simulation->stages().fields)
-        if (source->fieldName() == "arrival") return source->field(run.simulation->bodies()[0]);
+    for (const core::FrameSource* source : run.simulation->stages().frames)
+        if (source->fields()[0].name == "arrival")
+            return std::get<grid::VoxelValues>(source->take(run.simulation->bodies()[0], "arrival"));
     return {};
 }
 

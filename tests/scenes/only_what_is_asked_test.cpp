@@ -44,7 +44,7 @@ TEST(OnlyWhatIsAsked, StagesOfEffectsThatAreNotNamedNeverWork)
     EXPECT_TRUE(run.simulation->stages().solve.empty());
     EXPECT_TRUE(run.simulation->stages().grid.empty());
     EXPECT_TRUE(run.simulation->stages().limits.empty());
-    EXPECT_TRUE(run.simulation->stages().fields.empty());
+    EXPECT_EQ(run.simulation->stages().frames.size(), 1u);  // phi and energy
 }
 
 TEST(OnlyWhatIsAsked, AnEffectThatCannotActLeavesTheStateAsIfItWereOmitted)

@@ -66,8 +66,9 @@ inline std::map<Coord, double> materialPhi(const core::Body& body)
 /// A field that an effect adds to the frames, of the first body.
 inline grid::VoxelValues fieldOf(const SceneRun& run, const std::string& name)
 {
-    for (const core::FieldSource* source : run.simulation->stages().fields)
-        if (source->fieldName() == name) return source->field(run.simulation->bodies()[0]);
+    for (const core::FrameSource* source : run.simulation->stages().frames)
+        for (const auto& field : source->fields())
+            if (field.name == name) return std::get<grid::VoxelValues>(source->take(run.simulation->bodies()[0], name));
     return {};
 }
 

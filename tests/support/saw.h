@@ -15,9 +15,10 @@ class Saw : public core::Effect, public core::GridStage {
 public:
     Saw(double at, double halfWidth) : at_(at), halfWidth_(halfWidth) {}
 
+    std::string name() const override { return "saw"; }
     void join(core::Stages& stages) override { stages.grid.push_back(this); }
 
-    grid::PhiChanges update(const core::GridContext&, core::Body& body) override
+    grid::PhiChanges update(const core::GridContext&, const core::Body& body, grid::LevelSet& grid) override
     {
         if (done_) return {};
         done_ = true;
@@ -30,7 +31,7 @@ public:
             });
         });
         grid::RelevelWork work;
-        return grid::raiseAndRelevel(body.phi, raised, work);
+        return grid::raiseAndRelevel(grid, raised, work);
     }
 
 private:

@@ -272,7 +272,7 @@ std::pair<double, double> energyRatios(Solid& solid)
     for (std::size_t c = 0; c < under.size(); ++c) {
         if (under[c].empty()) continue;
         for (std::uint32_t n : under[c]) u[n] += Vec3(0, 0, .5);
-        const double ratio = blocks[c](2, 2) / solid.elastic().multiply<Vec3>(solid.tangent(), u);
+        const double ratio = blocks[c](2, 2) / solid.elastic().multiply<Vec3>(solid.tangent(), u).energy;
         least = std::min(least, ratio), largest = std::max(largest, ratio);
         for (std::uint32_t n : under[c]) u[n].setZero();
     }

@@ -26,6 +26,26 @@ bool agrees(const CellElement& element, const std::array<int, 4>& corner, const 
     return shares;
 }
 
+/// The old elements of a cell, numbered from `first` on, that the tets of a new element were in.
+std::array<std::uint32_t, kMostTets> oldElements(const CellElement& element,
+                                                 std::span<const std::uint32_t> previousNode,
+                                                 std::span<const CellElement> before, std::uint32_t first)
+{
+    std::array<std::uint32_t, kMostTets> old{};
+    const CellTets& tets = cellTets(element.shape);
+    for (std::size_t t = 0; t < std::size_t(tets.count); ++t) {
+        if (element.fraction[t] == 0) continue;
+        const auto had = std::find_if(before.begin(), before.end(), [&](const CellElement& e) {
+            return e.fraction[t] > 0 && std::all_of(tets.corner[t].begin(), tets.corner[t].end(), [&](int c) {
+                       return e.node[std::size_t(c)] == previousNode[element.node[std::size_t(c)]];
+                   });
+        });
+        assert(had != before.end() && "material only goes");
+        old[t] = first + std::uint32_t(had - before.begin());
+    }
+    return old;
+}
+
 }  // namespace
 
 /// Adds the cells that have one of the lattice nodes as a corner; each is listed once then, in order.
@@ -130,6 +150,28 @@ CutMesh::Regrouped CutMesh::regroup(std::vector<std::uint32_t> cells)
     for (const auto& p : part) all.elements.insert(all.elements.end(), p.begin(), p.end());
     all.cells = std::move(cells);
     return all;
+}
+
+/// Before the new elements take their places.
+PreviousElements CutMesh::previousElements(const Regrouped& regrouped,
+                                           std::span<const std::uint32_t> previousNode) const
+{
+    PreviousElements result;
+    std::uint32_t now = 0, old = 0;
+    const auto keepUpTo = [&](std::uint32_t end) {
+        if (end > old) result.kept.push_back({now, old, end - old});
+        now += end - old, old = end;
+    };
+    for (std::size_t i = 0; i < regrouped.cells.size(); ++i) {
+        const Cell& cell = cells_[regrouped.cells[i]];
+        keepUpTo(cell.firstElement);
+        const std::span before = std::span(elements_).subspan(old, cell.elements);
+        for (std::uint32_t k = regrouped.first[i]; k < regrouped.first[i + 1]; ++k)
+            result.recut.push_back({now++, oldElements(regrouped.elements[k], previousNode, before, old)});
+        for (const CellElement& e : before) result.replaced.push_back({old++, e, {}});
+    }
+    keepUpTo(std::uint32_t(elements_.size()));
+    return result;
 }
 
 /// Moves the elements of all other cells to where they belong now.

@@ -1,6 +1,7 @@
 // Loops over boxes of coordinates, as the cut needs them. Not installed.
 #pragma once
 
+#include <vdbfrac/base/grouping.h>
 #include <vdbfrac/tetmesh/stencil.h>
 
 #include <algorithm>
@@ -29,13 +30,6 @@ void forCellsRound(Coord voxel, int m, const Visit& visit)
 
 inline Coord cornerOf(Coord cell, int c) { return cell + cornerOffset(c); }
 
-template <class T>
-void sortUnique(std::vector<T>& v)
-{
-    std::sort(v.begin(), v.end());
-    v.erase(std::unique(v.begin(), v.end()), v.end());
-}
-
 /// Sorts and drops what is there twice. Where the box of all is well filled, it is swept instead.
 inline void sortUniqueCoords(std::vector<Coord>& coords)
 {
@@ -48,8 +42,7 @@ inline void sortUniqueCoords(std::vector<Coord>& coords)
     const Coord size = upper - lower + Coord{1, 1, 1};
     constexpr double kSparse = 32;  // places to sweep for each coordinate that would have to be sorted
     if (double(size.x) * size.y * size.z > kSparse * double(coords.size())) {
-        std::sort(coords.begin(), coords.end());
-        coords.erase(std::unique(coords.begin(), coords.end()), coords.end());
+        sortUnique(coords);
         return;
     }
     std::vector<std::uint8_t> marks(std::size_t(size.x) * std::size_t(size.y) * std::size_t(size.z));

@@ -217,6 +217,7 @@ CutUpdate CutMesh::update(std::span<const std::pair<Coord, float>> newPhi)
     update.changedVoxels = std::int64_t(changed.size());
     if (changed.empty()) {
         update.previousNode = allUpTo(nodes_.size());
+        update.previousElement.kept = {{0, 0, std::uint32_t(elements_.size())}};
         return update;
     }
     const std::vector<std::uint32_t> cells = cellsTouching(changed);
@@ -225,6 +226,7 @@ CutUpdate CutMesh::update(std::span<const std::pair<Coord, float>> newPhi)
     addCellsRound(dirty, different);
     Renumbering numbering = renumber(reclassify(dirty));
     const Regrouped regrouped = regroup(std::move(different));
+    update.previousElement = previousElements(regrouped, numbering.previous);
     placeElements(regrouped, numbering);
     volume_ = sumOfVolumes(*this);
     update.previousNode = std::move(numbering.previous);

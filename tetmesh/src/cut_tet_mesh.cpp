@@ -224,6 +224,35 @@ void CutTetMesh::makeElements()
     volume_ = sumOfVolumes(*this);
 }
 
+/// Makes all elements anew; says what they were. Those of tets that were not cut again differ by numbers of nodes only.
+PreviousElements CutTetMesh::replaceElements(std::span<const std::uint32_t> cutTets)
+{
+    PreviousElements result;
+    if (cutTets.empty()) {
+        result.kept = {{0, 0, std::uint32_t(elements_.size())}};
+        return result;
+    }
+    for (std::uint32_t t : cutTets)
+        if (const std::int32_t e = elementOfTet_[t]; e >= 0)
+            result.replaced.push_back({std::uint32_t(e), elements_[std::size_t(e)], gradients_[std::size_t(e)]});
+    const std::vector<std::int32_t> before = elementOfTet_;
+    makeElements();
+    auto nextCut = cutTets.begin();
+    for (std::uint32_t e = 0; e < elements_.size(); ++e) {
+        const std::uint32_t t = tetOfElement_[e], old = std::uint32_t(before[t]);
+        nextCut = std::lower_bound(nextCut, cutTets.end(), t);
+        auto& kept = result.kept;
+        if (nextCut != cutTets.end() && *nextCut == t)
+            result.recut.push_back({e, {old}});
+        else if (!kept.empty() && kept.back().first + kept.back().count == e &&
+                 kept.back().old + kept.back().count == old)
+            ++kept.back().count;
+        else
+            kept.push_back({e, old, 1});
+    }
+    return result;
+}
+
 /// Stores phi and returns the points that see a change, sorted.
 std::vector<std::uint32_t> CutTetMesh::takePhi(std::span<const std::pair<Coord, float>> newPhi, CutUpdate& update)
 {
@@ -263,7 +292,7 @@ CutUpdate CutTetMesh::update(std::span<const std::pair<Coord, float>> newPhi)
     numberNodes();
     update.previousNode = previousNodes(oldLabel, oldFirst);
     update.topologyChanged = label_ != oldLabel;
-    if (!tets.empty()) makeElements();
+    update.previousElement = replaceElements(tets);
     update.cutCells = update.groupedCells = std::int64_t(tets.size());
     update.classifiedNodes = std::int64_t(touched.size());
     return update;

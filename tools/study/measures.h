@@ -15,9 +15,6 @@ public:
     virtual ~Witness() = default;
     /// Before the first step.
     virtual void start(const core::Simulation&) {}
-    /// Between the solve of a step and what changes the mesh after it; only called where looksAtSolves().
-    virtual void solved(const core::Simulation&, std::span<const Vec3> /*x*/) {}
-    virtual bool looksAtSolves() const { return false; }
     /// After each step.
     virtual void step(const core::Simulation&, const core::StepRecord&) {}
     /// At the end; `last` is the last step.

@@ -19,23 +19,6 @@ namespace {
 
 constexpr double kGiB = 1024. * 1024 * 1024;
 
-/// Shows the end of each solve to the witnesses, on the mesh it was solved on.
-class Onlooker : public core::Effect, public core::GridStage {
-public:
-    void join(core::Stages& stages) override { stages.grid.push_back(this); }
-    grid::PhiChanges update(const core::GridContext& context, core::Body& body) override
-    {
-        if (simulation && &body == context.bodies.data())
-            for (Witness* w : witnesses) w->solved(*simulation, context.x);
-        return {};
-    }
-
-    bool dissipates() const override { return false; }
-
-    const core::Simulation* simulation = nullptr;
-    std::vector<Witness*> witnesses;
-};
-
 /// A simulation with the effects of its scene and with witnesses.
 class Watched {
 public:
@@ -44,14 +27,9 @@ public:
     {
         std::vector<core::Effect*> effects;
         for (const auto& e : effects_) effects.push_back(e.get());
-        for (const auto& m : measures) {
-            witnesses_.push_back(makeWitness(m, scene));
-            if (witnesses_.back()->looksAtSolves()) onlooker_.witnesses.push_back(witnesses_.back().get());
-        }
-        if (!onlooker_.witnesses.empty()) effects.push_back(&onlooker_);
+        for (const auto& m : measures) witnesses_.push_back(makeWitness(m, scene));
         core::requireMemory(core::estimateScene(scene, memoryLimit), memoryLimit);
         simulation_ = std::make_unique<core::Simulation>(scene, effects, memoryLimit);
-        onlooker_.simulation = simulation_.get();
         for (const auto& w : witnesses_) w->start(*simulation_);
     }
 
@@ -104,7 +82,6 @@ private:
     const scene::Scene& scene_;
     std::vector<std::unique_ptr<core::Effect>> effects_;
     std::vector<std::unique_ptr<Witness>> witnesses_;
-    Onlooker onlooker_;
     std::unique_ptr<core::Simulation> simulation_;  // ends before what it was given
     core::StepRecord last_;
     Ledger work_;

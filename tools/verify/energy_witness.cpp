@@ -42,12 +42,6 @@ void EnergyWitness::watch(const core::Simulation& simulation, const scene::Scene
     time_ = simulation.time();
 }
 
-grid::PhiChanges EnergyWitness::update(const core::GridContext& context, core::Body& body)
-{
-    if (simulation_ && &body == context.bodies.data()) measure(context);
-    return {};
-}
-
 /// What docs/scene.md promises of grips, found without the code that does it.
 EnergyWitness::Held EnergyWitness::held() const
 {
@@ -74,13 +68,14 @@ EnergyWitness::Held EnergyWitness::held() const
     return held;
 }
 
-void EnergyWitness::measure(const core::GridContext& context)
+void EnergyWitness::observe(const core::SolvedStep& step)
 {
+    if (!simulation_) return;
     const solver::ElasticOperator& elastic = simulation_->elastic();
     const auto mass = elastic.mass(), stiffness = elastic.stiffness();
-    const std::vector<Vec3> x(context.x.begin(), context.x.end());
+    const std::vector<Vec3> x(step.x.begin(), step.x.end());
     const std::size_t count = x.size();
-    const double inverse = 1 / (context.dt * context.dt);
+    const double inverse = 1 / (step.dt * step.dt);
     const Held grips = held();
     balance_ = {};
 
@@ -103,7 +98,7 @@ void EnergyWitness::measure(const core::GridContext& context)
     double work = 0, noise = 0, stretched = 0;
     for (std::size_t i = 0; i < count; ++i) {
         moved[i] = x[i] - x_[i];
-        inertia[i] = mass[i] * inverse * (moved[i] - context.dt * v_[i]);
+        inertia[i] = mass[i] * inverse * (moved[i] - step.dt * v_[i]);
         reaction[i] = inertia[i] + gradient[i] + outer[i] - grips.force[i];
         const double k = stiffness[i] + mass[i] * inverse, size2 = std::max(x[i].squaredNorm(), x_[i].squaredNorm());
         noise += k * k * size2;
@@ -132,7 +127,7 @@ void EnergyWitness::measure(const core::GridContext& context)
     balance_.rounding = kEnergyRounding * (balance_.turnover + std::abs(slope)) +
                         kForceRounding * (std::sqrt(noise) * norm(moved) +
                                           std::sqrt(stretched * std::max(balance_.elastic, elasticBefore)));
-    if (simulation_->stages().grid.size() > 1)
+    if (!simulation_->stages().grid.empty())
         balance_.unaveraged = elastic.volumetric() == solver::Volumetric::none
                                   ? balance_.elastic
                                   : solver::ElasticOperator(elastic.sets(), count, elastic.h(),

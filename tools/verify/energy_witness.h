@@ -22,11 +22,12 @@ struct StepBalance {
     std::vector<Vec3> gripLoad;       ///< N, of each grip
 };
 
-/// An effect that does nothing but look on. Joins where fracture does.
-class EnergyWitness : public core::Effect, public core::GridStage {
+/// An effect that does nothing but look on.
+class EnergyWitness : public core::Effect, public core::Observer {
 public:
-    void join(core::Stages& stages) override { stages.grid.push_back(this); }
-    grid::PhiChanges update(const core::GridContext& context, core::Body& body) override;
+    std::string name() const override { return "witness"; }
+    void join(core::Stages& stages) override { stages.observers.push_back(this); }
+    void observe(const core::SolvedStep& step) override;
 
     /// Before each step. Both must live until its end.
     void watch(const core::Simulation& simulation, const scene::Scene& scene);
@@ -37,7 +38,6 @@ private:
     struct Held;  // what grips do to the nodes
 
     Held held() const;
-    void measure(const core::GridContext& context);
 
     const core::Simulation* simulation_ = nullptr;
     const scene::Scene* scene_ = nullptr;

@@ -92,7 +92,10 @@ private:
         const double allowed = kResidualSlack * run_.scene.solver.newtonTolerance * b.openWork + b.rounding;
         outcome_.solveGain = std::max(outcome_.solveGain, (b.growth - allowed) / b.turnover);
         requireAtMost("energy beyond the work done", b.growth, allowed + b.nonconvex);
-        requireAtMost("reported elastic energy", std::abs(record.elasticEnergy - b.elastic), b.rounding);
+        const auto removed = record.energyFlow.find("removed");
+        const double reported =
+            record.kineticEnergy + record.elasticEnergy + (removed != record.energyFlow.end() ? removed->second : 0);
+        requireAtMost("reported energy", std::abs(reported - b.kinetic - b.elastic), b.rounding);
         for (std::size_t g = 0; g < b.gripLoad.size(); ++g)
             requireAtMost("reported load", (record.gripLoad[g] - b.gripLoad[g]).norm(),
                           kSumRounding * b.gripLoad[g].norm() + b.forceRounding);
@@ -106,6 +109,7 @@ private:
         volume_ = outcome_.volume = record.volume;
         if (record.work.countOf("cut", "voxels") == 0) return;
         const double elastic = run_.simulation->elastic().evaluate(run_.simulation->x(), {}, nullptr);
+        requireAtMost("reported elastic energy after a cut", std::abs(record.elasticEnergy - elastic), b.rounding);
         outcome_.recutGain = std::max(outcome_.recutGain, (elastic - b.elastic - b.rounding) / b.turnover);
         requireAtMost("kinetic energy after a cut", record.kineticEnergy, b.kinetic * (1 + kSumRounding));
         requireAtMost("elastic energy after a cut", elastic, b.unaveraged * (1 + kSumRounding) + b.rounding);

@@ -126,7 +126,7 @@ double firstFrequency(int cells, double nu)
         (void)linear.solve({elastic, tangent, 0, fixed}, load, u, {1e-6, 1000}, n > 0);
         double uMu = 0;
         for (std::size_t i = 0; i < x.size(); ++i) uMu += elastic.mass()[i] * u[i].squaredNorm();
-        quotient = elastic.multiply<Vec3>(tangent, u) / uMu;
+        quotient = elastic.multiply<Vec3>(tangent, u).energy / uMu;
         for (std::size_t i = 0; i < x.size(); ++i) load[i] = quotient * elastic.mass()[i] * u[i];
     }
     return std::sqrt(quotient);

@@ -128,21 +128,21 @@ Momenta momentaOf(const core::Simulation& s)
 }
 
 /// Sees each step after its solve and before material goes.
-class Witness : public core::Effect, public core::GridStage {
+class Witness : public core::Effect, public core::Observer {
 public:
-    void join(core::Stages& stages) override { stages.grid.push_back(this); }
+    std::string name() const override { return "witness"; }
+    void join(core::Stages& stages) override { stages.observers.push_back(this); }
     void watch(const core::Simulation& simulation)
     {
         simulation_ = &simulation, before_.assign(simulation.v().begin(), simulation.v().end());
     }
-    grid::PhiChanges update(const core::GridContext& context, core::Body&) override
+    void observe(const core::SolvedStep& step) override
     {
         solved = momentaOf(*simulation_);
         damped.setZero();
         const auto mass = simulation_->elastic().mass();
         for (std::size_t i = 0; i < mass.size(); ++i)
-            damped += context.dt * mass[i] * before_[i].cross(simulation_->v()[i]);
-        return {};
+            damped += step.dt * mass[i] * before_[i].cross(simulation_->v()[i]);
     }
 
     Momenta solved;

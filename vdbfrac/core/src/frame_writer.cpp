@@ -15,24 +15,50 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// A field of the rest configuration; `levelSets` keeps the copy of phi.
-grid::NamedGrid restField(const Simulation& simulation, const Body& body, const std::string& name,
-                          std::list<grid::LevelSet>& levelSets)
+/// Grids of world space are made of the deformed surface, when the file is written.
+struct WorldField {
+    const char *name, *unit;
+    void (*fill)(grid::NamedGrid& grid, grid::WorldFields& fields);
+};
+constexpr WorldField kWorldFields[] = {
+    {"surface", "m", [](grid::NamedGrid& g, grid::WorldFields& fields) { g.levelSet = &fields.surface; }},
+    {"vel", "m/s", [](grid::NamedGrid& g, grid::WorldFields& fields) { g.values = std::move(fields.velocity); }},
+    {"fragment_id", "", [](grid::NamedGrid& g, grid::WorldFields& fields) { g.values = std::move(fields.fragment); }},
+};
+
+const WorldField* worldField(const std::string& name)
+{
+    const auto it = std::find_if(std::begin(kWorldFields), std::end(kWorldFields),
+                                 [&](const WorldField& field) { return field.name == name; });
+    return it != std::end(kWorldFields) ? it : nullptr;
+}
+
+/// A field of the rest configuration, of a body; `levelSets` keeps what is one.
+grid::NamedGrid restGrid(const FrameSource& source, const FrameSource::Field& field, const Body& body,
+                         std::list<grid::LevelSet>& levelSets)
 {
     grid::NamedGrid g;
-    g.name = simulation.bodies().size() > 1 ? name + "_" + body.name : name;
+    g.name = field.name, g.unit = field.unit;
     g.voxelSize = body.phi.voxelSize();
-    if (name == "phi") {
-        levelSets.push_back(body.phi.copy());
-        g.levelSet = &levelSets.back(), g.unit = "m";
-    } else if (name == "energy") {
-        g.values = simulation.energyField(body), g.unit = "J/m^3";
-    } else {
-        g.unit = "s";
-        for (const FieldSource* source : simulation.stages().fields)
-            if (source->fieldName() == name) g.values = source->field(body);
-    }
+    FrameGrid taken = source.take(body, field.name);
+    if (auto* values = std::get_if<grid::VoxelValues>(&taken))
+        g.values = std::move(*values);
+    else
+        g.levelSet = &levelSets.emplace_back(std::get<grid::LevelSet>(std::move(taken)));
     return g;
+}
+
+/// Calls act(source, field) for the source of a field of the rest configuration. False when there is none.
+template <class Act>
+bool withSource(const std::string& name, const Stages& stages, const Act& act)
+{
+    for (const FrameSource* source : stages.frames)
+        for (const FrameSource::Field& field : source->fields())
+            if (field.name == name) {
+                act(*source, field);
+                return true;
+            }
+    return false;
 }
 
 /// More than one, for the case that a disk loses the last.
@@ -63,7 +89,10 @@ std::vector<fs::path> checkpointsIn(const fs::path& folder)
     return files;
 }
 
-bool isWorldField(const std::string& name) { return name == "surface" || name == "vel" || name == "fragment_id"; }
+bool offersField(const Stages& stages, const std::string& name)
+{
+    return worldField(name) || withSource(name, stages, [](const auto&, const auto&) {});
+}
 
 RunState runState(const Simulation& simulation)
 {
@@ -82,19 +111,18 @@ FrameData takeFrame(const Simulation& simulation, const scene::Scene& scene, int
     data.record.time = simulation.time();
     data.record.stateHash = hexadecimal(simulation.stateHash());
     const auto& names = scene.output.vdb;
-    if (scene.output.obj || std::any_of(names.begin(), names.end(), isWorldField)) data.surface = simulation.surface();
+    if (scene.output.obj || std::any_of(names.begin(), names.end(), worldField)) data.surface = simulation.surface();
     for (const std::string& name : names) {
-        if (isWorldField(name))
-            data.grids.push_back({name,
-                                  nullptr,
-                                  {},
-                                  scene.grid.voxelSize,
-                                  name == "surface" ? "m"
-                                  : name == "vel"   ? "m/s"
-                                                    : ""});
-        else
-            for (const Body& body : simulation.bodies())
-                data.grids.push_back(restField(simulation, body, name, data.levelSets));
+        if (const WorldField* field = worldField(name)) {
+            data.grids.push_back({name, nullptr, {}, scene.grid.voxelSize, field->unit});
+            continue;
+        }
+        withSource(name, simulation.stages(), [&](const FrameSource& source, const FrameSource::Field& field) {
+            for (const Body& body : simulation.bodies()) {
+                data.grids.push_back(restGrid(source, field, body, data.levelSets));
+                if (simulation.bodies().size() > 1) data.grids.back().name += "_" + body.name;
+            }
+        });
     }
     data.state = runState(simulation);
     return data;
@@ -129,17 +157,10 @@ RunFolder::Writer::~Writer()
 void RunFolder::Writer::writeVdb(FrameData& data)
 {
     grid::WorldFields world;
-    const auto isWorld = [](const grid::NamedGrid& g) { return isWorldField(g.name); };
-    if (std::any_of(data.grids.begin(), data.grids.end(), isWorld))
+    if (std::any_of(scene_.output.vdb.begin(), scene_.output.vdb.end(), worldField))
         world = grid::worldFields(data.surface.surface, data.surface.velocity, scene_.grid.voxelSize);
-    for (grid::NamedGrid& g : data.grids) {
-        if (g.name == "surface")
-            g.levelSet = &world.surface;
-        else if (g.name == "vel")
-            g.values = world.velocity;
-        else if (g.name == "fragment_id")
-            g.values = world.fragment;
-    }
+    for (grid::NamedGrid& g : data.grids)
+        if (const WorldField* field = worldField(g.name)) field->fill(g, world);
     const grid::Metadata metadata = {
         {"creator", std::string(kCreator)}, {"scene", scene_.name},   {"frame", std::int64_t(data.record.frame)},
         {"time", data.record.time},         {"fps", scene_.time.fps}, {"length_unit", std::string("m")},

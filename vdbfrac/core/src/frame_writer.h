@@ -17,8 +17,8 @@
 
 namespace vdbfrac::core {
 
-/// Fields in world space: they are made of the deformed surface.
-bool isWorldField(const std::string& name);
+/// Can the frames of a simulation have a field?
+bool offersField(const Stages& stages, const std::string& name);
 
 /// What the manifest tells of the state, beside frames.
 struct RunState {

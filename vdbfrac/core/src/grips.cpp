@@ -47,6 +47,20 @@ struct TargetAt {
     Vec3 operator()(const scene::Force&) const { return X; }
 };
 
+/// x1 = turn x0 + shift for what a grip holds.
+struct MotionBetween {
+    double t0, t1;
+    using Motion = std::pair<Mat3, Vec3>;
+    Motion operator()(const scene::Velocity& move) const { return {Mat3::Identity(), (t1 - t0) * move.velocity}; }
+    Motion operator()(const scene::Keys& move) const
+    {
+        const scene::PoseKey from = poseAt(move.keys, t0), to = poseAt(move.keys, t1);
+        const Mat3 turn = rotation(to.rotate) * rotation(from.rotate).transpose();
+        return {turn, move.pivot + to.translate - turn * (move.pivot + from.translate)};
+    }
+    Motion operator()(const scene::Force&) const { return {Mat3::Identity(), Vec3::Zero()}; }
+};
+
 struct StartVelocity {
     const Vec3& X;
     Vec3 operator()(const scene::Velocity& move) const { return move.velocity; }
@@ -159,6 +173,67 @@ std::vector<Vec3> Simulation::Grips::loads(std::span<const Vec3> reaction) const
         loads.push_back(sum);
     }
     return loads;
+}
+
+/// Work of forces that stay what they are while what they pull at moves.
+double Simulation::Grips::workOf(const Wrench& wrench, const Held& held, const Move& move)
+{
+    if (std::holds_alternative<scene::Force>(held.grip->move)) {
+        Vec3 way = Vec3::Zero();
+        for (std::size_t i = 0; i < held.nodes.size(); ++i)
+            way += held.share[i] * (move.x1[held.nodes[i]] - move.x0[held.nodes[i]]);
+        return wrench.force.dot(way);
+    }
+    const auto [turn, shift] = std::visit(MotionBetween{move.t0, move.t1}, held.grip->move);
+    return wrench.force.dot(shift) + ((turn - Mat3::Identity()) * wrench.moment.transpose()).trace();
+}
+
+std::vector<std::pair<std::string, double>> Simulation::Grips::work(const Move& move, std::span<const Vec3> reaction)
+{
+    std::vector<std::pair<std::string, double>> works;
+    for (Held& held : held_) {
+        const bool pulls = std::holds_alternative<scene::Force>(held.grip->move);
+        Wrench now;
+        double work = 0;
+        for (std::uint32_t node : held.nodes) {
+            const Vec3& force = pulls ? boundary_.force[node] : reaction[node];
+            now.force += force;
+            now.moment += force * move.x1[node].transpose();
+            work += force.dot(move.x1[node] - move.x0[node]);
+        }
+        works.emplace_back(held.grip->name, held.before ? 0.5 * (workOf(*held.before, held, move) + work) : work);
+        held.before = now;
+    }
+    return works;
+}
+
+void Simulation::Grips::save(Archive& archive) const
+{
+    std::vector<std::uint32_t> known;
+    std::vector<Vec3> wrenches;
+    for (const Held& held : held_) {
+        const Wrench w = held.before.value_or(Wrench());
+        known.push_back(held.before.has_value());
+        wrenches.push_back(w.force);
+        for (Eigen::Index axis = 0; axis < 3; ++axis) wrenches.push_back(w.moment.col(axis));
+    }
+    archive.put("grips.loaded", known);
+    archive.put("grips.wrench", wrenches);
+}
+
+void Simulation::Grips::restoreFrom(const Archive& archive)
+{
+    const auto known = archive.get<std::uint32_t>("grips.loaded", held_.size());
+    const auto wrenches = archive.get<Vec3>("grips.wrench", 4 * held_.size());
+    for (const Vec3& v : wrenches)
+        if (!v.allFinite()) archive.complain("a force of a grip is not a number");
+    for (std::size_t g = 0; g < held_.size(); ++g) {
+        held_[g].before.reset();
+        if (!known[g]) continue;
+        Wrench w{wrenches[4 * g], {}};
+        for (std::size_t axis = 0; axis < 3; ++axis) w.moment.col(Eigen::Index(axis)) = wrenches[4 * g + 1 + axis];
+        held_[g].before = w;
+    }
 }
 
 double Simulation::Grips::distance(const Body& body, const Vec3& X) const

@@ -6,8 +6,10 @@
 #include <vdbfrac/scene/scene.h>
 #include <vdbfrac/solver/backward_euler.h>
 
+#include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace vdbfrac::core {
@@ -34,19 +36,39 @@ public:
     /// Total force [N] of each grip on the material, with the forces of the last boundary().
     std::vector<Vec3> loads(std::span<const Vec3> reaction) const;
 
+    /// A step from x0 at time t0 to x1 at t1 [m, s].
+    struct Move {
+        std::span<const Vec3> x0, x1;
+        double t0, t1;
+    };
+    /// Work [J] of each grip over a step, by its name: the mean of its forces at both ends of the step, along the way
+    /// of its nodes. The first step has the forces at its own end only.
+    std::vector<std::pair<std::string, double>> work(const Move& move, std::span<const Vec3> reaction);
+
+    void save(Archive& archive) const;
+    void restoreFrom(const Archive& archive);
+
     std::span<const std::uint32_t> nodes(std::size_t grip) const { return held_[grip].nodes; }
 
     /// Distance [m] in rest space from X to the nearest grip on a body.
     double distance(const Body& body, const Vec3& X) const;
 
 private:
+    /// Forces f of a grip on nodes at x, as far as a rigid motion of all of them is concerned.
+    struct Wrench {
+        Vec3 force = Vec3::Zero();   // N, sum of f
+        Mat3 moment = Mat3::Zero();  // N m, sum of f x^T
+    };
     struct Held {
         const scene::Grip* grip;
         std::size_t body;
-        std::vector<std::uint32_t> nodes;  // of the system
-        std::vector<Vec3> rest;            // m
-        std::vector<double> share;         // of the grip's force, by mass
+        std::vector<std::uint32_t> nodes;   // of the system
+        std::vector<Vec3> rest;             // m
+        std::vector<double> share;          // of the grip's force, by mass
+        std::optional<Wrench> before = {};  // at the end of the last step
     };
+    static double workOf(const Wrench& wrench, const Held& held, const Move& move);
+
     std::vector<scene::Grip> grips_;
     std::vector<Held> held_;
     std::vector<std::string> bodyNames_;

@@ -69,18 +69,12 @@ FolderLock prepare(const fs::path& folder, const scene::Scene& scene, Earlier ea
     return lock;
 }
 
-/// Fields that the core itself writes.
-bool isCoreField(const std::string& name) { return name == "phi" || name == "energy" || isWorldField(name); }
-
 void requireSources(const scene::Scene& scene, const Stages& stages)
 {
-    for (const std::string& name : scene.output.vdb) {
-        const bool offered = std::any_of(stages.fields.begin(), stages.fields.end(),
-                                         [&](const FieldSource* f) { return f->fieldName() == name; });
-        if (!offered && !isCoreField(name))
+    for (const std::string& name : scene.output.vdb)
+        if (!offersField(stages, name))
             throw InputError({"output.vdb", "nothing in this scene makes the field '" + name + "'", "",
                               "name the effect that makes it, or leave the field out"});
-    }
 }
 
 /// Throws InputError where the settings are not what they were.
@@ -208,7 +202,7 @@ void RunFolder::goOn(Simulation& simulation, const std::string& settings, const 
     restHash_ = archive.getText("rest_hash");
     if (restHash_ != hexadecimal(simulation.stateHash()))
         refuse("the bodies at rest are not those of the run: a mesh, a .vdb file or the program has changed since");
-    simulation.load(archive);
+    simulation.restoreFrom(archive);
     if (archive.getText("state_hash") != hexadecimal(simulation.stateHash()))
         archive.complain("the state it leads to is not the one that was saved");
     bool sound = int(steps_.size()) == simulation.steps() && int(frames.size()) <= simulation.framesDone() + 1;

@@ -2,6 +2,7 @@
 
 #include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
+#include <vdbfrac/base/grouping.h>
 #include <vdbfrac/base/hash.h>
 
 #include <algorithm>
@@ -52,6 +53,16 @@ std::vector<Column> columnsOf(std::span<const StepRecord> steps)
             for (const auto& [what, amount] : stage.counts) add({stage.name, what});
         }
     return columns;
+}
+
+/// Names of the energy flows that occur, rising.
+std::vector<std::string> flowsOf(std::span<const StepRecord> steps)
+{
+    std::vector<std::string> names;
+    for (const StepRecord& s : steps)
+        for (const auto& [name, amount] : s.energyFlow) names.push_back(name);
+    sortUnique(names);
+    return names;
 }
 
 const StageWork* stageOf(const Ledger& work, const std::string& name)
@@ -122,11 +133,16 @@ std::vector<FrameRecord> loadFrames(const Archive& archive)
 void saveRecords(std::span<const StepRecord> steps, std::span<const FrameRecord> frames, Archive& archive)
 {
     const std::vector<Column> columns = columnsOf(steps);
+    const std::vector<std::string> flows = flowsOf(steps);
     std::vector<std::int64_t> whole;
     std::vector<double> real;
     for (const StepRecord& s : steps) {
         forWholeNumbers(s, [&](const auto& field) { whole.push_back(std::int64_t(field)); });
         forRealNumbers(s, [&](const auto& field) { real.push_back(field); });
+        for (const std::string& name : flows) {
+            const auto it = s.energyFlow.find(name);
+            real.push_back(it == s.energyFlow.end() ? NAN : it->second);
+        }
         for (const Column& c : columns) {
             const StageWork* stage = stageOf(s.work, c.stage);
             if (c.what.empty())
@@ -139,6 +155,7 @@ void saveRecords(std::span<const StepRecord> steps, std::span<const FrameRecord>
     for (const Column& c : columns) names.push_back({c.stage, c.what});
     archive.putText("frames", framesJson(frames).dump());
     archive.putText("steps.columns", names.dump());
+    archive.putText("steps.flows", json(flows).dump());
     archive.putOne<std::uint64_t>("steps.grips", steps.empty() ? 0 : steps[0].gripLoad.size());
     archive.putOne<std::uint64_t>("steps.count", steps.size());
     archive.put("steps.whole", whole);
@@ -148,7 +165,9 @@ void saveRecords(std::span<const StepRecord> steps, std::span<const FrameRecord>
 std::vector<StepRecord> loadSteps(const Archive& archive)
 {
     std::vector<Column> columns;
+    std::vector<std::string> flows;
     try {
+        flows = json::parse(archive.getText("steps.flows")).get<std::vector<std::string>>();
         for (const json& c : json::parse(archive.getText("steps.columns")))
             columns.push_back({c.at(0).get<std::string>(), c.at(1).get<std::string>()});
     } catch (const json::exception& e) {
@@ -164,7 +183,8 @@ std::vector<StepRecord> loadSteps(const Archive& archive)
     // Divided, not multiplied: the numbers may be anything.
     if (whole.size() % wholes != 0 || whole.size() / wholes != count || grips > real.size() ||
         (count == 0 && !real.empty()) ||
-        (count > 0 && (real.size() % count != 0 || real.size() / count != kRealNumbers + 3 * grips + seconds)))
+        (count > 0 &&
+         (real.size() % count != 0 || real.size() / count != kRealNumbers + 3 * grips + flows.size() + seconds)))
         archive.complain("its table of steps has the wrong size");
     std::vector<StepRecord> steps(count);
     const std::int64_t* w = whole.data();
@@ -174,6 +194,8 @@ std::vector<StepRecord> loadSteps(const Archive& archive)
         if (w[1] < 0 || w[1] > std::int64_t(Outcome::capped)) archive.complain("a step ended in no known way");
         forWholeNumbers(s, [&](auto& field) { field = std::remove_reference_t<decltype(field)>(*w++); });
         forRealNumbers(s, [&](double& field) { field = *r++; });
+        for (const std::string& name : flows)
+            if (const double amount = *r++; !std::isnan(amount)) s.energyFlow[name] = amount;
         for (const Column& c : columns) {
             if (!c.what.empty()) {
                 if (const std::int64_t amount = *w++; amount != kAbsent) {

@@ -4,12 +4,14 @@
 #include "grips.h"
 #include "rest_notes.h"
 #include "solver_settings.h"
+#include "step_control.h"
 
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/base/number_text.h>
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/grid/body_level_set.h>
 #include <vdbfrac/grid/transfer.h>
+#include <vdbfrac/solver/element.h>
 
 #include <Eigen/Geometry>
 
@@ -38,7 +40,45 @@ void carry(std::vector<Vec3>& field, std::size_t first, std::size_t oldCount,
     field = std::move(now);
 }
 
+/// Elastic energy [J] of the elements that an update replaced, and of those in their place; x: of the body's nodes, as
+/// they are numbered before and after it.
+double replacedEnergy(const tetmesh::CutUpdate& update, std::span<const Vec3> x, const Body& body, double h,
+                      solver::Elasticity elasticity)
+{
+    double sum = 0;
+    for (const auto& r : update.previousElement.replaced)
+        sum += solver::elasticEnergy({r.element, &r.gradients, h}, x, body.material, elasticity);
+    return sum;
+}
+double recutEnergy(const tetmesh::CutUpdate& update, std::span<const Vec3> x, const Body& body, double h,
+                   solver::Elasticity elasticity)
+{
+    const auto& elements = body.mesh->elements();
+    const auto gradients = body.mesh->gradients();
+    double sum = 0;
+    for (const auto& r : update.previousElement.recut) {
+        const tetmesh::TetGradients* const own = gradients.empty() ? nullptr : &gradients[r.element];
+        sum += solver::elasticEnergy({elements[r.element], own, h}, x, body.material, elasticity);
+    }
+    return sum;
+}
+
 }  // namespace
+
+/// What every simulation can give to the frames: phi and the nodal energy.
+class Simulation::StateFields : public FrameSource {
+public:
+    explicit StateFields(const Simulation& simulation) : simulation_(simulation) {}
+    std::vector<Field> fields() const override { return {{"phi", "m"}, {"energy", "J/m^3"}}; }
+    FrameGrid take(const Body& body, const std::string& field) const override
+    {
+        if (field == "phi") return body.phi.copy();
+        return simulation_.energyField(body);
+    }
+
+private:
+    const Simulation& simulation_;
+};
 
 Simulation::Simulation(const scene::Scene& scene, std::span<Effect* const> effects, std::uint64_t memoryLimit)
     : timeSettings_(scene.time), solverSettings_(scene.solver), h_(scene.grid.coarsening * scene.grid.voxelSize)
@@ -49,10 +89,16 @@ Simulation::Simulation(const scene::Scene& scene, std::span<Effect* const> effec
     grips_->requireNodes();
     for (std::size_t b = 0; b < bodies_.size(); ++b) setInitialVelocity(scene.bodies[b], bodies_[b]);
     if (schemeOf(scene.solver) != solver::Scheme::statics) grips_->setStartVelocities(state_.v);
-    for (Effect* effect : effects) effect->join(stages_);
+    fields_ = std::make_unique<StateFields>(*this);
+    stages_.frames.push_back(fields_.get());
+    for (Effect* effect : effects) {
+        effect->join(stages_);
+        potentialNames_.resize(stages_.solve.size(), effect->name());
+    }
+    stepControl_ = std::make_unique<StepControl>(scene.time, h_);
     noteRestState(scene, bodies_, h_, stages_.notes);
     warnOfLongSteps();
-    for (GridStage* stage : stages_.grid) stage->start(bodies_, stages_.notes);
+    for (Effect* effect : effects) effect->start(bodies_, stages_.notes);
 }
 
 Simulation::~Simulation() = default;
@@ -78,7 +124,7 @@ void Simulation::addBody(const scene::Scene& scene, const scene::Body& spec, std
 
 void Simulation::warnOfLongSteps()
 {
-    const double stable = integrator_->largestStep(stages_.solve), frame = 1 / timeSettings_.fps;
+    const double stable = integrator_->largestStep(stages_.solve, state_.x), frame = 1 / timeSettings_.fps;
     if (timeSettings_.substeps == 0 || frame / timeSettings_.substeps <= stable) return;
     stages_.notes.push_back("time steps of " + shortNumber(frame / timeSettings_.substeps, 3) +
                             " s are too long: the integrator is unstable beyond " + shortNumber(stable, 3) +
@@ -118,45 +164,6 @@ void Simulation::rebuild()
     grips_->rebuild(bodies_, *elastic_);
 }
 
-/// Fastest that a node of a cell moves away from another [m/s].
-double Simulation::fastestSpread() const
-{
-    const auto pairwise = [&](const std::array<Vec3, tetmesh::kCorners>& v) {
-        double most = 0;
-        for (std::size_t a = 1; a < v.size(); ++a)
-            for (std::size_t b = 0; b < a; ++b) most = std::max(most, (v[a] - v[b]).squaredNorm());
-        return most;
-    };
-    double fastest = 0;
-    for (const Body& body : bodies_) {
-        const auto& elements = body.mesh->elements();
-        fastest = orderedMax(elements.size(), kChunk, fastest, [&](std::size_t begin, std::size_t end) {
-            double most = 0;
-            for (std::size_t e = begin; e < end; ++e) {
-                std::array<Vec3, tetmesh::kCorners> v;
-                for (std::size_t c = 0; c < v.size(); ++c) v[c] = state_.v[body.firstNode + elements[e].node[c]];
-                double fromFirst = 0;
-                for (const Vec3& other : v) fromFirst = std::max(fromFirst, (other - v[0]).squaredNorm());
-                // Two are no farther apart than twice that.
-                if (4 * fromFirst > most) most = std::max(most, pairwise(v));
-            }
-            return most;
-        });
-    }
-    return std::sqrt(fastest);
-}
-
-/// Longest step [s] that the scene allows.
-double Simulation::stepLimit(double spread) const
-{
-    double limit = 1 / timeSettings_.fps;
-    if (timeSettings_.substeps > 0) return limit / timeSettings_.substeps;
-    if (spread > 0) limit = std::min(limit, timeSettings_.nodeCfl * h_ / spread);
-    limit = std::min(limit, integrator_->largestStep(stages_.solve));
-    for (const StepLimit* l : stages_.limits) limit = std::min(limit, l->largestStep());
-    return limit;
-}
-
 int Simulation::framesDone() const
 {
     constexpr double kRounding = 1e-9;  // frames
@@ -167,33 +174,22 @@ std::span<const std::uint32_t> Simulation::gripNodes(std::size_t grip) const { r
 
 StepRecord Simulation::step(double until)
 {
-    constexpr double kWhole = 1e-6;  // a quotient this near to a whole number is one: times are sums of very many steps
-    constexpr int kMostCutbacks = 8;
-    // Cells that nodes of one may fly apart: beyond, Newton's method has nothing to start from.
-    constexpr double kHopeless = 4;
     StepRecord record;
-    const double spread = fastestSpread();
-    double limit = stepLimit(spread);
-    // An explicit scheme that flies apart shall do so at once.
-    const bool solves = std::isinf(integrator_->largestStep(stages_.solve));
-    for (; solves && limit * spread > kHopeless * h_ && record.cutbacks < kMostCutbacks; ++record.cutbacks)
-        limit *= 0.5;
-    const double left = until - time_, longest = std::min(limit, trusted_);
-    // Not of what is left of a frame: where nothing converges, that would shrink with each step and never end.
-    const double shortest = (0.5 + kWhole) * limit / std::exp2(kMostCutbacks);
-    solve(record, left / std::max(1., std::ceil(left / longest - kWhole)), shortest);
+    solve(record, until);
     updateGrid(record);
     measure(record);
     return record;
 }
 
-/// Solves for the end of the step; halves dt from the saved state as often as it takes, but not below `shortest` [s].
-void Simulation::solve(StepRecord& record, double dt, double shortest)
+/// Solves for the end of the next step; halves dt from the saved state as often as it takes and makes sense.
+void Simulation::solve(StepRecord& record, double until)
 {
     const StageTimer timer(record.work, "solve");
+    const StepControl::Choice choice = stepControl_->next(until - time_, {bodies_, state_, stages_, *integrator_});
     const solver::ElasticWork before = elastic_->work();
     saved_ = state_;
-    const double tried = dt;
+    double dt = choice.dt;
+    record.cutbacks = choice.halvings;
     const solver::StepReport* report = nullptr;
     const auto boundaryAt = [&](double share) -> const solver::Boundary& {
         return grips_->boundary(time_ + share * dt);
@@ -205,9 +201,9 @@ void Simulation::solve(StepRecord& record, double dt, double shortest)
         record.projections += report->projections;
         record.work.count("solve", "multigrid_systems", report->multigridSystems);
         record.work.count("solve", "creases", report->creases);
-        if (report->status == solver::StepStatus::converged || 0.5 * dt < shortest) break;
+        if (report->status == solver::StepStatus::converged || 0.5 * dt < choice.shortest) break;
     }
-    trusted_ = dt < tried ? dt : 2 * trusted_;
+    stepControl_->learn(choice.dt, dt);
     if (!std::isfinite(report->residual))
         throw LimitError("step " + std::to_string(steps_ + 1) +
                          ": forces or positions are beyond what a number can hold; are grips or bodies "
@@ -221,20 +217,45 @@ void Simulation::solve(StepRecord& record, double dt, double shortest)
     record.outcome = report->status == solver::StepStatus::capped ? Outcome::capped
                      : record.cutbacks > 0                        ? Outcome::cutback
                                                                   : Outcome::converged;
-    record.elasticEnergy = report->elasticEnergy;
     record.gripLoad = grips_->loads(report->reaction);
+    book(record, *report);
+    for (solver::Potential* potential : stages_.solve) potential->accept(state_.x, dt);
     const solver::ElasticWork& after = elastic_->work();
     record.work.count("solve", "evaluated_tets", after.evaluatedTets - before.evaluatedTets);
     record.work.count("solve", "product_tets", after.productTets - before.productTets);
     record.work.count("solve", "robust_tets", after.robustTets - before.robustTets);
     record.work.count("solve", "newton_iterations", record.newtonIterations);
     record.work.count("solve", "linear_iterations", record.linearIterations);
+    if (report->couplings > 0) record.work.count("solve", "couplings", std::int64_t(report->couplings));
+}
+
+/// Books what grips and potentials did to the energy; what is left over is the integrator's.
+void Simulation::book(StepRecord& record, const solver::StepReport& report)
+{
+    auto& flow = record.energyFlow;
+    double in = 0;
+    for (const auto& [grip, work] :
+         grips_->work({saved_.x, state_.x, record.time - record.dt, record.time}, report.reaction))
+        flow["work_" + grip] = work, in += work;
+    for (std::size_t i = 0; i < stages_.solve.size(); ++i) {
+        const solver::EnergyFlow own = stages_.solve[i]->flow(saved_.x, state_.x, record.dt);
+        if (own.work != 0) flow[potentialNames_[i] + "_work"] += own.work;
+        if (own.dissipated != 0) flow[potentialNames_[i] + "_dissipated"] += own.dissipated;
+        in += own.work - own.dissipated;
+    }
+    record.kineticEnergy = kineticEnergy(state_.v);
+    record.elasticEnergy = report.elasticEnergy;
+    flow["integrator"] =
+        in - (record.kineticEnergy - kineticEnergy(saved_.v)) - (record.elasticEnergy - elasticEnergy_);
+    elasticEnergy_ = record.elasticEnergy;
 }
 
 void Simulation::updateGrid(StepRecord& record)
 {
+    const SolvedStep solved{state_.x, time_, record.dt};
+    for (Observer* observer : stages_.observers) observer->observe(solved);
     bool computed = false;
-    GridContext context{bodies_, state_.x, time_, record.dt, {}, {}, record.work};
+    GridContext context{solved, {}, {}, record.work};
     context.gripDistance = [this](const Body& body, const Vec3& X) { return grips_->distance(body, X); };
     context.tetEnergy = [&]() -> std::span<const double> {
         if (!computed) {
@@ -248,7 +269,7 @@ void Simulation::updateGrid(StepRecord& record)
     std::vector<grid::PhiChanges> changes(bodies_.size());
     for (GridStage* stage : stages_.grid)
         for (std::size_t b = 0; b < bodies_.size(); ++b) {
-            const grid::PhiChanges more = stage->update(context, bodies_[b]);
+            const grid::PhiChanges more = stage->update(context, bodies_[b], bodies_[b].phi);
             changes[b].insert(changes[b].end(), more.begin(), more.end());
         }
     for (std::size_t b = 0; b < bodies_.size(); ++b)
@@ -268,22 +289,36 @@ void Simulation::recut(StepRecord& record, std::size_t b, const grid::PhiChanges
         record.work.count("cut", "classified_nodes", update.classifiedNodes);
         record.work.count("cut", "grouped_cells", update.groupedCells);
         if (update.changedVoxels == 0) return;
+        const auto own = [&] { return std::span(state_.x).subspan(body.firstNode); };
+        const double before = replacedEnergy(update, own(), body, h_, elastic_->elasticity());
         for (std::vector<Vec3>* field : {&state_.x, &state_.v})
             carry(*field, body.firstNode, oldCount, update.previousNode);
+        elasticEnergy_ -= before - recutEnergy(update, own(), body, h_, elastic_->elasticity());
         body.fragments.update(*body.mesh, update.previousNode, time_, nextFragment_);
+        for (RecutStage* stage : stages_.recut) stage->recut(body, update);
     }
     const StageTimer timer(record.work, "rebuild");
     rebuild();
 }
 
-void Simulation::measure(StepRecord& record) const
+double Simulation::kineticEnergy(std::span<const Vec3> v) const
 {
     const auto mass = elastic_->mass();
-    record.kineticEnergy = orderedSum(mass.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+    return orderedSum(mass.size(), kChunk, [&](std::size_t begin, std::size_t end) {
         double sum = 0;
-        for (std::size_t i = begin; i < end; ++i) sum += 0.5 * mass[i] * state_.v[i].squaredNorm();
+        for (std::size_t i = begin; i < end; ++i) sum += 0.5 * mass[i] * v[i].squaredNorm();
         return sum;
     });
+}
+
+void Simulation::measure(StepRecord& record) const
+{
+    if (!stages_.grid.empty()) {
+        const double solved = record.kineticEnergy + record.elasticEnergy;
+        record.kineticEnergy = kineticEnergy(state_.v);
+        record.elasticEnergy = elasticEnergy_;
+        record.energyFlow["removed"] = solved - record.kineticEnergy - record.elasticEnergy;
+    }
     record.volume = volume();
     record.fragments = fragments();
     record.nodes = state_.x.size();
@@ -336,7 +371,7 @@ grid::VoxelValues Simulation::energyField(const Body& body) const
     std::vector<double> density;
     elastic_->energyDensities(state_.x, density);
     return grid::nodalEnergies(*body.mesh, [&](std::uint32_t e, int t) {
-        return density[(std::size_t(body.firstElement) + e) * tetmesh::kMostTets + std::size_t(t)];
+        return density[tetmesh::tetEntry(body.firstElement + e, std::size_t(t))];
     });
 }
 

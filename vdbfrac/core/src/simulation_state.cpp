@@ -2,12 +2,14 @@
 #include <vdbfrac/core/simulation.h>
 
 #include "grips.h"
+#include "step_control.h"
 
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/base/hash.h>
 #include <vdbfrac/grid/phi_nodes.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <limits>
 
@@ -84,7 +86,8 @@ std::vector<Vec3> loadNodes(const std::string& name, std::size_t nodes, const Ar
 
 std::uint64_t Simulation::stateHash() const
 {
-    std::uint64_t hash = hashBytes(&trusted_, sizeof trusted_, hashBytes(&time_, sizeof time_));
+    const double trusted = stepControl_->trusted();
+    std::uint64_t hash = hashBytes(&trusted, sizeof trusted, hashBytes(&time_, sizeof time_));
     const auto add = [&](const auto& values) {
         hash = hashBytes(values.data(), values.size() * sizeof(values[0]), hash);
     };
@@ -105,19 +108,21 @@ std::uint64_t Simulation::stateHash() const
 
 void Simulation::save(Archive& archive) const
 {
-    archive.put("time", std::vector<double>{time_, trusted_});
+    archive.put("time", std::vector<double>{time_, stepControl_->trusted()});
     archive.putOne<std::int64_t>("step", steps_);
     archive.putOne("next_fragment", nextFragment_);
+    archive.putOne("elastic_energy", elasticEnergy_);
+    grips_->save(archive);
     archive.put("x", state_.x);
     archive.put("v", state_.v);
     for (const Body& body : bodies_) {
         savePhi(body, archive);
         saveFragments(body, archive);
     }
-    for (const Lasting* l : stages_.lasting) l->save(bodies_, archive);
+    for (const Persistent* p : stages_.persistent) p->save(bodies_, archive);
 }
 
-void Simulation::load(const Archive& archive)
+void Simulation::restoreFrom(const Archive& archive)
 {
     for (Body& body : bodies_) {
         (void)body.mesh->update(loadPhi(body, archive));  // equals the mesh of the run, to the bit
@@ -141,8 +146,12 @@ void Simulation::load(const Archive& archive)
     if (!(time[0] >= 0 && time[0] * timeSettings_.fps < kMostFrames && time[1] > 0 && step >= 0 &&
           step < std::numeric_limits<int>::max()))
         archive.complain("its time, step or time step cannot be");
-    time_ = time[0], trusted_ = time[1], steps_ = int(step);
-    for (Lasting* l : stages_.lasting) l->load(bodies_, archive);
+    time_ = time[0], steps_ = int(step);
+    stepControl_->restoreTrusted(time[1]);
+    elasticEnergy_ = archive.getOne<double>("elastic_energy");
+    if (!std::isfinite(elasticEnergy_)) archive.complain("its elastic energy is not a number");
+    grips_->restoreFrom(archive);
+    for (Persistent* p : stages_.persistent) p->restoreFrom(archive, bodies_);
 }
 
 }  // namespace vdbfrac::core

@@ -35,6 +35,14 @@ std::vector<std::pair<std::string, std::string>> countColumns(const std::vector<
     return {columns.begin(), columns.end()};
 }
 
+std::set<std::string> flowColumns(const std::vector<StepRecord>& steps)
+{
+    std::set<std::string> columns;
+    for (const StepRecord& s : steps)
+        for (const auto& [name, amount] : s.energyFlow) columns.insert(name);
+    return columns;
+}
+
 std::set<std::string> stageColumns(const std::vector<StepRecord>& steps)
 {
     std::set<std::string> columns;
@@ -48,13 +56,14 @@ std::set<std::string> stageColumns(const std::vector<StepRecord>& steps)
 std::string statsText(const std::vector<StepRecord>& steps, const scene::Scene& scene)
 {
     const auto counts = countColumns(steps);
-    const auto stages = stageColumns(steps);
+    const auto flows = flowColumns(steps), stages = stageColumns(steps);
     std::string text =
         "step,time_s,dt_s,status,cutbacks,newton_iterations,linear_iterations,projections,residual,least_residual,"
         "kinetic_J,elastic_J,"
         "volume_m3,fragments,nodes,tets";
     for (const scene::Grip& g : scene.grips)
         for (const char* axis : {"x", "y", "z"}) text += ",load_" + g.name + "_" + axis + "_N";
+    for (const std::string& flow : flows) text += "," + flow + "_J";
     for (const auto& [stage, what] : counts) text += "," + stage + "_" + what;
     for (const std::string& stage : stages) text += "," + stage + "_s";
     text += '\n';
@@ -67,6 +76,10 @@ std::string statsText(const std::vector<StepRecord>& steps, const scene::Scene& 
                 std::to_string(s.tets);
         for (const Vec3& load : s.gripLoad)
             text += ',' + number(load.x()) + ',' + number(load.y()) + ',' + number(load.z());
+        for (const std::string& flow : flows) {
+            const auto it = s.energyFlow.find(flow);
+            text += ',' + number(it == s.energyFlow.end() ? 0 : it->second);
+        }
         for (const auto& [stage, what] : counts) text += ',' + std::to_string(s.work.countOf(stage, what));
         for (const std::string& stage : stages) text += ',' + number(s.work.secondsOf(stage));
         text += '\n';

@@ -24,6 +24,7 @@ const Key kKeys[] = {
 class Damping : public core::Effect, public solver::Potential {
 public:
     Damping(double mass, double stiffness) : a_(mass), b_(stiffness) {}
+    std::string name() const override { return "damping"; }
     void join(core::Stages& stages) override { stages.solve.push_back(this); }
 
     void begin(const solver::StepStart& start) override
@@ -39,22 +40,34 @@ public:
     double evaluate(std::span<const Vec3> x, std::span<Vec3> gradient) const override
     {
         const auto mass = elastic_->mass();
-        moved_.resize(x.size());
-        parallelChunks(x.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) moved_[i] = x[i] - start_[i];
-        });
-        const double strained = b_ == 0 ? 0 : elastic_->multiply<Vec3>(tangent_, moved_);
-        const auto force = elastic_->sums<Vec3>();
+        move(start_, x);
+        const solver::Product<Vec3> strained =
+            b_ == 0 ? solver::Product<Vec3>() : elastic_->multiply<Vec3>(tangent_, moved_);
         const double dragged = orderedSum(x.size(), kChunk, [&](std::size_t begin, std::size_t end) {
             double sum = 0;
             for (std::size_t i = begin; i < end; ++i) {
                 sum += mass[i] * moved_[i].squaredNorm();
                 gradient[i] += inverseDt_ * a_ * mass[i] * moved_[i];
-                if (b_ != 0) gradient[i] += inverseDt_ * b_ * force(i);
+                if (b_ != 0) gradient[i] += inverseDt_ * b_ * strained.sums(i);
             }
             return sum;
         });
-        return 0.5 * inverseDt_ * (a_ * dragged + b_ * strained);
+        return 0.5 * inverseDt_ * (a_ * dragged + b_ * strained.energy);
+    }
+
+    /// Its force at the mean velocity of the step, along the way.
+    solver::EnergyFlow flow(std::span<const Vec3> from, std::span<const Vec3> to, double dt) const override
+    {
+        if (inverseDt_ == 0) return {};
+        const auto mass = elastic_->mass();
+        move(from, to);
+        const double strained = b_ == 0 ? 0 : elastic_->multiply<Vec3>(tangent_, moved_).energy;
+        const double dragged = orderedSum(to.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+            double sum = 0;
+            for (std::size_t i = begin; i < end; ++i) sum += mass[i] * moved_[i].squaredNorm();
+            return sum;
+        });
+        return {0, (a_ * dragged + b_ * strained) / dt};
     }
 
     /// The rotations of the iterate stand in for those at the start of the step.
@@ -66,6 +79,14 @@ public:
     }
 
 private:
+    void move(std::span<const Vec3> from, std::span<const Vec3> to) const
+    {
+        moved_.resize(to.size());
+        parallelChunks(to.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) moved_[i] = to[i] - from[i];
+        });
+    }
+
     double a_, b_, inverseDt_ = 0;
     std::vector<Vec3> start_;
     mutable std::vector<Vec3> moved_;  // scratch

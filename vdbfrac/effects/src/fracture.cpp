@@ -13,6 +13,7 @@
 #include <vdbfrac/grid/griffith.h>
 #include <vdbfrac/grid/transfer.h>
 #include <vdbfrac/solver/corotational.h>
+#include <vdbfrac/solver/element.h>
 
 #include <algorithm>
 #include <cmath>
@@ -93,8 +94,8 @@ struct Law {
 class Fracture : public core::Effect,
                  public core::GridStage,
                  public core::StepLimit,
-                 public core::FieldSource,
-                 public core::Lasting {
+                 public core::FrameSource,
+                 public core::Persistent {
 public:
     Fracture(const Values& values, const scene::Scene& scene)
         : values_(values),
@@ -106,12 +107,13 @@ public:
     {
     }
 
+    std::string name() const override { return "fracture"; }
     void join(core::Stages& stages) override
     {
         stages.grid.push_back(this);
         stages.limits.push_back(this);
-        stages.fields.push_back(this);
-        stages.lasting.push_back(this);
+        stages.frames.push_back(this);
+        stages.persistent.push_back(this);
     }
 
     void start(std::span<const core::Body> bodies, std::vector<std::string>& notes) override
@@ -120,10 +122,11 @@ public:
     }
 
     double largestStep() const override { return limit_; }
-    grid::PhiChanges update(const core::GridContext& context, core::Body& body) override;
+    grid::PhiChanges update(const core::GridContext& context, const core::Body& body, grid::LevelSet& phi) override;
 
-    std::string fieldName() const override { return "arrival"; }
-    grid::VoxelValues field(const core::Body& body) const override
+    std::vector<Field> fields() const override { return {{"arrival", "s"}}; }
+    core::FrameGrid take(const core::Body& body, const std::string&) const override { return arrivals(body); }
+    grid::VoxelValues arrivals(const core::Body& body) const
     {
         grid::VoxelValues values;
         values.background = -1;
@@ -136,7 +139,7 @@ public:
     }
 
     void save(std::span<const core::Body> bodies, core::Archive& archive) const override;
-    void load(std::span<const core::Body> bodies, const core::Archive& archive) override;
+    void restoreFrom(const core::Archive& archive, std::span<const core::Body> bodies) override;
 
 private:
     Law lawOf(const core::Body& body, std::vector<std::string>& notes) const;
@@ -194,8 +197,8 @@ Law Fracture::lawOf(const core::Body& body, std::vector<std::string>& notes) con
 std::vector<grid::BandSample> Fracture::candidates(const core::GridContext& context, const core::Body& body,
                                                    const Law& law) const
 {
-    const std::span<const double> own = context.tetEnergy().subspan(std::size_t(body.firstElement) * tetmesh::kMostTets,
-                                                                    body.mesh->elements().size() * tetmesh::kMostTets);
+    const std::span<const double> own = context.tetEnergy().subspan(tetmesh::tetEntry(body.firstElement, 0),
+                                                                    tetmesh::tetEntry(body.mesh->elements().size(), 0));
     std::vector<Coord> voxels = body.mesh->voxelsAbove(own, law.kappa);
     if (law.radius > 0) voxels = grid::voxelsAround(voxels, int(std::floor(law.radius / dx_)));
     std::erase_if(voxels, [&](const Coord& c) { return context.gripDistance(body, dx_ * c.toVec()) < margin_; });
@@ -204,33 +207,18 @@ std::vector<grid::BandSample> Fracture::candidates(const core::GridContext& cont
     return grid::sampleBand(body.phi, voxels);
 }
 
-/// F of tet t of an element, times h [m]; `x`: of the body's nodes.
-Mat3 deformation(const tetmesh::BodyMesh& mesh, std::span<const Vec3> x, std::uint32_t e, std::size_t t)
-{
-    const tetmesh::CellElement& element = mesh.elements()[e];
-    const auto& tets = tetmesh::cellTets(element.shape);
-    const Vec3& x0 = x[element.node[std::size_t(tets.corner[t][0])]];
-    Mat3 F = Mat3::Zero();
-    for (std::size_t a = 1; a < 4; ++a) {
-        const auto& gradient =
-            element.shape == tetmesh::CellShape::tet ? mesh.gradients()[e][a - 1] : tets.gradient[t][a];
-        F += (x[element.node[std::size_t(tets.corner[t][a])]] - x0) *
-             Eigen::Map<const Vec3>(gradient.data()).transpose();
-    }
-    return F;
-}
-
 std::vector<double> Fracture::energies(const core::GridContext& context, const core::Body& body, const Law& law,
                                        const std::vector<grid::BandSample>& band) const
 {
     const std::span<const double> all = context.tetEnergy();
     const auto full = [&](std::uint32_t e, int t) {
-        return all[(std::size_t(body.firstElement) + e) * tetmesh::kMostTets + std::size_t(t)];
+        return all[tetmesh::tetEntry(body.firstElement + e, std::size_t(t))];
     };
+    const std::span<const Vec3> x = context.x.subspan(body.firstNode);
     const auto tension = [&](std::uint32_t e, int t) {
-        return solver::tensilePart(full(e, t),
-                                   deformation(*body.mesh, context.x.subspan(body.firstNode), e, std::size_t(t)) / h_,
-                                   body.material);
+        const tetmesh::TetGradients* const own = body.mesh->gradients().empty() ? nullptr : &body.mesh->gradients()[e];
+        const Mat3 F = solver::deformationGradient({body.mesh->elements()[e], own, h_}, std::size_t(t), x);
+        return solver::tensilePart(full(e, t), F, body.material);
     };
     const grid::TetEnergy energy =
         values_.text("driver") == "tension" ? grid::TetEnergy(tension) : grid::TetEnergy(full);
@@ -257,7 +245,7 @@ grid::Relevelling Fracture::relevelling(long long update) const
     return how;
 }
 
-grid::PhiChanges Fracture::update(const core::GridContext& context, core::Body& body)
+grid::PhiChanges Fracture::update(const core::GridContext& context, const core::Body& body, grid::LevelSet& phi)
 {
     Law law = laws_.at(body.name);
     law.kappa *= resistance_.at(context.time);
@@ -297,8 +285,7 @@ grid::PhiChanges Fracture::update(const core::GridContext& context, core::Body& 
         limit_ = std::min(limit_, frontCfl_ * dx_ / law.waveSpeed);
         const StageTimer timer(context.ledger, "relevel");
         grid::RelevelWork work;
-        const grid::PhiChanges changes =
-            grid::raiseAndRelevel(body.phi, raised, work, relevelling(++updates_[body.name]));
+        const grid::PhiChanges changes = grid::raiseAndRelevel(phi, raised, work, relevelling(++updates_[body.name]));
         context.ledger.count("fracture", "moved_voxels", std::int64_t(raised.size()));
         context.ledger.count("relevel", "leaves", work.leaves);
         context.ledger.count("relevel", "voxels", work.voxels);
@@ -314,7 +301,7 @@ void Fracture::save(std::span<const core::Body> bodies, core::Archive& archive) 
     archive.put("fracture.limit", std::vector<double>{limit_, limitTime_});
     for (const core::Body& body : bodies) {
         const std::string name = "fracture." + body.name;
-        const grid::VoxelValues arrival = field(body);
+        const grid::VoxelValues arrival = arrivals(body);
         archive.put(name + ".arrival.voxels", arrival.coords);
         archive.put(name + ".arrival.times", arrival.scalars);
         const auto updates = updates_.find(body.name);
@@ -322,7 +309,7 @@ void Fracture::save(std::span<const core::Body> bodies, core::Archive& archive) 
     }
 }
 
-void Fracture::load(std::span<const core::Body> bodies, const core::Archive& archive)
+void Fracture::restoreFrom(const core::Archive& archive, std::span<const core::Body> bodies)
 {
     const std::vector<double> limit = archive.get<double>("fracture.limit", 2);
     if (!(limit[0] > 0)) archive.complain("the fracture's time step is not positive");

@@ -1,6 +1,8 @@
 // Gravity: U(x) = -sum m g.x.
 #include "all.h"
 
+#include <vdbfrac/base/parallel.h>
+
 namespace vdbfrac::effects {
 
 namespace {
@@ -15,10 +17,10 @@ const Key kKeys[] = {
 class Gravity : public core::Effect, public solver::Potential {
 public:
     explicit Gravity(const Vec3& g) : g_(g) {}
+    std::string name() const override { return "gravity"; }
     void join(core::Stages& stages) override { stages.solve.push_back(this); }
     void begin(const solver::StepStart& start) override { mass_ = start.elastic.mass(); }
 
-    bool isConservative() const override { return true; }
     double evaluate(std::span<const Vec3> x, std::span<Vec3> gradient) const override
     {
         double energy = 0;
@@ -27,6 +29,16 @@ public:
             gradient[i] -= mass_[i] * g_;
         }
         return energy;
+    }
+
+    solver::EnergyFlow flow(std::span<const Vec3> from, std::span<const Vec3> to, double) const override
+    {
+        const double work = orderedSum(to.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+            double sum = 0;
+            for (std::size_t i = begin; i < end; ++i) sum += mass_[i] * g_.dot(to[i] - from[i]);
+            return sum;
+        });
+        return {work, 0};
     }
 
 private:

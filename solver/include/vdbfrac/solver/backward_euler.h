@@ -60,6 +60,7 @@ struct StepReport {
     int lineSearchSteps = 0;   ///< halvings
     /// 1 where the minimum lies at a crease of Phi: its residual is that of the mean of the gradients beside it.
     int creases = 0;
+    std::size_t couplings = 0;    ///< shares of potentials in the tangent at the end
     double residual = 0;          ///< |gradient| at the end, relative to the scale of the tolerance
     double leastResidual = 0;     ///< smallest of the iterates: below `residual` where Newton went astray
     double elasticEnergy = 0;     ///< J at the end

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <vdbfrac/base/vec.h>
+#include <vdbfrac/solver/coupling.h>
 #include <vdbfrac/solver/material.h>
 #include <vdbfrac/tetmesh/cut_mesh.h>
 
@@ -91,6 +92,13 @@ struct NodeSums {
     }
 };
 
+/// What multiply() returns: H u is left in pieces that are added up where it is wanted.
+template <class V>
+struct Product {
+    double energy = 0;  ///< u.H u
+    NodeSums<V> sums;   ///< H u of a node; until the operator is next called
+};
+
 /// One call at a time: products and evaluations share scratch memory.
 class ElasticOperator {
 public:
@@ -128,18 +136,16 @@ public:
     /// Gross 2004): semidefinite, free of stress terms. With its `share` more of it, if it has one.
     void warp(Tangent& tangent) const;
 
-    /// K u, left in pieces that sums() adds up where the caller wants it; returns u.K u. V is Vec3, or Vec3f for a
+    /// H u, where H is the tangent and, if there are any, `blocks` of nodes with material. V is Vec3, or Vec3f for a
     /// product in single precision.
     template <class V>
-    double multiply(const Tangent& tangent, std::span<const V> u) const;
-    /// Of the last multiply with the same V.
-    template <class V>
-    NodeSums<V> sums() const;
-    /// out += K u.
-    void addProduct(const Tangent& tangent, std::span<const Vec3> u, std::span<Vec3> out) const;
-    /// The 3x3 diagonal blocks of K, as xx, yy, zz, yz, zx, xy, left in pieces like a product.
+    Product<V> multiply(const Tangent& tangent, std::span<const V> u, const NodeBlocks* blocks = nullptr) const;
+    /// out += H u.
+    void addProduct(const Tangent& tangent, std::span<const Vec3> u, std::span<Vec3> out,
+                    const NodeBlocks* blocks = nullptr) const;
+    /// The 3x3 diagonal blocks of K, with NodeBlocks::damping, as xx, yy, zz, yz, zx, xy, left in pieces like a product.
     using PackedBlock = Eigen::Matrix<double, 6, 1>;
-    NodeSums<PackedBlock> diagonal(const Tangent& tangent) const;
+    NodeSums<PackedBlock> diagonal(const Tangent& tangent, const NodeBlocks* blocks = nullptr) const;
 
     /// K of one element (counted through all sets), rows and columns 3 corner + axis [N/m].
     using ElementMatrix = Eigen::Matrix<double, 24, 24>;

@@ -5,8 +5,8 @@
 // Symbols: g gradient of all potentials less outer forces [N]; a = -M^-1 g; y = (x, v).
 //   backward Euler    y1 = y0 + dt f(y1)                                           order 1, damps
 //   midpoint          half a step of backward Euler to ym, then y1 = 2 ym - y0     order 2, keeps energy, does not damp
-//   SDIRK2            gamma = 1 - 1/sqrt(2): steps of gamma dt to ya from y0, and to y1 from y0 + (1 - gamma)/gamma (ya
-//   - y0)
+//   SDIRK2            gamma = 1 - 1/sqrt(2): a step of gamma dt to ya from y0, and one to y1 from
+//                     y0 + (1 - gamma)/gamma (ya - y0)
 //                     order 2, damps what the step does not resolve (Alexander 1977, section 3; L-stable)
 //   symplectic Euler  v1 = v0 + dt a(x0), x1 = x0 + dt v1                          order 1, 2 in periods; dt bounded
 //   forward Euler     x1 = x0 + dt v0, v1 = v0 + dt a(x0)                          order 1, gains energy at any dt
@@ -41,9 +41,11 @@ public:
     /// holds until the next step; its energy is that of the end, its reactions those of the last solve: in mid-step
     /// with midpoint, at the start of the step with the explicit schemes.
     [[nodiscard]] virtual const StepReport& step(State& state, double dt, const StepLoads& loads) = 0;
-    /// Step [s] beyond which the scheme is unstable with these potentials, with a reserve for deformed states; infinity
-    /// if it never is.
-    virtual double largestStep(std::span<Potential* const> potentials) const;
+    /// Does it only ever look at forces it has, so that a step too long flies apart?
+    virtual bool isExplicit() const { return false; }
+    /// Step [s] beyond which the scheme is unstable with these potentials and the couplings that there are at x, with a
+    /// reserve for deformed states; infinity if it never is.
+    virtual double largestStep(std::span<Potential* const> potentials, std::span<const Vec3> x) const;
     virtual std::size_t bytes() const = 0;  ///< the operator apart
 };
 

@@ -5,6 +5,7 @@
 #include <vdbfrac/solver/elastic_operator.h>
 
 #include <span>
+#include <vector>
 
 namespace vdbfrac::solver {
 
@@ -28,9 +29,18 @@ struct RayleighDamping {
     double mass = 0, stiffness = 0;
 };
 
+/// What something has done to the energy of the simulation.
+struct EnergyFlow {
+    double work = 0;        ///< J put in
+    double dissipated = 0;  ///< J taken out for good
+};
+
 /// U(x) with its gradient and a positive semidefinite approximation of its Hessian, each checked against the other
-/// by finite differences in the tests. Forces that do not come from an energy of x alone (damping) use one that
-/// holds for this step only.
+/// by finite differences in the tests. Forces that do not come from an energy of x alone (damping, friction) use one
+/// that holds for this step only.
+///
+/// begin() comes before each solve of a step: several times where a step is cut back or a scheme has several stages.
+/// What lasts from step to step changes in accept() alone.
 class Potential {
 public:
     virtual ~Potential() = default;
@@ -39,11 +49,15 @@ public:
     virtual double evaluate(std::span<const Vec3> x, std::span<Vec3> gradient) const = 0;
     /// Constant over the step.
     virtual HessianShares hessian() const { return {}; }
+    /// Adds what couples nodes at x to `couplings`: the rest of the Hessian, positive semidefinite. Where forces have
+    /// no share in the tangent, nothing.
+    virtual void linearize(std::span<const Vec3> /*x*/, std::vector<Coupling>& /*couplings*/) const {}
+    /// A step of `dt` [s] has come to its end at x, and is kept.
+    virtual void accept(std::span<const Vec3> /*x*/, double /*dt*/) {}
+    /// What it did while the nodes moved from `from` to `to` in a step of `dt` [s]; before accept().
+    virtual EnergyFlow flow(std::span<const Vec3> from, std::span<const Vec3> to, double dt) const = 0;
     /// The same in all steps.
     virtual RayleighDamping damping() const { return {}; }
-    /// Is the value an energy of x alone as long as the mesh is the same? Then its fall is the work of its forces; of
-    /// others nothing is known.
-    virtual bool isConservative() const { return false; }
     /// Memory it keeps from step to step.
     virtual std::size_t bytes() const { return 0; }
 };

@@ -24,14 +24,38 @@ struct CellElement {
     std::uint32_t patch = 0;  ///< elements of one block of 8^3 cells share it and are consecutive
 };
 
-/// What an update touched and how to carry node data over.
+/// Where the elements of a mesh come from that was cut again. Classes of nodes only split, so each tet of a new element
+/// lies in the same tet of exactly one old element.
+struct PreviousElements {
+    /// Elements that are what they were, but for the numbers of their nodes.
+    struct Kept {
+        std::uint32_t first = 0, old = 0, count = 0;
+    };
+    /// An element of a cell that was cut again.
+    struct Recut {
+        std::uint32_t element = 0;
+        std::array<std::uint32_t, kMostTets> old{};  ///< of each tet with material: the element it was in
+    };
+    /// An old element of such a cell, as it was.
+    struct Replaced {
+        std::uint32_t old = 0;
+        CellElement element;       ///< with old numbers of nodes
+        TetGradients gradients{};  ///< of a tet of any shape
+    };
+    std::vector<Kept> kept;          ///< rising, as new and as old elements
+    std::vector<Recut> recut;        ///< rising
+    std::vector<Replaced> replaced;  ///< rising
+};
+
+/// What an update touched and how to carry data over.
 struct CutUpdate {
     std::vector<std::uint32_t> previousNode;  ///< of each new node: the old node whose x and v it takes
-    std::int64_t changedVoxels = 0;           ///< voxel nodes whose phi the cut sees differently
-    std::int64_t cutCells = 0;                ///< cells or tets cut again: exactly those that see such a change
-    std::int64_t classifiedNodes = 0;         ///< points of the mesh whose copies were counted again
-    std::int64_t groupedCells = 0;            ///< cells or tets that were made to elements again
-    bool topologyChanged = false;             ///< nodes or their sharing may differ
+    PreviousElements previousElement;
+    std::int64_t changedVoxels = 0;    ///< voxel nodes whose phi the cut sees differently
+    std::int64_t cutCells = 0;         ///< cells or tets cut again: exactly those that see such a change
+    std::int64_t classifiedNodes = 0;  ///< points of the mesh whose copies were counted again
+    std::int64_t groupedCells = 0;     ///< cells or tets that were made to elements again
+    bool topologyChanged = false;      ///< nodes or their sharing may differ
 };
 
 /// Energy density [J/m^3] of tet t of an element.

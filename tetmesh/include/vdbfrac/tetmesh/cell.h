@@ -8,6 +8,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 
 namespace vdbfrac::tetmesh {
@@ -16,6 +17,9 @@ enum class CellShape : std::uint8_t { six, fiveEven, fiveOdd, tet };
 
 inline constexpr int kCorners = 8;
 inline constexpr int kMostTets = 6;
+
+/// Place of tet t of element e among values of all tets of all elements.
+constexpr std::size_t tetEntry(std::size_t element, std::size_t tet) { return element * kMostTets + tet; }
 
 /// The rest shape of a tet that is a cell of its own: h grad N_a of vertices 1, 2, 3; that of vertex 0 is minus their
 /// sum.

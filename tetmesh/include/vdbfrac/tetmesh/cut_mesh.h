@@ -118,6 +118,7 @@ private:
     Regrouped regroup(std::vector<std::uint32_t> cells);
     CellElement wholeElement(const Cell& cell) const;
     void groupPieces(Cell& cell, std::vector<double>& phi, std::vector<CellElement>& elements) const;
+    PreviousElements previousElements(const Regrouped& regrouped, std::span<const std::uint32_t> previousNode) const;
     void placeElements(const Regrouped& regrouped, const Renumbering& numbering);
     void makeRoom(const Regrouped& regrouped);
     void renumberCells(std::size_t begin);

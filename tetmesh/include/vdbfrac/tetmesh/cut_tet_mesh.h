@@ -68,6 +68,7 @@ private:
     void classify(std::uint32_t point);
     void numberNodes();
     void makeElements();
+    PreviousElements replaceElements(std::span<const std::uint32_t> cutTets);
     const NodalWeights& weights() const;
     std::vector<std::uint32_t> previousNodes(const std::vector<std::uint8_t>& oldLabel,
                                              const std::vector<std::uint32_t>& oldFirst) const;

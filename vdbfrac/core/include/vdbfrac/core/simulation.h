@@ -10,7 +10,7 @@
 #include <vdbfrac/tetmesh/embedding.h>
 
 #include <cstdint>
-#include <limits>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -31,14 +31,19 @@ struct StepRecord {
     double residual = 0;       ///< relative to the largest force
     double leastResidual = 0;  ///< smallest of the Newton iterates
     double kineticEnergy = 0;  ///< J
-    double elasticEnergy = 0;  ///< J
+    double elasticEnergy = 0;  ///< J; both of the material that there is when the step is over
     double volume = 0;         ///< m^3 of material
     std::size_t fragments = 0;
     std::size_t nodes = 0;
     std::int64_t tets = 0;
     std::vector<Vec3> gripLoad;  ///< N, force of each grip on the material
-    Ledger work;                 ///< of this step
+    /// What has come into kinetic and elastic energy over the step, and gone [J]; docs/output.md says what of each
+    /// name. work_GRIP + EFFECT_work - EFFECT_dissipated - removed - integrator is the change of both together.
+    std::map<std::string, double> energyFlow;
+    Ledger work;  ///< of this step
 };
+
+class StepControl;
 
 class Simulation {
 public:
@@ -83,23 +88,24 @@ public:
     /// Goes on from there: for a simulation of the same scene that has made no step. The steps that follow have the
     /// bits of those that would have followed save. Throws FileError for what save cannot have written; then the
     /// simulation is of no use.
-    void load(const Archive& archive);
+    void restoreFrom(const Archive& archive);
     double volume() const;  ///< m^3 of material
     double startVolume() const;
     std::size_t fragments() const;
 
 private:
     class Grips;
+    class StateFields;
 
     void addBody(const scene::Scene& scene, const scene::Body& body, std::uint64_t memoryLimit);
     void setInitialVelocity(const scene::Body& spec, const Body& body);
-    double stepLimit(double spread) const;
-    double fastestSpread() const;
-    void solve(StepRecord& record, double dt, double shortest);
+    void solve(StepRecord& record, double until);
+    void book(StepRecord& record, const solver::StepReport& report);
     void updateGrid(StepRecord& record);
     void recut(StepRecord& record, std::size_t body, const grid::PhiChanges& changes);
     void rebuild();
     void measure(StepRecord& record) const;
+    double kineticEnergy(std::span<const Vec3> v) const;
     void warnOfLongSteps();
 
     scene::Time timeSettings_;
@@ -108,14 +114,16 @@ private:
     std::vector<Body> bodies_;
     std::uint32_t nextFragment_ = 0;
     Stages stages_;
-    solver::State state_, saved_;  // now, and at the start of the step
-    std::vector<double> density_;  // J/m^3, of all tets; kept for its memory
+    std::vector<std::string> potentialNames_;  // of the effects that stages_.solve are of
+    solver::State state_, saved_;              // now, and at the start of the step
+    std::vector<double> density_;              // J/m^3, of all tets; kept for its memory
     std::unique_ptr<solver::ElasticOperator> elastic_;
     std::unique_ptr<solver::Integrator> integrator_;
     std::unique_ptr<Grips> grips_;
+    std::unique_ptr<StepControl> stepControl_;
+    std::unique_ptr<FrameSource> fields_;
+    double elasticEnergy_ = 0;  // J
     double time_ = 0;
-    // s: a longer step is not tried after a cut-back; doubles with each step.
-    double trusted_ = std::numeric_limits<double>::infinity();
     int steps_ = 0;
 };
 

@@ -13,22 +13,10 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <variant>
 #include <vector>
 
 namespace vdbfrac::core {
-
-/// What the stages on the grid see after the solve.
-struct GridContext {
-    std::span<Body> bodies;
-    std::span<const Vec3> x;  ///< m, all nodes of the system
-    double time = 0;          ///< s, at the end of the step
-    double dt = 0;            ///< s
-    /// Signed distance [m] in rest space to the nearest grip of a body; infinity without grips.
-    std::function<double(const Body&, const Vec3& X)> gripDistance;
-    /// Energy density [J/m^3] of all tets of the system (entry 6 e + t), computed when first asked for in a step.
-    std::function<std::span<const double>()> tetEnergy;
-    Ledger& ledger;
-};
 
 /// A limit on the time step ("auto" substeps).
 class StepLimit {
@@ -37,43 +25,80 @@ public:
     virtual double largestStep() const = 0;  ///< s; infinity for none
 };
 
+/// A step whose equations are solved, on the mesh they were solved on.
+struct SolvedStep {
+    std::span<const Vec3> x;  ///< m, all nodes of the system
+    double time = 0;          ///< s, at the end of the step
+    double dt = 0;            ///< s
+};
+
+/// Looks on between the solve and what changes the mesh after it.
+class Observer {
+public:
+    virtual ~Observer() = default;
+    virtual void observe(const SolvedStep& step) = 0;
+};
+
+/// What the stages on the grid see after the solve.
+struct GridContext : SolvedStep {
+    /// Signed distance [m] in rest space to the nearest grip of a body; infinity without grips.
+    std::function<double(const Body&, const Vec3& X)> gripDistance;
+    /// Energy density [J/m^3] of all tets of the system (by tetmesh::tetEntry), computed when first asked for in a
+    /// step.
+    std::function<std::span<const double>()> tetEnergy;
+    Ledger& ledger;
+};
+
 /// Changes phi after the solve.
 class GridStage {
 public:
     virtual ~GridStage() = default;
-    /// Before the first step; `notes` as in Stages.
-    virtual void start(std::span<const Body> /*bodies*/, std::vector<std::string>& /*notes*/) {}
-    /// Does it take energy out of the simulation when it acts?
-    virtual bool dissipates() const { return true; }
-    /// New phi values of one body; the phi grid already holds them.
-    virtual grid::PhiChanges update(const GridContext& context, Body& body) = 0;
+    /// Changes the phi grid of one body, and returns the new values; its mesh still has the old ones.
+    virtual grid::PhiChanges update(const GridContext& context, const Body& body, grid::LevelSet& phi) = 0;
 };
 
-/// Contributes a field to the .vdb frames, under its name in `output.vdb`.
-class FieldSource {
+/// Takes its own data along when a body is cut again.
+class RecutStage {
 public:
-    virtual ~FieldSource() = default;
-    virtual std::string fieldName() const = 0;
-    virtual grid::VoxelValues field(const Body& body) const = 0;
+    virtual ~RecutStage() = default;
+    /// The mesh is the new one; numbers of nodes and elements are those of the body.
+    virtual void recut(const Body& body, const tetmesh::CutUpdate& update) = 0;
+};
+
+/// A grid of the frames, taken from a simulation that goes on.
+using FrameGrid = std::variant<grid::VoxelValues, grid::LevelSet>;
+
+/// Gives grids to the .vdb frames, under their names in `output.vdb`.
+class FrameSource {
+public:
+    struct Field {
+        std::string name, unit;
+    };
+    virtual ~FrameSource() = default;
+    virtual std::vector<Field> fields() const = 0;
+    /// In the rest configuration of a body.
+    virtual FrameGrid take(const Body& body, const std::string& field) const = 0;
 };
 
 /// Has something of its own that lives on from step to step: checkpoints keep it.
-class Lasting {
+class Persistent {
 public:
-    virtual ~Lasting() = default;
+    virtual ~Persistent() = default;
     /// Under names of its own, the effect's first.
     virtual void save(std::span<const Body> bodies, Archive& archive) const = 0;
     /// What save wrote for the same bodies. Throws FileError.
-    virtual void load(std::span<const Body> bodies, const Archive& archive) = 0;
+    virtual void restoreFrom(const Archive& archive, std::span<const Body> bodies) = 0;
 };
 
 /// All that takes part in the steps of one simulation.
 struct Stages {
     std::vector<solver::Potential*> solve;
-    std::vector<GridStage*> grid;
     std::vector<StepLimit*> limits;
-    std::vector<FieldSource*> fields;
-    std::vector<Lasting*> lasting;
+    std::vector<Observer*> observers;
+    std::vector<GridStage*> grid;
+    std::vector<RecutStage*> recut;
+    std::vector<FrameSource*> frames;
+    std::vector<Persistent*> persistent;
     std::vector<std::string> notes;  ///< what the user should know before the run, a sentence each
 };
 
@@ -81,7 +106,11 @@ struct Stages {
 class Effect {
 public:
     virtual ~Effect() = default;
+    /// As the scene's table: names the columns of what it does to the energy.
+    virtual std::string name() const = 0;
     virtual void join(Stages& stages) = 0;
+    /// Before the first step; `notes` as in Stages.
+    virtual void start(std::span<const Body> /*bodies*/, std::vector<std::string>& /*notes*/) {}
 };
 
 }  // namespace vdbfrac::core

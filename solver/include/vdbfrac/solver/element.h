@@ -1,0 +1,25 @@
+// One element in plain scalar form: its deformation and its energy.
+#pragma once
+
+#include <vdbfrac/base/vec.h>
+#include <vdbfrac/solver/elastic_operator.h>
+
+#include <cstddef>
+#include <span>
+
+namespace vdbfrac::solver {
+
+/// An element of a body, and what its tets are made of.
+struct ElementOf {
+    const tetmesh::CellElement& element;
+    const tetmesh::TetGradients* gradients;  ///< of a tet of any shape; else not read
+    double h;                                ///< lattice spacing [m]
+};
+
+/// Deformation gradient of tet t; x [m]: of the body's nodes.
+Mat3 deformationGradient(const ElementOf& e, std::size_t tet, std::span<const Vec3> x);
+
+/// Elastic energy [J], as ElasticOperator has it.
+double elasticEnergy(const ElementOf& e, std::span<const Vec3> x, const Material& material, Elasticity elasticity);
+
+}  // namespace vdbfrac::solver
