@@ -26,9 +26,8 @@ std::string blockScene(const std::string& body, const std::string& more)
 /// The values of measures, in the form "{ quantity = ..., ... }".
 std::vector<Value> measured(const std::string& text, const std::string& measures)
 {
-    const scene::Scene scene =
-        scene::parseScene(text, "test.toml", effects::effectTables(), {"study.measure=[" + measures + "]"});
-    return simulate(scene, scene.study->measures, std::numeric_limits<std::uint64_t>::max()).values;
+    const scene::Scene scene = scene::parseScene(text, "test.toml", vocabulary(), {"study.measure=[" + measures + "]"});
+    return simulate(scene, specOf(scene)->measures, std::numeric_limits<std::uint64_t>::max()).values;
 }
 
 double numberOf(const Value& v)

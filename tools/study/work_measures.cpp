@@ -8,7 +8,7 @@ namespace vdbfrac::tools::study {
 
 namespace {
 
-using Measure = scene::Study::Measure;
+using Measure = Spec::Measure;
 
 /// Grips that turn do work by torques too, and a run tells loads alone.
 bool turns(const scene::Grip& grip)

@@ -63,7 +63,13 @@ std::vector<fs::path> checkpointsIn(const fs::path& folder)
     return files;
 }
 
-bool isWorldField(const std::string& name) { return name == "surface" || name == "vel" || name == "fragment_id"; }
+scene::Vocabulary::Fields outputFields() { return {{"phi", "energy"}, {"surface", "vel", "fragment_id"}}; }
+
+bool isWorldField(const std::string& name)
+{
+    const std::vector<std::string> fields = outputFields().deformed;
+    return std::find(fields.begin(), fields.end(), name) != fields.end();
+}
 
 RunState runState(const Simulation& simulation)
 {

@@ -70,7 +70,11 @@ FolderLock prepare(const fs::path& folder, const scene::Scene& scene, Earlier ea
 }
 
 /// Fields that the core itself writes.
-bool isCoreField(const std::string& name) { return name == "phi" || name == "energy" || isWorldField(name); }
+bool isCoreField(const std::string& name)
+{
+    const std::vector<std::string> rest = outputFields().rest;
+    return isWorldField(name) || std::find(rest.begin(), rest.end(), name) != rest.end();
+}
 
 void requireSources(const scene::Scene& scene, const Stages& stages)
 {

@@ -4,7 +4,8 @@
 #include "complaints.h"
 #include "document.h"
 
-#include <vdbfrac/scene/values.h>
+#include <vdbfrac/scene/key.h>
+#include <vdbfrac/scene/review.h>
 
 #include <string>
 
@@ -19,6 +20,8 @@ struct Item {
     {
         return {value, path.empty() ? key : path + "." + key};
     }
+    /// What a table has for a key, or nullptr.
+    const Node* member(const std::string& key) const { return node.table() ? node.table()->find(key) : nullptr; }
 };
 
 /// The values of all keys of a table but its parts, defaults filled in. Every wrong, unknown or missing key is a
@@ -28,13 +31,21 @@ Values readTable(const Item& item, const TableSpec& spec, Complaints& complaints
 /// The same without a complaint about unknown keys, for the root, where tables stand beside keys.
 Values readKeys(const Item& item, const TableSpec& spec, Complaints& complaints);
 
+/// A table of a vocabulary with its inner tables; `parent` is the one that it is an entry of, if any.
+Values readWithEntries(const Item& item, const TableSpec& spec, const Scene& scene, Complaints& complaints,
+                       const Values* parent = nullptr);
+
 /// Complains about each member of a table whose key is not among `known`.
 void checkUnknown(const Item& item, const std::vector<std::string>& known, Complaints& complaints);
 
 /// Complains that a value is not what it should be.
 void complainType(const Item& item, const std::string& allowed, Complaints& complaints);
 
+/// Complains that the text given for a key is not among `names`.
+void complainUnknown(const Item& item, const std::string& key, const std::vector<std::string>& names,
+                     Complaints& complaints);
+
 /// Key of a table that has exactly one of `kinds`; complains and returns nullptr when there is none or are several.
-const Member* onlyMember(const Item& item, const std::vector<std::string>& kinds, Complaints& complaints);
+const KeyValue* onlyMember(const Item& item, const std::vector<std::string>& kinds, Complaints& complaints);
 
 }  // namespace vdbfrac::scene
