@@ -80,7 +80,8 @@ std::string allowedText(const Key& key)
 
 std::string defaultTextOf(const Key& key)
 {
-    if (key.isRequired() || key.defaultText != kOfMember) return key.isRequired() ? "" : key.defaultText;
+    if (key.isRequired()) return "";
+    if (key.defaultText != kOfMember) return key.defaultText;
     const auto initial = key.member.access->initial(key);
     return initial ? valueText(*initial, key.type(), key.table) : "";
 }

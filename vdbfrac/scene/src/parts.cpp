@@ -8,13 +8,6 @@ namespace vdbfrac::scene {
 
 namespace {
 
-/// Reads the keys of a table into the struct that they fill.
-template <class S>
-void readInto(S& object, const Item& item, const TableSpec& spec, Context& context)
-{
-    fill(object, spec.keys, readTable(item, spec, context.complaints));
-}
-
 /// Which of the specs has this name; one of them must.
 std::size_t indexOf(const std::string& name, std::span<const TableSpec> specs)
 {
@@ -30,7 +23,7 @@ Primitive readMember(const Item& item, const KeyValue& member, Context& context)
     // Members that a kind of solid lacks keep the defaults of Primitive.
     Primitive solid;
     solid.kind = Primitive::Kind(kind);
-    readInto(solid, item.child(member.key, member.value), specs[kind], context);
+    readInto(solid, item.child(member.key, member.value), specs[kind], context.complaints);
     return solid;
 }
 
@@ -67,7 +60,7 @@ File readFile(const Item& item, const TableSpec& spec, Context& context)
     const Node node = asFileTable(item.node);
     const Item table{node, item.path};
     File read;
-    readInto(read, table, spec, context);
+    readInto(read, table, spec, context.complaints);
     const Node* given = table.member("file");  // a missing or wrong one has been complained about
     if (given && given->text()) read.file = resolve(table.child("file", *given), *given->text(), context);
     return read;
@@ -82,7 +75,7 @@ std::vector<PoseKey> readPoses(const Item& item, Context& context)
         const Item entry = item.child(std::to_string(i), array->items[i]);
         const std::size_t before = context.complaints.count();
         PoseKey key;
-        readInto(key, entry, tables::pose(), context);
+        readInto(key, entry, tables::pose(), context.complaints);
         if (context.complaints.count() != before) continue;
         if (!keys.empty() && key.time <= keys.back().time) {
             const Item time = entry.child("time", *entry.member("time"));
@@ -142,7 +135,7 @@ decltype(Grip::move) readMotion(const Item& item, Context& context)
     decltype(Grip::move) motion;
     if (member->key == "keys") motion = Keys{};
     if (member->key == "force") motion = Force{};
-    std::visit([&](auto& m) { readInto(m, item, specs[motion.index()], context); }, motion);
+    std::visit([&](auto& m) { readInto(m, item, specs[motion.index()], context.complaints); }, motion);
     if (Keys* keyed = std::get_if<Keys>(&motion)) keyed->keys = readPoses(item.child("keys", member->value), context);
     return motion;
 }

@@ -28,7 +28,14 @@ struct Item {
 /// complaint, and a stand-in takes its place, so that every required key has a value.
 Values readTable(const Item& item, const TableSpec& spec, Complaints& complaints);
 
-/// The same without a complaint about unknown keys, for the root, where tables stand beside keys.
+/// Reads a table into the struct that its keys fill.
+template <class S>
+void readInto(S& object, const Item& item, const TableSpec& spec, Complaints& complaints)
+{
+    fill(object, spec.keys, readTable(item, spec, complaints));
+}
+
+/// The values without a complaint about unknown keys, for the root, where tables stand beside keys.
 Values readKeys(const Item& item, const TableSpec& spec, Complaints& complaints);
 
 /// A table of a vocabulary with its inner tables; `parent` is the one that it is an entry of, if any.

@@ -67,8 +67,7 @@ private:
         Complaints unheard("", {});
         const Node none{{}, Table{}};
         const Node* node = table_.find(spec.name);
-        fill(object, spec.keys,
-             readTable(root_.child(spec.name, node ? *node : none), spec, node ? complaints() : unheard));
+        readInto(object, root_.child(spec.name, node ? *node : none), spec, node ? complaints() : unheard);
     }
 
     std::vector<NamedValues> readBrought(const std::vector<TableSpec>& specs)
@@ -92,7 +91,7 @@ private:
             materialNames_.insert(m.key);
             Material material;
             material.name = m.key;
-            fill(material, spec.keys, readTable(all.child(keyText(m.key), m.value), spec, complaints()));
+            readInto(material, all.child(keyText(m.key), m.value), spec, complaints());
             scene_.materials.push_back(std::move(material));
         }
     }
@@ -121,7 +120,7 @@ private:
     void readBody(const Item& item)
     {
         Body body;
-        fill(body, tables::body().keys, readTable(item, tables::body(), complaints()));
+        readInto(body, item, tables::body(), complaints());
         body.place = complaints().placeText(item.node.place);
         if (const Node* shape = item.member("shape")) body.shape = readShape(item.child("shape", *shape), context_);
         if (const Node* add = item.member("add")) body.add = readSolids(item.child("add", *add), true, context_);
@@ -136,7 +135,7 @@ private:
     {
         Grip grip;
         grip.name = freeGripName();
-        fill(grip, tables::grip().keys, readTable(item, tables::grip(), complaints()));
+        readInto(grip, item, tables::grip(), complaints());
         grip.place = complaints().placeText(item.node.place);
         if (const Node* region = item.member("region"))
             grip.region = readSolid(item.child("region", *region), context_);

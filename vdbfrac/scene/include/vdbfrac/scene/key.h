@@ -15,13 +15,16 @@ namespace vdbfrac::scene {
 
 class Review;
 
+/// What a member can keep instead of a name.
+template <class T>
+concept Meaning = std::is_enum_v<T> || std::is_same_v<T, bool>;
+
 /// A name that a key takes, and what it stands for where a member keeps it.
 struct Choice {
     Choice(std::string text) : name(std::move(text)) {}
     Choice(const char* text) : name(text) {}
-    template <class T>
-    requires std::is_enum_v<T> || std::is_same_v<T, bool> Choice(const char* text, T meaning)
-        : name(text), value(static_cast<long long>(meaning))
+    template <Meaning T>
+    Choice(const char* text, T meaning) : name(text), value(static_cast<long long>(meaning))
     {
     }
 
@@ -49,7 +52,7 @@ struct Key {
     const struct TableSpec* table = nullptr;  ///< for Type::tables and Type::entries: of each of them
 
     Type type() const { return member.type; }
-    bool isRequired() const { return !defaultText; }
+    bool isRequired() const { return !defaultText || (defaultText == kOfMember && !member.access); }
     bool isOptional() const { return defaultText && !*defaultText; }
 };
 

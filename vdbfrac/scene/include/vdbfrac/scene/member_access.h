@@ -51,7 +51,7 @@ std::optional<Values::Value> kept(const Key& key, const T& member)
         std::vector<Values> tables;
         for (const auto& entry : member) tables.push_back(valuesOf(entry, key.table->keys));
         return tables;
-    } else if constexpr (std::is_enum_v<T> || std::is_same_v<T, bool>) {
+    } else if constexpr (Meaning<T>) {
         if (key.type() == Type::choice) return choiceName(key, static_cast<long long>(member));
         return static_cast<bool>(member);
     } else if constexpr (std::is_same_v<T, int>) {
@@ -74,7 +74,7 @@ void restore(const Key& key, T& member, const Values::Value& value)
         member.clear();
         for (const Values& entry : std::get<std::vector<Values>>(value))
             fill(member.emplace_back(), key.table->keys, entry);
-    } else if constexpr (std::is_enum_v<T> || std::is_same_v<T, bool>) {
+    } else if constexpr (Meaning<T>) {
         if (const bool* given = std::get_if<bool>(&value))
             member = static_cast<T>(*given);
         else if (const auto meaning = choiceValue(key, std::get<std::string>(value)))
