@@ -84,8 +84,9 @@ std::string bodyTexts(const core::SceneEstimate& estimate)
 }
 
 /// "backward_euler" as people write it.
-std::string integratorText(std::string name)
+std::string integratorText(scene::Integrator integrator)
 {
+    std::string name = nameOf(integrator);
     std::replace(name.begin(), name.end(), '_', ' ');
     if (const std::size_t at = name.find("euler"); at != std::string::npos) name[at] = 'E';
     return name;
@@ -101,14 +102,14 @@ std::string planText(const scene::Scene& scene, const core::SceneEstimate& estim
     text += simulation ? bodyTexts(*simulation) : bodyTexts(estimate);
     text += fmt::format("memory: about {:.2f} GiB\n", estimate.bytes / kGiB);
     text += "stages:\n  cut           on   elements from phi\n";
-    text +=
-        fmt::format("  solve         on   {}elasticity, {}\n",
-                    scene.solver.integrator == "static" ? "" : "inertia and ", integratorText(scene.solver.integrator));
+    text += fmt::format("  solve         on   {}elasticity, {}\n",
+                        scene.solver.integrator == scene::Integrator::statics ? "" : "inertia and ",
+                        integratorText(scene.solver.integrator));
     text += scene.grips.empty() ? "  grips         off  no [[grip]] in the scene\n"
                                 : fmt::format("  grips         on   {} of them\n", scene.grips.size());
     for (const effects::EffectInfo& info : effects::effectList()) {
-        const bool named = std::any_of(scene.effects.begin(), scene.effects.end(),
-                                       [&](const scene::EffectTable& t) { return t.name == info.table.name; });
+        const bool named = std::any_of(scene.tables.begin(), scene.tables.end(),
+                                       [&](const scene::NamedValues& t) { return t.name == info.table.name; });
         text += named ? fmt::format("  {:<13} on   joins: {}\n", info.table.name, info.stages)
                       : fmt::format("  {:<13} off  no [{}] in the scene\n", info.table.name, info.table.name);
     }

@@ -1,6 +1,7 @@
 // vdbfrac check, vdbfrac scene.
 #include "common.h"
 #include "memory.h"
+#include "study/study_table.h"
 
 #include <vdbfrac/core/estimate.h>
 #include <vdbfrac/effects/effects.h>
@@ -25,12 +26,12 @@ Action addCheck(CLI::App& app)
         ->type_name("KEY=VALUE");
     command->add_flag("--quick", options->quick, "The text alone: read no meshes and no .vdb files");
     return [options] {
-        const scene::Scene s = scene::readScene(options->scene, effects::effectTables(), options->set);
+        const scene::Scene s = scene::readScene(options->scene, study::vocabulary(), options->set);
         (void)effects::makeEffects(s);  // what keys of an effect and of the rest say together
         if (!options->quick) (void)core::estimateScene(s, defaultMemoryLimit());
         std::printf("%s: ok (%zu %s, frames %d-%d, %zu %s)\n", options->scene.c_str(), s.bodies.size(),
-                    s.bodies.size() == 1 ? "body" : "bodies", s.time.firstFrame, s.time.lastFrame, s.effects.size(),
-                    s.effects.size() == 1 ? "effect" : "effects");
+                    s.bodies.size() == 1 ? "body" : "bodies", s.time.firstFrame, s.time.lastFrame, s.tables.size(),
+                    s.tables.size() == 1 ? "effect" : "effects");
         return int(kDone);
     };
 }
@@ -48,10 +49,10 @@ Action addScene(CLI::App& app)
     group->add_flag("--schema", options->schema, "JSON schema, for editors");
     group->require_option(1);
     return [options] {
-        const auto tables = effects::effectTables();
-        const std::string text = options->defaults  ? scene::defaultsText(tables)
+        const auto vocabulary = study::vocabulary();
+        const std::string text = options->defaults  ? scene::defaultsText(vocabulary)
                                  : options->example ? scene::exampleText()
-                                                    : scene::schemaText(tables);
+                                                    : scene::schemaText(vocabulary);
         std::fputs(text.c_str(), stdout);
         return int(kDone);
     };

@@ -5,6 +5,7 @@
 #include "progress.h"
 #include "run_report.h"
 #include "stop_request.h"
+#include "study/study_table.h"
 
 #include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
@@ -80,7 +81,7 @@ std::string settingsText(scene::Scene scene)
         if (auto* mesh = std::get_if<scene::MeshFile>(&body.shape)) mesh->file = mesh->file.filename();
         if (auto* vdb = std::get_if<scene::VdbFile>(&body.shape)) vdb->file = vdb->file.filename();
     }
-    return scene::writeScene(scene, effects::effectTables());
+    return scene::writeScene(scene, study::vocabulary());
 }
 
 constexpr const char* kStuck = "stuck";  // why a run was stopped, beside signals and time limits
@@ -136,7 +137,7 @@ void Run::begin()
     std::error_code none;
     // What the user gave stays.
     if (const auto own = folder_.path() / "scene.toml"; !std::filesystem::equivalent(own, scene_.file, none))
-        writeText(own, scene::writeScene(scene_, effects::effectTables()));
+        writeText(own, scene::writeScene(scene_, study::vocabulary()));
     logToFile(log_, folder_.path() / "run.log");
     log_.info("vdbfrac {}  scene '{}'  {} nodes  {} tets  {} threads", core::kVersion, scene_.name,
               simulation_.x().size(), simulation_.elastic().tetCount(), threadCount());
@@ -292,7 +293,7 @@ Action addSim(CLI::App& app)
     return [o, folder, plan] {
         if (folder->count() == 0 && plan->count() == 0)
             throw InputError({"vdbfrac sim", "no output folder", "-o DIR", "or -n to see what would run"});
-        scene::Scene scene = scene::readScene(o->scene, effects::effectTables(), o->set);
+        scene::Scene scene = scene::readScene(o->scene, study::vocabulary(), o->set);
         limitFrames(scene, o->frames);
         if (!o->accuracy.empty()) setAccuracy(scene, o->accuracy);
         const ThreadLimit threads(o->threads);

@@ -74,7 +74,7 @@ void endAfter(double seconds)
 }
 
 /// A setting that cannot be simulated has a result too: why.
-study::Result simulateGuarded(const scene::Scene& scene, std::span<const scene::Study::Measure> measures,
+study::Result simulateGuarded(const scene::Scene& scene, std::span<const study::Spec::Measure> measures,
                               std::uint64_t limit)
 {
     study::Result failed;
@@ -107,8 +107,8 @@ int runOne(const StudyOptions& o, const study::Study& plan)
         const ThreadLimit threads(std::max(1, o.threads));
         endAfter(o.timeLimit);
         const std::uint64_t limit = memoryLimitOf(o.maxMemory);
-        result = simulateGuarded(*run.scene, o.round == 0 ? plan.spec.measures : std::vector<scene::Study::Measure>{},
-                                 limit);
+        result =
+            simulateGuarded(*run.scene, o.round == 0 ? plan.spec.measures : std::vector<study::Spec::Measure>{}, limit);
     }
     result.fingerprint = run.fingerprint;
     result.peakBytes = peakMemory();

@@ -28,7 +28,7 @@ move = { velocity = [0, 0, 0] }
 
 int main()
 try {
-    const auto scene = vdbfrac::scene::parseScene(kScene, "built-in", vdbfrac::effects::effectTables());
+    const auto scene = vdbfrac::scene::parseScene(kScene, "built-in", vdbfrac::effects::vocabulary());
     const auto effects = vdbfrac::effects::makeEffects(scene);  // has to outlive the simulation
     std::vector<vdbfrac::core::Effect*> pointers;
     for (const auto& effect : effects) pointers.push_back(effect.get());

@@ -41,11 +41,11 @@ Ending endingOf(const Command& command)
 
 std::vector<Ending> runScene(std::string_view bytes)
 {
-    const std::span<const scene::TableSpec> tables = effectTables();
+    const scene::Vocabulary known = vocabulary();
     return {endingOf([&] {
-        const scene::Scene scene = scene::parseScene(bytes, "fuzz.toml", tables);
+        const scene::Scene scene = scene::parseScene(bytes, "fuzz.toml", known);
         // What was read can be written and read.
-        scene::parseScene(scene::writeScene(scene, tables), "again.toml", tables);
+        scene::parseScene(scene::writeScene(scene, known), "again.toml", known);
     })};
 }
 

@@ -2,16 +2,15 @@
 // written.
 #pragma once
 
-#include <vdbfrac/scene/values.h>
+#include <vdbfrac/scene/key.h>
 
-#include <span>
 #include <string>
 #include <vector>
 
 namespace vdbfrac::fuzz {
 
-/// Tables as effects bring them, with a key of every type. The real ones would link the whole program.
-std::span<const scene::TableSpec> effectTables();
+/// What scenes can say in the programs, but one table with a key of every type instead of those of the effects.
+scene::Vocabulary vocabulary();
 std::vector<std::string> soundScenes();
 std::vector<std::string> soundObjs();
 std::vector<std::string> soundStls();

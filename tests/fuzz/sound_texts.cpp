@@ -1,5 +1,7 @@
 #include "sound_files.h"
 
+#include "study_table.h"
+
 #include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/scene/reader.h>
 
@@ -67,7 +69,7 @@ const Key kKeys[] = {{"toughness", Type::number, "J/m^2", "A number.", "", 0, 1e
                      {"between", Type::range, "", "A range.", "[1, 2]"},
                      {"called", Type::label, "", "A name.", "\"x\""},
                      {"keys", Type::curve, "", "A factor over time.", "", 0, 1e300, true}};
-const scene::TableSpec kTables[] = {{"fracture", "Like an effect.", kKeys}};
+const scene::TableSpec kTable = {"fracture", "Like an effect.", kKeys};
 
 /// A scene that ships, with its effects replaced.
 std::string shipped(const char* name)
@@ -80,7 +82,12 @@ std::string shipped(const char* name)
 
 }  // namespace
 
-std::span<const scene::TableSpec> effectTables() { return kTables; }
+scene::Vocabulary vocabulary()
+{
+    scene::Vocabulary all = tools::study::vocabulary();
+    all.tables = {kTable};
+    return all;
+}
 
 std::vector<std::string> soundScenes()
 {

@@ -171,7 +171,7 @@ TEST_F(Locales, ARunWritesTheSameFiles)
         Texts texts;
         SceneRun run(kBar);
         core::RunFolder out(folder_ / "run", run.scene, run.simulation->stages(), core::Earlier::replace);
-        const std::string settings = scene::writeScene(run.scene, effects::effectTables());
+        const std::string settings = scene::writeScene(run.scene, effects::vocabulary());
         for (int frame = 1; frame <= run.scene.time.lastFrame; ++frame) {
             run.toFrame(frame);
             for (std::size_t i = out.steps().size(); i < run.steps.size(); ++i) out.addStep(run.steps[i]);
@@ -196,7 +196,7 @@ TEST_F(Locales, ARunWritesTheSameFiles)
 
 TEST_F(Locales, ARunGoesOnFromACheckpointOfAnotherLocale)
 {
-    const auto settings = [](const SceneRun& run) { return scene::writeScene(run.scene, effects::effectTables()); };
+    const auto settings = [](const SceneRun& run) { return scene::writeScene(run.scene, effects::vocabulary()); };
     std::uint64_t end = 0;
     {
         SceneRun run(kBar);
@@ -224,14 +224,14 @@ TEST_F(Locales, ScenesReadAndWriteTheSame)
     expectSame([] {
         const std::vector<std::string> set = {"grid.voxel_size=0.0333", "fracture.keys=[{ time = 0.25, scale = 1.5 }]",
                                               "body.0.velocity=[1234567.25, -1e-7, 0.1]"};
-        const scene::Scene scene = scene::parseScene(kBar, "s.toml", effects::effectTables(), set);
+        const scene::Scene scene = scene::parseScene(kBar, "s.toml", effects::vocabulary(), set);
         EXPECT_EQ(scene.grid.voxelSize, 0.0333);
         EXPECT_EQ(scene.bodies[0].velocity, Vec3(1234567.25, -1e-7, 0.1));
-        Texts texts = {{"scene", scene::writeScene(scene, effects::effectTables())},
-                       {"defaults", scene::defaultsText(effects::effectTables())},
-                       {"schema", scene::schemaText(effects::effectTables())}};
+        Texts texts = {{"scene", scene::writeScene(scene, effects::vocabulary())},
+                       {"defaults", scene::defaultsText(effects::vocabulary())},
+                       {"schema", scene::schemaText(effects::vocabulary())}};
         try {
-            scene::parseScene(kBar, "s.toml", effects::effectTables(),
+            scene::parseScene(kBar, "s.toml", effects::vocabulary(),
                               {"grid.voxel_size=-0.25", "material.m.poisson_ratio=0.75", "time.substeps=1234567"});
         } catch (const InputError& e) {
             texts["complaint"] = e.what();

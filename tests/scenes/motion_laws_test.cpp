@@ -113,7 +113,7 @@ TEST(Damping, OfTheMassSlowsFreeFlightAsEachIntegratorSolvesIt)
 class DampingAlone {
 public:
     explicit DampingAlone(const std::string& keys)
-        : scene_(scene::parseScene(box("", "[damping]\n" + keys + "\n"), "test.toml", effects::effectTables())),
+        : scene_(scene::parseScene(box("", "[damping]\n" + keys + "\n"), "test.toml", effects::vocabulary())),
           effects_(effects::makeEffects(scene_))
     {
         for (const auto& effect : effects_) effect->join(stages_);

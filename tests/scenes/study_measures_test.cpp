@@ -26,9 +26,8 @@ std::string blockScene(const std::string& body, const std::string& more)
 /// The values of measures, in the form "{ quantity = ..., ... }".
 std::vector<Value> measured(const std::string& text, const std::string& measures)
 {
-    const scene::Scene scene =
-        scene::parseScene(text, "test.toml", effects::effectTables(), {"study.measure=[" + measures + "]"});
-    return simulate(scene, scene.study->measures, std::numeric_limits<std::uint64_t>::max()).values;
+    const scene::Scene scene = scene::parseScene(text, "test.toml", vocabulary(), {"study.measure=[" + measures + "]"});
+    return simulate(scene, specOf(scene)->measures, std::numeric_limits<std::uint64_t>::max()).values;
 }
 
 double numberOf(const Value& v)
@@ -146,12 +145,12 @@ TEST(StudyMeasures, WhatDampingTakesIsDissipatedAndNotMissing)
     EXPECT_NEAR(numberOf(v[1]), first - numberOf(v[2]), kSolved * first);
 }
 
-/// A grip that turns does work by its torque: what it puts in is what the block holds in the end, and what was lost.
+/// A grip that sets off at .1 s to turn does work by its torque: what it puts in is what the block holds in the end, and what was lost.
 TEST(StudyMeasures, AGripThatTurnsDoesWork)
 {
     const std::string grip =
         "[[grip]]\nbody = \"block\"\nregion.halfspace = { normal = \"y\", offset = 0.5 }\n"
-        "move = { keys = [{ time = 0 }, { time = 1, rotate = [0, 5, 0] }] }\n";
+        "move = { keys = [{ time = 0 }, { time = 0.1 }, { time = 1, rotate = [0, 5, 0] }] }\n";
     const auto v =
         measured(blockScene("", grip),
                  "{quantity='load_work'},{quantity='dissipated'},{quantity='energy_norm'},{quantity='kinetic_energy'}");

@@ -106,6 +106,15 @@ inline void expectEqualSettings(const scene::Scene& a, const scene::Scene& b)
     EXPECT_EQ(a.output.obj, b.output.obj);
 }
 
+inline void expectEqual(const std::vector<scene::NamedValues>& a, const std::vector<scene::NamedValues>& b)
+{
+    ASSERT_EQ(a.size(), b.size());
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        EXPECT_EQ(a[i].name, b[i].name);
+        EXPECT_TRUE(a[i].values == b[i].values) << a[i].name;
+    }
+}
+
 /// All but the places, which belong to the text.
 inline void expectEqual(const scene::Scene& a, const scene::Scene& b)
 {
@@ -121,11 +130,8 @@ inline void expectEqual(const scene::Scene& a, const scene::Scene& b)
         EXPECT_EQ(a.materials[i].poissonRatio, b.materials[i].poissonRatio);
         EXPECT_EQ(a.materials[i].density, b.materials[i].density);
     }
-    ASSERT_EQ(a.effects.size(), b.effects.size());
-    for (std::size_t i = 0; i < a.effects.size(); ++i) {
-        EXPECT_EQ(a.effects[i].name, b.effects[i].name);
-        EXPECT_EQ(a.effects[i].values.all(), b.effects[i].values.all());
-    }
+    expectEqual(a.tables, b.tables);
+    expectEqual(a.notes, b.notes);
 }
 
 }  // namespace vdbfrac::test

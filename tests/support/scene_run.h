@@ -19,8 +19,7 @@ class SceneRun {
 public:
     explicit SceneRun(const std::string& text, const std::vector<std::string>& set = {},
                       core::Effect* witness = nullptr)
-        : scene(scene::parseScene(text, "test.toml", effects::effectTables(), set)),
-          effects_(effects::makeEffects(scene))
+        : scene(scene::parseScene(text, "test.toml", effects::vocabulary(), set)), effects_(effects::makeEffects(scene))
     {
         std::vector<core::Effect*> pointers;
         for (const auto& e : effects_) pointers.push_back(e.get());

@@ -30,8 +30,9 @@ inline std::string checkPull(const scene::Values& v)
     return v.number("rate") > 5 && v.text("mode") == "hard" ? "a rate above 5 goes with mode = \"soft\" only" : "";
 }
 
-inline const std::vector<scene::TableSpec> kEffects = {{"pull", "Pulls.", kPullKeys, checkPull},
-                                                       {"drag", "Drags.", kDragKeys}};
+inline const scene::Vocabulary kVocabulary = {
+    .tables = {{"pull", "Pulls.", kPullKeys, checkPull}, {"drag", "Drags.", kDragKeys}},
+    .fields = {{"phi", "energy"}, {"surface", "vel", "fragment_id"}}};
 
 // Line numbers in the tests below count from here.
 inline const std::string kGood = R"(version = 1
@@ -111,15 +112,17 @@ vdb = ["vel", "phi", "fragment_id"]
 obj = false
 )";
 
-inline scene::Scene parse(const std::string& text, const std::vector<std::string>& overrides = {})
+inline scene::Scene parse(const std::string& text, const std::vector<std::string>& overrides = {},
+                          const scene::Vocabulary& vocabulary = kVocabulary)
 {
-    return scene::parseScene(text, "dir/s.toml", kEffects, overrides);
+    return scene::parseScene(text, "dir/s.toml", vocabulary, overrides);
 }
 
-inline Details errorsOf(const std::string& text, const std::vector<std::string>& overrides = {})
+inline Details errorsOf(const std::string& text, const std::vector<std::string>& overrides = {},
+                        const scene::Vocabulary& vocabulary = kVocabulary)
 {
     try {
-        parse(text, overrides);
+        parse(text, overrides, vocabulary);
     } catch (const InputError& e) {
         return e.details();
     }
@@ -135,10 +138,11 @@ inline std::string with(const std::string& from, const std::string& to)
     return text.replace(at, from.size(), to);
 }
 
-/// The only complaint of kGood with one piece exchanged; its place is `place`.
-inline InputError::Detail onlyError(const std::string& text, const std::string& place)
+/// The only complaint of a text; its place is `place`.
+inline InputError::Detail onlyError(const std::string& text, const std::string& place,
+                                    const scene::Vocabulary& vocabulary = kVocabulary)
 {
-    const Details details = errorsOf(text);
+    const Details details = errorsOf(text, {}, vocabulary);
     EXPECT_EQ(details.size(), 1u) << text;
     if (details.empty()) return {};
     EXPECT_EQ(details[0].place, place) << details[0].what;

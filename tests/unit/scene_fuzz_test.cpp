@@ -14,7 +14,7 @@ void readAny(const std::string& text)
 {
     try {
         const Scene scene = parse(text);
-        (void)writeScene(scene, kEffects);
+        (void)writeScene(scene, kVocabulary);
     } catch (const InputError& e) {
         EXPECT_FALSE(e.details().empty());
     }
@@ -89,15 +89,15 @@ TEST(SceneFuzz, CharactersBeyondAsciiStandInQuotesAndCommentsOnly)
     EXPECT_TRUE(errorsOf(mark + "# " + e + wide + "\n" + kGood + "# " + e).empty());
     for (const std::string quote : {"\"", "'", "\"\"\"", "'''"}) {
         const Scene s = parse(kGood + label + quote + e + wide + quote + " # " + wide + "\n");
-        EXPECT_EQ(s.effects[0].values.text("label"), e + wide);
-        expectEqual(s, parse(writeScene(s, kEffects)));
+        EXPECT_EQ(s.tables[0].values.text("label"), e + wide);
+        expectEqual(s, parse(writeScene(s, kVocabulary)));
     }
     EXPECT_EQ(onlyError(kGood + "[pull]\n\"" + e + "\" = 1\nrate = 1\n", "dir/s.toml:21:1").hint, "");
     onlyError("a" + e + " = 1\n" + kGood, "dir/s.toml:1:2");
     onlyError(kGood + label + e + "\n", "dir/s.toml:22:9");
     for (const std::string gap : {"", " ", "\n  "})
         EXPECT_EQ(errorsOf(kGood + label + "\"\"\"a\\" + gap + e + "\"\"\"\n").size(), 1u);
-    EXPECT_EQ(parse(kGood + label + "\"\"\"" + e + "\\\n  b\"\"\"\n").effects[0].values.text("label"), e + "b");
+    EXPECT_EQ(parse(kGood + label + "\"\"\"" + e + "\\\n  b\"\"\"\n").tables[0].values.text("label"), e + "b");
 }
 
 TEST(SceneFuzz, DotsInStringsAndCommentsAreNoDeepKeys)

@@ -24,7 +24,7 @@ TEST(SceneReader, KeysFillTheStructs)
     EXPECT_EQ(s.grips[0].name, "grip1");
     EXPECT_EQ(s.grips[0].region.axis, Vec3(0, 1, 0));
     EXPECT_EQ(std::get<Velocity>(s.grips[0].move).velocity, Vec3(0, 0.1, 0));
-    EXPECT_TRUE(s.effects.empty());
+    EXPECT_TRUE(s.tables.empty());
 }
 
 TEST(SceneReader, WhatIsLeftOutHasTheDefaultsOfTheStructs)
@@ -58,28 +58,28 @@ TEST(SceneReader, EveryKindOfTableIsRead)
 TEST(SceneReader, EffectsComeInTheOrderOfTheListWithTheirDefaults)
 {
     const Scene s = parse(kRich);
-    ASSERT_EQ(s.effects.size(), 2u);
-    EXPECT_EQ(s.effects[0].name, "pull");  // though the text has drag first
-    const Values& v = s.effects[0].values;
+    ASSERT_EQ(s.tables.size(), 2u);
+    EXPECT_EQ(s.tables[0].name, "pull");  // though the text has drag first
+    const Values& v = s.tables[0].values;
     EXPECT_EQ(v.number("rate"), 2);
     EXPECT_EQ(v.text("mode"), "soft");
     EXPECT_EQ(v.integer("count"), 3);
     EXPECT_EQ(v.vector("direction"), Vec3(0, 0, 1));
     EXPECT_TRUE(v.boolean("on"));
     EXPECT_TRUE(v.has("limit"));
-    EXPECT_FALSE(parse(kGood + "[pull]\nrate = 1\n").effects[0].values.has("limit"));
+    EXPECT_FALSE(parse(kGood + "[pull]\nrate = 1\n").tables[0].values.has("limit"));
 }
 
 TEST(SceneReader, ACurveIsAListOfTimesAndScalesThatRises)
 {
     const std::string pull = kGood + "[pull]\nrate = 1\nkeys = ";
     const Scene s = parse(pull + "[{ time = -1, scale = 1 }, { time = 1, scale = 5 }]\n");
-    const Curve& curve = s.effects[0].values.curve("keys");
+    const Curve& curve = s.tables[0].values.curve("keys");
     EXPECT_EQ(curve, (Curve{{{-1, 1}, {1, 5}}}));
     for (const auto& [time, scale] : {std::pair{-9., 1.}, {-1., 1.}, {0., 3.}, {.5, 4.}, {1., 5.}, {9., 5.}})
         EXPECT_EQ(curve.at(time), scale);
     EXPECT_EQ(Curve().at(3), 1);
-    EXPECT_EQ(parse(writeScene(s, kEffects)).effects[0].values.curve("keys"), curve);
+    EXPECT_EQ(parse(writeScene(s, kVocabulary)).tables[0].values.curve("keys"), curve);
     EXPECT_EQ(onlyError(pull + "[{ time = 0, scale = 6 }]\n", "dir/s.toml:22:29").allowed,
               "a list of tables {time, scale}, times rising, each scale greater than 0 and not more than 5");
     onlyError(pull + "[]\n", "dir/s.toml:22:8");
@@ -108,7 +108,7 @@ TEST(SceneOverrides, SetWhatTheTextSetsAndWhatItLeavesOut)
     EXPECT_EQ(s.bodies[0].velocity, Vec3(0, 1, 0));
     EXPECT_EQ(s.bodies[0].angularVelocity, Vec3(1, 0, 0));
     EXPECT_EQ(s.solver.newtonIterations, 3);
-    EXPECT_EQ(s.effects.size(), 1u);
+    EXPECT_EQ(s.tables.size(), 1u);
     EXPECT_EQ(std::get<Primitive>(s.bodies[0].shape).radius, 3);
 }
 

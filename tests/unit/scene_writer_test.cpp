@@ -14,10 +14,10 @@ TEST(SceneWriter, WhatIsWrittenReadsBackTheSame)
     const std::string graded = with("voxel_size = 0.05", "voxel_size = 0.05\nlattice = \"delaunay\"\ngrading = 2");
     for (const std::string& text : {kGood, kRich, graded, exampleText()}) {
         const Scene scene = parse(text);
-        const std::string written = writeScene(scene, kEffects);
-        const Scene again = parseScene(written, "elsewhere/t.toml", kEffects);
+        const std::string written = writeScene(scene, kVocabulary);
+        const Scene again = parseScene(written, "elsewhere/t.toml", kVocabulary);
         expectEqual(scene, again);
-        EXPECT_EQ(writeScene(again, kEffects), written);
+        EXPECT_EQ(writeScene(again, kVocabulary), written);
     }
 }
 
@@ -29,16 +29,16 @@ TEST(SceneWriter, AnyDirectionReadsBackToTheSameBits)
     for (int i = 0; i < 200; ++i) {
         const std::string vector = std::to_string(normal(random)) + "," + std::to_string(normal(random)) + ",0.1";
         scene = parse(kGood, {"grip.0.region.halfspace.normal=[" + vector + "]"});
-        const Scene again = parse(writeScene(scene, {}));
+        const Scene again = parse(writeScene(scene, kVocabulary));
         ASSERT_EQ(scene.grips[0].region.axis, again.grips[0].region.axis) << vector;
     }
 }
 
-TEST(SceneWriter, AnEffectWithoutItsTableOfKeysIsRefused) { EXPECT_THROW(writeScene(parse(kRich), {}), Error); }
+TEST(SceneWriter, ATableThatTheVocabularyLacksIsRefused) { EXPECT_THROW(writeScene(parse(kRich), {}), Error); }
 
 TEST(SceneTexts, DefaultsAreASceneOnceTheRequiredKeysAreGiven)
 {
-    const std::string text = defaultsText(kEffects);
+    const std::string text = defaultsText(kVocabulary);
     EXPECT_GT(errorsOf(text).size(), 3u);
     const Scene s = parse(
         text, {"grid.voxel_size=0.1", "body.0.name=b", "body.0.shape.sphere.radius=1", "body.0.material=NAME",
@@ -52,14 +52,14 @@ TEST(SceneTexts, DefaultsAreASceneOnceTheRequiredKeysAreGiven)
 
 TEST(SceneTexts, TheExampleIsAScene)
 {
-    const Scene s = parseScene(exampleText(), "example.toml", {});
+    const Scene s = parseScene(exampleText(), "example.toml", kVocabulary);
     EXPECT_EQ(s.bodies[0].cut.size(), 1u);
     EXPECT_EQ(s.grips.size(), 2u);
 }
 
 TEST(SceneTexts, TheSchemaHasEveryTable)
 {
-    const std::string text = schemaText(kEffects);
+    const std::string text = schemaText(kVocabulary);
     for (const char* name : {"\"version\"", "\"time\"", "\"grid\"", "\"body\"", "\"material\"", "\"grip\"",
                              "\"solver\"", "\"output\"", "\"pull\"", "\"drag\"", "\"halfspace\""})
         EXPECT_TRUE(contains(text, name)) << name;

@@ -162,7 +162,7 @@ protected:
     void addSeries(const std::string& key, const std::vector<std::pair<double, double>>& valuesOfH,
                    std::optional<std::size_t> firstIsRun = {})
     {
-        scene::Study::Series series;
+        Spec::Series series;
         series.name = key;
         series.key = key;
         series.refines = "down";
@@ -437,7 +437,7 @@ TEST_F(PlanTest, KeysOfTheCommandLineMakeSeriesOrCombineThem)
     EXPECT_EQ(s.spec.series.size(), 2u);
     EXPECT_EQ(s.settings.size(), 6u);
     EXPECT_EQ(s.spec.series[1].name, "time.substeps, solver.linear_solver=\"multigrid\"");
-    EXPECT_EQ(s.runs.back().scene->solver.linearSolver, "multigrid");
+    EXPECT_EQ(s.runs.back().scene->solver.linearSolver, scene::LinearSolver::multigrid);
 }
 
 TEST_F(PlanTest, MeasuresOfTheCommandLineAreReadAsThoseOfAScene)

@@ -16,7 +16,7 @@ namespace vdbfrac::tools::bench {
 scene::Scene notchedBlock(int voxels, int lastFrame)
 {
     return scene::parseScene(
-        kNotchedBlock, "notched_block.toml", effects::effectTables(),
+        kNotchedBlock, "notched_block.toml", effects::vocabulary(),
         {fmt::format("grid.voxel_size={}", 1. / voxels), fmt::format("time.frames=[1,{}]", lastFrame)});
 }
 

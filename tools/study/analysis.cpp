@@ -93,7 +93,7 @@ private:
         }
     }
 
-    bool workRises(const scene::Study::Series& series, const std::vector<std::size_t>& all) const
+    bool workRises(const Spec::Series& series, const std::vector<std::size_t>& all) const
     {
         std::vector<std::pair<double, std::int64_t>> work;
         for (const std::size_t i : all)
@@ -125,7 +125,7 @@ private:
 
     Reference referenceOf(std::size_t m) const
     {
-        const scene::Study::Measure& measure = study_.spec.measures[m];
+        const Spec::Measure& measure = study_.spec.measures[m];
         if (measure.exact || vanishes(measure.quantity)) return {Reference::Kind::exact, {{measure.exact.value_or(0)}}};
         const auto best = finest(m);
         if (!best) return {};
@@ -198,7 +198,7 @@ private:
     /// What an absolute error is divided by.
     double scaleOf(std::size_t m) const
     {
-        const scene::Study::Measure& measure = study_.spec.measures[m];
+        const Spec::Measure& measure = study_.spec.measures[m];
         if (measure.scale) return *measure.scale;
         const Reference& r = a_.references[m];
         return r.value.numbers.empty() || r.value.numbers[0] == 0 ? 1 : std::abs(r.value.numbers[0]);
@@ -322,7 +322,7 @@ std::string reasonOf(const Study& study, std::size_t setting)
 
 std::string referenceText(const Study& study, const Analysis& a, std::size_t m)
 {
-    const scene::Study::Measure& measure = study.spec.measures[m];
+    const Spec::Measure& measure = study.spec.measures[m];
     const Reference& r = a.references[m];
     const std::string scale = measure.scale ? fmt::format(", errors relative to {:.6g}", *measure.scale) : "";
     switch (r.kind) {

@@ -11,7 +11,7 @@ namespace vdbfrac::tools::study {
 
 namespace {
 
-using Measure = scene::Study::Measure;
+using Measure = Spec::Measure;
 
 const core::Body& bodyOf(const core::Simulation& simulation, const std::string& name)
 {

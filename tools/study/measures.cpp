@@ -13,7 +13,7 @@ namespace vdbfrac::tools::study {
 
 namespace {
 
-using Measure = scene::Study::Measure;
+using Measure = Spec::Measure;
 
 class PeakLoad : public Witness {
 public:

@@ -22,24 +22,24 @@ public:
 };
 
 /// The witness of a measure. The scene must live as long.
-std::unique_ptr<Witness> makeWitness(const scene::Study::Measure& measure, const scene::Scene& scene);
+std::unique_ptr<Witness> makeWitness(const Spec::Measure& measure, const scene::Scene& scene);
 
 /// The same for what is known from the last state alone, and for what needs all the energies and works on the way; null
 /// for other quantities.
-std::unique_ptr<Witness> makeEndWitness(const scene::Study::Measure& measure);
-std::unique_ptr<Witness> makeWorkWitness(const scene::Study::Measure& measure, const scene::Scene& scene);
+std::unique_ptr<Witness> makeEndWitness(const Spec::Measure& measure);
+std::unique_ptr<Witness> makeWorkWitness(const Spec::Measure& measure, const scene::Scene& scene);
 
 Value number(double value);
 Value missing(std::string why);
 
 /// The measure's point of its body, in the nodes of the system; none where there is no material. Holds until the mesh
 /// changes.
-std::optional<tetmesh::EmbeddedPoint> locate(const core::Simulation& simulation, const scene::Study::Measure& measure);
+std::optional<tetmesh::EmbeddedPoint> locate(const core::Simulation& simulation, const Spec::Measure& measure);
 /// Whether something has broken off the body: from then on positions say nothing, only statistics do.
 bool isSplit(const core::Simulation& simulation, const std::string& body);
 /// A component along the measure's axis, or the magnitude.
-double componentOf(const Vec3& vector, const scene::Study::Measure& measure);
+double componentOf(const Vec3& vector, const Spec::Measure& measure);
 /// Which grip of the scene, in the order of StepRecord::gripLoad.
-std::size_t gripIndex(const scene::Study::Measure& measure, const scene::Scene& scene);
+std::size_t gripIndex(const Spec::Measure& measure, const scene::Scene& scene);
 
 }  // namespace vdbfrac::tools::study

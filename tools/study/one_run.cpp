@@ -22,7 +22,7 @@ constexpr double kGiB = 1024. * 1024 * 1024;
 /// A simulation with the effects of its scene and with witnesses.
 class Watched {
 public:
-    Watched(const scene::Scene& scene, std::span<const scene::Study::Measure> measures, std::uint64_t memoryLimit)
+    Watched(const scene::Scene& scene, std::span<const Spec::Measure> measures, std::uint64_t memoryLimit)
         : scene_(scene), effects_(effects::makeEffects(scene))
     {
         std::vector<core::Effect*> effects;
@@ -109,7 +109,7 @@ std::int64_t Result::count(const std::string& what) const
     return it == work.end() ? 0 : it->second;
 }
 
-Result simulate(const scene::Scene& scene, std::span<const scene::Study::Measure> measures, std::uint64_t memoryLimit)
+Result simulate(const scene::Scene& scene, std::span<const Spec::Measure> measures, std::uint64_t memoryLimit)
 {
     const auto start = std::chrono::steady_clock::now();
     Watched run(scene, measures, memoryLimit);

@@ -126,9 +126,9 @@ std::string measureOverride(const std::vector<std::string>& measures)
 }
 
 /// What says something of most scenes.
-std::vector<scene::Study::Measure> usualMeasures(const scene::Scene& scene)
+std::vector<Spec::Measure> usualMeasures(const scene::Scene& scene)
 {
-    std::vector<scene::Study::Measure> measures;
+    std::vector<Spec::Measure> measures;
     const auto add = [&](const char* quantity) {
         measures.emplace_back();
         measures.back().name = measures.back().quantity = quantity;
@@ -144,14 +144,15 @@ std::vector<scene::Study::Measure> usualMeasures(const scene::Scene& scene)
 }
 
 /// Of what a run depends on; frames are not written, so output does not count.
-std::string fingerprintOf(scene::Scene scene, const scene::Study& study, std::uint64_t hash)
+std::string fingerprintOf(scene::Scene scene, const Spec& study, std::uint64_t hash)
 {
     scene.output = {};
-    scene.study = scene::Study{};
-    scene.study->measures = study.measures;
-    for (scene::Study::Measure& m : scene.study->measures)
+    Spec measured;
+    measured.measures = study.measures;
+    for (Spec::Measure& m : measured.measures)
         m.exact.reset(), m.scale.reset(), m.order.reset(), m.source.clear(), m.name = m.quantity;
-    const std::string text = scene::writeScene(scene, effects::effectTables());
+    scene.notes = {tableOf(measured)};
+    const std::string text = scene::writeScene(scene, vocabulary());
     return hexadecimal(hashBytes(text.data(), text.size(), hash));
 }
 
@@ -165,11 +166,12 @@ public:
         if (!input_.vary.empty()) set.push_back(seriesOverride(input_));
         if (!input_.measure.empty()) set.push_back(measureOverride(input_.measure));
         const scene::Scene scene = parseAsGiven(set);
-        if (!scene.study || scene.study->series.empty())
+        const std::optional<Spec> spec = specOf(scene);
+        if (!spec || spec->series.empty())
             throw InputError({input_.scene.string(), "nothing is varied", "a table [study] with [[study.series]]",
                               "or --vary KEY=VALUE,VALUE,..."});
         study_.name = scene.name;
-        study_.spec = *scene.study;
+        study_.spec = *spec;
         if (study_.spec.measures.empty()) study_.spec.measures = usualMeasures(scene);
         for (std::size_t s = 0; s < study_.spec.series.size(); ++s)
             for (std::size_t level = 0; level < study_.spec.series[s].values.size(); ++level) addSetting(s, level);
@@ -179,7 +181,7 @@ public:
 private:
     scene::Scene parse(const std::vector<std::string>& set) const
     {
-        return scene::parseScene(text_, input_.scene, effects::effectTables(), set);
+        return scene::parseScene(text_, input_.scene, vocabulary(), set);
     }
 
     /// Errors name the options that were given, not what was made of them.
@@ -197,12 +199,12 @@ private:
 
     void addSetting(std::size_t s, std::size_t level)
     {
-        const scene::Study::Series& series = study_.spec.series[s];
+        const Spec::Series& series = study_.spec.series[s];
         Run run;
         run.set = series.set;
         run.set.push_back(series.key + "=" + series.values[level]);
         std::string label = series.key + " = " + series.values[level];
-        for (const scene::Study::Tied& t : series.tied) {
+        for (const Spec::Tied& t : series.tied) {
             run.set.push_back(t.key + "=" + t.values[level]);
             label += ", " + t.key + " = " + t.values[level];
         }
@@ -232,7 +234,7 @@ private:
         set.insert(set.end(), run.set.begin(), run.set.end());
         try {
             run.scene = parse(set);
-            run.scene->study.reset();
+            run.scene->notes.clear();
             run.fingerprint = fingerprintOf(*run.scene, study_.spec, hashOfInputs(*run.scene));
         } catch (const Error& e) {
             run.scene.reset();

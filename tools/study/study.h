@@ -4,7 +4,7 @@
 // the same scene share a run. A measure is a number (or a list of numbers) taken of each run.
 #pragma once
 
-#include <vdbfrac/scene/scene.h>
+#include "study_table.h"
 
 #include <nlohmann/json.hpp>
 
@@ -68,7 +68,7 @@ struct Setting {
 
 struct Study {
     std::string name;
-    scene::Study spec;
+    Spec spec;
     std::vector<Run> runs;
     std::vector<Setting> settings;  ///< series by series; the first that is solved is what costs are relative to
 
@@ -91,7 +91,7 @@ Study makePlan(const PlanInput& input);
 
 /// Simulates a run in this process, without writing frames. Takes the measures unless they are left out, as for timing.
 /// Throws what the simulation throws.
-Result simulate(const scene::Scene& scene, std::span<const scene::Study::Measure> measures, std::uint64_t memoryLimit);
+Result simulate(const scene::Scene& scene, std::span<const Spec::Measure> measures, std::uint64_t memoryLimit);
 
 Json toJson(const Result& result);
 /// Throws nlohmann's exceptions for what is no such result.

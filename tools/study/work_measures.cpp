@@ -8,7 +8,7 @@ namespace vdbfrac::tools::study {
 
 namespace {
 
-using Measure = scene::Study::Measure;
+using Measure = Spec::Measure;
 
 /// The energies of a run, added up from what its steps book.
 class Works : public Witness {

@@ -67,7 +67,7 @@ bool isRefused(const Replacement& r)
     const std::string text = changed(kBlock, r);
     const auto line = 1 + std::count(text.begin(), text.begin() + long(text.find(r.to)), '\n');
     try {
-        (void)scene::parseScene(text, "case.toml", effects::effectTables());
+        (void)scene::parseScene(text, "case.toml", effects::vocabulary());
     } catch (const InputError& error) {
         const auto& d = error.details().front();
         return error.details().size() == 1 && d.place.find("case.toml:" + std::to_string(line) + ":") == 0 &&

@@ -94,7 +94,8 @@ void count(BodyEstimate& e, const scene::Grid& grid)
 
 double bytesOf(const BodyEstimate& e, const scene::Scene& scene)
 {
-    const bool isExplicit = scene.solver.integrator == "symplectic_euler" || scene.solver.integrator == "forward_euler";
+    using enum scene::Integrator;
+    const bool isExplicit = scene.solver.integrator == symplecticEuler || scene.solver.integrator == forwardEuler;
     const bool world = std::any_of(scene.output.vdb.begin(), scene.output.vdb.end(), [](const std::string& name) {
         return name == "surface" || name == "vel" || name == "fragment_id";
     });
@@ -102,9 +103,9 @@ double bytesOf(const BodyEstimate& e, const scene::Scene& scene)
     bytes += e.surfaceVoxels * 2 * scene.grid.halfWidth * kPerBandVoxel;
     if (world) bytes += e.surfaceVoxels * kPerWorldVoxel;
     if (scene.grid.lattice == scene::LatticeKind::delaunay) return bytes + e.tets * kPerDelaunayTet;
-    return bytes + e.tets * (isExplicit                              ? kPerTetExplicit
-                             : scene.solver.linearSolver == "jacobi" ? kPerTetJacobi
-                                                                     : kPerTet);
+    return bytes + e.tets * (isExplicit                                                 ? kPerTetExplicit
+                             : scene.solver.linearSolver == scene::LinearSolver::jacobi ? kPerTetJacobi
+                                                                                        : kPerTet);
 }
 
 }  // namespace
@@ -122,7 +123,7 @@ SceneEstimate estimateScene(const scene::Scene& scene, std::uint64_t memoryLimit
         all.bytes += bytesOf(e, scene);
         all.bodies.push_back(std::move(e));
     }
-    if (scene.solver.linearSolver == "direct") all.bytes += kPerDirect * std::pow(all.nodes, 4. / 3);
+    if (scene.solver.linearSolver == scene::LinearSolver::direct) all.bytes += kPerDirect * std::pow(all.nodes, 4. / 3);
     return all;
 }
 

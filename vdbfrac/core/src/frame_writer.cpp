@@ -89,6 +89,13 @@ std::vector<fs::path> checkpointsIn(const fs::path& folder)
     return files;
 }
 
+scene::Vocabulary::Fields outputFields()
+{
+    std::vector<std::string> world;
+    for (const WorldField& field : kWorldFields) world.push_back(field.name);
+    return {{"phi", "energy"}, std::move(world)};
+}
+
 bool offersField(const Stages& stages, const std::string& name)
 {
     return worldField(name) || withSource(name, stages, [](const auto&, const auto&) {});

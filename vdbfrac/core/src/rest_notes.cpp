@@ -91,7 +91,7 @@ void noteRestState(const scene::Scene& scene, std::span<const Body> bodies, doub
         noteParts(body, notes);
     }
     noteOverlaps(bodies, notes);
-    if (scene.solver.integrator == "static") return;  // speed means nothing there
+    if (scene.solver.integrator == scene::Integrator::statics) return;  // speed means nothing there
     for (const scene::Grip& grip : scene.grips) noteSpeed(grip, bodies, notes);
 }
 

@@ -1,5 +1,7 @@
 #include "all.h"
 
+#include <vdbfrac/core/run_folder.h>
+
 #include <algorithm>
 
 namespace vdbfrac::effects {
@@ -14,21 +16,25 @@ std::span<const EffectInfo> effectList()
 #endif
 }
 
-std::vector<scene::TableSpec> effectTables()
+scene::Vocabulary vocabulary()
 {
-    std::vector<scene::TableSpec> tables;
-    for (const EffectInfo& e : effectList()) tables.push_back(e.table);
-    return tables;
+    scene::Vocabulary all{.fields = core::outputFields()};
+    for (const EffectInfo& e : effectList()) {
+        all.tables.push_back(e.table);
+        all.tables.back().kind = "Effect";
+        all.fields.rest.insert(all.fields.rest.end(), e.fields.begin(), e.fields.end());
+    }
+    return all;
 }
 
 namespace {
 
 /// The scene's table of an effect, or null.
-const scene::EffectTable* tableOf(const EffectInfo& info, const scene::Scene& scene)
+const scene::NamedValues* tableOf(const EffectInfo& info, const scene::Scene& scene)
 {
-    const auto named = std::find_if(scene.effects.begin(), scene.effects.end(),
-                                    [&](const scene::EffectTable& t) { return t.name == info.table.name; });
-    return named != scene.effects.end() ? &*named : nullptr;
+    const auto named = std::find_if(scene.tables.begin(), scene.tables.end(),
+                                    [&](const scene::NamedValues& t) { return t.name == info.table.name; });
+    return named != scene.tables.end() ? &*named : nullptr;
 }
 
 }  // namespace
@@ -44,7 +50,7 @@ std::vector<std::unique_ptr<core::Effect>> makeEffects(const scene::Scene& scene
 {
     std::vector<std::unique_ptr<core::Effect>> effects;
     for (const EffectInfo& info : effectList())
-        if (const scene::EffectTable* table = tableOf(info, scene)) effects.push_back(info.make(table->values, scene));
+        if (const scene::NamedValues* table = tableOf(info, scene)) effects.push_back(info.make(table->values, scene));
     return effects;
 }
 

@@ -333,10 +333,10 @@ void Fracture::restoreFrom(const core::Archive& archive, std::span<const core::B
 
 std::unique_ptr<core::Effect> make(const Values& values, const scene::Scene& scene)
 {
-    if (values.text("driver") == "tension" && scene.solver.strain != "corotational")
+    if (values.text("driver") == "tension" && scene.solver.strain != scene::Strain::corotational)
         throw InputError({"fracture.driver",
                           "\"tension\" takes the pulling part of corotational energy, but solver.strain is \"" +
-                              scene.solver.strain + "\"",
+                              nameOf(scene.solver.strain) + "\"",
                           "\"full\"", "leave one of the two keys out"});
     return std::make_unique<Fracture>(values, scene);
 }
@@ -348,7 +348,8 @@ EffectInfo fracture()
     return {{"fracture", "Tearing: give kappa, or toughness, or toughness and strength.", kKeys, check},
             "after the solve on the grid, limit on the time step, field 'arrival'",
             make,
-            true};
+            true,
+            {"arrival"}};
 }
 
 }  // namespace vdbfrac::effects

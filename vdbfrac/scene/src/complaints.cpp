@@ -9,8 +9,8 @@ namespace vdbfrac::scene {
 namespace {
 
 // A text of a million wrong values should not make a message of a million parts.
-constexpr std::size_t kMostKept = 1000;
-constexpr std::size_t kLongestName = 64;
+constexpr std::size_t kMaxKept = 1000;
+constexpr std::size_t kMaxName = 64;
 
 std::string lowered(std::string_view text)
 {
@@ -56,7 +56,7 @@ Complaints::Complaints(std::string file, std::vector<std::string> overrides)
 void Complaints::add(const Place& place, Complaint complaint)
 {
     ++count_;
-    if (entries_.size() < kMostKept) entries_.push_back({place, std::move(complaint)});
+    if (entries_.size() < kMaxKept) entries_.push_back({place, std::move(complaint)});
 }
 
 std::string Complaints::placeText(const Place& place) const
@@ -86,22 +86,26 @@ void Complaints::throwIfAny() const
 
 std::string didYouMean(std::string_view given, const std::vector<std::string>& names)
 {
-    if (given.empty() || given.size() > kLongestName) return "";
-    std::size_t least = std::string::npos;
+    if (given.empty() || given.size() > kMaxName) return "";
+    std::size_t min = std::string::npos;
     std::string nearest;
     for (const std::string& name : names) {
         const std::size_t distance = farFrom(lowered(given), lowered(name));
-        if (distance >= least) continue;
-        least = distance;
+        if (distance >= min) continue;
+        min = distance;
         nearest = name;
     }
     return nearest.empty() ? "" : "did you mean '" + nearest + "'?";
 }
 
-std::string joined(const std::vector<std::string>& names)
+std::string joined(const std::vector<std::string>& names, const std::string& lastWord)
 {
     std::string text;
-    for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
+    for (std::size_t i = 0; i < names.size(); ++i) {
+        const bool isLast = i + 1 == names.size() && !lastWord.empty();
+        if (i > 0) text += isLast ? " " + lastWord + " " : ", ";
+        text += names[i];
+    }
     return text;
 }
 

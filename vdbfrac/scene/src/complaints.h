@@ -4,19 +4,13 @@
 #include "document.h"
 
 #include <vdbfrac/base/error.h>
+#include <vdbfrac/scene/review.h>
 
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace vdbfrac::scene {
-
-/// What is wrong, what would be right, and what to do. The last two may be empty.
-struct Complaint {
-    std::string what;
-    std::string allowed = {};
-    std::string hint = {};
-};
 
 class Complaints {
 public:
@@ -47,7 +41,7 @@ private:
 /// "did you mean 'name'?" for the name that is nearest to `given`, or "" when none is near.
 std::string didYouMean(std::string_view given, const std::vector<std::string>& names);
 
-/// "a, b, c".
-std::string joined(const std::vector<std::string>& names);
+/// "a, b, c", or "a, b and c".
+std::string joined(const std::vector<std::string>& names, const std::string& lastWord = "");
 
 }  // namespace vdbfrac::scene

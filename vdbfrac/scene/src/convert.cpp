@@ -12,8 +12,8 @@ namespace {
 
 bool inBounds(double number, const Key& key)
 {
-    const bool above = key.leastOpen ? number > key.least : number >= key.least;
-    const bool below = key.mostOpen ? number < key.most : number <= key.most;
+    const bool above = key.minOpen ? number > key.min : number >= key.min;
+    const bool below = key.maxOpen ? number < key.max : number <= key.max;
     return std::isfinite(number) && above && below;
 }
 
@@ -91,8 +91,9 @@ Conversion toChoice(const Node& node, const Key& key)
 {
     const std::string* text = node.text();
     if (!text) return {};
-    const std::vector<std::string> names(key.choices.begin(), key.choices.end());
-    if (std::find(names.begin(), names.end(), *text) != names.end()) return {*text};
+    if (choiceValue(key, *text)) return {*text};
+    std::vector<std::string> names;
+    for (const Choice& choice : key.choices) names.push_back(choice.name);
     return {{}, nullptr, didYouMean(*text, names)};
 }
 
@@ -146,9 +147,9 @@ Conversion toScalars(const Node& node)
 
 Conversion toLabel(const Node& node)
 {
-    constexpr std::size_t kLongest = 128;  // leaves room for frame number and suffix in 255 bytes
+    constexpr std::size_t kMaxLength = 128;  // leaves room for frame number and suffix in 255 bytes
     const std::string* text = node.text();
-    if (!text || text->empty() || text->size() > kLongest || text->front() == '.') return {};
+    if (!text || text->empty() || text->size() > kMaxLength || text->front() == '.') return {};
     const auto bad = [](char c) { return c == '/' || c == '\\' || static_cast<unsigned char>(c) < 0x20 || c == 0x7F; };
     if (std::any_of(text->begin(), text->end(), bad)) return {};
     return {*text};
@@ -168,7 +169,7 @@ Conversion toRange(const Node& node, const Key& key)
 
 Conversion toCurve(const Node& node, const Key& key)
 {
-    const Key time = {"time", Type::number, "s", "", nullptr};
+    const Key time = {.name = "time", .member = Type::number};
     const Array* array = node.array();
     if (!array || array->items.empty()) return {};
     Curve curve;
@@ -189,7 +190,7 @@ Conversion toCurve(const Node& node, const Key& key)
 
 Conversion convert(const Node& node, const Key& key)
 {
-    switch (key.type) {
+    switch (key.type()) {
     case Type::boolean:
         if (const bool* v = std::get_if<bool>(&node.value)) return {*v};
         return {{}, nullptr, node.text() ? "write it without quotes" : ""};

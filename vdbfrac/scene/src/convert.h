@@ -3,7 +3,7 @@
 
 #include "document.h"
 
-#include <vdbfrac/scene/values.h>
+#include <vdbfrac/scene/key.h>
 
 #include <optional>
 #include <string>

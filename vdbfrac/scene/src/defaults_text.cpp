@@ -15,13 +15,11 @@ constexpr const char* kPreamble =
 
 std::string keyLines(const Key& key, bool commentedOut)
 {
-    std::string text = "# " + std::string(key.doc) + "\n#   " + allowedText(key);
-    if (isRequired(key))
-        text += "; required";
-    else if (!hasDefault(key))
-        text += "; optional";
-    const std::string line = keyText(key.name) + " =" + (hasDefault(key) ? " " + std::string(key.defaultText) : "");
-    return text + "\n" + (commentedOut || !hasDefault(key) ? "#" : "") + line + "\n";
+    const std::string value = defaultTextOf(key);
+    std::string text = "# " + key.doc + "\n#   " + allowedText(key);
+    if (value.empty()) text += key.isRequired() ? "; required" : "; optional";
+    const std::string line = keyText(key.name) + " =" + (value.empty() ? "" : " " + value);
+    return text + "\n" + (commentedOut || value.empty() ? "#" : "") + line + "\n";
 }
 
 std::string keysOf(const TableSpec& spec, bool commentedOut)
@@ -35,8 +33,7 @@ std::string headerOf(const tables::Section& section)
 {
     const std::string name = section.spec.name;
     switch (section.form) {
-    case tables::Section::Form::single:
-    case tables::Section::Form::optional: return "[" + name + "]";
+    case tables::Section::Form::single: return "[" + name + "]";
     case tables::Section::Form::list: return "[[" + name + "]]";
     case tables::Section::Form::byName: return "[" + name + ".NAME]";
     }
@@ -46,16 +43,16 @@ std::string headerOf(const tables::Section& section)
 /// What can be left out altogether is shown commented out, all else as it would stand.
 std::string sectionText(const tables::Section& section)
 {
-    const bool optional = section.form == tables::Section::Form::optional ||
-                          (section.form == tables::Section::Form::list && !section.required);
+    const bool optional = section.form == tables::Section::Form::list && !section.required;
     return "\n# " + std::string(section.spec.doc) + "\n" + (optional ? "#" : "") + headerOf(section) + "\n" +
            keysOf(section.spec, optional);
 }
 
-std::string effectText(const TableSpec& spec)
+/// A table of the vocabulary.
+std::string optionalText(const TableSpec& spec)
 {
-    return "\n# Effect, off without this table. " + std::string(spec.doc) + "\n#[" + keyText(spec.name) + "]\n" +
-           keysOf(spec, true);
+    const std::string kind = spec.kind ? std::string(spec.kind) + ", off without this table. " : "";
+    return "\n# " + kind + spec.doc + "\n#[" + keyText(spec.name) + "]\n" + keysOf(spec, true);
 }
 
 /// One inner table with its keys, all in comments.
@@ -63,34 +60,51 @@ std::string innerText(const TableSpec& spec, const std::string& form)
 {
     std::string text = "#\n# " + form + "  " + spec.doc + "\n";
     for (const Key& key : spec.keys) {
-        text += "#     " + std::string(key.name) + ": " + key.doc + "\n#         " + allowedText(key);
-        text += isRequired(key)   ? "; required\n"
-                : hasDefault(key) ? "; default " + std::string(key.defaultText) + "\n"
-                                  : "; optional\n";
+        const std::string value = defaultTextOf(key);
+        text += "#     " + std::string(key.name) + ": " + key.doc + "\n#         " + allowedText(key) + "; ";
+        text += (!value.empty() ? "default " + value : key.isRequired() ? "required" : "optional") + "\n";
     }
     return text;
 }
 
-std::string innerTables()
+/// The inner tables that a vocabulary brings.
+std::string entriesText(const TableSpec& spec)
 {
-    std::string text = "\n# Inner tables: solids and files (shape, add, cut, region), motions (move), studies.\n";
+    std::string text;
+    for (const Key& key : spec.keys) {
+        if (!key.table) continue;
+        text += innerText(*key.table, key.type() == Type::tables ? "[[" + std::string(key.table->name) + "]]"
+                                                                 : "An entry of " + std::string(key.name) + ".");
+        text += entriesText(*key.table);
+    }
+    return text;
+}
+
+std::string innerTables(const std::vector<TableSpec>& brought)
+{
+    std::string text = "\n# Inner tables: solids and files (shape, add, cut, region), motions (move)";
+    for (const TableSpec& spec : brought)
+        if (spec.inner) text += ", " + std::string(spec.inner);
+    text += ".\n";
     for (const TableSpec& spec : tables::solids()) text += innerText(spec, "{ " + std::string(spec.name) + " = { } }");
     text += innerText(tables::meshFile(), "{ mesh = { } }, or { mesh = \"file\" }");
     text += innerText(tables::vdbFile(), "{ vdb = { } }, or { vdb = \"file\" }");
     for (const TableSpec& spec : tables::motions()) text += innerText(spec, "{ " + std::string(spec.name) + " = }");
     text += innerText(tables::pose(), "An entry of keys.");
-    text += innerText(tables::series(), "[[study.series]]") + innerText(tables::tied(), "An entry of tied.");
-    return text + innerText(tables::measure(), "[[study.measure]]");
+    for (const TableSpec& spec : brought) text += entriesText(spec);
+    return text;
 }
 
 }  // namespace
 
-std::string defaultsText(std::span<const TableSpec> effects)
+std::string defaultsText(const Vocabulary& vocabulary)
 {
     std::string text = kPreamble + std::string("\n") + keysOf(tables::root(), false);
-    for (const tables::Section& section : tables::sections()) text += sectionText(section);
-    for (const TableSpec& effect : effects) text += effectText(effect);
-    return text + innerTables();
+    const tables::Output output(vocabulary.fields);
+    for (const tables::Section& section : tables::sections(output)) text += sectionText(section);
+    const std::vector<TableSpec> brought = vocabulary.all();
+    for (const TableSpec& spec : brought) text += optionalText(spec);
+    return text + innerTables(brought);
 }
 
 }  // namespace vdbfrac::scene

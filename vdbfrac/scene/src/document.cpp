@@ -130,7 +130,7 @@ Table convert(const toml::table& table)
     for (const auto& [key, value] : table)
         out.members.push_back({std::string(key.str()), placeOf(key.source()), convert(value)});
     // The parser keeps them by name; people read from top to bottom.
-    std::stable_sort(out.members.begin(), out.members.end(), [](const Member& a, const Member& b) {
+    std::stable_sort(out.members.begin(), out.members.end(), [](const KeyValue& a, const KeyValue& b) {
         return std::tie(a.keyPlace.line, a.keyPlace.column) < std::tie(b.keyPlace.line, b.keyPlace.column);
     });
     return out;
@@ -157,7 +157,7 @@ Node convert(const toml::node& node)
 template <class Members>
 auto* findIn(Members& members, std::string_view key)
 {
-    const auto it = std::find_if(members.begin(), members.end(), [&](const Member& m) { return m.key == key; });
+    const auto it = std::find_if(members.begin(), members.end(), [&](const KeyValue& m) { return m.key == key; });
     return it == members.end() ? nullptr : &it->value;
 }
 

@@ -15,7 +15,7 @@ struct Place {
     int overrideIndex = -1;  ///< >= 0: it came with that override
 };
 
-struct Member;
+struct KeyValue;
 struct Node;
 
 struct Array {
@@ -24,7 +24,7 @@ struct Array {
 
 /// Members in the order of the text.
 struct Table {
-    std::vector<Member> members;
+    std::vector<KeyValue> members;
 
     const Node* find(std::string_view key) const;
     Node* find(std::string_view key);
@@ -42,7 +42,7 @@ struct Node {
     const std::string* text() const { return std::get_if<std::string>(&value); }
 };
 
-struct Member {
+struct KeyValue {
     std::string key;
     Place keyPlace;
     Node value;

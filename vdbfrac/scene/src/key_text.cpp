@@ -1,5 +1,7 @@
 #include "key_text.h"
 
+#include "complaints.h"
+#include "tables.h"
 #include "toml_text.h"
 
 #include <cmath>
@@ -10,12 +12,9 @@ namespace {
 
 std::string choicesText(const Key& key, const std::string& lastWord)
 {
-    std::string text;
-    for (std::size_t i = 0; i < key.choices.size(); ++i) {
-        if (i > 0) text += i + 1 == key.choices.size() ? " " + lastWord + " " : ", ";
-        text += quotedText(key.choices[i]);
-    }
-    return text;
+    std::vector<std::string> names;
+    for (const Choice& choice : key.choices) names.push_back(quotedText(choice.name));
+    return joined(names, lastWord);
 }
 
 /// Whole numbers as people write them: 1000000, not 1e+06.
@@ -28,15 +27,15 @@ std::string boundText(double bound)
 /// " from 3 to 10", " greater than 0", ... or "" without bounds.
 std::string boundsText(const Key& key)
 {
-    const bool below = std::isfinite(key.least);
-    const bool above = std::isfinite(key.most);
-    if (below && above && key.least == key.most) return " equal to " + boundText(key.least);
-    if (below && above && !key.leastOpen && !key.mostOpen)
-        return " from " + boundText(key.least) + " to " + boundText(key.most);
+    const bool below = std::isfinite(key.min);
+    const bool above = std::isfinite(key.max);
+    if (below && above && key.min == key.max) return " equal to " + boundText(key.min);
+    if (below && above && !key.minOpen && !key.maxOpen)
+        return " from " + boundText(key.min) + " to " + boundText(key.max);
     std::string text;
-    if (below) text += (key.leastOpen ? " greater than " : " not less than ") + boundText(key.least);
+    if (below) text += (key.minOpen ? " greater than " : " not less than ") + boundText(key.min);
     if (below && above) text += " and";
-    if (above) text += (key.mostOpen ? " less than " : " not more than ") + boundText(key.most);
+    if (above) text += (key.maxOpen ? " less than " : " not more than ") + boundText(key.max);
     return text;
 }
 
@@ -44,7 +43,7 @@ std::string formText(const Key& key)
 {
     const std::string bounds = boundsText(key);
     const std::string each = bounds.empty() ? "" : ", each" + bounds;
-    switch (key.type) {
+    switch (key.type()) {
     case Type::boolean: return "true or false";
     case Type::integer: return "an integer" + bounds;
     case Type::number: return "a number" + bounds;
@@ -60,14 +59,13 @@ std::string formText(const Key& key)
         return "a list of tables {time, scale}, times rising" + (bounds.empty() ? "" : ", each scale" + bounds);
     case Type::texts: return "a list of texts";
     case Type::scalars: return "a list of at least one number, text, true or false";
+    case Type::tables: return "tables [[" + std::string(key.table->name) + "]]";
+    case Type::entries: return "a list of tables {" + joined(tables::namesOf(key.table->keys)) + "}";
     case Type::shape: return "a table with exactly one of box, sphere, cylinder, capsule, torus, mesh, vdb";
     case Type::solid: return "a table with exactly one of box, sphere, cylinder, capsule, torus, halfspace";
     case Type::solids: return "a list of tables, each with one of box, sphere, cylinder, capsule, torus, halfspace";
     case Type::motion: return "a table with exactly one of velocity, keys, force";
     case Type::poses: return "a list of tables {time, translate, rotate}, times rising";
-    case Type::series: return "tables [[study.series]]";
-    case Type::tied: return "a list of tables {key, values}";
-    case Type::measures: return "tables [[study.measure]]";
     }
     return "";
 }
@@ -78,6 +76,14 @@ std::string allowedText(const Key& key)
 {
     const std::string unit = key.unit;
     return formText(key) + (unit.empty() ? "" : " (" + unit + ")");
+}
+
+std::string defaultTextOf(const Key& key)
+{
+    if (key.isRequired()) return "";
+    if (key.defaultText != kOfMember) return key.defaultText;
+    const auto initial = key.member.access->initial(key);
+    return initial ? valueText(*initial, key.type(), key.table) : "";
 }
 
 }  // namespace vdbfrac::scene

@@ -1,7 +1,7 @@
 // A key of the tables, in words.
 #pragma once
 
-#include <vdbfrac/scene/values.h>
+#include <vdbfrac/scene/key.h>
 
 #include <string>
 
@@ -10,10 +10,10 @@ namespace vdbfrac::scene {
 /// What a key takes: "a number greater than 0 (m)".
 std::string allowedText(const Key& key);
 
-inline bool isRequired(const Key& key) { return key.defaultText == nullptr; }
-inline bool hasDefault(const Key& key) { return key.defaultText != nullptr && *key.defaultText != '\0'; }
+/// TOML text of the default, or "" where there is none.
+std::string defaultTextOf(const Key& key);
 
 /// Inner tables are read by code of their own.
-inline bool isPart(const Key& key) { return key.type >= Type::shape; }
+inline bool isPart(const Key& key) { return key.type() >= Type::tables; }
 
 }  // namespace vdbfrac::scene

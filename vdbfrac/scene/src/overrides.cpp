@@ -31,7 +31,7 @@ void setPlace(Node& node, const Place& place)
     if (Array* array = std::get_if<Array>(&node.value))
         for (Node& item : array->items) setPlace(item, place);
     if (Table* table = std::get_if<Table>(&node.value)) {
-        for (Member& m : table->members) {
+        for (KeyValue& m : table->members) {
             m.keyPlace = place;
             setPlace(m.value, place);
         }

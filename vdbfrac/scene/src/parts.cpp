@@ -8,22 +8,6 @@ namespace vdbfrac::scene {
 
 namespace {
 
-/// Values that a kind of solid lacks keep the defaults of Primitive.
-Primitive solidOf(Primitive::Kind kind, const Values& v)
-{
-    Primitive solid;
-    solid.kind = kind;
-    if (v.has("center")) solid.center = v.vector("center");
-    if (v.has("size")) solid.size = v.vector("size");
-    if (v.has("axis")) solid.axis = v.vector("axis");
-    if (v.has("normal")) solid.axis = v.vector("normal");
-    if (v.has("radius")) solid.radius = v.number("radius");
-    if (v.has("height")) solid.height = v.number("height");
-    if (v.has("tube")) solid.tube = v.number("tube");
-    if (v.has("offset")) solid.offset = v.number("offset");
-    return solid;
-}
-
 /// Which of the specs has this name; one of them must.
 std::size_t indexOf(const std::string& name, std::span<const TableSpec> specs)
 {
@@ -32,12 +16,15 @@ std::size_t indexOf(const std::string& name, std::span<const TableSpec> specs)
 }
 
 /// The solid of a table { kind = {...} } of which `member` is the only one.
-Primitive readMember(const Item& item, const Member& member, Context& context)
+Primitive readMember(const Item& item, const KeyValue& member, Context& context)
 {
     const auto specs = tables::solids();
     const std::size_t kind = indexOf(member.key, specs);
-    const Values values = readTable(item.child(member.key, member.value), specs[kind], context.complaints);
-    return solidOf(Primitive::Kind(kind), values);
+    // Members that a kind of solid lacks keep the defaults of Primitive.
+    Primitive solid;
+    solid.kind = Primitive::Kind(kind);
+    readInto(solid, item.child(member.key, member.value), specs[kind], context.complaints);
+    return solid;
 }
 
 void checkBounded(const Item& item, const Primitive& solid, Context& context)
@@ -63,38 +50,20 @@ std::filesystem::path resolve(const Item& item, const std::string& file, Context
 Node asFileTable(const Node& node)
 {
     if (!node.text()) return node;
-    return {node.place, Table{{Member{"file", node.place, node}}}};
+    return {node.place, Table{{KeyValue{"file", node.place, node}}}};
 }
 
-/// What `file` stands for; a missing or wrong one has been complained about.
-std::filesystem::path readFile(const Item& table, const Values& values, Context& context)
-{
-    const Table* members = table.node.table();
-    const Node* given = members ? members->find("file") : nullptr;
-    if (!given || !given->text()) return {};
-    return resolve(table.child("file", *given), values.text("file"), context);
-}
-
-MeshFile readMeshFile(const Item& item, Context& context)
+/// A MeshFile or a VdbFile.
+template <class File>
+File readFile(const Item& item, const TableSpec& spec, Context& context)
 {
     const Node node = asFileTable(item.node);
     const Item table{node, item.path};
-    const Values v = readTable(table, tables::meshFile(), context.complaints);
-    return {readFile(table, v, context), v.number("scale"), v.vector("rotate"), v.vector("translate")};
-}
-
-VdbFile readVdbFile(const Item& item, Context& context)
-{
-    const Node node = asFileTable(item.node);
-    const Item table{node, item.path};
-    const Values v = readTable(table, tables::vdbFile(), context.complaints);
-    return {readFile(table, v, context), v.text("grid")};
-}
-
-const Node* find(const Item& item, const char* key)
-{
-    const Table* table = item.node.table();
-    return table ? table->find(key) : nullptr;
+    File read;
+    readInto(read, table, spec, context.complaints);
+    const Node* given = table.member("file");  // a missing or wrong one has been complained about
+    if (given && given->text()) read.file = resolve(table.child("file", *given), *given->text(), context);
+    return read;
 }
 
 std::vector<PoseKey> readPoses(const Item& item, Context& context)
@@ -105,11 +74,11 @@ std::vector<PoseKey> readPoses(const Item& item, Context& context)
     for (std::size_t i = 0; array && i < array->items.size(); ++i) {
         const Item entry = item.child(std::to_string(i), array->items[i]);
         const std::size_t before = context.complaints.count();
-        const Values v = readTable(entry, tables::pose(), context.complaints);
+        PoseKey key;
+        readInto(key, entry, tables::pose(), context.complaints);
         if (context.complaints.count() != before) continue;
-        const PoseKey key{v.number("time"), v.vector("translate"), v.vector("rotate")};
         if (!keys.empty() && key.time <= keys.back().time) {
-            const Item time = entry.child("time", *find(entry, "time"));
+            const Item time = entry.child("time", *entry.member("time"));
             complainType(time, "a time later than the key before", context.complaints);
         }
         keys.push_back(key);
@@ -122,7 +91,7 @@ std::vector<PoseKey> readPoses(const Item& item, Context& context)
 Primitive readSolid(const Item& item, Context& context)
 {
     const std::vector<std::string> kinds = tables::namesOf(tables::solids());
-    const Member* member = onlyMember(item, kinds, context.complaints);
+    const KeyValue* member = onlyMember(item, kinds, context.complaints);
     if (!member) return {};
     checkUnknown(item, kinds, context.complaints);
     return readMember(item, *member, context);
@@ -146,12 +115,12 @@ decltype(Body::shape) readShape(const Item& item, Context& context)
 {
     std::vector<std::string> kinds = tables::namesOf(tables::solids());
     kinds.insert(kinds.end(), {"mesh", "vdb"});
-    const Member* member = onlyMember(item, kinds, context.complaints);
+    const KeyValue* member = onlyMember(item, kinds, context.complaints);
     if (!member) return {};
     checkUnknown(item, kinds, context.complaints);
     const Item inner = item.child(member->key, member->value);
-    if (member->key == "mesh") return readMeshFile(inner, context);
-    if (member->key == "vdb") return readVdbFile(inner, context);
+    if (member->key == "mesh") return readFile<MeshFile>(inner, tables::meshFile(), context);
+    if (member->key == "vdb") return readFile<VdbFile>(inner, tables::vdbFile(), context);
     const std::size_t before = context.complaints.count();
     const Primitive solid = readMember(item, *member, context);
     if (context.complaints.count() == before) checkBounded(inner, solid, context);
@@ -161,12 +130,14 @@ decltype(Body::shape) readShape(const Item& item, Context& context)
 decltype(Grip::move) readMotion(const Item& item, Context& context)
 {
     const auto specs = tables::motions();
-    const Member* member = onlyMember(item, tables::namesOf(specs), context.complaints);
+    const KeyValue* member = onlyMember(item, tables::namesOf(specs), context.complaints);
     if (!member) return {};
-    const Values v = readTable(item, specs[indexOf(member->key, specs)], context.complaints);
-    if (member->key == "velocity") return Velocity{v.vector("velocity")};
-    if (member->key == "force") return Force{v.vector("force"), v.number("ramp")};
-    return Keys{readPoses(item.child("keys", member->value), context), v.vector("pivot")};
+    decltype(Grip::move) motion;
+    if (member->key == "keys") motion = Keys{};
+    if (member->key == "force") motion = Force{};
+    std::visit([&](auto& m) { readInto(m, item, specs[motion.index()], context.complaints); }, motion);
+    if (Keys* keyed = std::get_if<Keys>(&motion)) keyed->keys = readPoses(item.child("keys", member->value), context);
+    return motion;
 }
 
 }  // namespace vdbfrac::scene

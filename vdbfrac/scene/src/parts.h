@@ -1,7 +1,7 @@
 // Inner tables of a scene: solids, files, motions.
 #pragma once
 
-#include "check.h"
+#include "read_table.h"
 
 #include <vdbfrac/scene/scene.h>
 

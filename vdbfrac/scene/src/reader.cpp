@@ -34,23 +34,23 @@ Node parse(std::string_view text, const Complaints& complaints)
 
 }  // namespace
 
-Scene parseScene(std::string_view text, const fs::path& file, std::span<const TableSpec> effects,
+Scene parseScene(std::string_view text, const fs::path& file, const Vocabulary& vocabulary,
                  const std::vector<std::string>& overrides)
 {
     Complaints complaints(file.string(), overrides);
     Node root = parse(text, complaints);
     applyOverrides(root, overrides, complaints);
     Context context{complaints, folderOf(file)};
-    Scene scene = readSections(root, effects, context);
+    Scene scene = readSections(root, vocabulary, context);
     complaints.throwIfAny();
     scene.file = file;
     return scene;
 }
 
-Scene readScene(const fs::path& file, std::span<const TableSpec> effects, const std::vector<std::string>& overrides)
+Scene readScene(const fs::path& file, const Vocabulary& vocabulary, const std::vector<std::string>& overrides)
 {
-    constexpr std::uint64_t kMostBytes = 16 << 20;  // thousands of keyed grips; what is larger is something else
-    return parseScene(readText(file, kMostBytes), file, effects, overrides);
+    constexpr std::uint64_t kMaxBytes = 16 << 20;  // thousands of keyed grips; what is larger is something else
+    return parseScene(readText(file, kMaxBytes), file, vocabulary, overrides);
 }
 
 const Material& Scene::materialOf(const Body& body) const

@@ -26,7 +26,7 @@ struct ToJson {
     Json operator()(const Table& v) const
     {
         Json object = Json::object();
-        for (const Member& m : v.members) object[m.key] = std::visit(*this, m.value.value);
+        for (const KeyValue& m : v.members) object[m.key] = std::visit(*this, m.value.value);
         return object;
     }
     Json operator()(const Array& v) const
@@ -48,8 +48,8 @@ Json boundOf(double bound)
 Json bounded(const char* type, const Key& key)
 {
     Json schema = {{"type", type}};
-    if (std::isfinite(key.least)) schema[key.leastOpen ? "exclusiveMinimum" : "minimum"] = boundOf(key.least);
-    if (std::isfinite(key.most)) schema[key.mostOpen ? "exclusiveMaximum" : "maximum"] = boundOf(key.most);
+    if (std::isfinite(key.min)) schema[key.minOpen ? "exclusiveMinimum" : "minimum"] = boundOf(key.min);
+    if (std::isfinite(key.max)) schema[key.maxOpen ? "exclusiveMaximum" : "maximum"] = boundOf(key.max);
     return schema;
 }
 
@@ -62,7 +62,8 @@ Json listOf(Json items, int length = -1)
 
 Json choiceOf(const Key& key)
 {
-    const std::vector<std::string> names(key.choices.begin(), key.choices.end());
+    std::vector<std::string> names;
+    for (const Choice& choice : key.choices) names.push_back(choice.name);
     return {{"type", "string"}, {"enum", names}};
 }
 
@@ -86,7 +87,7 @@ Json oneOf(std::initializer_list<Json> schemas)
 
 Json typeSchema(const Key& key)
 {
-    switch (key.type) {
+    switch (key.type()) {
     case Type::boolean: return {{"type", "boolean"}};
     case Type::integer: return bounded("integer", key);
     case Type::number: return bounded("number", key);
@@ -109,6 +110,8 @@ Json typeSchema(const Key& key)
         schema["minItems"] = 1;
         return schema;
     }
+    case Type::tables:
+    case Type::entries: return listOf(reference(key.name));
     case Type::shape: return reference("shape");
     case Type::solid: return reference("solid");
     case Type::solids: return listOf(reference("solid"));
@@ -118,9 +121,6 @@ Json typeSchema(const Key& key)
         schema["minItems"] = 1;
         return schema;
     }
-    case Type::series: return listOf(reference("series"));
-    case Type::tied: return listOf(reference("tied"));
-    case Type::measures: return listOf(reference("measure"));
     }
     return Json::object();
 }
@@ -131,7 +131,8 @@ Json keySchema(const Key& key)
     // Beside a "$ref", draft-07 ignores all else; hence allOf.
     Json schema = isPart(key) ? Json{{"allOf", Json::array({typeSchema(key)})}} : typeSchema(key);
     schema["description"] = key.doc + (unit.empty() ? "" : " [" + unit + "]");
-    if (hasDefault(key)) schema["default"] = std::visit(ToJson{}, parseValue(key.defaultText).value);
+    if (const std::string text = defaultTextOf(key); !text.empty())
+        schema["default"] = std::visit(ToJson{}, parseValue(text).value);
     return schema;
 }
 
@@ -141,7 +142,7 @@ Json tableSchema(const TableSpec& spec)
     Json required = Json::array();
     for (const Key& key : spec.keys) {
         properties[key.name] = keySchema(key);
-        if (isRequired(key)) required.push_back(key.name);
+        if (key.isRequired()) required.push_back(key.name);
     }
     Json schema = {{"type", "object"}, {"description", spec.doc}, {"properties", properties}};
     if (!required.empty()) schema["required"] = required;
@@ -160,7 +161,17 @@ Json only(const char* name, Json value)
 
 Json fileSchema(const TableSpec& spec) { return only(spec.name, oneOf({Json{{"type", "string"}}, tableSchema(spec)})); }
 
-Json definitions()
+/// Those of inner tables that a vocabulary brings.
+void addDefinitions(const TableSpec& spec, Json& definitions)
+{
+    for (const Key& key : spec.keys) {
+        if (!key.table) continue;
+        definitions[key.name] = tableSchema(*key.table);
+        addDefinitions(*key.table, definitions);
+    }
+}
+
+Json definitions(const Vocabulary& vocabulary)
 {
     Json solids = Json::array();
     Json shapes = Json::array();
@@ -172,19 +183,18 @@ Json definitions()
     shapes.push_back(fileSchema(tables::vdbFile()));
     Json motions = Json::array();
     for (const TableSpec& spec : tables::motions()) motions.push_back(tableSchema(spec));
-    return {{"solid", {{"oneOf", solids}}},
-            {"shape", {{"oneOf", shapes}}},
-            {"motion", {{"oneOf", motions}}},
-            {"pose", tableSchema(tables::pose())},
-            {"series", tableSchema(tables::series())},
-            {"tied", tableSchema(tables::tied())},
-            {"measure", tableSchema(tables::measure())}};
+    Json all = {{"solid", {{"oneOf", solids}}},
+                {"shape", {{"oneOf", shapes}}},
+                {"motion", {{"oneOf", motions}}},
+                {"pose", tableSchema(tables::pose())}};
+    for (const TableSpec& spec : vocabulary.all()) addDefinitions(spec, all);
+    return all;
 }
 
 Json sectionSchema(const tables::Section& section)
 {
     Json table = tableSchema(section.spec);
-    if (section.form == tables::Section::Form::single || section.form == tables::Section::Form::optional) return table;
+    if (section.form == tables::Section::Form::single) return table;
     if (section.form == tables::Section::Form::byName)
         return {{"type", "object"}, {"additionalProperties", std::move(table)}};
     Json list = listOf(std::move(table));
@@ -194,18 +204,19 @@ Json sectionSchema(const tables::Section& section)
 
 }  // namespace
 
-std::string schemaText(std::span<const TableSpec> effects)
+std::string schemaText(const Vocabulary& vocabulary)
 {
     Json schema = {{"$schema", "http://json-schema.org/draft-07/schema#"}, {"title", "vdbfrac scene"}};
     schema.update(tableSchema(tables::root()));
     schema["description"] = "A scene: SI units, y up.";
     Json& properties = schema["properties"];
-    for (const tables::Section& section : tables::sections()) {
+    const tables::Output output(vocabulary.fields);
+    for (const tables::Section& section : tables::sections(output)) {
         properties[section.spec.name] = sectionSchema(section);
         if (section.required) schema["required"].push_back(section.spec.name);
     }
-    for (const TableSpec& effect : effects) properties[effect.name] = tableSchema(effect);
-    schema["definitions"] = definitions();
+    for (const TableSpec& spec : vocabulary.all()) properties[spec.name] = tableSchema(spec);
+    schema["definitions"] = definitions(vocabulary);
     return schema.dump(2) + "\n";
 }
 

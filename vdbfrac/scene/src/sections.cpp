@@ -1,7 +1,6 @@
 #include "sections.h"
 
 #include "key_text.h"
-#include "study.h"
 #include "tables.h"
 #include "toml_text.h"
 
@@ -15,41 +14,41 @@ namespace {
 /// Reads the document into `scene`, table by table.
 class SectionReader {
     using Names = std::set<std::string>;
-    static constexpr int kMostNamed = 50;
+    static constexpr int kMaxNamed = 50;
 
 public:
-    SectionReader(const Node& root, Context& context) : root_{root, ""}, table_(*root.table()), context_(context) {}
-
-    Scene read(std::span<const TableSpec> effects)
+    SectionReader(const Node& root, const Vocabulary& vocabulary, Context& context)
+        : root_{root, ""}, table_(*root.table()), vocabulary_(vocabulary), output_(vocabulary.fields), context_(context)
     {
-        checkTopLevel(effects);
-        scene_.name = readKeys(root_, tables::root(), complaints()).text("name");
-        readTime(section(tables::time()));
-        readGrid(section(tables::grid()));
+    }
+
+    Scene read()
+    {
+        checkTopLevel();
+        fill(scene_, tables::root().keys, readKeys(root_, tables::root(), complaints()));
+        readSection(tables::time(), scene_.time);
+        readSection(tables::grid(), scene_.grid);
         readMaterials();
         readBodies();
-        readGrips();
-        readSolver(section(tables::solver()));
-        readOutput(section(tables::output()));
-        if (const Node* node = table_.find(tables::study().name))
-            scene_.study = readStudy(root_.child(tables::study().name, *node), scene_, complaints());
-        for (const TableSpec& spec : effects)
-            if (const Node* node = table_.find(spec.name))
-                scene_.effects.push_back({spec.name, readTable(root_.child(spec.name, *node), spec, complaints())});
+        forEach(tables::grip(), [&](const Item& item) { readGrip(item); });
+        readSection(tables::solver(), scene_.solver);
+        readSection(output_.spec(), scene_.output);
+        scene_.notes = readBrought(vocabulary_.notes);
+        scene_.tables = readBrought(vocabulary_.tables);
         return std::move(scene_);
     }
 
 private:
     Complaints& complaints() { return context_.complaints; }
 
-    void checkTopLevel(std::span<const TableSpec> effects)
+    void checkTopLevel()
     {
         std::vector<std::string> known = tables::namesOf(tables::root().keys);
-        for (const tables::Section& s : tables::sections()) {
+        for (const tables::Section& s : tables::sections(output_)) {
             known.emplace_back(s.spec.name);
             if (s.required && !table_.find(s.spec.name)) complainMissing(s);
         }
-        for (const TableSpec& effect : effects) known.emplace_back(effect.name);
+        for (const TableSpec& spec : vocabulary_.all()) known.emplace_back(spec.name);
         checkUnknown(root_, known, complaints());
     }
 
@@ -61,49 +60,25 @@ private:
                          {"the scene lacks a table " + (list ? "[[" + name + "]]" : "[" + name + "]"), "", s.spec.doc});
     }
 
-    /// Values of a single table; of an empty one when it is missing. A missing required one has been complained about.
-    Values section(const TableSpec& spec)
+    /// A single table; an empty one when it is missing. A missing required one has been complained about.
+    template <class S>
+    void readSection(const TableSpec& spec, S& object)
     {
-        if (const Node* node = table_.find(spec.name))
-            return readTable(root_.child(spec.name, *node), spec, complaints());
         Complaints unheard("", {});
         const Node none{{}, Table{}};
-        return readTable({none, spec.name}, spec, unheard);
+        const Node* node = table_.find(spec.name);
+        readInto(object, root_.child(spec.name, node ? *node : none), spec, node ? complaints() : unheard);
     }
 
-    void readTime(const Values& v)
+    std::vector<NamedValues> readBrought(const std::vector<TableSpec>& specs)
     {
-        const auto [first, last] = v.range("frames");
-        scene_.time = {int(first),           int(last),
-                       v.number("fps"),      int(v.integer("substeps")),
-                       v.number("node_cfl"), v.number("front_cfl")};
+        std::vector<NamedValues> tables;
+        for (const TableSpec& spec : specs)
+            if (const Node* node = table_.find(spec.name))
+                tables.push_back(
+                    {spec.name, readWithEntries(root_.child(spec.name, *node), spec, scene_, complaints())});
+        return tables;
     }
-
-    void readGrid(const Values& v)
-    {
-        const LatticeKind lattice = v.text("lattice") == "five"       ? LatticeKind::five
-                                    : v.text("lattice") == "delaunay" ? LatticeKind::delaunay
-                                                                      : LatticeKind::six;
-        scene_.grid = {v.number("voxel_size"),       lattice,
-                       int(v.integer("coarsening")), int(v.integer("half_width")),
-                       v.number("grading"),          v.text("surface") == "whole_tets"};
-    }
-
-    void readSolver(const Values& v)
-    {
-        scene_.solver = {v.text("integrator"),
-                         v.text("strain"),
-                         v.text("tangent"),
-                         v.number("newton_tolerance"),
-                         int(v.integer("newton_iterations")),
-                         v.text("linear_solver"),
-                         v.number("linear_tolerance"),
-                         int(v.integer("linear_iterations")),
-                         v.text("precision"),
-                         v.text("volumetric") == "cell"};
-    }
-
-    void readOutput(const Values& v) { scene_.output = {v.list("vdb"), v.boolean("obj")}; }
 
     void readMaterials()
     {
@@ -112,11 +87,12 @@ private:
         if (!node) return;
         const Item all = root_.child(spec.name, *node);
         if (!node->table()) return complainType(all, "tables [material.NAME]", complaints());
-        for (const Member& m : node->table()->members) {
-            const Values v = readTable(all.child(keyText(m.key), m.value), spec, complaints());
+        for (const KeyValue& m : node->table()->members) {
             materialNames_.insert(m.key);
-            scene_.materials.push_back(
-                {m.key, v.number("youngs_modulus"), v.number("poisson_ratio"), v.number("density")});
+            Material material;
+            material.name = m.key;
+            readInto(material, all.child(keyText(m.key), m.value), spec, complaints());
+            scene_.materials.push_back(std::move(material));
         }
     }
 
@@ -143,37 +119,27 @@ private:
 
     void readBody(const Item& item)
     {
-        const Values v = readTable(item, tables::body(), complaints());
         Body body;
-        body.name = v.text("name");
-        body.material = v.text("material");
-        body.velocity = v.vector("velocity");
-        body.angularVelocity = v.vector("angular_velocity");
+        readInto(body, item, tables::body(), complaints());
         body.place = complaints().placeText(item.node.place);
-        if (const Node* shape = member(item, "shape")) body.shape = readShape(item.child("shape", *shape), context_);
-        if (const Node* add = member(item, "add")) body.add = readSolids(item.child("add", *add), true, context_);
-        if (const Node* cut = member(item, "cut")) body.cut = readSolids(item.child("cut", *cut), false, context_);
+        if (const Node* shape = item.member("shape")) body.shape = readShape(item.child("shape", *shape), context_);
+        if (const Node* add = item.member("add")) body.add = readSolids(item.child("add", *add), true, context_);
+        if (const Node* cut = item.member("cut")) body.cut = readSolids(item.child("cut", *cut), false, context_);
         checkNew(item, bodyNames_);
         checkReference(item, "material", materialNames_);
         bodyNames_.insert(body.name);
         scene_.bodies.push_back(std::move(body));
     }
 
-    void readGrips()
-    {
-        forEach(tables::grip(), [&](const Item& item) { readGrip(item); });
-    }
-
     void readGrip(const Item& item)
     {
-        const Values v = readTable(item, tables::grip(), complaints());
         Grip grip;
-        grip.name = v.has("name") ? v.text("name") : freeGripName();
-        grip.body = v.text("body");
+        grip.name = freeGripName();
+        readInto(grip, item, tables::grip(), complaints());
         grip.place = complaints().placeText(item.node.place);
-        if (const Node* region = member(item, "region"))
+        if (const Node* region = item.member("region"))
             grip.region = readSolid(item.child("region", *region), context_);
-        if (const Node* move = member(item, "move")) grip.move = readMotion(item.child("move", *move), context_);
+        if (const Node* move = item.member("move")) grip.move = readMotion(item.child("move", *move), context_);
         checkNew(item, gripNames_);
         checkReference(item, "body", bodyNames_);
         gripNames_.insert(grip.name);
@@ -187,15 +153,10 @@ private:
         return "grip" + std::to_string(number);
     }
 
-    static const Node* member(const Item& item, const char* key)
-    {
-        return item.node.table() ? item.node.table()->find(key) : nullptr;
-    }
-
     /// The name given must not be among those of the tables before.
     void checkNew(const Item& item, const Names& taken)
     {
-        const Node* name = member(item, "name");
+        const Node* name = item.member("name");
         if (!name || !name->text() || !taken.count(*name->text())) return;
         complaints().add(name->place, {item.path + ".name is " + describe(*name) + ", which is taken",
                                        "a name that no table before has"});
@@ -204,18 +165,17 @@ private:
     /// The name given must be one of `names`.
     void checkReference(const Item& item, const char* key, const Names& known)
     {
-        const Node* given = member(item, key);
+        const Node* given = item.member(key);
         if (!given || !given->text() || known.count(*given->text())) return;
         // A list of thousands helps nobody, and comparing with each takes its time.
-        const auto end = known.size() > kMostNamed ? std::next(known.begin(), kMostNamed) : known.end();
-        const std::vector<std::string> names(known.begin(), end);
-        const std::string allowed = names.empty() ? "there is no " + std::string(key) : "one of " + joined(names);
-        complaints().add(given->place, {"unknown " + std::string(key) + " " + describe(*given) + " in " + item.path,
-                                        allowed, didYouMean(*given->text(), names)});
+        const auto end = known.size() > kMaxNamed ? std::next(known.begin(), kMaxNamed) : known.end();
+        complainUnknown(item, key, {known.begin(), end}, complaints());
     }
 
     Item root_;
     const Table& table_;
+    const Vocabulary& vocabulary_;
+    const tables::Output output_;
     Context& context_;
     Scene scene_;
     Names materialNames_, bodyNames_, gripNames_;
@@ -223,9 +183,9 @@ private:
 
 }  // namespace
 
-Scene readSections(const Node& root, std::span<const TableSpec> effects, Context& context)
+Scene readSections(const Node& root, const Vocabulary& vocabulary, Context& context)
 {
-    return SectionReader(root, context).read(effects);
+    return SectionReader(root, vocabulary, context).read();
 }
 
 }  // namespace vdbfrac::scene

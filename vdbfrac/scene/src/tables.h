@@ -1,6 +1,7 @@
 // The tables of keys of a scene. They drive reading, writing, the defaults text and the JSON schema.
 #pragma once
 
+#include <vdbfrac/scene/key.h>
 #include <vdbfrac/scene/scene.h>
 
 #include <span>
@@ -9,15 +10,14 @@
 
 namespace vdbfrac::scene::tables {
 
-/// A top-level table of the scene itself (effects come on top).
+/// A top-level table of the scene itself (those of the vocabulary come on top).
 struct Section {
     enum class Form {
-        single,    ///< [name]; all defaults where it is left out
-        optional,  ///< [name], or nothing of it
-        list,      ///< [[name]]
-        byName,    ///< [name.NAME]
+        single,  ///< [name]; all defaults where it is left out
+        list,    ///< [[name]]
+        byName,  ///< [name.NAME]
     };
-    TableSpec spec;
+    const TableSpec& spec;
     Form form = Form::single;
     bool required = false;
 };
@@ -29,11 +29,22 @@ const TableSpec& body();
 const TableSpec& material();
 const TableSpec& grip();
 const TableSpec& solver();
-const TableSpec& output();
-const TableSpec& study();
 
-/// The eight above in the order in which they are written.
-std::span<const Section> sections();
+/// The table whose choices the vocabulary brings.
+class Output {
+public:
+    explicit Output(const Vocabulary::Fields& fields);
+    Output(const Output&) = delete;
+    Output& operator=(const Output&) = delete;
+    const TableSpec& spec() const { return spec_; }
+
+private:
+    std::vector<Key> keys_;
+    TableSpec spec_;
+};
+
+/// From time to output, in the order in which they are written.
+std::vector<Section> sections(const Output& output);
 
 /// Inner tables.
 std::span<const TableSpec> solids();  ///< indexed by Primitive::Kind
@@ -41,17 +52,6 @@ const TableSpec& meshFile();
 const TableSpec& vdbFile();
 std::span<const TableSpec> motions();  ///< indexed like Grip::move
 const TableSpec& pose();
-const TableSpec& series();
-const TableSpec& tied();
-const TableSpec& measure();
-
-/// What a quantity of [[study.measure]] needs and what it may have besides name, exact, source, scale and order.
-struct Quantity {
-    const char* name;
-    std::vector<const char*> needs;
-    std::vector<const char*> takes = {};
-};
-std::span<const Quantity> quantities();
 
 std::vector<std::string> namesOf(std::span<const TableSpec> specs);
 std::vector<std::string> namesOf(std::span<const Key> keys);

@@ -1,5 +1,7 @@
 #include "toml_text.h"
 
+#include "complaints.h"
+
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -38,6 +40,7 @@ std::string shortened(std::string text, std::size_t length)
 
 struct Writer {
     Type type;
+    const TableSpec* entries;
 
     std::string operator()(bool v) const { return v ? "true" : "false"; }
     std::string operator()(long long v) const
@@ -56,10 +59,9 @@ struct Writer {
     }
     std::string operator()(const std::vector<std::string>& v) const
     {
-        std::string text;
-        for (const std::string& item : v)
-            text += (text.empty() ? "" : ", ") + (type == Type::scalars ? item : quotedText(item));
-        return "[" + text + "]";
+        std::vector<std::string> texts;
+        for (const std::string& item : v) texts.push_back(type == Type::scalars ? item : quotedText(item));
+        return "[" + joined(texts) + "]";
     }
     std::string operator()(const Curve& v) const
     {
@@ -68,6 +70,12 @@ struct Writer {
             text += (text.empty() ? "{ time = " : ", { time = ") + numberText(k.time) +
                     ", scale = " + numberText(k.scale) + " }";
         return "[" + text + "]";
+    }
+    std::string operator()(const std::vector<Values>& v) const
+    {
+        std::vector<std::string> texts;
+        for (const Values& entry : v) texts.push_back(inlineTable(*entries, entry));
+        return "[" + joined(texts) + "]";
     }
 };
 
@@ -121,7 +129,28 @@ std::string keyText(std::string_view key)
     return bare ? std::string(key) : quotedText(key);
 }
 
-std::string valueText(const Values::Value& value, Type type) { return std::visit(Writer{type}, value); }
+std::string valueText(const Values::Value& value, Type type, const TableSpec* entries)
+{
+    return std::visit(Writer{type, entries}, value);
+}
+
+std::vector<std::string> assignments(const TableSpec& spec, const Values& values, const PartTexts& parts)
+{
+    std::vector<std::string> texts;
+    for (const Key& key : spec.keys) {
+        const auto part = parts.find(key.name);
+        if (part != parts.end())
+            texts.push_back(keyText(key.name) + " = " + part->second);
+        else if (key.type() != Type::tables && values.has(key.name))
+            texts.push_back(keyText(key.name) + " = " + valueText(values.all().at(key.name), key.type(), key.table));
+    }
+    return texts;
+}
+
+std::string inlineTable(const TableSpec& spec, const Values& values, const PartTexts& parts)
+{
+    return "{ " + joined(assignments(spec, values, parts)) + " }";
+}
 
 std::string describe(const Node& node) { return std::visit(Describer{}, node.value); }
 

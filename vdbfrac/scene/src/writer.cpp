@@ -1,7 +1,7 @@
 // writeScene: the same tables of keys as the reader, walked the other way.
+#include "parts_text.h"
 #include "tables.h"
 #include "toml_text.h"
-#include "values_of.h"
 
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/scene/reader.h>
@@ -12,56 +12,59 @@ namespace vdbfrac::scene {
 
 namespace {
 
-/// "key = value" lines in the order of the spec.
-std::string linesOf(const TableSpec& spec, const Content& content)
+std::string linesOf(const TableSpec& spec, const Values& values, const PartTexts& parts = {})
 {
     std::string text;
+    for (const std::string& line : assignments(spec, values, parts)) text += line + "\n";
+    return text;
+}
+
+template <class S>
+std::string tableText(const std::string& header, const TableSpec& spec, const S& object, const PartTexts& parts = {})
+{
+    return "\n" + header + "\n" + linesOf(spec, valuesOf(object, spec.keys), parts);
+}
+
+/// A table of the vocabulary, and behind it those in it.
+std::string valuesText(const std::string& header, const TableSpec& spec, const Values& values)
+{
+    std::string text = "\n" + header + "\n" + linesOf(spec, values);
     for (const Key& key : spec.keys) {
-        const auto part = content.parts.find(key.name);
-        if (part != content.parts.end())
-            text += keyText(key.name) + " = " + part->second + "\n";
-        else if (content.values.has(key.name))
-            text += keyText(key.name) + " = " + valueText(content.values.all().at(key.name), key.type) + "\n";
+        if (key.type() != Type::tables) continue;
+        for (const Values& inner : values.tables(key.name))
+            text += valuesText("[[" + std::string(key.table->name) + "]]", *key.table, inner);
     }
     return text;
 }
 
-std::string tableText(const std::string& header, const TableSpec& spec, const Content& content)
+std::string broughtText(const std::vector<NamedValues>& tables, const std::vector<TableSpec>& specs)
 {
-    return "\n" + header + "\n" + linesOf(spec, content);
-}
-
-std::string studyText(const Study& study)
-{
-    std::string text = tableText("[study]", tables::study(), contentOf(study));
-    for (const Study::Series& s : study.series) text += tableText("[[study.series]]", tables::series(), contentOf(s));
-    for (const Study::Measure& m : study.measures)
-        text += tableText("[[study.measure]]", tables::measure(), contentOf(m));
+    std::string text;
+    for (const NamedValues& table : tables) {
+        const auto spec =
+            std::find_if(specs.begin(), specs.end(), [&](const TableSpec& s) { return table.name == s.name; });
+        if (spec == specs.end()) throw Error("writeScene: no table of keys for " + quotedText(table.name));
+        text += valuesText("[" + keyText(table.name) + "]", *spec, table.values);
+    }
     return text;
 }
 
 }  // namespace
 
-std::string writeScene(const Scene& scene, std::span<const TableSpec> effects)
+std::string writeScene(const Scene& scene, const Vocabulary& vocabulary)
 {
-    std::string text = linesOf(tables::root(), contentOfRoot(scene));
-    text += tableText("[time]", tables::time(), contentOf(scene.time));
-    text += tableText("[grid]", tables::grid(), contentOf(scene.grid));
-    for (const Body& body : scene.bodies) text += tableText("[[body]]", tables::body(), contentOf(body));
+    Values root = valuesOf(scene, tables::root().keys);
+    root.set("version", 1LL);
+    std::string text = linesOf(tables::root(), root);
+    text += tableText("[time]", tables::time(), scene.time);
+    text += tableText("[grid]", tables::grid(), scene.grid);
+    for (const Body& b : scene.bodies) text += tableText("[[body]]", tables::body(), b, partTexts(b));
     for (const Material& m : scene.materials)
-        text += tableText("[material." + keyText(m.name) + "]", tables::material(), contentOf(m));
-    for (const Grip& grip : scene.grips) text += tableText("[[grip]]", tables::grip(), contentOf(grip));
-    text += tableText("[solver]", tables::solver(), contentOf(scene.solver));
-    text += tableText("[output]", tables::output(), contentOf(scene.output));
-    for (const EffectTable& effect : scene.effects) {
-        const auto spec =
-            std::find_if(effects.begin(), effects.end(), [&](const TableSpec& s) { return effect.name == s.name; });
-        if (spec == effects.end())
-            throw Error("writeScene: no table of keys for the effect " + quotedText(effect.name));
-        text += tableText("[" + keyText(effect.name) + "]", *spec, {effect.values});
-    }
-    if (scene.study) text += studyText(*scene.study);
-    return text;
+        text += tableText("[material." + keyText(m.name) + "]", tables::material(), m);
+    for (const Grip& g : scene.grips) text += tableText("[[grip]]", tables::grip(), g, partTexts(g));
+    text += tableText("[solver]", tables::solver(), scene.solver);
+    text += tableText("[output]", tables::Output(vocabulary.fields).spec(), scene.output);
+    return text + broughtText(scene.tables, vocabulary.tables) + broughtText(scene.notes, vocabulary.notes);
 }
 
 }  // namespace vdbfrac::scene

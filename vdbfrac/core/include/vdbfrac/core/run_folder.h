@@ -5,6 +5,7 @@
 #include <vdbfrac/base/folder_lock.h>
 #include <vdbfrac/core/archive.h>
 #include <vdbfrac/core/simulation.h>
+#include <vdbfrac/scene/key.h>
 #include <vdbfrac/scene/scene.h>
 
 #include <cstdint>
@@ -36,6 +37,9 @@ struct Resume {
     int lastFrame = std::numeric_limits<int>::max();  ///< no frame after this one
     std::uint64_t memoryLimit = ~std::uint64_t{0};    ///< bytes
 };
+
+/// What output.vdb can list in any scene. Effects bring more.
+scene::Vocabulary::Fields outputFields();
 
 /// What becomes of an earlier run in the folder. `replace` and `keep` take only folders whose run.json is of this
 /// program and none of whose files the scene needs; `replace` removes what that run.json lists, and nothing else.

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <vdbfrac/core/stages.h>
+#include <vdbfrac/scene/key.h>
 #include <vdbfrac/scene/scene.h>
 
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace vdbfrac::effects {
@@ -15,14 +17,15 @@ struct EffectInfo {
     scene::TableSpec table;
     const char* stages;  ///< where it joins, in words, for the plan of a run
     std::unique_ptr<core::Effect> (*make)(const scene::Values& values, const scene::Scene& scene);
-    bool tears = false;  ///< can it take a body apart?
+    bool tears = false;                    ///< can it take a body apart?
+    std::vector<std::string> fields = {};  ///< that output.vdb can list: the names of its field sources
 };
 
 /// All effects of this build, in the order in which they join. Empty in a build without effects.
 std::span<const EffectInfo> effectList();
 
-/// Their scene tables, as the scene reader wants them.
-std::vector<scene::TableSpec> effectTables();
+/// What scenes of this build can say: the tables of the effects, the fields of the core and of the effects.
+scene::Vocabulary vocabulary();
 
 /// Does the scene name an effect that can take a body apart?
 bool canTear(const scene::Scene& scene);

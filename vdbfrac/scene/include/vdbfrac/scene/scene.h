@@ -6,7 +6,6 @@
 #include <vdbfrac/scene/values.h>
 
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -89,63 +88,36 @@ struct Grip {
     std::string place;
 };
 
+enum class Integrator { backwardEuler, midpoint, sdirk2, symplecticEuler, forwardEuler, statics };
+enum class Strain { corotational, linear, green };
+enum class Tangent { exact, projected, warped };
+enum class LinearSolver { automatic, jacobi, multigrid, direct };
+enum class Precision { mixed, doubles };
+
+/// As the text of a scene has them.
+const std::string& nameOf(Integrator integrator);
+const std::string& nameOf(Strain strain);
+
 struct Solver {
-    /// Or "midpoint", "sdirk2", "symplectic_euler", "forward_euler", "static".
-    std::string integrator = "backward_euler";
-    std::string strain = "corotational";  ///< or "linear", "green"
-    std::string tangent = "exact";        ///< or "projected", "warped"
-    double newtonTolerance = 1e-3;        ///< of the residual, relative to the largest force
+    Integrator integrator = Integrator::backwardEuler;
+    Strain strain = Strain::corotational;
+    Tangent tangent = Tangent::exact;
+    double newtonTolerance = 1e-3;  ///< of the residual, relative to the largest force
     int newtonIterations = 20;
-    std::string linearSolver = "auto";  ///< or "jacobi", "multigrid", "direct"
+    LinearSolver linearSolver = LinearSolver::automatic;
     double linearTolerance = 1e-2;
     int linearIterations = 2000;
-    std::string precision = "mixed";  ///< or "double"
-    bool cellDilation = true;         ///< volumetric = "cell"; false is "none"
+    Precision precision = Precision::mixed;
+    bool cellDilation = true;  ///< volumetric = "cell"; false is "none"
 };
 
 struct Output {
-    std::vector<std::string> vdb = {"phi"};  ///< of phi, energy, arrival, surface, vel, fragment_id
+    std::vector<std::string> vdb = {"phi"};  ///< out of Vocabulary::fields
     bool obj = true;
 };
 
-/// What 'vdbfrac study' runs and measures. A simulation takes no notice of it.
-struct Study {
-    /// A key that changes along with that of its series.
-    struct Tied {
-        std::string key;
-        std::vector<std::string> values;  ///< TOML texts, as many as the series has
-    };
-    /// Settings that differ in one key: a curve of error against cost.
-    struct Series {
-        std::string name;
-        std::vector<std::string> set;  ///< "key=value", before the key is varied
-        std::string key;
-        std::vector<std::string> values;  ///< TOML texts, at least one
-        std::vector<Tied> tied;
-        std::string refines = "auto";  ///< "up", "down": which values are finer; "auto": those that take more work
-        std::optional<double> order;   ///< of convergence, as expected
-    };
-    /// A number that is taken of each run. Which members have a meaning, the quantity says; `body` and `grip` are
-    /// filled in where the quantity needs them.
-    struct Measure {
-        std::string name, quantity, body, grip;
-        std::optional<Vec3> point;   ///< m, at rest
-        std::optional<Vec3> axis;    ///< of unit length
-        std::optional<double> rest;  ///< m: the value that an oscillation is about
-        /// m, of the standing wave along `axis`, 0 at `point`, that alone is looked at.
-        std::optional<double> wavelength;
-        std::optional<double> exact;  ///< the true value, in the unit of the quantity
-        std::string source;           ///< of `exact`
-        std::optional<double> scale;  ///< what errors are relative to, instead of the true value
-        std::optional<double> order;  ///< of convergence, as expected in all series instead of theirs; 0: none is
-    };
-    std::string about;
-    int rounds = 5;  ///< of timing
-    std::vector<Series> series;
-    std::vector<Measure> measures;
-};
-
-struct EffectTable {
+/// A table that the scene has, of those that a vocabulary brings.
+struct NamedValues {
     std::string name;
     Values values;
 };
@@ -160,8 +132,8 @@ struct Scene {
     std::vector<Grip> grips;
     Solver solver;
     Output output;
-    std::vector<EffectTable> effects;  ///< those the scene names, in the order of the effect list
-    std::optional<Study> study;
+    std::vector<NamedValues> tables;  ///< of Vocabulary::tables, in their order
+    std::vector<NamedValues> notes;   ///< of Vocabulary::notes; no part of what is simulated
 
     /// The material the body names; that it exists was checked on reading.
     const Material& materialOf(const Body& body) const;

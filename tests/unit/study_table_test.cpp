@@ -1,12 +1,21 @@
 // The [study] table: what it holds, what is complained about, that it reads back as it was written.
+#include "study_table.h"
+
 #include "scene_texts.h"
 
 #include <cstddef>
 
-namespace vdbfrac::scene {
+namespace vdbfrac::tools::study {
 namespace {
 
-using namespace test;
+using test::contains, test::Details, test::kGood;
+
+scene::Scene parse(const std::string& text) { return test::parse(text, {}, vocabulary()); }
+Details errorsOf(const std::string& text) { return test::errorsOf(text, {}, vocabulary()); }
+InputError::Detail onlyError(const std::string& text, const std::string& place)
+{
+    return test::onlyError(text, place, vocabulary());
+}
 
 // From line 20 on, behind kGood.
 const std::string kStudy = R"([study]
@@ -39,9 +48,9 @@ std::string withStudy(const std::string& from, const std::string& to)
     return text.replace(at, from.size(), to);
 }
 
-TEST(SceneStudy, IsReadWithWhatCanBeLeftOut)
+TEST(StudyTable, IsReadWithWhatCanBeLeftOut)
 {
-    const Study s = *parse(kGood + kStudy).study;
+    const Spec s = *specOf(parse(kGood + kStudy));
     EXPECT_EQ(s.about, "what it costs");
     EXPECT_EQ(s.rounds, 0);
     ASSERT_EQ(s.series.size(), 1u);
@@ -54,20 +63,23 @@ TEST(SceneStudy, IsReadWithWhatCanBeLeftOut)
     EXPECT_EQ(s.measures[1].name, "load_peak");
     EXPECT_EQ(s.measures[1].grip, "grip1");
     EXPECT_FALSE(s.measures[1].exact);
-    EXPECT_FALSE(parse(kGood).study);
-    EXPECT_EQ(parse(kGood + "[study]\n").study->rounds, Study().rounds);
+    EXPECT_FALSE(specOf(parse(kGood)));
+    EXPECT_EQ(specOf(parse(kGood + "[study]\n"))->rounds, Spec().rounds);
 }
 
-TEST(SceneStudy, ReadsBackAsItWasWritten)
+TEST(StudyTable, ReadsBackAsItWasWritten)
 {
-    const std::string written = writeScene(parse(kGood + kStudy), kEffects);
-    EXPECT_EQ(writeScene(parse(written), kEffects), written);
+    scene::Scene scene = parse(kGood + kStudy);
+    const std::string written = writeScene(scene, vocabulary());
+    EXPECT_EQ(writeScene(parse(written), vocabulary()), written);
+    scene.notes = {tableOf(*specOf(scene))};
+    EXPECT_EQ(writeScene(scene, vocabulary()), written);
     EXPECT_TRUE(contains(written, "values = [1, 2.5, \"auto\", true]")) << written;
     EXPECT_TRUE(contains(written, "tied = [{ key = \"time.fps\", values = [1, 2, 3, 4] }]")) << written;
     EXPECT_TRUE(contains(written, "exact = 0\n")) << written;
 }
 
-TEST(SceneStudy, AMeasureHasWhatItsQuantityNeedsAndNothingElse)
+TEST(StudyTable, AMeasureHasWhatItsQuantityNeedsAndNothingElse)
 {
     EXPECT_EQ(onlyError(withStudy("\"load_peak\"", "\"load_peek\""), "dir/s.toml:39:12").hint,
               "did you mean 'load_peak'?");
@@ -81,7 +93,7 @@ TEST(SceneStudy, AMeasureHasWhatItsQuantityNeedsAndNothingElse)
     onlyError(withStudy("\"load_peak\"", "\"load_peak\"\nname = \"tip\""), "dir/s.toml:40:8");
 }
 
-TEST(SceneStudy, AmongSeveralGripsTheOneIsNamed)
+TEST(StudyTable, AmongSeveralGripsTheOneIsNamed)
 {
     const std::string grip = "[[grip]]\nbody = \"left\"\nregion.sphere.radius = 1\nmove.force = [1, 0, 0]\n";
     const Details d = errorsOf(kGood + grip + kStudy);
@@ -90,7 +102,7 @@ TEST(SceneStudy, AmongSeveralGripsTheOneIsNamed)
     EXPECT_EQ(d[0].allowed, "one of grip1, grip2");
 }
 
-TEST(SceneStudy, ASeriesHasValuesAndWhatIsTiedToItHasAsMany)
+TEST(StudyTable, ASeriesHasValuesAndWhatIsTiedToItHasAsMany)
 {
     onlyError(withStudy("values = [1, 2.5, \"auto\", true]", "values = 1"), "dir/s.toml:27:10");
     onlyError(withStudy("values = [1, 2.5, \"auto\", true]", "values = [1, 2, 3, [4]]"), "dir/s.toml:27:20");
@@ -103,4 +115,4 @@ TEST(SceneStudy, ASeriesHasValuesAndWhatIsTiedToItHasAsMany)
 }
 
 }  // namespace
-}  // namespace vdbfrac::scene
+}  // namespace vdbfrac::tools::study

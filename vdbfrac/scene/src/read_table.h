@@ -4,7 +4,8 @@
 #include "complaints.h"
 #include "document.h"
 
-#include <vdbfrac/scene/values.h>
+#include <vdbfrac/scene/key.h>
+#include <vdbfrac/scene/review.h>
 
 #include <string>
 
@@ -19,14 +20,27 @@ struct Item {
     {
         return {value, path.empty() ? key : path + "." + key};
     }
+    /// What a table has for a key, or nullptr.
+    const Node* member(const std::string& key) const { return node.table() ? node.table()->find(key) : nullptr; }
 };
 
 /// The values of all keys of a table but its parts, defaults filled in. Every wrong, unknown or missing key is a
 /// complaint, and a stand-in takes its place, so that every required key has a value.
 Values readTable(const Item& item, const TableSpec& spec, Complaints& complaints);
 
-/// The same without a complaint about unknown keys, for the root, where tables stand beside keys.
+/// Reads a table into the struct that its keys fill.
+template <class S>
+void readInto(S& object, const Item& item, const TableSpec& spec, Complaints& complaints)
+{
+    fill(object, spec.keys, readTable(item, spec, complaints));
+}
+
+/// The values without a complaint about unknown keys, for the root, where tables stand beside keys.
 Values readKeys(const Item& item, const TableSpec& spec, Complaints& complaints);
+
+/// A table of a vocabulary with its inner tables; `parent` is the one that it is an entry of, if any.
+Values readWithEntries(const Item& item, const TableSpec& spec, const Scene& scene, Complaints& complaints,
+                       const Values* parent = nullptr);
 
 /// Complains about each member of a table whose key is not among `known`.
 void checkUnknown(const Item& item, const std::vector<std::string>& known, Complaints& complaints);
@@ -34,7 +48,11 @@ void checkUnknown(const Item& item, const std::vector<std::string>& known, Compl
 /// Complains that a value is not what it should be.
 void complainType(const Item& item, const std::string& allowed, Complaints& complaints);
 
+/// Complains that the text given for a key is not among `names`.
+void complainUnknown(const Item& item, const std::string& key, const std::vector<std::string>& names,
+                     Complaints& complaints);
+
 /// Key of a table that has exactly one of `kinds`; complains and returns nullptr when there is none or are several.
-const Member* onlyMember(const Item& item, const std::vector<std::string>& kinds, Complaints& complaints);
+const KeyValue* onlyMember(const Item& item, const std::vector<std::string>& kinds, Complaints& complaints);
 
 }  // namespace vdbfrac::scene

@@ -1,4 +1,4 @@
-#include "check.h"
+#include "read_table.h"
 
 #include "convert.h"
 #include "key_text.h"
@@ -16,7 +16,7 @@ std::string tableText(const Item& item) { return item.path.empty() ? "the scene"
 /// What stands in for a value that is wrong or missing, so that reading can go on to the next error.
 Values::Value standIn(const Key& key)
 {
-    switch (key.type) {
+    switch (key.type()) {
     case Type::boolean: return false;
     case Type::integer:
     case Type::autoInteger: return 0LL;
@@ -34,6 +34,10 @@ Values::Value standIn(const Key& key)
 
 void readDefault(const Item& item, const Key& key, std::pair<Values&, Complaints&> out)
 {
+    if (key.defaultText == kOfMember) {
+        if (auto initial = key.member.access->initial(key)) out.first.set(key.name, std::move(*initial));
+        return;
+    }
     const Node node = parseValue(key.defaultText);
     Conversion made = convert(node, key);
     if (!made.value)
@@ -68,14 +72,14 @@ Values readKeys(const Item& item, const TableSpec& spec, Complaints& complaints)
     if (!table) complainType(item, "a table", complaints);
     for (const Key& key : spec.keys) {
         const Node* given = table ? table->find(key.name) : nullptr;
-        if (!given && isRequired(key)) {
+        if (!given && key.isRequired()) {
             if (table) complainMissing(item, key, complaints);
             if (!isPart(key)) values.set(key.name, standIn(key));
         } else if (isPart(key)) {
             continue;
         } else if (given) {
             readGiven(item.child(key.name, *given), key, {values, complaints});
-        } else if (hasDefault(key)) {
+        } else if (!key.isOptional()) {
             readDefault(item, key, {values, complaints});
         }
     }
@@ -91,11 +95,45 @@ Values readTable(const Item& item, const TableSpec& spec, Complaints& complaints
     return readKeys(item, spec, complaints);
 }
 
+namespace {
+
+void readEntries(const Item& table, const Key& key, Values& values, const Scene& scene, Complaints& complaints)
+{
+    values.set(key.name, std::vector<Values>());
+    const Node* node = table.member(key.name);
+    if (!node) return;
+    const auto read = [&](const Item& item) {
+        values.append(key.name, readWithEntries(item, *key.table, scene, complaints, &values));
+    };
+    const Item list = table.child(key.name, *node);
+    if (const Array* array = node->array())
+        for (std::size_t i = 0; i < array->items.size(); ++i) read(list.child(std::to_string(i), array->items[i]));
+    else
+        read(list);
+}
+
+}  // namespace
+
+Values readWithEntries(const Item& item, const TableSpec& spec, const Scene& scene, Complaints& complaints,
+                       const Values* parent)
+{
+    const std::size_t before = complaints.count();
+    Values values = readTable(item, spec, complaints);
+    const bool isSound = complaints.count() == before;
+    for (const Key& key : spec.keys)
+        if (key.table) readEntries(item, key, values, scene, complaints);
+    if (spec.complete) {
+        Review review(values, isSound, {item, parent, scene, complaints});
+        spec.complete(review);
+    }
+    return values;
+}
+
 void checkUnknown(const Item& item, const std::vector<std::string>& known, Complaints& complaints)
 {
     const Table* table = item.node.table();
     if (!table) return;
-    for (const Member& m : table->members) {
+    for (const KeyValue& m : table->members) {
         if (std::find(known.begin(), known.end(), m.key) != known.end()) continue;
         const std::string what = "unknown key " + describe({{}, m.key}) + " in " + tableText(item);
         complaints.add(m.keyPlace, {what, joined(known), didYouMean(m.key, known)});
@@ -107,7 +145,16 @@ void complainType(const Item& item, const std::string& allowed, Complaints& comp
     complaints.add(item.node.place, {item.path + " is " + describe(item.node), allowed});
 }
 
-const Member* onlyMember(const Item& item, const std::vector<std::string>& kinds, Complaints& complaints)
+void complainUnknown(const Item& item, const std::string& key, const std::vector<std::string>& names,
+                     Complaints& complaints)
+{
+    const Node& given = *item.member(key);
+    complaints.add(given.place, {"unknown " + key + " " + describe(given) + " in " + item.path,
+                                 names.empty() ? "there is no " + key : "one of " + joined(names),
+                                 didYouMean(*given.text(), names)});
+}
+
+const KeyValue* onlyMember(const Item& item, const std::vector<std::string>& kinds, Complaints& complaints)
 {
     const std::string allowed = "a table with exactly one of " + joined(kinds);
     const Table* table = item.node.table();
@@ -115,14 +162,14 @@ const Member* onlyMember(const Item& item, const std::vector<std::string>& kinds
         complainType(item, allowed, complaints);
         return nullptr;
     }
-    std::vector<const Member*> found;
-    for (const Member& m : table->members)
+    std::vector<const KeyValue*> found;
+    for (const KeyValue& m : table->members)
         if (std::find(kinds.begin(), kinds.end(), m.key) != kinds.end()) found.push_back(&m);
     if (found.size() == 1) return found[0];
     if (found.size() > 1) {
         complaints.add(found[1]->keyPlace, {item.path + " has " + std::to_string(found.size()) + " of them", allowed});
     } else {
-        const Member* first = table->members.empty() ? nullptr : &table->members.front();
+        const KeyValue* first = table->members.empty() ? nullptr : &table->members.front();
         complaints.add(first ? first->keyPlace : item.node.place,
                        {item.path + " has none of them", allowed, first ? didYouMean(first->key, kinds) : ""});
     }
