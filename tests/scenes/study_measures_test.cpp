@@ -1,7 +1,6 @@
 // What is measured of a run, on scenes whose answers are known.
-#include "study.h"
-
 #include <vdbfrac/effects/effects.h>
+#include <vdbfrac/lab/study/one_run.h>
 #include <vdbfrac/scene/reader.h>
 
 #include <gtest/gtest.h>
@@ -9,7 +8,7 @@
 #include <cmath>
 #include <limits>
 
-namespace vdbfrac::tools::study {
+namespace vdbfrac::lab::study {
 namespace {
 
 constexpr double kSolved = 1e-6;  // what the Newton tolerance of these scenes leaves open
@@ -177,4 +176,4 @@ TEST(StudyMeasures, AfterASplitThereAreMassesAndNoPositions)
 }
 
 }  // namespace
-}  // namespace vdbfrac::tools::study
+}  // namespace vdbfrac::lab::study
