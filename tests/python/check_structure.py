@@ -98,5 +98,6 @@ def complaints(source):
 
 
 found = list(complaints(Path(sys.argv[1]).resolve()))
-print("\n".join(found))
+for line in found:
+    print(line)
 sys.exit(bool(found))
