@@ -1,7 +1,8 @@
-# vdbfrac_library(NAME SOURCES ... [PUBLIC targets...] [PRIVATE targets...])
-# A static library vdbfrac::NAME with its own include root, so that only what is linked can be included.
+# vdbfrac_library(NAME [INTERNAL] SOURCES ... [PUBLIC targets...] [PRIVATE targets...])
+# A static library vdbfrac::NAME with its own include root, so that only what is linked can be included. INTERNAL: for our own
+# programs, not installed.
 function(vdbfrac_library name)
-  cmake_parse_arguments(arg "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  cmake_parse_arguments(arg "INTERNAL" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
   add_library(vdbfrac_${name} STATIC ${arg_SOURCES})
   add_library(vdbfrac::${name} ALIAS vdbfrac_${name})
   target_include_directories(vdbfrac_${name} PUBLIC
@@ -14,6 +15,9 @@ function(vdbfrac_library name)
     endif()
     target_link_libraries(vdbfrac_${name} PRIVATE ${need})
   endforeach()
+  if(arg_INTERNAL)
+    return()
+  endif()
   set_target_properties(vdbfrac_${name} PROPERTIES EXPORT_NAME ${name})
   install(DIRECTORY include/ DESTINATION include)
   set_property(GLOBAL APPEND PROPERTY VDBFRAC_LIBRARIES vdbfrac_${name})

@@ -18,6 +18,7 @@ from pathlib import Path
 
 DOCS = Path(__file__).resolve().parent
 SCENES = DOCS.parent / "data" / "scenes" / "studies"
+DATA = DOCS.parent / "tools" / "cli" / "src" / "accuracy_data.h"
 PERCENTS = (("0.1", "10 %"), ("0.05", "5 %"), ("0.01", "1 %"))
 STIFFNESSES = {"slow_load_1e4": 1e4, "slow_load_1e6": 1e6, "slow_load_1e8": 1e8}
 KNOWN_ORDER = 0.15  # how near to theory an observed order is, where it applies
@@ -279,19 +280,33 @@ def page(studies):
     return "\n".join(text) + "\n"
 
 
+LEVELS = """// Made by docs/make_accuracy.py of two studies.
+#pragma once
+
+namespace vdbfrac::cli {
+
+/// Relative errors, of a beam in bending and of a block that tears; and the time of the block relative to "normal".
+struct AccuracyData {
+    double bending, peakLoad, work, time;
+};
+%s
+}  // namespace vdbfrac::cli
+"""
+
+
 def levels(beam, block):
-    """What sim --accuracy says of its levels."""
+    """What sim --accuracy says of its levels: a header of the program."""
     def rows(study, *measures):
         names = [m["name"] for m in study["measures"]]
         for s in (s for s in study["settings"] if s["series"] == "accuracy"):
             yield s, [s["errors"][names.index(m)]["error"] for m in measures]
 
-    found = {}
-    for level, (_, bent), (torn, loads) in zip(("draft", "normal", "fine"), rows(beam, "down"), rows(block, "peak load", "work"), strict=True):
+    text = ""
+    for level, (_, bent), (torn, loads) in zip(("Draft", "Normal", "Fine"), rows(beam, "down"), rows(block, "peak load", "work"), strict=True):
         if None in bent + loads:
             raise ValueError(f"no error of the level {level}")
-        found[level] = dict(zip(("bending", "peak_load", "work"), bent + loads)) | {"time": torn["time_ratio"]["median"]}
-    return json.dumps(found, indent=1) + "\n"
+        text += f"inline constexpr AccuracyData k{level}{{{', '.join(f'{x:.6g}' for x in (*bent, *loads, torn['time_ratio']['median']))}}};\n"
+    return LEVELS % text
 
 
 def wrong_orders(studies):
@@ -320,7 +335,7 @@ def main():
     except (OSError, ValueError) as error:
         print(f"make_accuracy.py: {error}", file=sys.stderr)
         return 2
-    made = {DOCS / "accuracy.md": page(studies), DOCS / "accuracy" / "levels.json": levels(studies["cantilever"], studies["notched_block_resolution"])}
+    made = {DOCS / "accuracy.md": page(studies), DATA: levels(studies["cantilever"], studies["notched_block_resolution"])}
     wrong = list(wrong_orders(studies))
     for line in wrong:
         print(line, file=sys.stderr)

@@ -1,8 +1,7 @@
 // The inner loops one at a time, on one thread: what a tet, a 3x3 matrix, a node or a cell costs. Each shows its cost
 // in the column named for the unit, in seconds ("20n": 20 ns). Filter with --benchmark_filter=REGEX.
-#include "block.h"
-
 #include <vdbfrac/base/parallel.h>
+#include <vdbfrac/lab/samples/block.h>
 #include <vdbfrac/solver/linear_solver.h>
 #include <vdbfrac/tetmesh/embedding.h>
 
@@ -27,19 +26,11 @@ void costOf(benchmark::State& state, const char* unit, double count)
 
 /// A block bent, twisted and stretched by up to a fifth: no tet is inverted, none is at rest.
 struct Bent {
-    explicit Bent(int cells = kCells) : block({cells, cells, cells}, kEdge / cells)
-    {
-        for (Vec3& p : x) {
-            const double angle = 0.5 * p.y();
-            const Vec3 q = {std::cos(angle) * p.x() - std::sin(angle) * p.z(), 1.2 * p.y(),
-                            std::sin(angle) * p.x() + std::cos(angle) * p.z()};
-            p = q + 0.05 * Vec3(std::sin(3 * p.z()), std::cos(2 * p.x()), std::sin(4 * p.y()));
-        }
-    }
+    explicit Bent(int cells = kCells) : block({cells, cells, cells}, kEdge / cells) {}
 
-    test::Block block;
-    solver::ElasticOperator elastic = test::elasticOperator(block, solver::makeMaterial(1e6, 0.3, 1000));
-    std::vector<Vec3> x = block.restPositions();
+    lab::Block block;
+    solver::ElasticOperator elastic = lab::elasticOperator(block, solver::makeMaterial(1e6, 0.3, 1000));
+    std::vector<Vec3> x = block.bentPositions();
 };
 
 void EvaluateForce(benchmark::State& state)
@@ -148,8 +139,8 @@ constexpr tetmesh::Lattice kLattice{tetmesh::Lattice::Kind::six, 1, kEdge / kRea
 
 tetmesh::NodeField<float> ball()
 {
-    return test::sample({-kReach, -kReach, -kReach}, {kReach, kReach, kReach}, kLattice.voxelSize,
-                        [](Vec3 p) { return (p - Vec3(.01, .02, -.03)).norm() - .8; });
+    return lab::sample({-kReach, -kReach, -kReach}, {kReach, kReach, kReach}, kLattice.voxelSize,
+                       [](Vec3 p) { return (p - Vec3(.01, .02, -.03)).norm() - .8; });
 }
 
 void CutEverything(benchmark::State& state)

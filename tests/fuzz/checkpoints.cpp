@@ -2,10 +2,10 @@
 #include "checkpoints.h"
 
 #include "run_records.h"
-#include "scene_run.h"
 #include "sound_files.h"
 
 #include <vdbfrac/core/archive.h>
+#include <vdbfrac/lab/scenes/scene_run.h>
 
 namespace vdbfrac::fuzz {
 
@@ -45,22 +45,22 @@ void resumeFrom(std::string_view bytes)
     const core::Archive archive = core::Archive::parse(bytes, "fuzz.ckpt", false);  // any mutation has another checksum
     core::loadFrames(archive);
     core::loadSteps(archive);
-    test::SceneRun run(kScene);
-    run.simulation->restoreFrom(archive);
-    (void)run.simulation->surface();  // no step: from a state that no run leads to, it may take all the tries it has
-    (void)run.simulation->stateHash();
+    lab::SceneRun run(kScene);
+    run.simulation.restoreFrom(archive);
+    (void)run.simulation.surface();  // no step: from a state that no run leads to, it may take all the tries it has
+    (void)run.simulation.stateHash();
 }
 
 std::vector<std::string> soundCheckpoints()
 {
     std::vector<std::string> files;
-    test::SceneRun run(kScene);
+    lab::SceneRun run(kScene);
     const std::vector<core::FrameRecord> frames = {
         {1, 0, "0123456789abcdef", {{"obj/small.0001.obj", 10, "0123456789abcdef"}}}};
     for (const int frame : {1, 6}) {
         run.toFrame(frame);
         core::Archive archive;
-        run.simulation->save(archive);
+        run.simulation.save(archive);
         core::saveRecords(run.steps, frames, archive);
         files.push_back(archive.bytes());
     }

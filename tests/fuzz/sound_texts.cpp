@@ -1,6 +1,6 @@
 #include "sound_files.h"
 
-#include "study_table.h"
+#include <vdbfrac/lab/study/study_table.h>
 
 #include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/scene/reader.h>
@@ -84,7 +84,7 @@ std::string shipped(const char* name)
 
 scene::Vocabulary vocabulary()
 {
-    scene::Vocabulary all = tools::study::vocabulary();
+    scene::Vocabulary all = lab::study::vocabulary();
     all.tables = {kTable};
     return all;
 }

@@ -1,7 +1,7 @@
 // The hard cases as 'vdbfrac verify --quick' with --hard and with --torture measures them. What does not hold yet is
 // listed here with its number: a change to the better or to the worse has to be entered, here and in docs/hard_cases.md
 // or docs/torture.md.
-#include "hard_case.h"
+#include <vdbfrac/lab/verify/hard_case.h>
 
 #include <gtest/gtest.h>
 
@@ -10,11 +10,11 @@
 #include <string>
 #include <vector>
 
-namespace vdbfrac::tools::verify {
+namespace vdbfrac::lab::verify {
 void PrintTo(const HardCase& c, std::ostream* out) { *out << c.id; }
-}  // namespace vdbfrac::tools::verify
+}  // namespace vdbfrac::lab::verify
 
-using namespace vdbfrac::tools;
+using namespace vdbfrac::lab;
 using verify::HardCase;
 
 namespace {

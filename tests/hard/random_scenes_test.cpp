@@ -1,10 +1,9 @@
 // Scenes by the dice under the laws that hold for all of them, and those that once broke one.
-#include "energy_witness.h"
-#include "random_scene.h"
-#include "scene_laws.h"
-#include "scene_run.h"
-
 #include <vdbfrac/base/atomic_file.h>
+#include <vdbfrac/lab/scenes/scene_run.h>
+#include <vdbfrac/lab/verify/energy_witness.h>
+#include <vdbfrac/lab/verify/random_scene.h>
+#include <vdbfrac/lab/verify/scene_laws.h>
 
 #include <gtest/gtest.h>
 
@@ -14,7 +13,7 @@
 #include <vector>
 
 using namespace vdbfrac;
-using namespace vdbfrac::tools::verify;
+using namespace vdbfrac::lab::verify;
 
 namespace {
 
@@ -71,10 +70,10 @@ INSTANTIATE_TEST_SUITE_P(Scenes, OnceBroken, testing::ValuesIn(sceneFiles()),
 TEST(OnceLost, MultigridWhereTheTetsOfACellTurnApart)
 {
     constexpr std::size_t kMost = 150;  // steps; 60 are needed
-    test::SceneRun run(readText(VDBFRAC_SOURCE "/tests/hard/scenes/compressed_and_turning.toml"),
-                       {"solver.linear_solver=\"multigrid\""});
+    lab::SceneRun run(readText(VDBFRAC_SOURCE "/tests/hard/scenes/compressed_and_turning.toml"),
+                      {"solver.linear_solver=\"multigrid\""});
     while (!run.atEnd() && run.steps.size() < kMost) run.step();
-    EXPECT_TRUE(run.atEnd()) << run.framesDone() << " frames in " << run.steps.size() << " steps";
+    EXPECT_TRUE(run.atEnd()) << run.simulation.framesDone() << " frames in " << run.steps.size() << " steps";
 }
 
 /// A bar that swings: energy goes to and fro between speed and strain.
@@ -117,10 +116,10 @@ move = { force = [300, 0, 0] }
 )";
     const auto growth = [&](bool knowsGrips) {
         EnergyWitness witness;
-        test::SceneRun run(pushed, {"body.bar.velocity=[0, 0, 0]"}, &witness);
+        lab::SceneRun run(pushed, {"body.bar.velocity=[0, 0, 0]"}, &witness);
         scene::Scene known = run.scene;
         if (!knowsGrips) known.grips.clear();
-        witness.watch(*run.simulation, known);
+        witness.watch(run.simulation, known);
         run.step();
         EXPECT_GT(witness.balance().turnover, 0);
         return witness.balance().growth / witness.balance().turnover;

@@ -1,9 +1,8 @@
 // Steps that end at a crease of the energy, where the rotation of a tet jumps and no gradient is small: that they end
 // in a minimum is looked up in the energy itself.
-#include "loads.h"
-
 #include <vdbfrac/base/hash.h>
 #include <vdbfrac/base/parallel.h>
+#include <vdbfrac/lab/samples/loads.h>
 
 #include <gtest/gtest.h>
 
@@ -22,13 +21,13 @@ constexpr double kNear = 1e-4;  // cells: how far from its crease a minimum may 
 /// A few cells of a nearly incompressible material, blown up and shaken so that some tets are inverted; nothing holds
 /// them.
 struct BlownUp {
-    test::Block block;
-    solver::ElasticOperator elastic = test::elasticOperator(block, solver::makeMaterial(1e5, .45, 1000));
-    solver::Boundary boundary = test::freeBoundary(block.nodes.size());
+    lab::Block block;
+    solver::ElasticOperator elastic = lab::elasticOperator(block, solver::makeMaterial(1e5, .45, 1000));
+    solver::Boundary boundary = lab::freeBoundary(block.nodes.size());
     solver::State state;
 
     BlownUp(unsigned seed, double shake, int cells = 2)
-        : block({cells, cells, cells}, .25), state(test::shaken(block, shake, 1, seed))
+        : block({cells, cells, cells}, .25), state(lab::shaken(block, shake, 1, seed))
     {
         for (Vec3& x : state.x) x *= 3;
     }
@@ -203,8 +202,8 @@ TEST(Creases, AFreeBodyKeepsItsMomentumInAStepThatEndsAtOne)
     constexpr double kAStep = 1e-12;
     double worst = 0;
     forCreases(1e-3, [&](Found& f) {
-        const test::Momentum before = test::momentum(f.body.elastic, f.start.v),
-                             after = test::momentum(f.body.elastic, f.body.state.v);
+        const lab::Momentum before = lab::momentum(f.body.elastic, f.start.v),
+                            after = lab::momentum(f.body.elastic, f.body.state.v);
         worst = std::max(worst, (after.linear - before.linear).norm() / before.scale);
     });
     std::printf("worst drift of momentum in a step that ends at a crease: %.1e\n", worst);

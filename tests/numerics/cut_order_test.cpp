@@ -30,8 +30,8 @@ Errors errorsAt(const Lattice::Kind kind, int coarsening, int cellsPerRadius)
         const double x = place(random), y = place(random), z = place(random);
         const Vec3 centre = dx * Vec3(x, y, z);
         const tetmesh::CutMesh mesh(Lattice{kind, coarsening, dx},
-                                    test::sample({-reach, -reach, -reach}, {reach, reach, reach}, dx,
-                                                 [&](Vec3 p) { return (p - centre).norm() - R; }));
+                                    lab::sample({-reach, -reach, -reach}, {reach, reach, reach}, dx,
+                                                [&](Vec3 p) { return (p - centre).norm() - R; }));
         mean.volume += std::abs(mesh.volume() / (4. / 3 * pi) - 1) / kPlaces;
         mean.area += std::abs(mesh.surface().cutArea / (4 * pi) - 1) / kPlaces;
     }

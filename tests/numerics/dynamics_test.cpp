@@ -1,10 +1,10 @@
 // Backward Euler in time against what it must keep, lose and reproduce.
-#include "axial_bar.h"
-#include "loads.h"
-
 #include <vdbfrac/base/hash.h>
 #include <vdbfrac/base/parallel.h>
+#include <vdbfrac/lab/samples/axial_bar.h>
+#include <vdbfrac/lab/samples/loads.h>
 
+#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -12,15 +12,14 @@
 #include <numbers>
 
 using namespace vdbfrac;
+using lab::AxialBar;
+using lab::shaken;
 using solver::Volumetric;
-using test::AxialBar;
-using test::shaken;
 
 namespace {
 
 solver::StepReport step(solver::State& state, double dt, const solver::ElasticOperator& elastic,
-                        const solver::Boundary& boundary,
-                        const solver::NewtonSettings& settings = test::tightSettings())
+                        const solver::Boundary& boundary, const solver::NewtonSettings& settings = lab::tightSettings())
 {
     return solver::stepBackwardEuler(elastic, state, dt, {{}, boundary}, settings);
 }
@@ -29,11 +28,11 @@ TEST(BackwardEuler, FreeFallIsExact)
 {
     constexpr double kExact = 1e-12;  // relative: rounding of some hundred steps and sums
     constexpr double g = 9.81, dt = 0.05;
-    const test::Block block({3, 2, 2}, 0.1);
-    const auto elastic = test::elasticOperator(block, solver::makeMaterial(1e4, .3, 1000));
-    solver::Boundary boundary = test::freeBoundary(block.nodes.size());
+    const lab::Block block({3, 2, 2}, 0.1);
+    const auto elastic = lab::elasticOperator(block, solver::makeMaterial(1e4, .3, 1000));
+    solver::Boundary boundary = lab::freeBoundary(block.nodes.size());
     for (std::size_t i = 0; i < boundary.force.size(); ++i) boundary.force[i] = Vec3(0, 0, -g * elastic.mass()[i]);
-    solver::State state = test::atRest(block);
+    solver::State state = lab::atRest(block);
     for (int n = 1; n <= 40; ++n) {
         const auto report = step(state, dt, elastic, boundary);
         EXPECT_EQ(report.status, solver::StepStatus::converged)
@@ -50,16 +49,16 @@ TEST(BackwardEuler, FreeFallIsExact)
 TEST(BackwardEuler, LinearMomentumIsKept)
 {
     constexpr double kAStep = 1e-13;  // relative to sum m |v|: rounding of the sums
-    const test::Block block({5, 4, 3}, 0.1);
-    const auto elastic = test::elasticOperator(block, solver::makeMaterial(1e5, .3, 1000));
-    const solver::Boundary boundary = test::freeBoundary(block.nodes.size());
+    const lab::Block block({5, 4, 3}, 0.1);
+    const auto elastic = lab::elasticOperator(block, solver::makeMaterial(1e5, .3, 1000));
+    const solver::Boundary boundary = lab::freeBoundary(block.nodes.size());
     solver::State state = shaken(block, 0.1, 1, 1);
     for (Vec3& v : state.v) v += Vec3(1, 2, -1);
-    const test::Momentum start = test::momentum(elastic, state.v);
+    const lab::Momentum start = lab::momentum(elastic, state.v);
     for (int n = 1; n <= 20; ++n) {
-        const Vec3 before = test::momentum(elastic, state.v).linear;
+        const Vec3 before = lab::momentum(elastic, state.v).linear;
         EXPECT_EQ(step(state, 0.01, elastic, boundary).status, solver::StepStatus::converged);
-        const double drift = (test::momentum(elastic, state.v).linear - before).norm() / start.scale;
+        const double drift = (lab::momentum(elastic, state.v).linear - before).norm() / start.scale;
         EXPECT_LE(drift, kAStep) << "step " << n;
     }
 }
@@ -68,17 +67,17 @@ TEST(BackwardEuler, SettingsOfAUserKeepMomentumToo)
 {
     // What the solve leaves of the gradient must not push the body as a whole.
     constexpr double kAStep = 1e-13;
-    const test::Block block({5, 4, 3}, 0.1);
-    const auto elastic = test::elasticOperator(block, solver::makeMaterial(1e5, .3, 1000));
-    const solver::Boundary boundary = test::freeBoundary(block.nodes.size());
+    const lab::Block block({5, 4, 3}, 0.1);
+    const auto elastic = lab::elasticOperator(block, solver::makeMaterial(1e5, .3, 1000));
+    const solver::Boundary boundary = lab::freeBoundary(block.nodes.size());
     solver::State state = shaken(block, 0.1, 1, 1);
     for (Vec3& v : state.v) v += Vec3(1, 2, -1);
-    const test::Momentum start = test::momentum(elastic, state.v);
+    const lab::Momentum start = lab::momentum(elastic, state.v);
     double worst = 0;
     for (int n = 1; n <= 20; ++n) {
-        const Vec3 before = test::momentum(elastic, state.v).linear;
+        const Vec3 before = lab::momentum(elastic, state.v).linear;
         EXPECT_EQ(step(state, 0.01, elastic, boundary, {}).status, solver::StepStatus::converged);
-        worst = std::max(worst, (test::momentum(elastic, state.v).linear - before).norm() / start.scale);
+        worst = std::max(worst, (lab::momentum(elastic, state.v).linear - before).norm() / start.scale);
     }
     std::printf("worst drift of momentum a step, default settings: %.2e\n", worst);
     EXPECT_LE(worst, kAStep);
@@ -88,10 +87,10 @@ TEST(BackwardEuler, StiffBodySpinsDownAsPredicted)
 {
     constexpr double w0 = 2, dt = 0.01;
     constexpr double kNextOrder = 2 * (w0 * dt) * (w0 * dt);  // relative: the first term that the formula leaves out
-    const test::Block block({2, 2, 2}, 0.1);
-    const auto elastic = test::elasticOperator(block, solver::makeMaterial(1e9, .3, 1000));
-    const solver::Boundary boundary = test::freeBoundary(block.nodes.size());
-    solver::State state = test::atRest(block);
+    const lab::Block block({2, 2, 2}, 0.1);
+    const auto elastic = lab::elasticOperator(block, solver::makeMaterial(1e9, .3, 1000));
+    const solver::Boundary boundary = lab::freeBoundary(block.nodes.size());
+    solver::State state = lab::atRest(block);
     const Vec3 centre = Vec3::Constant(block.h);
     // Lumped masses favour the corners on the tets' common diagonal: of the axes through the centre, that one is
     // principal.
@@ -153,17 +152,17 @@ TEST(BackwardEuler, EnergyNeverGrowsWithoutLoads)
 {
     constexpr double kRounding = 1e-12;  // of the energy at the start
     for (Volumetric volumetric : {Volumetric::cell, Volumetric::none}) {
-        const test::Block block({4, 3, 3}, 0.1);
-        const auto elastic = test::elasticOperator(block, solver::makeMaterial(1e5, .3, 1000), volumetric);
-        const solver::Boundary boundary = test::freeBoundary(block.nodes.size());
-        solver::State state = test::atRest(block);
+        const lab::Block block({4, 3, 3}, 0.1);
+        const auto elastic = lab::elasticOperator(block, solver::makeMaterial(1e5, .3, 1000), volumetric);
+        const solver::Boundary boundary = lab::freeBoundary(block.nodes.size());
+        solver::State state = lab::atRest(block);
         for (Vec3& x : state.x) x = Vec3(1.5, .8, .8).cwiseProduct(x);
         const double start = elastic.evaluate(state.x, {}, nullptr);
         double before = start;
         for (int n = 1; n <= 60; ++n) {
             const auto report = step(state, 1e-3, elastic, boundary);
             EXPECT_EQ(report.status, solver::StepStatus::converged);
-            const double now = report.elasticEnergy + test::kineticEnergy(elastic, state.v);
+            const double now = report.elasticEnergy + lab::kineticEnergy(elastic, state.v);
             EXPECT_LE(now, before + kRounding * start) << n;
             before = now;
         }
@@ -173,9 +172,9 @@ TEST(BackwardEuler, EnergyNeverGrowsWithoutLoads)
 
 TEST(BackwardEuler, SameBitsForAnyNumberOfThreads)
 {
-    const test::Block block({20, 10, 10}, 0.1);  // several patches
-    const auto elastic = test::elasticOperator(block, solver::makeMaterial(1e5, .3, 1000));
-    const solver::Boundary boundary = test::clamped(block, [](Coord c) { return c.x == 0; });
+    const lab::Block block({20, 10, 10}, 0.1);  // several patches
+    const auto elastic = lab::elasticOperator(block, solver::makeMaterial(1e5, .3, 1000));
+    const solver::Boundary boundary = lab::clamped(block, [](Coord c) { return c.x == 0; });
     std::uint64_t first = 0;
     for (int threads : {1, 2, 3, 8}) {
         const ThreadLimit limit(threads);

@@ -1,6 +1,7 @@
 // Newton's method with linear systems solved only as far as the step needs: what it reaches, and what that saves.
-#include "loads.h"
+#include <vdbfrac/lab/samples/loads.h>
 
+#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -17,10 +18,10 @@ namespace {
 struct BentAndTwisted {
     static constexpr int kCells = 16;
     static constexpr double dt = .02, kTurn = .35;  // s; rad a step
-    test::Block block{{kCells, 5, 6}, 1. / kCells};
-    solver::ElasticOperator elastic = test::elasticOperator(block, solver::makeMaterial(1e5, .4, 1000));
-    solver::Boundary boundary = test::clamped(block, [](Coord c) { return c.x == 0 || c.x == kCells; });
-    solver::State state = test::atRest(block);
+    lab::Block block{{kCells, 5, 6}, 1. / kCells};
+    solver::ElasticOperator elastic = lab::elasticOperator(block, solver::makeMaterial(1e5, .4, 1000));
+    solver::Boundary boundary = lab::clamped(block, [](Coord c) { return c.x == 0 || c.x == kCells; });
+    solver::State state = lab::atRest(block);
 
     void moveEnd(int step)
     {
@@ -189,13 +190,13 @@ TEST(InexactNewton, LinearSystemsAreSolvedAsFarAsTheToleranceSays)
     for (const auto precision : {solver::LinearPrecision::mixed, solver::LinearPrecision::doubles})
         for (const Tolerances& asked :
              std::initializer_list<Tolerances>{{1e-3, 1e-2}, {1e-3, 1e-4}, {0, 1e-6}, {0.1, 1e-4}, {0.4, 1e-4}}) {
-            const test::Block block({12, 6, 6}, 0.1);
+            const lab::Block block({12, 6, 6}, 0.1);
             const solver::Elasticity linear{solver::Volumetric::cell, solver::Strain::linear};
-            const auto elastic = test::elasticOperator(block, solver::makeMaterial(1e5, .3, 1000), linear);
-            solver::Boundary boundary = test::clamped(block, [](Coord c) { return c.x == 0; });
+            const auto elastic = lab::elasticOperator(block, solver::makeMaterial(1e5, .3, 1000), linear);
+            solver::Boundary boundary = lab::clamped(block, [](Coord c) { return c.x == 0; });
             for (std::size_t i = 0; i < boundary.force.size(); ++i)
                 if (block.nodes[i].x == 12) boundary.force[i] = Vec3(1, 0, -2);
-            solver::State state = test::atRest(block);
+            solver::State state = lab::atRest(block);
             const Objective phi{elastic, boundary, state, 0.1};
             solver::NewtonSettings settings = settingsOf(asked.newton);
             settings.linearTolerance = asked.linear;
@@ -206,7 +207,7 @@ TEST(InexactNewton, LinearSystemsAreSolvedAsFarAsTheToleranceSays)
             phi(state.x, before);
             solver::Tangent tangent;
             elastic.evaluate(state.x, {}, &tangent);
-            const auto diagonal = test::diagonalBlocks(elastic, tangent);
+            const auto diagonal = lab::diagonalBlocks(elastic, tangent);
             const auto size = [&](const std::vector<Vec3>& r) {
                 double sum = 0;
                 for (std::size_t i = 0; i < r.size(); ++i) {
@@ -251,11 +252,11 @@ TEST(LineSearch, NoIterationOfNewtonRaisesTheEnergyOfTheStep)
                             {Strain::green, NewtonTangent::projected, squeezed, 0.7, 10},
                             {Strain::green, NewtonTangent::warped, pulled, 0.7, 0.05}};
     for (const Start& from : starts) {
-        const test::Block block({5, 4, 4}, 0.1);
+        const lab::Block block({5, 4, 4}, 0.1);
         const auto elastic =
-            test::elasticOperator(block, solver::makeMaterial(1e5, .4, 1000), {solver::Volumetric::cell, from.strain});
-        const solver::Boundary boundary = test::clamped(block, [](Coord c) { return c.x == 0; });
-        solver::State start = test::shaken(block, from.shake, 0, 11);
+            lab::elasticOperator(block, solver::makeMaterial(1e5, .4, 1000), {solver::Volumetric::cell, from.strain});
+        const solver::Boundary boundary = lab::clamped(block, [](Coord c) { return c.x == 0; });
+        solver::State start = lab::shaken(block, from.shake, 0, 11);
         for (Vec3& x : start.x) x = from.stretch.cwiseProduct(x);
         const Objective phi{elastic, boundary, start, from.dt};
         std::vector<Vec3> gradient, held = start.x;

@@ -1,6 +1,5 @@
 // Ways to advance in time: their orders, what they keep, what they lose, where they stop being stable.
-#include "loads.h"
-
+#include <vdbfrac/lab/samples/loads.h>
 #include <vdbfrac/solver/integrator.h>
 
 #include <gtest/gtest.h>
@@ -15,21 +14,21 @@ namespace {
 
 /// A shaken soft block: free, or held at its floor.
 struct Shaken {
-    test::Block block{{4, 3, 3}, 0.1};
-    solver::ElasticOperator elastic = test::elasticOperator(block, solver::makeMaterial(1e4, .3, 1000));
-    solver::State state = test::shaken(block, 0.02, 0.05, 3);
-    solver::Boundary boundary = test::freeBoundary(block.nodes.size());
+    lab::Block block{{4, 3, 3}, 0.1};
+    solver::ElasticOperator elastic = lab::elasticOperator(block, solver::makeMaterial(1e4, .3, 1000));
+    solver::State state = lab::shaken(block, 0.02, 0.05, 3);
+    solver::Boundary boundary = lab::freeBoundary(block.nodes.size());
 
     solver::StepLoads loads()
     {
         return {{}, [this](double) -> const solver::Boundary& { return boundary; }};
     }
-    double energy() const { return elastic.evaluate(state.x, {}, nullptr) + test::kineticEnergy(elastic, state.v); }
+    double energy() const { return elastic.evaluate(state.x, {}, nullptr) + lab::kineticEnergy(elastic, state.v); }
 
     /// Steps to `time`.
     void run(Scheme scheme, double time, int steps)
     {
-        const auto integrator = solver::makeIntegrator(scheme, elastic, test::tightSettings());
+        const auto integrator = solver::makeIntegrator(scheme, elastic, lab::tightSettings());
         for (int i = 0; i < steps; ++i)
             EXPECT_EQ(integrator->step(state, time / steps, loads()).status, solver::StepStatus::converged);
     }
@@ -97,7 +96,7 @@ TEST(Integrators, OfSecondOrderFallFreelyWithoutError)
     constexpr double g = 9.81, dt = 0.05, kExact = 1e-12;  // relative: rounding of some ten steps and sums
     for (const Scheme scheme : {Scheme::midpoint, Scheme::sdirk2}) {
         Shaken block;
-        block.state = test::atRest(block.block);
+        block.state = lab::atRest(block.block);
         for (std::size_t i = 0; i < block.boundary.force.size(); ++i)
             block.boundary.force[i] = Vec3(0, 0, -g * block.elastic.mass()[i]);
         block.run(scheme, 10 * dt, 10);
@@ -114,9 +113,9 @@ TEST(Integrators, AllKeepLinearMomentum)
          {Scheme::backwardEuler, Scheme::midpoint, Scheme::sdirk2, Scheme::symplecticEuler, Scheme::forwardEuler}) {
         Shaken block;
         for (Vec3& v : block.state.v) v += Vec3(1, 2, -1);
-        const test::Momentum before = test::momentum(block.elastic, block.state.v);
+        const lab::Momentum before = lab::momentum(block.elastic, block.state.v);
         block.run(scheme, 0.01, 20);
-        const test::Momentum after = test::momentum(block.elastic, block.state.v);
+        const lab::Momentum after = lab::momentum(block.elastic, block.state.v);
         EXPECT_LE((after.linear - before.linear).norm(), 20 * kAStep * before.scale) << int(scheme);
     }
 }
@@ -163,10 +162,10 @@ TEST(Integrators, HeldNodesFollowTheirTargetsExactly)
     for (const Scheme scheme :
          {Scheme::midpoint, Scheme::sdirk2, Scheme::symplecticEuler, Scheme::forwardEuler, Scheme::statics}) {
         Shaken block;
-        block.state = test::atRest(block.block);
-        block.boundary = test::clamped(block.block, [](Coord c) { return c.z == 0; });
+        block.state = lab::atRest(block.block);
+        block.boundary = lab::clamped(block.block, [](Coord c) { return c.z == 0; });
         const Vec3 shift(0.001, 0, -0.002);
-        const auto integrator = solver::makeIntegrator(scheme, block.elastic, test::tightSettings());
+        const auto integrator = solver::makeIntegrator(scheme, block.elastic, lab::tightSettings());
         std::vector<Vec3> before = block.boundary.target;
         solver::Boundary between = block.boundary;
         const solver::StepLoads loads{{}, [&](double share) -> const solver::Boundary& {
@@ -195,19 +194,19 @@ TEST(Integrators, HeldNodesFollowTheirTargetsExactly)
 TEST(Integrators, ReactionOfAStaticStepIsTheWeight)
 {
     Shaken block;
-    block.boundary = test::clamped(block.block, [](Coord c) { return c.z == 0; });
+    block.boundary = lab::clamped(block.block, [](Coord c) { return c.z == 0; });
     double weight = 0;
     for (std::size_t i = 0; i < block.boundary.force.size(); ++i) {
         if (block.boundary.fixed[i]) continue;
         block.boundary.force[i] = Vec3(0, 0, -9.81 * block.elastic.mass()[i]);
         weight += 9.81 * block.elastic.mass()[i];
     }
-    const auto integrator = solver::makeIntegrator(Scheme::statics, block.elastic, test::tightSettings());
+    const auto integrator = solver::makeIntegrator(Scheme::statics, block.elastic, lab::tightSettings());
     const solver::StepReport& report = integrator->step(block.state, 1, block.loads());
     Vec3 sum = Vec3::Zero();
     for (const Vec3& r : report.reaction) sum += r;
     EXPECT_LT((sum - Vec3(0, 0, weight)).norm(), 1e-9 * weight);
-    EXPECT_EQ(test::kineticEnergy(block.elastic, block.state.v), 0);
+    EXPECT_EQ(lab::kineticEnergy(block.elastic, block.state.v), 0);
 }
 
 /// What holds a body everywhere and moves it from rest in a step: its mass times its acceleration, less its weight.
@@ -218,15 +217,15 @@ TEST(Integrators, ReactionOfWhatIsHeldIsItsInertiaLessItsWeight)
     for (const Scheme scheme : {Scheme::backwardEuler, Scheme::symplecticEuler, Scheme::forwardEuler, Scheme::statics})
         for (const bool moves : {false, true}) {
             Shaken block;
-            block.state = test::atRest(block.block);
-            block.boundary = test::clamped(block.block, [](Coord) { return true; });
+            block.state = lab::atRest(block.block);
+            block.boundary = lab::clamped(block.block, [](Coord) { return true; });
             double mass = 0;
             for (std::size_t i = 0; i < block.boundary.force.size(); ++i) {
                 block.boundary.force[i] = block.elastic.mass()[i] * g;
                 mass += block.elastic.mass()[i];
                 if (moves) block.boundary.target[i] += shift;
             }
-            const auto integrator = solver::makeIntegrator(scheme, block.elastic, test::tightSettings());
+            const auto integrator = solver::makeIntegrator(scheme, block.elastic, lab::tightSettings());
             const solver::StepReport& report = integrator->step(block.state, dt, block.loads());
             Vec3 sum = Vec3::Zero();
             for (const Vec3& r : report.reaction) sum += r;
@@ -243,16 +242,16 @@ TEST(Integrators, ReactionInEquilibriumIsTheWeightUnderEveryScheme)
     for (const Scheme scheme :
          {Scheme::backwardEuler, Scheme::midpoint, Scheme::sdirk2, Scheme::symplecticEuler, Scheme::forwardEuler}) {
         Shaken block;
-        block.state = test::atRest(block.block);
-        block.boundary = test::clamped(block.block, [](Coord c) { return c.z == 0; });
+        block.state = lab::atRest(block.block);
+        block.boundary = lab::clamped(block.block, [](Coord c) { return c.z == 0; });
         Vec3 weight = Vec3::Zero();
         for (std::size_t i = 0; i < block.boundary.force.size(); ++i) {
             block.boundary.force[i] = block.elastic.mass()[i] * Vec3(1, -2, -9);
             weight += block.boundary.force[i];
         }
-        const auto still = solver::makeIntegrator(Scheme::statics, block.elastic, test::tightSettings());
+        const auto still = solver::makeIntegrator(Scheme::statics, block.elastic, lab::tightSettings());
         EXPECT_EQ(still->step(block.state, 1, block.loads()).status, solver::StepStatus::converged);
-        const auto integrator = solver::makeIntegrator(scheme, block.elastic, test::tightSettings());
+        const auto integrator = solver::makeIntegrator(scheme, block.elastic, lab::tightSettings());
         for (int n = 0; n < 3; ++n) {
             const solver::StepReport& report = integrator->step(block.state, 1e-3, block.loads());
             Vec3 sum = Vec3::Zero();

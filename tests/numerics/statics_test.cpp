@@ -1,19 +1,22 @@
 // Static equilibrium of blocks of whole cells against beam theory and closed forms.
-#include "cantilever.h"
+#include <vdbfrac/lab/samples/cantilever.h>
+#include <vdbfrac/lab/samples/loads.h>
 
+#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstdio>
+#include <random>
 #include <sstream>
 #include <string>
 
 using namespace vdbfrac;
+using lab::Bar;
+using lab::Cantilever;
+using lab::deflectionRatio;
+using lab::kStatic;
 using solver::Volumetric;
-using test::Bar;
-using test::Cantilever;
-using test::deflectionRatio;
-using test::kStatic;
 using Kind = tetmesh::Lattice::Kind;
 
 namespace {
@@ -21,7 +24,7 @@ namespace {
 /// Solves for equilibrium from `state`; a capped solve is a failure.
 void relax(solver::State& state, const solver::ElasticOperator& elastic, const solver::Boundary& boundary)
 {
-    const auto report = solver::stepBackwardEuler(elastic, state, kStatic, {{}, boundary}, test::tightSettings());
+    const auto report = solver::stepBackwardEuler(elastic, state, kStatic, {{}, boundary}, lab::tightSettings());
     EXPECT_EQ(report.status, solver::StepStatus::converged) << "residual " << report.residual;
 }
 
@@ -76,11 +79,11 @@ TEST(ElasticaBar, LargeDeflectionMatchesReference)
     constexpr int kSlenderness = 10, kThick = 8;
     constexpr double kE = 1, kInertia = 1. / 12;
     Bar bar(kSlenderness, kThick);
-    const auto elastic = test::elasticOperator(bar.block, solver::makeMaterial(kE, 0, 1), Volumetric::cell);
-    solver::NewtonSettings settings = test::tightSettings();
+    const auto elastic = lab::elasticOperator(bar.block, solver::makeMaterial(kE, 0, 1), Volumetric::cell);
+    solver::NewtonSettings settings = lab::tightSettings();
     settings.tolerance = 1e-6;  // far below the 6 % that are asked for
     settings.linearTolerance = 1e-3;
-    solver::State state = test::atRest(bar.block);
+    solver::State state = lab::atRest(bar.block);
     for (const Elastica& e : kReference) {
         bar.loadEnd({0, -e.alpha * kE * kInertia / (kSlenderness * kSlenderness), 0});
         const auto report = solver::stepBackwardEuler(elastic, state, kStatic, {{}, bar.boundary}, settings);
@@ -102,7 +105,7 @@ struct Scheme {
 
 class Schemes : public testing::TestWithParam<Scheme> {
 protected:
-    test::Block block(Coord cells, double h) const { return {cells, h, GetParam().kind}; }
+    lab::Block block(Coord cells, double h) const { return {cells, h, GetParam().kind}; }
 };
 
 constexpr double kSolved = 1e-9;  // relative: the solve's tolerance of 1e-11 in force, times the bar's condition
@@ -111,15 +114,15 @@ TEST_P(Schemes, UniaxialTensionFollowsHooke)
 {
     // Corotational stress is linear in the stretch: the answer is exact at any strain, also with lateral contraction.
     const double E = 1e5, nu = .3, strain = .2;
-    const test::Block bar = block({4, 2, 2}, .5);
+    const lab::Block bar = block({4, 2, 2}, .5);
     // A clamp would hinder the contraction; so the whole boundary is given, and the reaction is compared.
     solver::Boundary boundary =
-        test::clamped(bar, [](Coord c) { return c.x == 0 || c.x == 4 || c.y % 2 == 0 || c.z % 2 == 0; });
+        lab::clamped(bar, [](Coord c) { return c.x == 0 || c.x == 4 || c.y % 2 == 0 || c.z % 2 == 0; });
     for (Vec3& X : boundary.target)
         X = Vec3((1 + strain) * X.x(), (1 - nu * strain) * X.y(), (1 - nu * strain) * X.z());
-    const auto elastic = test::elasticOperator(bar, solver::makeMaterial(E, nu, 1000), GetParam().volumetric);
-    solver::State state = test::atRest(bar);
-    const auto report = solver::stepBackwardEuler(elastic, state, kStatic, {{}, boundary}, test::tightSettings());
+    const auto elastic = lab::elasticOperator(bar, solver::makeMaterial(E, nu, 1000), GetParam().volumetric);
+    solver::State state = lab::atRest(bar);
+    const auto report = solver::stepBackwardEuler(elastic, state, kStatic, {{}, boundary}, lab::tightSettings());
     EXPECT_EQ(report.status, solver::StepStatus::converged);
     Vec3 pull = Vec3::Zero();
     for (std::size_t i = 0; i < bar.nodes.size(); ++i) {
@@ -136,14 +139,14 @@ TEST_P(Schemes, UniaxialTensionFollowsHooke)
 TEST_P(Schemes, SelfWeightBarStretchesQuadratically)
 {
     const double E = 1e5, rho = 1000, g = 1, L = 2;
-    const test::Block bar = block({8, 4, 4}, .25);
-    solver::Boundary boundary = test::clamped(bar, [](Coord c) { return c.x == 0; });
-    const auto elastic = test::elasticOperator(bar, solver::makeMaterial(E, 0, rho), GetParam().volumetric);
+    const lab::Block bar = block({8, 4, 4}, .25);
+    solver::Boundary boundary = lab::clamped(bar, [](Coord c) { return c.x == 0; });
+    const auto elastic = lab::elasticOperator(bar, solver::makeMaterial(E, 0, rho), GetParam().volumetric);
     for (std::size_t i = 0; i < bar.nodes.size(); ++i) boundary.force[i] = Vec3(elastic.mass()[i] * g, 0, 0);
-    solver::State state = test::atRest(bar);
+    solver::State state = lab::atRest(bar);
     relax(state, elastic, boundary);
-    const auto area = test::nodalAreas(bar, [](Coord c) { return c.x == 8; });
-    const double tip = test::weightedMean(area, [&](std::size_t i) { return state.x[i].x() - L; });
+    const auto area = lab::nodalAreas(bar, [](Coord c) { return c.x == 8; });
+    const double tip = lab::weightedMean(area, [&](std::size_t i) { return state.x[i].x() - L; });
     // Lumped weight is spread over a section as no uniform traction would be: an error at the ends, of second order in
     // h / L.
     constexpr double kLumping = 1. / 64;
@@ -153,16 +156,16 @@ TEST_P(Schemes, SelfWeightBarStretchesQuadratically)
 TEST_P(Schemes, LinearBoundaryDisplacementIsLinearInside)
 {
     constexpr double kPatch = 1e-10;  // the patch test's usual bound
-    const test::Block cube = block({4, 4, 4}, .25);
+    const lab::Block cube = block({4, 4, 4}, .25);
     Mat3 A;
     A << 1.10, .05, -.02, .03, .95, .04, -.01, .06, 1.02;
     solver::Boundary boundary =
-        test::clamped(cube, [](Coord c) { return c.x % 4 == 0 || c.y % 4 == 0 || c.z % 4 == 0; });
+        lab::clamped(cube, [](Coord c) { return c.x % 4 == 0 || c.y % 4 == 0 || c.z % 4 == 0; });
     for (Vec3& X : boundary.target) X = A * X;
-    const auto elastic = test::elasticOperator(cube, solver::makeMaterial(1e5, .3, 1000), GetParam().volumetric);
-    solver::State state = test::atRest(cube);
+    const auto elastic = lab::elasticOperator(cube, solver::makeMaterial(1e5, .3, 1000), GetParam().volumetric);
+    solver::State state = lab::atRest(cube);
     std::mt19937 random(4);
-    for (Vec3& x : state.x) x += test::randomVec(random, .02);
+    for (Vec3& x : state.x) x += lab::randomVec(random, .02);
     relax(state, elastic, boundary);
     for (std::size_t i = 0; i < cube.nodes.size(); ++i)
         EXPECT_LT((state.x[i] - A * cube.h * cube.nodes[i].toVec()).norm(), kPatch);
@@ -171,14 +174,14 @@ TEST_P(Schemes, LinearBoundaryDisplacementIsLinearInside)
 TEST_P(Schemes, TurnedLoadGivesTurnedShape)
 {
     // Frame indifference of the whole solve: clamp and load turned by R give the shape turned by R.
-    const test::Block bar = block({8, 2, 2}, .5);
-    const auto area = test::nodalAreas(bar, [](Coord c) { return c.x == 8; });
-    const auto elastic = test::elasticOperator(bar, solver::makeMaterial(1e5, .3, 1000), GetParam().volumetric);
+    const lab::Block bar = block({8, 2, 2}, .5);
+    const auto area = lab::nodalAreas(bar, [](Coord c) { return c.x == 8; });
+    const auto elastic = lab::elasticOperator(bar, solver::makeMaterial(1e5, .3, 1000), GetParam().volumetric);
     const Mat3 R = Eigen::AngleAxisd(2.1, Vec3(1, -2, .5).normalized()).toRotationMatrix();
     std::vector<Vec3> plain;
     for (const Mat3& turn : {Mat3(Mat3::Identity()), R}) {
-        solver::Boundary boundary = test::clamped(bar, [](Coord c) { return c.x == 0; });
-        solver::State state = test::atRest(bar);
+        solver::Boundary boundary = lab::clamped(bar, [](Coord c) { return c.x == 0; });
+        solver::State state = lab::atRest(bar);
         for (std::size_t i = 0; i < area.size(); ++i) {
             boundary.target[i] = turn * boundary.target[i];
             boundary.force[i] = turn * Vec3(0, -300 * area[i], 0);

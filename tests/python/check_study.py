@@ -1,6 +1,7 @@
 """vdbfrac study as a user meets it: the same for any number of threads, failures with their reasons, resumed runs, files."""
 import csv
 import json
+import re
 import subprocess
 import sys
 import tempfile
@@ -136,7 +137,9 @@ with tempfile.TemporaryDirectory() as temporary:
     # The command line.
     study("texts and combinations", [BAR, "-o", folder / "h", "--vary", "solver.linear_solver=jacobi,direct", "--vary", "time.substeps=1,2",
                                      "--grid", "--rounds", "0"], 0, 'solver.linear_solver, time.substeps=2', '"direct"')
-    levels = json.loads((SOURCE / "docs/accuracy/levels.json").read_text())
+    data = re.findall(r"AccuracyData k(\w+)\{(.*)\};", (SOURCE / "tools/cli/src/accuracy_data.h").read_text())
+    levels = {name.lower(): dict(zip(("bending", "peak_load", "work", "time"), map(float, numbers.split(",")))) for name, numbers in data}
+    expect("three levels", list(levels) == ["draft", "normal", "fine"])
     for scene in ("cantilever", "notched_block_resolution"):
         measured = SOURCE / f"data/scenes/studies/{scene}.toml"
         series = next(s for s in tomllib.loads(measured.read_text())["study"]["series"] if s["name"] == "accuracy")

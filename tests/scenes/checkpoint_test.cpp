@@ -1,11 +1,10 @@
 // Checkpoints: a run that goes on from one has the bits of a run that was never interrupted.
-#include "scene_run.h"
-
 #include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/core/archive.h>
 #include <vdbfrac/core/run_folder.h>
+#include <vdbfrac/lab/scenes/scene_run.h>
 
 #include <gtest/gtest.h>
 
@@ -16,7 +15,7 @@
 #include <unistd.h>
 
 using namespace vdbfrac;
-using test::SceneRun;
+using lab::SceneRun;
 namespace fs = std::filesystem;
 
 namespace {
@@ -49,7 +48,7 @@ std::vector<std::uint64_t> hashes(SceneRun& run)
     std::vector<std::uint64_t> all;
     while (!run.atEnd()) {
         run.step();
-        all.push_back(run.simulation->stateHash());
+        all.push_back(run.simulation.stateHash());
     }
     return all;
 }
@@ -70,12 +69,12 @@ TEST_P(Resumed, StepsHaveTheBitsOfARunThatWasNeverInterrupted)
         {
             SceneRun first(tearingBars(), GetParam());
             for (std::size_t i = 0; i < steps; ++i) first.step();
-            first.simulation->save(archive);
+            first.simulation.save(archive);
         }
         const ThreadLimit one(1);
         SceneRun second(tearingBars(), GetParam());
-        second.simulation->restoreFrom(archive);
-        EXPECT_EQ(std::size_t(second.simulation->steps()), steps);
+        second.simulation.restoreFrom(archive);
+        EXPECT_EQ(std::size_t(second.simulation.steps()), steps);
         const std::vector<std::uint64_t> rest = hashes(second);
         EXPECT_EQ(rest, std::vector<std::uint64_t>(expected.begin() + std::ptrdiff_t(steps), expected.end()))
             << "after " << steps;
@@ -104,27 +103,27 @@ TEST(Checkpoint, HoldsTheStateToTheBit)
     run.toFrame(5);
     ASSERT_GT(run.work.countOf("cut", "cells"), 0);
     core::Archive archive;
-    run.simulation->save(archive);
+    run.simulation.save(archive);
     SceneRun other(tearingBars());
-    other.simulation->restoreFrom(archive);
-    EXPECT_EQ(other.simulation->stateHash(), run.simulation->stateHash());
-    EXPECT_EQ(other.simulation->volume(), run.simulation->volume());
-    EXPECT_EQ(other.simulation->startVolume(), run.simulation->startVolume());
+    other.simulation.restoreFrom(archive);
+    EXPECT_EQ(other.simulation.stateHash(), run.simulation.stateHash());
+    EXPECT_EQ(other.simulation.volume(), run.simulation.volume());
+    EXPECT_EQ(other.simulation.startVolume(), run.simulation.startVolume());
     core::Archive again;
-    other.simulation->save(again);
+    other.simulation.save(again);
     EXPECT_EQ(again.checksum(), archive.checksum());
 }
 
 TEST(Checkpoint, OfAnotherSceneIsRefused)
 {
     core::Archive archive;
-    SceneRun(tearingBars()).simulation->save(archive);
+    SceneRun(tearingBars()).simulation.save(archive);
     SceneRun finer(tearingBars(), {"grid.voxel_size=0.08"});
-    EXPECT_THROW(finer.simulation->restoreFrom(archive), FileError);
+    EXPECT_THROW(finer.simulation.restoreFrom(archive), FileError);
     SceneRun thinner(tearingBars(), {"body.0.shape={ box = { size = [0.3, 1, 0.4] } }"});
-    EXPECT_THROW(thinner.simulation->restoreFrom(archive), FileError);
+    EXPECT_THROW(thinner.simulation.restoreFrom(archive), FileError);
     SceneRun renamed(tearingBars(), {"body.0.name=\"other\"", "grip.0.body=\"other\"", "grip.1.body=\"other\""});
-    EXPECT_THROW(renamed.simulation->restoreFrom(archive), FileError);
+    EXPECT_THROW(renamed.simulation.restoreFrom(archive), FileError);
 }
 
 class CheckpointFolder : public testing::Test {
@@ -134,16 +133,16 @@ protected:
 
     core::RunFolder open(const SceneRun& run, core::Earlier earlier)
     {
-        return {folder_, run.scene, run.simulation->stages(), earlier};
+        return {folder_, run.scene, run.simulation.stages(), earlier};
     }
     /// Runs to a frame, with a checkpoint at each.
     static void writeTo(SceneRun& run, core::RunFolder& folder, int last)
     {
-        if (run.simulation->steps() == 0) folder.writeCheckpoint(*run.simulation, "settings");
-        for (int frame = run.framesDone() + 1 + (run.simulation->steps() > 0); frame <= last; ++frame) {
-            while (run.framesDone() < frame - 1) folder.addStep(run.step());
-            folder.writeFrame(*run.simulation, frame);
-            folder.writeCheckpoint(*run.simulation, "settings");
+        if (run.simulation.steps() == 0) folder.writeCheckpoint(run.simulation, "settings");
+        for (int frame = run.simulation.framesDone() + 1 + (run.simulation.steps() > 0); frame <= last; ++frame) {
+            while (run.simulation.framesDone() < frame - 1) folder.addStep(run.step());
+            folder.writeFrame(run.simulation, frame);
+            folder.writeCheckpoint(run.simulation, "settings");
         }
     }
     std::vector<fs::path> checkpoints() const { return core::checkpointsIn(folder_); }
@@ -152,7 +151,7 @@ protected:
         SceneRun run(tearingBars());
         core::RunFolder folder = open(run, core::Earlier::replace);
         writeTo(run, folder, last);
-        folder.finish(*run.simulation, "stopped");
+        folder.finish(run.simulation, "stopped");
     }
 
     fs::path folder_ = fs::temp_directory_path() / ("vdbfrac-checkpoints-" + std::to_string(::getpid()));
@@ -165,7 +164,7 @@ TEST_F(CheckpointFolder, ResumedRunsLeaveTheSameFilesAndTwoCheckpoints)
     {
         core::RunFolder folder = open(whole, core::Earlier::replace);
         writeTo(whole, folder, kFrames);
-        folder.finish(*whole.simulation, "done");
+        folder.finish(whole.simulation, "done");
         for (const core::FrameRecord& f : folder.frames()) expected += f.stateHash + f.files.at(1).checksum;
     }
     EXPECT_EQ(checkpoints().size(), 2u);
@@ -173,11 +172,11 @@ TEST_F(CheckpointFolder, ResumedRunsLeaveTheSameFilesAndTwoCheckpoints)
     SceneRun rest(tearingBars());
     core::RunFolder folder = open(rest, core::Earlier::keep);
     std::vector<std::string> notes;
-    ASSERT_TRUE(folder.resume(*rest.simulation, {"settings"}, notes));
+    ASSERT_TRUE(folder.resume(rest.simulation, {"settings"}, notes));
     EXPECT_TRUE(notes.empty());
     EXPECT_EQ(folder.frames().size(), 3u);
     writeTo(rest, folder, kFrames);
-    folder.finish(*rest.simulation, "done");
+    folder.finish(rest.simulation, "done");
     std::string found;
     for (const core::FrameRecord& f : folder.frames()) found += f.stateHash + f.files.at(1).checksum;
     EXPECT_EQ(found, expected);
@@ -211,7 +210,7 @@ TEST_F(CheckpointFolder, RecordsGrowByWhatIsNewAndCheckpointsDoNotGrow)
     core::RunFolder folder = open(run, core::Earlier::replace);
     const auto bytes = [&](int last) {
         writeTo(run, folder, last);
-        folder.finish(*run.simulation, "running");
+        folder.finish(run.simulation, "running");
         return std::pair(double(fs::file_size(folder_ / "ckpt/bars.records")),
                          double(fs::file_size(checkpoints().back())));
     };
@@ -233,7 +232,7 @@ TEST_F(CheckpointFolder, ADamagedCheckpointIsPassedOverAndNamed)
         SceneRun run(tearingBars());
         core::RunFolder folder = open(run, core::Earlier::keep);
         std::vector<std::string> notes;
-        ASSERT_TRUE(folder.resume(*run.simulation, {"settings"}, notes));
+        ASSERT_TRUE(folder.resume(run.simulation, {"settings"}, notes));
         ASSERT_EQ(notes.size(), 1u);
         EXPECT_NE(notes[0].find(files[1].filename().string()), std::string::npos) << notes[0];
         EXPECT_EQ(folder.frames().back().frame, 2);
@@ -242,7 +241,7 @@ TEST_F(CheckpointFolder, ADamagedCheckpointIsPassedOverAndNamed)
     SceneRun run(tearingBars());
     core::RunFolder folder = open(run, core::Earlier::keep);
     std::vector<std::string> notes;
-    EXPECT_THROW(folder.resume(*run.simulation, {"settings"}, notes), FileError);
+    EXPECT_THROW(folder.resume(run.simulation, {"settings"}, notes), FileError);
 }
 
 TEST_F(CheckpointFolder, OtherSettingsAndOtherBodiesAreRefused)
@@ -253,7 +252,7 @@ TEST_F(CheckpointFolder, OtherSettingsAndOtherBodiesAreRefused)
         SceneRun run(tearingBars());
         core::RunFolder folder = open(run, core::Earlier::keep);
         try {
-            folder.resume(*run.simulation, {"settings\nmore"}, notes);
+            folder.resume(run.simulation, {"settings\nmore"}, notes);
             FAIL() << "nothing was thrown";
         } catch (const InputError& e) {
             EXPECT_NE(std::string(e.what()).find("'more' was its end"), std::string::npos) << e.what();
@@ -261,7 +260,7 @@ TEST_F(CheckpointFolder, OtherSettingsAndOtherBodiesAreRefused)
     }
     SceneRun other(tearingBars(), {"body.0.cut=[]"});
     core::RunFolder folder = open(other, core::Earlier::keep);
-    EXPECT_THROW(folder.resume(*other.simulation, {"settings"}, notes), InputError);
+    EXPECT_THROW(folder.resume(other.simulation, {"settings"}, notes), InputError);
 }
 
 TEST_F(CheckpointFolder, GoesBackToAnEarlierFrameWhenAskedTo)
@@ -271,12 +270,12 @@ TEST_F(CheckpointFolder, GoesBackToAnEarlierFrameWhenAskedTo)
     {
         SceneRun run(tearingBars());
         core::RunFolder folder = open(run, core::Earlier::keep);
-        ASSERT_TRUE(folder.resume(*run.simulation, {"settings", 2}, notes));
+        ASSERT_TRUE(folder.resume(run.simulation, {"settings", 2}, notes));
         EXPECT_EQ(folder.frames().back().frame, 2);
     }
     SceneRun early(tearingBars());
     core::RunFolder same = open(early, core::Earlier::keep);
-    EXPECT_THROW(same.resume(*early.simulation, {"settings", 1}, notes), FileError);  // of two, the oldest is frame 2's
+    EXPECT_THROW(same.resume(early.simulation, {"settings", 1}, notes), FileError);  // of two, the oldest is frame 2's
 }
 
 TEST_F(CheckpointFolder, OneRunAtATimeWritesIntoAFolder)
@@ -306,12 +305,12 @@ TEST(Checkpoint, WhatNoRunLeadsToIsRefused)
     SceneRun run(tearingBars());
     run.toFrame(5);
     core::Archive sound;
-    run.simulation->save(sound);
+    run.simulation.save(sound);
     const auto refused = [&](const core::Archive& archive) {
         SceneRun other(tearingBars());
-        EXPECT_THROW(other.simulation->restoreFrom(archive), FileError);
+        EXPECT_THROW(other.simulation.restoreFrom(archive), FileError);
     };
-    EXPECT_NO_THROW(SceneRun(tearingBars()).simulation->restoreFrom(sound));
+    EXPECT_NO_THROW(SceneRun(tearingBars()).simulation.restoreFrom(sound));
     const double nan = std::numeric_limits<double>::quiet_NaN();
     refused(changed(sound, "x", 3, Vec3(0, nan, 0)));
     refused(changed(sound, "v", 3, Vec3(0, 0, INFINITY)));

@@ -1,6 +1,6 @@
 // Fracture as a user sees it: what tears, where, at which load, at any resolution.
-#include "notched_plate.h"
-#include "scene_run.h"
+#include <vdbfrac/lab/scenes/notched_plate.h>
+#include <vdbfrac/lab/scenes/scene_run.h>
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 #include <sstream>
 
 using namespace vdbfrac;
-using test::SceneRun;
+using lab::SceneRun;
 
 namespace {
 
@@ -24,9 +24,9 @@ std::string notchedBlock()
 
 grid::VoxelValues arrival(const SceneRun& run)
 {
-    for (const core::FrameSource* source : run.simulation->stages().frames)
+    for (const core::FrameSource* source : run.simulation.stages().frames)
         if (source->fields()[0].name == "arrival")
-            return std::get<grid::VoxelValues>(source->take(run.simulation->bodies()[0], "arrival"));
+            return std::get<grid::VoxelValues>(source->take(run.simulation.bodies()[0], "arrival"));
     return {};
 }
 
@@ -36,13 +36,13 @@ TEST_P(NotchedBlock, TearsFromTheNotchIntoTwoLargeFragments)
 {
     SceneRun run(notchedBlock(), {std::string("material.gel.poisson_ratio=") + GetParam()});
     run.toFrame(40);
-    const core::Body& block = run.simulation->bodies()[0];
+    const core::Body& block = run.simulation.bodies()[0];
     std::vector<double> volumes;
     for (const auto& f : block.fragments.fragments()) volumes.push_back(f.restVolume);
     std::sort(volumes.rbegin(), volumes.rend());
     ASSERT_GE(volumes.size(), 2u);
     EXPECT_GT(volumes[1], 0.35 * block.startVolume);
-    EXPECT_LT(run.simulation->volume() - volumes[0] - volumes[1], 0.02 * block.startVolume);  // chips
+    EXPECT_LT(run.simulation.volume() - volumes[0] - volumes[1], 0.02 * block.startVolume);  // chips
 
     const grid::VoxelValues failed = arrival(run);
     ASSERT_FALSE(failed.coords.empty());
@@ -83,8 +83,8 @@ TEST(NotchedBlockDelaunay, TearsAsOnTheLattice)
         for (const core::StepRecord& s : run.steps)
             if (r.onset == 0 && s.work.countOf("fracture", "moved_voxels") > 0) r.onset = s.time;
         r.peak = run.peakLoad(0, 1);
-        r.volume = run.simulation->startVolume();
-        for (const auto& f : run.simulation->bodies()[0].fragments.fragments()) r.fragments.push_back(f.restVolume);
+        r.volume = run.simulation.startVolume();
+        for (const auto& f : run.simulation.bodies()[0].fragments.fragments()) r.fragments.push_back(f.restVolume);
         std::sort(r.fragments.rbegin(), r.fragments.rend());
         return r;
     };
@@ -100,8 +100,8 @@ TEST(NotchedBlockLoss, FallsAsVoxelsShrink)
     const auto lost = [](const char* voxel) {
         SceneRun run(notchedBlock(), {std::string("grid.voxel_size=") + voxel});
         run.toFrame(40);
-        EXPECT_GE(run.simulation->fragments(), 2u);
-        return 1 - run.simulation->volume() / run.simulation->startVolume();
+        EXPECT_GE(run.simulation.fragments(), 2u);
+        return 1 - run.simulation.volume() / run.simulation.startVolume();
     };
     const double coarse = lost("0.1"), fine = lost("0.05");
     // A crack two voxels wide through .8 of a unit square, of a volume of .93.
@@ -136,7 +136,7 @@ double tearingStrain(SceneRun& run)
 {
     while (run.work.countOf("fracture", "moved_voxels") == 0 && run.steps.size() < 198)
         run.toFrame(int(run.steps.size()) + 2);
-    return 0.002 * run.simulation->time();
+    return 0.002 * run.simulation.time();
 }
 
 TEST(BarOnset, StrainIsThatOfTheFormulaAtAnyResolution)
@@ -149,7 +149,7 @@ TEST(BarOnset, StrainIsThatOfTheFormulaAtAnyResolution)
         EXPECT_NEAR(strain, critical, 1.001 * kIncrement) << cells;  // one load increment, and rounding
         // Force balance: the load is E e times the cross-section. That is a little more than volume by length: the
         // level set rounds off the edges of the ends, within a cell.
-        const double load = run.steps.back().gripLoad[0].y(), section = run.simulation->startVolume() / 1.5;
+        const double load = run.steps.back().gripLoad[0].y(), section = run.simulation.startVolume() / 1.5;
         EXPECT_NEAR(load, E * strain * section, load * 0.5 / cells) << cells;
         EXPECT_NEAR(load, -run.steps.back().gripLoad[1].y(), 1e-3 * load) << cells;
     }
@@ -223,7 +223,7 @@ TEST(ClampedStrip, CrackSetsOffWhereTheEnergyThatItReleasesIsTheToughness)
 
 bool isNoted(const SceneRun& run, const std::string& text)
 {
-    const auto& notes = run.simulation->stages().notes;
+    const auto& notes = run.simulation.stages().notes;
     return std::any_of(notes.begin(), notes.end(),
                        [&](const std::string& n) { return n.find(text) != std::string::npos; });
 }
@@ -241,7 +241,7 @@ TEST(BarOnset, KeysThatAreOneChangeNothing)
         SceneRun run(bar(8, "kappa = 0.5" + keys));
         run.toFrame(40);
         EXPECT_GT(run.work.countOf("fracture", "moved_voxels"), 0);
-        return run.simulation->stateHash();
+        return run.simulation.stateHash();
     };
     EXPECT_EQ(hash(""), hash("\nkeys = [{ time = 1, scale = 1 }]"));
 }
@@ -322,18 +322,18 @@ TEST(Grips, KeysTurnAndMoveRoundThePivot)
                  "[0, 90, 0] }] }");
     SceneRun run(text);
     run.toFrame(21);
-    const core::Body& body = run.simulation->bodies()[0];
+    const core::Body& body = run.simulation.bodies()[0];
     for (std::size_t i = 0; i < body.mesh->nodeCount(); ++i) {
         const Vec3 X = body.mesh->restPosition(i);
         if (X.y() < 0.5 - 1e-6) continue;
-        EXPECT_LT((run.simulation->x()[i] - Vec3(X.z(), X.y() + 0.02, -X.x())).norm(), 1e-12);  // 90 degrees about y
+        EXPECT_LT((run.simulation.x()[i] - Vec3(X.z(), X.y() + 0.02, -X.x())).norm(), 1e-12);  // 90 degrees about y
     }
 }
 
 /// Peak load on the plate [N].
 double peakLoad(int cells, const std::string& law)
 {
-    const double peak = test::notchedPlatePeak(cells, law);
+    const double peak = lab::notchedPlatePeak(cells, law);
     EXPECT_GT(peak, 0) << "the plate did not tear";
     return peak;
 }

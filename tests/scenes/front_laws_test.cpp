@@ -1,6 +1,7 @@
 // What the keys of fracture and of time steps say of a front, in numbers that are known: on rods strained alike
 // everywhere.
-#include "rod.h"
+#include <vdbfrac/lab/scenes/rod.h>
+#include <vdbfrac/lab/scenes/scene_run.h>
 
 #include <gtest/gtest.h>
 
@@ -12,8 +13,8 @@
 #include <sstream>
 
 using namespace vdbfrac;
-using test::Rod;
-using test::SceneRun;
+using lab::Rod;
+using lab::SceneRun;
 
 namespace {
 
@@ -35,8 +36,8 @@ double fromGrips(const SceneRun& run, Coord voxel) { return Rod::kFree - std::ab
 std::map<Coord, std::pair<double, double>> besideTheSurface(SceneRun& run)
 {
     const double dx = run.scene.grid.voxelSize;
-    const core::Body& body = run.simulation->bodies()[0];
-    const auto before = test::materialPhi(body);
+    const core::Body& body = run.simulation.bodies()[0];
+    const auto before = lab::materialPhi(body);
     run.step();
     std::map<Coord, std::pair<double, double>> phi;
     for (const auto& [voxel, value] : before)
@@ -111,7 +112,7 @@ TEST(Fracture, StopsAtTheMarginOfTheGripsAndNotBeforeIt)
         SceneRun run(rod.text(fracture(1e-6 * rod.energy(), margin.key)));
         for (int n = 0; n < 8; ++n) run.step();  // half a voxel each: more than half of the rod's width
         double nearest = 1e300;
-        for (const Coord& voxel : test::fieldOf(run, "arrival").coords)
+        for (const Coord& voxel : lab::fieldOf(run, "arrival").coords)
             nearest = std::min(nearest, fromGrips(run, voxel));
         EXPECT_GE(nearest, margin.width - kRounding) << margin.key;
         EXPECT_LT(nearest, margin.width + rod.dx) << margin.key;
@@ -123,15 +124,15 @@ TEST(Arrival, IsTheEndOfTheStepInWhichPhiRoseToZero)
     Rod rod;
     rod.frame = 0.4 * rod.dx / rod.rayleighSpeed();
     SceneRun run(rod.text(fracture(rod.energy() / 3)));
-    const core::Body& body = run.simulation->bodies()[0];
+    const core::Body& body = run.simulation.bodies()[0];
     std::map<Coord, float> expected;
     for (int n = 0; n < 12; ++n) {
-        const auto before = test::materialPhi(body);
+        const auto before = lab::materialPhi(body);
         run.step();
         for (const auto& [voxel, value] : before)
-            if (body.mesh->phi()(voxel) >= 0) expected[voxel] = float(run.simulation->time());
+            if (body.mesh->phi()(voxel) >= 0) expected[voxel] = float(run.simulation.time());
     }
-    const grid::VoxelValues arrival = test::fieldOf(run, "arrival");
+    const grid::VoxelValues arrival = lab::fieldOf(run, "arrival");
     ASSERT_EQ(arrival.coords.size(), expected.size());
     std::set<float> times;
     for (std::size_t i = 0; i < arrival.coords.size(); ++i) {

@@ -1,7 +1,8 @@
 // What a scene can choose of accuracy: each choice runs, does what it says, and tears alike.
-#include "scene_run.h"
+#include "notched_bar.h"
 
 #include <vdbfrac/base/error.h>
+#include <vdbfrac/lab/scenes/scene_run.h>
 #include <vdbfrac/tetmesh/stencil.h>
 
 #include <gtest/gtest.h>
@@ -13,34 +14,8 @@ using namespace vdbfrac;
 
 namespace {
 
-/// A notched bar that is pulled from both ends.
-const std::string kElastic = R"(
-version = 1
-name = "bar"
-[time]
-frames = [1, 25]
-fps = 24
-substeps = 2
-[grid]
-voxel_size = 0.05
-[[body]]
-name = "bar"
-shape = { box = { size = [0.3, 1.1, 0.3] } }
-cut = [{ cylinder = { axis = "z", radius = 0.11, center = [0.15, 0, 0] } }]
-material = "gel"
-[material.gel]
-youngs_modulus = 1e5
-poisson_ratio = 0.3
-density = 1000
-[[grip]]
-body = "bar"
-region = { halfspace = { normal = [0, 1, 0], offset = 0.45 } }
-move = { velocity = [0, 0.1, 0] }
-[[grip]]
-body = "bar"
-region = { halfspace = { normal = [0, -1, 0], offset = 0.45 } }
-move = { velocity = [0, -0.1, 0] }
-)";
+const std::string kElastic =
+    test::NotchedBar{.frames = 25, .fps = 24, .voxelSize = 0.05, .substeps = "2", .thickness = 0.3}.text("");
 const std::string kBar = kElastic + "[fracture]\nkappa = 1000\n";
 
 class Choices : public testing::TestWithParam<const char*> {};
@@ -49,17 +24,17 @@ TEST_P(Choices, TearTheBarInTwo)
 {
     // Of the peak load of the default: all are the same bar, but for whole tets and loose phi.
     constexpr double kSame = 0.3;
-    test::SceneRun usual(kBar), chosen(kBar, {GetParam()});
+    lab::SceneRun usual(kBar), chosen(kBar, {GetParam()});
     usual.toEnd(), chosen.toEnd();
-    EXPECT_EQ(usual.simulation->fragments(), 2u);
-    EXPECT_EQ(chosen.simulation->fragments(), 2u);
+    EXPECT_EQ(usual.simulation.fragments(), 2u);
+    EXPECT_EQ(chosen.simulation.fragments(), 2u);
     EXPECT_NEAR(chosen.peakLoad(0, 1), usual.peakLoad(0, 1), kSame * usual.peakLoad(0, 1));
-    double volume = chosen.simulation->startVolume();
+    double volume = chosen.simulation.startVolume();
     for (const core::StepRecord& step : chosen.steps) {
         EXPECT_LE(step.volume, volume * (1 + 1e-12)) << "step " << step.step;
         volume = step.volume;
     }
-    EXPECT_NE(chosen.simulation->stateHash(), usual.simulation->stateHash()) << "the key has no effect";
+    EXPECT_NE(chosen.simulation.stateHash(), usual.simulation.stateHash()) << "the key has no effect";
 }
 
 INSTANTIATE_TEST_SUITE_P(Knobs, Choices,
@@ -71,16 +46,16 @@ INSTANTIATE_TEST_SUITE_P(Knobs, Choices,
 
 TEST(Choices, ExplicitIntegratorsTearToo)
 {
-    test::SceneRun chosen(kBar, {"solver.integrator=\"symplectic_euler\"", "time.substeps=\"auto\""});
+    lab::SceneRun chosen(kBar, {"solver.integrator=\"symplectic_euler\"", "time.substeps=\"auto\""});
     chosen.toEnd();
-    EXPECT_EQ(chosen.simulation->fragments(), 2u);
+    EXPECT_EQ(chosen.simulation.fragments(), 2u);
     for (const core::StepRecord& step : chosen.steps) EXPECT_EQ(step.newtonIterations, 0);
 }
 
 TEST(Choices, AnExplicitIntegratorWithLongStepsSaysSo)
 {
-    test::SceneRun chosen(kElastic, {"solver.integrator=\"forward_euler\"", "time.substeps=1", "time.frames=[1,200]"});
-    const auto& notes = chosen.simulation->stages().notes;
+    lab::SceneRun chosen(kElastic, {"solver.integrator=\"forward_euler\"", "time.substeps=1", "time.frames=[1,200]"});
+    const auto& notes = chosen.simulation.stages().notes;
     EXPECT_TRUE(std::any_of(notes.begin(), notes.end(),
                             [](const std::string& n) { return n.find("unstable beyond") != std::string::npos; }));
     try {
@@ -95,12 +70,12 @@ TEST(Choices, AutoKnowsThatDampingLowersTheStepOfExplicitIntegrators)
 {
     const std::string scheme = "solver.integrator=\"symplectic_euler\"", frames = "time.frames=[1,3]",
                       damping = "damping.stiffness=0.05";
-    test::SceneRun free(kElastic, {scheme, frames, "time.substeps=\"auto\""});
-    test::SceneRun damped(kElastic, {scheme, frames, damping, "time.substeps=\"auto\""});
+    lab::SceneRun free(kElastic, {scheme, frames, "time.substeps=\"auto\""});
+    lab::SceneRun damped(kElastic, {scheme, frames, damping, "time.substeps=\"auto\""});
     free.toEnd(), damped.toEnd();
     EXPECT_LT(damped.steps.back().elasticEnergy, 2 * free.steps.back().elasticEnergy);
-    test::SceneRun stepsOfFree(kElastic,
-                               {scheme, frames, damping, "time.substeps=" + std::to_string(free.steps.size() / 2)});
+    lab::SceneRun stepsOfFree(kElastic,
+                              {scheme, frames, damping, "time.substeps=" + std::to_string(free.steps.size() / 2)});
     stepsOfFree.toEnd();
     EXPECT_GT(stepsOfFree.steps.back().elasticEnergy, 1e6 * free.steps.back().elasticEnergy)
         << "the test shows nothing";
@@ -108,12 +83,12 @@ TEST(Choices, AutoKnowsThatDampingLowersTheStepOfExplicitIntegrators)
 
 TEST(Choices, StaticStepsHaveNoVelocitiesFromTheStart)
 {
-    const auto fastest = [](const test::SceneRun& run) {
+    const auto fastest = [](const lab::SceneRun& run) {
         double v = 0;
-        for (const Vec3& one : run.simulation->v()) v = std::max(v, one.norm());
+        for (const Vec3& one : run.simulation.v()) v = std::max(v, one.norm());
         return v;
     };
-    test::SceneRun moving(kElastic), still(kElastic, {"solver.integrator=\"static\""});
+    lab::SceneRun moving(kElastic), still(kElastic, {"solver.integrator=\"static\""});
     EXPECT_GT(fastest(moving), 0);  // of what the grips hold
     EXPECT_EQ(fastest(still), 0);
     still.step();
@@ -122,14 +97,14 @@ TEST(Choices, StaticStepsHaveNoVelocitiesFromTheStart)
 
 TEST(Choices, TensionNeedsCorotationalStrain)
 {
-    EXPECT_THROW(test::SceneRun(kBar, {"solver.strain=\"green\"", "fracture.driver=\"tension\""}), InputError);
+    EXPECT_THROW(lab::SceneRun(kBar, {"solver.strain=\"green\"", "fracture.driver=\"tension\""}), InputError);
 }
 
 TEST(Choices, WholeTetsHaveNearlyTheVolumeOfTheShape)
 {
     constexpr double kAllowed = 0.05;  // a ball 8 voxels across: jags of half a voxel, in the mean none
     const auto volume = [](const char* surface) {
-        return test::SceneRun(R"(
+        return lab::SceneRun(R"(
 version = 1
 [grid]
 voxel_size = 0.05
@@ -142,8 +117,8 @@ youngs_modulus = 1e5
 poisson_ratio = 0.3
 density = 1000
 )",
-                              {std::string("grid.surface=\"") + surface + '"'})
-            .simulation->volume();
+                             {std::string("grid.surface=\"") + surface + '"'})
+            .simulation.volume();
     };
     EXPECT_NEAR(volume("whole_tets"), volume("cut_planes"), kAllowed * volume("cut_planes"));
     EXPECT_NE(volume("whole_tets"), volume("cut_planes"));
@@ -154,7 +129,7 @@ density = 1000
 TEST(Coarsening, TheCoarsestLatticeSetsUpAndSteps)
 {
     constexpr double kRounded = 1e-3;  // of the volume: edges of the level set are cut off within a voxel
-    test::SceneRun run(R"(
+    lab::SceneRun run(R"(
 version = 1
 [time]
 frames = [1, 3]
@@ -182,14 +157,14 @@ move = { velocity = [0, -0.1, 0] }
 [fracture]
 toughness = 1000
 )");
-    EXPECT_NEAR(run.simulation->startVolume(), 1, kRounded);
+    EXPECT_NEAR(run.simulation.startVolume(), 1, kRounded);
     run.toEnd();
     ASSERT_EQ(run.steps.size(), 2u);
     for (const core::StepRecord& step : run.steps) EXPECT_EQ(step.outcome, core::Outcome::converged);
-    EXPECT_EQ(run.simulation->fragments(), 1u);
+    EXPECT_EQ(run.simulation.fragments(), 1u);
     EXPECT_GT(run.peakLoad(0, 1), 0);
     EXPECT_EQ(run.scene.grid.coarsening, tetmesh::kMostCoarsening);
-    EXPECT_THROW(test::SceneRun(kElastic, {"grid.coarsening=" + std::to_string(tetmesh::kMostCoarsening + 1)}),
+    EXPECT_THROW(lab::SceneRun(kElastic, {"grid.coarsening=" + std::to_string(tetmesh::kMostCoarsening + 1)}),
                  InputError);
 }
 

@@ -1,10 +1,12 @@
 // A host that has set a locale with decimal commas: scenes, meshes and runs are read and written as ever.
-#include "scene_run.h"
+#include "notched_bar.h"
 
 #include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/core/run_folder.h>
 #include <vdbfrac/effects/effects.h>
+#include <vdbfrac/lab/scenes/scene_run.h>
+#include <vdbfrac/scene/reader.h>
 #include <vdbfrac/tetmesh/surface_file.h>
 #include <vdbfrac/tetmesh/surface_input.h>
 #include <vdbfrac/tetmesh/tet_file.h>
@@ -22,7 +24,7 @@
 #include <unistd.h>
 
 using namespace vdbfrac;
-using test::SceneRun;
+using lab::SceneRun;
 namespace fs = std::filesystem;
 
 namespace {
@@ -104,39 +106,11 @@ private:
 };
 
 /// A notched bar that tears within some frames.
-const std::string kBar = R"(
-version = 1
-name = "bar"
-[time]
-frames = [1, 8]
-fps = 4
-[grid]
-voxel_size = 0.1
-[[body]]
-name = "bar"
-shape = { box = { size = [0.4, 1.0, 0.4] } }
-cut = [{ cylinder = { axis = "z", radius = 0.1, center = [0.2, 0, 0] } }]
-material = "m"
-[material.m]
-youngs_modulus = 1.234567e5
-poisson_ratio = 0.3
-density = 1000.5
-[[grip]]
-body = "bar"
-region = { box = { size = [1, 0.1, 1], center = [0, 0.4, 0] } }
-move = { velocity = [0, 0.1, 0] }
-[[grip]]
-body = "bar"
-region = { box = { size = [1, 0.1, 1], center = [0, -0.4, 0] } }
-move = { velocity = [0, -0.1, 0] }
-[damping]
-stiffness = 0.002
-[fracture]
-toughness = 60
-[output]
+const std::string kBar =
+    test::NotchedBar{.youngsModulus = "1.234567e5", .density = "1000.5"}.text(std::string(test::kTear) + R"([output]
 vdb = ["phi", "energy", "surface", "vel"]
 obj = true
-)";
+)");
 
 /// stats.csv without the columns of seconds.
 std::string withoutSeconds(const std::string& csv)
@@ -170,14 +144,14 @@ TEST_F(Locales, ARunWritesTheSameFiles)
     expectSame([&] {
         Texts texts;
         SceneRun run(kBar);
-        core::RunFolder out(folder_ / "run", run.scene, run.simulation->stages(), core::Earlier::replace);
+        core::RunFolder out(folder_ / "run", run.scene, run.simulation.stages(), core::Earlier::replace);
         const std::string settings = scene::writeScene(run.scene, effects::vocabulary());
         for (int frame = 1; frame <= run.scene.time.lastFrame; ++frame) {
             run.toFrame(frame);
             for (std::size_t i = out.steps().size(); i < run.steps.size(); ++i) out.addStep(run.steps[i]);
-            out.writeFrame(*run.simulation, frame);
+            out.writeFrame(run.simulation, frame);
         }
-        out.finish(*run.simulation, "done");
+        out.finish(run.simulation, "done");
         EXPECT_GT(run.work.countOf("cut", "cells"), 0) << "nothing tears";
         texts["scene"] = settings;
         texts["stats.csv"] = withoutSeconds(readText(folder_ / "run/stats.csv"));
@@ -189,7 +163,7 @@ TEST_F(Locales, ARunWritesTheSameFiles)
         const SceneRun again(kBar, {"body.0.shape={ vdb = { file = \"" + (folder_ / "run/vdb/bar.0001.vdb").string() +
                                         "\", grid = \"phi\" } }",
                                     "body.0.cut=[]"});
-        texts["state of a .vdb"] = std::to_string(again.simulation->stateHash());
+        texts["state of a .vdb"] = std::to_string(again.simulation.stateHash());
         return texts;
     });
 }
@@ -200,23 +174,23 @@ TEST_F(Locales, ARunGoesOnFromACheckpointOfAnotherLocale)
     std::uint64_t end = 0;
     {
         SceneRun run(kBar);
-        core::RunFolder out(folder_ / "run", run.scene, run.simulation->stages(), core::Earlier::refuse);
-        out.writeCheckpoint(*run.simulation, settings(run));  // of the bodies at rest
-        for (int frame = 1; frame <= 3; ++frame) run.toFrame(frame), out.writeFrame(*run.simulation, frame);
+        core::RunFolder out(folder_ / "run", run.scene, run.simulation.stages(), core::Earlier::refuse);
+        out.writeCheckpoint(run.simulation, settings(run));  // of the bodies at rest
+        for (int frame = 1; frame <= 3; ++frame) run.toFrame(frame), out.writeFrame(run.simulation, frame);
         for (const core::StepRecord& step : run.steps) out.addStep(step);
-        out.writeCheckpoint(*run.simulation, settings(run));
-        out.finish(*run.simulation, "stopped");
+        out.writeCheckpoint(run.simulation, settings(run));
+        out.finish(run.simulation, "stopped");
         run.toFrame(5);
-        end = run.simulation->stateHash();
+        end = run.simulation.stateHash();
     }
     setCommas();
     SceneRun run(kBar);
-    core::RunFolder out(folder_ / "run", run.scene, run.simulation->stages(), core::Earlier::keep);
+    core::RunFolder out(folder_ / "run", run.scene, run.simulation.stages(), core::Earlier::keep);
     std::vector<std::string> notes;
-    ASSERT_TRUE(out.resume(*run.simulation, {settings(run)}, notes));
-    EXPECT_EQ(run.framesDone(), 2);
+    ASSERT_TRUE(out.resume(run.simulation, {settings(run)}, notes));
+    EXPECT_EQ(run.simulation.framesDone(), 2);
     run.toFrame(5);
-    EXPECT_EQ(run.simulation->stateHash(), end);
+    EXPECT_EQ(run.simulation.stateHash(), end);
 }
 
 TEST_F(Locales, ScenesReadAndWriteTheSame)
@@ -298,7 +272,7 @@ TEST_F(Locales, NotesAreTheSame)
         const SceneRun thin(kBar, {"body.0.shape.box.size=[0.11, 1.0, 0.11]", "body.0.cut=[]", "time.substeps=1",
                                    "solver.integrator=\"symplectic_euler\"", "fracture.strength=1e4"});
         std::string notes;
-        for (const std::string& note : thin.simulation->stages().notes) notes += note + "\n";
+        for (const std::string& note : thin.simulation.stages().notes) notes += note + "\n";
         return Texts{{"notes", notes}};
     });
 }

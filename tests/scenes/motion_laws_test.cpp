@@ -1,8 +1,10 @@
 // How bodies move, and how long the steps are in which they do: against closed forms.
-#include "axial_bar.h"
-#include "saw.h"
-#include "scene_run.h"
-
+#include <vdbfrac/effects/effects.h>
+#include <vdbfrac/lab/samples/axial_bar.h>
+#include <vdbfrac/lab/samples/loads.h>
+#include <vdbfrac/lab/scenes/saw.h>
+#include <vdbfrac/lab/scenes/scene_run.h>
+#include <vdbfrac/scene/reader.h>
 #include <vdbfrac/solver/integrator.h>
 
 #include <Eigen/Geometry>
@@ -14,7 +16,7 @@
 #include <sstream>
 
 using namespace vdbfrac;
-using test::SceneRun;
+using lab::SceneRun;
 
 namespace {
 
@@ -37,7 +39,7 @@ Vec3 flightAt(const Vec3& X) { return Vec3(1, 2, -1) + Vec3(0.5, -0.2, 0.4).cros
 TEST(Body, SetsOffWithItsVelocityAndSpinsAboutItsCentre)
 {
     const SceneRun run(box(kFlight, ""));
-    const core::Simulation& simulation = *run.simulation;
+    const core::Simulation& simulation = run.simulation;
     const auto X = tetmesh::restPositions(*simulation.bodies()[0].mesh);
     const auto mass = simulation.elastic().mass();
     Vec3 momentum = Vec3::Zero();
@@ -58,12 +60,12 @@ TEST(Cut, LeavesEachPieceItsMomentumAndKineticEnergy)
     constexpr double kStep = 1e-6;      // s, so short that the spin strains nothing
     constexpr double kStrain = 1e-5;    // m/s: what the step and its tolerance may change of velocities
     constexpr double kHalfKerf = 0.04;  // m, of less than a cell: the nodes in its plane get copies
-    test::Saw saw(kCentre.x(), kHalfKerf);
+    lab::Saw saw(kCentre.x(), kHalfKerf);
     SceneRun run(box(kFlight, ""), {"time.fps=1e6"}, &saw);
-    const std::size_t nodes = run.simulation->x().size();
-    const double start = run.simulation->volume();
+    const std::size_t nodes = run.simulation.x().size();
+    const double start = run.simulation.volume();
     const core::StepRecord& step = run.step();
-    const core::Simulation& simulation = *run.simulation;
+    const core::Simulation& simulation = run.simulation;
     ASSERT_EQ(simulation.fragments(), 2u);
     EXPECT_NEAR(start - simulation.volume(), 2 * kHalfKerf * 0.5 * 0.7, 0.1 * start);
     EXPECT_GE(simulation.x().size(), nodes + 5 * 7);
@@ -105,7 +107,7 @@ TEST(Damping, OfTheMassSlowsFreeFlightAsEachIntegratorSolvesIt)
                      {std::string("solver.integrator=\"") + scheme + '"'});
         for (int n = 0; n < kSteps; ++n) run.step();
         const Vec3 expected = std::pow(factor, kSteps) * Vec3(1, 2, -1);
-        for (const Vec3& v : run.simulation->v()) EXPECT_LT((v - expected).norm(), kSolved * expected.norm()) << scheme;
+        for (const Vec3& v : run.simulation.v()) EXPECT_LT((v - expected).norm(), kSolved * expected.norm()) << scheme;
     }
 }
 
@@ -134,13 +136,13 @@ TEST(Damping, OfAModeIsHalfOfMassOverItsFrequencyAndOfStiffnessTimesIt)
     constexpr double kAllowed = 0.02;  // of the amplitude: on 16 cells the square of the frequency is off by 1 %
     constexpr int kSteps = 200;
     for (const bool ofMass : {true, false}) {
-        test::AxialBar bar;
+        lab::AxialBar bar;
         const double w = 2 * std::numbers::pi / bar.period, period = bar.period / std::sqrt(1 - kRatio * kRatio);
         const DampingAlone damping(ofMass ? "mass = " + std::to_string(2 * kRatio * w)
                                           : "stiffness = " + std::to_string(2 * kRatio / w));
         const solver::StepLoads loads{damping.potentials(),
                                       [&](double) -> const solver::Boundary& { return bar.boundary; }};
-        const auto midpoint = solver::makeIntegrator(solver::Scheme::midpoint, bar.elastic, test::tightSettings());
+        const auto midpoint = solver::makeIntegrator(solver::Scheme::midpoint, bar.elastic, lab::tightSettings());
         const double start = bar.tip();
         for (int n = 0; n < kSteps; ++n)
             EXPECT_EQ(midpoint->step(bar.state, period / kSteps, loads).status, solver::StepStatus::converged);
@@ -168,9 +170,9 @@ TEST(Grips, KeysTurnAboutXThenYThenZ)
                     "{ time = 0 }, { time = 0.01, translate = [0.1, 0.2, 0.4], rotate = ") +
                     turn.degrees + " }] }\n"));
         run.step();
-        const auto X = tetmesh::restPositions(*run.simulation->bodies()[0].mesh);
+        const auto X = tetmesh::restPositions(*run.simulation.bodies()[0].mesh);
         for (std::size_t i = 0; i < X.size(); ++i)
-            EXPECT_LT((run.simulation->x()[i] - (pivot + turn.turned(X[i] - pivot) + shift)).norm(), kRounding)
+            EXPECT_LT((run.simulation.x()[i] - (pivot + turn.turned(X[i] - pivot) + shift)).norm(), kRounding)
                 << turn.degrees;
     }
 }
@@ -195,7 +197,7 @@ TEST(Steps, AutomaticOnesMoveNodesOfACellApartByNodeCflCellsAtMost)
                          "[[grip]]\nbody = \"box\"\nregion.halfspace = { normal = \"x\", offset = 2.2 }\nmove.velocity "
                          "= [2, 0, 0]\n"),
                      {"time.substeps=\"auto\"", "time.fps=2", "time.node_cfl=" + std::to_string(cfl)});
-        const double spread = largestSpread(*run.simulation);
+        const double spread = largestSpread(run.simulation);
         EXPECT_NEAR(spread, 2, kRounding);  // of what is held, and of what is at rest beside it
         run.step();
         EXPECT_NEAR(run.steps.back().dt, 0.5 / std::ceil(0.5 / (cfl * 0.1 / spread)), kRounding) << cfl;
@@ -218,7 +220,7 @@ TEST(Steps, AfterACutBackNoneIsTriedThatIsLongerThanTheLastOrTwiceAsLongAfterEac
     int cutbacks = 0, longer = 0;
     for (int n = 0; n < 12; ++n) {
         // Slow enough that no step is halved before it is tried.
-        ASSERT_LT(largestSpread(*run.simulation) * kFrame, 4 * kCell);
+        ASSERT_LT(largestSpread(run.simulation) * kFrame, 4 * kCell);
         const core::StepRecord step = run.step();
         const double tried = step.dt * std::exp2(step.cutbacks);
         EXPECT_LE(tried, trusted * (1 + kRounding)) << n;

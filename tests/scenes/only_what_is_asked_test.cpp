@@ -1,7 +1,8 @@
 // What a scene does not call for costs nothing; the bits do not depend on the threads.
-#include "scene_run.h"
+#include "notched_bar.h"
 
 #include <vdbfrac/base/parallel.h>
+#include <vdbfrac/lab/scenes/scene_run.h>
 
 #include <gtest/gtest.h>
 
@@ -9,24 +10,14 @@
 #include <sstream>
 
 using namespace vdbfrac;
-using test::SceneRun;
+using lab::SceneRun;
 
 namespace {
 
-/// A bar along y with a notch at its middle, held by slabs at y = +-.4; `length` of it goes on beyond them, at rest.
 std::string notchedBar(double length, const std::string& effects)
 {
-    std::ostringstream s;
-    s << "version = 1\nname = \"bar\"\n[time]\nframes = [1, 60]\nfps = 24\n[grid]\nvoxel_size = 0.05\n[[body]]\nname = "
-         "\"bar\"\n"
-         "shape = { box = { size = [0.4, "
-      << length
-      << ", 0.3] } }\ncut = [{ cylinder = { axis = \"z\", radius = 0.1, center = [0.2, 0, 0] } }]\n"
-         "material = \"m\"\n[material.m]\nyoungs_modulus = 1e5\npoisson_ratio = 0.3\ndensity = 1000\n";
-    for (const char* side : {"", "-"})
-        s << "[[grip]]\nbody = \"bar\"\nregion = { box = { size = [1, 0.1, 1], center = [0, " << side << "0.4, 0] } }\n"
-          << "move = { velocity = [0, " << side << "0.1, 0] }\n";
-    return s.str() + effects;
+    return test::NotchedBar{.frames = 60, .fps = 24, .voxelSize = 0.05, .length = length, .thickness = 0.3}.text(
+        effects);
 }
 
 const char* const kTear = "[damping]\nstiffness = 0.002\n[fracture]\ntoughness = 120\n";
@@ -41,10 +32,10 @@ TEST(OnlyWhatIsAsked, StagesOfEffectsThatAreNotNamedNeverWork)
     }
     EXPECT_EQ(run.work.stages().size(), 1u);
     EXPECT_EQ(run.work.stages()[0].name, "solve");
-    EXPECT_TRUE(run.simulation->stages().solve.empty());
-    EXPECT_TRUE(run.simulation->stages().grid.empty());
-    EXPECT_TRUE(run.simulation->stages().limits.empty());
-    EXPECT_EQ(run.simulation->stages().frames.size(), 1u);  // phi and energy
+    EXPECT_TRUE(run.simulation.stages().solve.empty());
+    EXPECT_TRUE(run.simulation.stages().grid.empty());
+    EXPECT_TRUE(run.simulation.stages().limits.empty());
+    EXPECT_EQ(run.simulation.stages().frames.size(), 1u);  // phi and energy
 }
 
 TEST(OnlyWhatIsAsked, AnEffectThatCannotActLeavesTheStateAsIfItWereOmitted)
@@ -52,7 +43,7 @@ TEST(OnlyWhatIsAsked, AnEffectThatCannotActLeavesTheStateAsIfItWereOmitted)
     const auto hash = [](const std::string& effects) {
         SceneRun run(notchedBar(1, effects));
         run.toFrame(10);
-        return run.simulation->stateHash();
+        return run.simulation.stateHash();
     };
     const std::uint64_t bare = hash("");
     EXPECT_EQ(hash("[fracture]\nkappa = 1e300\n"), bare);
@@ -69,7 +60,7 @@ TEST(OnlyWhatIsAsked, WorkOfACrackDoesNotGrowWithTheBody)
     const auto tear = [](double length) {
         SceneRun run(notchedBar(length, kTear));
         run.toFrame(60);
-        EXPECT_GE(run.simulation->fragments(), 2u) << length;
+        EXPECT_GE(run.simulation.fragments(), 2u) << length;
         return Work{run.work.countOf("fracture", "voxels"),   run.work.countOf("fracture", "moved_voxels"),
                     run.work.countOf("relevel", "voxels"),    run.work.countOf("cut", "cells"),
                     run.work.countOf("cut", "grouped_cells"), run.work.countOf("cut", "classified_nodes")};
@@ -101,12 +92,12 @@ TEST(OnlyWhatIsAsked, EmptySpaceCostsNeitherMemoryNorWork)
     SceneRun near(twoBlocks(2.4)), far(twoBlocks(4.8));  // 1.4 and 3.8 of emptiness between them
     near.toEnd(), far.toEnd();
     const auto bytes = [](const SceneRun& r) {
-        const core::Simulation& s = *r.simulation;
+        const core::Simulation& s = r.simulation;
         return double(s.elastic().bytes() + s.integrator().bytes() + s.bodies()[0].mesh->phi().bytes() +
                       s.bodies()[0].phi.activeVoxels() * sizeof(float));
     };
     EXPECT_LE(bytes(far), 1.05 * bytes(near));
-    EXPECT_EQ(far.simulation->elastic().tetCount(), near.simulation->elastic().tetCount());
+    EXPECT_EQ(far.simulation.elastic().tetCount(), near.simulation.elastic().tetCount());
     EXPECT_EQ(far.work.countOf("solve", "evaluated_tets"), near.work.countOf("solve", "evaluated_tets"));
 }
 
@@ -119,7 +110,7 @@ TEST(Determinism, EveryFrameHasTheSameStateForAnyNumberOfThreads)
         std::vector<std::uint64_t> hashes;
         for (int frame = 1; frame <= 24; ++frame) {
             run.toFrame(frame);
-            hashes.push_back(run.simulation->stateHash());
+            hashes.push_back(run.simulation.stateHash());
         }
         EXPECT_GT(run.work.countOf("cut", "cells"), 0);
         if (expected.empty()) expected = hashes;
@@ -131,20 +122,20 @@ TEST(Recut, MassIsConservedButForWhatTheCracksTook)
 {
     SceneRun run(notchedBar(1, kTear));
     run.toFrame(40);
-    const auto mass = run.simulation->elastic().mass();
+    const auto mass = run.simulation.elastic().mass();
     double sum = 0;
     for (double m : mass) sum += m;
-    EXPECT_NEAR(sum, 1000 * run.simulation->volume(), 1e-12 * sum);
+    EXPECT_NEAR(sum, 1000 * run.simulation.volume(), 1e-12 * sum);
     double fragments = 0;
-    for (const auto& f : run.simulation->bodies()[0].fragments.fragments()) fragments += f.restVolume;
-    EXPECT_NEAR(fragments, run.simulation->volume(), 1e-12 * fragments);
+    for (const auto& f : run.simulation.bodies()[0].fragments.fragments()) fragments += f.restVolume;
+    EXPECT_NEAR(fragments, run.simulation.volume(), 1e-12 * fragments);
 }
 
 TEST(Material, NeverGrows)
 {
     SceneRun run(notchedBar(1, kTear));
     run.toFrame(40);
-    double before = run.simulation->startVolume();
+    double before = run.simulation.startVolume();
     for (const core::StepRecord& s : run.steps) {
         EXPECT_LE(s.volume, before * (1 + 1e-14));
         before = s.volume;

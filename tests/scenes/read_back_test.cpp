@@ -1,15 +1,13 @@
 // Values that a user reads back from the files of a run, where they are known.
-#include "rod.h"
-#include "saw.h"
-#include "scene_run.h"
-
 #include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/core/run_folder.h>
+#include <vdbfrac/lab/scenes/rod.h>
+#include <vdbfrac/lab/scenes/saw.h>
+#include <vdbfrac/lab/scenes/scene_run.h>
 #include <vdbfrac/tetmesh/obj_file.h>
 
 #include <Eigen/Geometry>
 #include <openvdb/openvdb.h>
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -20,8 +18,8 @@
 #include <unistd.h>
 
 using namespace vdbfrac;
-using test::Rod;
-using test::SceneRun;
+using lab::Rod;
+using lab::SceneRun;
 namespace fs = std::filesystem;
 
 namespace {
@@ -35,10 +33,10 @@ public:
         : folder_(fs::temp_directory_path() / ("vdbfrac-read-back-" + std::to_string(::getpid()))),
           name_(run.scene.name)
     {
-        core::RunFolder folder(folder_, run.scene, run.simulation->stages(), core::Earlier::replace);
+        core::RunFolder folder(folder_, run.scene, run.simulation.stages(), core::Earlier::replace);
         for (const core::StepRecord& step : run.steps) folder.addStep(step);
-        folder.writeFrame(*run.simulation, 1);
-        folder.finish(*run.simulation, "done");
+        folder.writeFrame(run.simulation, 1);
+        folder.finish(run.simulation, "done");
     }
     ~Written() { fs::remove_all(folder_); }
     Written(const Written&) = delete;
@@ -159,7 +157,7 @@ TEST(ObjFaces, AreInsideInAKerfAndOutsideOnTheOldSkin)
     constexpr double dx = 0.1;
     const Vec3 half(0.675, 0.475, 0.375);
     for (const char* lattice : {"six", "five", "delaunay"}) {
-        test::Saw saw(0, kHalfKerf);
+        lab::Saw saw(0, kHalfKerf);
         SceneRun run(block(lattice), {}, &saw);
         {
             const Written before(run);

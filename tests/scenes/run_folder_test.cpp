@@ -1,14 +1,14 @@
 // The folder a run leaves behind, while its frames are written beside the steps.
-#include "scene_run.h"
+#include "notched_bar.h"
 
 #include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/base/hash.h>
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/core/run_folder.h>
+#include <vdbfrac/lab/scenes/scene_run.h>
 
 #include <nlohmann/json.hpp>
-
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -17,7 +17,7 @@
 #include <unistd.h>
 
 using namespace vdbfrac;
-using test::SceneRun;
+using lab::SceneRun;
 namespace fs = std::filesystem;
 
 namespace {
@@ -27,18 +27,10 @@ constexpr int kFrames = 8;
 /// A notched bar that tears, with all kinds of output.
 std::string tornBar()
 {
-    std::string s =
-        "version = 1\nname = \"bar\"\n[time]\nframes = [1, 8]\nfps = 4\n[grid]\nvoxel_size = 0.1\n[[body]]\nname = "
-        "\"bar\"\n"
-        "shape = { box = { size = [0.4, 1, 0.4] } }\ncut = [{ cylinder = { axis = \"z\", radius = 0.1, center = [0.2, "
-        "0, 0] } }]\n"
-        "material = \"m\"\n[material.m]\nyoungs_modulus = 1e5\npoisson_ratio = 0.3\ndensity = 1000\n";
-    for (const char* side : {"", "-"})
-        s += std::string("[[grip]]\nbody = \"bar\"\nregion = { box = { size = [1, 0.1, 1], center = [0, ") + side +
-             "0.4, 0] } }\nmove = { velocity = [0, " + side + "0.1, 0] }\n";
-    return s +
-           "[damping]\nstiffness = 0.002\n[fracture]\ntoughness = 60\n"
-           "[output]\nvdb = [\"phi\", \"energy\", \"arrival\", \"surface\", \"vel\"]\nobj = true\n";
+    return test::NotchedBar().text(std::string(test::kTear) + R"([output]
+vdb = ["phi", "energy", "arrival", "surface", "vel"]
+obj = true
+)");
 }
 
 class RunFolderTest : public testing::Test {
@@ -48,7 +40,7 @@ protected:
 
     core::RunFolder open(const SceneRun& run)
     {
-        return {folder_, run.scene, run.simulation->stages(), core::Earlier::replace};
+        return {folder_, run.scene, run.simulation.stages(), core::Earlier::replace};
     }
     /// Runs to a frame and writes each.
     static void writeTo(SceneRun& run, core::RunFolder& folder, int last)
@@ -57,7 +49,7 @@ protected:
             const std::size_t before = run.steps.size();
             run.toFrame(frame);
             for (std::size_t i = before; i < run.steps.size(); ++i) folder.addStep(run.steps[i]);
-            folder.writeFrame(*run.simulation, frame);
+            folder.writeFrame(run.simulation, frame);
         }
     }
     nlohmann::json manifest() const { return nlohmann::json::parse(readText(folder_ / "run.json")); }
@@ -70,7 +62,7 @@ TEST_F(RunFolderTest, AllFramesAreThereInOrderAndAreWhatTheManifestSays)
     SceneRun run(tornBar());
     core::RunFolder folder = open(run);
     writeTo(run, folder, kFrames);
-    folder.finish(*run.simulation, "done");
+    folder.finish(run.simulation, "done");
     EXPECT_GT(run.work.countOf("cut", "cells"), 0);
     const auto m = manifest();
     EXPECT_EQ(m["status"], "done");
@@ -104,10 +96,10 @@ TEST_F(RunFolderTest, AFrameHoldsTheStateItWasHandedOverIn)
         core::RunFolder folder = open(run);
         for (int frame = 1; frame <= kFrames; ++frame) {
             run.toFrame(frame);
-            folder.writeFrame(*run.simulation, frame);
-            if (waits) folder.finish(*run.simulation, "running");
+            folder.writeFrame(run.simulation, frame);
+            if (waits) folder.finish(run.simulation, "running");
         }
-        folder.finish(*run.simulation, "done");
+        folder.finish(run.simulation, "done");
         std::vector<std::string> objs;
         for (const core::FrameRecord& f : folder.frames())
             objs.push_back(f.stateHash + readText(folder_ / f.files.at(1).path));
@@ -143,7 +135,7 @@ TEST_F(RunFolderTest, AnErrorOfTheWriterIsThrownInTheRunWithTheNameOfTheFile)
     fs::create_directory(folder_ / "obj" / "bar.0002.obj");  // in the way
     try {
         writeTo(run, folder, kFrames);
-        folder.finish(*run.simulation, "done");
+        folder.finish(run.simulation, "done");
         FAIL() << "nothing was thrown";
     } catch (const FileError& e) {
         EXPECT_NE(std::string(e.what()).find("bar.0002.obj: cannot be written"), std::string::npos) << e.what();

@@ -1,7 +1,6 @@
 // What is measured of a run, on scenes whose answers are known.
-#include "study.h"
-
 #include <vdbfrac/effects/effects.h>
+#include <vdbfrac/lab/study/one_run.h>
 #include <vdbfrac/scene/reader.h>
 
 #include <gtest/gtest.h>
@@ -9,7 +8,7 @@
 #include <cmath>
 #include <limits>
 
-namespace vdbfrac::tools::study {
+namespace vdbfrac::lab::study {
 namespace {
 
 constexpr double kSolved = 1e-6;  // what the Newton tolerance of these scenes leaves open
@@ -145,7 +144,8 @@ TEST(StudyMeasures, WhatDampingTakesIsDissipatedAndNotMissing)
     EXPECT_NEAR(numberOf(v[1]), first - numberOf(v[2]), kSolved * first);
 }
 
-/// A grip that sets off at .1 s to turn does work by its torque: what it puts in is what the block holds in the end, and what was lost.
+/// A grip that sets off at .1 s to turn does work by its torque: what it puts in is what the block holds in the end,
+/// and what was lost.
 TEST(StudyMeasures, AGripThatTurnsDoesWork)
 {
     const std::string grip =
@@ -186,4 +186,4 @@ TEST(StudyMeasures, AfterASplitThereAreMassesAndNoPositions)
 }
 
 }  // namespace
-}  // namespace vdbfrac::tools::study
+}  // namespace vdbfrac::lab::study

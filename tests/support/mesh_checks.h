@@ -1,8 +1,7 @@
 // Solids, updates and comparisons for tests of the cut mesh.
 #pragma once
 
-#include "block.h"
-
+#include <vdbfrac/lab/samples/block.h>
 #include <vdbfrac/tetmesh/embedding.h>
 #include <vdbfrac/tetmesh/fragments.h>
 
@@ -138,7 +137,7 @@ inline double sum(const std::vector<double>& values)
 /// A mesh in which exactly the listed voxels are material, each surrounded by -dx | +dx crossings.
 inline tetmesh::CutMesh fromVoxels(const tetmesh::Lattice& lattice, int reach, const std::set<Coord>& material)
 {
-    return {lattice, sample({-reach, -reach, -reach}, {reach, reach, reach}, lattice.voxelSize, [&](Vec3 p) {
+    return {lattice, lab::sample({-reach, -reach, -reach}, {reach, reach, reach}, lattice.voxelSize, [&](Vec3 p) {
                 const Coord c{int(std::lround(p.x() / lattice.voxelSize)), int(std::lround(p.y() / lattice.voxelSize)),
                               int(std::lround(p.z() / lattice.voxelSize))};
                 return material.contains(c) ? -lattice.voxelSize : lattice.voxelSize;

@@ -1,106 +1,28 @@
 // The lattices of multigrid: what each level must keep of the finer one, and what cracks must part on all of them.
-#include "../../solver/src/coarsening.h"
-#include "solids.h"
+#include "case.h"
+#include "lattice_levels.h"
 
 #include <vdbfrac/base/hash.h>
+#include <vdbfrac/lab/samples/crack.h>
+#include <vdbfrac/lab/samples/solid.h>
 #include <vdbfrac/tetmesh/stencil.h>
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <array>
-#include <map>
-#include <numeric>
 #include <ostream>
 #include <string>
 
 using namespace vdbfrac;
+using lab::Block;
 using solver::CoarseLattice;
-using solver::ElementSet;
-using test::Block;
-using test::kGel;
+using test::Classes;
+using test::Hierarchy;
+using test::View;
 using Kind = tetmesh::Lattice::Kind;
 
 namespace {
-
-/// A lattice and those of twice its spacing after it, down to a few elements.
-struct Hierarchy {
-    std::vector<Block> bodies;
-    struct Level {
-        std::vector<ElementSet> sets;
-        std::size_t nodeCount = 0;
-        CoarseLattice coarser;  ///< empty on the last level
-    };
-    std::vector<Level> levels;
-
-    explicit Hierarchy(std::vector<Block> some) : bodies(std::move(some))
-    {
-        constexpr int kLevels = 4;
-        Level top;
-        for (const Block& body : bodies) {
-            top.sets.push_back({body.elements, body.nodes, std::uint32_t(top.nodeCount), kGel});
-            top.nodeCount += body.nodes.size();
-        }
-        levels.push_back(std::move(top));
-        levels.reserve(kLevels);  // the sets of a level refer to the one before
-        while (levels.size() < kLevels) {
-            Level& fine = levels.back();
-            fine.coarser = solver::coarsen(fine.sets, fine.nodeCount);
-            Level next;
-            next.sets = fine.coarser.elementSets();
-            next.nodeCount = fine.coarser.nodeCount;
-            levels.push_back(std::move(next));
-        }
-    }
-};
-
-struct Classes {
-    std::vector<std::size_t> parent;
-    explicit Classes(std::size_t n) : parent(n) { std::iota(parent.begin(), parent.end(), std::size_t(0)); }
-    std::size_t find(std::size_t i) const { return parent[i] == i ? i : find(parent[i]); }
-    void join(std::size_t a, std::size_t b) { parent[find(a)] = find(b); }
-};
-
-/// Elements of a level, counted through its sets, in system node numbers.
-struct View {
-    struct Element {
-        Coord cell;
-        std::array<std::uint32_t, 8> node;
-        std::array<bool, 8> used{};  ///< corners of tets with material
-        double volume = 0;           ///< material, over that of a cell
-        std::array<double, 6> tetVolume{};
-        std::size_t set;
-        tetmesh::CellShape shape;
-    };
-    std::vector<Element> elements;
-    std::vector<Coord> at;  ///< of each node
-
-    View(const std::vector<ElementSet>& sets, std::size_t nodeCount) : at(nodeCount)
-    {
-        for (std::size_t s = 0; s < sets.size(); ++s) {
-            for (std::size_t n = 0; n < sets[s].nodes.size(); ++n) at[sets[s].firstNode + n] = sets[s].nodes[n];
-            for (const auto& e : sets[s].elements) elements.push_back(element(sets[s], e, s));
-        }
-    }
-
-private:
-    Element element(const ElementSet& set, const tetmesh::CellElement& e, std::size_t s) const
-    {
-        Element out{{}, {}, {}, 0, {}, s, e.shape};
-        const auto& tets = tetmesh::cellTets(e.shape);
-        for (std::size_t t = 0; t < std::size_t(tets.count); ++t) {
-            if (!(e.fraction[t] > 0)) continue;
-            out.tetVolume[t] = tets.volume[t] * e.fraction[t];
-            out.volume += out.tetVolume[t];
-            for (int c : tets.corner[t]) {
-                out.used[std::size_t(c)] = true;
-                out.cell = set.nodes[e.node[std::size_t(c)]] - Coord{c & 1, c >> 1 & 1, c >> 2 & 1};
-            }
-        }
-        for (std::size_t c = 0; c < 8; ++c) out.node[c] = set.firstNode + e.node[c];
-        return out;
-    }
-};
 
 int halved(int i) { return i >= 0 ? i / 2 : -((1 - i) / 2); }
 Coord halved(Coord c) { return {halved(c.x), halved(c.y), halved(c.z)}; }
@@ -278,7 +200,7 @@ bool inside(Coord c) { return c.x > 2 && c.x < 14 && c.y > 2 && c.y < 14; }
 std::vector<Block> cracked(int plane, bool (*open)(Coord))
 {
     Block block({16, 16, 12}, 1);
-    test::openCrack(block, plane, open);
+    lab::openCrack(block, {&Coord::z, plane}, open);
     return {block};
 }
 
@@ -290,7 +212,7 @@ std::vector<Block> slitBox(Kind kind)
         const double slit = std::max(std::abs(p.z() - p.x() / 4) - .8, p.head<2>().norm() - 4.5);
         return std::max(box, -slit);
     };
-    return {test::asBlock(tetmesh::CutMesh(lattice, test::sample({-9, -8, -7}, {9, 8, 7}, 1, phi)))};
+    return {lab::asBlock(tetmesh::CutMesh(lattice, lab::sample({-9, -8, -7}, {9, 8, 7}, 1, phi)))};
 }
 
 std::vector<Block> twoBodies()
@@ -314,11 +236,11 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"crackBetweenCoarseNodes", [] { return cracked(5, inside); }},
                     Case{"ball",
                          [] {
-                             return std::vector<Block>{test::asBlock(test::cutBall({Kind::six, 1, 1}, 7.3))};
+                             return std::vector<Block>{lab::asBlock(lab::cutBall({Kind::six, 1, 1}, 7.3))};
                          }},
                     Case{"ballOfFive",
                          [] {
-                             return std::vector<Block>{test::asBlock(test::cutBall({Kind::five, 1, 1}, 7.3))};
+                             return std::vector<Block>{lab::asBlock(lab::cutBall({Kind::five, 1, 1}, 7.3))};
                          }},
                     Case{"slitBox", [] { return slitBox(Kind::six); }},
                     Case{"slitBoxOfFive", [] { return slitBox(Kind::five); }}, Case{"twoBodiesInOnePlace", twoBodies}),
@@ -373,7 +295,7 @@ TEST(CoarseningOfCracks, SidesOfAnInteriorCrackMeetOnlyAtItsFront)
     const auto open = [](Coord c) { return std::min({c.x, c.y, kSide - c.x, kSide - c.y}) > kFront; };
     for (int plane : {8, 7, 6, 5}) {
         Block block({kSide, kSide, 12}, 1);
-        test::openCrack(block, plane, open);
+        lab::openCrack(block, {&Coord::z, plane}, open);
         const Hierarchy h({block});
         const Sides sides(h, plane);
         int front = kFront;

@@ -1,7 +1,7 @@
 // The material against closed forms and finite differences.
-#include "block.h"
-#include "solids.h"
-
+#include <vdbfrac/lab/samples/block.h>
+#include <vdbfrac/lab/samples/loads.h>
+#include <vdbfrac/lab/samples/solid.h>
 #include <vdbfrac/solver/corotational.h>
 
 #include <Eigen/Dense>
@@ -12,16 +12,16 @@
 #include <vector>
 
 using namespace vdbfrac;
+using lab::kGel;
+using lab::randomVec;
 using solver::Volumetric;
-using test::kGel;
-using test::randomVec;
 
 namespace {
 
 TEST(Corotational, RigidTurnGivesNoStress)
 {
-    const test::Block mesh({3, 3, 3}, 1);
-    const auto elastic = test::elasticOperator(mesh, kGel, Volumetric::none);
+    const lab::Block mesh({3, 3, 3}, 1);
+    const auto elastic = lab::elasticOperator(mesh, kGel, Volumetric::none);
     std::mt19937 random(3);
     for (int trial = 0; trial < 50; ++trial) {
         const Mat3 R =

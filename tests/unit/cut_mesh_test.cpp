@@ -1,17 +1,18 @@
-// The cut mesh: volume, surface, sharing of nodes, and updates that equal a fresh cut.
-#include "mesh_checks.h"
+// The cut mesh: volume, surface, and updates that equal a fresh cut.
+#include "lattices.h"
 #include "surface_checks.h"
 
-#include <vdbfrac/base/error.h>
 #include <vdbfrac/base/parallel.h>
+#include <vdbfrac/lab/samples/surface_measures.h>
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
-#include <numbers>
 #include <random>
-#include <set>
+#include <vector>
 
 using namespace vdbfrac;
 using test::ballAt;
@@ -20,9 +21,7 @@ using test::cellsTouched;
 using test::Changes;
 using test::expectSame;
 using test::fragmentCount;
-using test::fromVoxels;
 using test::hollow;
-using test::joined;
 using test::lumpedMass;
 using test::Phi;
 using test::raised;
@@ -36,36 +35,20 @@ namespace {
 
 constexpr double kSums = 1e-12;  // relative: rounding of sums over some thousand pieces
 
-std::string nameOf(const Lattice& lattice)
-{
-    return (lattice.kind == Lattice::Kind::six ? "six" : "five") + std::to_string(lattice.coarsening);
-}
+class CutMeshes : public test::Lattices {};
+INSTANTIATE_TEST_SUITE_P(All, CutMeshes, test::kLattices, test::nameOfLattice);
 
-class Lattices : public testing::TestWithParam<Lattice> {
-protected:
-    static constexpr double dx = 0.1;
-    CutMesh cut(int reach, const Phi& phi) const
-    {
-        return {GetParam(), test::sample({-reach, -reach, -reach}, {reach, reach, reach}, dx, phi)};
-    }
-};
-
-INSTANTIATE_TEST_SUITE_P(All, Lattices,
-                         testing::Values(Lattice{Lattice::Kind::six, 1, 0.1}, Lattice{Lattice::Kind::six, 2, 0.1},
-                                         Lattice{Lattice::Kind::six, 3, 0.1}, Lattice{Lattice::Kind::five, 1, 0.1}),
-                         [](const auto& info) { return nameOf(info.param); });
-
-TEST_P(Lattices, SurfaceIsClosedOrientedAndEnclosesTheVolume)
+TEST_P(CutMeshes, SurfaceIsClosedOrientedAndEnclosesTheVolume)
 {
     const Vec3 off(.013, -.021, .037);  // no symmetry with the grid
     for (const Phi& phi : {ballAt(off, .83), boxAt(off, {.7, .5, .36}), torus(.6, .23)}) {
         const CutMesh mesh = cut(11, phi);
         test::expectClosed(mesh);
-        EXPECT_NEAR(test::enclosedVolume(mesh), mesh.volume(), kSums * mesh.volume());
+        EXPECT_NEAR(lab::enclosedVolume(mesh), mesh.volume(), kSums * mesh.volume());
     }
 }
 
-TEST_P(Lattices, FractionsLieBetweenZeroAndOneAndElementsAreWhole)
+TEST_P(CutMeshes, FractionsLieBetweenZeroAndOneAndElementsAreWhole)
 {
     const CutMesh mesh = cut(11, torus(.6, .23));
     for (const auto& cell : mesh.cells()) {
@@ -95,7 +78,7 @@ TEST_P(Lattices, FractionsLieBetweenZeroAndOneAndElementsAreWhole)
     }
 }
 
-TEST_P(Lattices, SubTetsNestInTheirParents)
+TEST_P(CutMeshes, SubTetsNestInTheirParents)
 {
     constexpr double kRounding = 1e-14;
     for (int parity = 0; parity < 2; ++parity) {
@@ -118,11 +101,11 @@ TEST_P(Lattices, SubTetsNestInTheirParents)
     }
 }
 
-TEST_P(Lattices, PlanesThroughNodesEdgesAndFacesAreClean)
+TEST_P(CutMeshes, PlanesThroughNodesEdgesAndFacesAreClean)
 {
     const auto expectClean = [](const CutMesh& mesh) {
         test::expectClosed(mesh);
-        EXPECT_NEAR(test::enclosedVolume(mesh), mesh.volume(), kSums * mesh.volume());
+        EXPECT_NEAR(lab::enclosedVolume(mesh), mesh.volume(), kSums * mesh.volume());
     };
     // Faces on coordinate planes of nodes: phi is exactly 0 there.
     expectClean(cut(8, boxAt(Vec3::Zero(), {.4, .3, .5})));
@@ -137,7 +120,7 @@ TEST_P(Lattices, PlanesThroughNodesEdgesAndFacesAreClean)
             }));
 }
 
-TEST_P(Lattices, CracksWithoutWidthAreClean)
+TEST_P(CutMeshes, CracksWithoutWidthAreClean)
 {
     // Nodes that are exactly 0 amid material: a crack whose two faces lie on each other, closed along its front. `wide`
     // rows of nodes in the plane x = 0; the widest reaches the outside.
@@ -149,11 +132,11 @@ TEST_P(Lattices, CracksWithoutWidthAreClean)
         });
         SCOPED_TRACE(wide);
         test::expectClosed(mesh);
-        EXPECT_NEAR(test::enclosedVolume(mesh), mesh.volume(), kSums * mesh.volume());
+        EXPECT_NEAR(lab::enclosedVolume(mesh), mesh.volume(), kSums * mesh.volume());
     }
 }
 
-TEST_P(Lattices, PlanesAnywhereCutTheExactVolume)
+TEST_P(CutMeshes, PlanesAnywhereCutTheExactVolume)
 {
     constexpr double kVolume = 1e-6;  // |phi| below 1e-6 dx counts as 0; phi itself is a float
     // Linear interpolation rounds off edges and corners. It does so alike in boxes whose lengths differ by two voxels
@@ -172,9 +155,7 @@ TEST_P(Lattices, PlanesAnywhereCutTheExactVolume)
         }
 }
 
-// --- updates -------------------------------------------------------------------------------------------------------
-
-TEST_P(Lattices, UpdateEqualsFreshCutToTheBit)
+TEST_P(CutMeshes, UpdateEqualsFreshCutToTheBit)
 {
     CutMesh mesh = cut(10, ballAt(Vec3(.01, .02, -.03), .9));
     std::mt19937 random(12);
@@ -198,13 +179,13 @@ TEST_P(Lattices, UpdateEqualsFreshCutToTheBit)
         if (round % 10 == 0) {
             test::expectClosed(mesh);
             if (!mesh.elements().empty()) {
-                EXPECT_NEAR(test::enclosedVolume(mesh), mesh.volume(), kSums * (mesh.volume() + 1e-3));
+                EXPECT_NEAR(lab::enclosedVolume(mesh), mesh.volume(), kSums * (mesh.volume() + 1e-3));
             }
         }
     }
 }
 
-TEST_P(Lattices, WorkOfAnUpdateIsThatOfItsChangeHoweverLargeTheMesh)
+TEST_P(CutMeshes, WorkOfAnUpdateIsThatOfItsChangeHoweverLargeTheMesh)
 {
     const auto hole = hollow(ballAt({.31, -.12, .07}, .22));
     const auto work = [&](double half) {
@@ -220,7 +201,7 @@ TEST_P(Lattices, WorkOfAnUpdateIsThatOfItsChangeHoweverLargeTheMesh)
     for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(small[i], large[i]) << i;
 }
 
-TEST_P(Lattices, CellsThatStayWholeAreNotPutTogetherAgain)
+TEST_P(CutMeshes, CellsThatStayWholeAreNotPutTogetherAgain)
 {
     CutMesh mesh = cut(8, ballAt(Vec3(.01, .02, -.03), .7));
     const CutMesh before = mesh;
@@ -232,7 +213,7 @@ TEST_P(Lattices, CellsThatStayWholeAreNotPutTogetherAgain)
     expectSame(mesh, CutMesh(GetParam(), mesh.phi()));
 }
 
-TEST_P(Lattices, UpdatesHaveTheSameBitsForAnyNumberOfThreads)
+TEST_P(CutMeshes, UpdatesHaveTheSameBitsForAnyNumberOfThreads)
 {
     const auto tear = [&](int threads) {
         const ThreadLimit limit(threads);
@@ -246,7 +227,7 @@ TEST_P(Lattices, UpdatesHaveTheSameBitsForAnyNumberOfThreads)
     for (int threads : {2, 5}) expectSame(tear(threads), one);
 }
 
-TEST_P(Lattices, RemovingEverythingLeavesAnEmptyMesh)
+TEST_P(CutMeshes, RemovingEverythingLeavesAnEmptyMesh)
 {
     CutMesh mesh = cut(6, ballAt(Vec3::Zero(), .5));
     const auto update = mesh.update(raised(mesh, {-8, -8, -8}, {8, 8, 8}, [](Vec3) { return .1; }));
@@ -257,7 +238,7 @@ TEST_P(Lattices, RemovingEverythingLeavesAnEmptyMesh)
     EXPECT_TRUE(tetmesh::extractSurface(mesh).triangles.empty());
 }
 
-TEST_P(Lattices, SameOrEqualPhiChangesNothing)
+TEST_P(CutMeshes, SameOrEqualPhiChangesNothing)
 {
     CutMesh mesh = cut(6, ballAt(Vec3::Zero(), .5));
     Changes same;
@@ -268,7 +249,7 @@ TEST_P(Lattices, SameOrEqualPhiChangesNothing)
     EXPECT_FALSE(update.topologyChanged);
 }
 
-TEST_P(Lattices, SplitKeepsMassAtEveryParent)
+TEST_P(CutMeshes, SplitKeepsMassAtEveryParent)
 {
     // The plane of voxel nodes at x = 0 is only just material; then it goes. Every tet there keeps a corner inside on
     // its own side, so inside the ball no volume is lost, only the sharing of nodes.
@@ -301,7 +282,7 @@ TEST_P(Lattices, SplitKeepsMassAtEveryParent)
     EXPECT_NEAR(sum(after), mesh.volume() / std::pow(mesh.lattice().spacing(), 3), kSums * sum(after));
 }
 
-TEST_P(Lattices, MassIsKeptToRoundingWhereOnlyTopologyChanges)
+TEST_P(CutMeshes, MassIsKeptToRoundingWhereOnlyTopologyChanges)
 {
     // Nodes of one plane that the cut already sees as 0 but for one bridge; taking the bridge away splits the body in
     // two. Each lattice node keeps its mass over all its copies, less what the cells round the bridge lost.
@@ -334,172 +315,6 @@ TEST_P(Lattices, MassIsKeptToRoundingWhereOnlyTopologyChanges)
         EXPECT_NEAR(after.at(node), mass, kSums * mass);
     }
     EXPECT_GT(compared, 10u);
-}
-
-// --- what hangs together -------------------------------------------------------------------------------------------
-
-TEST_P(Lattices, FragmentsAreTheComponentsOfMaterialVoxels)
-{
-    // Material of two sub-tets hangs together through a face exactly when inside voxels hang together by tet edges.
-    std::mt19937 random(77);
-    for (double density : {.05, .15, .3, .6}) {
-        std::set<Coord> material;
-        std::bernoulli_distribution coin(density);
-        for (int z = -4; z <= 4; ++z)
-            for (int y = -4; y <= 4; ++y)
-                for (int x = -4; x <= 4; ++x)
-                    if (coin(random)) material.insert({x, y, z});
-        std::set<Coord> left = material;
-        std::size_t components = 0;
-        while (!left.empty()) {
-            ++components;
-            std::vector<Coord> front{*left.begin()};
-            left.erase(left.begin());
-            while (!front.empty()) {
-                const Coord c = front.back();
-                front.pop_back();
-                for (auto it = left.begin(); it != left.end();)
-                    if (joined(GetParam(), c, *it))
-                        front.push_back(*it), it = left.erase(it);
-                    else
-                        ++it;
-            }
-        }
-        const CutMesh mesh = fromVoxels(GetParam(), 5, material);
-        EXPECT_EQ(fragmentCount(mesh), components) << density;
-        test::expectClosed(mesh);
-    }
-}
-
-TEST(CutMeshNodes, PiecesOfOneCellThatDoNotTouchHaveTheirOwnCopies)
-{
-    // Coarse cell of 3 voxels an edge; two opposite inner edges of it hold material that nothing joins.
-    const Lattice lattice{Lattice::Kind::six, 3, 0.1};
-    const CutMesh mesh = fromVoxels(lattice, 4, {{1, 0, 0}, {1, 3, 3}});
-    EXPECT_EQ(fragmentCount(mesh), 2u);
-    // With m = 1, the two ends of a cell's diagonal that is no tet edge.
-    const Lattice fine{Lattice::Kind::six, 1, 0.1};
-    EXPECT_EQ(fragmentCount(fromVoxels(fine, 4, {{1, 0, 0}, {0, 1, 0}})), 2u);
-    EXPECT_EQ(fragmentCount(fromVoxels(fine, 4, {{0, 0, 0}, {1, 1, 0}})), 1u);
-    // Elements of the cell that holds both share no node.
-    const CutMesh two = fromVoxels(fine, 4, {{1, 0, 0}, {0, 1, 0}});
-    const auto& cell = two.cells()[std::size_t(two.cellAt({0, 0, 0}))];
-    ASSERT_EQ(cell.elements, 2u);
-    std::set<std::uint32_t> first(two.elements()[cell.firstElement].node.begin(),
-                                  two.elements()[cell.firstElement].node.end());
-    for (std::uint32_t n : two.elements()[cell.firstElement + 1].node) EXPECT_FALSE(first.contains(n));
-}
-
-TEST(CutMeshNodes, MaterialJoinedOnlyRoundTheDiagonalStaysOne)
-{
-    // Corners 1, 3, 2, 6, 4, 5 make a ring round the cell's diagonal, each next to the following by a tet edge; the
-    // diagonal's ends 0 and 7 are no material. Without corner 2, corners 3 and 6 lose each other there.
-    const Lattice fine{Lattice::Kind::six, 1, 0.1};
-    const auto corner = [](int c) { return Coord{c & 1, c >> 1 & 1, c >> 2 & 1}; };
-    std::set<Coord> ring;
-    for (int c : {1, 3, 2, 6, 4, 5}) ring.insert(corner(c));
-    const CutMesh whole = fromVoxels(fine, 4, ring);
-    EXPECT_EQ(fragmentCount(whole), 1u);
-    EXPECT_EQ(whole.cells()[std::size_t(whole.cellAt({0, 0, 0}))].elements, 1u);
-    ring.erase(corner(2));
-    EXPECT_EQ(fragmentCount(fromVoxels(fine, 4, ring)), 1u);  // the other way round is open
-    ring.erase(corner(5));
-    EXPECT_EQ(fragmentCount(fromVoxels(fine, 4, ring)), 2u);
-}
-
-TEST_P(Lattices, SheetOneCellThickIsOneClosedBody)
-{
-    const CutMesh mesh = cut(10, [&](Vec3 p) {
-        return std::max(std::abs(p.z() - .02) - .5 * GetParam().spacing(),
-                        std::max(std::abs(p.x()), std::abs(p.y())) - .7);
-    });
-    EXPECT_EQ(fragmentCount(mesh), 1u);
-    test::expectClosed(mesh);
-    EXPECT_NEAR(test::enclosedVolume(mesh), mesh.volume(), kSums * mesh.volume());
-    // 1.4 x 1.4 x h, less what linear interpolation cuts off: the ridge of phi between two nodes (a third of a voxel of
-    // thickness), and the rim.
-    EXPECT_LT(mesh.volume(), 1.4 * 1.4 * GetParam().spacing());
-    EXPECT_GT(mesh.volume(), 1.4 * 1.4 * (GetParam().spacing() - dx / 3));
-}
-
-TEST_P(Lattices, FragmentsKeepTheirHistory)
-{
-    std::uint32_t nextId = 5;  // another body has taken 0 to 4
-    CutMesh mesh = cut(10, boxAt(Vec3(.01, .02, -.03), {.85, .4, .4}));
-    tetmesh::FragmentTracker tracker(mesh, nextId);
-    ASSERT_EQ(tracker.fragments().size(), 1u);
-    EXPECT_EQ(tracker.fragments()[0].id, 5u);
-    EXPECT_EQ(tracker.fragments()[0].parent, -1);
-    const auto slab = [&](int lower, int upper, double time) {
-        const auto update = mesh.update(raised(mesh, {lower, -12, -12}, {upper, 12, 12}, [](Vec3) { return .05; }));
-        tracker.update(mesh, update.previousNode, time, nextId);
-        EXPECT_EQ(tracker.ofNode().size(), mesh.nodeCount());
-        double volume = 0;
-        for (const auto& f : tracker.fragments()) volume += f.restVolume;
-        EXPECT_NEAR(volume, mesh.volume(), kSums * mesh.volume());
-    };
-    slab(3, 4, 1.5);  // the part at x < .3 is the larger one
-    ASSERT_EQ(tracker.fragments().size(), 2u);
-    EXPECT_EQ(tracker.fragments()[1].id, 6u);
-    EXPECT_EQ(tracker.fragments()[1].parent, 5);
-    EXPECT_EQ(tracker.fragments()[1].birth, 1.5);
-    EXPECT_GT(tracker.fragments()[0].restVolume, tracker.fragments()[1].restVolume);
-    for (std::size_t i = 0; i < mesh.nodeCount(); ++i) {
-        if (mesh.restPosition(i).x() < -.1) {
-            EXPECT_EQ(tracker.ofNode()[i], 5u);
-        } else if (mesh.restPosition(i).x() > .8) {
-            EXPECT_EQ(tracker.ofNode()[i], 6u);
-        }
-    }
-    slab(5, 12, 2);  // fragment 6 goes altogether
-    EXPECT_EQ(tracker.alive(), 1u);
-    EXPECT_EQ(tracker.fragments()[1].restVolume, 0);
-    slab(-3, -2, 3);  // a new one: its id is new, too
-    ASSERT_EQ(tracker.fragments().size(), 3u);
-    EXPECT_EQ(tracker.fragments()[2].id, 7u);
-    EXPECT_EQ(tracker.fragments()[2].parent, 5);
-    EXPECT_EQ(nextId, 8u);
-}
-
-/// Nothing depends on the spacing of the lattice but what shares a node: pieces are those of the voxels. At 19 and 18
-/// voxels to a cell indices into stencils are as large as they get.
-TEST(CoarseLattices, VolumeAndSurfaceAreThoseOfTheVoxelsUpToTheCoarsestLattice)
-{
-    constexpr double dx = 0.02;
-    constexpr int kReach = 25;
-    const Vec3 off(.003, -.0042, .0074);  // no symmetry with the grid
-    for (const Phi& phi : {boxAt(off, {.45, .41, .38}), ballAt(off, .44)}) {
-        const auto cut = [&](int coarsening) {
-            const Coord corner{kReach, kReach, kReach};
-            return CutMesh({Lattice::Kind::six, coarsening, dx},
-                           test::sample({-kReach, -kReach, -kReach}, corner, dx, phi));
-        };
-        const CutMesh fine = cut(1);
-        const double area = tetmesh::extractSurface(fine).cutArea;
-        for (const int coarsening : {tetmesh::kMostCoarsening - 1, tetmesh::kMostCoarsening}) {
-            const CutMesh mesh = cut(coarsening);
-            EXPECT_NEAR(mesh.volume(), fine.volume(), kSums * fine.volume()) << coarsening;
-            EXPECT_NEAR(tetmesh::extractSurface(mesh).cutArea, area, kSums * area) << coarsening;
-            test::expectClosed(mesh);
-            EXPECT_NEAR(test::enclosedVolume(mesh), mesh.volume(), kSums * mesh.volume()) << coarsening;
-            EXPECT_EQ(fragmentCount(mesh), 1u) << coarsening;
-        }
-    }
-}
-
-TEST(CoarseLattices, CoarserThanIndicesCanTellIsRefused)
-{
-    const auto phi = test::sample({-3, -3, -3}, {3, 3, 3}, 0.1, ballAt(Vec3::Zero(), .25));
-    for (const int coarsening : {tetmesh::kMostCoarsening + 1, 22, 40, 1024, 0, -1}) {
-        try {
-            const CutMesh mesh({Lattice::Kind::six, coarsening, 0.1}, phi);
-            ADD_FAILURE() << coarsening << " was taken";
-        } catch (const Error& e) {
-            EXPECT_NE(std::string(e.what()).find("1 to " + std::to_string(tetmesh::kMostCoarsening)), std::string::npos)
-                << e.what();
-        }
-    }
-    EXPECT_THROW(CutMesh({Lattice::Kind::five, 2, 0.1}, phi), Error);  // five tets do not nest
 }
 
 }  // namespace

@@ -4,6 +4,8 @@
 
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/base/parallel.h>
+#include <vdbfrac/lab/samples/block.h>
+#include <vdbfrac/lab/samples/surface_measures.h>
 #include <vdbfrac/tetmesh/cut_tet_mesh.h>
 
 #include <gtest/gtest.h>
@@ -60,7 +62,7 @@ TetMesh tetsOfBox(int reach, int m, double shake)
 CutTetMesh cut(int reach, const Phi& solid, double shake = .2, int m = 1)
 {
     return CutTetMesh(tetsOfBox(reach, m, shake), m * dx, dx,
-                      test::sample({-reach, -reach, -reach}, {reach, reach, reach}, dx, solid));
+                      lab::sample({-reach, -reach, -reach}, {reach, reach, reach}, dx, solid));
 }
 
 void expectSame(const CutTetMesh& a, const CutTetMesh& b)
@@ -84,7 +86,7 @@ TEST(CutTetMesh, OfTheTetsOfALatticeIsTheCutLattice)
 {
     const Phi solid = ballAt({.013, .021, -.037}, .63), crack = hollow(boxAt({0, .02, 0}, {.5, .11, 2}));
     CutTetMesh tets = cut(9, solid, 0);
-    CutMesh lattice({tetmesh::Lattice::Kind::six, 1, dx}, test::sample({-9, -9, -9}, {9, 9, 9}, dx, solid));
+    CutMesh lattice({tetmesh::Lattice::Kind::six, 1, dx}, lab::sample({-9, -9, -9}, {9, 9, 9}, dx, solid));
     for (int pass = 0; pass < 2; ++pass) {
         EXPECT_EQ(tets.nodeCount(), lattice.nodeCount());
         EXPECT_NEAR(tets.volume(), lattice.volume(), kSums * lattice.volume());
@@ -103,7 +105,7 @@ TEST(CutTetMesh, SurfaceIsClosedOrientedAndEnclosesTheVolume)
          {ballAt({.01, .02, -.03}, .7), boxAt({.013, -.021, .037}, {.6, .5, .4}), test::torus(.5, .22)}) {
         const CutTetMesh mesh = cut(10, solid);
         test::expectClosed(mesh);
-        EXPECT_NEAR(test::enclosedVolume(mesh), mesh.volume(), kSums * mesh.volume());
+        EXPECT_NEAR(lab::enclosedVolume(mesh), mesh.volume(), kSums * mesh.volume());
         EXPECT_EQ(test::fragmentCount(mesh), 1u);
     }
 }
@@ -117,7 +119,7 @@ TEST(CutTetMesh, VolumeOfABallConvergesInSecondOrder)
         for (Vec3& p : tets.points) p *= step / dx;
         const CutTetMesh mesh(
             tets, step, step,
-            test::sample({-reach, -reach, -reach}, {reach, reach, reach}, step, ballAt({.01, .02, -.03}, .6)));
+            lab::sample({-reach, -reach, -reach}, {reach, reach, reach}, step, ballAt({.01, .02, -.03}, .6)));
         const double exact = 4. / 3 * M_PI * std::pow(.6, 3);
         return std::abs(mesh.volume() - exact) / exact;
     };

@@ -1,14 +1,13 @@
 // Lists of frames, and names of sequences.
-#include "frame_list.h"
-
 #include <vdbfrac/base/error.h>
+#include <vdbfrac/cli/frame_list.h>
 
 #include <gtest/gtest.h>
 
 #include <string>
 
 using namespace vdbfrac;
-using namespace vdbfrac::tools;
+using namespace vdbfrac::cli;
 
 TEST(FrameList, ReadsRangesStepsAndLists)
 {

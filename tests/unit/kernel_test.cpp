@@ -1,8 +1,7 @@
 // The vectorised kernel against the scalar reference and against finite differences.
-#include "block.h"
-#include "loads.h"
-#include "solids.h"
-
+#include <vdbfrac/lab/samples/block.h>
+#include <vdbfrac/lab/samples/loads.h>
+#include <vdbfrac/lab/samples/solid.h>
 #include <vdbfrac/solver/backward_euler.h>
 #include <vdbfrac/solver/corotational.h>
 
@@ -16,9 +15,9 @@
 #include <vector>
 
 using namespace vdbfrac;
+using lab::kGel;
+using lab::randomVec;
 using solver::Volumetric;
-using test::kGel;
-using test::randomVec;
 using tetmesh::Lattice;
 
 namespace {
@@ -111,7 +110,7 @@ double largest(const std::vector<Vec3>& vectors)
 tetmesh::CutMesh ball(Lattice lattice)
 {
     const double r = 4.3 * lattice.voxelSize;
-    return {lattice, test::sample({-5, -5, -5}, {5, 5, 5}, lattice.voxelSize, [r](Vec3 p) { return p.norm() - r; })};
+    return {lattice, lab::sample({-5, -5, -5}, {5, 5, 5}, lattice.voxelSize, [r](Vec3 p) { return p.norm() - r; })};
 }
 
 struct Case {
@@ -130,7 +129,7 @@ class KernelCases : public testing::TestWithParam<Case> {};
 TEST_P(KernelCases, EnergyEqualsScalarReference)
 {
     const auto mesh = ball(GetParam().lattice);
-    const auto elastic = test::elasticOperator(mesh, kGel, GetParam().volumetric);
+    const auto elastic = lab::elasticOperator(mesh, kGel, GetParam().volumetric);
     for (double size : {0.0, 0.02, 0.3, 2.0}) {  // rest, small, large, inverted
         const auto x = shaken(mesh, size * mesh.lattice().spacing(), 7);
         const double expected = referenceEnergy(mesh, x, GetParam().volumetric);
@@ -141,7 +140,7 @@ TEST_P(KernelCases, EnergyEqualsScalarReference)
 TEST_P(KernelCases, GradientEqualsScalarReference)
 {
     const auto mesh = ball(GetParam().lattice);
-    const auto elastic = test::elasticOperator(mesh, kGel, GetParam().volumetric);
+    const auto elastic = lab::elasticOperator(mesh, kGel, GetParam().volumetric);
     for (double size : {0.02, 0.3, 2.0}) {  // small, large, inverted
         const auto x = shaken(mesh, size * mesh.lattice().spacing(), 7);
         const auto expected = referenceGradient(mesh, x, GetParam().volumetric);
@@ -157,13 +156,13 @@ TEST_P(KernelCases, StepsEndInBalanceWithScalarForces)
 {
     constexpr double dt = 0.004;
     const auto mesh = ball(GetParam().lattice);
-    const auto elastic = test::elasticOperator(mesh, kGel, GetParam().volumetric);
-    solver::BackwardEuler stepper(elastic, test::tightSettings());
+    const auto elastic = lab::elasticOperator(mesh, kGel, GetParam().volumetric);
+    solver::BackwardEuler stepper(elastic, lab::tightSettings());
     solver::State state{shaken(mesh, 0.05 * mesh.lattice().spacing(), 7),
                         std::vector<Vec3>(mesh.nodeCount(), Vec3(0, 1, 0))};
     for (int step = 0; step < 5; ++step) {
         const solver::State before = state;
-        ASSERT_EQ(stepper.step(state, dt, {{}, test::freeBoundary(mesh.nodeCount())}).status,
+        ASSERT_EQ(stepper.step(state, dt, {{}, lab::freeBoundary(mesh.nodeCount())}).status,
                   solver::StepStatus::converged);
         const auto force = referenceGradient(mesh, state.x, GetParam().volumetric);
         std::vector<Vec3> left = force;
@@ -176,7 +175,7 @@ TEST_P(KernelCases, StepsEndInBalanceWithScalarForces)
 TEST_P(KernelCases, GradientIsDerivativeOfEnergy)
 {
     const auto mesh = ball(GetParam().lattice);
-    const auto elastic = test::elasticOperator(mesh, kGel, GetParam().volumetric);
+    const auto elastic = lab::elasticOperator(mesh, kGel, GetParam().volumetric);
     const auto x = shaken(mesh, 0.2 * mesh.lattice().spacing(), 3);
     std::vector<Vec3> gradient(mesh.nodeCount(), Vec3::Zero());
     const double energy = elastic.evaluate(x, gradient, nullptr);
@@ -197,7 +196,7 @@ TEST_P(KernelCases, GradientIsDerivativeOfEnergy)
 TEST_P(KernelCases, ProductIsDerivativeOfGradientAndSymmetric)
 {
     const auto mesh = ball(GetParam().lattice);
-    const auto elastic = test::elasticOperator(mesh, kGel, GetParam().volumetric);
+    const auto elastic = lab::elasticOperator(mesh, kGel, GetParam().volumetric);
     const auto x = shaken(mesh, 0.15 * mesh.lattice().spacing(), 3);
     const std::size_t n = mesh.nodeCount();
     std::vector<Vec3> gradient(n, Vec3::Zero()), up(n, Vec3::Zero()), down(n, Vec3::Zero()), Ku(n, Vec3::Zero()),
@@ -228,13 +227,13 @@ TEST_P(KernelCases, ProductIsDerivativeOfGradientAndSymmetric)
 TEST_P(KernelCases, DiagonalBlocksAreThoseOfTheProduct)
 {
     const auto mesh = ball(GetParam().lattice);
-    const auto elastic = test::elasticOperator(mesh, kGel, GetParam().volumetric);
+    const auto elastic = lab::elasticOperator(mesh, kGel, GetParam().volumetric);
     const auto x = shaken(mesh, 0.15 * mesh.lattice().spacing(), 3);
     const std::size_t n = mesh.nodeCount();
     solver::Tangent tangent;
     elastic.evaluate(x, {}, &tangent);
     constexpr double kStored = 1e-6;  // R is kept in single precision, and the blocks take it for a rotation
-    const std::vector<Mat3> blocks = test::diagonalBlocks(elastic, tangent);
+    const std::vector<Mat3> blocks = lab::diagonalBlocks(elastic, tangent);
     for (std::size_t i = 0; i < n; i += 37)
         for (int d = 0; d < 3; ++d) {
             std::vector<Vec3> u(n, Vec3::Zero()), Ku(n, Vec3::Zero());
@@ -247,7 +246,7 @@ TEST_P(KernelCases, DiagonalBlocksAreThoseOfTheProduct)
 TEST_P(KernelCases, ProjectedTangentIsSemidefinite)
 {
     const auto mesh = ball(GetParam().lattice);
-    const auto elastic = test::elasticOperator(mesh, kGel, GetParam().volumetric);
+    const auto elastic = lab::elasticOperator(mesh, kGel, GetParam().volumetric);
     const auto x = shaken(mesh, 0.8 * mesh.lattice().spacing(), 11);
     const std::size_t n = mesh.nodeCount();
     solver::Tangent tangent;
@@ -314,9 +313,9 @@ TEST(Kernel, TetsOfAnyShapeAgreeWithThoseOfALattice)
         EXPECT_NEAR(free.evaluate(x, g2, &t2), energy, kRounding * energy);
         lattice.addProduct(t1, u, Ku1);
         free.addProduct(t2, u, Ku2);
-        EXPECT_LE(test::norm(test::difference(g1, g2)), kRounding * test::norm(g1));
-        EXPECT_LE(test::norm(test::difference(Ku1, Ku2)), kSingle * test::norm(Ku1));
-        const auto d1 = test::diagonalBlocks(lattice, t1), d2 = test::diagonalBlocks(free, t2);
+        EXPECT_LE(lab::norm(lab::difference(g1, g2)), kRounding * lab::norm(g1));
+        EXPECT_LE(lab::norm(lab::difference(Ku1, Ku2)), kSingle * lab::norm(Ku1));
+        const auto d1 = lab::diagonalBlocks(lattice, t1), d2 = lab::diagonalBlocks(free, t2);
         for (std::size_t i = 0; i < n; ++i) {
             EXPECT_LE((d1[i] - d2[i]).norm(), kSingle * d1[i].norm());
             EXPECT_NEAR(free.mass()[i], lattice.mass()[i], kRounding * lattice.mass()[i]);

@@ -1,8 +1,10 @@
 // The linear solvers against the element matrices, against each other, and where a system is not definite.
-#include "solids.h"
-
 #include <vdbfrac/base/hash.h>
 #include <vdbfrac/base/parallel.h>
+#include "case.h"
+
+#include <vdbfrac/lab/samples/crack.h>
+#include <vdbfrac/lab/samples/solid.h>
 
 #include <gtest/gtest.h>
 
@@ -12,14 +14,14 @@
 #include <string>
 
 using namespace vdbfrac;
+using lab::Block;
+using lab::kGel;
+using lab::makeSolid;
+using lab::onFloor;
+using lab::Solid;
 using solver::LinearMethod;
 using solver::LinearStatus;
 using solver::Volumetric;
-using test::Block;
-using test::kGel;
-using test::makeSolid;
-using test::onFloor;
-using test::Solid;
 using Kind = tetmesh::Lattice::Kind;
 
 namespace {
@@ -80,8 +82,8 @@ TEST_P(Operators, SinglePrecisionProductIsTheDoubleOneRounded)
     const auto [singleEnergy, sums] = solid->elastic().multiply<solver::Vec3f>(solid->tangent(), single);
     double error = 0;
     for (std::size_t i = 0; i < u.size(); ++i) error += (sums(i).cast<double>() - Ku[i]).squaredNorm();
-    EXPECT_LE(std::sqrt(error), kSingle * test::norm(Ku));
-    EXPECT_NEAR(singleEnergy, energy, kSingle * test::norm(u) * test::norm(Ku));
+    EXPECT_LE(std::sqrt(error), kSingle * lab::norm(Ku));
+    EXPECT_NEAR(singleEnergy, energy, kSingle * lab::norm(u) * lab::norm(Ku));
 }
 
 Case operatorCase(const char* name, Kind kind, Volumetric volumetric, double share = 0)
@@ -90,7 +92,7 @@ Case operatorCase(const char* name, Kind kind, Volumetric volumetric, double sha
                 const tetmesh::Lattice lattice{kind, 1, .1};
                 Solid::Conditions conditions{
                     .held = [](Coord) { return false; }, .volumetric = volumetric, .share = share, .shake = .15};
-                return makeSolid(test::asBlock(test::cutBall(lattice, 4.3)), conditions);
+                return makeSolid(lab::asBlock(lab::cutBall(lattice, 4.3)), conditions);
             }};
 }
 
@@ -132,7 +134,7 @@ TEST_P(Solvers, DirectMethodLeavesOnlyRounding)
             solid->elastic().stiffness()[i] + solid->system().massFactor * solid->elastic().mass()[i];
         size += (diagonal * diagonal) * u[i].squaredNorm();
     }
-    EXPECT_LE(test::norm(test::difference(b, solid->product(u))), kBackward * std::sqrt(size));
+    EXPECT_LE(lab::norm(lab::difference(b, solid->product(u))), kBackward * std::sqrt(size));
 }
 
 double inNormOfA(const Solid& solid, std::span<const Vec3> u) { return std::sqrt(solver::dot(u, solid.product(u))); }
@@ -146,9 +148,9 @@ TEST_P(Solvers, AllMethodsAgree)
     const std::vector<Vec3> b = solid->randomForces(5);
     const std::vector<Vec3> exact = solved(*solid, LinearMethod::direct, b, {});
     for (LinearMethod method : {LinearMethod::jacobi, LinearMethod::multigrid}) {
-        const std::vector<Vec3> error = test::difference(solved(*solid, method, b, {kTolerance, 50000}), exact);
+        const std::vector<Vec3> error = lab::difference(solved(*solid, method, b, {kTolerance, 50000}), exact);
         EXPECT_LE(inNormOfA(*solid, error), kError * inNormOfA(*solid, exact)) << int(method);
-        EXPECT_LE(test::norm(error), kError * test::norm(exact)) << int(method);
+        EXPECT_LE(lab::norm(error), kError * lab::norm(exact)) << int(method);
     }
 }
 
@@ -167,7 +169,7 @@ std::unique_ptr<Solid> twoBodies()
 std::unique_ptr<Solid> twoFragments()
 {
     Block block = bar();
-    test::openCrack(block, 5, [](Coord) { return true; });
+    lab::openCrack(block, {&Coord::z, 5}, [](Coord) { return true; });
     return makeSolid(std::move(block), {.held = onFloor, .massFactor = 100});
 }
 
@@ -176,8 +178,8 @@ std::unique_ptr<Solid> slitBall()
 {
     const tetmesh::Lattice lattice{Kind::six, 1, .1};
     const auto phi = [](Vec3 p) { return std::max(p.norm() - .53, std::min(.03 - std::abs(p.z()), .2 - p.x())); };
-    const tetmesh::CutMesh mesh(lattice, test::sample({-6, -6, -6}, {6, 6, 6}, .1, phi));
-    return makeSolid(test::asBlock(mesh), {.held = [](Coord c) { return c.z < -3; }});
+    const tetmesh::CutMesh mesh(lattice, lab::sample({-6, -6, -6}, {6, 6, 6}, .1, phi));
+    return makeSolid(lab::asBlock(mesh), {.held = [](Coord c) { return c.z < -3; }});
 }
 
 /// Nodes displaced by up to half a spacing: tets inverted, no two rotations alike, and no negative curvature only
@@ -205,7 +207,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"cutBall",
                          [] {
                              const tetmesh::Lattice lattice{Kind::six, 1, .1};
-                             return makeSolid(test::asBlock(test::cutBall(lattice, 5.3)),
+                             return makeSolid(lab::asBlock(lab::cutBall(lattice, 5.3)),
                                               {.held = [](Coord c) { return c.z < -3; }});
                          }},
                     Case{"five", [] { return makeSolid(bar(Kind::five), {.held = onFloor}); }},
@@ -251,7 +253,7 @@ TEST(LinearSolver, ProjectedTangentIsSolvedByEveryMethod)
     const std::vector<Vec3> b = solid->randomForces(5);
     const std::vector<Vec3> exact = solved(*solid, LinearMethod::direct, b, {});
     for (LinearMethod method : {LinearMethod::jacobi, LinearMethod::multigrid}) {
-        const std::vector<Vec3> error = test::difference(solved(*solid, method, b, {kTolerance, 50000}), exact);
+        const std::vector<Vec3> error = lab::difference(solved(*solid, method, b, {kTolerance, 50000}), exact);
         EXPECT_LE(inNormOfA(*solid, error), kError * inNormOfA(*solid, exact)) << int(method);
     }
 }
@@ -320,7 +322,7 @@ TEST(LinearSolver, NoForceNeedsNoIteration)
 TEST(LinearSolver, SameBitsForAnyNumberOfThreads)
 {
     Block block({21, 17, 19}, .05);  // several patches, several chunks of nodes
-    test::openCrack(block, 9, [](Coord c) { return c.x < 10; });
+    lab::openCrack(block, {&Coord::z, 9}, [](Coord c) { return c.x < 10; });
     const auto solid = makeSolid(std::move(block), {.held = onFloor});
     const std::vector<Vec3> b = solid->randomForces(5);
     for (LinearMethod method : {LinearMethod::jacobi, LinearMethod::multigrid}) {

@@ -4,9 +4,11 @@
 #include "tet_mesh_checks.h"
 
 #include <vdbfrac/base/parallel.h>
+#include <vdbfrac/lab/samples/block.h>
 #include <vdbfrac/tetmesh/material_tets.h>
 #include <vdbfrac/tetmesh/tet_quality.h>
 
+#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -25,7 +27,7 @@ class MaterialTets : public testing::TestWithParam<Lattice> {
 protected:
     CutMesh cut(const test::Phi& phi, int reach) const
     {
-        return {GetParam(), test::sample({-reach, -reach, -reach}, {reach, reach, reach}, GetParam().voxelSize, phi)};
+        return {GetParam(), lab::sample({-reach, -reach, -reach}, {reach, reach, reach}, GetParam().voxelSize, phi)};
     }
 };
 

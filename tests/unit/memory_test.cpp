@@ -1,10 +1,10 @@
 // Bytes a node of what a step needs, against what follows from the sizes of its structures: none of them grows unseen.
-#include "block.h"
-
 #include <vdbfrac/base/parallel.h>
+#include <vdbfrac/lab/samples/block.h>
 #include <vdbfrac/solver/backward_euler.h>
 
 #include <gtest/gtest.h>
+
 #include <malloc.h>
 
 #include <algorithm>
@@ -91,8 +91,8 @@ double multigridBytes(int edge)
 
 /// The block, stretched by a step.
 struct Stretched {
-    test::Block block{{kCells, kCells, kCells}, 1. / kCells};
-    solver::ElasticOperator elastic = test::elasticOperator(block, solver::makeMaterial(1e6, 0.3, 1000));
+    lab::Block block{{kCells, kCells, kCells}, 1. / kCells};
+    solver::ElasticOperator elastic = lab::elasticOperator(block, solver::makeMaterial(1e6, 0.3, 1000));
     solver::State state{block.restPositions(), std::vector<Vec3>(block.nodes.size(), Vec3::Zero())};
     solver::Boundary boundary;
 

@@ -1,5 +1,5 @@
 // Files of tets and surfaces: what is refused, and what our own reader finds in surfaces again.
-// (tests/python/check_mesh.py reads every format with another program.)
+// (tests/python/check_mesh_files.py reads every format with another program.)
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/tetmesh/surface_file.h>
 #include <vdbfrac/tetmesh/surface_input.h>

@@ -1,6 +1,11 @@
 // The W-cycle as an operator, and the iterations that it leaves to conjugate gradients.
 #include "../../solver/src/multigrid.h"
-#include "solids.h"
+
+#include "case.h"
+
+#include <vdbfrac/lab/samples/crack.h>
+#include <vdbfrac/lab/samples/loads.h>
+#include <vdbfrac/lab/samples/solid.h>
 
 #include <gtest/gtest.h>
 
@@ -9,17 +14,18 @@
 #include <cstdio>
 #include <memory>
 #include <ostream>
+#include <random>
 #include <string>
 #include <utility>
 
 using namespace vdbfrac;
+using lab::Block;
+using lab::kGel;
+using lab::makeSolid;
+using lab::onFloor;
+using lab::Solid;
 using solver::LinearMethod;
 using solver::LinearStatus;
-using test::Block;
-using test::kGel;
-using test::makeSolid;
-using test::onFloor;
-using test::Solid;
 using Kind = tetmesh::Lattice::Kind;
 
 namespace {
@@ -28,7 +34,7 @@ namespace {
 Block halfParted(int cells, int plane)
 {
     Block block({cells, cells, cells}, 1. / cells);
-    test::openCrack(block, plane, [cells](Coord c) { return 2 * c.x > cells; });
+    lab::openCrack(block, {&Coord::z, plane}, [cells](Coord c) { return 2 * c.x > cells; });
     return block;
 }
 
@@ -41,7 +47,7 @@ protected:
 
     std::vector<Vec3> cycle(std::span<const Vec3> r)
     {
-        const double scale = 1 / test::norm(r);
+        const double scale = 1 / lab::norm(r);
         for (std::size_t i = 0; i < r.size(); ++i) multigrid.rightSide()[i] = (scale * r[i]).cast<float>();
         multigrid.apply();
         std::vector<Vec3> z;
@@ -131,7 +137,7 @@ INSTANTIATE_TEST_SUITE_P(
              }},
         Case{"ball",
              [] {
-                 return makeSolid(test::asBlock(test::cutBall({Kind::six, 1, .1}, 7.3)),
+                 return makeSolid(lab::asBlock(lab::cutBall({Kind::six, 1, .1}, 7.3)),
                                   {.held = [](Coord c) { return c.z < -5; }});
              }},
         Case{"oddNodesHeld",
@@ -203,7 +209,7 @@ TEST(MultigridIterations, DoNotGrowWithACrackThroughTheBlock)
 {
     expectNoGrowth("crack through the block", [](int cells) {
         Block block({cells, cells, cells}, 1. / cells);
-        test::openCrack(block, cells / 2 - 1, [](Coord) { return true; });
+        lab::openCrack(block, {&Coord::z, cells / 2 - 1}, [](Coord) { return true; });
         return makeSolid(std::move(block), {.held = [](Coord c) { return c.x == 0; }});  // both halves
     });
 }
@@ -222,7 +228,7 @@ int iterationsOnCutBalls(Kind kind, LinearMethod method = LinearMethod::multigri
     int most = 0;
     for (double r : {5.3, 7.3, 9.5, 11.6}) {
         const auto held = [r](Coord c) { return 2 * c.z < -r; };
-        const auto solid = makeSolid(test::asBlock(test::cutBall({kind, 1, .1}, r)), {.held = held});
+        const auto solid = makeSolid(lab::asBlock(lab::cutBall({kind, 1, .1}, r)), {.held = held});
         solver::LinearSolver linear(solid->elastic(), method);
         std::vector<Vec3> u(solid->nodeCount());
         most = std::max(most, linear.solve(solid->system(), solid->randomForces(1), u, {1e-6, 1000}).iterations);
@@ -263,7 +269,7 @@ struct CoarseLevel {
 std::pair<double, double> energyRatios(Solid& solid)
 {
     const CoarseLevel coarse(solid);
-    const std::vector<Mat3> blocks = test::diagonalBlocks(coarse.elastic, coarse.tangent);
+    const std::vector<Mat3> blocks = lab::diagonalBlocks(coarse.elastic, coarse.tangent);
     std::vector<std::vector<std::uint32_t>> under(coarse.lattice.nodeCount);
     for (std::uint32_t n = 0; n < solid.nodeCount(); ++n)
         for (std::uint32_t parent : coarse.lattice.parents[n]) under[parent].push_back(n);
@@ -289,19 +295,19 @@ TEST(CoarseOperator, IsTheGalerkinOperatorOnNestedLattices)
     constexpr double kStored = 1e-6;  // rotations and twist operators are kept, and averaged, in single precision
     Block block = halfParted(12, 5);
     const auto cracked = evenlyStretched(std::move(block), solver::Volumetric::none);
-    const auto ball = evenlyStretched(test::asBlock(test::cutBall({Kind::six, 1, .1}, 7.3)), solver::Volumetric::none);
+    const auto ball = evenlyStretched(lab::asBlock(lab::cutBall({Kind::six, 1, .1}, 7.3)), solver::Volumetric::none);
     for (Solid* solid : {cracked.get(), ball.get()}) {
         CoarseLevel coarse(*solid);
         std::mt19937 random(1);
         std::vector<Vec3> u(coarse.lattice.nodeCount), fine;
-        for (Vec3& v : u) v = test::randomVec(random, 1);
+        for (Vec3& v : u) v = lab::randomVec(random, 1);
         for (const auto& [p, q] : coarse.lattice.parents) fine.push_back((u[p] + u[q]) / 2);
         std::vector<Vec3> Au(u.size(), Vec3::Zero()), Afine(fine.size(), Vec3::Zero()), restricted = Au;
         coarse.elastic.addProduct(coarse.tangent, u, Au);
         solid->elastic().addProduct(solid->tangent(), fine, Afine);
         for (std::size_t n = 0; n < fine.size(); ++n)
             for (std::uint32_t parent : coarse.lattice.parents[n]) restricted[parent] += Afine[n] / 2;
-        EXPECT_LE(test::norm(test::difference(Au, restricted)), kStored * test::norm(restricted));
+        EXPECT_LE(lab::norm(lab::difference(Au, restricted)), kStored * lab::norm(restricted));
     }
 }
 
@@ -309,7 +315,7 @@ TEST(CoarseOperator, IsNearTheGalerkinOperatorWhereTheMeanDilatationIsOfLargerCe
 {
     // Mean dilatations over cells of twice the spacing leave less of lambda; observed are .8 to 1.
     const auto [least, largest] =
-        energyRatios(*evenlyStretched(test::asBlock(test::cutBall({Kind::six, 1, .1}, 7.3)), solver::Volumetric::cell));
+        energyRatios(*evenlyStretched(lab::asBlock(lab::cutBall({Kind::six, 1, .1}, 7.3)), solver::Volumetric::cell));
     EXPECT_GT(least, .7);
     EXPECT_LT(largest, 1.01);
 }

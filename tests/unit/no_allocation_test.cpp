@@ -1,10 +1,10 @@
 // Steps after the first allocate nothing. This program counts what is asked of operator new, and of malloc where that
 // can be done in the program itself: Eigen's matrices and TBB's tasks come from there.
-#include "loads.h"
-#include "scene_run.h"
 #include "scene_texts.h"
 
 #include <vdbfrac/base/parallel.h>
+#include <vdbfrac/lab/samples/loads.h>
+#include <vdbfrac/lab/scenes/scene_run.h>
 #include <vdbfrac/solver/backward_euler.h>
 
 #include <gtest/gtest.h>
@@ -82,10 +82,10 @@ struct Calls {
 
 /// A bar that swings while its end is turned; Newton's method has work in each step.
 struct Swing {
-    test::Block block{{20, 9, 10}, .1};
-    solver::ElasticOperator elastic = test::elasticOperator(block, solver::makeMaterial(1e5, .3, 1000));
-    solver::Boundary boundary = test::clamped(block, [](Coord c) { return c.x == 0; });
-    solver::State state = test::atRest(block);
+    lab::Block block{{20, 9, 10}, .1};
+    solver::ElasticOperator elastic = lab::elasticOperator(block, solver::makeMaterial(1e5, .3, 1000));
+    solver::Boundary boundary = lab::clamped(block, [](Coord c) { return c.x == 0; });
+    solver::State state = lab::atRest(block);
     solver::BackwardEuler stepper;
     int iterations = 0;
 
@@ -172,7 +172,7 @@ TEST(NoAllocation, StepsOfASimulationAfterTheFirstAllocateNoArrays)
 {
     for (const char* integrator : {"backward_euler", "midpoint", "sdirk2", "symplectic_euler", "static"}) {
         const ThreadLimit limit(1);
-        test::SceneRun run(test::kGood + R"([[grip]]
+        lab::SceneRun run(test::kGood + R"([[grip]]
 body = "left"
 region = { halfspace = { normal = [0, -1, 0], offset = 0.95 } }
 move = { force = [0, -1, 0] }
@@ -181,12 +181,12 @@ stiffness = 1e-4
 [fracture]
 toughness = 1e9
 )",
-                           {"solver.integrator=\"" + std::string(integrator) + "\""});
+                          {"solver.integrator=\"" + std::string(integrator) + "\""});
         for (int n = 0; n < 2; ++n) (void)run.step();
         run.steps.reserve(10);
         largest = 0;
         for (int n = 0; n < 5; ++n) EXPECT_EQ(run.step().outcome, core::Outcome::converged);
-        const std::int64_t nodes = std::int64_t(run.simulation->x().size());
+        const std::int64_t nodes = std::int64_t(run.simulation.x().size());
         std::printf("%s: %lld nodes, largest allocation %lld bytes\n", integrator, (long long)nodes,
                     (long long)largest.load());
         EXPECT_GT(largest, 0);

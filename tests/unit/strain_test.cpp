@@ -1,10 +1,10 @@
 // Linear and Green's strain: energy, gradient, tangent and its parts, each against something else that gives the same.
-#include "loads.h"
-#include "solids.h"
 #include "surface_checks.h"
 
-#include <vdbfrac/solver/linear_solver.h>
+#include <vdbfrac/lab/samples/loads.h>
+#include <vdbfrac/lab/samples/solid.h>
 #include <vdbfrac/solver/corotational.h>
+#include <vdbfrac/solver/linear_solver.h>
 #include <vdbfrac/tetmesh/cut_mesh.h>
 
 #include <Eigen/Dense>
@@ -13,11 +13,12 @@
 
 #include <cmath>
 #include <numbers>
+#include <random>
 
 using namespace vdbfrac;
+using lab::randomVec;
 using solver::Strain;
 using solver::Volumetric;
-using test::randomVec;
 
 namespace {
 
@@ -31,7 +32,7 @@ Mat3 strainOf(Strain strain, const Mat3& F)
     return solver::signedPolar(F).S - Mat3::Identity();
 }
 
-double referenceEnergy(const test::Block& block, const std::vector<Vec3>& x, solver::Elasticity elasticity)
+double referenceEnergy(const lab::Block& block, const std::vector<Vec3>& x, solver::Elasticity elasticity)
 {
     double energy = 0;
     const bool cell = elasticity.volumetric == Volumetric::cell;
@@ -57,10 +58,10 @@ double referenceEnergy(const test::Block& block, const std::vector<Vec3>& x, sol
 class StrainCases : public testing::TestWithParam<std::tuple<Strain, Volumetric, tetmesh::Lattice::Kind>> {
 protected:
     solver::Elasticity elasticity() const { return {std::get<1>(GetParam()), std::get<0>(GetParam())}; }
-    test::Block block{{6, 5, 4}, 0.1, std::get<2>(GetParam())};
-    solver::ElasticOperator elastic = test::elasticOperator(block, kGel, elasticity());
+    lab::Block block{{6, 5, 4}, 0.1, std::get<2>(GetParam())};
+    solver::ElasticOperator elastic = lab::elasticOperator(block, kGel, elasticity());
 
-    std::vector<Vec3> shaken(double size) const { return test::shaken(block, size, 0, 7).x; }
+    std::vector<Vec3> shaken(double size) const { return lab::shaken(block, size, 0, 7).x; }
     std::vector<Vec3> directions(unsigned seed) const
     {
         std::mt19937 random(seed);
@@ -113,11 +114,11 @@ TEST_P(StrainCases, ProductIsTheDerivativeOfTheGradient)
     EXPECT_LT(std::sqrt(error / solver::dot(Ku, Ku)), 1e-6);  // the tangent is kept in single precision
 }
 
-void expectDiagonalAndElementsOfTheProduct(const solver::ElasticOperator& elastic, const test::Block& block,
+void expectDiagonalAndElementsOfTheProduct(const solver::ElasticOperator& elastic, const lab::Block& block,
                                            const solver::Tangent& tangent, const std::vector<Vec3>& u)
 {
     constexpr double kStored = 1e-6;  // single precision
-    const auto blocks = test::diagonalBlocks(elastic, tangent);
+    const auto blocks = lab::diagonalBlocks(elastic, tangent);
     std::vector<Vec3> Ku(u.size(), Vec3::Zero()), summed = Ku;
     elastic.addProduct(tangent, u, Ku);
     std::vector<Mat3> diagonal(u.size(), Mat3::Zero());
@@ -148,8 +149,8 @@ TEST_P(StrainCases, DiagonalBlocksAndElementMatricesAreThoseOfTheProduct)
 TEST_P(StrainCases, MeansOverCellsAreTheTangentWhereTheTetsOfACellDeformAlike)
 {
     constexpr double kStored = 2e-6;  // single precision, R T R^T of it
-    const test::Block ball = test::asBlock(test::cutBall({std::get<2>(GetParam()), 1, .1}, 4.3));
-    const auto elastic = test::elasticOperator(ball, kGel, elasticity());
+    const lab::Block ball = lab::asBlock(lab::cutBall({std::get<2>(GetParam()), 1, .1}, 4.3));
+    const auto elastic = lab::elasticOperator(ball, kGel, elasticity());
     const Mat3 turn = Eigen::AngleAxisd(.7, Vec3(1, 2, 3).normalized()).toRotationMatrix();
     std::mt19937 random(3);
     std::vector<Vec3> u;
@@ -259,8 +260,8 @@ INSTANTIATE_TEST_SUITE_P(Strains, StrainCases,
 /// Stress over E that a rigid turn about z brings forth: force on one face over its area and E.
 double stressOfTurn(Strain strain, double degrees)
 {
-    const test::Block block({4, 4, 4}, 0.25);
-    const auto elastic = test::elasticOperator(block, solver::makeMaterial(1, .3, 1), {Volumetric::cell, strain});
+    const lab::Block block({4, 4, 4}, 0.25);
+    const auto elastic = lab::elasticOperator(block, solver::makeMaterial(1, .3, 1), {Volumetric::cell, strain});
     const Mat3 R = Eigen::AngleAxisd(degrees * std::numbers::pi / 180, Vec3::UnitZ()).toRotationMatrix();
     std::vector<Vec3> x, g(block.nodes.size(), Vec3::Zero());
     for (const Vec3& X : block.restPositions()) x.push_back(R * X);
@@ -287,9 +288,8 @@ TEST(Strains, UniaxialStressIsThatOfTheClosedForm)
 {
     for (const Strain strain : {Strain::corotational, Strain::linear, Strain::green})
         for (const double s : {0.7, 1.0, 1.5}) {
-            const test::Block block({4, 4, 4}, 0.25);
-            const auto elastic =
-                test::elasticOperator(block, solver::makeMaterial(1, 0, 1), {Volumetric::cell, strain});
+            const lab::Block block({4, 4, 4}, 0.25);
+            const auto elastic = lab::elasticOperator(block, solver::makeMaterial(1, 0, 1), {Volumetric::cell, strain});
             std::vector<Vec3> x, g(block.nodes.size(), Vec3::Zero());
             for (const Vec3& X : block.restPositions()) x.emplace_back(s * X.x(), X.y(), X.z());
             elastic.evaluate(x, g, nullptr);

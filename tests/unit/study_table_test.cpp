@@ -1,11 +1,11 @@
 // The [study] table: what it holds, what is complained about, that it reads back as it was written.
-#include "study_table.h"
+#include <vdbfrac/lab/study/study_table.h>
 
 #include "scene_texts.h"
 
 #include <cstddef>
 
-namespace vdbfrac::tools::study {
+namespace vdbfrac::lab::study {
 namespace {
 
 using test::contains, test::Details, test::kGood;
@@ -115,4 +115,4 @@ TEST(StudyTable, ASeriesHasValuesAndWhatIsTiedToItHasAsMany)
 }
 
 }  // namespace
-}  // namespace vdbfrac::tools::study
+}  // namespace vdbfrac::lab::study

@@ -1,8 +1,7 @@
 // Energy from tets to voxels, and the law by which phi moves.
-#include "block.h"
-
 #include <vdbfrac/grid/griffith.h>
 #include <vdbfrac/grid/transfer.h>
+#include <vdbfrac/lab/samples/block.h>
 
 #include <gtest/gtest.h>
 
@@ -23,8 +22,8 @@ constexpr int kReach = 9;
 
 CutMesh ball(const Lattice& lattice)
 {
-    return {lattice, test::sample({-kReach, -kReach, -kReach}, {kReach, kReach, kReach}, dx,
-                                  [](Vec3 p) { return (p - Vec3(.01, .02, -.03)).norm() - .7; })};
+    return {lattice, lab::sample({-kReach, -kReach, -kReach}, {kReach, kReach, kReach}, dx,
+                                 [](Vec3 p) { return (p - Vec3(.01, .02, -.03)).norm() - .7; })};
 }
 
 /// All voxels of the ball's box.

@@ -143,7 +143,8 @@ public:
     /// out += H u.
     void addProduct(const Tangent& tangent, std::span<const Vec3> u, std::span<Vec3> out,
                     const NodeBlocks* blocks = nullptr) const;
-    /// The 3x3 diagonal blocks of K, with NodeBlocks::damping, as xx, yy, zz, yz, zx, xy, left in pieces like a product.
+    /// The 3x3 diagonal blocks of K, with NodeBlocks::damping, as xx, yy, zz, yz, zx, xy, left in pieces like a
+    /// product.
     using PackedBlock = Eigen::Matrix<double, 6, 1>;
     NodeSums<PackedBlock> diagonal(const Tangent& tangent, const NodeBlocks* blocks = nullptr) const;
 

@@ -1,0 +1,102 @@
+"""The libraries include downwards only, and files and functions stay short.
+
+Usage: check_structure.py SOURCE_FOLDER. Says what is wrong and exits with 1. Files have to be laid out as .clang-format says.
+"""
+import re
+import sys
+from pathlib import Path
+
+MOST_LINES, MOST_IN_A_FUNCTION = 400, 60
+
+# Each library, where it lies, and what stands right below it. What is below that may be included too.
+LIBRARIES = {
+    "base": ("vdbfrac/base", []),
+    "scene": ("vdbfrac/scene", ["base"]),
+    "tetmesh": ("tetmesh", ["base"]),
+    "mesher": ("tetmesh/mesher", ["tetmesh"]),
+    "repair": ("tetmesh/repair", ["tetmesh"]),
+    "grid": ("vdbfrac/grid", ["scene", "tetmesh"]),
+    "solver": ("solver", ["tetmesh"]),
+    "core": ("vdbfrac/core", ["grid", "solver", "mesher"]),
+    "effects": ("vdbfrac/effects", ["core"]),
+    "lab/machine": ("tools/lab/machine", ["base"]),
+    "lab/samples": ("tools/lab/samples", ["solver"]),
+    "lab/scenes": ("tools/lab/scenes", ["effects"]),
+    "lab/study": ("tools/lab/study", ["lab/machine", "lab/scenes"]),
+    "lab/verify": ("tools/lab/verify", ["lab/machine", "lab/samples", "lab/scenes"]),
+    "lab/bench": ("tools/lab/bench", ["lab/machine", "lab/samples", "lab/scenes"]),
+    "cli": ("tools/cli", ["lab/bench", "lab/study", "lab/verify", "repair"]),
+}
+# Of the command line, tests link what reads lists of frames; all else they reach through the program.
+TESTS_OF_CLI = {"tests/unit/frame_list_test.cpp"}
+
+LONG_FILES = {
+    "solver/src/kernel_impl.cpp": "compiled once for each vector unit: nothing in it may be shared with other files",
+    "solver/src/patches.cpp": "patches, their slots and their batches are laid out in one pass",
+}
+LONG_FUNCTIONS = {}
+
+
+def below(library):
+    """All that a library may include, itself too."""
+    return {library}.union(*(below(b) for b in LIBRARIES[library][1]))
+
+
+def library_of(file):
+    """The library that a file is part of, by the longest folder; None: a test."""
+    parts = [(len(folder), name) for name, (folder, _) in LIBRARIES.items() if file.startswith(folder + "/")]
+    return max(parts)[1] if parts else None
+
+
+def include_complaints(source, file, text):
+    library = library_of(file)
+    for kind, name in re.findall(r'^#include ([<"])(.*)[>"]', text, re.MULTILINE):
+        other = re.match(r"vdbfrac/(lab/\w+|\w+)/", name)
+        if other and other[1] not in LIBRARIES:
+            yield f"{file}: there is no library of <{name}>"
+        elif other and library and other[1] not in below(library):
+            yield f"{file}: {library} includes <{name}>, which is not below it"
+        elif other and not library and other[1] == "cli" and file not in TESTS_OF_CLI:
+            yield f"{file}: a test includes <{name}>"
+        elif kind == '"' and library:
+            path = (source / file).parent / name
+            if not path.is_file() or library_of(path.resolve().relative_to(source).as_posix()) != library:
+                yield f'{file}: "{name}" is not a file of {library}'
+            elif library == "effects" and name != "all.h":
+                yield f'{file}: an effect includes "{name}": effects know nothing of each other'
+
+
+def functions(lines):
+    """First line and length of the body of each: braces of functions stand on lines of their own."""
+    for first, line in enumerate(lines):
+        if line.strip() == "{":
+            end = line.rstrip().replace("{", "}")
+            last = next(n for n in range(first, len(lines)) if lines[n].startswith(end))
+            yield first + 1, last - first - 1
+
+
+def length_complaints(file, text):
+    lines = text.splitlines()
+    if (len(lines) > MOST_LINES) != (file in LONG_FILES):
+        yield f"{file}: {len(lines)} lines, " + (f"at most {MOST_LINES}" if file not in LONG_FILES else "no exception any more")
+    for first, length in functions(lines):
+        if length > MOST_IN_A_FUNCTION and file not in LONG_FUNCTIONS:
+            yield f"{file}:{first}: a function of {length} lines, at most {MOST_IN_A_FUNCTION}"
+
+
+def complaints(source):
+    for top in ("vdbfrac", "tetmesh", "solver", "tools", "tests"):
+        for path in sorted((source / top).rglob("*")):
+            file = path.relative_to(source).as_posix()
+            if path.suffix in (".h", ".cpp"):
+                text = path.read_text()
+                yield from include_complaints(source, file, text)
+                yield from length_complaints(file, text)
+            elif path.name == "CMakeLists.txt" and top != "tests" and re.search(r"\btests\b|\btest/", path.read_text()):
+                yield f"{file}: names the folder of tests"
+
+
+found = list(complaints(Path(sys.argv[1]).resolve()))
+for line in found:
+    print(line)
+sys.exit(bool(found))

@@ -1,0 +1,96 @@
+// The vdbfrac program: subcommands, and the only place where errors become messages and exit codes.
+#include <vdbfrac/cli/commands.h>
+
+#include <vdbfrac/base/error.h>
+#include <vdbfrac/core/version.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <iostream>
+#include <map>
+#include <new>
+
+using namespace vdbfrac;
+using namespace vdbfrac::cli;
+
+namespace {
+
+std::string listOf(const std::map<std::string, Action>& actions)
+{
+    std::string names;
+    for (const auto& [name, action] : actions) names += (names.empty() ? "" : ", ") + name;
+    return names;
+}
+
+/// What is still to be written to stdout, on a full disk for example, fails here or never.
+void requireWritten()
+{
+    std::cout.flush();
+    if (std::fflush(stdout) != 0 || std::ferror(stdout) || !std::cout)
+        throw FileError("standard output", std::string("cannot be written: ") + std::strerror(errno ? errno : EIO));
+}
+
+int run(int argc, char** argv)
+{
+    CLI::App app{"Tears soft solids: a scene goes in, sequences of .vdb and .obj come out.", "vdbfrac"};
+    app.set_version_flag("--version", core::kCreator);
+    app.require_subcommand(1);
+    app.footer(
+        "Exit codes: 0 done, 1 internal error, 2 bad command line, scene or data, 3 not converged (--strict),\n"
+        "4 files and disk, 5 memory or another limit, 75 stopped with a checkpoint (sim; go on with --resume).\n"
+        "'vdbfrac COMMAND --help' tells more.");
+    std::map<std::string, Action> actions;
+    actions["sim"] = addSim(app);
+    actions["check"] = addCheck(app);
+    actions["scene"] = addScene(app);
+    actions["mesh"] = addMesh(app);
+    actions["preview"] = addPreview(app);
+    actions["bench"] = addBench(app);
+    actions["relevel"] = addRelevel(app);
+    actions["info"] = addInfo(app);
+    actions["verify"] = addVerify(app);
+    actions["study"] = addStudy(app);
+    if (argc > 1 && argv[1][0] != '-' && !actions.contains(argv[1]))
+        throw InputError({"vdbfrac", std::string("there is no command '") + argv[1] + "'", listOf(actions), ""});
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& e) {
+        return app.exit(e) == 0 ? kDone : kBadInput;
+    }
+    return actions.at(app.get_subcommands().front()->get_name())();
+}
+
+int complain(const char* what, int code)
+{
+    std::fprintf(stderr, "vdbfrac: error: %s\n", what);
+    return code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv)
+{
+    std::signal(SIGXFSZ, SIG_IGN);  // a limit of file sizes is an error of writing, as a full disk is
+    try {
+        const int code = run(argc, argv);
+        requireWritten();
+        return code;
+    } catch (const InputError& e) {
+        return complain(e.what(), kBadInput);
+    } catch (const FileError& e) {
+        return complain(e.what(), kBadFile);
+    } catch (const LimitError& e) {
+        return complain(e.what(), kLimit);
+    } catch (const std::filesystem::filesystem_error& e) {
+        const std::string file = e.path1().empty() ? "a file" : e.path1().string();
+        return complain((file + ": " + e.code().message()).c_str(), kBadFile);
+    } catch (const std::bad_alloc&) {
+        return complain("out of memory; use a coarser grid.voxel_size", kLimit);
+    } catch (const std::exception& e) {
+        return complain((std::string("internal: ") + e.what()).c_str(), kInternal);
+    }
+}

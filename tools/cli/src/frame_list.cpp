@@ -1,0 +1,111 @@
+#include <vdbfrac/cli/frame_list.h>
+
+#include <vdbfrac/base/error.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+namespace vdbfrac::cli {
+
+namespace {
+
+constexpr std::size_t kMostFrames = 100000;
+
+/// Takes a number of digits off the front.
+std::optional<int> takeNumber(std::string_view& text)
+{
+    int value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc{} || text.front() == '-') return std::nullopt;
+    text.remove_prefix(std::size_t(end - text.data()));
+    return value;
+}
+
+bool take(std::string_view& text, char c)
+{
+    if (text.empty() || text.front() != c) return false;
+    text.remove_prefix(1);
+    return true;
+}
+
+/// Adds A, A-B or A-BxN. False for anything else.
+bool addRange(std::string_view part, std::vector<int>& frames)
+{
+    const std::string whole(part);
+    const auto first = takeNumber(part);
+    if (!first) return false;
+    std::optional<int> last = first, step = 1;
+    if (take(part, '-')) {
+        last = takeNumber(part);
+        if (last && take(part, 'x')) step = takeNumber(part);
+    }
+    if (!part.empty() || !last || !step || *step < 1 || *last < *first) return false;
+    const std::size_t count = std::size_t((std::int64_t(*last) - *first) / *step) + 1;
+    if (count > kMostFrames - std::min(frames.size(), kMostFrames))
+        throw InputError({"--frames", "'" + whole + "' is more frames than can be asked for at once",
+                          "up to " + std::to_string(kMostFrames), ""});
+    for (std::int64_t f = *first; f <= *last; f += *step) frames.push_back(int(f));
+    return true;
+}
+
+/// A place for the frame: where, how long, how many digits.
+struct Place {
+    std::size_t begin = std::string::npos, length = 0;
+    int digits = 1;
+};
+
+Place findPlace(const std::string& name, std::size_t from)
+{
+    const auto digit = [&](std::size_t i) { return i < name.size() && name[i] >= '0' && name[i] <= '9'; };
+    for (std::size_t i = from; i < name.size(); ++i) {
+        std::size_t end = i;
+        if (name[i] == '#') {
+            while (end < name.size() && name[end] == '#') ++end;
+            return {i, end - i, int(end - i)};
+        }
+        if (name.compare(i, 2, "$F") == 0) {
+            const bool sized = digit(i + 2);
+            return {i, sized ? 3u : 2u, sized ? name[i + 2] - '0' : 1};
+        }
+        if (name[i] != '%') continue;
+        if (name.compare(i, 2, "%d") == 0) return {i, 2, 1};
+        if (name.compare(i, 2, "%0") == 0 && digit(i + 2) && name.compare(i + 3, 1, "d") == 0)
+            return {i, 4, name[i + 2] - '0'};
+    }
+    return {};
+}
+
+}  // namespace
+
+std::vector<int> parseFrames(const std::string& text)
+{
+    std::vector<int> frames;
+    for (std::size_t begin = 0; begin <= text.size();) {
+        const std::size_t end = std::min(text.find(',', begin), text.size());
+        const std::string_view part = std::string_view(text).substr(begin, end - begin);
+        if (part.empty() || !addRange(part, frames))
+            throw InputError(
+                {"--frames", "'" + std::string(part) + "' is no list of frames", "1-96, 1-96x2, or 5,9,12", ""});
+        begin = end + 1;
+    }
+    return frames;
+}
+
+bool isSequence(const std::string& name) { return findPlace(name, 0).length > 0; }
+
+std::string frameName(const std::string& name, int frame)
+{
+    std::string result = name;
+    for (Place p = findPlace(result, 0); p.length > 0;) {
+        std::string number = std::to_string(frame);
+        if (int(number.size()) < p.digits) number.insert(0, std::size_t(p.digits) - number.size(), '0');
+        result.replace(p.begin, p.length, number);
+        p = findPlace(result, p.begin + number.size());
+    }
+    return result;
+}
+
+}  // namespace vdbfrac::cli

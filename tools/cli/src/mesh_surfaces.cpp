@@ -1,0 +1,112 @@
+#include "mesh.h"
+#include "run_frames.h"
+
+#include <vdbfrac/base/error.h>
+#include <vdbfrac/cli/frame_list.h>
+#include <vdbfrac/grid/level_set_surface.h>
+#include <vdbfrac/grid/vdb_file.h>
+#include <vdbfrac/lab/machine/memory.h>
+#include <vdbfrac/tetmesh/obj_file.h>
+#include <vdbfrac/tetmesh/surface_file.h>
+
+#include <algorithm>
+#include <cstdio>
+
+namespace vdbfrac::cli {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// What becomes one surface.
+struct Source {
+    int frame = 0;
+    fs::path obj, vdb;  // one of them
+};
+
+Source sourceOf(const RunFrame& frame, const MeshOptions& options)
+{
+    // The surface of the simulation itself knows fragments and torn faces; a level set of it does not.
+    if (!frame.obj.empty() && options.grid.empty()) return {frame.frame, frame.obj, {}};
+    if (!frame.vdb.empty()) return {frame.frame, {}, frame.vdb};
+    throw InputError(
+        {options.in.string(), "frame " + std::to_string(frame.frame) + " has no file to make a surface of", "", ""});
+}
+
+std::vector<Source> sourcesOfRun(const MeshOptions& options)
+{
+    const RunFrames run = readRunFrames(options.in);
+    std::vector<Source> sources;
+    for (const RunFrame& frame : run.frames)
+        if (options.frames.empty()) sources.push_back(sourceOf(frame, options));
+    for (int wanted : options.frames) {
+        const auto it =
+            std::find_if(run.frames.begin(), run.frames.end(), [&](const auto& f) { return f.frame == wanted; });
+        if (it == run.frames.end())
+            throw InputError({options.in.string(), "has no frame " + std::to_string(wanted), "", ""});
+        sources.push_back(sourceOf(*it, options));
+    }
+    if (sources.empty()) throw InputError({options.in.string(), "has no frames yet", "", ""});
+    return sources;
+}
+
+std::vector<Source> sourcesOf(const MeshOptions& options)
+{
+    if (fs::is_directory(options.in)) return sourcesOfRun(options);
+    const std::string name = options.in.string();
+    if (!isVdb(options.in))
+        throw InputError({name, "cannot become a surface", "a .vdb file, a sequence of them, or the folder of a run",
+                          "from a surface mesh 'vdbfrac mesh' makes tets: give -o a name as OUT.vtu"});
+    if (!isSequence(name)) return {{0, {}, options.in}};
+    if (options.frames.empty())
+        throw InputError({"--frames", "are missing: " + name + " is a sequence", "as in -f 1-96", ""});
+    std::vector<Source> sources;
+    for (int f : options.frames) sources.push_back({f, {}, frameName(name, f)});
+    return sources;
+}
+
+/// The grid asked for; of a run's frame the deformed surface, when it has one.
+std::string gridOf(const fs::path& vdb, const MeshOptions& options)
+{
+    if (!options.grid.empty() || !fs::is_directory(options.in)) return options.grid;
+    for (const grid::GridInfo& info : grid::describeVdb(vdb, options.memoryLimit))
+        if (info.name == "surface") return info.name;
+    throw InputError({vdb.string(), "has no grid 'surface', the body as it is deformed", "",
+                      "'--grid phi' is the body at rest; a run writes the other with output.vdb = [\"phi\", "
+                      "\"surface\"], or an .obj"});
+}
+
+tetmesh::Surface surfaceOf(const Source& source, const MeshOptions& options)
+{
+    if (!source.obj.empty()) return tetmesh::readObjFrame(source.obj);
+    const grid::ReadLevelSet read = grid::readLevelSet(source.vdb, gridOf(source.vdb, options), options.memoryLimit);
+    constexpr double kBytesPerVoxel =
+        80;  // of the band; a surface has about one point and two triangles for six of them
+    if (const double bytes = kBytesPerVoxel * double(read.levelSet.activeVoxels()); bytes > double(options.memoryLimit))
+        throw LimitError(source.vdb.string() + ": its surface needs about " + std::to_string(bytes / lab::kGiB) +
+                         " GiB, above --max-memory");
+    tetmesh::Surface surface = grid::surfaceOf(read.levelSet, options.adaptivity);
+    for (Vec3& p : surface.points) p += read.origin;
+    return surface;
+}
+
+}  // namespace
+
+int meshSurfaces(const MeshOptions& options)
+{
+    const std::vector<Source> sources = sourcesOf(options);
+    const std::string out = options.out.string();
+    if (sources.size() > 1 && !isSequence(out))
+        throw InputError(
+            {"--output",
+             "'" + out + "' has no place for the frame, and there are " + std::to_string(sources.size()) + " frames",
+             "####, $F4 or %04d in the name", ""});
+    for (const Source& source : sources) {
+        const std::string file = frameName(out, source.frame);
+        tetmesh::writeSurface(file, surfaceOf(source, options));
+        std::printf("%s\n", file.c_str());
+    }
+    return kDone;
+}
+
+}  // namespace vdbfrac::cli

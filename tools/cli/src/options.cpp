@@ -1,0 +1,78 @@
+#include "options.h"
+
+#include "number_options.h"
+
+#include <vdbfrac/base/error.h>
+#include <vdbfrac/lab/machine/memory.h>
+
+#include <spdlog/sinks/basic_file_sink.h>
+#include <spdlog/sinks/stdout_sinks.h>
+
+#include <algorithm>
+#include <cctype>
+
+namespace vdbfrac::cli {
+
+void addCommonOptions(CLI::App& command, CommonOptions& options)
+{
+    command.add_flag("-v,--verbose", options.verbose, "Say more: every step");
+    command.add_flag("-q,--quiet", options.quiet, "Say only what went wrong");
+    command.add_option("--log-file", options.logFile, "Write the log to this file too")->type_name("FILE");
+    command
+        .add_option("--progress", options.progress, "How to show progress: a bar on a terminal, plain lines in a log")
+        ->check(CLI::IsMember({"auto", "bar", "plain", "none"}))
+        ->capture_default_str();
+}
+
+void addThreads(CLI::App& command, int& threads, const std::string& help)
+{
+    constexpr int kMostThreads = 1024;
+    command.add_option("-j,--threads", threads, help)->check(CLI::Range(0, kMostThreads))->type_name("N");
+}
+
+void addMaxMemory(CLI::App& command, double& gibibytes, const std::string& what)
+{
+    command.add_option("--max-memory", gibibytes, "GiB " + what + " may use (default: 80 % of what is available)")
+        ->check(PositiveFinite(kMostGiB))
+        ->type_name("GIB");
+}
+
+std::uint64_t memoryLimitOf(double gibibytes)
+{
+    return gibibytes > 0 ? std::uint64_t(gibibytes * lab::kGiB) : lab::defaultMemoryLimit();
+}
+
+std::shared_ptr<spdlog::logger> makeLog(const CommonOptions& options)
+{
+    auto sink = std::make_shared<spdlog::sinks::stderr_sink_mt>();
+    sink->set_pattern("%v");
+    sink->set_level(options.quiet ? spdlog::level::err : options.verbose ? spdlog::level::debug : spdlog::level::info);
+    auto log = std::make_shared<spdlog::logger>("vdbfrac", sink);
+    log->set_level(spdlog::level::debug);
+    if (!options.logFile.empty()) logToFile(*log, options.logFile);
+    return log;
+}
+
+void logToFile(spdlog::logger& log, const std::filesystem::path& file)
+{
+    if (const auto parent = file.parent_path(); !parent.empty() && !std::filesystem::is_directory(parent))
+        throw FileError(file.string(), "cannot be written: its folder does not exist");
+    std::shared_ptr<spdlog::sinks::basic_file_sink_mt> sink;
+    try {
+        sink = std::make_shared<spdlog::sinks::basic_file_sink_mt>(file.string());
+    } catch (const spdlog::spdlog_ex& e) {
+        throw FileError(file.string(), std::string("cannot be written: ") + e.what());
+    }
+    sink->set_pattern("%Y-%m-%d %H:%M:%S %-7l %v");
+    log.sinks().push_back(sink);
+    log.flush_on(spdlog::level::info);
+}
+
+bool isVdb(const std::filesystem::path& file)
+{
+    std::string e = file.extension().string();
+    std::transform(e.begin(), e.end(), e.begin(), [](unsigned char c) { return char(std::tolower(c)); });
+    return e == ".vdb";
+}
+
+}  // namespace vdbfrac::cli

@@ -1,0 +1,36 @@
+// What the commands share: options, and the log.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <spdlog/spdlog.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+namespace vdbfrac::cli {
+
+/// Options of every command.
+struct CommonOptions {
+    bool verbose = false, quiet = false;
+    std::string logFile;
+    std::string progress = "auto";  ///< auto, bar, plain, none
+};
+void addCommonOptions(CLI::App& command, CommonOptions& options);
+
+/// Log to stderr, and to files added later. stdout is for data.
+std::shared_ptr<spdlog::logger> makeLog(const CommonOptions& options);
+void logToFile(spdlog::logger& log, const std::filesystem::path& file);
+
+/// -j, 0 for all cores.
+void addThreads(CLI::App& command, int& threads, const std::string& help = "Threads to use (default: all cores)");
+/// --max-memory in GiB, 0 when it is not given. `what`: "the run".
+void addMaxMemory(CLI::App& command, double& gibibytes, const std::string& what);
+/// The limit in bytes that --max-memory asks for.
+std::uint64_t memoryLimitOf(double gibibytes);
+
+/// By its name, in any case.
+bool isVdb(const std::filesystem::path& file);
+
+}  // namespace vdbfrac::cli

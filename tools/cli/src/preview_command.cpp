@@ -1,0 +1,128 @@
+// vdbfrac preview: pictures of a run, and a contact sheet of them.
+#include "options.h"
+#include "run_frames.h"
+
+#include <vdbfrac/base/error.h>
+#include <vdbfrac/base/primitive.h>
+#include <vdbfrac/cli/commands.h>
+#include <vdbfrac/grid/png_file.h>
+#include <vdbfrac/grid/render.h>
+#include <vdbfrac/tetmesh/obj_file.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace vdbfrac::cli {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+struct PreviewOptions {
+    std::string folder;
+    std::vector<int> frames;
+    int count = 12, columns = 4, width = 480, height = 480, samples = 4;
+    std::vector<double> direction = {-0.55, -0.35, -1};
+};
+
+/// The run, with those of its frames that have an .obj.
+RunFrames readRun(const fs::path& folder)
+{
+    RunFrames run = readRunFrames(folder);
+    std::erase_if(run.frames, [](const RunFrame& f) { return f.obj.empty(); });
+    if (run.frames.empty())
+        throw InputError(
+            {folder.string(), "holds no .obj frames to make pictures of", "", "simulate with output.obj = true"});
+    return run;
+}
+
+/// The frames asked for, or `count` of them spread over the run with the first and the last.
+std::vector<RunFrame> chosenFrames(const RunFrames& run, const PreviewOptions& options)
+{
+    std::vector<RunFrame> chosen;
+    for (int wanted : options.frames) {
+        const auto it =
+            std::find_if(run.frames.begin(), run.frames.end(), [&](const auto& f) { return f.frame == wanted; });
+        if (it == run.frames.end())
+            throw InputError({options.folder, "has no frame " + std::to_string(wanted), "", ""});
+        chosen.push_back(*it);
+    }
+    if (!chosen.empty()) return chosen;
+    const int n = std::min<int>(options.count, int(run.frames.size()));
+    for (int i = 0; i < n; ++i)
+        chosen.push_back(
+            run.frames[n == 1 ? run.frames.size() - 1
+                              : std::size_t(std::lround(double(i) * double(run.frames.size() - 1) / (n - 1)))]);
+    return chosen;
+}
+
+void grow(Bounds& bounds, const tetmesh::Surface& surface)
+{
+    for (const Vec3& p : surface.points) {
+        bounds.lower = bounds.lower.cwiseMin(p);
+        bounds.upper = bounds.upper.cwiseMax(p);
+    }
+}
+
+int preview(const PreviewOptions& options)
+{
+    const fs::path folder = options.folder;
+    const RunFrames run = readRun(folder);
+    const auto frames = chosenFrames(run, options);
+    Bounds bounds{Vec3::Constant(1e300), Vec3::Constant(-1e300)};
+    std::vector<tetmesh::Surface> surfaces;
+    for (const RunFrame& frame : frames) {
+        surfaces.push_back(tetmesh::readObjFrame(frame.obj));
+        grow(bounds, surfaces.back());
+    }
+    const Vec3 middle = 0.5 * (bounds.lower + bounds.upper);  // pictures are made near the origin, wherever the body is
+    for (tetmesh::Surface& surface : surfaces)
+        for (Vec3& p : surface.points) p -= middle;
+    grid::View view;
+    view.extent = 0.5 * (bounds.upper - bounds.lower).norm();
+    view.direction = Vec3(options.direction[0], options.direction[1], options.direction[2]);
+    if (!(view.direction.norm() > 0))
+        throw InputError({"--direction", "0 0 0 looks nowhere", "a vector with a length above 0", ""});
+    view.width = options.width, view.height = options.height, view.samples = options.samples;
+
+    // Fine enough to show what the surface resolves, coarse enough for the picture.
+    const double voxel = std::max(0.5 * run.voxelSize, view.extent / options.width);
+    fs::create_directories(folder / "preview");
+    std::vector<grid::Image> images;
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+        images.push_back(grid::render(surfaces[i], view, voxel));
+        char name[32];
+        std::snprintf(name, sizeof name, ".%04d.png", frames[i].frame);
+        const fs::path file = folder / "preview" / (run.scene + name);
+        grid::writePng(file, images.back());
+        std::printf("%s\n", file.c_str());
+    }
+    const fs::path sheet = folder / "preview" / "contact_sheet.png";
+    grid::writePng(sheet, grid::contactSheet(images, options.columns, 4));
+    std::printf("%s\n", sheet.c_str());
+    return kDone;
+}
+
+}  // namespace
+
+Action addPreview(CLI::App& app)
+{
+    auto o = std::make_shared<PreviewOptions>();
+    CLI::App* c = app.add_subcommand("preview", "Render PNG pictures of a run and a contact sheet; torn faces are red");
+    c->add_option("DIR", o->folder, "Folder that 'vdbfrac sim -o' wrote")->required();
+    c->add_option("-f,--frames", o->frames, "Frames to render (default: some spread over the run)")->delimiter(',');
+    c->add_option("--count", o->count, "How many frames to spread over the run")
+        ->check(CLI::Range(1, 10000))
+        ->capture_default_str();
+    c->add_option("--columns", o->columns, "Columns of the contact sheet")
+        ->check(CLI::Range(1, 100))
+        ->capture_default_str();
+    c->add_option("--width", o->width, "Pixels")->check(CLI::Range(16, 8192))->capture_default_str();
+    c->add_option("--height", o->height, "Pixels")->check(CLI::Range(16, 8192))->capture_default_str();
+    c->add_option("--samples", o->samples, "Rays a pixel")->check(CLI::Range(1, 64))->capture_default_str();
+    c->add_option("--direction", o->direction, "Direction of looking: x y z")->expected(3);
+    return [o] { return preview(*o); };
+}
+
+}  // namespace vdbfrac::cli

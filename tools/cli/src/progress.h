@@ -1,0 +1,36 @@
+// Progress of a run: a bar that redraws itself on a terminal, one line a frame elsewhere.
+#pragma once
+
+#include <chrono>
+#include <string>
+
+namespace vdbfrac::cli {
+
+class Progress {
+public:
+    /// `mode`: auto (bar on a terminal, else plain), bar, plain or none. `total`: frames in all; `begun`: of them done
+    /// before.
+    Progress(const std::string& mode, int total, int begun);
+    ~Progress();
+    Progress(const Progress&) = delete;
+    Progress& operator=(const Progress&) = delete;
+
+    /// `done` of the total, counted in frames and parts of a frame; `detail` is shown behind.
+    void update(double done, const std::string& detail);
+    /// A line that stays, for the end of a frame.
+    void frame(int frame, double done, const std::string& detail);
+
+private:
+    std::string status(double done) const;
+
+    enum class Mode { none, plain, bar } mode_;
+    double total_, begun_;
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+    std::chrono::steady_clock::time_point drawn_{};
+    bool open_ = false;  // a bar stands on the line
+};
+
+/// "4.2 s", "3 min 05 s", "2 h 10 min".
+std::string duration(double seconds);
+
+}  // namespace vdbfrac::cli

@@ -1,0 +1,163 @@
+#include "run_info.h"
+
+#include "options.h"
+
+#include <vdbfrac/base/atomic_file.h>
+#include <vdbfrac/base/error.h>
+#include <vdbfrac/base/hash.h>
+#include <vdbfrac/core/run_folder.h>
+#include <vdbfrac/grid/vdb_file.h>
+#include <vdbfrac/lab/machine/memory.h>
+#include <vdbfrac/tetmesh/obj_file.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace vdbfrac::cli {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct File {
+    std::string path, checksum;
+    std::uint64_t bytes = 0;
+};
+
+/// Below the folder of the run, whatever a manifest says.
+bool isInside(const fs::path& path)
+{
+    if (path.empty() || path.is_absolute()) return false;
+    for (const fs::path& part : path)
+        if (part == "..") return false;
+    return true;
+}
+
+void requireReadable(const fs::path& file)
+{
+    if (isVdb(file)) grid::describeVdb(file);
+    if (file.extension() == ".obj") tetmesh::readObjFrame(file);
+}
+
+/// What is wrong with a file of a run; empty when nothing is.
+std::string flaw(const fs::path& folder, const File& file, bool verify)
+{
+    const fs::path path = folder / file.path;
+    std::error_code error;
+    if (!isInside(file.path)) return "does not lie in the folder";
+    if (!fs::is_regular_file(path, error)) return "missing";
+    if (fs::file_size(path, error) != file.bytes || error) return "damaged: has another size than when it was written";
+    if (!verify) return "";
+    try {
+        const std::string content = readText(path);
+        if (hexadecimal(hashBytes(content.data(), content.size())) != file.checksum)
+            return "damaged: has another checksum than when it was written";
+        requireReadable(path);
+    } catch (const Error& e) {
+        return std::string("damaged: ") + e.what();
+    }
+    return "";
+}
+
+std::string rangeText(std::int64_t first, std::int64_t last)
+{
+    return std::to_string(first) + (last > first ? "-" + std::to_string(last) : "");
+}
+
+/// "1-3, 5" of rising numbers.
+std::string ranges(const std::vector<int>& numbers)
+{
+    std::string text;
+    for (std::size_t i = 0; i < numbers.size();) {
+        std::size_t last = i;
+        while (last + 1 < numbers.size() && numbers[last + 1] == numbers[last] + 1) ++last;
+        text += (text.empty() ? "" : ", ") + rangeText(numbers[i], numbers[last]);
+        i = last + 1;
+    }
+    return text.empty() ? "none" : text;
+}
+
+/// Looks at the files of all frames; adds which are there, flawed or not written, of those that were asked for, and
+/// "flaws".
+void addFrames(const Json& manifest, const fs::path& folder, bool verify, RunInfo& info)
+{
+    std::vector<int> whole, broken;
+    std::string missing;
+    std::int64_t next = manifest.at("frame_range").at(0).get<int>();
+    const std::int64_t last = manifest.at("frame_range").at(1).get<int>();
+    const auto skipTo = [&](std::int64_t frame) {
+        if (next < frame) missing += (missing.empty() ? "" : ", ") + rangeText(next, frame - 1);
+        next = std::max(next, frame + 1);
+    };
+    Json flaws = Json::array();
+    for (const Json& frame : manifest.at("frames")) {
+        bool sound = true;
+        for (const Json& entry : frame.at("files")) {
+            const File file{entry.at("path").get<std::string>(), entry.at("xxh3").get<std::string>(),
+                            entry.at("bytes").get<std::uint64_t>()};
+            const std::string what = flaw(folder, file, verify);
+            if (what.empty()) continue;
+            sound = false;
+            flaws.push_back({{"path", file.path}, {"flaw", what}});
+        }
+        const int number = frame.at("frame").get<int>();
+        (sound ? whole : broken).push_back(number);
+        skipTo(std::min<std::int64_t>(number, last + 1));
+    }
+    skipTo(last + 1);
+    info.json["frames"] = ranges(whole);
+    info.json["frames_with_flaws"] = ranges(broken);
+    info.json["frames_missing"] = missing.empty() ? "none" : missing;
+    info.sound = flaws.empty();
+    if (!flaws.empty()) info.json["flaws"] = flaws;
+}
+
+/// The checkpoints, and their flaws.
+void addCheckpoints(const fs::path& folder, bool verify, RunInfo& info)
+{
+    Json list = Json::array();
+    for (const fs::path& file : core::checkpointsIn(folder)) {
+        const std::string path = fs::relative(file, folder).string();
+        list.push_back(path);
+        if (!verify) continue;
+        try {
+            core::Archive::read(file, lab::defaultMemoryLimit());
+        } catch (const Error& e) {
+            if (!fs::exists(file)) continue;  // the run goes on, and has others now
+            info.json["flaws"].push_back({{"path", path}, {"flaw", e.what()}});
+            info.sound = false;
+        }
+    }
+    info.json["checkpoints"] = list;
+}
+
+}  // namespace
+
+RunInfo runInfo(const fs::path& folder, bool verify)
+{
+    const fs::path file = folder / "run.json";
+    RunInfo info;
+    try {
+        const Json manifest = Json::parse(readText(file));
+        info.json = {{"folder", folder.string()}, {"kind", "run"}};
+        for (const char* key :
+             {"creator", "scene", "status", "fps", "voxel_size", "frame_range", "steps", "start_volume", "volume"})
+            info.json[key] = manifest.at(key);
+        addFrames(manifest, folder, verify, info);
+        addCheckpoints(folder, verify, info);
+        info.json["verified"] = !info.sound ? "no, there are flaws"
+                                : verify    ? "all checksums"
+                                            : "sizes only; --verify compares checksums";
+        info.json["fragments"] = manifest.at("fragments");
+    } catch (const Json::exception& e) {
+        throw InputError({file.string(), std::string("is not the manifest of a run: ") + e.what(), "",
+                          "give the folder that 'vdbfrac sim -o' wrote"});
+    }
+    return info;
+}
+
+}  // namespace vdbfrac::cli

@@ -1,0 +1,154 @@
+#include "run_report.h"
+
+#include "progress.h"
+
+#include <vdbfrac/effects/effects.h>
+#include <vdbfrac/lab/machine/memory.h>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace vdbfrac::cli {
+
+namespace {
+
+std::string amount(std::int64_t n)
+{
+    if (n >= 10'000'000'000) return fmt::format("{:.1f} G", double(n) * 1e-9);
+    if (n >= 10'000'000) return fmt::format("{:.1f} M", double(n) * 1e-6);
+    if (n >= 10'000) return fmt::format("{:.1f} k", double(n) * 1e-3);
+    return std::to_string(n);
+}
+
+std::string workTable(const Ledger& work)
+{
+    constexpr const char* kBeside = "output";  // goes on while the steps do: what they stood still for it is "wait"
+    double total = 0;
+    for (const StageWork& s : work.stages())
+        if (s.name != kBeside) total += s.seconds;
+    std::string text = fmt::format("{:<10}{:>10}{:>8}  {}\n", "stage", "seconds", "share", "work");
+    for (const StageWork& s : work.stages()) {
+        std::string counts;
+        for (const auto& [what, n] : s.counts)
+            counts += fmt::format("{}{} {}", counts.empty() ? "" : ", ", amount(n), what);
+        std::replace(counts.begin(), counts.end(), '_', ' ');
+        const std::string share =
+            s.name == kBeside ? "beside" : fmt::format("{:.1f}%", total > 0 ? 100 * s.seconds / total : 0.);
+        text += fmt::format("{:<10}{:>10.2f}{:>8}  {}\n", s.name, s.seconds, share, counts);
+    }
+    return text + fmt::format("{:<10}{:>10.2f}", "all", total);
+}
+
+/// What did not go as it should: steps that were cut back or are not solved, cracks that were held back. A line each.
+std::string shortcomings(const std::vector<core::StepRecord>& steps, const Ledger& work)
+{
+    double shortest = INFINITY, worst = 0, best = 0;
+    for (const core::StepRecord& s : steps) {
+        if (s.cutbacks > 0) shortest = std::min(shortest, s.dt);
+        if (s.outcome != core::Outcome::capped) continue;
+        worst = std::max(worst, s.residual), best = std::max(best, s.leastResidual);
+    }
+    std::string text;
+    if (shortest < INFINITY) text += fmt::format("cut back: steps down to {:.2e} s\n", shortest);
+    if (anyCapped(steps))
+        text +=
+            fmt::format("capped: relative residuals up to {:.2g}, of the best iterates up to {:.2g}\n", worst, best);
+    std::int64_t held = 0;
+    for (const StageWork& stage : work.stages()) held += work.countOf(stage.name, "held_back");
+    if (held > 0)
+        text +=
+            fmt::format("held back: in {} steps time.front_cfl let cracks run slower than the material would\n", held);
+    return text;
+}
+
+std::string bodyTexts(const core::Simulation& simulation)
+{
+    std::string text;
+    for (const core::Body& body : simulation.bodies())
+        text +=
+            fmt::format("  body '{}': {:.4g} m^3, {} elements, {} nodes, {} voxels in the band, {} {}\n", body.name,
+                        body.startVolume, body.mesh->elements().size(), body.mesh->nodeCount(), body.phi.activeVoxels(),
+                        body.fragments.alive(), body.fragments.alive() == 1 ? "fragment" : "fragments");
+    return text;
+}
+
+std::string bodyTexts(const core::SceneEstimate& estimate)
+{
+    std::string text;
+    for (const core::BodyEstimate& e : estimate.bodies)
+        text += fmt::format("  body '{}': {:.4g} m^3, about {} nodes and {} tets\n", e.body->name, e.volume,
+                            amount(std::int64_t(e.nodes)), amount(std::int64_t(e.tets)));
+    return text;
+}
+
+/// "backward_euler" as people write it.
+std::string integratorText(scene::Integrator integrator)
+{
+    std::string name = nameOf(integrator);
+    std::replace(name.begin(), name.end(), '_', ' ');
+    if (const std::size_t at = name.find("euler"); at != std::string::npos) name[at] = 'E';
+    return name;
+}
+
+}  // namespace
+
+std::string planText(const scene::Scene& scene, const core::SceneEstimate& estimate, const core::Simulation* simulation)
+{
+    std::string text = fmt::format("scene '{}': frames {}-{} at {} fps, {} steps a frame\n", scene.name,
+                                   scene.time.firstFrame, scene.time.lastFrame, scene.time.fps,
+                                   scene.time.substeps > 0 ? std::to_string(scene.time.substeps) : std::string("auto"));
+    text += simulation ? bodyTexts(*simulation) : bodyTexts(estimate);
+    text += fmt::format("memory: about {:.2f} GiB\n", estimate.bytes / lab::kGiB);
+    text += "stages:\n  cut           on   elements from phi\n";
+    text += fmt::format("  solve         on   {}elasticity, {}\n",
+                        scene.solver.integrator == scene::Integrator::statics ? "" : "inertia and ",
+                        integratorText(scene.solver.integrator));
+    text += scene.grips.empty() ? "  grips         off  no [[grip]] in the scene\n"
+                                : fmt::format("  grips         on   {} of them\n", scene.grips.size());
+    for (const effects::EffectInfo& info : effects::effectList()) {
+        const bool named = std::any_of(scene.tables.begin(), scene.tables.end(),
+                                       [&](const scene::NamedValues& t) { return t.name == info.table.name; });
+        text += named ? fmt::format("  {:<13} on   joins: {}\n", info.table.name, info.stages)
+                      : fmt::format("  {:<13} off  no [{}] in the scene\n", info.table.name, info.table.name);
+    }
+    if (!simulation)
+        return text +
+               "note: estimated; what thin parts, overlaps and effects have to say is told when the run begins\n";
+    for (const std::string& note : simulation->stages().notes) text += "note: " + note + "\n";
+    return text;
+}
+
+std::string stepText(const core::StepRecord& s)
+{
+    return fmt::format("step {}  t {:.4f} s  dt {:.2e} s  newton {}  cg {}{}  {} frag.", s.step, s.time, s.dt,
+                       s.newtonIterations, s.linearIterations,
+                       s.cutbacks > 0 ? fmt::format("  cut back {}x", s.cutbacks) : "", s.fragments);
+}
+
+bool anyCapped(const std::vector<core::StepRecord>& steps)
+{
+    return std::any_of(steps.begin(), steps.end(),
+                       [](const core::StepRecord& s) { return s.outcome == core::Outcome::capped; });
+}
+
+std::string summaryText(const core::Simulation& simulation, const core::RunFolder& folder, const Ledger& work)
+{
+    const auto count = [&](core::Outcome o) {
+        return std::count_if(folder.steps().begin(), folder.steps().end(),
+                             [o](const core::StepRecord& s) { return s.outcome == o; });
+    };
+    std::string text = fmt::format("{} frames, {} steps: {} converged, {} cut back, {} capped\n",
+                                   folder.frames().size(), folder.steps().size(), count(core::Outcome::converged),
+                                   count(core::Outcome::cutback), count(core::Outcome::capped));
+    text +=
+        fmt::format("{} {}; {:.2f} % of the material lost to cracks; peak memory {:.2f} GiB; state {}\n",
+                    simulation.fragments(), simulation.fragments() == 1 ? "fragment" : "fragments",
+                    100 * (1 - simulation.volume() / simulation.startVolume()), double(lab::peakMemory()) / lab::kGiB,
+                    folder.frames().empty() ? "-" : folder.frames().back().stateHash);
+    text += shortcomings(folder.steps(), work) + workTable(work);
+    return text + "\nwritten to " + folder.path().string();
+}
+
+}  // namespace vdbfrac::cli

@@ -1,0 +1,62 @@
+// vdbfrac check, vdbfrac scene.
+#include "options.h"
+
+#include <vdbfrac/cli/commands.h>
+#include <vdbfrac/core/estimate.h>
+#include <vdbfrac/effects/effects.h>
+#include <vdbfrac/lab/machine/memory.h>
+#include <vdbfrac/lab/study/study_table.h>
+#include <vdbfrac/scene/reader.h>
+
+#include <cstdio>
+
+namespace vdbfrac::cli {
+
+Action addCheck(CLI::App& app)
+{
+    struct Options {
+        std::string scene;
+        std::vector<std::string> set;
+        bool quick = false;
+    };
+    auto options = std::make_shared<Options>();
+    CLI::App* command = app.add_subcommand(
+        "check", "Validate a scene and the files it names: all errors of the text at once, each with its place");
+    command->add_option("SCENE", options->scene, "Scene file (TOML)")->required();
+    command->add_option("--set", options->set, "Change a key first: key=value, as in grid.voxel_size=0.02")
+        ->type_name("KEY=VALUE");
+    command->add_flag("--quick", options->quick, "The text alone: read no meshes and no .vdb files");
+    return [options] {
+        const scene::Scene s = scene::readScene(options->scene, lab::study::vocabulary(), options->set);
+        (void)effects::makeEffects(s);  // what keys of an effect and of the rest say together
+        if (!options->quick) (void)core::estimateScene(s, lab::defaultMemoryLimit());
+        std::printf("%s: ok (%zu %s, frames %d-%d, %zu %s)\n", options->scene.c_str(), s.bodies.size(),
+                    s.bodies.size() == 1 ? "body" : "bodies", s.time.firstFrame, s.time.lastFrame, s.tables.size(),
+                    s.tables.size() == 1 ? "effect" : "effects");
+        return int(kDone);
+    };
+}
+
+Action addScene(CLI::App& app)
+{
+    struct Options {
+        bool defaults = false, example = false, schema = false;
+    };
+    auto options = std::make_shared<Options>();
+    CLI::App* command = app.add_subcommand("scene", "Print what a scene can say: every key, an example, a JSON schema");
+    auto* group = command->add_option_group("what", "one of");
+    group->add_flag("--defaults", options->defaults, "Every key with its default, unit, range and meaning");
+    group->add_flag("--example", options->example, "A small complete scene to start from");
+    group->add_flag("--schema", options->schema, "JSON schema, for editors");
+    group->require_option(1);
+    return [options] {
+        const auto vocabulary = lab::study::vocabulary();
+        const std::string text = options->defaults  ? scene::defaultsText(vocabulary)
+                                 : options->example ? scene::exampleText()
+                                                    : scene::schemaText(vocabulary);
+        std::fputs(text.c_str(), stdout);
+        return int(kDone);
+    };
+}
+
+}  // namespace vdbfrac::cli

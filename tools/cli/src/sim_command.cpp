@@ -1,0 +1,297 @@
+// vdbfrac sim: a scene in, frames out.
+#include "accuracy.h"
+#include "options.h"
+#include "progress.h"
+#include "run_report.h"
+#include "stop_request.h"
+#include <vdbfrac/lab/study/study_table.h>
+
+#include <vdbfrac/base/atomic_file.h>
+#include <vdbfrac/base/error.h>
+#include <vdbfrac/base/parallel.h>
+#include <vdbfrac/cli/commands.h>
+#include <vdbfrac/core/run_folder.h>
+#include <vdbfrac/core/version.h>
+#include <vdbfrac/effects/effects.h>
+#include <vdbfrac/lab/scenes/prepared_scene.h>
+#include <vdbfrac/lab/machine/memory.h>
+#include <vdbfrac/scene/reader.h>
+
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <optional>
+
+namespace vdbfrac::cli {
+
+namespace {
+
+constexpr int kMostFrames = 999999;  // as scenes have it
+
+struct SimOptions {
+    CommonOptions common;
+    std::string scene, folder, frames, accuracy, timeLimit;
+    std::string resume;  // empty: no; "latest"; or the last frame to keep
+    std::vector<std::string> set;
+    bool overwrite = false, plan = false, strict = false;
+    int threads = 0, checkpointEvery = 1;
+    double maxMemory = 0;  // GiB; 0: 80 % of what is available
+};
+
+/// "A-B" or "B" (from the scene's first frame).
+void limitFrames(scene::Scene& scene, const std::string& text)
+{
+    if (text.empty()) return;
+    int first = scene.time.firstFrame, last = 0;
+    char rest = 0;
+    const bool range = std::sscanf(text.c_str(), "%d-%d%c", &first, &last, &rest) == 2;
+    const bool single = !range && std::sscanf(text.c_str(), "%d%c", &last, &rest) == 1;
+    if (single) first = scene.time.firstFrame;
+    if (!(range || single) || first != scene.time.firstFrame || last < first || last > kMostFrames)
+        throw InputError(
+            {"--frames", "'" + text + "' is not a frame range of this scene",
+             std::to_string(scene.time.firstFrame) + "-LAST, or LAST, up to " + std::to_string(kMostFrames),
+             "a simulation starts at the scene's first frame"});
+    scene.time.lastFrame = last;
+}
+
+/// The last frame that a resumed run keeps.
+int lastToKeep(const std::string& resume)
+{
+    if (resume == "latest") return std::numeric_limits<int>::max();
+    int frame = 0;
+    char rest = 0;
+    if (std::sscanf(resume.c_str(), "%d%c", &frame, &rest) != 1)
+        throw InputError({"--resume", "'" + resume + "' is not a frame", "--resume, or --resume=FRAME", ""});
+    return frame;
+}
+
+/// What the steps of a run depend on, as text: the scene, but for its last frame and the folders that files lie in.
+/// What is in the files shows in the bodies at rest.
+std::string settingsText(scene::Scene scene)
+{
+    scene.time.lastFrame = scene.time.firstFrame;
+    for (scene::Body& body : scene.bodies) {
+        if (auto* mesh = std::get_if<scene::MeshFile>(&body.shape)) mesh->file = mesh->file.filename();
+        if (auto* vdb = std::get_if<scene::VdbFile>(&body.shape)) vdb->file = vdb->file.filename();
+    }
+    return scene::writeScene(scene, lab::study::vocabulary());
+}
+
+constexpr const char* kStuck = "stuck";  // why a run was stopped, beside signals and time limits
+
+/// A run on its way from one frame to the next.
+class Run {
+public:
+    Run(const SimOptions& options, const scene::Scene& scene, core::Simulation& simulation, spdlog::logger& log)
+        : options_(options),
+          scene_(scene),
+          settings_(settingsText(scene)),
+          simulation_(simulation),
+          log_(log),
+          folder_(options.folder, scene, simulation.stages(),
+                  !options.resume.empty() ? core::Earlier::keep
+                  : options.overwrite     ? core::Earlier::replace
+                                          : core::Earlier::refuse),
+          lastWritten_(scene.time.firstFrame - 1)
+    {
+    }
+
+    void begin();
+    /// Returns why it stopped before the last frame; empty when it did not.
+    std::string toLastFrame(const StopRequest& stop);
+    int end(const std::string& stopped);
+
+private:
+    std::string toFrame(int frame, const StopRequest& stop, Progress& progress);
+
+    const SimOptions& options_;
+    const scene::Scene& scene_;
+    std::string settings_;
+    core::Simulation& simulation_;
+    spdlog::logger& log_;
+    core::RunFolder folder_;
+    int lastWritten_;  // frame
+};
+
+/// Goes on with an earlier run where that is asked for, and says what runs.
+void Run::begin()
+{
+    std::vector<std::string> notes = simulation_.stages().notes;
+    bool resumed = false;
+    if (!options_.resume.empty()) {
+        const core::Resume how{settings_, std::min(lastToKeep(options_.resume), scene_.time.lastFrame),
+                               memoryLimitOf(options_.maxMemory)};
+        resumed = folder_.resume(simulation_, how, notes);
+    }
+    if (resumed)
+        lastWritten_ += int(folder_.frames().size());
+    else
+        folder_.writeCheckpoint(simulation_, settings_);  // from here on there is always one
+    std::error_code none;
+    // What the user gave stays.
+    if (const auto own = folder_.path() / "scene.toml"; !std::filesystem::equivalent(own, scene_.file, none))
+        writeText(own, scene::writeScene(scene_, lab::study::vocabulary()));
+    logToFile(log_, folder_.path() / "run.log");
+    log_.info("vdbfrac {}  scene '{}'  {} nodes  {} tets  {} threads", core::kVersion, scene_.name,
+              simulation_.x().size(), simulation_.elastic().tetCount(), threadCount());
+    if (resumed)
+        log_.info("goes on after step {}, {:.6g} s, with frame {}", simulation_.steps(), simulation_.time(),
+                  lastWritten_ + 1);
+    else if (!options_.resume.empty())
+        log_.info("there is no run yet: starts at frame {}", scene_.time.firstFrame);
+    if (!options_.accuracy.empty()) log_.info("{}", accuracyText(scene_, options_.accuracy));
+    for (const std::string& note : notes) log_.warn("note: {}", note);
+}
+
+std::string Run::toFrame(int frame, const StopRequest& stop, Progress& progress)
+{
+    // Where a third of so many steps were cut back or not solved, the next ones will be.
+    constexpr int kPatience = 300;
+    const int first = scene_.time.firstFrame;
+    const double start = (frame - 1 - first) / scene_.time.fps;
+    int steps = 0, troubled = 0;
+    while (simulation_.framesDone() < frame - first) {
+        const core::StepRecord step = simulation_.stepInFrame();
+        folder_.addStep(step);
+        log_.debug("{}", stepText(step));
+        if (step.outcome == core::Outcome::capped)
+            log_.warn(
+                "step {}: the solver hit its caps (relative residual {:.2g}, of the best iterate {:.2g}); the last "
+                "iterate was kept",
+                step.step, step.residual, step.leastResidual);
+        progress.update(frame - first + (simulation_.time() - start) * scene_.time.fps, stepText(step));
+        ++steps, troubled += step.outcome != core::Outcome::converged;
+        if (steps >= kPatience && 3 * troubled > steps) return kStuck;
+        if (const std::string reason = stop.reason(); !reason.empty()) return reason;  // after a step: each try gets on
+    }
+    return "";
+}
+
+std::string Run::toLastFrame(const StopRequest& stop)
+{
+    const int first = scene_.time.firstFrame, last = scene_.time.lastFrame;
+    Progress progress(options_.common.quiet ? "none" : options_.common.progress, last - first + 1,
+                      lastWritten_ + 1 - first);
+    for (int frame = lastWritten_ + 1; frame <= last; ++frame) {
+        if (const std::string reason = toFrame(frame, stop, progress); !reason.empty()) return reason;
+        log_.debug("frame {}  state {}", frame, folder_.writeFrame(simulation_, frame));
+        lastWritten_ = frame;
+        const int every = options_.checkpointEvery;
+        if ((every > 0 && (frame - first) % every == 0) || frame == last)
+            folder_.writeCheckpoint(simulation_, settings_);
+        progress.frame(
+            frame, frame - first + 1,
+            std::to_string(simulation_.fragments()) + (simulation_.fragments() == 1 ? " fragment" : " fragments"));
+    }
+    return "";
+}
+
+int Run::end(const std::string& stopped)
+{
+    if (!stopped.empty()) folder_.writeCheckpoint(simulation_, settings_);
+    const bool capped = anyCapped(folder_.steps());
+    folder_.finish(simulation_, stopped == kStuck  ? "stuck"
+                                : !stopped.empty() ? "stopped"
+                                : capped           ? "done, not converged everywhere"
+                                                   : "done");
+    Ledger work = folder_.work();
+    for (const core::StepRecord& step : folder_.steps()) work.add(step.work);
+    log_.info("{}", summaryText(simulation_, folder_, work));
+    if (!stopped.empty()) {
+        if (stopped == kStuck) {
+            log_.error(
+                "frame {} gets nowhere: too many of its steps were cut back or not solved, the last to {:.2g} s. What "
+                "may help: slower grips, "
+                "[damping] stiffness, a looser solver.newton_tolerance (0.02), a smaller poisson_ratio, another "
+                "voxel_size; with a "
+                "checkpoint it stops here, --resume tries on",
+                lastWritten_ + 1, folder_.steps().back().dt);
+            return kNotConverged;
+        }
+        log_.warn("stopped by {} after step {}, {:.6g} s, frame {}; go on with --resume", stopped, simulation_.steps(),
+                  simulation_.time(), lastWritten_);
+        return kStopped;
+    }
+    return capped && options_.strict ? kNotConverged : kDone;
+}
+
+/// What would run. Bodies are only made for it where that is quick.
+int plan(const SimOptions& options, const scene::Scene& scene, const core::SceneEstimate& estimate)
+{
+    constexpr double kQuick = 1e6;  // tets
+    const std::uint64_t limit = memoryLimitOf(options.maxMemory);
+    if (!options.accuracy.empty()) std::printf("%s\n", accuracyText(scene, options.accuracy).c_str());
+    std::optional<lab::PreparedScene> prepared;
+    const bool fits = estimate.bytes <= double(limit);
+    const bool quick = estimate.tets <= kQuick && scene.grid.lattice != scene::LatticeKind::delaunay;
+    if (fits && quick) prepared.emplace(scene, limit);
+    std::fputs(planText(scene, estimate, prepared ? &prepared->simulation : nullptr).c_str(), stdout);
+    core::requireMemory(estimate, limit);
+    return kDone;
+}
+
+int simulate(const SimOptions& options, const scene::Scene& scene)
+{
+    const auto start = std::chrono::steady_clock::now();
+    const double timeLimit = options.timeLimit.empty() ? INFINITY : parseDuration("--time-limit", options.timeLimit);
+    const auto log = makeLog(options.common);
+    const std::uint64_t limit = memoryLimitOf(options.maxMemory);
+    const core::SceneEstimate estimate = core::estimateScene(scene, limit);
+    if (options.plan) return plan(options, scene, estimate);
+    core::requireMemory(estimate, limit);
+    lab::PreparedScene prepared(scene, limit);
+    Run run(options, scene, prepared.simulation, *log);
+    run.begin();
+    const StopRequest stop(start, timeLimit);
+    return run.end(run.toLastFrame(stop));
+}
+
+}  // namespace
+
+Action addSim(CLI::App& app)
+{
+    auto o = std::make_shared<SimOptions>();
+    CLI::App* c = app.add_subcommand("sim", "Simulate a scene and write its frames");
+    c->add_option("SCENE", o->scene, "Scene file (TOML)")->required();
+    auto* folder = c->add_option("-o,--output", o->folder, "Folder for the frames")->type_name("DIR");
+    c->add_option("-f,--frames", o->frames, "Frames to simulate: FIRST-LAST or LAST (default: the scene's)");
+    auto* overwrite = c->add_flag("--overwrite", o->overwrite, "Replace an earlier run in the folder");
+    c->add_flag("--resume{latest}", o->resume,
+                "Go on with the run in the folder from its newest checkpoint, or with --resume=FRAME from the newest "
+                "up to that frame; "
+                "starts where no run is yet")
+        ->excludes(overwrite);
+    c->add_option(
+         "--checkpoint-every", o->checkpointEvery,
+         "Frames from one checkpoint to the next; 0: only at the start, at the end, and when the run is stopped")
+        ->check(CLI::Range(0, kMostFrames))
+        ->capture_default_str();
+    c->add_option("--time-limit", o->timeLimit,
+                  "Stop with a checkpoint after the step that ends later than this, as 3h50m (exit code 75)")
+        ->type_name("TIME");
+    addThreads(*c, o->threads);
+    c->add_option("--set", o->set, "Change a key of the scene: key=value, as in grid.voxel_size=0.02")
+        ->type_name("KEY=VALUE");
+    c->add_option(
+         "--accuracy", o->accuracy,
+         "Make voxels, time steps and tolerance coarser or finer than the scene says, and say what to expect of it")
+        ->check(CLI::IsMember(accuracyLevels()));
+    auto* plan = c->add_flag("-n,--plan", o->plan,
+                             "Only say what would run: sizes, memory, the stages and why the others are off");
+    c->add_flag("--strict", o->strict, "Exit with 3 when a step did not converge");
+    addMaxMemory(*c, o->maxMemory, "the run");
+    addCommonOptions(*c, o->common);
+    return [o, folder, plan] {
+        if (folder->count() == 0 && plan->count() == 0)
+            throw InputError({"vdbfrac sim", "no output folder", "-o DIR", "or -n to see what would run"});
+        scene::Scene scene = scene::readScene(o->scene, lab::study::vocabulary(), o->set);
+        limitFrames(scene, o->frames);
+        if (!o->accuracy.empty()) setAccuracy(scene, o->accuracy);
+        const ThreadLimit threads(o->threads);
+        return simulate(*o, scene);
+    };
+}
+
+}  // namespace vdbfrac::cli

@@ -1,0 +1,206 @@
+// vdbfrac study: what accuracy costs. Error against time and work, for the settings of a scene's [study] or of the
+// command line.
+#include "options.h"
+#include "number_options.h"
+
+#include <vdbfrac/base/atomic_file.h>
+#include <vdbfrac/base/error.h>
+#include <vdbfrac/base/hash.h>
+#include <vdbfrac/base/parallel.h>
+#include <vdbfrac/cli/commands.h>
+#include <vdbfrac/core/version.h>
+#include <vdbfrac/lab/bench/bench.h>
+#include <vdbfrac/lab/machine/memory.h>
+#include <vdbfrac/lab/study/one_run.h>
+#include <vdbfrac/lab/study/output.h>
+#include <vdbfrac/lab/study/plan.h>
+#include <vdbfrac/lab/study/runs.h>
+
+#include <algorithm>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <thread>
+
+#include <sys/prctl.h>
+#include <sys/time.h>
+#include <unistd.h>
+
+namespace vdbfrac::cli {
+
+namespace bench = lab::bench;
+namespace study = lab::study;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct StudyOptions {
+    CommonOptions common;
+    study::PlanInput plan;
+    std::string folder, by;
+    int threads = 0, rounds = -1, run = -1, round = 0, parent = 0;
+    bool threadsPerRun = false;
+    double timeLimit = 0;  // s; 0: none
+    double maxMemory = 0;  // GiB; 0: 80 % of what is available
+};
+
+/// Of version and code: results of another build are not reused.
+std::string programFingerprint()
+{
+    const std::uint64_t version = hashBytes(core::kVersion, std::char_traits<char>::length(core::kVersion));
+    return hexadecimal(hashFile("/proc/self/exe", version));
+}
+
+/// This program and what makes the same study again.
+std::vector<std::string> ownCommand(const StudyOptions& o)
+{
+    std::vector<std::string> command = {fs::read_symlink("/proc/self/exe").string(), "study", o.plan.scene.string(),
+                                        "--output=" + o.folder};
+    const auto add = [&](const char* option, const std::vector<std::string>& values) {
+        for (const std::string& v : values) command.push_back(option + v);
+    };
+    add("--set=", o.plan.set);
+    add("--vary=", o.plan.vary);
+    add("--measure=", o.plan.measure);
+    if (o.plan.grid) command.push_back("--grid");
+    if (o.timeLimit > 0) command.push_back("--time-limit=" + std::to_string(o.timeLimit));
+    if (o.maxMemory > 0) command.push_back("--max-memory=" + std::to_string(o.maxMemory));
+    return command;
+}
+
+/// The process ends with SIGALRM then, whatever it is at.
+void endAfter(double seconds)
+{
+    if (seconds <= 0) return;
+    itimerval timer{};
+    timer.it_value.tv_sec = time_t(seconds);
+    timer.it_value.tv_usec = suseconds_t(std::max(1., 1e6 * (seconds - std::floor(seconds))));
+    setitimer(ITIMER_REAL, &timer, nullptr);
+}
+
+/// A setting that cannot be simulated has a result too: why.
+study::Result simulateGuarded(const scene::Scene& scene, std::span<const study::Spec::Measure> measures,
+                              std::uint64_t limit)
+{
+    study::Result failed;
+    try {
+        return study::simulate(scene, measures, limit);
+    } catch (const std::bad_alloc&) {
+        failed.failure = "out of memory";
+    } catch (const std::exception& e) {
+        failed.failure = e.what();
+    }
+    return failed;
+}
+
+/// Ends this process with the study that started it, which may have ended already.
+void endWith(int parent)
+{
+    prctl(PR_SET_PDEATHSIG, SIGTERM);
+    if (getppid() != parent) raise(SIGTERM);
+}
+
+/// One run, in this process.
+int runOne(const StudyOptions& o, const study::Study& plan)
+{
+    if (std::size_t(o.run) >= plan.runs.size())
+        throw InputError(
+            {"--run", "there is no run " + std::to_string(o.run), "0 to " + std::to_string(plan.runs.size() - 1), ""});
+    const study::Run& run = plan.runs[std::size_t(o.run)];
+    study::Result result = run.result;
+    if (run.scene) {
+        const ThreadLimit threads(std::max(1, o.threads));
+        endAfter(o.timeLimit);
+        const std::uint64_t limit = memoryLimitOf(o.maxMemory);
+        result =
+            simulateGuarded(*run.scene, o.round == 0 ? plan.spec.measures : std::vector<study::Spec::Measure>{}, limit);
+    }
+    result.fingerprint = run.fingerprint;
+    result.peakBytes = lab::peakMemory();
+    const fs::path file = study::resultFile(o.folder, std::size_t(o.run), o.round);
+    fs::create_directories(file.parent_path());
+    writeText(file, study::toJson(result).dump(2) + "\n");
+    return kDone;
+}
+
+std::size_t measureIndex(const study::Study& plan, const std::string& name)
+{
+    if (name.empty()) return 0;
+    std::string names;
+    for (std::size_t m = 0; m < plan.spec.measures.size(); ++m) {
+        if (plan.spec.measures[m].name == name) return m;
+        names += (m > 0 ? ", " : "") + plan.spec.measures[m].name;
+    }
+    throw InputError({"--by", "there is no measure '" + name + "'", "one of " + names, ""});
+}
+
+int runStudy(const StudyOptions& o, study::Study& plan)
+{
+    const auto log = makeLog(o.common);
+    const std::size_t by = measureIndex(plan, o.by);
+    const int threads = o.threads > 0 ? o.threads : int(std::max(1u, std::thread::hardware_concurrency()));
+    const auto say = [&](const std::string& line) { log->info("{}", line); };
+    const study::RunReport report = runAll(plan, {ownCommand(o), o.folder, threads, o.threadsPerRun, say});
+    if (report.reused > 0)
+        log->info("{} of {} runs reused, and {} rounds", report.reused, plan.runs.size(), report.reusedRounds);
+    const study::Analysis analysis = study::analyse(plan, by);
+    std::fputs(study::tableText(plan, analysis).c_str(), stdout);
+    const fs::path folder = o.folder;
+    writeText(folder / "study.csv", study::csvText(plan, analysis));
+    writeText(folder / "study.json",
+              study::jsonOf(plan, analysis, bench::describeMachine(o.threadsPerRun ? threads : 1)).dump(2) + "\n");
+    writeText(folder / "study.svg", study::svgText(plan, analysis));
+    log->info("written to {}", folder.string());
+    for (const std::string& d : report.differences) log->error("not the same again: {}", d);
+    if (!report.differences.empty()) return kInternal;
+    if (analysis.sound[analysis.base]) return kDone;
+    log->error("no setting has a result: {}", study::reasonOf(plan, 0));
+    return kNotConverged;
+}
+
+}  // namespace
+
+Action addStudy(CLI::App& app)
+{
+    auto o = std::make_shared<StudyOptions>();
+    CLI::App* c =
+        app.add_subcommand("study", "Show what accuracy costs: error against time and work, over settings of a scene");
+    c->add_option("SCENE", o->plan.scene, "Scene file (TOML), with [study] or with --vary")->required();
+    c->add_option("-o,--output", o->folder, "Folder for the results (default: study_NAME)")->type_name("DIR");
+    c->add_option("--vary", o->plan.vary,
+                  "Values of a key, instead of the series of [study]; may be given several times")
+        ->type_name("KEY=V1,V2,...")
+        ->allow_extra_args(false);
+    c->add_flag("--grid", o->plan.grid, "All combinations of what is varied");
+    c->add_option("--measure", o->plan.measure,
+                  "What to measure, instead of the measures of [study]; may be given several times")
+        ->type_name("QUANTITY[:KEY=VALUE,...]")
+        ->allow_extra_args(false);
+    c->add_option("--by", o->by, "Measure that settings are marked and plotted by (default: the first)")
+        ->type_name("MEASURE");
+    c->add_option("--set", o->plan.set, "Change a key of the scene in all settings: key=value")->type_name("KEY=VALUE");
+    c->add_option("--rounds", o->rounds, "How often each setting is timed (default: the scene's, or 5)")
+        ->check(CLI::Range(0, 1000));
+    addThreads(*c, o->threads, "Threads in all (default: all cores); with --run, of the run (default: 1)");
+    c->add_flag("--threads-per-run", o->threadsPerRun,
+                "One run at a time, on all threads; else side by side on one thread each");
+    c->add_option("--time-limit", o->timeLimit, "Seconds that a run may take")->type_name("S")->check(PositiveFinite());
+    addMaxMemory(*c, o->maxMemory, "a run");
+    c->add_option("--run", o->run, "Only this run, in this process: writes runs/K.json")
+        ->type_name("K")
+        ->check(CLI::Range(0, 1000000));
+    c->add_option("--round", o->round, "With --run: time it only, for this round")->type_name("R");
+    c->add_option("--parent", o->parent)->group("");  // of runs that a study starts; hidden
+    addCommonOptions(*c, o->common);
+    return [o] {
+        if (o->parent > 0) endWith(o->parent);
+        o->plan.program = programFingerprint();
+        study::Study plan = study::makePlan(o->plan);
+        if (o->folder.empty()) o->folder = "study_" + plan.name;
+        if (o->rounds >= 0) plan.spec.rounds = o->rounds;
+        return o->run >= 0 ? runOne(*o, plan) : runStudy(*o, plan);
+    };
+}
+
+}  // namespace vdbfrac::cli

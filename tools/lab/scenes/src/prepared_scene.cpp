@@ -1,0 +1,28 @@
+#include <vdbfrac/lab/scenes/prepared_scene.h>
+
+#include <vdbfrac/effects/effects.h>
+
+#include <utility>
+
+namespace vdbfrac::lab {
+
+namespace {
+
+std::vector<core::Effect*> pointers(const std::vector<std::unique_ptr<core::Effect>>& effects, core::Effect* witness)
+{
+    std::vector<core::Effect*> p;
+    for (const auto& e : effects) p.push_back(e.get());
+    if (witness) p.push_back(witness);
+    return p;
+}
+
+}  // namespace
+
+PreparedScene::PreparedScene(scene::Scene what, std::uint64_t memoryLimit, core::Effect* witness)
+    : scene(std::move(what)),
+      effects(effects::makeEffects(scene)),
+      simulation(scene, pointers(effects, witness), memoryLimit)
+{
+}
+
+}  // namespace vdbfrac::lab

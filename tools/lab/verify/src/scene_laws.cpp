@@ -1,0 +1,177 @@
+#include <vdbfrac/lab/verify/scene_laws.h>
+
+#include "cases.h"
+
+#include <vdbfrac/base/error.h>
+#include <vdbfrac/base/parallel.h>
+#include <vdbfrac/lab/scenes/scene_run.h>
+#include <vdbfrac/lab/verify/energy_witness.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <optional>
+
+namespace vdbfrac::lab::verify {
+
+namespace {
+
+/// Roundings of a sum over the tets of a scene.
+constexpr double kSumRounding = 1e-12;
+/// Of the allowed residual: the shift that gives a free part its momentum back comes after it was measured.
+constexpr double kResidualSlack = 3;
+/// After so many products and evaluations of tets, or Newton iterations, a scene is left: some seconds of one core.
+constexpr std::int64_t kMostTets = 200'000'000, kMostIterations = 1500;
+
+struct Broken {
+    std::string what;
+};
+
+void require(bool holds, const char* law, double value, double limit)
+{
+    if (holds) return;
+    char text[200];
+    std::snprintf(text, sizeof text, "%s: %.6g, allowed %.6g", law, value, limit);
+    throw Broken{text};
+}
+
+// NaN fails.
+void requireAtMost(const char* law, double value, double limit) { require(value <= limit, law, value, limit); }
+
+class LawfulRun {
+public:
+    LawfulRun(const std::string& scene, SceneOutcome& outcome)
+        : run_(scene, {}, &witness_), outcome_(outcome), volume_(run_.simulation.startVolume())
+    {
+        outcome_.startVolume = outcome_.volume = volume_;
+        requireFragments();
+    }
+
+    /// One step and all that has to hold after it. False when the scene is over.
+    bool step()
+    {
+        if (outcome_.cutShort || run_.atEnd()) return false;
+        witness_.watch(run_.simulation, run_.scene);
+        const core::StepRecord& record = run_.step();
+        count(record);
+        requireFinite(record);
+        requireSolved(record);
+        requireLess(record);
+        requireFragments();
+        return true;
+    }
+
+    std::uint64_t hash() const { return run_.simulation.stateHash(); }
+
+private:
+    void count(const core::StepRecord& record)
+    {
+        ++outcome_.steps;
+        ++(record.outcome == core::Outcome::converged ? outcome_.converged
+           : record.outcome == core::Outcome::cutback ? outcome_.cutback
+                                                      : outcome_.capped);
+        iterations_ += record.newtonIterations;
+        tets_ += record.work.countOf("solve", "evaluated_tets") + record.work.countOf("solve", "product_tets");
+        outcome_.cutShort = tets_ > kMostTets || iterations_ > kMostIterations;
+    }
+
+    void requireFinite(const core::StepRecord& r) const
+    {
+        requireAtMost("positions and velocities that are not finite", notFiniteNodes(run_.simulation), 0);
+        requireAtMost("loads that are not finite", countNotFinite(r.gripLoad), 0);
+        for (double value : {r.time, r.dt, r.residual, r.kineticEnergy, r.elasticEnergy, r.volume})
+            require(std::isfinite(value), "finite statistics", value, 0);
+    }
+
+    /// What the step ended at, before material went.
+    void requireSolved(const core::StepRecord& record)
+    {
+        const StepBalance& b = witness_.balance();
+        if (record.outcome == core::Outcome::capped) return;
+        const double allowed = kResidualSlack * run_.scene.solver.newtonTolerance * b.openWork + b.rounding;
+        outcome_.solveGain = std::max(outcome_.solveGain, (b.growth - allowed) / b.turnover);
+        requireAtMost("energy beyond the work done", b.growth, allowed + b.nonconvex);
+        const auto removed = record.energyFlow.find("removed");
+        const double reported =
+            record.kineticEnergy + record.elasticEnergy + (removed != record.energyFlow.end() ? removed->second : 0);
+        requireAtMost("reported energy", std::abs(reported - b.kinetic - b.elastic), b.rounding);
+        for (std::size_t g = 0; g < b.gripLoad.size(); ++g)
+            requireAtMost("reported load", (record.gripLoad[g] - b.gripLoad[g]).norm(),
+                          kSumRounding * b.gripLoad[g].norm() + b.forceRounding);
+    }
+
+    /// Material only goes.
+    void requireLess(const core::StepRecord& record)
+    {
+        const StepBalance& b = witness_.balance();
+        requireAtMost("volume of the material", record.volume, volume_ * (1 + kSumRounding));
+        volume_ = outcome_.volume = record.volume;
+        if (record.work.countOf("cut", "voxels") == 0) return;
+        const double elastic = run_.simulation.elastic().evaluate(run_.simulation.x(), {}, nullptr);
+        requireAtMost("reported elastic energy after a cut", std::abs(record.elasticEnergy - elastic), b.rounding);
+        outcome_.recutGain = std::max(outcome_.recutGain, (elastic - b.elastic - b.rounding) / b.turnover);
+        requireAtMost("kinetic energy after a cut", record.kineticEnergy, b.kinetic * (1 + kSumRounding));
+        requireAtMost("elastic energy after a cut", elastic, b.unaveraged * (1 + kSumRounding) + b.rounding);
+    }
+
+    void requireFragments() const
+    {
+        const core::Simulation& simulation = run_.simulation;
+        requireAtMost("material of no fragment", std::abs(fragmentVolume(simulation) - simulation.volume()),
+                      kSumRounding * outcome_.startVolume);
+    }
+
+    EnergyWitness witness_;
+    SceneRun run_;
+    SceneOutcome& outcome_;
+    double volume_;
+    std::int64_t tets_ = 0, iterations_ = 0;
+};
+
+/// The state after as many steps on some threads, with nobody looking on.
+std::uint64_t hashOnThreads(const std::string& scene, int threads, int steps)
+{
+    const ThreadLimit limit(threads);
+    SceneRun run(scene);
+    for (int n = 0; n < steps; ++n) run.step();
+    return run.simulation.stateHash();
+}
+
+void runAll(const std::string& scene, bool compareThreads, SceneOutcome& outcome)
+{
+    std::optional<LawfulRun> run;
+    try {
+        run.emplace(scene, outcome);
+    } catch (const InputError& error) {
+        outcome.refused = true;
+        outcome.refusal = error.what();
+        return;
+    }
+    while (run->step()) {}
+    if (!compareThreads) return;
+    const std::uint64_t hash = run->hash();
+    for (int threads : {1, 2})
+        require(hashOnThreads(scene, threads, outcome.steps) == hash, "same bits on another number of threads", threads,
+                0);
+}
+
+}  // namespace
+
+SceneOutcome runUnderLaws(const std::string& scene, bool compareThreads)
+{
+    const auto start = std::chrono::steady_clock::now();
+    SceneOutcome outcome;
+    const auto at = [&](const std::string& what) { return "step " + std::to_string(outcome.steps) + ": " + what; };
+    try {
+        runAll(scene, compareThreads, outcome);
+    } catch (const Broken& broken) {
+        outcome.broken = at(broken.what);
+    } catch (const std::exception& error) {
+        outcome.broken = at(std::string("error: ") + error.what());
+    }
+    outcome.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    return outcome;
+}
+
+}  // namespace vdbfrac::lab::verify

@@ -1,0 +1,182 @@
+// Torture while tearing: bodies that are torn by what breaks simulations even when nothing tears.
+#include "cases.h"
+
+#include <vdbfrac/core/run_folder.h>
+#include <vdbfrac/lab/scenes/scene_run.h>
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+
+namespace vdbfrac::lab::verify {
+
+namespace {
+
+constexpr double kVolume = 1e-12;  // relative; of sums over some thousand pieces
+
+struct Block {
+    const char *voxel, *size;
+    const char* more = "";  ///< keys of the body
+    double youngsModulus = 1e5;
+};
+
+/// A scene of one body, 1000 kg/m^3; grips, effects and other tables come after it. `time` and `grid` are contents of
+/// those tables.
+std::string sceneOf(const Block& block, double nu, const std::string& time, const std::string& grid = "")
+{
+    return "version = 1\nname = \"torture\"\ntime = { " + time + " }\ngrid = { voxel_size = " + block.voxel + grid +
+           " }\n[[body]]\nname = \"block\"\nmaterial = \"m\"\nshape = { box = { size = " + block.size + " } }\n" +
+           block.more + "\n[material.m]\ndensity = 1000\nyoungs_modulus = " + std::to_string(block.youngsModulus) +
+           "\npoisson_ratio = " + std::to_string(nu) + "\n";
+}
+
+/// The part of the block with y >= offset, or -y >= offset for normal = -1.
+std::string grip(int normal, double offset, const std::string& move)
+{
+    return "[[grip]]\nbody = \"block\"\nregion = { halfspace = { normal = [0, " + std::to_string(normal) +
+           ", 0], offset = " + std::to_string(offset) + " } }\nmove = { " + move + " }\n";
+}
+
+std::string pulled(double offset, double speed)
+{
+    return grip(1, offset, "velocity = [0, " + std::to_string(speed) + ", 0]") +
+           grip(-1, offset, "velocity = [0, " + std::to_string(-speed) + ", 0]");
+}
+
+/// Does the status of a step say what its numbers say?
+bool isHonest(const core::StepRecord& s, const scene::Solver& solver)
+{
+    const bool cutBack = s.cutbacks > 0, solved = s.residual <= solver.newtonTolerance;
+    return s.outcome == core::Outcome::capped || (solved && (s.outcome == core::Outcome::cutback) == cutBack);
+}
+
+/// What has to hold in any run, whatever is done to the body.
+struct Account {
+    double notFinite = 0;    ///< nodes, all steps together
+    double grown = 0;        ///< steps in which material grows
+    double strayVolume = 0;  ///< largest difference between fragments and material, of that at the start
+    double dishonest = 0;    ///< steps whose status does not say what happened
+    double capped = 0, steps = 0, tornVoxels = 0, fragments = 0;
+    double startVolume = 0;  ///< m^3
+};
+
+Account runAndWatch(SceneRun& run)
+{
+    Account a;
+    const core::Simulation& simulation = run.simulation;
+    const double start = simulation.startVolume();
+    double before = start;
+    while (!run.atEnd()) {
+        const core::StepRecord& s = run.step();
+        a.notFinite += notFiniteNodes(simulation) + !std::isfinite(s.kineticEnergy + s.elasticEnergy + s.residual);
+        a.grown += s.volume > before * (1 + kVolume);
+        a.strayVolume = std::max(a.strayVolume, std::abs(fragmentVolume(simulation) - s.volume) / start);
+        a.dishonest += !isHonest(s, run.scene.solver);
+        a.capped += s.outcome == core::Outcome::capped;
+        before = s.volume;
+    }
+    a.steps = double(run.steps.size());
+    a.tornVoxels = double(run.work.countOf("fracture", "moved_voxels"));
+    a.fragments = double(simulation.fragments()), a.startVolume = start;
+    return a;
+}
+
+constexpr double kAnyCapped = -1;
+
+/// The measurements that every tearing row has. `capped`: the most steps that may be.
+void report(const std::string& name, const Account& a, double capped, Measurements& all)
+{
+    all.push_back(atMost(name + "numbers that are not finite", a.notFinite, 0));
+    all.push_back(atMost(name + "steps in which material grows", a.grown, 0));
+    all.push_back(atMost(name + "material of no fragment, of that at the start", a.strayVolume, kVolume));
+    all.push_back(atMost(name + "steps whose status does not say what happened", a.dishonest, 0));
+    if (capped != kAnyCapped)
+        all.push_back(atMost(name + "capped steps, of " + std::to_string(int(a.steps)), a.capped, capped));
+    all.push_back(atLeast(name + "voxels at which material went", a.tornVoxels, 1));
+}
+
+/// Keys of a grip at 1000 m/s where waves run at 10 m/s: twice the length up, down, up, down, and stopped at half;
+/// later, half torn, all that once more.
+std::string jerks()
+{
+    std::string keys = "keys = [{ time = 0 }";
+    for (double start : {0., .025}) {
+        constexpr std::pair<double, double> kPoses[] = {{6e-4, .6}, {12e-4, 0}, {18e-4, .6}, {24e-4, 0}, {27e-4, .3}};
+        if (start > 0)
+            keys += ", { time = " + std::to_string(start - 3e-4) +
+                    ", translate = [0, 0.3, 0] }, { time = " + std::to_string(start) + " }";
+        for (auto [time, y] : kPoses)
+            keys += ", { time = " + std::to_string(start + time) + ", translate = [0, " + std::to_string(y) + ", 0] }";
+    }
+    return keys + "]";
+}
+
+Account watch(const std::string& scene)
+{
+    SceneRun run(scene);
+    return runAndWatch(run);
+}
+
+}  // namespace
+
+Measurements jerkedGrips(Extent extent)
+{
+    Measurements all;
+    for (double nu : kPoissonRatios) {
+        const auto jerked = [&](const std::string& time) {
+            return watch(sceneOf({"0.1", "[0.4, 0.6, 0.4]"}, nu, time) + grip(1, .2, jerks()) +
+                         grip(-1, .2, "velocity = [0, 0, 0]") + "[fracture]\nkappa = 1e4\ngrip_margin = 0.05\n");
+        };
+        report(at(nu) + "half a cell a step: ", jerked("frames = [1, 1001], fps = 20000, substeps = 1"), 0, all);
+        if (extent == Extent::full) report(at(nu) + "auto: ", jerked("frames = [1, 201], fps = 4000"), kAnyCapped, all);
+    }
+    return all;
+}
+
+Measurements resistanceGone(Extent)
+{
+    Measurements all;
+    for (double nu : kPoissonRatios)
+        for (const char* law : {"kappa = 1000", "toughness = 400"}) {
+            const Account a =
+                watch(sceneOf({"0.05", "[0.4, 0.6, 0.4]"}, nu, "frames = [1, 13]") + pulled(.2, .05) + "[fracture]\n" +
+                      law + "\nkeys = [{ time = 0.2, scale = 1 }, { time = 0.21, scale = 1e-6 }]\n");
+            report(at(nu) + law + ": ", a, 0, all);
+        }
+    return all;
+}
+
+Measurements coarseLattices(Extent)
+{
+    Measurements all;
+    double volume = 0;
+    for (double nu : kPoissonRatios)
+        for (const char* coarsening : {"1", "2", "4"}) {
+            const Account a = watch(sceneOf({"0.05", "[0.8, 1.2, 0.8]"}, nu, "frames = [1, 25]",
+                                            std::string(", coarsening = ") + coarsening) +
+                                    pulled(.5, .8) + "[fracture]\nkappa = 2000\ngrip_margin = 0.1\n");
+            const std::string name = at(nu) + "coarsening " + coarsening + ": ";
+            if (volume == 0) volume = a.startVolume;
+            all.push_back(atMost(name + "material at the start against that of coarsening 1, relative",
+                                 std::abs(a.startVolume / volume - 1), kVolume));
+            all.push_back(atLeast(name + "fragments", a.fragments, 2));
+            report(name, a, 0, all);
+        }
+    return all;
+}
+
+Measurements thinWalls(Extent)
+{
+    Measurements all;
+    for (double nu : kPoissonRatios)
+        for (const char* size : {"[0.8, 1, 0.05]", "[0.8, 1, 0.1]", "[0.8, 1, 0.15]"}) {
+            const Account a =
+                watch(sceneOf({"0.05", size}, nu, "frames = [1, 25]") + pulled(.4, .5) + "[fracture]\nkappa = 2000\n");
+            all.push_back(atLeast(at(nu) + size + " m: fragments", a.fragments, 2));
+            report(at(nu) + size + " m: ", a, 0, all);
+        }
+    return all;
+}
+
+}  // namespace vdbfrac::lab::verify
