@@ -35,3 +35,12 @@ function(vdbfrac_is_header_only need result)
     set(${result} TRUE PARENT_SCOPE)
   endif()
 endfunction()
+
+# vdbfrac_effect_names(FOLDER names...): writes FOLDER/effect_names.h, the list of effects that effect_list.cpp reads.
+function(vdbfrac_effect_names folder)
+  set(text "")
+  foreach(name IN LISTS ARGN)
+    string(APPEND text "VDBFRAC_EFFECT(${name})\n")
+  endforeach()
+  file(CONFIGURE OUTPUT ${folder}/effect_names.h CONTENT "${text}" @ONLY)
+endfunction()

@@ -1,4 +1,5 @@
 // Meshes of tets of any shape, cut by phi.
+#include "carrying.h"
 #include "mesh_checks.h"
 #include "surface_checks.h"
 
@@ -124,6 +125,12 @@ TEST(CutTetMesh, VolumeOfABallConvergesInSecondOrder)
         return std::abs(mesh.volume() - exact) / exact;
     };
     EXPECT_GT(std::log2(error(8) / error(16)), 1.7);
+}
+
+TEST(CutTetMesh, CarriesValuesAndPointsThroughSixtyCuts)
+{
+    CutTetMesh mesh = cut(8, ballAt(Vec3(.01, .02, -.03), .6));
+    test::expectCarried(mesh, 8);
 }
 
 TEST(CutTetMesh, UpdateEqualsFreshCutToTheBit)

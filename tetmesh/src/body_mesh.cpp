@@ -3,6 +3,10 @@
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/tetmesh/body_mesh.h>
 
+#include <Eigen/Dense>
+
+#include <algorithm>
+
 namespace vdbfrac::tetmesh {
 
 double BodyMesh::volume(const CellElement& element) const
@@ -12,6 +16,39 @@ double BodyMesh::volume(const CellElement& element) const
     for (int t = 0; t < tets.count; ++t) sum += tets.volume[std::size_t(t)] * element.fraction[std::size_t(t)];
     const double h = spacing();
     return h * h * h * sum;
+}
+
+EmbeddedPoint BodyMesh::embed(std::uint32_t e, std::uint32_t t, const Vec3& X) const
+{
+    const CellElement& element = elements()[e];
+    EmbeddedPoint point;
+    std::array<Vec3, 4> corner;
+    for (std::size_t a = 0; a < 4; ++a) {
+        point.node[a] = element.node[std::size_t(cellTets(element.shape).corner[t][a])];
+        corner[a] = restPosition(point.node[a]);
+    }
+    Mat3 edges;
+    for (int a = 0; a < 3; ++a) edges.col(a) = corner[std::size_t(a + 1)] - corner[0];
+    const Vec3 w = edges.inverse() * (X - corner[0]);
+    point.weight = {1 - w.sum(), w[0], w[1], w[2]};
+    return point;
+}
+
+std::optional<MaterialPoint> BodyMesh::locate(const Vec3& X, std::optional<std::uint32_t> near) const
+{
+    constexpr double kOutside = -1e-9;  // a point on a face lies in both tets
+    std::optional<MaterialPoint> best;
+    double most = 0;
+    for (std::uint32_t e : elementsRound(X))
+        for (std::uint32_t t = 0; t < std::uint32_t(cellTets(elements()[e].shape).count); ++t) {
+            if (elements()[e].fraction[t] <= most) continue;
+            const EmbeddedPoint point = embed(e, t, X);
+            if (near && std::find(point.node.begin(), point.node.end(), *near) == point.node.end()) continue;
+            if (*std::min_element(point.weight.begin(), point.weight.end()) < kOutside) continue;
+            best = {e, t, point};
+            most = elements()[e].fraction[t];
+        }
+    return best;
 }
 
 double sumOfVolumes(const BodyMesh& mesh)

@@ -5,6 +5,7 @@
 #include <vdbfrac/tetmesh/cut_mesh.h>
 
 #include <cassert>
+#include <cmath>
 #include <numeric>
 
 namespace vdbfrac::tetmesh {
@@ -72,6 +73,23 @@ CellElement CutMesh::wholeElement(const Cell& cell) const
         element.node[std::size_t(c)] = firstNode_[i] + std::uint32_t(copy);
     }
     return element;
+}
+
+std::vector<std::uint32_t> CutMesh::elementsRound(const Vec3& X) const
+{
+    constexpr double kOnFace = 1e-6;  // of a cell
+    const Vec3 low = X / spacing() - Vec3::Constant(kOnFace), high = X / spacing() + Vec3::Constant(kOnFace);
+    const auto cellOf = [](const Vec3& p) {
+        return Coord{int(std::floor(p.x())), int(std::floor(p.y())), int(std::floor(p.z()))};
+    };
+    std::vector<std::uint32_t> found;
+    forBox(cellOf(low), cellOf(high), [&](Coord c) {
+        if (const std::int32_t i = cellIndex_(c); i >= 0)
+            for (std::uint32_t e = 0; e < cells_[std::size_t(i)].elements; ++e)
+                found.push_back(cells_[std::size_t(i)].firstElement + e);
+    });
+    std::sort(found.begin(), found.end());
+    return found;
 }
 
 /// Adds the elements of a cell that is not whole. `phi`: scratch.

@@ -352,6 +352,18 @@ std::vector<Coord> CutTetMesh::voxelsAbove(std::span<const double> density, doub
     return voxels;
 }
 
+/// A tet with X in it has a share of a voxel node beside X.
+std::vector<std::uint32_t> CutTetMesh::elementsRound(const Vec3& X) const
+{
+    const Coord low{int(std::floor(X.x() / dx_)), int(std::floor(X.y() / dx_)), int(std::floor(X.z() / dx_))};
+    std::vector<std::uint32_t> found;
+    for (int c = 0; c < kCorners; ++c)
+        for (const NodalWeights::Weight& w : weights().at(low + cornerOffset(c)))
+            if (elementOfTet_[w.tet] >= 0) found.push_back(std::uint32_t(elementOfTet_[w.tet]));
+    sortUnique(found);
+    return found;
+}
+
 /// A tet that is cut counts with the share of it that is material.
 NodalShare CutTetMesh::nodalShare(Coord voxel, const TetEnergy& energy) const
 {

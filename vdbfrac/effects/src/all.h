@@ -5,8 +5,8 @@
 
 namespace vdbfrac::effects {
 
-EffectInfo gravity();
-EffectInfo damping();
-EffectInfo fracture();
+#define VDBFRAC_EFFECT(name) EffectInfo name();
+#include <effect_names.h>
+#undef VDBFRAC_EFFECT
 
 }  // namespace vdbfrac::effects

@@ -8,12 +8,12 @@ namespace vdbfrac::effects {
 
 std::span<const EffectInfo> effectList()
 {
-#ifdef VDBFRAC_NO_EFFECTS
-    return {};
-#else
-    static const std::vector<EffectInfo> kList = {gravity(), damping(), fracture()};
+    static const std::vector<EffectInfo> kList = {
+#define VDBFRAC_EFFECT(name) name(),
+#include <effect_names.h>
+#undef VDBFRAC_EFFECT
+    };
     return kList;
-#endif
 }
 
 scene::Vocabulary vocabulary()

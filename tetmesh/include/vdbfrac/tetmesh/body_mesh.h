@@ -9,6 +9,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -67,6 +68,12 @@ struct NodalShare {
     double volume = 0, energy = 0;
 };
 
+/// A point of the material: in which tet of which element, and as a sum over its nodes.
+struct MaterialPoint {
+    std::uint32_t element = 0, tet = 0;
+    EmbeddedPoint point;
+};
+
 class BodyMesh {
 public:
     virtual ~BodyMesh() = default;
@@ -98,6 +105,16 @@ public:
     /// have a nodal energy above it. `density`: entry 6 e + t for tet t of element e.
     virtual std::vector<Coord> voxelsAbove(std::span<const double> density, double threshold) const = 0;
     virtual NodalShare nodalShare(Coord voxel, const TetEnergy& energy) const = 0;
+
+    /// The tet with material that X [m, at rest] lies in. Of several, as on both sides of a crack: those that have the
+    /// node `near`, if it is given; of them that with the most material, then the first.
+    std::optional<MaterialPoint> locate(const Vec3& X, std::optional<std::uint32_t> near = {}) const;
+    /// X as a sum over the nodes of a tet, whether it lies in it or not.
+    EmbeddedPoint embed(std::uint32_t element, std::uint32_t tet, const Vec3& X) const;
+
+protected:
+    /// Rising elements that hold all tets with X in them; others may be among them.
+    virtual std::vector<std::uint32_t> elementsRound(const Vec3& X) const = 0;
 };
 
 /// Rest positions of all nodes [m].

@@ -74,6 +74,9 @@ public:
     std::vector<Coord> voxelsAbove(std::span<const double> density, double threshold) const override;
     NodalShare nodalShare(Coord voxel, const TetEnergy& energy) const override;
 
+protected:
+    std::vector<std::uint32_t> elementsRound(const Vec3& X) const override;
+
 private:
     /// The copies of one lattice node: the class of each star vertex (-1: no material there).
     struct NodeClasses {

@@ -52,6 +52,9 @@ public:
     /// Number of the first copy of each point, and the end.
     const std::vector<std::uint32_t>& firstNode() const { return firstNode_; }
 
+protected:
+    std::vector<std::uint32_t> elementsRound(const Vec3& X) const override;
+
 private:
     /// Rest shape of a tet.
     struct Shape {

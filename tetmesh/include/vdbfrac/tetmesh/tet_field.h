@@ -25,6 +25,7 @@ public:
     const T& operator()(std::size_t element, std::size_t tet) const { return value_[tetEntry(element, tet)]; }
     /// Of all tets, by tetEntry().
     std::span<const T> values() const { return value_; }
+    std::span<T> values() { return value_; }
 
     /// After an update: each tet has the value of the one it was.
     void carry(const BodyMesh& mesh, const PreviousElements& previous);

@@ -19,50 +19,6 @@ const core::Body& bodyOf(const core::Simulation& simulation, const std::string& 
     return *std::find_if(bodies.begin(), bodies.end(), [&](const core::Body& b) { return b.name == name; });
 }
 
-/// Weights of a point in a tet: they add up to 1, and none is negative inside.
-Eigen::Vector4d weightsIn(const std::array<Vec3, 4>& corner, const Vec3& X)
-{
-    Mat3 edges;
-    for (int a = 0; a < 3; ++a) edges.col(a) = corner[std::size_t(a + 1)] - corner[0];
-    const Vec3 w = edges.inverse() * (X - corner[0]);
-    return {1 - w.sum(), w[0], w[1], w[2]};
-}
-
-bool isNear(const std::array<Vec3, 4>& corner, const Vec3& X)
-{
-    Eigen::AlignedBox3d box;
-    for (const Vec3& c : corner) box.extend(c);
-    return box.contains(X);
-}
-
-/// The tet of a body that holds a point of it at rest; where several do, on both sides of a crack, that with more
-/// material.
-std::optional<tetmesh::EmbeddedPoint> locateIn(const core::Body& body, const Vec3& X)
-{
-    constexpr double kOutside = -1e-9;  // a point on a face lies in both tets
-    std::optional<tetmesh::EmbeddedPoint> best;
-    double most = 0;
-    for (const tetmesh::CellElement& element : body.mesh->elements()) {
-        const tetmesh::CellTets& tets = tetmesh::cellTets(element.shape);
-        for (std::size_t t = 0; t < std::size_t(tets.count); ++t) {
-            if (element.fraction[t] <= most) continue;
-            std::array<Vec3, 4> corner;
-            tetmesh::EmbeddedPoint point;
-            for (std::size_t a = 0; a < 4; ++a) {
-                point.node[a] = element.node[std::size_t(tets.corner[t][a])];
-                corner[a] = body.mesh->restPosition(point.node[a]);
-            }
-            if (!isNear(corner, X)) continue;
-            const Eigen::Vector4d weight = weightsIn(corner, X);
-            if (weight.minCoeff() < kOutside) continue;
-            for (std::size_t a = 0; a < 4; ++a) point.weight[a] = weight[Eigen::Index(a)];
-            best = point;
-            most = element.fraction[t];
-        }
-    }
-    return best;
-}
-
 Value displacement(const core::Simulation& simulation, const Measure& measure)
 {
     if (isSplit(simulation, measure.body)) return missing("after a split");
@@ -135,10 +91,10 @@ bool isSplit(const core::Simulation& simulation, const std::string& body)
 std::optional<tetmesh::EmbeddedPoint> locate(const core::Simulation& simulation, const Measure& measure)
 {
     const core::Body& body = bodyOf(simulation, measure.body);
-    auto point = locateIn(body, *measure.point);
-    if (point)
-        for (std::uint32_t& n : point->node) n += body.firstNode;
-    return point;
+    auto found = body.mesh->locate(*measure.point);
+    if (!found) return {};
+    for (std::uint32_t& n : found->point.node) n += body.firstNode;
+    return found->point;
 }
 
 std::unique_ptr<Witness> makeEndWitness(const Measure& measure)
