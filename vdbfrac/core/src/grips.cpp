@@ -93,6 +93,8 @@ Simulation::Grips::Grips(const std::vector<scene::Grip>& grips, std::span<const 
         const auto body =
             std::find_if(bodies.begin(), bodies.end(), [&](const Body& b) { return b.name == grip.body; });
         held_.push_back({&grip, std::size_t(body - bodies.begin()), {}, {}, {}});
+        // The body is at rest at first: what only holds it pulls at nothing.
+        if (const auto* force = std::get_if<scene::Force>(&grip.move)) held_.back().before.force = forceAt(*force, 0);
     }
     for (const Body& body : bodies) bodyNames_.push_back(body.name);
 }
@@ -201,7 +203,7 @@ std::vector<std::pair<std::string, double>> Simulation::Grips::work(const Move& 
             now.moment += force * move.x1[node].transpose();
             work += force.dot(move.x1[node] - move.x0[node]);
         }
-        works.emplace_back(held.grip->name, held.before ? 0.5 * (workOf(*held.before, held, move) + work) : work);
+        works.emplace_back(held.grip->name, 0.5 * (workOf(held.before, held, move) + work));
         held.before = now;
     }
     return works;
@@ -209,30 +211,23 @@ std::vector<std::pair<std::string, double>> Simulation::Grips::work(const Move& 
 
 void Simulation::Grips::save(Archive& archive) const
 {
-    std::vector<std::uint32_t> known;
     std::vector<Vec3> wrenches;
     for (const Held& held : held_) {
-        const Wrench w = held.before.value_or(Wrench());
-        known.push_back(held.before.has_value());
-        wrenches.push_back(w.force);
-        for (Eigen::Index axis = 0; axis < 3; ++axis) wrenches.push_back(w.moment.col(axis));
+        wrenches.push_back(held.before.force);
+        for (Eigen::Index axis = 0; axis < 3; ++axis) wrenches.push_back(held.before.moment.col(axis));
     }
-    archive.put("grips.loaded", known);
     archive.put("grips.wrench", wrenches);
 }
 
 void Simulation::Grips::restoreFrom(const Archive& archive)
 {
-    const auto known = archive.get<std::uint32_t>("grips.loaded", held_.size());
     const auto wrenches = archive.get<Vec3>("grips.wrench", 4 * held_.size());
     for (const Vec3& v : wrenches)
         if (!v.allFinite()) archive.complain("a force of a grip is not a number");
     for (std::size_t g = 0; g < held_.size(); ++g) {
-        held_[g].before.reset();
-        if (!known[g]) continue;
-        Wrench w{wrenches[4 * g], {}};
-        for (std::size_t axis = 0; axis < 3; ++axis) w.moment.col(Eigen::Index(axis)) = wrenches[4 * g + 1 + axis];
-        held_[g].before = w;
+        held_[g].before.force = wrenches[4 * g];
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            held_[g].before.moment.col(Eigen::Index(axis)) = wrenches[4 * g + 1 + axis];
     }
 }
 

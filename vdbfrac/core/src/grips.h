@@ -6,7 +6,6 @@
 #include <vdbfrac/scene/scene.h>
 #include <vdbfrac/solver/backward_euler.h>
 
-#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -42,7 +41,7 @@ public:
         double t0, t1;
     };
     /// Work [J] of each grip over a step, by its name: the mean of its forces at both ends of the step, along the way
-    /// of its nodes. The first step has the forces at its own end only.
+    /// of its nodes.
     std::vector<std::pair<std::string, double>> work(const Move& move, std::span<const Vec3> reaction);
 
     void save(Archive& archive) const;
@@ -62,10 +61,10 @@ private:
     struct Held {
         const scene::Grip* grip;
         std::size_t body;
-        std::vector<std::uint32_t> nodes;   // of the system
-        std::vector<Vec3> rest;             // m
-        std::vector<double> share;          // of the grip's force, by mass
-        std::optional<Wrench> before = {};  // at the end of the last step
+        std::vector<std::uint32_t> nodes;  // of the system
+        std::vector<Vec3> rest;            // m
+        std::vector<double> share;         // of the grip's force, by mass
+        Wrench before = {};                // at the end of the last step
     };
     static double workOf(const Wrench& wrench, const Held& held, const Move& move);
 
