@@ -3,7 +3,7 @@
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/lab/samples/block.h>
 #include <vdbfrac/solver/linear_solver.h>
-#include <vdbfrac/tetmesh/embedding.h>
+#include <vdbfrac/tetmesh/cut_mesh_surface.h>
 
 #include <Eigen/SVD>
 #include <benchmark/benchmark.h>
@@ -158,7 +158,7 @@ void CutWhatChanged(benchmark::State& state)
 {
     const ThreadLimit one(1);
     const tetmesh::CutMesh whole(kLattice, ball());
-    std::vector<std::pair<Coord, float>> changes;
+    std::vector<VoxelPhi> changes;
     const float dx = float(kLattice.voxelSize);
     for (int z = 0; z <= kReach; ++z)
         for (int y = 0; y <= kReach; ++y)

@@ -58,7 +58,7 @@ BUGS = [
         "laws_test", "FragmentIdGrid.HoldsTheIdOfTheBodyThatIsNearer"),
     Bug("energy not by volume", GRID + "transfer.cpp", "float(share.energy / share.volume)", "float(share.energy)",
         "laws_test", "EnergyGrid.HoldsTheEnergyOfAUniformStrainInWholeAndInCutVoxels"),
-    Bug("old skin taken for torn", "tetmesh/src/embedding.cpp", "push_back(mesh.wasMaterial(", "push_back(!mesh.wasMaterial(",
+    Bug("old skin taken for torn", "tetmesh/src/cut_mesh_surface.cpp", "push_back(mesh.wasMaterial(", "push_back(!mesh.wasMaterial(",
         "laws_test", "ObjFaces.AreInsideInAKerfAndOutsideOnTheOldSkin"),
     Bug("groups of faces swapped in .obj", "tetmesh/src/obj_file.cpp",
         "(surface_.torn[t] != 0) != (torn != 0)", "(surface_.torn[t] != 0) == (torn != 0)",

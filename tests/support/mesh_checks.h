@@ -2,7 +2,7 @@
 #pragma once
 
 #include <vdbfrac/lab/samples/block.h>
-#include <vdbfrac/tetmesh/embedding.h>
+#include <vdbfrac/tetmesh/cut_mesh_surface.h>
 #include <vdbfrac/tetmesh/fragments.h>
 
 #include <gtest/gtest.h>
@@ -65,7 +65,7 @@ inline void expectSame(const tetmesh::CutMesh& a, const tetmesh::CutMesh& b)
         ASSERT_TRUE(s.points[i].node == t.points[i].node && s.points[i].weight == t.points[i].weight);
 }
 
-using Changes = std::vector<std::pair<Coord, float>>;
+using Changes = std::vector<VoxelPhi>;
 
 /// phi = max(phi, hole) over the box, as changes to the mesh; the capped band is kept.
 inline Changes raised(const tetmesh::BodyMesh& mesh, Coord lower, Coord upper, const Phi& hole)

@@ -130,7 +130,8 @@ TEST(Relevel, TellsEveryChangeAndOnlyRaises)
     grid::RelevelWork work;
     const grid::PhiChanges changes = grid::raiseAndRelevel(phi, raised, work);
     EXPECT_EQ(work.voxels, work.leaves * 512);
-    std::map<Coord, float> changed(changes.begin(), changes.end());
+    std::map<Coord, float> changed;
+    for (const auto& [voxel, phi] : changes) changed.emplace(voxel, phi);
     EXPECT_EQ(changed.size(), changes.size());
     const auto old = before->getConstAccessor(), now = phi.grid().grid->getConstAccessor();
     for (const auto& [voxel, value] : raised)

@@ -39,7 +39,7 @@ std::vector<Coord> allVoxels()
 /// Removes the material on one side of x = `plane`.
 void removeBeyond(CutMesh& mesh, double plane)
 {
-    std::vector<std::pair<Coord, float>> changes;
+    std::vector<VoxelPhi> changes;
     for (Coord c : allVoxels())
         if (const float value = std::min(float(dx * c.x - plane), float(3 * dx)); value > mesh.phi()(c))
             changes.push_back({c, value});

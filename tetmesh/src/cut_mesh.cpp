@@ -199,7 +199,7 @@ bool CutMesh::cutCell(Cell& cell, std::vector<double>& phi) const
     return true;
 }
 
-CutUpdate CutMesh::update(std::span<const std::pair<Coord, float>> newPhi)
+CutUpdate CutMesh::update(std::span<const VoxelPhi> newPhi)
 {
     std::vector<Coord> changed, left;  // voxel nodes seen differently; those that are no longer material
     for (const auto& [voxel, value] : newPhi) {

@@ -254,7 +254,7 @@ PreviousElements CutTetMesh::replaceElements(std::span<const std::uint32_t> cutT
 }
 
 /// Stores phi and returns the points that see a change, sorted.
-std::vector<std::uint32_t> CutTetMesh::takePhi(std::span<const std::pair<Coord, float>> newPhi, CutUpdate& update)
+std::vector<std::uint32_t> CutTetMesh::takePhi(std::span<const VoxelPhi> newPhi, CutUpdate& update)
 {
     std::vector<std::uint32_t> near, changed;
     for (const auto& [voxel, value] : newPhi) {
@@ -276,7 +276,7 @@ std::vector<std::uint32_t> CutTetMesh::takePhi(std::span<const std::pair<Coord, 
     return changed;
 }
 
-CutUpdate CutTetMesh::update(std::span<const std::pair<Coord, float>> newPhi)
+CutUpdate CutTetMesh::update(std::span<const VoxelPhi> newPhi)
 {
     CutUpdate update;
     std::vector<std::uint32_t> tets, touched;
@@ -312,7 +312,7 @@ std::vector<std::uint32_t> CutTetMesh::previousNodes(const std::vector<std::uint
 EmbeddedSurface CutTetMesh::surface() const
 {
     const auto keyOf = [](std::uint32_t in, std::uint32_t out) { return (std::uint64_t(in) + 1) << 32 | out; };
-    Soup soup;
+    CutPolygons soup;
     for (std::uint32_t t = 0; t < tets_.size(); ++t) {
         const TetCut& cut = cut_[t];
         if (cut.polygonSize == 0) continue;
@@ -324,7 +324,7 @@ EmbeddedSurface CutTetMesh::surface() const
             soup.torn.push_back(wasMaterial_[out]);
         }
     }
-    return surfaceOf(*this, soup, [&](const Soup::Polygon& polygon, std::uint32_t corner) {
+    return surfaceOf(*this, soup, [&](const CutPolygons::Polygon& polygon, std::uint32_t corner) {
         const TetCut& cut = cut_[polygon.cell];
         const std::size_t k = corner - polygon.firstCorner;
         EmbeddedPoint p;

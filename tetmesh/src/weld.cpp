@@ -31,9 +31,9 @@ std::vector<std::uint32_t> firstOfKey(const std::vector<std::uint64_t>& key)
 }
 
 /// `apart`: voxel nodes (by key) where neighbours are not joined.
-Welded weld(const Soup& soup, DisjointSets points, const std::set<std::uint64_t>& apart)
+Welded weld(const CutPolygons& soup, DisjointSets points, const std::set<std::uint64_t>& apart)
 {
-    for (const Soup::Polygon& p : soup.polygons)
+    for (const CutPolygons::Polygon& p : soup.polygons)
         for (std::uint32_t k = 0; k < p.size; ++k) {
             const std::uint32_t a = p.firstCorner + k, b = p.firstCorner + (k + 1) % p.size;
             const std::uint64_t node = soup.node[a];
@@ -59,7 +59,7 @@ struct Neighbours {
     std::vector<std::uint32_t> other;
 };
 
-Neighbours neighbours(const Soup& soup, const Welded& welded)
+Neighbours neighbours(const CutPolygons& soup, const Welded& welded)
 {
     Neighbours n;
     n.first.assign(welded.cornerOfPoint.size() + 1, 0);
@@ -80,7 +80,7 @@ Neighbours neighbours(const Soup& soup, const Welded& welded)
 
 /// Voxel nodes at the ends of edges with more than two triangles. Where a crack of no width ends, joining would pinch
 /// its two faces together along such an edge.
-std::set<std::uint64_t> pinchedNodes(const Soup& soup, const Welded& welded)
+std::set<std::uint64_t> pinchedNodes(const CutPolygons& soup, const Welded& welded)
 {
     Neighbours n = neighbours(soup, welded);
     std::set<std::uint64_t> nodes;
@@ -97,7 +97,7 @@ std::set<std::uint64_t> pinchedNodes(const Soup& soup, const Welded& welded)
 
 }  // namespace
 
-void Soup::add(const Soup& other)
+void CutPolygons::add(const CutPolygons& other)
 {
     const std::uint32_t corners = std::uint32_t(key.size());
     for (Polygon p : other.polygons) {
@@ -116,7 +116,7 @@ std::uint64_t crossingKey(Coord inside, Coord outside, Coord lower)
     return bits(c.z, 43) | bits(c.y, 24) | bits(c.x, 5) | std::uint64_t((d.z + 1) * 9 + (d.y + 1) * 3 + d.x + 1);
 }
 
-Welded weldManifold(const Soup& soup)
+Welded weldManifold(const CutPolygons& soup)
 {
     const DisjointSets first(firstOfKey(soup.key));
     std::set<std::uint64_t> apart;
@@ -148,8 +148,8 @@ double restArea(const BodyMesh& mesh, const EmbeddedSurface& surface)
 
 }  // namespace
 
-EmbeddedSurface surfaceOf(const BodyMesh& mesh, const Soup& soup,
-                          const std::function<EmbeddedPoint(const Soup::Polygon&, std::uint32_t corner)>& place)
+EmbeddedSurface surfaceOf(const BodyMesh& mesh, const CutPolygons& soup,
+                          const std::function<EmbeddedPoint(const CutPolygons::Polygon&, std::uint32_t corner)>& place)
 {
     const Welded welded = weldManifold(soup);
     std::vector<std::uint32_t> polygonOfCorner(soup.key.size());

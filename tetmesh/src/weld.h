@@ -11,7 +11,7 @@
 namespace vdbfrac::tetmesh {
 
 /// Polygons that share no corners yet.
-struct Soup {
+struct CutPolygons {
     struct Polygon {
         std::uint32_t firstCorner = 0;
         std::uint32_t cell = 0;   ///< index into the cells of a lattice, or the tets of a mesh
@@ -24,7 +24,7 @@ struct Soup {
     std::vector<std::uint8_t> torn;   ///< of each corner: was the outside voxel material at rest?
 
     /// Adds everything of another soup behind what is here.
-    void add(const Soup& other);
+    void add(const CutPolygons& other);
 };
 
 /// Names the crossing of the voxel edge from an inside to an outside node; with both the same, names the node.
@@ -37,14 +37,14 @@ struct Welded {
 };
 
 /// Joins wherever that leaves a surface with two triangles an edge.
-Welded weldManifold(const Soup& soup);
+Welded weldManifold(const CutPolygons& soup);
 
 /// Calls visit(corners a, b, c) for each triangle of the polygons whose points are distinct.
 template <class Visit>
-void forTriangles(const Soup& soup, const Welded& welded, const Visit& visit)
+void forTriangles(const CutPolygons& soup, const Welded& welded, const Visit& visit)
 {
     const auto& point = welded.pointOfCorner;
-    for (const Soup::Polygon& p : soup.polygons)
+    for (const CutPolygons::Polygon& p : soup.polygons)
         for (std::uint32_t k = 2; k < p.size; ++k) {
             const std::uint32_t a = p.firstCorner, b = a + k - 1, c = a + k;
             if (point[a] != point[b] && point[b] != point[c] && point[c] != point[a]) visit(a, b, c);
@@ -53,7 +53,7 @@ void forTriangles(const Soup& soup, const Welded& welded, const Visit& visit)
 
 /// The surface of a soup. `place`: where a corner of a polygon is, given its number in the soup; asked for once a
 /// point.
-EmbeddedSurface surfaceOf(const BodyMesh& mesh, const Soup& soup,
-                          const std::function<EmbeddedPoint(const Soup::Polygon&, std::uint32_t corner)>& place);
+EmbeddedSurface surfaceOf(const BodyMesh& mesh, const CutPolygons& soup,
+                          const std::function<EmbeddedPoint(const CutPolygons::Polygon&, std::uint32_t corner)>& place);
 
 }  // namespace vdbfrac::tetmesh

@@ -1,6 +1,6 @@
 #include <vdbfrac/core/simulation.h>
 
-#include "body_mesh.h"
+#include "make_body_mesh.h"
 #include "grips.h"
 #include "rest_notes.h"
 #include "solver_settings.h"

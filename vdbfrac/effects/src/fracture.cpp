@@ -143,10 +143,9 @@ public:
 
 private:
     Law lawOf(const core::Body& body, std::vector<std::string>& notes) const;
-    std::vector<grid::BandSample> candidates(const core::GridContext& context, const core::Body& body,
-                                             const Law& law) const;
+    std::vector<VoxelPhi> candidates(const core::GridContext& context, const core::Body& body, const Law& law) const;
     std::vector<double> energies(const core::GridContext& context, const core::Body& body, const Law& law,
-                                 const std::vector<grid::BandSample>& band) const;
+                                 const std::vector<VoxelPhi>& band) const;
     void noteArrivals(const core::Body& body, const grid::PhiChanges& changes, double time);
     grid::Relevelling relevelling(long long update) const;
 
@@ -194,8 +193,8 @@ Law Fracture::lawOf(const core::Body& body, std::vector<std::string>& notes) con
 }
 
 /// Material voxels of the band that may move: some tet near by exceeds the resistance, and no grip is close.
-std::vector<grid::BandSample> Fracture::candidates(const core::GridContext& context, const core::Body& body,
-                                                   const Law& law) const
+std::vector<VoxelPhi> Fracture::candidates(const core::GridContext& context, const core::Body& body,
+                                           const Law& law) const
 {
     const std::span<const double> own = context.tetEnergy().subspan(tetmesh::tetEntry(body.firstElement, 0),
                                                                     tetmesh::tetEntry(body.mesh->elements().size(), 0));
@@ -208,7 +207,7 @@ std::vector<grid::BandSample> Fracture::candidates(const core::GridContext& cont
 }
 
 std::vector<double> Fracture::energies(const core::GridContext& context, const core::Body& body, const Law& law,
-                                       const std::vector<grid::BandSample>& band) const
+                                       const std::vector<VoxelPhi>& band) const
 {
     const std::span<const double> all = context.tetEnergy();
     const auto full = [&](std::uint32_t e, int t) {
@@ -223,7 +222,7 @@ std::vector<double> Fracture::energies(const core::GridContext& context, const c
     const grid::TetEnergy energy =
         values_.text("driver") == "tension" ? grid::TetEnergy(tension) : grid::TetEnergy(full);
     std::vector<Coord> voxels;
-    for (const grid::BandSample& b : band) voxels.push_back(b.voxel);
+    for (const VoxelPhi& b : band) voxels.push_back(b.voxel);
     return law.radius > 0 ? grid::averagedEnergy(*body.mesh, energy, voxels, law.radius)
                           : grid::nodalEnergy(*body.mesh, energy, voxels);
 }
@@ -252,7 +251,7 @@ grid::PhiChanges Fracture::update(const core::GridContext& context, const core::
     (void)context.tetEnergy();  // timed on its own
     if (limitTime_ != context.time) limit_ = kInfinity, limitTime_ = context.time;
 
-    std::vector<grid::BandSample> band;
+    std::vector<VoxelPhi> band;
     std::vector<double> psi;
     {
         const StageTimer timer(context.ledger, "fracture");

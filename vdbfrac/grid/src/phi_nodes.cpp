@@ -76,10 +76,10 @@ tetmesh::NodeField<float> sampleNodes(const LevelSet& phi, std::uint64_t memoryL
     return nodes;
 }
 
-std::vector<BandSample> sampleBand(const LevelSet& phi, std::span<const Coord> voxels)
+std::vector<VoxelPhi> sampleBand(const LevelSet& phi, std::span<const Coord> voxels)
 {
     auto accessor = phi.grid().grid->getConstAccessor();
-    std::vector<BandSample> band;
+    std::vector<VoxelPhi> band;
     for (const Coord& c : voxels) {
         float value = 0;
         if (accessor.probeValue(toVdb(c), value)) band.push_back({c, value});

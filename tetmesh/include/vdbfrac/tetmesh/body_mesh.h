@@ -80,7 +80,7 @@ public:
 
     /// Takes new values of phi [m] (none lower than before) and re-cuts only what sees a change. The result equals a
     /// mesh made from the new phi, to the bit.
-    virtual CutUpdate update(std::span<const std::pair<Coord, float>> newPhi) = 0;
+    virtual CutUpdate update(std::span<const VoxelPhi> newPhi) = 0;
 
     virtual const NodeField<float>& phi() const = 0;  ///< on voxels [m]
     virtual const std::vector<CellElement>& elements() const = 0;

@@ -46,7 +46,7 @@ public:
     /// Throws Error for a coarsening that is not possible.
     CutMesh(Lattice lattice, NodeField<float> phi);
 
-    CutUpdate update(std::span<const std::pair<Coord, float>> newPhi) override;
+    CutUpdate update(std::span<const VoxelPhi> newPhi) override;
 
     const Lattice& lattice() const { return lattice_; }
     const NodeField<float>& phi() const override { return phi_; }

@@ -33,7 +33,7 @@ public:
     CutTetMesh(CutTetMesh&&) noexcept;
     ~CutTetMesh() override;
 
-    CutUpdate update(std::span<const std::pair<Coord, float>> newPhi) override;
+    CutUpdate update(std::span<const VoxelPhi> newPhi) override;
     const NodeField<float>& phi() const override { return phi_; }
     const std::vector<CellElement>& elements() const override { return elements_; }
     std::span<const TetGradients> gradients() const override { return gradients_; }
@@ -66,7 +66,7 @@ private:
     void findStars();
     void measureShapes();
     double phiAt(const Vec3& X) const;
-    std::vector<std::uint32_t> takePhi(std::span<const std::pair<Coord, float>> newPhi, CutUpdate& update);
+    std::vector<std::uint32_t> takePhi(std::span<const VoxelPhi> newPhi, CutUpdate& update);
     void cut(std::span<const std::uint32_t> tets);
     void classify(std::uint32_t point);
     void numberNodes();

@@ -7,7 +7,7 @@
 #include <vdbfrac/grid/phi_nodes.h>
 #include <vdbfrac/lab/machine/timing.h>
 #include <vdbfrac/tetmesh/cut_mesh.h>
-#include <vdbfrac/tetmesh/embedding.h>
+#include <vdbfrac/tetmesh/cut_mesh_surface.h>
 
 #include <Eigen/SVD>
 #include <fmt/format.h>

@@ -14,7 +14,7 @@
 #include <vdbfrac/lab/machine/scratch.h>
 #include <vdbfrac/mesher/delaunay.h>
 #include <vdbfrac/solver/elastic_operator.h>
-#include <vdbfrac/tetmesh/embedding.h>
+#include <vdbfrac/tetmesh/cut_mesh_surface.h>
 #include <vdbfrac/tetmesh/fragments.h>
 #include <vdbfrac/tetmesh/material_tets.h>
 #include <vdbfrac/tetmesh/obj_file.h>
@@ -142,7 +142,7 @@ grid::PhiChanges raisedCap(const grid::LevelSet& phi)
         for (int y = -reach; y <= reach; ++y)
             for (int x = low; x <= reach; ++x) voxels.push_back({x, y, z});
     grid::PhiChanges raised;
-    for (const grid::BandSample& s : grid::sampleBand(phi, voxels))
+    for (const VoxelPhi& s : grid::sampleBand(phi, voxels))
         if (s.phi < 0 && s.phi > -dx) raised.emplace_back(s.voxel, s.phi + float(0.5 * dx));
     return raised;
 }
@@ -187,9 +187,9 @@ void measureTransfer(Stopwatch& watch, const grid::LevelSet& ball, const tetmesh
             if (mesh.phi()(voxel) < 0) voxels.push_back(voxel);
         });
     });
-    const std::vector<grid::BandSample> band = grid::sampleBand(ball, voxels);
+    const std::vector<VoxelPhi> band = grid::sampleBand(ball, voxels);
     voxels.clear();
-    for (const grid::BandSample& b : band) voxels.push_back(b.voxel);
+    for (const VoxelPhi& b : band) voxels.push_back(b.voxel);
     std::vector<double> psi;
     watch.measure(
         "transfer", "voxel", {tetmesh::kMostTets * sizeof(double), sizeof(double)}, [] { return Nothing{}; },
@@ -198,7 +198,7 @@ void measureTransfer(Stopwatch& watch, const grid::LevelSet& ball, const tetmesh
     const double dx = ball.voxelSize(), kappa = 0.5 * *std::max_element(psi.begin(), psi.end());
     std::vector<double> raised(band.size());
     watch.measure(
-        "Griffith", "voxel", {sizeof(grid::BandSample) + sizeof(double), sizeof(double)}, [] { return Nothing{}; },
+        "Griffith", "voxel", {sizeof(VoxelPhi) + sizeof(double), sizeof(double)}, [] { return Nothing{}; },
         [&](Nothing) {
             grid::GriffithStep step{kappa, dx, std::numeric_limits<double>::infinity(), 0.5 * dx};
             for (std::size_t i = 0; i < band.size(); ++i)

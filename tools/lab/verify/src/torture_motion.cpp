@@ -72,7 +72,7 @@ void sweep(tetmesh::Lattice::Kind kind, const Vec3& n, int parts, Flaws& flaws)
                           }));
     const double first = mesh.volume(), far = 8 * n.cwiseAbs().sum();
     for (double shift = -far; shift <= far; shift += 1. / parts) {
-        std::vector<std::pair<Coord, float>> changes;
+        std::vector<VoxelPhi> changes;
         eachVoxel(kVoxels, [&](Coord c) {
             const float plane = std::min(float(n.dot(c.toVec()) + shift), 3.f);
             if (plane > mesh.phi()(c)) changes.emplace_back(c, plane);

@@ -29,6 +29,13 @@ struct Coord {
     Vec3 toVec() const { return Vec3(x, y, z); }
 };
 
+/// phi [m] at a voxel node.
+struct VoxelPhi {
+    Coord voxel;
+    float phi = 0;
+    friend bool operator==(const VoxelPhi&, const VoxelPhi&) = default;
+};
+
 /// a / m, rounded down also below 0; m > 0.
 inline int floorDiv(int a, int m) { return a >= 0 ? a / m : -((m - 1 - a) / m); }
 

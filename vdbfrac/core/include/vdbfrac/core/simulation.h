@@ -7,7 +7,7 @@
 #include <vdbfrac/core/stages.h>
 #include <vdbfrac/scene/scene.h>
 #include <vdbfrac/solver/integrator.h>
-#include <vdbfrac/tetmesh/embedding.h>
+#include <vdbfrac/tetmesh/cut_mesh_surface.h>
 
 #include <cstdint>
 #include <map>

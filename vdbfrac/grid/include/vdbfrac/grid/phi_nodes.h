@@ -18,14 +18,10 @@ namespace vdbfrac::grid {
 tetmesh::NodeField<float> sampleNodes(const LevelSet& phi, std::uint64_t memoryLimit = ~std::uint64_t{0});
 
 /// phi [m] at voxels of the band; voxels that are not in the band (not active) are left out.
-struct BandSample {
-    Coord voxel;
-    float phi;
-};
-std::vector<BandSample> sampleBand(const LevelSet& phi, std::span<const Coord> voxels);
+std::vector<VoxelPhi> sampleBand(const LevelSet& phi, std::span<const Coord> voxels);
 
 /// New values of phi [m] at voxels.
-using PhiChanges = std::vector<std::pair<Coord, float>>;
+using PhiChanges = std::vector<VoxelPhi>;
 
 struct RelevelWork {
     std::int64_t leaves = 0;  ///< re-levelled

@@ -6,7 +6,7 @@
 #pragma once
 
 #include <vdbfrac/base/vec.h>
-#include <vdbfrac/grid/vdb_file.h>
+#include <vdbfrac/grid/voxel_values.h>
 #include <vdbfrac/tetmesh/body_mesh.h>
 
 #include <span>

@@ -3,6 +3,7 @@
 
 #include <vdbfrac/base/vec.h>
 #include <vdbfrac/grid/level_set.h>
+#include <vdbfrac/grid/voxel_values.h>
 
 #include <cstdint>
 #include <filesystem>
@@ -13,15 +14,6 @@
 #include <vector>
 
 namespace vdbfrac::grid {
-
-/// Values at voxel coordinates, to be written as a float or a Vec3s grid.
-struct VoxelValues {
-    std::vector<Coord> coords;
-    std::vector<float> scalars;            ///< one a voxel, unless `isVector`
-    std::vector<Eigen::Vector3f> vectors;  ///< one a voxel, when `isVector`
-    float background = 0;
-    bool isVector = false;  ///< says the type of the grid also when it holds nothing
-};
 
 /// One grid of a file: a level set in rest space, or values on voxels.
 struct NamedGrid {

@@ -1,4 +1,4 @@
-#include "body_mesh.h"
+#include "make_body_mesh.h"
 
 #include <vdbfrac/grid/phi_nodes.h>
 #include <vdbfrac/grid/phi_sampler.h>

@@ -1,4 +1,4 @@
-#include <vdbfrac/tetmesh/embedding.h>
+#include <vdbfrac/tetmesh/cut_mesh_surface.h>
 
 #include "weld.h"
 
@@ -23,7 +23,7 @@ Crossing crossing(const CellStencil& stencil, const Piece& piece, std::size_t k)
             piece.cut.t[k]};
 }
 
-void addCell(Soup& soup, const CutMesh& mesh, std::uint32_t index)
+void addCell(CutPolygons& soup, const CutMesh& mesh, std::uint32_t index)
 {
     const Cell& cell = mesh.cells()[index];
     const CellStencil& stencil = mesh.stencil(mesh.lattice().shapeOf(cell.coord));
@@ -43,20 +43,20 @@ void addCell(Soup& soup, const CutMesh& mesh, std::uint32_t index)
 }
 
 /// The polygons of all cells, in their order.
-Soup gatherPolygons(const CutMesh& mesh)
+CutPolygons gatherPolygons(const CutMesh& mesh)
 {
     const std::size_t cells = mesh.cells().size();
-    std::vector<Soup> part((cells + kCellChunk - 1) / kCellChunk);
+    std::vector<CutPolygons> part((cells + kCellChunk - 1) / kCellChunk);
     parallelChunks(cells, kCellChunk, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) addCell(part[begin / kCellChunk], mesh, std::uint32_t(i));
     });
-    Soup soup;
-    for (const Soup& p : part) soup.add(p);
+    CutPolygons soup;
+    for (const CutPolygons& p : part) soup.add(p);
     return soup;
 }
 
 /// The place of a corner of a polygon.
-EmbeddedPoint embedCorner(const CutMesh& mesh, const Soup::Polygon& polygon, std::uint32_t corner)
+EmbeddedPoint embedCorner(const CutMesh& mesh, const CutPolygons::Polygon& polygon, std::uint32_t corner)
 {
     const Cell& cell = mesh.cells()[polygon.cell];
     const Piece& piece = cell.pieces[polygon.piece];
@@ -85,7 +85,7 @@ EmbeddedPoint embed(const CutMesh& mesh, const CellElement& element, int tet, co
 
 EmbeddedSurface extractSurface(const CutMesh& mesh)
 {
-    return surfaceOf(mesh, gatherPolygons(mesh), [&](const Soup::Polygon& polygon, std::uint32_t corner) {
+    return surfaceOf(mesh, gatherPolygons(mesh), [&](const CutPolygons::Polygon& polygon, std::uint32_t corner) {
         return embedCorner(mesh, polygon, corner);
     });
 }
