@@ -16,6 +16,8 @@
 #include <vdbfrac/tetmesh/surface_input.h>
 #include <vdbfrac/tetmesh/tet_file.h>
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <cstdio>
 
@@ -121,11 +123,9 @@ void requireMemory(const MeshOptions& options, const grid::LevelSet& phi, double
     const double tets = cost.perVolume * volume / (size * size * size) + cost.perSurface * surface,
                  bytes = kProgram + tets * cost.bytes;
     if (bytes <= double(options.memoryLimit)) return;
-    char text[200];
-    std::snprintf(text, sizeof text,
-                  "%s: about %.3g tets need %.2f GiB, the limit is %.2f GiB; use a larger --size or --max-memory",
-                  options.in.c_str(), tets, bytes / lab::kGiB, double(options.memoryLimit) / lab::kGiB);
-    throw LimitError(text);
+    throw LimitError(fmt::format(
+        "{}: about {:.3g} tets need {:.2f} GiB, the limit is {:.2f} GiB; use a larger --size or --max-memory",
+        options.in.string(), tets, bytes / lab::kGiB, double(options.memoryLimit) / lab::kGiB));
 }
 
 tetmesh::TetMesh delaunay(const grid::LevelSet& phi, const Input& input, const MeshOptions& options, double size)

@@ -9,6 +9,8 @@
 #include <vdbfrac/grid/render.h>
 #include <vdbfrac/tetmesh/obj_file.h>
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -92,9 +94,7 @@ int preview(const PreviewOptions& options)
     std::vector<grid::Image> images;
     for (std::size_t i = 0; i < frames.size(); ++i) {
         images.push_back(grid::render(surfaces[i], view, voxel));
-        char name[32];
-        std::snprintf(name, sizeof name, ".%04d.png", frames[i].frame);
-        const fs::path file = folder / "preview" / (run.scene + name);
+        const fs::path file = folder / "preview" / fmt::format("{}.{:04}.png", run.scene, frames[i].frame);
         grid::writePng(file, images.back());
         std::printf("%s\n", file.c_str());
     }

@@ -3,6 +3,8 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -31,15 +33,10 @@ double secondsSince(std::chrono::steady_clock::time_point t)
 
 std::string duration(double seconds)
 {
-    char text[40];
     const int s = int(std::lround(seconds));
-    if (seconds < 60)
-        std::snprintf(text, sizeof text, "%.1f s", seconds);
-    else if (s < 3600)
-        std::snprintf(text, sizeof text, "%d min %02d s", s / 60, s % 60);
-    else
-        std::snprintf(text, sizeof text, "%d h %02d min", s / 3600, s % 3600 / 60);
-    return text;
+    if (seconds < 60) return fmt::format("{:.1f} s", seconds);
+    if (s < 3600) return fmt::format("{} min {:02} s", s / 60, s % 60);
+    return fmt::format("{} h {:02} min", s / 3600, s % 3600 / 60);
 }
 
 Progress::Progress(const std::string& mode, int total, int begun) : total_(std::max(1, total)), begun_(begun)
@@ -58,13 +55,9 @@ Progress::~Progress()
 
 std::string Progress::status(double done) const
 {
-    const double spent = secondsSince(start_);
-    char text[80];
-    const double own = done - begun_;
+    const double spent = secondsSince(start_), own = done - begun_;
     if (own <= 0) return "";
-    std::snprintf(text, sizeof text, "%.2f frames/s, %s left", own / spent,
-                  duration(spent / own * (total_ - done)).c_str());
-    return text;
+    return fmt::format("{:.2f} frames/s, {} left", own / spent, duration(spent / own * (total_ - done)));
 }
 
 void Progress::update(double done, const std::string& detail)
@@ -73,9 +66,7 @@ void Progress::update(double done, const std::string& detail)
     drawn_ = std::chrono::steady_clock::now();
     const int filled = int(kWidth * std::clamp(done / total_, 0., 1.));
     const std::string bar = std::string(std::size_t(filled), '#') + std::string(std::size_t(kWidth - filled), '.');
-    char percent[16];
-    std::snprintf(percent, sizeof percent, "%3.0f %%", 100 * done / total_);
-    std::string line = "[" + bar + "] " + percent + "  " + status(done) + "  " + detail;
+    std::string line = fmt::format("[{}] {:3.0f} %  {}  {}", bar, 100 * done / total_, status(done), detail);
     line.resize(std::min(line.size(), lineWidth() - 1));  // a longer one would stay on the screen
     std::fprintf(stderr, "\r\033[K%s", line.c_str());
     std::fflush(stderr);

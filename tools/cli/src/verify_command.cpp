@@ -12,6 +12,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -34,12 +36,7 @@ struct VerifyOptions {
     RandomOptions random;
 };
 
-std::string numberText(double value)
-{
-    char text[32];
-    std::snprintf(text, sizeof text, "%.3g", value);
-    return text;
-}
+std::string numberText(double value) { return fmt::format("{:.3g}", value); }
 
 /// JSON has no NaN and no infinity: null stands for them.
 Json toJson(const verify::HardCase& c, const std::vector<verify::Measurement>& measured)

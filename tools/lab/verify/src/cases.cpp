@@ -2,17 +2,13 @@
 
 #include <vdbfrac/core/simulation.h>
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <cstdio>
 
 namespace vdbfrac::lab::verify {
 
-std::string at(double nu)
-{
-    char text[32];
-    std::snprintf(text, sizeof text, "nu = %g: ", nu);
-    return text;
-}
+std::string at(double nu) { return fmt::format("nu = {:g}: ", nu); }
 
 double countNotFinite(std::span<const Vec3> values)
 {

@@ -7,6 +7,8 @@
 #include <vdbfrac/lab/scenes/scene_run.h>
 #include <vdbfrac/lab/verify/energy_witness.h>
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -31,9 +33,7 @@ struct Broken {
 void require(bool holds, const char* law, double value, double limit)
 {
     if (holds) return;
-    char text[200];
-    std::snprintf(text, sizeof text, "%s: %.6g, allowed %.6g", law, value, limit);
-    throw Broken{text};
+    throw Broken{fmt::format("{}: {:.6g}, allowed {:.6g}", law, value, limit)};
 }
 
 // NaN fails.

@@ -3,21 +3,17 @@
 
 #include <vdbfrac/base/vec.h>
 
-#include <cstdarg>
-#include <cstdio>
+#include <fmt/printf.h>
+
 #include <string>
 
 namespace vdbfrac::lab::verify {
 
 /// As printf does.
-[[gnu::format(printf, 1, 2)]] inline std::string format(const char* pattern, ...)
+template <class... Arguments>
+std::string format(const char* pattern, const Arguments&... arguments)
 {
-    char text[512];
-    va_list arguments;
-    va_start(arguments, pattern);
-    std::vsnprintf(text, sizeof text, pattern, arguments);
-    va_end(arguments);
-    return text;
+    return fmt::sprintf(pattern, arguments...);
 }
 
 /// As a TOML array, with five digits.
