@@ -63,7 +63,7 @@ void writeSurface(const std::filesystem::path& file, const Surface& surface)
     if (e == ".obj") return writeObj(file, surface, "");
     if (e == ".ply") return writeText(file, plyText(surface));
     if (e == ".stl") return writeText(file, stlText(surface));
-    throw InputError({file.string(), "'" + e + "' is no format of surfaces", ".obj, .ply, .stl", ""});
+    throw InputError({file.string(), "'" + e + "' is not a known surface format", ".obj, .ply, .stl", ""});
 }
 
 }  // namespace vdbfrac::tetmesh

@@ -119,7 +119,7 @@ void requireMemory(const std::filesystem::path& file, std::uint64_t limit)
 void requireKnown(const std::string& extension, const std::string& name)
 {
     if (extension != ".obj" && extension != ".ply" && extension != ".stl" && extension != ".off")
-        throw InputError({name, "'" + extension + "' is no format of surfaces", ".obj, .ply, .stl, .off", ""});
+        throw InputError({name, "'" + extension + "' is not a known surface format", ".obj, .ply, .stl, .off", ""});
 }
 
 }  // namespace

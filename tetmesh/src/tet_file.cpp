@@ -70,7 +70,8 @@ TetFormat tetFormatOf(const fs::path& file)
     if (e == ".msh") return TetFormat::gmsh41;
     if (e == ".mesh") return TetFormat::medit;
     if (e == ".node" || e == ".ele") return TetFormat::tetgen;
-    throw InputError({file.string(), "'" + e + "' is no format of tets", ".vtu, .vtk, .msh, .mesh, .node, .ele", ""});
+    throw InputError(
+        {file.string(), "'" + e + "' is not a known tet format", ".vtu, .vtk, .msh, .mesh, .node, .ele", ""});
 }
 
 std::vector<fs::path> writeTets(const fs::path& file, TetFormat format, const TetMesh& mesh, const TetFields& fields)

@@ -45,8 +45,8 @@ bool addRange(std::string_view part, std::vector<int>& frames)
     if (!part.empty() || !last || !step || *step < 1 || *last < *first) return false;
     const std::size_t count = std::size_t((std::int64_t(*last) - *first) / *step) + 1;
     if (count > kMostFrames - std::min(frames.size(), kMostFrames))
-        throw InputError({"--frames", "'" + whole + "' is more frames than can be asked for at once",
-                          "up to " + std::to_string(kMostFrames), ""});
+        throw InputError(
+            {"--frames", "'" + whole + "' has too many frames", "up to " + std::to_string(kMostFrames), ""});
     for (std::int64_t f = *first; f <= *last; f += *step) frames.push_back(int(f));
     return true;
 }

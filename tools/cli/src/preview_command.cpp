@@ -85,7 +85,7 @@ int preview(const PreviewOptions& options)
     view.extent = 0.5 * (bounds.upper - bounds.lower).norm();
     view.direction = Vec3(options.direction[0], options.direction[1], options.direction[2]);
     if (!(view.direction.norm() > 0))
-        throw InputError({"--direction", "0 0 0 looks nowhere", "a vector with a length above 0", ""});
+        throw InputError({"--direction", "0 0 0 has no direction", "a vector with a length above 0", ""});
     view.width = options.width, view.height = options.height, view.samples = options.samples;
 
     // Fine enough to show what the surface resolves, coarse enough for the picture.

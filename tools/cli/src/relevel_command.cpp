@@ -134,7 +134,7 @@ int run(const RelevelCommand& o)
     const ThreadLimit threads(o.threads);
     const auto log = makeLog(o.common);
     if (!isVdb(o.output))
-        throw InputError({"--output", "'" + o.output + "' is no .vdb file", "a name that ends in .vdb", ""});
+        throw InputError({"--output", "'" + o.output + "' is not a .vdb file", "a name that ends in .vdb", ""});
     const bool grid = isVdb(o.input);
     if (!grid && o.voxelSize == 0 && o.across == 0)
         throw InputError(

@@ -140,14 +140,15 @@ Archive Archive::parse(std::string_view bytes, std::string source, bool checked)
         Array array{entry[0], entry[1], entry[2], {}};
         const std::size_t size = sizeOf(array.type);
         if (size == 0 || array.values > bytes.size() / size || !names.insert(array.name).second)
-            archive.complain("array '" + array.name + "' is of no known type, occurs twice or ends behind the file");
+            archive.complain("array '" + array.name +
+                             "' has an unknown type, occurs twice or extends past the end of the file");
         const auto* first = reinterpret_cast<const std::byte*>(bytes.data());
         array.bytes.assign(first, first + array.values * size);
         bytes.remove_prefix(array.values * size);
         archive.arrays_.push_back(std::move(array));
     }
-    if (!bytes.empty()) archive.complain("there are " + std::to_string(bytes.size()) + " bytes behind its last array");
-    if (checked && archive.checksum() != sum) archive.complain("it has another checksum than when it was written");
+    if (!bytes.empty()) archive.complain("there are " + std::to_string(bytes.size()) + " bytes after its last array");
+    if (checked && archive.checksum() != sum) archive.complain("its checksum does not match");
     return archive;
 }
 

@@ -207,7 +207,7 @@ void RunFolder::goOn(Simulation& simulation, const std::string& settings, const 
         archive.complain("the state it leads to is not the one that was saved");
     bool sound = int(steps_.size()) == simulation.steps() && int(frames.size()) <= simulation.framesDone() + 1;
     for (std::size_t i = 0; i < frames.size(); ++i) sound = sound && frames[i].frame == scene_.time.firstFrame + int(i);
-    if (!sound) archive.complain("its steps and frames do not go together");
+    if (!sound) archive.complain("its steps and frames do not match");
     handedOver_ = steps_.size();
     checkpointed_ = simulation.steps();
 }

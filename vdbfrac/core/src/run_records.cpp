@@ -84,7 +84,8 @@ std::int64_t countOrAbsent(const Ledger& work, const Column& c)
 void requireSummable(std::int64_t amount, const Archive& archive)
 {
     constexpr std::int64_t kMost = std::int64_t{1} << 40;
-    if (amount < 0 || amount > kMost) archive.complain("it counts " + std::to_string(amount) + " of something");
+    if (amount < 0 || amount > kMost)
+        archive.complain("a count of work is " + std::to_string(amount) + ", which is out of range");
 }
 
 std::int64_t wholeNumber(const json& number, const Archive& archive)
@@ -191,7 +192,7 @@ std::vector<StepRecord> loadSteps(const Archive& archive)
     const double* r = real.data();
     for (StepRecord& s : steps) {
         s.gripLoad.resize(grips);
-        if (w[1] < 0 || w[1] > std::int64_t(Outcome::capped)) archive.complain("a step ended in no known way");
+        if (w[1] < 0 || w[1] > std::int64_t(Outcome::capped)) archive.complain("a step has an unknown outcome");
         forWholeNumbers(s, [&](auto& field) { field = std::remove_reference_t<decltype(field)>(*w++); });
         forRealNumbers(s, [&](double& field) { field = *r++; });
         for (const std::string& name : flows)

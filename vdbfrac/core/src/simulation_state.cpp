@@ -78,7 +78,7 @@ std::vector<Vec3> loadNodes(const std::string& name, std::size_t nodes, const Ar
 {
     std::vector<Vec3> field = archive.get<Vec3>(name, nodes);
     for (const Vec3& value : field)
-        if (!value.allFinite()) archive.complain("'" + name + "' has a value that is no number");
+        if (!value.allFinite()) archive.complain("'" + name + "' has a value that is not a number");
     return field;
 }
 
@@ -134,9 +134,9 @@ void Simulation::restoreFrom(const Archive& archive)
         const auto& list = body.fragments.fragments();
         nodes += body.mesh->nodeCount(), fragments += list.size();
         if (!list.empty() && list.back().id >= nextFragment_)
-            archive.complain("a fragment of '" + body.name + "' has a number that was never given");
+            archive.complain("a fragment of '" + body.name + "' has an id that was never assigned");
     }
-    if (fragments != nextFragment_) archive.complain("it does not have all fragments");
+    if (fragments != nextFragment_) archive.complain("some of its fragments are missing");
     state_.x = loadNodes("x", nodes, archive);
     state_.v = loadNodes("v", nodes, archive);
     rebuild();
@@ -145,7 +145,7 @@ void Simulation::restoreFrom(const Archive& archive)
     constexpr double kMostFrames = 1e9;
     if (!(time[0] >= 0 && time[0] * timeSettings_.fps < kMostFrames && time[1] > 0 && step >= 0 &&
           step < std::numeric_limits<int>::max()))
-        archive.complain("its time, step or time step cannot be");
+        archive.complain("its time, step number or time step is out of range");
     time_ = time[0], steps_ = int(step);
     stepControl_->restoreTrusted(time[1]);
     elasticEnergy_ = archive.getOne<double>("elastic_energy");

@@ -151,7 +151,7 @@ PhiChanges setBandLeaves(LevelSet& phi, const BandLeaves& leaves)
         const openvdb::Coord origin = toVdb(leaves.origins[n]);
         const bool there = near.isInside(origin) || grid.constTree().probeConstLeaf(origin);
         if (!there || origin != leafOrigin(origin) || !seen.insert(origin).second)
-            throw Error("a leaf of phi lies where there is none");
+            throw Error("a leaf of phi lies outside the level set");
         Leaf& leaf = *grid.tree().touchLeaf(origin);
         const float* values = leaves.values.data() + n * Leaf::SIZE;
         for (openvdb::Index i = 0; i < Leaf::SIZE; ++i) {

@@ -30,7 +30,7 @@ Image decode(const std::string& bytes, const std::string& file)
 {
     PngImage png;
     if (!png_image_begin_read_from_memory(&png.image, bytes.data(), bytes.size()))
-        throw FileError(file, std::string("is no picture: ") + png.image.message);
+        throw FileError(file, std::string("is not a picture: ") + png.image.message);
     png.image.format = PNG_FORMAT_RGB;
     Image image{int(png.image.width), int(png.image.height), {}};
     image.rgb.resize(PNG_IMAGE_SIZE(png.image));

@@ -150,7 +150,7 @@ private:
     static void requireHeader(std::istream& in, std::uint64_t fileSize)
     {
         LookAhead ahead(in, fileSize);
-        ahead.require(ahead.value<std::uint64_t>() == kMagic, "is no .vdb file");
+        ahead.require(ahead.value<std::uint64_t>() == kMagic, "is not a .vdb file");
         const std::uint32_t version = ahead.value<std::uint32_t>();
         ahead.require(version >= kOldestVersion, "is of a version of .vdb that is too old");
         ahead.require(version <= kNewestVersion, "is of a version of .vdb that is too new");
