@@ -51,7 +51,7 @@ struct alignas(64) LaneTets {
 };
 
 /// What a product with the tangent needs of a tet in eight cells: R and T, or of Green's strain F and Sigma V / h^2
-/// (see kernel_strain.h). A product is bound by reading this, so it is kept in single precision: a slightly different
+/// (see kernel_laws.h). A product is bound by reading this, so it is kept in single precision: a slightly different
 /// symmetric operator inside an iteration whose residual is evaluated in double. Also the mean over the tets of a cell,
 /// which makes a product that is near that of the energy at a sixth of the bytes and half of the arithmetic: R is then
 /// the rotation nearest to the mean, T the mean twist operator times h in the frame of R.
@@ -81,6 +81,7 @@ struct PatchData {
     double h = 1;
     double mu = 0, lambda = 0;  ///< [Pa]
     Strain strain = Strain::corotational;
+    bool cellDilation = false;
     /// The tangent is that of the energy plus `share` times linear elasticity in the frame of R.
     double share = 0;
 };
@@ -138,7 +139,7 @@ struct VectorKernel {
     /// Rows of the patch as points, xyz after xyz, for its nodes and up to a multiple of kLanes.
     void (*write)(const PatchData&, const Real* out, Real* points);
     /// out += K in; returns in.out of the patch.
-    double (*product)(const PatchData&, bool cellDilation, const Real* in, Real* out);
+    double (*product)(const PatchData&, const Real* in, Real* out);
     // Over nodes [begin, end) of the system; `begin` is a multiple of kLanes.
     /// r -= step A p; returns r.B r.
     double (*descend)(const GradientNodes<Real>&, std::size_t begin, std::size_t end, Real step);
@@ -148,8 +149,8 @@ struct VectorKernel {
 
 /// `evaluate` adds the gradient [N] to `out`, `diagonal` six rows of diagonal blocks (xx, yy, zz, yz, zx, xy).
 struct Kernel {
-    KernelResult (*evaluate)(const PatchData&, bool cellDilation, const RobustTet&, const double* in, double* out);
-    void (*diagonal)(const PatchData&, bool cellDilation, double* out);
+    KernelResult (*evaluate)(const PatchData&, const RobustTet&, const double* in, double* out);
+    void (*diagonal)(const PatchData&, double* out);
     /// Writes the means over cells of `tangent` to `cells`.
     void (*averageTets)(const PatchData&, const RobustTet&, TetTangent* cells);
     VectorKernel<double> twice;

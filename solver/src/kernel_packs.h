@@ -1,5 +1,5 @@
 // Packs of eight numbers, one a lane, for the vector unit that the including file is compiled for. Not installed; only
-// for kernel_impl.cpp, hence without linkage.
+// for the parts of a kernel, hence without linkage.
 #pragma once
 
 #include "kernel.h"
@@ -38,6 +38,7 @@ template <class Real>
 using PackT = typename PackOf<Real>::Type;
 
 #define VDBFRAC_INLINE inline __attribute__((always_inline))
+#define VDBFRAC_OUTLINE __attribute__((noinline))
 
 /// Calls f(integral_constant<0>), ... at compile time.
 template <int n, class F>

@@ -3,6 +3,7 @@
 
 #include "node_loops.h"
 #include "patches.h"
+#include "strain_law.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -50,6 +51,7 @@ struct ElasticOperator::Data {
     double h = 1;
     bool cellDilation = true;
     Strain strain = Strain::corotational;
+    const StrainLaw* law = nullptr;  // of `strain`
     std::size_t elements = 0;
     std::vector<ElementSet> sets;
     mutable ElasticWork work;
@@ -80,7 +82,7 @@ struct ElasticOperator::Data {
         d.nodes = int(patch.nodes), d.stride = int(patch.stride());
         d.h = h;
         d.mu = patch.mu, d.lambda = patch.lambda;
-        d.strain = strain;
+        d.strain = strain, d.cellDilation = cellDilation;
         return d;
     }
 
@@ -147,8 +149,7 @@ struct ElasticOperator::Data {
         for (int k = 0; k < 6; ++k) packed[k] = tet.T[k][l];
         const Mat3 T = unpackSymmetric(packed);
         if (!tangent.ofCells_) return {R, T};
-        const Mat3 own = volumeShare(batch, t, l) * T;
-        return {R, strain == Strain::green ? own : Mat3(R * own * R.transpose())};
+        return {R, law->ofTet(R, volumeShare(batch, t, l) * T)};
     }
 
     /// Calls f(tangent, lane, mu V / h^2) for every tet with material.

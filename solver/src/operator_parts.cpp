@@ -1,8 +1,6 @@
 // Parts of an elastic operator one at a time: matrices of elements, and the tangent of a coarse lattice.
 #include "operator_data.h"
 
-#include <vdbfrac/solver/corotational.h>
-
 #include <Eigen/Dense>
 
 #include <array>
@@ -12,19 +10,6 @@
 namespace vdbfrac::solver {
 
 namespace {
-
-/// The rotation nearest to m, a weighted mean of rotations.
-Mat3 nearestRotation(const Mat3& m)
-{
-    constexpr double kNear = 0.3;  // Newton-Schulz converges from here, in four steps to single precision
-    Mat3 R = m;
-    for (int step = 0; step < 4; ++step) {
-        const Mat3 off = Mat3::Identity() - R.transpose() * R;
-        if (step == 0 && !(off.norm() < kNear && R.determinant() > 0)) return signedPolar(m).R;
-        R += 0.5 * R * off;
-    }
-    return R;
-}
 
 /// What the finer cells in a coarse one add up to, weighted by their material.
 struct FinerSum {
@@ -37,10 +22,9 @@ struct FinerSum {
         for (int k = 0; k < 9; ++k) R(k / 3, k % 3) += share * cell.R[k][lane];
         for (int k = 0; k < 6; ++k) T[k] += share * cell.T[k][lane];
     }
-    void write(TetTangent& cell, std::size_t lane, Strain strain) const
+    void write(TetTangent& cell, std::size_t lane, const StrainLaw& law) const
     {
-        Mat3 mean = Mat3::Identity();
-        if (weight > 0) mean = strain == Strain::green ? Mat3(R / weight) : nearestRotation(R / weight);
+        const Mat3 mean = weight > 0 ? law.meanRotation(R / weight) : Mat3::Identity();
         for (int k = 0; k < 9; ++k) cell.R[k][lane] = float(mean(k / 3, k % 3));
         // T is times h, which is twice that of the finer cells.
         for (int k = 0; k < 6; ++k) cell.T[k][lane] = weight > 0 ? float(2 * T[k] / weight) : 0;
@@ -119,7 +103,7 @@ void ElasticOperator::averageCells(const ElasticOperator& fine, const Tangent& f
                 sum.add(fineCells.tets_[batch], lane, share);
             }
             const std::size_t at = d.p.laneOfElement[e];
-            sum.write(cells.tets_[at / kLanes], at % kLanes, d.strain);
+            sum.write(cells.tets_[at / kLanes], at % kLanes, *d.law);
         }
     });
 }
@@ -148,12 +132,7 @@ ElasticOperator::ElementMatrix ElasticOperator::elementMatrix(const Tangent& tan
             for (std::size_t j = 0; j < 4; ++j) {
                 const Vec3 gj = d.gradient(b, t, j, lane), qj = R * gj;
                 const Mat3 dilating = (d.cellDilation ? -2. / 3. * mu : lambda) * V * qi * qj.transpose();
-                const Mat3 sheared =
-                    d.strain == Strain::green
-                        ? Mat3(mu * V * (gi.dot(gj) * R * R.transpose() + qj * qi.transpose()) +
-                               gi.dot(T * gj) * Mat3::Identity())
-                        : Mat3(2 * mu * V * gi.dot(gj) * Mat3::Identity() + skew(qi) * T * skew(qj).transpose());
-                K.block<3, 3>(row, 3 * cell.corner[t][j]) += sheared + dilating;
+                K.block<3, 3>(row, 3 * cell.corner[t][j]) += d.law->block(gi, gj, R, T, mu * V) + dilating;
             }
         }
     }

@@ -94,14 +94,13 @@ struct RandomPatch {
     }
 
     /// What products and diagonal blocks of both precisions give, one after another.
-    void multiply(const solver::Kernel& kernel, const solver::PatchData& d, bool cellDilation,
-                  std::vector<double>& out) const
+    void multiply(const solver::Kernel& kernel, const solver::PatchData& d, std::vector<double>& out) const
     {
         std::vector<double> product(x.size(), 0.), diagonal(2 * x.size(), 0.);
         std::vector<float> in(x.begin(), x.end()), single(x.size(), 0.f);
-        out.push_back(kernel.twice.product(d, cellDilation, x.data(), product.data()));
-        out.push_back(kernel.single.product(d, cellDilation, in.data(), single.data()));
-        kernel.diagonal(d, cellDilation, diagonal.data());
+        out.push_back(kernel.twice.product(d, x.data(), product.data()));
+        out.push_back(kernel.single.product(d, in.data(), single.data()));
+        kernel.diagonal(d, diagonal.data());
         out.insert(out.end(), product.begin(), product.end());
         out.insert(out.end(), single.begin(), single.end());
         out.insert(out.end(), diagonal.begin(), diagonal.end());
@@ -122,13 +121,13 @@ struct RandomPatch {
         solver::PatchData d;
         d.batch = batch, d.corners = &corners, d.volumes = &volumes, d.tangent = tangent;
         d.batches = 2, d.nodes = kNodes, d.stride = kStride;
-        d.h = 0.1, d.mu = 3e4, d.lambda = 5e4, d.share = 0.2;
-        const auto result = kernel.evaluate(d, cellDilation, scalar, x.data(), out.data());
+        d.h = 0.1, d.mu = 3e4, d.lambda = 5e4, d.share = 0.2, d.cellDilation = cellDilation;
+        const auto result = kernel.evaluate(d, scalar, x.data(), out.data());
         out.push_back(result.energy);
-        multiply(kernel, d, cellDilation, out);
+        multiply(kernel, d, out);
         kernel.averageTets(d, scalar, cells);
         d.cells = cells;
-        multiply(kernel, d, cellDilation, out);
+        multiply(kernel, d, out);
         RandomNodes<double> n;
         const solver::GradientNodes<double> nodes{n.sums(),   n.B.data(), n.mass.data(), 2.,
                                                   n.r.data(), n.p.data(), n.u.data()};

@@ -1,0 +1,81 @@
+// The part of a kernel that has energy, gradient and tangent.
+#include "kernel_cells.h"
+#include "kernel_laws.h"
+#include "kernel_parts.h"
+
+namespace vdbfrac::solver {
+
+namespace {
+
+/// F and S of a tet of volume V; F is I where there is none.
+template <class Law, class Cells, class Tet>
+VDBFRAC_INLINE std::int64_t strainOfTet(const Cells& cells, Tet t, const Corners& x, double h, Strains& s,
+                                        const RobustTet& scalar)
+{
+    const Mask used = load<double>(cells.share[t]) > 0;
+    const double scale = 1 / h;
+    cells.template differences<Pack>(t, x, s.F[t]);
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) s.F[t][i][j] = used ? s.F[t][i][j] * scale : all(i == j);
+    const std::int64_t robust = Law::measure(s, t, scalar);
+    s.dilation[t] = (s.S[t][0] - 1.) + (s.S[t][1] - 1.) + (s.S[t][2] - 1.);
+    return robust;
+}
+
+template <class Law, bool cellDilation, class Cells>
+KernelResult evaluateBatch(const PatchData& patch, int b, const RobustTet& scalar, const double* in, double* out)
+{
+    const Batch& batch = patch.batch[b];
+    const Cells cells(patch, batch);
+    Corners x, f;
+    Strains s;
+    KernelResult result;
+    cells.template gather<double>(in, x);
+    cells.eachTet([&](auto t) __attribute__((always_inline)) {
+        result.robustTets += strainOfTet<Law>(cells, t, x, patch.h, s, scalar);
+    });
+    for (auto& corner : f)
+        for (Pack& v : corner) v = all(0);
+    const double mu = patch.mu, lambda = patch.lambda, twoThirdsMu = 2. / 3. * mu, bulk = lambda + twoThirdsMu;
+    const double cellVolume = patch.h * patch.h * patch.h, perArea = cellVolume / patch.h,
+                 perLength = perArea / patch.h;
+    const Pack mean = cellDilation ? cellMean(cells, s.dilation) : all(0);
+    Pack energy = all(0);
+    cells.eachTet([&](auto t) __attribute__((always_inline)) {
+        const Pack V = load<double>(cells.share[t]);
+        // Per tet the bulk part is lambda/2 d^2; averaged it is K/2 mean^2, and -mu/3 d^2 leaves the deviatoric part.
+        const Pack d = s.dilation[t], pressure = cellDilation ? bulk * mean - twoThirdsMu * d : lambda * d;
+        const Pack force = V * perArea;
+        Matrix P;
+        const Pack square = Law::stress(s, t, mu, pressure, P);
+        for (auto& row : P)
+            for (Pack& v : row) v = v * force;
+        const Pack psi = cellDilation ? mu * square - 0.5 * twoThirdsMu * d * d + 0.5 * bulk * mean * mean
+                                      : mu * square + 0.5 * lambda * d * d;
+        energy += V * psi;
+        if (patch.psi) storeLoose(patch.psi + (b * tetmesh::kMostTets + t) * kLanes, psi);
+        cells.template spread<Pack>(t, P, f);
+        if (patch.tangent)
+            Law::store(s, t, {mu, patch.share, pressure, V * perLength}, patch.tangent[batch.tangent + t], scalar);
+    });
+    cells.template scatter<double>(f, out);
+    for (int l = 0; l < kLanes; ++l) result.energy += cellVolume * energy[l];
+    return result;
+}
+
+}  // namespace
+
+KernelResult VDBFRAC_KERNEL::evaluate(const PatchData& patch, const RobustTet& scalar, const double* in, double* out)
+{
+    KernelResult sum;
+    withLaw(patch.strain, [&]<class Law>() {
+        eachBatch(patch, [&]<class Cells, bool cellDilation>(int b) {
+            const KernelResult r = evaluateBatch<Law, cellDilation, Cells>(patch, b, scalar, in, out);
+            sum.energy += r.energy;
+            sum.robustTets += r.robustTets;
+        });
+    });
+    return sum;
+}
+
+}  // namespace vdbfrac::solver
