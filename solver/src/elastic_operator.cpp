@@ -66,11 +66,13 @@ void lump(std::span<const ElementSet> sets, double h, std::vector<double>& mass,
     for (const ElementSet& set : sets) {
         const Material& m = set.material;
         const double stiff = 8 * (2 * m.mu + std::abs(m.lambda)) / (h * h);
-        for (const tetmesh::CellElement& e : set.elements) {
+        for (std::size_t number = 0; number < set.elements.size(); ++number) {
+            const tetmesh::CellElement& e = set.elements[number];
             const tetmesh::CellTets& tets = tetmesh::cellTets(e.shape);
             for (std::size_t t = 0; t < std::size_t(tets.count); ++t) {
                 const double a = 0.25 * m.rho * h * h * h * tets.volume[t] * e.fraction[t];
-                const double b = 0.25 * stiff * h * h * h * tets.volume[t] * e.fraction[t];
+                const double b =
+                    0.25 * stiff * h * h * h * tets.volume[t] * e.fraction[t] * solver::stiffness(set, number, t);
                 for (int c : tets.corner[t]) {
                     const std::size_t n = set.firstNode + e.node[std::size_t(c)];
                     mass[n] += a, stiffness[n] += b;
@@ -186,6 +188,11 @@ void ElasticOperator::energyDensities(std::span<const Vec3> x, std::vector<doubl
                                              : 0;
         }
     });
+    std::size_t entry = 0;  // what the kernel has is over the stiffness
+    for (const ElementSet& set : d.sets) {
+        for (std::size_t i = 0; i < set.stiffness.size(); ++i) density[entry + i] *= double(set.stiffness[i]);
+        entry += set.elements.size() * kTets;
+    }
     d.work.evaluations += 1;
     d.work.evaluatedTets += d.p.tets;
 }

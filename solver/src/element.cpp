@@ -13,7 +13,7 @@ Mat3 deformationGradient(const ElementOf& e, std::size_t t, std::span<const Vec3
         const auto& gradient = e.element.shape == tetmesh::CellShape::tet ? (*e.gradients)[a - 1] : tets.gradient[t][a];
         F += (at(a) - at(0)) * Eigen::Map<const Vec3>(gradient.data()).transpose() / e.h;
     }
-    return F;
+    return e.inverseFlow ? Mat3(F * e.inverseFlow[t]) : F;
 }
 
 double elasticEnergy(const ElementOf& e, std::span<const Vec3> x, const Material& m, Elasticity elasticity)
@@ -25,7 +25,8 @@ double elasticEnergy(const ElementOf& e, std::span<const Vec3> x, const Material
     double energy = 0, volume = 0, dilation = 0;
     for (std::size_t t = 0; t < std::size_t(tets.count); ++t) {
         if (e.element.fraction[t] == 0) continue;
-        const double V = e.h * e.h * e.h * tets.volume[t] * e.element.fraction[t];
+        const double V =
+            e.h * e.h * e.h * tets.volume[t] * e.element.fraction[t] * (e.stiffness ? double(e.stiffness[t]) : 1.);
         const Mat3 strain = law.strain(deformationGradient(e, t, x));
         energy += V * (m.mu * strain.squaredNorm() + 0.5 * own * strain.trace() * strain.trace());
         volume += V, dilation += V * strain.trace();

@@ -28,9 +28,11 @@ struct Batch {
     std::array<std::uint16_t, tetmesh::kCorners> corner{};  ///< local nodes of the first cell
     /// Entry of `LaneCorners`; -1: a row, cell l has corner[c] + l and corner[c | 1] = corner[c] + 1.
     std::int32_t gathered = -1;
-    std::int32_t cut = -1;      ///< entry of `LaneVolumes`; -1: eight whole cells. Shape tet: entry of `LaneTets`
+    /// Entry of `LaneVolumes`; -1: eight whole cells. Of `LaneTets` for the shape tet, of `LaneCells` if it has flowed.
+    std::int32_t cut = -1;
     std::uint32_t tangent = 0;  ///< place of its first tet among the tangents
     tetmesh::CellShape shape = tetmesh::CellShape::six;
+    bool flowed = false;  ///< cells of the lattice with rest gradients of their own
 };
 
 /// Local nodes of cells that are not in a row.
@@ -38,7 +40,8 @@ struct alignas(64) LaneCorners {
     std::uint16_t corner[tetmesh::kCorners][kLanes];
 };
 
-/// Material volume of each tet over the volume of its cell. A lane that is not used has none.
+/// Material volume of each tet over the volume of its cell, times the factor on its stiffness. A lane that is not used
+/// has none.
 struct alignas(64) LaneVolumes {
     double share[tetmesh::kMostTets][kLanes];
 };
@@ -48,6 +51,12 @@ struct alignas(64) LaneTets {
     double gradient[3][3][kLanes];  ///< TetGradients
     double share[1][kLanes];        ///< material volume over h^3. A lane that is not used has none
     std::uint16_t corner[4][kLanes];
+};
+
+/// Eight cells of the lattice in which a tet has flowed.
+struct alignas(64) LaneCells {
+    double gradient[tetmesh::kMostTets][3][3][kLanes];  ///< TetGradients: h Fp^-T grad N
+    double share[tetmesh::kMostTets][kLanes];           ///< LaneVolumes
 };
 
 /// What a product with the tangent needs of a tet in eight cells: R and T, or of Green's strain F and Sigma V / h^2
@@ -72,6 +81,7 @@ struct PatchData {
     const LaneCorners* corners = nullptr;
     const LaneVolumes* volumes = nullptr;
     const LaneTets* tets = nullptr;
+    const LaneCells* flowed = nullptr;
     TetTangent* tangent = nullptr;  ///< of each tet: written by evaluate when not null, read by product and diagonal
     TetTangent* cells = nullptr;    ///< of each batch, means over its cells: read in its place when not null
     double* psi = nullptr;          ///< evaluate: energy density [J/m^3], [batch][tet][lane]; may be null

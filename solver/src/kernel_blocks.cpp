@@ -52,7 +52,8 @@ void diagonalBatch(const PatchData& patch, int b, double* out)
             for (int i = 0; i < 3; ++i) q[i] = R[i][0] * g[0] + R[i][1] * g[1] + R[i][2] * g[2];
             Tangents::addVertexBlock(g, q, R, T, mu * V, K[c]);
             addOuter(q, (patch.cellDilation ? -2. / 3. * mu : lambda) * V, K[c]);
-            for (int i = 0; i < 3; ++i) bulk[c][i] += V * q[i];
+            if (patch.cellDilation)
+                for (int i = 0; i < 3; ++i) bulk[c][i] += V * q[i];
         }
     }
     if (patch.cellDilation) {

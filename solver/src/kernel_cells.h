@@ -4,6 +4,7 @@
 // A type of cells says which rest gradients it has:
 //   LatticeCells  those of the lattice, known at compile time: differences of corner values
 //   TetCells      its own: one tet of any shape a lane
+//   FlowedCells   its own: cells of the lattice that have flowed; one loop for all their shapes
 #pragma once
 
 #include "kernel_gather.h"
@@ -34,6 +35,18 @@ struct WholeVolumes {
 template <CellShape shape>
 constexpr WholeVolumes<shape> kWhole;
 
+/// As tetmesh::cellTets(), which would be shared with code for other units.
+inline const tetmesh::CellTets& tetsOf(CellShape shape)
+{
+    switch (shape) {
+    case CellShape::six: return kCellTets<CellShape::six>;
+    case CellShape::fiveEven: return kCellTets<CellShape::fiveEven>;
+    case CellShape::fiveOdd: return kCellTets<CellShape::fiveOdd>;
+    case CellShape::tet: break;
+    }
+    return kCellTets<CellShape::tet>;
+}
+
 /// a = g b on the first term of a sum, a += g b later; g is known at compile time, and mostly 1 or -1.
 template <bool first, class P>
 VDBFRAC_INLINE void addScaled(P& a, double g, P b)
@@ -62,6 +75,7 @@ template <CellShape shape>
 class LatticeCells {
 public:
     static constexpr int kTets = kCellTets<shape>.count, kCorners = tetmesh::kCorners;
+    static constexpr int count() { return kTets; }
     const Shares share;
 
     VDBFRAC_INLINE LatticeCells(const PatchData& patch, const Batch& batch)
@@ -154,6 +168,7 @@ VDBFRAC_INLINE void ownSpread(const LaneGradients& own, const Vertices& c, const
 class TetCells {
 public:
     static constexpr int kTets = 1, kCorners = 4;
+    static constexpr int count() { return kTets; }
     const Shares share;
 
     VDBFRAC_INLINE TetCells(const PatchData& patch, const Batch& batch)
@@ -194,6 +209,54 @@ private:
     const LaneTets& tets_;
 };
 
+class FlowedCells {
+public:
+    static constexpr int kTets = tetmesh::kMostTets, kCorners = tetmesh::kCorners;
+    int count() const { return tets_.count; }
+    const Shares share;
+
+    VDBFRAC_INLINE FlowedCells(const PatchData& patch, const Batch& batch)
+        : share(patch.flowed[batch.cut].share),
+          patch_(patch),
+          batch_(batch),
+          tets_(tetsOf(batch.shape)),
+          own_(patch.flowed[batch.cut].gradient)
+    {
+    }
+
+    template <class F>
+    VDBFRAC_INLINE void eachTet(const F& f) const
+    {
+        inTurn(tets_.count, f);
+    }
+    template <class Real>
+    VDBFRAC_INLINE void gather(const Real* in, CornersOf<PackT<Real>>& u) const
+    {
+        gatherCells(patch_, batch_, in, u);
+    }
+    template <class Real>
+    VDBFRAC_INLINE void scatter(const CornersOf<PackT<Real>>& f, Real* out) const
+    {
+        scatterCells<3>(patch_, batch_, f, out);
+    }
+    template <class P>
+    VDBFRAC_INLINE void differences(int t, const CornersOf<P>& u, MatrixOf<P>& E) const
+    {
+        ownDifferences<P>(own_[t], tets_.corner[std::size_t(t)].data(), u, E);
+    }
+    template <class P>
+    VDBFRAC_INLINE void spread(int t, const MatrixOf<P>& stress, CornersOf<P>& f) const
+    {
+        ownSpread<P>(own_[t], tets_.corner[std::size_t(t)].data(), stress, f);
+    }
+
+private:
+    const PatchData& patch_;
+    const Batch& batch_;
+    const tetmesh::CellTets& tets_;
+    const LaneGradients* own_;
+};
+
 /// Mean over the tets of a cell weighted by volume; 0 in a cell without material.
 template <class Cells, class P>
 VDBFRAC_INLINE P cellMean(const Cells& cells, const P (&value)[tetmesh::kMostTets])
@@ -219,6 +282,8 @@ struct AnyCells {
     {
         if (batch.shape == CellShape::tet)
             own = &patch.tets[batch.cut].gradient, share = patch.tets[batch.cut].share;
+        else if (batch.flowed)
+            own = patch.flowed[batch.cut].gradient, share = patch.flowed[batch.cut].share;
         else if (batch.cut >= 0)
             share = patch.volumes[batch.cut].share;
     }
@@ -231,16 +296,6 @@ struct AnyCells {
     }
 
 private:
-    static const tetmesh::CellTets& tetsOf(CellShape shape)
-    {
-        switch (shape) {
-        case CellShape::six: return kCellTets<CellShape::six>;
-        case CellShape::fiveEven: return kCellTets<CellShape::fiveEven>;
-        case CellShape::fiveOdd: return kCellTets<CellShape::fiveOdd>;
-        case CellShape::tet: break;
-        }
-        return kCellTets<CellShape::tet>;
-    }
     static Shares wholeShares(CellShape shape)
     {
         switch (shape) {
@@ -256,14 +311,24 @@ private:
     const Batch& batch_;
 };
 
-/// Calls f<Cells, cellDilation>(b) for each batch of the patch, with its type of cells.
+/// Calls f<Cells>(b, cellDilation) for each batch of the patch, with its type of cells. Units that fuse get the second
+/// as a constant, others as a bool, which costs little and halves what has to be compiled.
 template <class F>
 VDBFRAC_INLINE void eachBatch(const PatchData& patch, const F& f)
 {
     for (int b = 0; b < patch.batches; ++b) {
         const auto with = [&]<class Cells>() {
-            patch.cellDilation ? f.template operator()<Cells, true>(b) : f.template operator()<Cells, false>(b);
+#if defined(__FMA__)
+            patch.cellDilation ? f.template operator()<Cells>(b, std::true_type())
+                               : f.template operator()<Cells>(b, std::false_type());
+#else
+            f.template operator()<Cells>(b, patch.cellDilation);
+#endif
         };
+        if (patch.batch[b].flowed) {
+            with.template operator()<FlowedCells>();
+            continue;
+        }
         switch (patch.batch[b].shape) {
         case CellShape::six: with.template operator()<LatticeCells<CellShape::six>>(); break;
         case CellShape::fiveEven: with.template operator()<LatticeCells<CellShape::fiveEven>>(); break;

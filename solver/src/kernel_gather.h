@@ -13,8 +13,8 @@ using Corners = CornersOf<Pack>;
 
 /// Corner c of lane l is node corner[c][l].
 template <int corners, class Real>
-VDBFRAC_INLINE void gatherLanes(const std::uint16_t (*corner)[kLanes], int stride, const Real* in,
-                                CornersOf<PackT<Real>>& u)
+VDBFRAC_INLINE_WIDE void gatherLanes(const std::uint16_t (*corner)[kLanes], int stride, const Real* in,
+                                     CornersOf<PackT<Real>>& u)
 {
     for (int c = 0; c < corners; ++c)
         for (int i = 0; i < 3; ++i)
@@ -22,35 +22,12 @@ VDBFRAC_INLINE void gatherLanes(const std::uint16_t (*corner)[kLanes], int strid
 }
 
 template <int corners, class Real, int rows>
-VDBFRAC_INLINE void scatterLanes(const std::uint16_t (*corner)[kLanes], int stride,
-                                 const PackT<Real> (&f)[tetmesh::kCorners][rows], Real* out)
+VDBFRAC_INLINE_WIDE void scatterLanes(const std::uint16_t (*corner)[kLanes], int stride,
+                                      const PackT<Real> (&f)[tetmesh::kCorners][rows], Real* out)
 {
     for (int c = 0; c < corners; ++c)
         for (int i = 0; i < rows; ++i)
             for (int l = 0; l < kLanes; ++l) out[i * stride + corner[c][l]] += f[c][i][l];
-}
-
-// Outlined: hundreds of instructions for each place they would be in.
-
-template <class Real>
-VDBFRAC_OUTLINE void gatherLoose(const LaneCorners& lanes, int stride, const Real* in, CornersOf<PackT<Real>>& u)
-{
-    gatherLanes<tetmesh::kCorners>(lanes.corner, stride, in, u);
-}
-
-template <int rows, class Real>
-VDBFRAC_OUTLINE void scatterLoose(const LaneCorners& lanes, int stride, const CornersOf<PackT<Real>, rows>& f,
-                                  Real* out)
-{
-    scatterLanes<tetmesh::kCorners>(lanes.corner, stride, f, out);
-}
-
-/// A copy of `from`, so that what is passed on by its address is not kept in memory where it is not passed on.
-template <class P, int rows>
-VDBFRAC_INLINE void copyCorners(const P (&from)[tetmesh::kCorners][rows], P (&to)[tetmesh::kCorners][rows])
-{
-    for (int c = 0; c < tetmesh::kCorners; ++c)
-        for (int i = 0; i < rows; ++i) to[c][i] = from[c][i];
 }
 
 template <class Real>
@@ -61,9 +38,7 @@ VDBFRAC_INLINE void gatherCells(const PatchData& patch, const Batch& batch, cons
             for (int i = 0; i < 3; ++i) u[c][i] = loadLoose(in + i * patch.stride + batch.corner[c]);
         return;
     }
-    CornersOf<PackT<Real>> loose;
-    gatherLoose<Real>(patch.corners[batch.gathered], patch.stride, in, loose);
-    copyCorners(loose, u);
+    gatherLanes<tetmesh::kCorners>(patch.corners[batch.gathered].corner, patch.stride, in, u);
 }
 
 /// Adds f to the rows of `out`. In a row of cells the corners at x + 1 are those at x of the next cell: both are added
@@ -72,11 +47,8 @@ template <int rows, class Real>
 VDBFRAC_INLINE void scatterCells(const PatchData& patch, const Batch& batch, const CornersOf<PackT<Real>, rows>& f,
                                  Real* out)
 {
-    if (batch.gathered >= 0) {
-        CornersOf<PackT<Real>, rows> loose;
-        copyCorners(f, loose);
-        return scatterLoose<rows, Real>(patch.corners[batch.gathered], patch.stride, loose, out);
-    }
+    if (batch.gathered >= 0)
+        return scatterLanes<tetmesh::kCorners>(patch.corners[batch.gathered].corner, patch.stride, f, out);
     for (int c = 0; c < tetmesh::kCorners; c += 2)
         for (int i = 0; i < rows; ++i) {
             Real* at = out + i * patch.stride + batch.corner[c];

@@ -10,6 +10,7 @@
 //   measure  S from F; returns how many tets took the scalar path
 //   stress   P; returns |e|^2
 //   store    writes the tangent
+//   kLong    whether what measure and store do is much
 #pragma once
 
 #include "kernel_polar.h"
@@ -51,9 +52,9 @@ VDBFRAC_INLINE Pack squareOfStrain(const Pack (&S)[6])
 }
 
 struct Corotational {
-    // Outlined where a call costs nothing beside what it does: there is one for each tet of each type of cells.
+    static constexpr bool kLong = true;
 
-    VDBFRAC_OUTLINE static std::int64_t measure(Strains& s, int t, const RobustTet& scalar)
+    VDBFRAC_INLINE static std::int64_t measure(Strains& s, int t, const RobustTet& scalar)
     {
         s.robust[t] = closedPolar(s.F[t], s.R[t]);
         stretch(s.R[t], s.F[t], s.S[t]);
@@ -74,8 +75,8 @@ struct Corotational {
             }
         return square;
     }
-    VDBFRAC_OUTLINE static void store(const Strains& s, int t, const TangentScale& of, TetTangent& out,
-                                      const RobustTet& scalar)
+    VDBFRAC_INLINE static void store(const Strains& s, int t, const TangentScale& of, TetTangent& out,
+                                     const RobustTet& scalar)
     {
         Pack T[6], U[6];
         const Pack t0 = of.pressure - 2. * of.mu;
@@ -113,6 +114,8 @@ private:
 };
 
 struct Linear {
+    static constexpr bool kLong = false;
+
     VDBFRAC_INLINE static std::int64_t measure(Strains& s, int t, const RobustTet&)
     {
         for (int k = 0; k < 6; ++k) s.S[t][k] = 0.5 * (s.F[t][kRow[k]][kColumn[k]] + s.F[t][kColumn[k]][kRow[k]]);
@@ -125,7 +128,7 @@ struct Linear {
         unpackSymmetric(Sigma, P);
         return squareOfStrain(s.S[t]);
     }
-    VDBFRAC_OUTLINE static void store(const Strains&, int, const TangentScale& of, TetTangent& out, const RobustTet&)
+    VDBFRAC_INLINE static void store(const Strains&, int, const TangentScale& of, TetTangent& out, const RobustTet&)
     {
         for (int k = 0; k < 6; ++k) solver::store(out.T[k], all(k < 3 ? -of.mu * (1 + of.share) : 0) * of.scale);
         for (int k = 0; k < 9; ++k) solver::store(out.R[k], all(k % 4 == 0));
@@ -133,6 +136,8 @@ struct Linear {
 };
 
 struct Green {
+    static constexpr bool kLong = false;
+
     VDBFRAC_INLINE static std::int64_t measure(Strains& s, int t, const RobustTet&)
     {
         Matrix C;
@@ -149,7 +154,6 @@ struct Green {
         product(s.F[t], Sigma, P);
         return squareOfStrain(s.S[t]);
     }
-    // In line, as it has Sigma in common with stress().
     VDBFRAC_INLINE static void store(const Strains& s, int t, const TangentScale& of, TetTangent& out, const RobustTet&)
     {
         Pack Sigma[6];

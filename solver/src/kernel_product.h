@@ -42,11 +42,11 @@ VDBFRAC_INLINE void prefetch(const TetTangent* now, int part)
         __builtin_prefetch(next + kLine * i, 0, 2);
 }
 
-template <class Real, class Tangents, bool cellDilation, class Cells>
-void productBatch(const PatchData& patch, int b, const Real* in, Real* out)
+template <class Real, class Tangents, class Cells, class Choice>
+void productBatch(const PatchData& patch, int b, Choice cellDilation, const Real* in, Real* out)
 {
     using P = PackT<Real>;
-    constexpr int tets = Cells::kTets, passes = cellDilation ? 2 : 1;
+    constexpr int tets = Cells::kTets;
     const Batch& batch = patch.batch[b];
     const TetTangent* const tangent = patch.tangent + batch.tangent;
     const Cells cells(patch, batch);
@@ -56,11 +56,11 @@ void productBatch(const PatchData& patch, int b, const Real* in, Real* out)
         for (P& v : corner) v = P{};
     const auto [twoMu, lambda, third, bulk] = Moduli<Real>(patch);
     P mean = {}, trace[tetmesh::kMostTets];
-    if constexpr (cellDilation) {
+    if (cellDilation) {
         P volume = {};
         cells.eachTet([&](auto t) __attribute__((always_inline)) {
             MatrixOf<P> E, R;
-            prefetch<tets, passes * tets>(tangent, t);
+            prefetch<tets, 2 * tets>(tangent, t);
             cells.template differences<P>(t, u, E);
             loadRotation<Real>(tangent[t], R);
             trace[t] = traceOf<P>(E, R);
@@ -73,7 +73,8 @@ void productBatch(const PatchData& patch, int b, const Real* in, Real* out)
     cells.eachTet([&](auto t) __attribute__((always_inline)) {
         MatrixOf<P> E, R, stress;
         P T[6];
-        prefetch<tets, passes * tets>(tangent, (passes - 1) * tets + t);
+        prefetch<tets, 2 * tets>(tangent, tets + t);
+        if (!cellDilation) prefetch<tets, 2 * tets>(tangent, t);
         cells.template differences<P>(t, u, E);
         loadTangent<Real>(tangent[t], R, T);
         const P V = load<Real>(cells.share[t]);
@@ -98,8 +99,8 @@ VDBFRAC_INLINE void turnCorners(const MatrixOf<P>& m, const CornersOf<P>& u, int
 
 /// productBatch with one R and T for all tets of a cell: its corners are turned into the frame of R, and its forces
 /// back.
-template <class Real, class Tangents, bool cellDilation, class Cells>
-void cellProductBatch(const PatchData& patch, int b, const Real* in, Real* out)
+template <class Real, class Tangents, class Cells, class Choice>
+void cellProductBatch(const PatchData& patch, int b, Choice cellDilation, const Real* in, Real* out)
 {
     using P = PackT<Real>;
     constexpr int corners = Cells::kCorners;
@@ -115,7 +116,7 @@ void cellProductBatch(const PatchData& patch, int b, const Real* in, Real* out)
         for (int i = 0; i < 3; ++i) f[c][i] = turnedForce[c][i] = P{};
     const auto [twoMu, lambda, third, bulk] = Moduli<Real>(patch);
     P mean = {}, trace[tetmesh::kMostTets];
-    if constexpr (cellDilation) {
+    if (cellDilation) {
         cells.eachTet([&](auto t) __attribute__((always_inline)) {
             MatrixOf<P> D;
             cells.template differences<P>(t, turned, D);
@@ -161,9 +162,9 @@ template <class Real>
 double productAll(const PatchData& patch, const Real* in, Real* out)
 {
     withTangents(patch.strain, [&]<class Tangents>() {
-        eachBatch(patch, [&]<class Cells, bool cellDilation>(int b) {
-            patch.cells ? cellProductBatch<Real, Tangents, cellDilation, Cells>(patch, b, in, out)
-                        : productBatch<Real, Tangents, cellDilation, Cells>(patch, b, in, out);
+        eachBatch(patch, [&]<class Cells>(int b, auto cellDilation) {
+            patch.cells ? cellProductBatch<Real, Tangents, Cells>(patch, b, cellDilation, in, out)
+                        : productBatch<Real, Tangents, Cells>(patch, b, cellDilation, in, out);
         });
     });
     return dotOfRows(in, out, patch.stride);

@@ -70,6 +70,7 @@ struct ElasticOperator::Data {
         d.corners = p.corners.data();
         d.volumes = p.volumes.data();
         d.tets = p.laneTets.data();
+        d.flowed = p.laneCells.data();
         if (tangent) {
             if (tangent->ofCells_)
                 d.cells = tangent->tets_.get() + patch.firstBatch;
@@ -119,11 +120,12 @@ struct ElasticOperator::Data {
 
     double totalEnergy() const { return std::accumulate(patchEnergy.begin(), patchEnergy.end(), 0.); }
 
-    /// Material volume of a tet over h^3; 0 in a lane that is not used.
+    /// Material volume of a tet over h^3, times its stiffness; 0 in a lane that is not used.
     double volumeShare(std::size_t batch, std::size_t t, std::size_t l) const
     {
         const Batch& b = p.batches[batch];
         if (b.shape == tetmesh::CellShape::tet) return p.laneTets[std::size_t(b.cut)].share[t][l];
+        if (b.flowed) return p.laneCells[std::size_t(b.cut)].share[t][l];
         return b.cut < 0 ? tetmesh::cellTets(b.shape).volume[t] : p.volumes[std::size_t(b.cut)].share[t][l];
     }
 
@@ -131,8 +133,10 @@ struct ElasticOperator::Data {
     Vec3 gradient(std::size_t batch, std::size_t t, std::size_t a, std::size_t l) const
     {
         const Batch& b = p.batches[batch];
-        if (b.shape != tetmesh::CellShape::tet) return Vec3(tetmesh::cellTets(b.shape).gradient[t][a].data());
-        const auto& own = p.laneTets[std::size_t(b.cut)].gradient;
+        if (b.shape != tetmesh::CellShape::tet && !b.flowed)
+            return Vec3(tetmesh::cellTets(b.shape).gradient[t][a].data());
+        const auto& own =
+            b.flowed ? p.laneCells[std::size_t(b.cut)].gradient[t] : p.laneTets[std::size_t(b.cut)].gradient;
         Vec3 g = Vec3::Zero();
         for (std::size_t k = 0; k < 3; ++k)
             if (a == 0 || a == k + 1) g += (a == 0 ? -1 : 1) * Vec3(own[k][0][l], own[k][1][l], own[k][2][l]);
