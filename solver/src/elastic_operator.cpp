@@ -66,11 +66,13 @@ void lump(std::span<const ElementSet> sets, double h, std::vector<double>& mass,
     for (const ElementSet& set : sets) {
         const Material& m = set.material;
         const double stiff = 8 * (2 * m.mu + std::abs(m.lambda)) / (h * h);
-        for (const tetmesh::CellElement& e : set.elements) {
+        for (std::size_t number = 0; number < set.elements.size(); ++number) {
+            const tetmesh::CellElement& e = set.elements[number];
             const tetmesh::CellTets& tets = tetmesh::cellTets(e.shape);
             for (std::size_t t = 0; t < std::size_t(tets.count); ++t) {
                 const double a = 0.25 * m.rho * h * h * h * tets.volume[t] * e.fraction[t];
-                const double b = 0.25 * stiff * h * h * h * tets.volume[t] * e.fraction[t];
+                const double b =
+                    0.25 * stiff * h * h * h * tets.volume[t] * e.fraction[t] * solver::stiffness(set, number, t);
                 for (int c : tets.corner[t]) {
                     const std::size_t n = set.firstNode + e.node[std::size_t(c)];
                     mass[n] += a, stiffness[n] += b;
@@ -101,6 +103,7 @@ ElasticOperator::ElasticOperator(std::span<const ElementSet> sets, std::size_t n
     d.h = h;
     d.cellDilation = elasticity.volumetric == Volumetric::cell;
     d.strain = elasticity.strain;
+    d.law = &lawOf(d.strain);
     d.slots = Scratch(kDiagonalRows * d.p.slotCount);
     for (int thread = 0; thread < threadSlots(); ++thread) {
         d.in.emplace_back(3 * d.p.largestStride);
@@ -155,7 +158,7 @@ double ElasticOperator::evaluate(std::span<const Vec3> x, std::span<Vec3> gradie
     }
     std::atomic<std::int64_t> robust = 0;
     d.eachPatch(x, tangent, [&](std::size_t i, const PatchData& patch, const double* in, double* out) {
-        const KernelResult r = kernel().evaluate(patch, d.cellDilation, kRobust, in, out);
+        const KernelResult r = kernel().evaluate(patch, kRobust, in, out);
         d.patchEnergy[i] = r.energy;
         if (r.robustTets) robust += r.robustTets;
     });
@@ -176,7 +179,7 @@ void ElasticOperator::energyDensities(std::span<const Vec3> x, std::vector<doubl
         std::vector<double>& psi = d.psi[std::size_t(threadSlot())];
         psi.resize(std::max(psi.size(), range.batches * kTets * kLanes));
         patch.psi = psi.data();
-        (void)kernel().evaluate(patch, d.cellDilation, kRobust, in, out);
+        (void)kernel().evaluate(patch, kRobust, in, out);
         for (std::size_t e = range.firstElement; e < range.firstElement + range.elements; ++e) {
             const std::size_t batch = d.p.laneOfElement[e] / kLanes, lane = d.p.laneOfElement[e] % kLanes;
             for (std::size_t t = 0; t < kTets; ++t)
@@ -185,6 +188,11 @@ void ElasticOperator::energyDensities(std::span<const Vec3> x, std::vector<doubl
                                              : 0;
         }
     });
+    std::size_t entry = 0;  // what the kernel has is over the stiffness
+    for (const ElementSet& set : d.sets) {
+        for (std::size_t i = 0; i < set.stiffness.size(); ++i) density[entry + i] *= double(set.stiffness[i]);
+        entry += set.elements.size() * kTets;
+    }
     d.work.evaluations += 1;
     d.work.evaluatedTets += d.p.tets;
 }
@@ -215,9 +223,9 @@ void ElasticOperator::averageTets(const Tangent& tangent, Tangent& cells) const
 
 void ElasticOperator::project(Tangent& tangent) const
 {
+    const double leastOverMu = data_->law->leastEigenvalue(tangent.share_);
     data_->eachTet(tangent.tets_.get(), [&](TetTangent& tet, std::size_t l, double mu) {
-        // Of Green's strain only Sigma can be indefinite: the rest is a square of its rate.
-        const double least = data_->strain == Strain::green ? 0 : -mu * (1 + tangent.share_);
+        const double least = mu * leastOverMu;
         double T[6];
         for (std::size_t k = 0; k < 6; ++k) T[k] = tet.T[k][l];
         const Mat3 twist = unpackSymmetric(T);
@@ -231,9 +239,9 @@ void ElasticOperator::project(Tangent& tangent) const
 
 void ElasticOperator::warp(Tangent& tangent) const
 {
+    const double leastOverMu = data_->law->leastEigenvalue(tangent.share_);
     data_->eachTet(tangent.tets_.get(), [&](TetTangent& tet, std::size_t l, double mu) {
-        const double own = data_->strain == Strain::green ? 0 : -mu * (1 + tangent.share_);
-        for (std::size_t k = 0; k < 6; ++k) tet.T[k][l] = k < 3 ? float(own) : 0;
+        for (std::size_t k = 0; k < 6; ++k) tet.T[k][l] = k < 3 ? float(mu * leastOverMu) : 0;
     });
 }
 
@@ -243,7 +251,7 @@ Product<V> ElasticOperator::multiply(const Tangent& tangent, std::span<const V> 
     const Data& d = *data_;
     using Real = typename V::Scalar;
     d.eachPatch(u, &tangent, [&](std::size_t i, const PatchData& patch, const Real* in, Real* out) {
-        d.patchEnergy[i] = kernel().of<Real>().product(patch, d.cellDilation, in, out);
+        d.patchEnergy[i] = kernel().of<Real>().product(patch, in, out);
     });
     d.work.products += 1;
     d.work.productTets += d.p.tets;
@@ -273,7 +281,7 @@ NodeSums<ElasticOperator::PackedBlock> ElasticOperator::diagonal(const Tangent& 
         const std::size_t stride = patch.stride();
         double* const out = d.out[std::size_t(threadSlot())].as<double>();
         std::fill_n(out, kDiagonalRows * stride, 0.);
-        kernel().diagonal(d.patchData(i, &tangent), d.cellDilation, out);
+        kernel().diagonal(d.patchData(i, &tangent), out);
         for (std::size_t n = 0; n < patch.nodes; ++n)
             for (std::size_t k = 0; k < kDiagonalRows; ++k)
                 slot[patch.firstSlot + n][Eigen::Index(k)] = out[k * stride + n];

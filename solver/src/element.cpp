@@ -1,23 +1,8 @@
 #include <vdbfrac/solver/element.h>
 
-#include <vdbfrac/solver/corotational.h>
+#include "strain_law.h"
 
 namespace vdbfrac::solver {
-
-namespace {
-
-/// What the energy is a square of (material.h).
-Mat3 strainOf(const Mat3& F, Strain strain)
-{
-    switch (strain) {
-    case Strain::linear: return 0.5 * (F + F.transpose()) - Mat3::Identity();
-    case Strain::green: return 0.5 * (F.transpose() * F - Mat3::Identity());
-    case Strain::corotational: break;
-    }
-    return signedPolar(F).S - Mat3::Identity();
-}
-
-}  // namespace
 
 Mat3 deformationGradient(const ElementOf& e, std::size_t t, std::span<const Vec3> x)
 {
@@ -28,7 +13,7 @@ Mat3 deformationGradient(const ElementOf& e, std::size_t t, std::span<const Vec3
         const auto& gradient = e.element.shape == tetmesh::CellShape::tet ? (*e.gradients)[a - 1] : tets.gradient[t][a];
         F += (at(a) - at(0)) * Eigen::Map<const Vec3>(gradient.data()).transpose() / e.h;
     }
-    return F;
+    return e.inverseFlow ? Mat3(F * e.inverseFlow[t]) : F;
 }
 
 double elasticEnergy(const ElementOf& e, std::span<const Vec3> x, const Material& m, Elasticity elasticity)
@@ -36,11 +21,13 @@ double elasticEnergy(const ElementOf& e, std::span<const Vec3> x, const Material
     const tetmesh::CellTets& tets = tetmesh::cellTets(e.element.shape);
     const bool cellDilation = elasticity.volumetric == Volumetric::cell;
     const double own = cellDilation ? -2. / 3. * m.mu : m.lambda;  // of tr(e)^2 / 2, in each tet
+    const StrainLaw& law = lawOf(elasticity.strain);
     double energy = 0, volume = 0, dilation = 0;
     for (std::size_t t = 0; t < std::size_t(tets.count); ++t) {
         if (e.element.fraction[t] == 0) continue;
-        const double V = e.h * e.h * e.h * tets.volume[t] * e.element.fraction[t];
-        const Mat3 strain = strainOf(deformationGradient(e, t, x), elasticity.strain);
+        const double V =
+            e.h * e.h * e.h * tets.volume[t] * e.element.fraction[t] * (e.stiffness ? double(e.stiffness[t]) : 1.);
+        const Mat3 strain = law.strain(deformationGradient(e, t, x));
         energy += V * (m.mu * strain.squaredNorm() + 0.5 * own * strain.trace() * strain.trace());
         volume += V, dilation += V * strain.trace();
     }

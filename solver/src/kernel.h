@@ -28,9 +28,11 @@ struct Batch {
     std::array<std::uint16_t, tetmesh::kCorners> corner{};  ///< local nodes of the first cell
     /// Entry of `LaneCorners`; -1: a row, cell l has corner[c] + l and corner[c | 1] = corner[c] + 1.
     std::int32_t gathered = -1;
-    std::int32_t cut = -1;      ///< entry of `LaneVolumes`; -1: eight whole cells. Shape tet: entry of `LaneTets`
+    /// Entry of `LaneVolumes`; -1: eight whole cells. Of `LaneTets` for the shape tet, of `LaneCells` if it has flowed.
+    std::int32_t cut = -1;
     std::uint32_t tangent = 0;  ///< place of its first tet among the tangents
     tetmesh::CellShape shape = tetmesh::CellShape::six;
+    bool flowed = false;  ///< cells of the lattice with rest gradients of their own
 };
 
 /// Local nodes of cells that are not in a row.
@@ -38,7 +40,8 @@ struct alignas(64) LaneCorners {
     std::uint16_t corner[tetmesh::kCorners][kLanes];
 };
 
-/// Material volume of each tet over the volume of its cell. A lane that is not used has none.
+/// Material volume of each tet over the volume of its cell, times the factor on its stiffness. A lane that is not used
+/// has none.
 struct alignas(64) LaneVolumes {
     double share[tetmesh::kMostTets][kLanes];
 };
@@ -50,8 +53,14 @@ struct alignas(64) LaneTets {
     std::uint16_t corner[4][kLanes];
 };
 
+/// Eight cells of the lattice in which a tet has flowed.
+struct alignas(64) LaneCells {
+    double gradient[tetmesh::kMostTets][3][3][kLanes];  ///< TetGradients: h Fp^-T grad N
+    double share[tetmesh::kMostTets][kLanes];           ///< LaneVolumes
+};
+
 /// What a product with the tangent needs of a tet in eight cells: R and T, or of Green's strain F and Sigma V / h^2
-/// (see kernel_strain.h). A product is bound by reading this, so it is kept in single precision: a slightly different
+/// (see kernel_laws.h). A product is bound by reading this, so it is kept in single precision: a slightly different
 /// symmetric operator inside an iteration whose residual is evaluated in double. Also the mean over the tets of a cell,
 /// which makes a product that is near that of the energy at a sixth of the bytes and half of the arithmetic: R is then
 /// the rotation nearest to the mean, T the mean twist operator times h in the frame of R.
@@ -72,6 +81,7 @@ struct PatchData {
     const LaneCorners* corners = nullptr;
     const LaneVolumes* volumes = nullptr;
     const LaneTets* tets = nullptr;
+    const LaneCells* flowed = nullptr;
     TetTangent* tangent = nullptr;  ///< of each tet: written by evaluate when not null, read by product and diagonal
     TetTangent* cells = nullptr;    ///< of each batch, means over its cells: read in its place when not null
     double* psi = nullptr;          ///< evaluate: energy density [J/m^3], [batch][tet][lane]; may be null
@@ -81,6 +91,7 @@ struct PatchData {
     double h = 1;
     double mu = 0, lambda = 0;  ///< [Pa]
     Strain strain = Strain::corotational;
+    bool cellDilation = false;
     /// The tangent is that of the energy plus `share` times linear elasticity in the frame of R.
     double share = 0;
 };
@@ -138,7 +149,7 @@ struct VectorKernel {
     /// Rows of the patch as points, xyz after xyz, for its nodes and up to a multiple of kLanes.
     void (*write)(const PatchData&, const Real* out, Real* points);
     /// out += K in; returns in.out of the patch.
-    double (*product)(const PatchData&, bool cellDilation, const Real* in, Real* out);
+    double (*product)(const PatchData&, const Real* in, Real* out);
     // Over nodes [begin, end) of the system; `begin` is a multiple of kLanes.
     /// r -= step A p; returns r.B r.
     double (*descend)(const GradientNodes<Real>&, std::size_t begin, std::size_t end, Real step);
@@ -148,8 +159,8 @@ struct VectorKernel {
 
 /// `evaluate` adds the gradient [N] to `out`, `diagonal` six rows of diagonal blocks (xx, yy, zz, yz, zx, xy).
 struct Kernel {
-    KernelResult (*evaluate)(const PatchData&, bool cellDilation, const RobustTet&, const double* in, double* out);
-    void (*diagonal)(const PatchData&, bool cellDilation, double* out);
+    KernelResult (*evaluate)(const PatchData&, const RobustTet&, const double* in, double* out);
+    void (*diagonal)(const PatchData&, double* out);
     /// Writes the means over cells of `tangent` to `cells`.
     void (*averageTets)(const PatchData&, const RobustTet&, TetTangent* cells);
     VectorKernel<double> twice;

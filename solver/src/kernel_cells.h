@@ -1,8 +1,13 @@
-// Corners, rest shapes and volumes of the tets of eight cells, and what is summed up over them. Part of
-// kernel_impl.cpp.
+// Eight cells at a time: their corners, the rest gradients and volumes of their tets, and sums over these. Only for
+// the parts of a kernel.
+//
+// A type of cells says which rest gradients it has:
+//   LatticeCells  those of the lattice, known at compile time: differences of corner values
+//   TetCells      its own: one tet of any shape a lane
+//   FlowedCells   its own: cells of the lattice that have flowed; one loop for all their shapes
 #pragma once
 
-#include "kernel.h"
+#include "kernel_gather.h"
 #include "kernel_polar.h"
 
 namespace vdbfrac::solver {
@@ -12,11 +17,12 @@ namespace {
 using tetmesh::CellShape;
 using tetmesh::kCellTets;
 
-template <class P>
-using CornersOf = P[tetmesh::kCorners][3];
-using Corners = CornersOf<Pack>;
+/// h grad N of the last three vertices of a tet: TetGradients in eight lanes.
+using LaneGradients = double[3][3][kLanes];
+/// Volume shares of the tets of eight cells.
+using Shares = const double (*)[kLanes];
 
-/// Volume shares of the tets of a batch: its own if it is cut, else those of a whole cell.
+/// Volume shares of whole cells.
 template <CellShape shape>
 struct WholeVolumes {
     alignas(64) double share[tetmesh::kMostTets][kLanes];
@@ -29,67 +35,16 @@ struct WholeVolumes {
 template <CellShape shape>
 constexpr WholeVolumes<shape> kWhole;
 
-/// Rest shape of eight tets, for elements that are tets.
-template <CellShape shape>
-VDBFRAC_INLINE const LaneTets* ownTets(const PatchData& patch, const Batch& batch)
+/// As tetmesh::cellTets(), which would be shared with code for other units.
+inline const tetmesh::CellTets& tetsOf(CellShape shape)
 {
-    return shape == CellShape::tet ? patch.tets + batch.cut : nullptr;
-}
-
-template <CellShape shape>
-VDBFRAC_INLINE const double (*volumeShares(const PatchData& patch, const Batch& batch))[kLanes]
-{
-    if constexpr (shape == CellShape::tet) return patch.tets[batch.cut].share;
-    return batch.cut < 0 ? kWhole<shape>.share : patch.volumes[batch.cut].share;
-}
-
-template <CellShape shape, class Real>
-VDBFRAC_INLINE void gather(const PatchData& patch, const Batch& batch, const Real* in, CornersOf<PackT<Real>>& u)
-{
-    if constexpr (shape == CellShape::tet) {
-        for (int c = 0; c < 4; ++c)
-            for (int i = 0; i < 3; ++i)
-                for (int l = 0; l < kLanes; ++l) u[c][i][l] = in[i * patch.stride + patch.tets[batch.cut].corner[c][l]];
-        return;
+    switch (shape) {
+    case CellShape::six: return kCellTets<CellShape::six>;
+    case CellShape::fiveEven: return kCellTets<CellShape::fiveEven>;
+    case CellShape::fiveOdd: return kCellTets<CellShape::fiveOdd>;
+    case CellShape::tet: break;
     }
-    if (batch.gathered < 0) {
-        for (int c = 0; c < tetmesh::kCorners; ++c)
-            for (int i = 0; i < 3; ++i) u[c][i] = loadLoose(in + i * patch.stride + batch.corner[c]);
-        return;
-    }
-    const LaneCorners& lanes = patch.corners[batch.gathered];
-    for (int c = 0; c < tetmesh::kCorners; ++c)
-        for (int i = 0; i < 3; ++i)
-            for (int l = 0; l < kLanes; ++l) u[c][i][l] = in[i * patch.stride + lanes.corner[c][l]];
-}
-
-/// Adds f to the rows of `out`. In a row of cells the corners at x + 1 are those at x of the next cell: both are added
-/// up in registers, and memory sees one addition for each line of nodes.
-template <CellShape shape, int rows, class Real>
-VDBFRAC_INLINE void scatter(const PatchData& patch, const Batch& batch, const PackT<Real> (&f)[tetmesh::kCorners][rows],
-                            Real* out)
-{
-    if constexpr (shape == CellShape::tet) {
-        for (int c = 0; c < 4; ++c)
-            for (int i = 0; i < rows; ++i)
-                for (int l = 0; l < kLanes; ++l)
-                    out[i * patch.stride + patch.tets[batch.cut].corner[c][l]] += f[c][i][l];
-        return;
-    }
-    if (batch.gathered < 0) {
-        for (int c = 0; c < tetmesh::kCorners; c += 2)
-            for (int i = 0; i < rows; ++i) {
-                Real* at = out + i * patch.stride + batch.corner[c];
-                const PackT<Real> next = __builtin_shufflevector(f[c + 1][i], PackT<Real>{}, 8, 0, 1, 2, 3, 4, 5, 6);
-                storeLoose(at, loadLoose(at) + (f[c][i] + next));
-                at[kLanes] += f[c + 1][i][kLanes - 1];
-            }
-        return;
-    }
-    const LaneCorners& lanes = patch.corners[batch.gathered];
-    for (int c = 0; c < tetmesh::kCorners; ++c)
-        for (int i = 0; i < rows; ++i)
-            for (int l = 0; l < kLanes; ++l) out[i * patch.stride + lanes.corner[c][l]] += f[c][i][l];
+    return kCellTets<CellShape::tet>;
 }
 
 /// a = g b on the first term of a sum, a += g b later; g is known at compile time, and mostly 1 or -1.
@@ -107,13 +62,6 @@ VDBFRAC_INLINE void addScaled(P& a, double g, P b)
         a += Real(g) * b;
 }
 
-/// Component d of h grad N_(a + 1).
-template <class P>
-VDBFRAC_INLINE P gradientOf(const LaneTets* own, int a, int d)
-{
-    return load<std::remove_cvref_t<decltype(P{}[0])>>(own->gradient[a][d]);
-}
-
 /// First tet vertex whose gradient has a positive component d: the sum starts there.
 constexpr int firstVertex(CellShape shape, int t, int d)
 {
@@ -123,67 +71,271 @@ constexpr int firstVertex(CellShape shape, int t, int d)
     return 0;
 }
 
-/// E = sum_a u_a (x) (h grad N_a): differences of corner values, where the rest shape is that of the lattice.
-template <CellShape shape, int t, class P>
-VDBFRAC_INLINE void differences(const LaneTets* own, const CornersOf<P>& u, MatrixOf<P>& E)
-{
-    if constexpr (shape == CellShape::tet) {
-        for (int i = 0; i < 3; ++i) {
-            const P edge[3] = {u[1][i] - u[0][i], u[2][i] - u[0][i], u[3][i] - u[0][i]};
-            for (int d = 0; d < 3; ++d)
-                E[i][d] = gradientOf<P>(own, 0, d) * edge[0] + gradientOf<P>(own, 1, d) * edge[1] +
-                          gradientOf<P>(own, 2, d) * edge[2];
-        }
-        return;
+template <CellShape shape>
+class LatticeCells {
+public:
+    static constexpr int kTets = kCellTets<shape>.count, kCorners = tetmesh::kCorners;
+    static constexpr int count() { return kTets; }
+    const Shares share;
+
+    VDBFRAC_INLINE LatticeCells(const PatchData& patch, const Batch& batch)
+        : share(batch.cut < 0 ? kWhole<shape>.share : patch.volumes[batch.cut].share), patch_(patch), batch_(batch)
+    {
     }
-    unroll<3>([&](auto d) __attribute__((always_inline)) {
-        constexpr int first = firstVertex(shape, t, d);
-        constexpr auto& tets = kCellTets<shape>;
-        for (int i = 0; i < 3; ++i) addScaled<true>(E[i][d], tets.gradient[t][first][d], u[tets.corner[t][first]][i]);
-        unroll<4>([&](auto a) __attribute__((always_inline)) {
-            constexpr double g = tets.gradient[t][a][d];
-            if constexpr (g != 0 && a != first)
-                for (int i = 0; i < 3; ++i) addScaled<false>(E[i][d], g, u[tets.corner[t][a]][i]);
+
+    template <class F>
+    VDBFRAC_INLINE static void eachTet(const F& f)
+    {
+        unroll<kTets>(f);
+    }
+    template <class Real>
+    VDBFRAC_INLINE void gather(const Real* in, CornersOf<PackT<Real>>& u) const
+    {
+        gatherCells(patch_, batch_, in, u);
+    }
+    template <class Real>
+    VDBFRAC_INLINE void scatter(const CornersOf<PackT<Real>>& f, Real* out) const
+    {
+        scatterCells<3>(patch_, batch_, f, out);
+    }
+
+    /// E = sum_a u_a (x) (h grad N_a).
+    template <class P, int t>
+    VDBFRAC_INLINE static void differences(std::integral_constant<int, t>, const CornersOf<P>& u, MatrixOf<P>& E)
+    {
+        unroll<3>([&](auto d) __attribute__((always_inline)) {
+            constexpr int first = firstVertex(shape, t, d);
+            constexpr auto& tets = kCellTets<shape>;
+            for (int i = 0; i < 3; ++i)
+                addScaled<true>(E[i][d], tets.gradient[t][first][d], u[tets.corner[t][first]][i]);
+            unroll<4>([&](auto a) __attribute__((always_inline)) {
+                constexpr double g = tets.gradient[t][a][d];
+                if constexpr (g != 0 && a != first)
+                    for (int i = 0; i < 3; ++i) addScaled<false>(E[i][d], g, u[tets.corner[t][a]][i]);
+            });
         });
-    });
+    }
+    /// f_a += P (h grad N_a).
+    template <class P, int t>
+    VDBFRAC_INLINE static void spread(std::integral_constant<int, t>, const MatrixOf<P>& stress, CornersOf<P>& f)
+    {
+        constexpr auto& tets = kCellTets<shape>;
+        unroll<4>([&](auto a) __attribute__((always_inline)) {
+            unroll<3>([&](auto d) __attribute__((always_inline)) {
+                constexpr double g = tets.gradient[t][a][d];
+                if constexpr (g != 0)
+                    for (int i = 0; i < 3; ++i) addScaled<false>(f[tets.corner[t][a]][i], g, stress[i][d]);
+            });
+        });
+    }
+
+private:
+    const PatchData& patch_;
+    const Batch& batch_;
+};
+
+/// Component d of h grad N_(a + 1).
+template <class P>
+VDBFRAC_INLINE P gradientOf(const LaneGradients& own, int a, int d)
+{
+    return load<std::remove_cvref_t<decltype(P{}[0])>>(own[a][d]);
 }
 
-/// f_a += P (h grad N_a).
-template <CellShape shape, int t, class P>
-VDBFRAC_INLINE void spread(const LaneTets* own, const MatrixOf<P>& stress, CornersOf<P>& f)
+/// Of the tet whose vertices are the given corners.
+template <class P, class Vertices>
+VDBFRAC_INLINE void ownDifferences(const LaneGradients& own, const Vertices& c, const CornersOf<P>& u, MatrixOf<P>& E)
 {
-    if constexpr (shape == CellShape::tet) {
-        for (int a = 0; a < 3; ++a)
-            for (int i = 0; i < 3; ++i) {
-                const P force = stress[i][0] * gradientOf<P>(own, a, 0) + stress[i][1] * gradientOf<P>(own, a, 1) +
-                                stress[i][2] * gradientOf<P>(own, a, 2);
-                f[a + 1][i] += force;
-                f[0][i] -= force;
-            }
-        return;
+    for (int i = 0; i < 3; ++i) {
+        const P edge[3] = {u[c[1]][i] - u[c[0]][i], u[c[2]][i] - u[c[0]][i], u[c[3]][i] - u[c[0]][i]};
+        for (int d = 0; d < 3; ++d)
+            E[i][d] = gradientOf<P>(own, 0, d) * edge[0] + gradientOf<P>(own, 1, d) * edge[1] +
+                      gradientOf<P>(own, 2, d) * edge[2];
     }
-    constexpr auto& tets = kCellTets<shape>;
-    unroll<4>([&](auto a) __attribute__((always_inline)) {
-        unroll<3>([&](auto d) __attribute__((always_inline)) {
-            constexpr double g = tets.gradient[t][a][d];
-            if constexpr (g != 0)
-                for (int i = 0; i < 3; ++i) addScaled<false>(f[tets.corner[t][a]][i], g, stress[i][d]);
-        });
-    });
 }
+
+template <class P, class Vertices>
+VDBFRAC_INLINE void ownSpread(const LaneGradients& own, const Vertices& c, const MatrixOf<P>& stress, CornersOf<P>& f)
+{
+    for (int a = 0; a < 3; ++a)
+        for (int i = 0; i < 3; ++i) {
+            const P force = stress[i][0] * gradientOf<P>(own, a, 0) + stress[i][1] * gradientOf<P>(own, a, 1) +
+                            stress[i][2] * gradientOf<P>(own, a, 2);
+            f[c[a + 1]][i] += force;
+            f[c[0]][i] -= force;
+        }
+}
+
+class TetCells {
+public:
+    static constexpr int kTets = 1, kCorners = 4;
+    static constexpr int count() { return kTets; }
+    const Shares share;
+
+    VDBFRAC_INLINE TetCells(const PatchData& patch, const Batch& batch)
+        : share(patch.tets[batch.cut].share), patch_(patch), tets_(patch.tets[batch.cut])
+    {
+    }
+
+    template <class F>
+    VDBFRAC_INLINE static void eachTet(const F& f)
+    {
+        unroll<1>(f);
+    }
+    template <class Real>
+    VDBFRAC_INLINE void gather(const Real* in, CornersOf<PackT<Real>>& u) const
+    {
+        gatherLanes<kCorners>(tets_.corner, patch_.stride, in, u);
+    }
+    template <class Real>
+    VDBFRAC_INLINE void scatter(const CornersOf<PackT<Real>>& f, Real* out) const
+    {
+        scatterLanes<kCorners>(tets_.corner, patch_.stride, f, out);
+    }
+    template <class P>
+    VDBFRAC_INLINE void differences(int, const CornersOf<P>& u, MatrixOf<P>& E) const
+    {
+        ownDifferences<P>(tets_.gradient, kVertices, u, E);
+    }
+    template <class P>
+    VDBFRAC_INLINE void spread(int, const MatrixOf<P>& stress, CornersOf<P>& f) const
+    {
+        ownSpread<P>(tets_.gradient, kVertices, stress, f);
+    }
+
+private:
+    static constexpr int kVertices[4] = {0, 1, 2, 3};
+
+    const PatchData& patch_;
+    const LaneTets& tets_;
+};
+
+class FlowedCells {
+public:
+    static constexpr int kTets = tetmesh::kMostTets, kCorners = tetmesh::kCorners;
+    int count() const { return tets_.count; }
+    const Shares share;
+
+    VDBFRAC_INLINE FlowedCells(const PatchData& patch, const Batch& batch)
+        : share(patch.flowed[batch.cut].share),
+          patch_(patch),
+          batch_(batch),
+          tets_(tetsOf(batch.shape)),
+          own_(patch.flowed[batch.cut].gradient)
+    {
+    }
+
+    template <class F>
+    VDBFRAC_INLINE void eachTet(const F& f) const
+    {
+        inTurn(tets_.count, f);
+    }
+    template <class Real>
+    VDBFRAC_INLINE void gather(const Real* in, CornersOf<PackT<Real>>& u) const
+    {
+        gatherCells(patch_, batch_, in, u);
+    }
+    template <class Real>
+    VDBFRAC_INLINE void scatter(const CornersOf<PackT<Real>>& f, Real* out) const
+    {
+        scatterCells<3>(patch_, batch_, f, out);
+    }
+    template <class P>
+    VDBFRAC_INLINE void differences(int t, const CornersOf<P>& u, MatrixOf<P>& E) const
+    {
+        ownDifferences<P>(own_[t], tets_.corner[std::size_t(t)].data(), u, E);
+    }
+    template <class P>
+    VDBFRAC_INLINE void spread(int t, const MatrixOf<P>& stress, CornersOf<P>& f) const
+    {
+        ownSpread<P>(own_[t], tets_.corner[std::size_t(t)].data(), stress, f);
+    }
+
+private:
+    const PatchData& patch_;
+    const Batch& batch_;
+    const tetmesh::CellTets& tets_;
+    const LaneGradients* own_;
+};
 
 /// Mean over the tets of a cell weighted by volume; 0 in a cell without material.
-template <int tets, class P>
-VDBFRAC_INLINE P cellMean(const double (*share)[kLanes], const P (&value)[tetmesh::kMostTets])
+template <class Cells, class P>
+VDBFRAC_INLINE P cellMean(const Cells& cells, const P (&value)[tetmesh::kMostTets])
 {
     using Real = std::remove_cvref_t<decltype(P{}[0])>;
     P sum = {}, volume = {};
-    for (int t = 0; t < tets; ++t) {
-        const P V = load<Real>(share[t]);
+    cells.eachTet([&](auto t) __attribute__((always_inline)) {
+        const P V = load<Real>(cells.share[t]);
         sum += V * value[t];
         volume += V;
-    }
+    });
     return volume > 0 ? sum / volume : P{};
+}
+
+/// Cells of any of these types, which is asked for at run time.
+struct AnyCells {
+    const tetmesh::CellTets& tets;
+    const LaneGradients* own;  ///< of each tet; null: those of the lattice
+    Shares share;
+
+    VDBFRAC_INLINE AnyCells(const PatchData& patch, const Batch& batch)
+        : tets(tetsOf(batch.shape)), own(nullptr), share(wholeShares(batch.shape)), patch_(patch), batch_(batch)
+    {
+        if (batch.shape == CellShape::tet)
+            own = &patch.tets[batch.cut].gradient, share = patch.tets[batch.cut].share;
+        else if (batch.flowed)
+            own = patch.flowed[batch.cut].gradient, share = patch.flowed[batch.cut].share;
+        else if (batch.cut >= 0)
+            share = patch.volumes[batch.cut].share;
+    }
+    VDBFRAC_INLINE void scatter(const CornersOf<Pack, 6>& f, double* out) const
+    {
+        if (batch_.shape == CellShape::tet)
+            scatterLanes<4>(patch_.tets[batch_.cut].corner, patch_.stride, f, out);
+        else
+            scatterCells<6>(patch_, batch_, f, out);
+    }
+
+private:
+    static Shares wholeShares(CellShape shape)
+    {
+        switch (shape) {
+        case CellShape::six: return kWhole<CellShape::six>.share;
+        case CellShape::fiveEven: return kWhole<CellShape::fiveEven>.share;
+        case CellShape::fiveOdd: return kWhole<CellShape::fiveOdd>.share;
+        case CellShape::tet: break;
+        }
+        return nullptr;
+    }
+
+    const PatchData& patch_;
+    const Batch& batch_;
+};
+
+/// Calls f<Cells>(b, cellDilation) for each batch of the patch, with its type of cells. Units that fuse get the second
+/// as a constant, others as a bool, which costs little and halves what has to be compiled.
+template <class F>
+VDBFRAC_INLINE void eachBatch(const PatchData& patch, const F& f)
+{
+    for (int b = 0; b < patch.batches; ++b) {
+        const auto with = [&]<class Cells>() {
+#if defined(__FMA__)
+            patch.cellDilation ? f.template operator()<Cells>(b, std::true_type())
+                               : f.template operator()<Cells>(b, std::false_type());
+#else
+            f.template operator()<Cells>(b, patch.cellDilation);
+#endif
+        };
+        if (patch.batch[b].flowed) {
+            with.template operator()<FlowedCells>();
+            continue;
+        }
+        switch (patch.batch[b].shape) {
+        case CellShape::six: with.template operator()<LatticeCells<CellShape::six>>(); break;
+        case CellShape::fiveEven: with.template operator()<LatticeCells<CellShape::fiveEven>>(); break;
+        case CellShape::fiveOdd: with.template operator()<LatticeCells<CellShape::fiveOdd>>(); break;
+        case CellShape::tet: with.template operator()<TetCells>(); break;
+        }
+    }
 }
 
 }  // namespace

@@ -2,17 +2,24 @@
 
 namespace vdbfrac::solver {
 
-extern const Kernel kernelBaseline;
+namespace kernelBaseline {
+extern const Kernel kernel;
+}
 #if defined(__x86_64__)
-extern const Kernel kernelAvx2, kernelAvx512;
+namespace kernelAvx2 {
+extern const Kernel kernel;
+}
+namespace kernelAvx512 {
+extern const Kernel kernel;
+}
 #endif
 
 const Kernel* const* kernels(int& count)
 {
 #if defined(__x86_64__)
-    static const Kernel* const kAll[] = {&kernelBaseline, &kernelAvx2, &kernelAvx512};
+    static const Kernel* const kAll[] = {&kernelBaseline::kernel, &kernelAvx2::kernel, &kernelAvx512::kernel};
 #else
-    static const Kernel* const kAll[] = {&kernelBaseline};
+    static const Kernel* const kAll[] = {&kernelBaseline::kernel};
 #endif
     count = 1;
 #if defined(__x86_64__)

@@ -1,5 +1,5 @@
 // Packs of eight numbers, one a lane, for the vector unit that the including file is compiled for. Not installed; only
-// for kernel_impl.cpp, hence without linkage.
+// for the parts of a kernel, hence without linkage.
 #pragma once
 
 #include "kernel.h"
@@ -38,6 +38,13 @@ template <class Real>
 using PackT = typename PackOf<Real>::Type;
 
 #define VDBFRAC_INLINE inline __attribute__((always_inline))
+#define VDBFRAC_OUTLINE __attribute__((noinline))
+// Plain code of a pack is many instructions: there compile time counts for more than the call.
+#if defined(__FMA__)
+#define VDBFRAC_INLINE_WIDE VDBFRAC_INLINE
+#else
+#define VDBFRAC_INLINE_WIDE VDBFRAC_OUTLINE
+#endif
 
 /// Calls f(integral_constant<0>), ... at compile time.
 template <int n, class F>
@@ -48,6 +55,14 @@ VDBFRAC_INLINE void unroll(const F& f)
         (f(std::integral_constant<int, k>{}), ...);
     }
     (std::make_integer_sequence<int, n>{});
+}
+
+/// Calls f(0), ... f(n - 1) in a loop that stays one.
+template <class F>
+VDBFRAC_INLINE void inTurn(int n, const F& f)
+{
+#pragma GCC unroll 1
+    for (int k = 0; k < n; ++k) f(k);
 }
 
 template <class Real, class P>

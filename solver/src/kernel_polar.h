@@ -1,4 +1,5 @@
-// Small matrices, eight at a time, and the polar decomposition in closed form. Part of kernel_impl.cpp.
+// Small matrices, eight at a time, and the polar decomposition in closed form. Only for the parts
+// of a kernel.
 #pragma once
 
 #include "kernel_packs.h"
@@ -13,6 +14,13 @@ using Matrix = MatrixOf<Pack>;
 
 // Of a symmetric matrix: xx, yy, zz, yz, zx, xy.
 constexpr int kRow[6] = {0, 1, 2, 1, 2, 0}, kColumn[6] = {0, 1, 2, 2, 0, 1};
+
+/// The whole of a symmetric matrix.
+template <class P>
+VDBFRAC_INLINE void unpackSymmetric(const P (&S)[6], MatrixOf<P>& full)
+{
+    for (int k = 0; k < 6; ++k) full[kRow[k]][kColumn[k]] = full[kColumn[k]][kRow[k]] = S[k];
+}
 
 /// C = A^T B.
 VDBFRAC_INLINE void transposedProduct(const Matrix& A, const Matrix& B, Matrix& C)
@@ -117,8 +125,8 @@ VDBFRAC_INLINE void twist(const Pack (&S)[6], Pack t, Pack (&T)[6])
 /// U = R T R^T, as xx, yy, zz, yz, zx, xy.
 VDBFRAC_INLINE void rotated(const Matrix& R, const Pack (&T)[6], Pack (&U)[6])
 {
-    const Matrix full = {{T[0], T[5], T[4]}, {T[5], T[1], T[3]}, {T[4], T[3], T[2]}};
-    Matrix RT;
+    Matrix full, RT;
+    unpackSymmetric(T, full);
     product(R, full, RT);
     for (int k = 0; k < 6; ++k) {
         const int i = kRow[k], j = kColumn[k];

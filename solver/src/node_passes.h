@@ -1,4 +1,4 @@
-// Passes over the nodes of a system, eight at a time. Not installed; only for kernel_impl.cpp, hence without linkage.
+// Passes over the nodes of a system, eight at a time. Not installed; only for kernel_nodes.cpp, hence without linkage.
 #pragma once
 
 #include "kernel_packs.h"

@@ -3,6 +3,7 @@
 
 #include "node_loops.h"
 #include "patches.h"
+#include "strain_law.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -50,6 +51,7 @@ struct ElasticOperator::Data {
     double h = 1;
     bool cellDilation = true;
     Strain strain = Strain::corotational;
+    const StrainLaw* law = nullptr;  // of `strain`
     std::size_t elements = 0;
     std::vector<ElementSet> sets;
     mutable ElasticWork work;
@@ -68,6 +70,7 @@ struct ElasticOperator::Data {
         d.corners = p.corners.data();
         d.volumes = p.volumes.data();
         d.tets = p.laneTets.data();
+        d.flowed = p.laneCells.data();
         if (tangent) {
             if (tangent->ofCells_)
                 d.cells = tangent->tets_.get() + patch.firstBatch;
@@ -80,7 +83,7 @@ struct ElasticOperator::Data {
         d.nodes = int(patch.nodes), d.stride = int(patch.stride());
         d.h = h;
         d.mu = patch.mu, d.lambda = patch.lambda;
-        d.strain = strain;
+        d.strain = strain, d.cellDilation = cellDilation;
         return d;
     }
 
@@ -117,11 +120,12 @@ struct ElasticOperator::Data {
 
     double totalEnergy() const { return std::accumulate(patchEnergy.begin(), patchEnergy.end(), 0.); }
 
-    /// Material volume of a tet over h^3; 0 in a lane that is not used.
+    /// Material volume of a tet over h^3, times its stiffness; 0 in a lane that is not used.
     double volumeShare(std::size_t batch, std::size_t t, std::size_t l) const
     {
         const Batch& b = p.batches[batch];
         if (b.shape == tetmesh::CellShape::tet) return p.laneTets[std::size_t(b.cut)].share[t][l];
+        if (b.flowed) return p.laneCells[std::size_t(b.cut)].share[t][l];
         return b.cut < 0 ? tetmesh::cellTets(b.shape).volume[t] : p.volumes[std::size_t(b.cut)].share[t][l];
     }
 
@@ -129,8 +133,10 @@ struct ElasticOperator::Data {
     Vec3 gradient(std::size_t batch, std::size_t t, std::size_t a, std::size_t l) const
     {
         const Batch& b = p.batches[batch];
-        if (b.shape != tetmesh::CellShape::tet) return Vec3(tetmesh::cellTets(b.shape).gradient[t][a].data());
-        const auto& own = p.laneTets[std::size_t(b.cut)].gradient;
+        if (b.shape != tetmesh::CellShape::tet && !b.flowed)
+            return Vec3(tetmesh::cellTets(b.shape).gradient[t][a].data());
+        const auto& own =
+            b.flowed ? p.laneCells[std::size_t(b.cut)].gradient[t] : p.laneTets[std::size_t(b.cut)].gradient;
         Vec3 g = Vec3::Zero();
         for (std::size_t k = 0; k < 3; ++k)
             if (a == 0 || a == k + 1) g += (a == 0 ? -1 : 1) * Vec3(own[k][0][l], own[k][1][l], own[k][2][l]);
@@ -147,8 +153,7 @@ struct ElasticOperator::Data {
         for (int k = 0; k < 6; ++k) packed[k] = tet.T[k][l];
         const Mat3 T = unpackSymmetric(packed);
         if (!tangent.ofCells_) return {R, T};
-        const Mat3 own = volumeShare(batch, t, l) * T;
-        return {R, strain == Strain::green ? own : Mat3(R * own * R.transpose())};
+        return {R, law->ofTet(R, volumeShare(batch, t, l) * T)};
     }
 
     /// Calls f(tangent, lane, mu V / h^2) for every tet with material.

@@ -1,8 +1,6 @@
 // Parts of an elastic operator one at a time: matrices of elements, and the tangent of a coarse lattice.
 #include "operator_data.h"
 
-#include <vdbfrac/solver/corotational.h>
-
 #include <Eigen/Dense>
 
 #include <array>
@@ -12,19 +10,6 @@
 namespace vdbfrac::solver {
 
 namespace {
-
-/// The rotation nearest to m, a weighted mean of rotations.
-Mat3 nearestRotation(const Mat3& m)
-{
-    constexpr double kNear = 0.3;  // Newton-Schulz converges from here, in four steps to single precision
-    Mat3 R = m;
-    for (int step = 0; step < 4; ++step) {
-        const Mat3 off = Mat3::Identity() - R.transpose() * R;
-        if (step == 0 && !(off.norm() < kNear && R.determinant() > 0)) return signedPolar(m).R;
-        R += 0.5 * R * off;
-    }
-    return R;
-}
 
 /// What the finer cells in a coarse one add up to, weighted by their material.
 struct FinerSum {
@@ -37,31 +22,25 @@ struct FinerSum {
         for (int k = 0; k < 9; ++k) R(k / 3, k % 3) += share * cell.R[k][lane];
         for (int k = 0; k < 6; ++k) T[k] += share * cell.T[k][lane];
     }
-    void write(TetTangent& cell, std::size_t lane, Strain strain) const
+    void write(TetTangent& cell, std::size_t lane, const StrainLaw& law) const
     {
-        Mat3 mean = Mat3::Identity();
-        if (weight > 0) mean = strain == Strain::green ? Mat3(R / weight) : nearestRotation(R / weight);
+        const Mat3 mean = weight > 0 ? law.meanRotation(R / weight) : Mat3::Identity();
         for (int k = 0; k < 9; ++k) cell.R[k][lane] = float(mean(k / 3, k % 3));
         // T is times h, which is twice that of the finer cells.
         for (int k = 0; k < 6; ++k) cell.T[k][lane] = weight > 0 ? float(2 * T[k] / weight) : 0;
     }
 };
 
-/// h grad N_a of a tet that keeps the gradients of its last three vertices.
-Vec3 vertexGradient(const tetmesh::TetGradients& last, int a)
-{
-    if (a > 0) return Vec3(last[std::size_t(a - 1)].data());
-    return -(Vec3(last[0].data()) + Vec3(last[1].data()) + Vec3(last[2].data()));
-}
-
 /// Square of the highest angular frequency of a tet alone times h^2, a quarter of its mass on each vertex [m^2/s^2].
-template <class Gradient>
-double highestOfTet(const Material& m, const Gradient& gradient)
+double highestOfTet(const Material& m, const tetmesh::TetGradients& last)
 {
+    Eigen::Matrix<double, 3, 4> g;
+    for (int a = 0; a < 3; ++a) g.col(a + 1) = Vec3(last[std::size_t(a)].data());
+    g.col(0) = -(g.col(1) + g.col(2) + g.col(3));
     Eigen::Matrix<double, 12, 12> K;  // over its volume
     for (int i = 0; i < 4; ++i)
         for (int j = 0; j < 4; ++j) {
-            const Vec3 gi = gradient(i), gj = gradient(j);
+            const Vec3 gi = g.col(i), gj = g.col(j);
             K.block<3, 3>(3 * i, 3 * j) =
                 m.mu * (gi.dot(gj) * Mat3::Identity() + gj * gi.transpose()) + m.lambda * gi * gj.transpose();
         }
@@ -69,31 +48,49 @@ double highestOfTet(const Material& m, const Gradient& gradient)
            (m.rho / 4);
 }
 
+/// highestOfTet() for the tets of a set: of those of the lattice that have not flowed it is found once.
+class HighestOfTets {
+public:
+    explicit HighestOfTets(const ElementSet& set) : set_(set)
+    {
+        std::array<bool, 4> seen{};
+        if (!set.gradients.empty()) return;
+        for (const tetmesh::CellElement& e : set.elements) {
+            if (std::exchange(seen[std::size_t(e.shape)], true)) continue;
+            const tetmesh::CellTets& cell = tetmesh::cellTets(e.shape);
+            for (std::size_t t = 0; t < std::size_t(cell.count); ++t) {
+                const auto& g = cell.gradient[t];
+                ofLattice_[std::size_t(e.shape)][t] = highestOfTet(set.material, {g[1], g[2], g[3]});
+            }
+        }
+    }
+    double operator()(std::size_t e, std::size_t t) const
+    {
+        const double highest = set_.gradients.empty() && !inverseFlow(set_, e, t)
+                                   ? ofLattice_[std::size_t(set_.elements[e].shape)][t]
+                                   : highestOfTet(set_.material, restGradients(set_, e, t));
+        return highest * stiffness(set_, e, t);
+    }
+
+private:
+    const ElementSet& set_;
+    std::array<std::array<double, tetmesh::kMostTets>, 4> ofLattice_{};
+};
+
 }  // namespace
 
 double ElasticOperator::highestFrequency() const
 {
     double highest = 0;
     for (const ElementSet& set : data_->sets) {
-        if (!set.gradients.empty()) {
-            highest = orderedMax(set.gradients.size(), kChunk, highest, [&](std::size_t begin, std::size_t end) {
-                double most = 0;
-                for (std::size_t e = begin; e < end; ++e)
-                    most = std::max(
-                        most, highestOfTet(set.material, [&](int a) { return vertexGradient(set.gradients[e], a); }));
-                return most;
-            });
-            continue;
-        }
-        std::array<bool, 4> seen{};
-        for (const tetmesh::CellElement& e : set.elements) {
-            if (std::exchange(seen[std::size_t(e.shape)], true)) continue;
-            const tetmesh::CellTets& cell = tetmesh::cellTets(e.shape);
-            for (std::size_t t = 0; t < std::size_t(cell.count); ++t)
-                highest = std::max(highest, highestOfTet(set.material, [&](int a) {
-                                       return Vec3(cell.gradient[t][std::size_t(a)].data());
-                                   }));
-        }
+        const HighestOfTets of(set);
+        highest = orderedMax(set.elements.size(), kChunk, highest, [&](std::size_t begin, std::size_t end) {
+            double most = 0;
+            for (std::size_t e = begin; e < end; ++e)
+                for (std::size_t t = 0; t < std::size_t(tetmesh::cellTets(set.elements[e].shape).count); ++t)
+                    most = std::max(most, of(e, t));
+            return most;
+        });
     }
     return std::sqrt(highest) / data_->h;
 }
@@ -119,7 +116,7 @@ void ElasticOperator::averageCells(const ElasticOperator& fine, const Tangent& f
                 sum.add(fineCells.tets_[batch], lane, share);
             }
             const std::size_t at = d.p.laneOfElement[e];
-            sum.write(cells.tets_[at / kLanes], at % kLanes, d.strain);
+            sum.write(cells.tets_[at / kLanes], at % kLanes, *d.law);
         }
     });
 }
@@ -148,12 +145,7 @@ ElasticOperator::ElementMatrix ElasticOperator::elementMatrix(const Tangent& tan
             for (std::size_t j = 0; j < 4; ++j) {
                 const Vec3 gj = d.gradient(b, t, j, lane), qj = R * gj;
                 const Mat3 dilating = (d.cellDilation ? -2. / 3. * mu : lambda) * V * qi * qj.transpose();
-                const Mat3 sheared =
-                    d.strain == Strain::green
-                        ? Mat3(mu * V * (gi.dot(gj) * R * R.transpose() + qj * qi.transpose()) +
-                               gi.dot(T * gj) * Mat3::Identity())
-                        : Mat3(2 * mu * V * gi.dot(gj) * Mat3::Identity() + skew(qi) * T * skew(qj).transpose());
-                K.block<3, 3>(row, 3 * cell.corner[t][j]) += sheared + dilating;
+                K.block<3, 3>(row, 3 * cell.corner[t][j]) += d.law->block(gi, gj, R, T, mu * V) + dilating;
             }
         }
     }

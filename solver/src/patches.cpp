@@ -1,5 +1,7 @@
 #include "patches.h"
 
+#include "local_nodes.h"
+
 #include <vdbfrac/base/parallel.h>
 
 #include <algorithm>
@@ -15,12 +17,6 @@ using tetmesh::CellElement;
 using tetmesh::CellShape;
 using tetmesh::kCorners;
 
-/// A run of consecutive elements of one set that share a patch.
-struct Range {
-    const ElementSet* set;
-    std::size_t begin, end;  // in the set
-};
-
 struct Built {
     std::uint32_t nodes = 0;
     std::vector<NodeRun> runs;
@@ -28,108 +24,10 @@ struct Built {
     std::vector<LaneCorners> corners;
     std::vector<LaneVolumes> volumes;
     std::vector<LaneTets> laneTets;
+    std::vector<LaneCells> laneCells;
     std::uint32_t tangents = 0;
     std::vector<std::uint32_t> laneOfElement;  // in the patch
     std::int64_t tets = 0;
-};
-
-/// The box of lattice nodes that a range touches, with a place for each.
-class Box {
-public:
-    explicit Box(const Range& range) : nodes_(range.set->nodes)
-    {
-        const auto& elements = range.set->elements;
-        low_ = nodes_[elements[range.begin].node[0]];
-        Coord high = low_;
-        for (std::size_t e = range.begin; e < range.end; ++e)
-            for (std::uint32_t node : elements[e].node) {
-                const Coord c = nodes_[node];
-                low_ = {std::min(low_.x, c.x), std::min(low_.y, c.y), std::min(low_.z, c.z)};
-                high = {std::max(high.x, c.x), std::max(high.y, c.y), std::max(high.z, c.z)};
-            }
-        size_ = high - low_ + Coord{1, 1, 1};
-    }
-    std::size_t places() const { return std::size_t(size_.x) * std::size_t(size_.y) * std::size_t(size_.z); }
-    std::size_t placeOf(std::uint32_t node) const
-    {
-        const Coord c = nodes_[node] - low_;
-        return (std::size_t(c.z) * std::size_t(size_.y) + std::size_t(c.y)) * std::size_t(size_.x) + std::size_t(c.x);
-    }
-
-private:
-    std::span<const Coord> nodes_;
-    Coord low_, size_;
-};
-
-/// Local numbers of the nodes of a range of tets that are on no lattice: by rising number.
-class SortedNodes {
-public:
-    explicit SortedNodes(const Range& range)
-    {
-        for (std::size_t e = range.begin; e < range.end; ++e) {
-            const auto& node = range.set->elements[e].node;
-            nodes.insert(nodes.end(), node.begin(), node.end());
-        }
-        std::sort(nodes.begin(), nodes.end());
-        nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
-    }
-    std::uint16_t operator[](std::uint32_t node) const
-    {
-        return std::uint16_t(std::lower_bound(nodes.begin(), nodes.end(), node) - nodes.begin());
-    }
-
-    std::vector<std::uint32_t> nodes;
-};
-
-/// Local numbers of the nodes of a range: along rows of the lattice, so that cells in a row read and write consecutive
-/// values; copies of a node follow each other by rising system number.
-class LocalNodes {
-public:
-    explicit LocalNodes(const Range& range) : box_(range), first_(box_.places(), kNone)
-    {
-        for (std::size_t e = range.begin; e < range.end; ++e)
-            for (std::uint32_t node : range.set->elements[e].node) note(node);
-        number();
-    }
-    std::uint16_t operator[](std::uint32_t node) const
-    {
-        const std::size_t place = box_.placeOf(node);
-        std::uint32_t local = start_[place];
-        while (nodes[local] != node) ++local;
-        return std::uint16_t(local);
-    }
-
-    std::vector<std::uint32_t> nodes;
-
-private:
-    static constexpr std::uint32_t kNone = 0xffffffff;
-
-    void note(std::uint32_t node)
-    {
-        const std::size_t place = box_.placeOf(node);
-        if (first_[place] == kNone)
-            first_[place] = node;
-        else if (first_[place] != node)
-            copies_.push_back({std::uint32_t(place), node});
-    }
-    void number()
-    {
-        std::sort(copies_.begin(), copies_.end());
-        copies_.erase(std::unique(copies_.begin(), copies_.end()), copies_.end());
-        start_.resize(first_.size());
-        auto copy = copies_.begin();
-        for (std::size_t place = 0; place < first_.size(); ++place) {
-            start_[place] = std::uint32_t(nodes.size());
-            if (first_[place] == kNone) continue;
-            nodes.push_back(first_[place]);
-            for (; copy != copies_.end() && copy->first == place; ++copy) nodes.push_back(copy->second);
-            std::sort(nodes.begin() + start_[place], nodes.end());
-        }
-    }
-
-    Box box_;
-    std::vector<std::uint32_t> first_, start_;                     // of each place
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> copies_;  // place, node
 };
 
 using Local = std::array<std::uint16_t, kCorners>;
@@ -163,8 +61,11 @@ public:
             batch.cut = tets(elements);
         else {
             if (!row) batch.gathered = gather(elements);
-            if (elements.size() < kLanes ||
-                !std::all_of(elements.begin(), elements.end(), [&](std::size_t e) { return whole(e); }))
+            batch.flowed = std::any_of(elements.begin(), elements.end(), [&](std::size_t e) { return flowed(e); });
+            if (batch.flowed)
+                batch.cut = cells(elements);
+            else if (elements.size() < kLanes ||
+                     !std::all_of(elements.begin(), elements.end(), [&](std::size_t e) { return whole(e); }))
                 batch.cut = shares(elements);
         }
         for (std::size_t l = 0; l < elements.size(); ++l)
@@ -174,11 +75,30 @@ public:
 
 private:
     const CellElement& element(std::size_t e) const { return range_.set->elements[range_.begin + e]; }
+    const tetmesh::CellTets& tetsOf(std::size_t e) const { return tetmesh::cellTets(element(e).shape); }
+    /// Volume over h^3 times stiffness.
+    double share(std::size_t e, std::size_t t) const
+    {
+        return tetsOf(e).volume[t] * element(e).fraction[t] * stiffness(*range_.set, range_.begin + e, t);
+    }
     bool whole(std::size_t e) const
     {
-        const auto& f = element(e).fraction;
-        return std::all_of(f.begin(), f.begin() + tetmesh::cellTets(element(e).shape).count,
-                           [](double v) { return v == 1; });
+        for (std::size_t t = 0; t < std::size_t(tetsOf(e).count); ++t)
+            if (share(e, t) != tetsOf(e).volume[t]) return false;
+        return true;
+    }
+    bool flowed(std::size_t e) const
+    {
+        for (std::size_t t = 0; t < std::size_t(tetsOf(e).count) && range_.set->inverseFlow; ++t)
+            if (element(e).fraction[t] > 0 && inverseFlow(*range_.set, range_.begin + e, t)) return true;
+        return false;
+    }
+    /// Puts h Fp^-T grad N of a tet into a lane.
+    void writeGradients(std::size_t e, std::size_t t, std::size_t l, double (&gradient)[3][3][kLanes]) const
+    {
+        const tetmesh::TetGradients own = restGradients(*range_.set, range_.begin + e, t);
+        for (std::size_t a = 0; a < 3; ++a)
+            for (std::size_t d = 0; d < 3; ++d) gradient[a][d][l] = own[a][d];
     }
     std::int32_t gather(std::span<const std::size_t> elements)
     {
@@ -191,25 +111,31 @@ private:
     std::int32_t shares(std::span<const std::size_t> elements)
     {
         LaneVolumes volumes{};
-        for (std::size_t l = 0; l < elements.size(); ++l) {
-            const CellElement& e = element(elements[l]);
-            const tetmesh::CellTets& tets = tetmesh::cellTets(e.shape);
-            for (std::size_t t = 0; t < std::size_t(tets.count); ++t)
-                volumes.share[t][l] = tets.volume[t] * e.fraction[t];
-        }
+        for (std::size_t l = 0; l < elements.size(); ++l)
+            for (std::size_t t = 0; t < std::size_t(tetsOf(elements[l]).count); ++t)
+                volumes.share[t][l] = share(elements[l], t);
         built_.volumes.push_back(volumes);
         return std::int32_t(built_.volumes.size()) - 1;
     }
 
+    std::int32_t cells(std::span<const std::size_t> elements)
+    {
+        LaneCells lanes{};
+        for (std::size_t l = 0; l < elements.size(); ++l)
+            for (std::size_t t = 0; t < std::size_t(tetsOf(elements[l]).count); ++t) {
+                lanes.share[t][l] = share(elements[l], t);
+                writeGradients(elements[l], t, l, lanes.gradient[t]);
+            }
+        built_.laneCells.push_back(lanes);
+        return std::int32_t(built_.laneCells.size()) - 1;
+    }
     std::int32_t tets(std::span<const std::size_t> elements)
     {
         LaneTets lanes{};
         for (std::size_t l = 0; l < elements.size(); ++l) {
             for (std::size_t c = 0; c < 4; ++c) lanes.corner[c][l] = corners_[elements[l]][c];
-            lanes.share[0][l] = element(elements[l]).fraction[0];
-            const tetmesh::TetGradients& own = range_.set->gradients[range_.begin + elements[l]];
-            for (std::size_t a = 0; a < 3; ++a)
-                for (std::size_t d = 0; d < 3; ++d) lanes.gradient[a][d][l] = own[a][d];
+            lanes.share[0][l] = share(elements[l], 0);
+            writeGradients(elements[l], 0, l, lanes.gradient);
         }
         built_.laneTets.push_back(lanes);
         return std::int32_t(built_.laneTets.size()) - 1;
@@ -357,6 +283,19 @@ Patches layOut(const std::vector<Range>& ranges, const std::vector<Built>& built
 
 }  // namespace
 
+tetmesh::TetGradients restGradients(const ElementSet& set, std::size_t e, std::size_t t)
+{
+    using Rows = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+    const auto& lattice = tetmesh::cellTets(set.elements[e].shape).gradient[t];
+    tetmesh::TetGradients g =
+        set.gradients.empty() ? tetmesh::TetGradients{lattice[1], lattice[2], lattice[3]} : set.gradients[e];
+    if (const Mat3* const flow = inverseFlow(set, e, t)) {
+        Eigen::Map<Rows> rows(g[0].data());
+        rows = (rows * *flow).eval();
+    }
+    return g;
+}
+
 Patches makePatches(std::span<const ElementSet> sets, std::size_t nodeCount)
 {
     const std::vector<Range> ranges = findRanges(sets);
@@ -373,11 +312,14 @@ Patches makePatches(std::span<const ElementSet> sets, std::size_t nodeCount)
             batch.tangent += std::uint32_t(p.tangentCount);
             if (batch.gathered >= 0) batch.gathered += std::int32_t(p.corners.size());
             if (batch.cut >= 0)
-                batch.cut += std::int32_t(batch.shape == CellShape::tet ? p.laneTets.size() : p.volumes.size());
+                batch.cut += std::int32_t(batch.shape == CellShape::tet ? p.laneTets.size()
+                                          : batch.flowed                ? p.laneCells.size()
+                                                                        : p.volumes.size());
         }
         p.corners.insert(p.corners.end(), b.corners.begin(), b.corners.end());
         p.volumes.insert(p.volumes.end(), b.volumes.begin(), b.volumes.end());
         p.laneTets.insert(p.laneTets.end(), b.laneTets.begin(), b.laneTets.end());
+        p.laneCells.insert(p.laneCells.end(), b.laneCells.begin(), b.laneCells.end());
         p.tangentCount += b.tangents;
     }
     parallelChunks(built.size(), 1, [&](std::size_t i, std::size_t) {
@@ -395,8 +337,8 @@ Patches makePatches(std::span<const ElementSet> sets, std::size_t nodeCount)
 std::size_t Patches::bytes() const
 {
     const auto of = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
-    return of(patches) + of(batches) + of(corners) + of(volumes) + of(laneTets) + of(laneOfElement) + of(runs) +
-           of(slotStart) + of(slots) + of(straight);
+    return of(patches) + of(batches) + of(corners) + of(volumes) + of(laneTets) + of(laneCells) + of(laneOfElement) +
+           of(runs) + of(slotStart) + of(slots) + of(straight);
 }
 
 }  // namespace vdbfrac::solver

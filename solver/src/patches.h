@@ -29,6 +29,7 @@ struct Patches {
     std::vector<LaneCorners> corners;
     std::vector<LaneVolumes> volumes;
     std::vector<LaneTets> laneTets;
+    std::vector<LaneCells> laneCells;
     std::vector<std::uint32_t> laneOfElement;  ///< kLanes * batch + lane of each element of the system
     std::vector<NodeRun> runs;
     std::vector<std::uint32_t> slotStart, slots;  ///< slots of each node, by rising patch
@@ -40,6 +41,23 @@ struct Patches {
     std::size_t tetsOf(std::size_t batch) const { return std::size_t(tetmesh::cellTets(batches[batch].shape).count); }
     std::size_t bytes() const;
 };
+
+/// Inverse flow of tet t of element e; null: none, or I.
+inline const Mat3* inverseFlow(const ElementSet& set, std::size_t e, std::size_t t)
+{
+    if (!set.inverseFlow) return nullptr;
+    const Mat3& own = (*set.inverseFlow)(e, t);
+    return own == Mat3::Identity() ? nullptr : &own;
+}
+
+/// Factor on the stiffness of tet t of element e.
+inline double stiffness(const ElementSet& set, std::size_t e, std::size_t t)
+{
+    return set.stiffness.empty() ? 1. : double(set.stiffness[tetmesh::tetEntry(e, t)]);
+}
+
+/// h grad N of the last three vertices of tet t of element e, carried on by its flow: h Fp^-T grad N.
+tetmesh::TetGradients restGradients(const ElementSet& set, std::size_t e, std::size_t t);
 
 Patches makePatches(std::span<const ElementSet> sets, std::size_t nodeCount);
 

@@ -30,10 +30,7 @@ LIBRARIES = {
 # Of the command line, tests link what reads lists of frames; all else they reach through the program.
 TESTS_OF_CLI = {"tests/unit/frame_list_test.cpp"}
 
-LONG_FILES = {
-    "solver/src/kernel_impl.cpp": "compiled once for each vector unit: nothing in it may be shared with other files",
-    "solver/src/patches.cpp": "patches, their slots and their batches are laid out in one pass",
-}
+LONG_FILES = {}
 LONG_FUNCTIONS = {}
 
 

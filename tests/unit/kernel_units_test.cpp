@@ -71,12 +71,14 @@ struct RandomNodes {
     }
 };
 
-/// A patch of two batches, one a row of whole cells and one of cut cells in any order, in a random state.
+/// A patch of three batches in a random state: a row of whole cells, cut cells in any order, and cells that have
+/// flowed.
 struct RandomPatch {
-    static constexpr int kNodes = 40, kStride = kNodes + solver::kLanes;
-    solver::Batch batch[2];
+    static constexpr int kNodes = 40, kStride = kNodes + solver::kLanes, kBatches = 3;
+    solver::Batch batch[kBatches];
     solver::LaneCorners corners{};
     solver::LaneVolumes volumes{};
+    solver::LaneCells flowed{};
     std::vector<double> x;
 
     RandomPatch()
@@ -85,23 +87,28 @@ struct RandomPatch {
         for (std::size_t c = 0; c < tetmesh::kCorners; ++c) batch[0].corner[c] = std::uint16_t(9 * (c / 2) + c % 2);
         batch[1].gathered = batch[1].cut = 0;
         batch[1].tangent = tetmesh::kMostTets;
+        batch[2] = {.gathered = 0, .cut = 0, .tangent = 2 * tetmesh::kMostTets, .flowed = true};
         for (auto& lane : corners.corner)
             for (auto& corner : lane) corner = std::uint16_t(random() % kNodes);
         for (auto& tet : volumes.share)
             for (double& share : tet) share = double(random() % 3) / 6;
+        std::copy_n(&volumes.share[0][0], tetmesh::kMostTets * solver::kLanes, &flowed.share[0][0]);
+        for (auto& tet : flowed.gradient)
+            for (auto& vertex : tet)
+                for (auto& lanes : vertex)
+                    for (double& g : lanes) g = std::uniform_real_distribution<double>(-1, 1)(random);
         x.resize(3 * kStride);
         for (double& v : x) v = std::uniform_real_distribution<double>(-1, 1)(random);
     }
 
     /// What products and diagonal blocks of both precisions give, one after another.
-    void multiply(const solver::Kernel& kernel, const solver::PatchData& d, bool cellDilation,
-                  std::vector<double>& out) const
+    void multiply(const solver::Kernel& kernel, const solver::PatchData& d, std::vector<double>& out) const
     {
         std::vector<double> product(x.size(), 0.), diagonal(2 * x.size(), 0.);
         std::vector<float> in(x.begin(), x.end()), single(x.size(), 0.f);
-        out.push_back(kernel.twice.product(d, cellDilation, x.data(), product.data()));
-        out.push_back(kernel.single.product(d, cellDilation, in.data(), single.data()));
-        kernel.diagonal(d, cellDilation, diagonal.data());
+        out.push_back(kernel.twice.product(d, x.data(), product.data()));
+        out.push_back(kernel.single.product(d, in.data(), single.data()));
+        kernel.diagonal(d, diagonal.data());
         out.insert(out.end(), product.begin(), product.end());
         out.insert(out.end(), single.begin(), single.end());
         out.insert(out.end(), diagonal.begin(), diagonal.end());
@@ -117,18 +124,18 @@ struct RandomPatch {
                                           [](const double*, double t, double* T) {
                                               for (int k = 0; k < 6; ++k) T[k] = k < 3 ? t : 0;
                                           }};
-        solver::TetTangent tangent[2 * tetmesh::kMostTets] = {}, cells[2] = {};
+        solver::TetTangent tangent[kBatches * tetmesh::kMostTets] = {}, cells[kBatches] = {};
         std::vector<double> out(x.size(), 0.);
         solver::PatchData d;
-        d.batch = batch, d.corners = &corners, d.volumes = &volumes, d.tangent = tangent;
-        d.batches = 2, d.nodes = kNodes, d.stride = kStride;
-        d.h = 0.1, d.mu = 3e4, d.lambda = 5e4, d.share = 0.2;
-        const auto result = kernel.evaluate(d, cellDilation, scalar, x.data(), out.data());
+        d.batch = batch, d.corners = &corners, d.volumes = &volumes, d.flowed = &flowed, d.tangent = tangent;
+        d.batches = kBatches, d.nodes = kNodes, d.stride = kStride;
+        d.h = 0.1, d.mu = 3e4, d.lambda = 5e4, d.share = 0.2, d.cellDilation = cellDilation;
+        const auto result = kernel.evaluate(d, scalar, x.data(), out.data());
         out.push_back(result.energy);
-        multiply(kernel, d, cellDilation, out);
+        multiply(kernel, d, out);
         kernel.averageTets(d, scalar, cells);
         d.cells = cells;
-        multiply(kernel, d, cellDilation, out);
+        multiply(kernel, d, out);
         RandomNodes<double> n;
         const solver::GradientNodes<double> nodes{n.sums(),   n.B.data(), n.mass.data(), 2.,
                                                   n.r.data(), n.p.data(), n.u.data()};

@@ -9,6 +9,7 @@
 #include <vdbfrac/solver/coupling.h>
 #include <vdbfrac/solver/material.h>
 #include <vdbfrac/tetmesh/cut_mesh.h>
+#include <vdbfrac/tetmesh/tet_field.h>
 
 #include <array>
 #include <cstdint>
@@ -25,6 +26,12 @@ struct ElementSet {
     std::uint32_t firstNode = 0;   ///< of the system: node 0 of the body
     Material material;
     std::span<const tetmesh::TetGradients> gradients = {};  ///< of each element where they are tets of any shape
+    /// Fp^-1 of each tet, det 1: the energy is that of F Fp^-1. Null or I: no flow, which costs nothing. Read when the
+    /// operator is made. Coarse lattices of multigrid do without it.
+    const tetmesh::TetField<Mat3>* inverseFlow = nullptr;
+    /// Factor on the stiffness of each tet, by tetEntry(); empty: 1, which costs nothing. Read as inverseFlow is. Means
+    /// over the tets of a cell weigh by it.
+    std::span<const float> stiffness = {};
 };
 
 enum class Volumetric { cell, none };  ///< cell: mean dilatation over the tets of a cell, against locking

@@ -14,9 +14,11 @@ struct ElementOf {
     const tetmesh::CellElement& element;
     const tetmesh::TetGradients* gradients;  ///< of a tet of any shape; else not read
     double h;                                ///< lattice spacing [m]
+    const Mat3* inverseFlow = nullptr;       ///< of each of its tets (ElementSet); null: none
+    const float* stiffness = nullptr;        ///< of each of its tets; null: 1
 };
 
-/// Deformation gradient of tet t; x [m]: of the body's nodes.
+/// Deformation gradient of tet t, of its elastic part if it has flowed: F Fp^-1; x [m]: of the body's nodes.
 Mat3 deformationGradient(const ElementOf& e, std::size_t tet, std::span<const Vec3> x);
 
 /// Elastic energy [J], as ElasticOperator has it.

@@ -1,0 +1,91 @@
+// The part of a kernel that has energy, gradient and tangent.
+#include "kernel_cells.h"
+#include "kernel_laws.h"
+#include "kernel_parts.h"
+
+namespace vdbfrac::solver {
+
+namespace {
+
+/// F of a tet; I where there is no material.
+template <class Cells, class Tet>
+VDBFRAC_INLINE void deform(const Cells& cells, Tet t, const Corners& x, double h, Matrix& F)
+{
+    const Mask used = load<double>(cells.share[t]) > 0;
+    const double scale = 1 / h;
+    cells.template differences<Pack>(t, x, F);
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) F[i][j] = used ? F[i][j] * scale : all(i == j);
+}
+
+template <class Law, class Cells, class Choice>
+KernelResult evaluateBatch(const PatchData& patch, int b, Choice cellDilation, const RobustTet& scalar,
+                           const double* in, double* out)
+{
+    const Batch& batch = patch.batch[b];
+    const Cells cells(patch, batch);
+    Corners x, f;
+    Strains s;
+    KernelResult result;
+    cells.template gather<double>(in, x);
+    cells.eachTet([&](auto t) __attribute__((always_inline)) { deform(cells, t, x, patch.h, s.F[t]); });
+    // Loops that stay loops: unrolled, they would take most of the time that the kernel takes to compile.
+    inTurn(
+        Cells::kTets, [&](int t) __attribute__((always_inline)) {
+            result.robustTets += Law::measure(s, t, scalar);
+            s.dilation[t] = (s.S[t][0] - 1.) + (s.S[t][1] - 1.) + (s.S[t][2] - 1.);
+        });
+    for (auto& corner : f)
+        for (Pack& v : corner) v = all(0);
+    const double mu = patch.mu, lambda = patch.lambda, twoThirdsMu = 2. / 3. * mu, bulk = lambda + twoThirdsMu;
+    const double cellVolume = patch.h * patch.h * patch.h, perArea = cellVolume / patch.h,
+                 perLength = perArea / patch.h;
+    const Pack mean = cellDilation ? cellMean(cells, s.dilation) : all(0);
+    Pack energy = all(0);
+    TangentScale scales[tetmesh::kMostTets];
+    cells.eachTet([&](auto t) __attribute__((always_inline)) {
+        const Pack V = load<double>(cells.share[t]);
+        // Per tet the bulk part is lambda/2 d^2; averaged it is K/2 mean^2, and -mu/3 d^2 leaves the deviatoric part.
+        const Pack d = s.dilation[t], pressure = cellDilation ? bulk * mean - twoThirdsMu * d : lambda * d;
+        const Pack force = V * perArea;
+        Matrix P;
+        const Pack square = Law::stress(s, t, mu, pressure, P);
+        for (auto& row : P)
+            for (Pack& v : row) v = v * force;
+        const Pack psi = cellDilation ? mu * square - 0.5 * twoThirdsMu * d * d + 0.5 * bulk * mean * mean
+                                      : mu * square + 0.5 * lambda * d * d;
+        energy += V * psi;
+        if (patch.psi) storeLoose(patch.psi + (b * tetmesh::kMostTets + t) * kLanes, psi);
+        cells.template spread<Pack>(t, P, f);
+        const TangentScale scale = {mu, patch.share, pressure, V * perLength};
+        if (Law::kLong)
+            scales[t] = scale;
+        else if (patch.tangent)
+            Law::store(s, t, scale, patch.tangent[batch.tangent + std::uint32_t(t)], scalar);
+    });
+    if (Law::kLong && patch.tangent)
+        inTurn(
+            cells.count(), [&](int t) __attribute__((always_inline)) {
+                Law::store(s, t, scales[t], patch.tangent[batch.tangent + std::uint32_t(t)], scalar);
+            });
+    cells.template scatter<double>(f, out);
+    for (int l = 0; l < kLanes; ++l) result.energy += cellVolume * energy[l];
+    return result;
+}
+
+}  // namespace
+
+KernelResult VDBFRAC_KERNEL::evaluate(const PatchData& patch, const RobustTet& scalar, const double* in, double* out)
+{
+    KernelResult sum;
+    withLaw(patch.strain, [&]<class Law>() {
+        eachBatch(patch, [&]<class Cells>(int b, auto cellDilation) {
+            const KernelResult r = evaluateBatch<Law, Cells>(patch, b, cellDilation, scalar, in, out);
+            sum.energy += r.energy;
+            sum.robustTets += r.robustTets;
+        });
+    });
+    return sum;
+}
+
+}  // namespace vdbfrac::solver

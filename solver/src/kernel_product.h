@@ -1,0 +1,175 @@
+// Products with the tangent, in either precision: what the parts kernel_product_*.cpp of a kernel are.
+#pragma once
+
+#include "kernel_cells.h"
+#include "kernel_parts.h"
+#include "kernel_tangents.h"
+
+namespace vdbfrac::solver {
+
+namespace {
+
+template <class P>
+VDBFRAC_INLINE P traceOf(const MatrixOf<P>& E, const MatrixOf<P>& R)
+{
+    P trace = R[0][0] * E[0][0];
+    for (int k = 1; k < 9; ++k) trace += R[k / 3][k % 3] * E[k / 3][k % 3];
+    return trace;
+}
+
+/// Moduli times h, and what damping adds to the tangent.
+template <class Real>
+struct Moduli {
+    Real twoMu, lambda, third, bulk;
+    VDBFRAC_INLINE explicit Moduli(const PatchData& patch)
+    {
+        const double scale = patch.h * (1 + patch.share);
+        twoMu = Real(2 * patch.mu * scale), lambda = Real(patch.lambda * scale), third = twoMu / 3,
+        bulk = lambda + third;
+    }
+};
+
+/// Asks the second-level cache for one of `parts` of the tangents of a batch to come: a product is bound by reading
+/// them. In parts between the arithmetic, as a core waits once it has asked for some twenty lines.
+template <int tets, int parts>
+VDBFRAC_INLINE void prefetch(const TetTangent* now, int part)
+{
+    constexpr int kLine = 64, kAhead = 24;  // tets, or cells; measured
+    constexpr int kLines = tets * int(sizeof *now) / kLine;
+    const char* const next = reinterpret_cast<const char*>(now + kAhead);
+#pragma GCC unroll 64
+    for (int i = kLines * part / parts; i < kLines * (part + 1) / parts; ++i)
+        __builtin_prefetch(next + kLine * i, 0, 2);
+}
+
+template <class Real, class Tangents, class Cells, class Choice>
+void productBatch(const PatchData& patch, int b, Choice cellDilation, const Real* in, Real* out)
+{
+    using P = PackT<Real>;
+    constexpr int tets = Cells::kTets;
+    const Batch& batch = patch.batch[b];
+    const TetTangent* const tangent = patch.tangent + batch.tangent;
+    const Cells cells(patch, batch);
+    CornersOf<P> u, f;
+    cells.template gather<Real>(in, u);
+    for (auto& corner : f)
+        for (P& v : corner) v = P{};
+    const auto [twoMu, lambda, third, bulk] = Moduli<Real>(patch);
+    P mean = {}, trace[tetmesh::kMostTets];
+    if (cellDilation) {
+        P volume = {};
+        cells.eachTet([&](auto t) __attribute__((always_inline)) {
+            MatrixOf<P> E, R;
+            prefetch<tets, 2 * tets>(tangent, t);
+            cells.template differences<P>(t, u, E);
+            loadRotation<Real>(tangent[t], R);
+            trace[t] = traceOf<P>(E, R);
+            const P V = load<Real>(cells.share[t]);
+            mean += V * trace[t];
+            volume += V;
+        });
+        mean = volume > 0 ? bulk * mean / volume : P{};
+    }
+    cells.eachTet([&](auto t) __attribute__((always_inline)) {
+        MatrixOf<P> E, R, stress;
+        P T[6];
+        prefetch<tets, 2 * tets>(tangent, tets + t);
+        if (!cellDilation) prefetch<tets, 2 * tets>(tangent, t);
+        cells.template differences<P>(t, u, E);
+        loadTangent<Real>(tangent[t], R, T);
+        const P V = load<Real>(cells.share[t]);
+        const P pressure = cellDilation ? mean - third * trace[t] : lambda * traceOf<P>(E, R);
+        Tangents::template rate<P>(E, R, T, twoMu * V, pressure * V, stress);
+        cells.template spread<P>(t, stress, f);
+    });
+    cells.template scatter<Real>(f, out);
+}
+
+/// v = m u at the corners, or m^T u.
+template <bool transposed, class P>
+VDBFRAC_INLINE void turnCorners(const MatrixOf<P>& m, const CornersOf<P>& u, int corners, CornersOf<P>& v)
+{
+    for (int c = 0; c < corners; ++c)
+        for (int i = 0; i < 3; ++i) {
+            v[c][i] = (transposed ? m[0][i] : m[i][0]) * u[c][0];
+            v[c][i] += (transposed ? m[1][i] : m[i][1]) * u[c][1];
+            v[c][i] += (transposed ? m[2][i] : m[i][2]) * u[c][2];
+        }
+}
+
+/// productBatch with one R and T for all tets of a cell: its corners are turned into the frame of R, and its forces
+/// back.
+template <class Real, class Tangents, class Cells, class Choice>
+void cellProductBatch(const PatchData& patch, int b, Choice cellDilation, const Real* in, Real* out)
+{
+    using P = PackT<Real>;
+    constexpr int corners = Cells::kCorners;
+    const Cells cells(patch, patch.batch[b]);
+    CornersOf<P> u, turned, turnedForce, f;
+    MatrixOf<P> R;
+    P T[6];
+    cells.template gather<Real>(in, u);
+    loadTangent<Real>(patch.cells[b], R, T);
+    prefetch<1, 1>(patch.cells + b, 0);
+    turnCorners<true, P>(R, u, corners, turned);
+    for (int c = 0; c < corners; ++c)
+        for (int i = 0; i < 3; ++i) f[c][i] = turnedForce[c][i] = P{};
+    const auto [twoMu, lambda, third, bulk] = Moduli<Real>(patch);
+    P mean = {}, trace[tetmesh::kMostTets];
+    if (cellDilation) {
+        cells.eachTet([&](auto t) __attribute__((always_inline)) {
+            MatrixOf<P> D;
+            cells.template differences<P>(t, turned, D);
+            trace[t] = D[0][0] + D[1][1] + D[2][2];
+        });
+        mean = bulk * cellMean(cells, trace);
+    }
+    cells.eachTet([&](auto t) __attribute__((always_inline)) {
+        MatrixOf<P> D, stress;
+        cells.template differences<P>(t, turned, D);
+        const P V = load<Real>(cells.share[t]);
+        const P pressure = V * (cellDilation ? mean - third * trace[t] : lambda * (D[0][0] + D[1][1] + D[2][2]));
+        Tangents::template turnedRate<P>(D, T, V, twoMu * V, pressure, stress);
+        cells.template spread<P>(t, stress, turnedForce);
+        if constexpr (Tangents::kPlainRate) {
+            MatrixOf<P> E;
+            cells.template differences<P>(t, u, E);
+            Tangents::template plainRate<P>(E, T, V, stress);
+            cells.template spread<P>(t, stress, f);
+        }
+    });
+    CornersOf<P> back;
+    turnCorners<false, P>(R, turnedForce, corners, back);
+    for (int c = 0; c < corners; ++c)
+        for (int i = 0; i < 3; ++i) f[c][i] = Tangents::kPlainRate ? f[c][i] + back[c][i] : back[c][i];
+    cells.template scatter<Real>(f, out);
+}
+
+/// a.b over three rows, in a fixed order.
+template <class Real>
+double dotOfRows(const Real* a, const Real* b, int stride)
+{
+    PackT<Real> row[3] = {};
+    for (int i = 0; i < stride; i += kLanes)
+        for (int d = 0; d < 3; ++d) row[d] += loadLoose(a + d * stride + i) * loadLoose(b + d * stride + i);
+    const PackT<Real> sum = row[0] + row[1] + row[2];
+    double dot = 0;
+    for (int l = 0; l < kLanes; ++l) dot += double(sum[l]);
+    return dot;
+}
+
+template <class Real>
+double productAll(const PatchData& patch, const Real* in, Real* out)
+{
+    withTangents(patch.strain, [&]<class Tangents>() {
+        eachBatch(patch, [&]<class Cells>(int b, auto cellDilation) {
+            patch.cells ? cellProductBatch<Real, Tangents, Cells>(patch, b, cellDilation, in, out)
+                        : productBatch<Real, Tangents, Cells>(patch, b, cellDilation, in, out);
+        });
+    });
+    return dotOfRows(in, out, patch.stride);
+}
+
+}  // namespace
+
+}  // namespace vdbfrac::solver

@@ -1,0 +1,272 @@
+// Plastic flow and stiffness of each tet: energy, gradient, tangent and its parts, each against something else that
+// gives the same.
+#include <vdbfrac/lab/samples/loads.h>
+#include <vdbfrac/lab/samples/solid.h>
+#include <vdbfrac/solver/element.h>
+
+#include <Eigen/Dense>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+using namespace vdbfrac;
+using lab::randomVec;
+using solver::Strain;
+using solver::Volumetric;
+
+namespace {
+
+const solver::Material kGel = solver::makeMaterial(1e5, .3, 1000);
+
+Mat3 randomFlow(std::mt19937& random, double size)
+{
+    Mat3 flow = Mat3::Identity();
+    for (int d = 0; d < 3; ++d) flow.col(d) += randomVec(random, size);
+    return flow / std::cbrt(flow.determinant());
+}
+
+enum class Shape { six, five, tets };
+
+/// A cut ball; of its tets every third has flowed in every second group of a hundred elements.
+struct Body {
+    lab::Block block;
+    std::vector<tetmesh::TetGradients> gradients;
+    tetmesh::TetField<Mat3> flow;
+    std::vector<float> stiffness;
+
+    explicit Body(Shape shape)
+        : block(lab::asBlock(lab::cutBall(
+              {shape == Shape::five ? tetmesh::Lattice::Kind::five : tetmesh::Lattice::Kind::six, 1, .1}, 4.3)))
+    {
+        if (shape == Shape::tets) makeLoose();
+        flow = tetmesh::TetField<Mat3>(block.elements.size(), Mat3::Identity());
+        std::mt19937 random(3);
+        for (std::size_t e = 0; e < block.elements.size(); ++e)
+            for (std::size_t t = 0; t < tetmesh::kMostTets; ++t) {
+                if (e / 100 % 2 == 0 && (e + t) % 3 == 0) flow(e, t) = randomFlow(random, .2);
+                stiffness.push_back(float(1 + (e + t) % 4) / 4);
+            }
+    }
+    solver::ElementSet set() const { return {block.elements, block.nodes, 0, kGel, gradients, &flow, stiffness}; }
+    solver::ElasticOperator elastic(solver::Elasticity elasticity) const { return elastic(set(), elasticity); }
+    solver::ElasticOperator elastic(const solver::ElementSet& set, solver::Elasticity elasticity) const
+    {
+        return {std::span(&set, 1), block.nodes.size(), block.h, elasticity};
+    }
+    solver::ElementOf element(std::size_t e) const
+    {
+        return {block.elements[e], gradients.empty() ? nullptr : &gradients[e], block.h, &flow(e, 0),
+                &stiffness[tetmesh::tetEntry(e, 0)]};
+    }
+    std::vector<Vec3> random(double size, unsigned seed) const
+    {
+        std::mt19937 random(seed);
+        std::vector<Vec3> u;
+        for (std::size_t i = 0; i < block.nodes.size(); ++i) u.push_back(randomVec(random, size));
+        return u;
+    }
+    std::vector<Vec3> shaken(double size) const
+    {
+        std::vector<Vec3> x = random(size * block.h, 7);
+        for (std::size_t i = 0; i < x.size(); ++i) x[i] += block.h * block.nodes[i].toVec();
+        return x;
+    }
+
+private:
+    void makeLoose()
+    {
+        std::vector<tetmesh::CellElement> tets;
+        for (const tetmesh::CellElement& cell : block.elements) {
+            const tetmesh::CellTets& of = tetmesh::cellTets(cell.shape);
+            for (std::size_t t = 0; t < std::size_t(of.count); ++t) {
+                if (cell.fraction[t] == 0) continue;
+                tetmesh::CellElement tet;
+                tet.node.fill(cell.node[std::size_t(of.corner[t][0])]);
+                for (std::size_t a = 0; a < 4; ++a) tet.node[a] = cell.node[std::size_t(of.corner[t][a])];
+                tet.fraction[0] = of.volume[t] * cell.fraction[t];
+                tet.shape = tetmesh::CellShape::tet;
+                tet.patch = std::uint32_t(tets.size()) / 1000;
+                gradients.push_back({of.gradient[t][1], of.gradient[t][2], of.gradient[t][3]});
+                tets.push_back(tet);
+            }
+        }
+        block.elements = tets;
+    }
+};
+
+class FlowCases : public testing::TestWithParam<std::tuple<Strain, Volumetric, Shape>> {
+protected:
+    solver::Elasticity elasticity() const { return {std::get<1>(GetParam()), std::get<0>(GetParam())}; }
+    Body body{std::get<2>(GetParam())};
+    solver::ElasticOperator elastic = body.elastic(elasticity());
+
+    std::vector<Vec3> gradient(const std::vector<Vec3>& x) const
+    {
+        std::vector<Vec3> g(x.size(), Vec3::Zero());
+        elastic.evaluate(x, g, nullptr);
+        return g;
+    }
+};
+
+TEST_P(FlowCases, EnergyEqualsScalarReference)
+{
+    constexpr double kRounding = 1e-12;
+    for (double size : {0.02, 0.3}) {
+        const auto x = body.shaken(size);
+        double expected = 0;
+        for (std::size_t e = 0; e < body.block.elements.size(); ++e)
+            expected += solver::elasticEnergy(body.element(e), x, kGel, elasticity());
+        EXPECT_NEAR(elastic.evaluate(x, {}, nullptr), expected, kRounding * expected) << size;
+    }
+}
+
+TEST_P(FlowCases, DensitiesAddUpToTheEnergy)
+{
+    constexpr double kRounding = 1e-12;
+    const auto x = body.shaken(0.2);
+    std::vector<double> density;
+    elastic.energyDensities(x, density);
+    double energy = 0, volume = body.block.h * body.block.h * body.block.h;
+    for (std::size_t e = 0; e < body.block.elements.size(); ++e) {
+        const tetmesh::CellElement& element = body.block.elements[e];
+        for (std::size_t t = 0; t < std::size_t(tetmesh::cellTets(element.shape).count); ++t)
+            energy += density[tetmesh::tetEntry(e, t)] * volume * element.fraction[t] *
+                      tetmesh::cellTets(element.shape).volume[t];
+    }
+    const double expected = elastic.evaluate(x, {}, nullptr);
+    EXPECT_NEAR(energy, expected, kRounding * expected);
+}
+
+TEST_P(FlowCases, GradientIsTheDerivativeOfTheEnergy)
+{
+    const auto x = body.shaken(0.2), u = body.random(1, 5), g = gradient(x);
+    const double step = 1e-4 * body.block.h;
+    auto plus = x, minus = x;
+    for (std::size_t i = 0; i < x.size(); ++i) plus[i] += step * u[i], minus[i] -= step * u[i];
+    const double slope = (elastic.evaluate(plus, {}, nullptr) - elastic.evaluate(minus, {}, nullptr)) / (2 * step);
+    // Step^2, and rounding over it.
+    EXPECT_NEAR(slope, solver::dot(g, u), 1e-7 * std::sqrt(solver::dot(g, g) * solver::dot(u, u)));
+}
+
+TEST_P(FlowCases, ProductIsTheDerivativeOfTheGradient)
+{
+    const auto x = body.shaken(0.1), u = body.random(1, 5);
+    solver::Tangent tangent;
+    elastic.evaluate(x, {}, &tangent);
+    const double step = 1e-5 * body.block.h;
+    auto plus = x, minus = x;
+    for (std::size_t i = 0; i < x.size(); ++i) plus[i] += step * u[i], minus[i] -= step * u[i];
+    const auto up = gradient(plus), down = gradient(minus);
+    std::vector<Vec3> Ku(x.size(), Vec3::Zero());
+    elastic.addProduct(tangent, u, Ku);
+    double error = 0;
+    for (std::size_t i = 0; i < x.size(); ++i) error += (Ku[i] - (up[i] - down[i]) / (2 * step)).squaredNorm();
+    EXPECT_LT(std::sqrt(error / solver::dot(Ku, Ku)), 1e-6);  // the tangent is kept in single precision
+}
+
+/// Of the tangents of the tets, and of their means over cells.
+TEST_P(FlowCases, DiagonalBlocksAndElementMatricesAreThoseOfTheProduct)
+{
+    constexpr double kStored = 1e-6;  // single precision
+    const auto u = body.random(1, 3);
+    solver::Tangent tangent, cells;
+    elastic.evaluate(body.shaken(0.1), {}, &tangent, 0.3);
+    elastic.averageTets(tangent, cells);
+    for (const auto* kept : {&tangent, &cells}) {
+        const auto blocks = lab::diagonalBlocks(elastic, *kept);
+        std::vector<Vec3> Ku(u.size(), Vec3::Zero()), summed = Ku;
+        std::vector<Mat3> diagonal(u.size(), Mat3::Zero());
+        elastic.addProduct(*kept, u, Ku);
+        for (std::size_t e = 0; e < body.block.elements.size(); ++e) {
+            const tetmesh::CellElement& element = body.block.elements[e];
+            const auto K = elastic.elementMatrix(*kept, e);
+            const int corners = element.shape == tetmesh::CellShape::tet ? 4 : tetmesh::kCorners;
+            for (int i = 0; i < corners; ++i) {
+                diagonal[element.node[std::size_t(i)]] += K.block<3, 3>(3 * i, 3 * i);
+                for (int j = 0; j < corners; ++j)
+                    summed[element.node[std::size_t(i)]] +=
+                        K.block<3, 3>(3 * i, 3 * j) * u[element.node[std::size_t(j)]];
+            }
+        }
+        double scale = 0;
+        for (const Mat3& block : diagonal) scale = std::max(scale, block.norm());
+        for (std::size_t i = 0; i < u.size(); ++i) {
+            EXPECT_LT((blocks[i] - diagonal[i]).norm(), kStored * scale);
+            EXPECT_LT((Ku[i] - summed[i]).norm(), kStored * scale);
+        }
+    }
+}
+
+/// The same flow everywhere and x = Fp X leave no elastic deformation.
+TEST_P(FlowCases, ABodyThatFollowsItsFlowHasNoEnergy)
+{
+    constexpr double kRounding = 1e-13;
+    std::mt19937 random(11);
+    const Mat3 flow = randomFlow(random, .3), inverse = flow.inverse();
+    Body uniform(std::get<2>(GetParam()));
+    uniform.flow = tetmesh::TetField<Mat3>(uniform.block.elements.size(), inverse);
+    const auto operatorOfFlow = uniform.elastic(elasticity());
+    std::vector<Vec3> x, rest, g(uniform.block.nodes.size(), Vec3::Zero()), atRest = g;
+    for (const Coord& c : uniform.block.nodes)
+        rest.push_back(uniform.block.h * c.toVec()), x.push_back(flow * rest.back());
+    const double energy = operatorOfFlow.evaluate(x, g, nullptr),
+                 scale = operatorOfFlow.evaluate(rest, atRest, nullptr);
+    EXPECT_LT(energy, kRounding * scale);
+    EXPECT_LT(solver::dot(g, g), kRounding * kRounding * solver::dot(atRest, atRest) * double(g.size()));
+}
+
+/// What has no flow in its batch is computed as if there were none anywhere.
+TEST_P(FlowCases, WhereNothingHasFlowedTheBitsAreThoseWithoutFlow)
+{
+    solver::ElementSet plain = body.set(), identity = plain, one = plain;
+    plain.inverseFlow = nullptr, plain.stiffness = {};
+    const std::vector<float> ones(body.stiffness.size(), 1.F);
+    tetmesh::TetField<Mat3> field(body.block.elements.size(), Mat3::Identity());
+    identity.inverseFlow = &field, identity.stiffness = ones;
+    tetmesh::TetField<Mat3> single = field;
+    std::mt19937 random(5);
+    const std::size_t flowed = body.block.elements.size() / 2;
+    single(flowed, 0) = randomFlow(random, .2);
+    one.inverseFlow = &single, one.stiffness = {};
+
+    const auto x = body.shaken(0.2);
+    const auto of = [&](const solver::ElementSet& set) {
+        std::vector<Vec3> g(x.size(), Vec3::Zero());
+        body.elastic(set, elasticity()).evaluate(x, g, nullptr);
+        return g;
+    };
+    const auto without = of(plain), unchanged = of(identity), mixed = of(one);
+    EXPECT_EQ(without, unchanged);
+    std::size_t differ = 0;
+    for (std::size_t i = 0; i < x.size(); ++i) differ += mixed[i] != without[i];
+    EXPECT_GE(differ, 4U);
+    EXPECT_LE(differ, 8U * 8U);  // nodes of the eight cells of a batch
+}
+
+INSTANTIATE_TEST_SUITE_P(Laws, FlowCases,
+                         testing::Combine(testing::Values(Strain::corotational, Strain::linear, Strain::green),
+                                          testing::Values(Volumetric::none, Volumetric::cell),
+                                          testing::Values(Shape::six, Shape::five, Shape::tets)));
+
+/// The bound of each tet alone holds for the elements, and a single tet reaches it.
+TEST(Flow, HighestFrequencyIsThatOfTheTetsAsTheyHaveFlowed)
+{
+    constexpr double kStored = 1e-6;  // single precision
+    Body body(Shape::tets);
+    body.block.elements.resize(1), body.gradients.resize(1);
+    const tetmesh::CellElement& tet = body.block.elements[0];
+    const auto elastic = body.elastic(Volumetric::none);
+    std::vector<Vec3> x;
+    for (const Coord& c : body.block.nodes) x.push_back(body.flow(0, 0).inverse() * (body.block.h * c.toVec()));
+    solver::Tangent tangent;
+    elastic.evaluate(x, {}, &tangent);
+    elastic.warp(tangent);
+    const Eigen::Matrix<double, 12, 12> K = elastic.elementMatrix(tangent, 0).topLeftCorner<12, 12>();
+    const double highest =
+        Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 12, 12>>(K).eigenvalues()[11] / elastic.mass()[tet.node[0]];
+    EXPECT_NE(body.flow(0, 0), Mat3::Identity());
+    EXPECT_NEAR(elastic.highestFrequency(), std::sqrt(highest), kStored * std::sqrt(highest));
+}
+
+}  // namespace
