@@ -13,8 +13,8 @@ jobs_for_build() {
 }
 
 ./cmake/install_packages.sh
-cmake -S . -B build -G Ninja -DCMAKE_BUILD_TYPE=Release -DVDBFRAC_TESTS=ON
+cmake -S . -B build -G Ninja -DCMAKE_BUILD_TYPE=Release -DVDBFRAC_TESTS=ON -DVDBFRAC_UNITY=ON
 cmake --build build -j "$(jobs_for_build)"
 cd build
-# ctest ends with a summary by label.
-ctest --output-on-failure --no-tests=error "$@"
+# Two tests at a time, for many use all cores by themselves. ctest ends with a summary by label.
+ctest -j 2 --output-on-failure --no-tests=error "$@"

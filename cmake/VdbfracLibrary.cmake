@@ -1,13 +1,19 @@
-# vdbfrac_library(NAME [INTERNAL] SOURCES ... [PUBLIC targets...] [PRIVATE targets...])
+# vdbfrac_library(NAME [INTERNAL] [COLD] SOURCES ... [APART sources...] [PUBLIC targets...] [PRIVATE targets...])
 # A static library vdbfrac::NAME with its own include root, so that only what is linked can be included. INTERNAL: for our own
-# programs, not installed.
+# programs, not installed. COLD: programs spend no time in it. APART: sources that are never compiled together with others,
+# since they use the same names for local things.
 function(vdbfrac_library name)
-  cmake_parse_arguments(arg "INTERNAL" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
-  add_library(vdbfrac_${name} STATIC ${arg_SOURCES})
+  cmake_parse_arguments(arg "INTERNAL;COLD" "" "SOURCES;APART;PUBLIC;PRIVATE" ${ARGN})
+  add_library(vdbfrac_${name} STATIC ${arg_SOURCES} ${arg_APART})
+  set_target_properties(vdbfrac_${name} PROPERTIES UNITY_BUILD ${VDBFRAC_UNITY})
+  set_source_files_properties(${arg_APART} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
   add_library(vdbfrac::${name} ALIAS vdbfrac_${name})
   target_include_directories(vdbfrac_${name} PUBLIC
     $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:include>)
   target_link_libraries(vdbfrac_${name} PUBLIC ${arg_PUBLIC} PRIVATE $<BUILD_INTERFACE:vdbfrac_flags>)
+  if(arg_COLD)
+    target_link_libraries(vdbfrac_${name} PRIVATE $<BUILD_INTERFACE:vdbfrac_cold>)
+  endif()
   foreach(need IN LISTS arg_PRIVATE)
     vdbfrac_is_header_only(${need} headers_only)
     if(headers_only)  # whoever links the finished library has no use for it

@@ -14,9 +14,9 @@ constexpr int kSurface = 1, kVolume = 1;  // tags of the two entities, and of th
 constexpr const char* kGroups = "$PhysicalNames\n2\n2 1 \"surface\"\n3 1 \"material\"\n$EndPhysicalNames\n";
 
 /// A value for each node, or for each element: triangles come first and have none.
-void addData(TextWriter& out, const std::vector<TetField>& fields, const std::string& section, std::size_t triangles)
+void addData(TextWriter& out, const std::vector<FileField>& fields, const std::string& section, std::size_t triangles)
 {
-    for (const TetField& f : fields) {
+    for (const FileField& f : fields) {
         out << "$" << section << "\n1\n\"" << f.name << "\"\n1\n0\n3\n0\n1\n" << triangles + f.values.size() << "\n";
         for (std::size_t i = 1; i <= triangles; ++i) out.line(i, 0);
         for (std::size_t i = 0; i < f.values.size(); ++i) out.line(triangles + i + 1, f.values[i]);

@@ -47,7 +47,7 @@ std::string eleText(const TetMesh& mesh)
     return out.text();
 }
 
-void requireSane(const TetField& field, std::size_t count)
+void requireSane(const FileField& field, std::size_t count)
 {
     const bool named = !field.name.empty() && std::all_of(field.name.begin(), field.name.end(), [](char c) {
         return c == '_' || (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
@@ -76,8 +76,8 @@ TetFormat tetFormatOf(const fs::path& file)
 
 std::vector<fs::path> writeTets(const fs::path& file, TetFormat format, const TetMesh& mesh, const TetFields& fields)
 {
-    for (const TetField& f : fields.onPoints) requireSane(f, mesh.points.size());
-    for (const TetField& f : fields.onTets) requireSane(f, mesh.tets.size());
+    for (const FileField& f : fields.onPoints) requireSane(f, mesh.points.size());
+    for (const FileField& f : fields.onTets) requireSane(f, mesh.tets.size());
     if (format == TetFormat::tetgen) {
         const fs::path node = fs::path(file).replace_extension(".node"), ele = fs::path(file).replace_extension(".ele");
         writeText(node, nodeText(mesh));

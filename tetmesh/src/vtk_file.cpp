@@ -23,7 +23,7 @@ public:
         fill([&](T value) { data_.bytes<std::endian::little>(value); });
         return element;
     }
-    std::string add(const TetField& field)
+    std::string add(const FileField& field)
     {
         return add<double>("type=\"Float64\" Name=\"" + field.name + "\"", field.values.size(), [&](auto put) {
             for (double v : field.values) put(v);
@@ -36,11 +36,11 @@ private:
     TextWriter data_;
 };
 
-std::string fieldElements(AppendedArrays& arrays, const std::vector<TetField>& fields, const std::string& element)
+std::string fieldElements(AppendedArrays& arrays, const std::vector<FileField>& fields, const std::string& element)
 {
     if (fields.empty()) return "";
     std::string text = "<" + element + ">\n";
-    for (const TetField& f : fields) text += arrays.add(f);
+    for (const FileField& f : fields) text += arrays.add(f);
     return text + "</" + element + ">\n";
 }
 
@@ -57,11 +57,11 @@ std::string cellElements(AppendedArrays& arrays, const TetMesh& mesh)
     }) + "</Cells>\n";
 }
 
-void addFields(TextWriter& out, const std::vector<TetField>& fields, const std::string& where, std::size_t count)
+void addFields(TextWriter& out, const std::vector<FileField>& fields, const std::string& where, std::size_t count)
 {
     if (fields.empty()) return;
     out << where << " " << count << "\nFIELD FieldData " << fields.size() << "\n";
-    for (const TetField& f : fields) {
+    for (const FileField& f : fields) {
         out << f.name << " 1 " << count << " double\n";
         for (double v : f.values) out.bytes<std::endian::big>(v);
         out << "\n";

@@ -27,7 +27,7 @@ namespace vdbfrac::cli {
 
 namespace {
 
-constexpr int kMostFrames = 999999;  // as scenes have it
+constexpr int kMaxFrame = 999999;  // as scenes have it
 
 struct SimOptions {
     CommonOptions common;
@@ -48,11 +48,10 @@ void limitFrames(scene::Scene& scene, const std::string& text)
     const bool range = std::sscanf(text.c_str(), "%d-%d%c", &first, &last, &rest) == 2;
     const bool single = !range && std::sscanf(text.c_str(), "%d%c", &last, &rest) == 1;
     if (single) first = scene.time.firstFrame;
-    if (!(range || single) || first != scene.time.firstFrame || last < first || last > kMostFrames)
-        throw InputError(
-            {"--frames", "'" + text + "' is not a frame range of this scene",
-             std::to_string(scene.time.firstFrame) + "-LAST, or LAST, up to " + std::to_string(kMostFrames),
-             "a simulation starts at the scene's first frame"});
+    if (!(range || single) || first != scene.time.firstFrame || last < first || last > kMaxFrame)
+        throw InputError({"--frames", "'" + text + "' is not a frame range of this scene",
+                          std::to_string(scene.time.firstFrame) + "-LAST, or LAST, up to " + std::to_string(kMaxFrame),
+                          "a simulation starts at the scene's first frame"});
     scene.time.lastFrame = last;
 }
 
@@ -266,7 +265,7 @@ Action addSim(CLI::App& app)
     c->add_option(
          "--checkpoint-every", o->checkpointEvery,
          "Frames from one checkpoint to the next; 0: only at the start, at the end, and when the run is stopped")
-        ->check(CLI::Range(0, kMostFrames))
+        ->check(CLI::Range(0, kMaxFrame))
         ->capture_default_str();
     c->add_option("--time-limit", o->timeLimit,
                   "Stop with a checkpoint after the step that ends later than this, as 3h50m (exit code 75)")

@@ -27,7 +27,7 @@ const Rgb kNeutral(0.72f, 0.71f, 0.68f), kTorn(0.80f, 0.10f, 0.07f);
 const Rgb kSkyTop(0.93f, 0.94f, 0.95f), kSkyBottom(0.76f, 0.78f, 0.80f);
 const Rgb kKeyLight(0.78f, 0.77f, 0.74f), kFillLight(0.16f, 0.18f, 0.22f), kAmbient(0.20f, 0.20f, 0.20f);
 
-Vec3d toVdb(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
+Vec3d vdbPoint(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
 
 struct Lights {
     Vec3d key, fill;  // towards the light
@@ -40,8 +40,8 @@ Lights lights(const View& view)
     Vec3 right = ahead.cross(Vec3::UnitY());
     right = right.norm() > 1e-6 ? Vec3(right.normalized()) : Vec3(Vec3::UnitX());
     const Vec3 up = right.cross(ahead);
-    return {toVdb((-right + 1.3 * up - 1.1 * ahead).normalized()),
-            toVdb((right - 0.4 * up - 0.5 * ahead).normalized())};
+    return {vdbPoint((-right + 1.3 * up - 1.1 * ahead).normalized()),
+            vdbPoint((right - 0.4 * up - 0.5 * ahead).normalized())};
 }
 
 /// Colours of the pixels of some rows. Each thread has its own: accessors are not shared.
@@ -110,10 +110,10 @@ openvdb::tools::PerspectiveCamera makeCamera(openvdb::tools::Film& film, const V
     const double halfAngle = std::atan(0.5 * kAperture / kFocal * narrow);
     const double distance = view.extent / std::sin(halfAngle);
     const Vec3 eye = view.target - distance * view.direction.normalized();
-    openvdb::tools::PerspectiveCamera camera(film, Vec3d(0.), toVdb(eye), kFocal, kAperture, 1e-3 * distance,
+    openvdb::tools::PerspectiveCamera camera(film, Vec3d(0.), vdbPoint(eye), kFocal, kAperture, 1e-3 * distance,
                                              10 * distance);
     const bool upright = view.direction.cross(Vec3::UnitY()).norm() < 1e-6 * view.direction.norm();
-    camera.lookAt(toVdb(view.target), upright ? Vec3d(0, 0, -1) : Vec3d(0, 1, 0));
+    camera.lookAt(vdbPoint(view.target), upright ? Vec3d(0, 0, -1) : Vec3d(0, 1, 0));
     return camera;
 }
 

@@ -18,7 +18,7 @@ namespace {
 
 using Grid = openvdb::FloatGrid;
 using Leaf = Grid::TreeType::LeafNodeType;
-using openvdb::Coord;
+using Voxel = openvdb::Coord;
 using Side = TriangleSides::Side;
 
 constexpr std::size_t kLeaves = 8;    // of a chunk
@@ -29,11 +29,11 @@ constexpr float kOnSurface = 1e-6f;   // voxels: nearer ones are on the surface,
 constexpr double kSlack = 1e-5;       // voxels: rounding of distances, which are floats
 constexpr float kGap = 0.5f;  // voxels: of two neighbours with a gap between them, one is at least so near to it
 
-Vec3 positionOf(const Coord& c) { return {double(c.x()), double(c.y()), double(c.z())}; }
+Vec3 positionOf(const Voxel& c) { return {double(c.x()), double(c.y()), double(c.z())}; }
 
 /// The 26 neighbours, and how far they are.
 struct Neighbour {
-    Coord step;
+    Voxel step;
     double length;
 };
 const std::vector<Neighbour>& neighbours()
@@ -41,14 +41,14 @@ const std::vector<Neighbour>& neighbours()
     static const std::vector<Neighbour> all = [] {
         std::vector<Neighbour> n;
         for (int i = 0; i < 27; ++i)
-            if (const Coord s(i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1); i != 13) n.push_back({s, positionOf(s).norm()});
+            if (const Voxel s(i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1); i != 13) n.push_back({s, positionOf(s).norm()});
         return n;
     }();
     return all;
 }
 
-const std::array<Coord, 6> kFaces{Coord(1, 0, 0),  Coord(-1, 0, 0), Coord(0, 1, 0),
-                                  Coord(0, -1, 0), Coord(0, 0, 1),  Coord(0, 0, -1)};
+const std::array<Voxel, 6> kFaces{Voxel(1, 0, 0),  Voxel(-1, 0, 0), Voxel(0, 1, 0),
+                                  Voxel(0, -1, 0), Voxel(0, 0, 1),  Voxel(0, 0, -1)};
 
 /// Calls visit(index, out) for all indices in parallel, and returns what they put out, in their order.
 template <class T, class Visit>
@@ -70,9 +70,9 @@ struct View {
     openvdb::Int32Grid::ConstAccessor closest;
     double perVoxel;  // voxels a metre
 
-    double distance(const Coord& c) const { return std::abs(double(phi.getValue(c))) * perVoxel; }
-    bool isOutside(const Coord& c) const { return phi.getValue(c) > 0; }
-    bool hasOutsideNeighbour(const Coord& c) const
+    double distance(const Voxel& c) const { return std::abs(double(phi.getValue(c))) * perVoxel; }
+    bool isOutside(const Voxel& c) const { return phi.getValue(c) > 0; }
+    bool hasOutsideNeighbour(const Voxel& c) const
     {
         return std::any_of(neighbours().begin(), neighbours().end(),
                            [&](const Neighbour& n) { return isOutside(c + n.step); });
@@ -96,12 +96,12 @@ public:
     {
         refine();
         closeGuesses();
-        std::vector<Coord> reached = reachedAnywhere();
+        std::vector<Voxel> reached = reachedAnywhere();
         while (!reached.empty()) {
-            for (const Coord& c : reached) turnOutside(c);
+            for (const Voxel& c : reached) turnOutside(c);
             reached = reached.size() > kMany ? reachedAnywhere() : reachedFrom(reached);
         }
-        const std::vector<Coord> buried = buriedVoxels();
+        const std::vector<Voxel> buried = buriedVoxels();
         const std::int64_t gaps = countGaps(buried);
         if (!buried.empty()) forget(buried);
         openvdb::tools::signedFloodFillWithValues(phi_.tree(), phi_.background(), -phi_.background());
@@ -111,7 +111,7 @@ public:
 
 private:
     View view() const { return {phi_.getConstAccessor(), closest_.getConstAccessor(), 1 / dx_}; }
-    std::uint32_t triangleAt(const View& v, const Coord& c) const { return std::uint32_t(v.closest.getValue(c)); }
+    std::uint32_t triangleAt(const View& v, const Voxel& c) const { return std::uint32_t(v.closest.getValue(c)); }
     bool isKnown(std::uint32_t triangle) const { return triangle < triangles_.corners.size(); }
 
     /// Where meshToVolume widens its band it takes triangles that are near the closest one, which can be half a voxel
@@ -119,7 +119,7 @@ private:
     void refine()
     {
         struct Change {
-            Coord at;
+            Voxel at;
             float value;
         };
         const float far = float(dx_);
@@ -136,11 +136,11 @@ private:
     }
 
     /// The least distance [voxels] to the triangles of those neighbours that are nearer to the surface.
-    double distanceByNeighbours(const View& v, const Coord& c, float own) const
+    double distanceByNeighbours(const View& v, const Voxel& c, float own) const
     {
         double nearest = own / dx_;
         std::uint32_t last = triangleAt(v, c);
-        for (const Coord& step : kFaces) {
+        for (const Voxel& step : kFaces) {
             const std::uint32_t n = triangleAt(v, c + step);
             if (n == last || !isKnown(n) || !(std::abs(v.phi.getValue(c + step)) < own)) continue;
             nearest = std::min(nearest, (closestPoint(triangles_, n, positionOf(c)).at - positionOf(c)).norm());
@@ -160,20 +160,20 @@ private:
         });
     }
 
-    void turnOutside(const Coord& c)
+    void turnOutside(const Voxel& c)
     {
         Leaf* leaf = phi_.tree().probeLeaf(c);
         leaf->setValueOnly(c, -leaf->getValue(c));
     }
 
-    Side sideOf(const View& v, const Coord& c) const
+    Side sideOf(const View& v, const Voxel& c) const
     {
         const std::uint32_t n = triangleAt(v, c);
         return isKnown(n) ? sides_.sideOf(positionOf(c), n) : Side::unknown;
     }
 
     /// Can a voxel that is not known to be outside be reached from a neighbour that is?
-    bool isReached(const View& v, const Coord& c) const
+    bool isReached(const View& v, const Voxel& c) const
     {
         const double d = v.distance(c);
         if (d < 2 * kOnSurface) return false;
@@ -188,12 +188,12 @@ private:
         return best && hasFreeWay(v, c, c + best->step);
     }
 
-    bool isFree(const Coord& from, const Coord& to) const { return !tree_.isCrossed(positionOf(from), positionOf(to)); }
+    bool isFree(const Voxel& from, const Voxel& to) const { return !tree_.isCrossed(positionOf(from), positionOf(to)); }
 
     /// A way to a neighbour outside that crosses nothing. When the pseudonormal calls the voxel inside, as it rightly
     /// does but where a surface is turned inside out, the way to `likely` decides in most cases, and one that rounding
     /// lets through is not enough.
-    bool hasFreeWay(const View& v, const Coord& c, const Coord& likely) const
+    bool hasFreeWay(const View& v, const Voxel& c, const Voxel& likely) const
     {
         const bool isDoubted = sideOf(v, c) == Side::inside;
         if (isDoubted && !isFree(c, likely)) return false;
@@ -203,39 +203,39 @@ private:
         return false;
     }
 
-    std::vector<Coord> reachedAnywhere() const
+    std::vector<Voxel> reachedAnywhere() const
     {
-        return gather<Coord>(leaves_.size(), kLeaves, [&] {
-            return [&, v = view()](std::size_t i, std::vector<Coord>& out) {
+        return gather<Voxel>(leaves_.size(), kLeaves, [&] {
+            return [&, v = view()](std::size_t i, std::vector<Voxel>& out) {
                 for (auto at = leaves_[i]->cbeginValueOn(); at; ++at)
                     if (*at <= 0 && isReached(v, at.getCoord())) out.push_back(at.getCoord());
             };
         });
     }
 
-    std::vector<Coord> reachedFrom(const std::vector<Coord>& reached) const
+    std::vector<Voxel> reachedFrom(const std::vector<Voxel>& reached) const
     {
-        std::vector<Coord> candidates = gather<Coord>(reached.size(), kVoxels, [&] {
-            return [&, v = view()](std::size_t i, std::vector<Coord>& out) {
+        std::vector<Voxel> candidates = gather<Voxel>(reached.size(), kVoxels, [&] {
+            return [&, v = view()](std::size_t i, std::vector<Voxel>& out) {
                 for (const Neighbour& n : neighbours())
-                    if (const Coord c = reached[i] + n.step; !v.isOutside(c) && v.phi.isValueOn(c)) out.push_back(c);
+                    if (const Voxel c = reached[i] + n.step; !v.isOutside(c) && v.phi.isValueOn(c)) out.push_back(c);
             };
         });
         std::sort(candidates.begin(), candidates.end());
         candidates.erase(std::unique(candidates.begin(), candidates.end()), candidates.end());
-        return gather<Coord>(candidates.size(), kVoxels, [&] {
-            return [&, v = view()](std::size_t i, std::vector<Coord>& out) {
+        return gather<Voxel>(candidates.size(), kVoxels, [&] {
+            return [&, v = view()](std::size_t i, std::vector<Voxel>& out) {
                 if (isReached(v, candidates[i])) out.push_back(candidates[i]);
             };
         });
     }
 
     /// Voxels close to a surface that has no outside beside it. Sorted.
-    std::vector<Coord> buriedVoxels() const
+    std::vector<Voxel> buriedVoxels() const
     {
         const float near = kGap * float(dx_);
-        std::vector<Coord> buried = gather<Coord>(leaves_.size(), kLeaves, [&] {
-            return [&, v = view()](std::size_t i, std::vector<Coord>& out) {
+        std::vector<Voxel> buried = gather<Voxel>(leaves_.size(), kLeaves, [&] {
+            return [&, v = view()](std::size_t i, std::vector<Voxel>& out) {
                 for (auto at = leaves_[i]->cbeginValueOn(); at; ++at)
                     if (*at <= 0 && *at >= -near && !v.hasOutsideNeighbour(at.getCoord())) out.push_back(at.getCoord());
             };
@@ -244,13 +244,13 @@ private:
         return buried;
     }
 
-    std::int64_t countGaps(const std::vector<Coord>& buried) const
+    std::int64_t countGaps(const std::vector<Voxel>& buried) const
     {
         return std::int64_t(orderedSum(buried.size(), kVoxels, [&](std::size_t begin, std::size_t end) {
             double gaps = 0;
             for (std::size_t i = begin; i < end; ++i)
                 for (int a = 0; a < 6; ++a) {
-                    Coord other = buried[i];
+                    Voxel other = buried[i];
                     other[a / 2] += a % 2 ? 1 : -1;
                     const bool isTwice = other < buried[i] && std::binary_search(buried.begin(), buried.end(), other);
                     gaps += !isTwice && hasGap(buried[i], other);
@@ -261,7 +261,7 @@ private:
 
     /// Does the way between two voxels inside leave the material and enter it again? Where shells overlap it enters one
     /// before it leaves the other.
-    bool hasGap(const Coord& from, const Coord& to) const
+    bool hasGap(const Voxel& from, const Voxel& to) const
     {
         bool hasLeft = false;
         double left = 0;
@@ -275,14 +275,14 @@ private:
 
     /// Voxels inside whose closest triangle is buried get their distance to one that is not: from the triangles of
     /// their neighbours, as meshToVolume widens its band.
-    void forget(const std::vector<Coord>& buried);
-    std::vector<Coord> voxelsNear(const std::vector<Coord>& buried) const;
-    bool isBuried(const View& v, const Coord& c) const;
+    void forget(const std::vector<Voxel>& buried);
+    std::vector<Voxel> voxelsNear(const std::vector<Voxel>& buried) const;
+    bool isBuried(const View& v, const Voxel& c) const;
     struct Found {
         std::uint32_t triangle;
         double distance;
     };
-    Found nearestOfNeighbours(const Coord& c, Grid::ConstAccessor& phi, openvdb::Int32Grid::ConstAccessor& known) const;
+    Found nearestOfNeighbours(const Voxel& c, Grid::ConstAccessor& phi, openvdb::Int32Grid::ConstAccessor& known) const;
 
     Grid& phi_;
     const openvdb::Int32Grid& closest_;
@@ -294,30 +294,30 @@ private:
 };
 
 /// Is the part of the surface closest to a voxel inside without outside beside it?
-bool Settler::isBuried(const View& v, const Coord& c) const
+bool Settler::isBuried(const View& v, const Voxel& c) const
 {
     const std::uint32_t n = triangleAt(v, c);
     if (!isKnown(n)) return true;
     const Vec3 at = closestPoint(triangles_, n, positionOf(c)).at;
-    const Coord beside(int(std::lround(at.x())), int(std::lround(at.y())), int(std::lround(at.z())));
+    const Voxel beside(int(std::lround(at.x())), int(std::lround(at.y())), int(std::lround(at.z())));
     return !v.isOutside(beside) && !v.hasOutsideNeighbour(beside);
 }
 
 /// Voxels inside, in the leaves that the band of a buried surface can reach, whose closest triangle is buried.
-std::vector<Coord> Settler::voxelsNear(const std::vector<Coord>& buried) const
+std::vector<Voxel> Settler::voxelsNear(const std::vector<Voxel>& buried) const
 {
     const int reach = int(std::ceil(phi_.background() / dx_)) + 1;
-    std::vector<Coord> origins;
-    for (const Coord& c : buried) {
-        const Coord lower = (c - Coord(reach)) & ~7, upper = (c + Coord(reach)) & ~7;
+    std::vector<Voxel> origins;
+    for (const Voxel& c : buried) {
+        const Voxel lower = (c - Voxel(reach)) & ~7, upper = (c + Voxel(reach)) & ~7;
         if (!origins.empty() && origins.back() == (c & ~7)) continue;
         for (auto o = openvdb::CoordBBox(lower >> 3, upper >> 3).begin(); o; ++o) origins.push_back(*o << 3);
         origins.push_back(c & ~7);
     }
     std::sort(origins.begin(), origins.end());
     origins.erase(std::unique(origins.begin(), origins.end()), origins.end());
-    return gather<Coord>(origins.size(), kLeaves, [&] {
-        return [&, v = view()](std::size_t i, std::vector<Coord>& out) {
+    return gather<Voxel>(origins.size(), kLeaves, [&] {
+        return [&, v = view()](std::size_t i, std::vector<Voxel>& out) {
             const Leaf* leaf = phi_.constTree().probeConstLeaf(origins[i]);
             if (!leaf) return;
             for (auto at = leaf->cbeginValueOn(); at; ++at)
@@ -326,12 +326,12 @@ std::vector<Coord> Settler::voxelsNear(const std::vector<Coord>& buried) const
     });
 }
 
-Settler::Found Settler::nearestOfNeighbours(const Coord& c, Grid::ConstAccessor& phi,
+Settler::Found Settler::nearestOfNeighbours(const Voxel& c, Grid::ConstAccessor& phi,
                                             openvdb::Int32Grid::ConstAccessor& known) const
 {
     Found best{~0u, phi_.background() / dx_};
     for (const Neighbour& n : neighbours()) {
-        const Coord other = c + n.step;
+        const Voxel other = c + n.step;
         if (!phi.isValueOn(other) || phi.getValue(other) > 0) continue;
         const std::uint32_t triangle = std::uint32_t(known.getValue(other));
         if (!isKnown(triangle)) continue;
@@ -341,13 +341,13 @@ Settler::Found Settler::nearestOfNeighbours(const Coord& c, Grid::ConstAccessor&
     return best;
 }
 
-void Settler::forget(const std::vector<Coord>& buried)
+void Settler::forget(const std::vector<Voxel>& buried)
 {
-    const std::vector<Coord> voxels = voxelsNear(buried);
+    const std::vector<Voxel> voxels = voxelsNear(buried);
     const openvdb::Int32Grid::Ptr known = closest_.deepCopy();
     auto phi = phi_.getAccessor();
     auto triangles = known->getAccessor();
-    for (const Coord& c : voxels) {
+    for (const Voxel& c : voxels) {
         phi.setValueOff(c, -phi_.background());
         triangles.setValueOff(c, closest_.background());
     }

@@ -9,14 +9,14 @@ namespace vdbfrac::grid {
 
 namespace {
 
-constexpr float kBand = 3;                  // voxels
-constexpr double kFarthestVoxel = 1 << 20;  // a level set of more voxels along an axis is not worth its memory
+constexpr float kBand = 3;             // voxels
+constexpr double kMaxReach = 1 << 20;  // a level set of more voxels along an axis is not worth its memory
 
 void requireSane(const tetmesh::Surface& surface, double voxelSize)
 {
     if (!(voxelSize > 0)) throw Error("the voxel size must be above 0");
     for (const Vec3& x : surface.points)
-        if (!x.allFinite() || x.cwiseAbs().maxCoeff() > kFarthestVoxel * voxelSize)
+        if (!x.allFinite() || x.cwiseAbs().maxCoeff() > kMaxReach * voxelSize)
             throw Error("the surface has coordinates that are not finite, or too large for its voxel size");
     for (const auto& triangle : surface.triangles)
         for (std::uint32_t corner : triangle)

@@ -1,3 +1,4 @@
+#include "body_sources.h"
 #include "vdb_stream.h"
 
 #include <vdbfrac/base/error.h>
@@ -15,7 +16,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kFarthestVoxel = 1 << 23;  // as for bodies: well inside 32 bits
 constexpr double kUniformTolerance = 1e-6;  // of the voxel size; the file's matrix went through products of doubles
 
 GridInfo describe(const openvdb::GridBase& grid)

@@ -19,12 +19,12 @@ enum class TetFormat {
 };
 
 /// A number for each point or each tet. Written by vtu, vtk and Gmsh formats; the others have no place for it.
-struct TetField {
+struct FileField {
     std::string name;  ///< letters, digits and _
     std::vector<double> values;
 };
 struct TetFields {
-    std::vector<TetField> onPoints, onTets;
+    std::vector<FileField> onPoints, onTets;
 };
 
 /// The format that an extension stands for, in upper or lower case; .msh is `gmsh41`. Throws InputError.
