@@ -141,25 +141,34 @@ VDBFRAC_INLINE P gradientOf(const LaneGradients& own, int a, int d)
     return load<std::remove_cvref_t<decltype(P{}[0])>>(own[a][d]);
 }
 
+/// All of them, before there is arithmetic with them: the order decides what fuses, and has to be that of all units.
+template <class P>
+VDBFRAC_INLINE void loadGradients(const LaneGradients& own, MatrixOf<P>& g)
+{
+    for (int a = 0; a < 3; ++a)
+        for (int d = 0; d < 3; ++d) g[a][d] = gradientOf<P>(own, a, d);
+}
+
 /// Of the tet whose vertices are the given corners.
 template <class P, class Vertices>
 VDBFRAC_INLINE void ownDifferences(const LaneGradients& own, const Vertices& c, const CornersOf<P>& u, MatrixOf<P>& E)
 {
+    MatrixOf<P> g;
+    loadGradients(own, g);
     for (int i = 0; i < 3; ++i) {
         const P edge[3] = {u[c[1]][i] - u[c[0]][i], u[c[2]][i] - u[c[0]][i], u[c[3]][i] - u[c[0]][i]};
-        for (int d = 0; d < 3; ++d)
-            E[i][d] = gradientOf<P>(own, 0, d) * edge[0] + gradientOf<P>(own, 1, d) * edge[1] +
-                      gradientOf<P>(own, 2, d) * edge[2];
+        for (int d = 0; d < 3; ++d) E[i][d] = g[0][d] * edge[0] + g[1][d] * edge[1] + g[2][d] * edge[2];
     }
 }
 
 template <class P, class Vertices>
 VDBFRAC_INLINE void ownSpread(const LaneGradients& own, const Vertices& c, const MatrixOf<P>& stress, CornersOf<P>& f)
 {
+    MatrixOf<P> g;
+    loadGradients(own, g);
     for (int a = 0; a < 3; ++a)
         for (int i = 0; i < 3; ++i) {
-            const P force = stress[i][0] * gradientOf<P>(own, a, 0) + stress[i][1] * gradientOf<P>(own, a, 1) +
-                            stress[i][2] * gradientOf<P>(own, a, 2);
+            const P force = stress[i][0] * g[a][0] + stress[i][1] * g[a][1] + stress[i][2] * g[a][2];
             f[c[a + 1]][i] += force;
             f[c[0]][i] -= force;
         }
