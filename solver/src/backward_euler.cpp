@@ -1,6 +1,6 @@
 #include <vdbfrac/solver/backward_euler.h>
 
-#include "least_mean.h"
+#include "shortest_mean.h"
 #include "node_loops.h"
 #include "objective.h"
 
@@ -198,7 +198,7 @@ bool BackwardEuler::Newton::followCrease()
     sideCount_ = 0;
     add(here_.gradient).direction = direction_;
     double farthest = 0;
-    while (sideCount_ < kMostMeans) {
+    while (sideCount_ < kMaxMeans) {
         farthest = std::max(farthest, farthestMove(here_.x, there_.x));
         Side& beyond = add(there_.gradient);
         beyond.direction.resize(here_.x.size());
@@ -237,7 +237,7 @@ void BackwardEuler::Newton::combineSides()
             products(i, j) = products(j, i) =
                 0.5 * (dot(sides_[std::size_t(i)].gradient, sides_[std::size_t(j)].direction) +
                        dot(sides_[std::size_t(j)].gradient, sides_[std::size_t(i)].direction));
-    const Eigen::VectorXd weight = leastMean(products);
+    const Eigen::VectorXd weight = shortestMean(products);
     combined_.resize(here_.x.size());
     eachNode<double>(here_.x.size(), [&](std::size_t node) {
         combined_[node].setZero(), direction_[node].setZero();
@@ -258,11 +258,11 @@ double BackwardEuler::Newton::freeNorm(std::span<const Vec3> gradient) const
 /// Looks along -direction_, which belongs to the gradient, for a point that is lower.
 BackwardEuler::Newton::Search BackwardEuler::Newton::lineSearch(std::span<const Vec3> gradient)
 {
-    constexpr int kMostHalvings = 20;
+    constexpr int kMaxHalvings = 20;
     constexpr double kArmijo = 1e-4;
     const double slope = dot(direction_, gradient);  // the direction is 0 at fixed nodes
     double step = 1;
-    for (int halving = 0; slope > 0 && halving <= kMostHalvings; ++halving, step *= 0.5) {
+    for (int halving = 0; slope > 0 && halving <= kMaxHalvings; ++halving, step *= 0.5) {
         eachNode<double>(here_.x.size(), [&](std::size_t i) { there_.x[i] = here_.x[i] - step * direction_[i]; });
         objective_.evaluate(there_);
         const double change = there_.phi - here_.phi, noise = here_.phiNoise + there_.phiNoise;
@@ -285,7 +285,7 @@ void BackwardEuler::Newton::finish(State& state)
     const Boundary& boundary = objective_.boundary();
     objective_.balanceMomentum(here_);
     report_.residual = crease_ >= 0 ? relative(here_, crease_) : relative(here_);
-    report_.leastResidual = std::min(report_.leastResidual, report_.residual);
+    report_.minResidual = std::min(report_.minResidual, report_.residual);
     report_.creases = crease_ >= 0;
     report_.couplings = objective_.couplings().size();
     report_.elasticEnergy = here_.elastic;
@@ -306,14 +306,14 @@ const StepReport& BackwardEuler::Newton::run(State& state)
         objective_.hold(here_);
         objective_.evaluate(here_);
     }
-    report_.leastResidual = relative(here_);
+    report_.minResidual = relative(here_);
     while (!isConverged(here_) && crease_ < 0) {
         if (report_.newtonIterations == settings_.iterations || !improve()) {
             report_.status = StepStatus::capped;
             break;
         }
         ++report_.newtonIterations;
-        report_.leastResidual = std::min(report_.leastResidual, relative(here_));
+        report_.minResidual = std::min(report_.minResidual, relative(here_));
     }
     finish(state);
     return report_;

@@ -12,7 +12,7 @@ namespace {
 using tetmesh::CellElement;
 using tetmesh::CellShape;
 using tetmesh::kCorners;
-using tetmesh::kMostTets;
+using tetmesh::kMaxTets;
 
 constexpr std::uint32_t kNone = 0xffffffff;
 
@@ -21,10 +21,10 @@ int cornerAt(Coord c) { return c.x | c.y << 1 | c.z << 2; }
 
 /// For a finer cell at `offset` (0 or 1 an axis) in the coarse one: the coarse tet round the middle of each of its
 /// tets.
-std::array<std::uint8_t, kMostTets> coarseTets(CellShape shape, Coord offset)
+std::array<std::uint8_t, kMaxTets> coarseTets(CellShape shape, Coord offset)
 {
     const tetmesh::CellTets& tets = tetmesh::cellTets(shape);
-    std::array<std::uint8_t, kMostTets> result{};
+    std::array<std::uint8_t, kMaxTets> result{};
     for (std::size_t t = 0; t < std::size_t(tets.count); ++t) {
         Coord sum{};
         for (int c : tets.corner[t]) sum = sum + offset + tetmesh::cornerOffset(c);
@@ -34,7 +34,7 @@ std::array<std::uint8_t, kMostTets> coarseTets(CellShape shape, Coord offset)
 }
 
 struct CoarseTetTable {
-    std::array<std::uint8_t, kMostTets> of[3][kCorners];  // [shape][offset]
+    std::array<std::uint8_t, kMaxTets> of[3][kCorners];  // [shape][offset]
     CoarseTetTable()
     {
         for (int shape = 0; shape < 3; ++shape)
@@ -93,7 +93,7 @@ private:
     struct Element {
         Coord cell;
         std::uint32_t patch;
-        std::array<double, kMostTets> share{};  // material volume over that of a finer cell, by coarse tet
+        std::array<double, kMaxTets> share{};  // material volume over that of a finer cell, by coarse tet
     };
 
     std::vector<Placed> placed(const ElementSet& set) const
@@ -187,7 +187,7 @@ CoarseLattice Coarsener::finish()
             CellElement element{};
             element.shape = CellShape::six;
             element.patch = coarse_[e].patch;
-            for (std::size_t t = 0; t < kMostTets; ++t) element.fraction[t] = coarse_[e].share[t] / 8;
+            for (std::size_t t = 0; t < kMaxTets; ++t) element.fraction[t] = coarse_[e].share[t] / 8;
             for (std::uint32_t c = 0; c < kCorners; ++c) {
                 const std::uint32_t joint = joints_.find(e * kCorners + c);
                 if (number[joint] == kNone) {

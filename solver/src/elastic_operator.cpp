@@ -138,10 +138,10 @@ std::size_t ElasticOperator::bytes() const
 std::size_t ElasticOperator::productBytes() const
 {
     const Patches& p = data_->p;
-    const auto straight = std::size_t(
-        std::count_if(p.straight.begin(), p.straight.end(), [](std::uint32_t slot) { return slot != kNoSlot; }));
+    const auto contiguous = std::size_t(
+        std::count_if(p.contiguous.begin(), p.contiguous.end(), [](std::uint32_t slot) { return slot != kNoSlot; }));
     // Start and slots.
-    const std::size_t unread = sizeof(std::uint32_t) * (p.laneOfElement.size() + 2 * kLanes * straight);
+    const std::size_t unread = sizeof(std::uint32_t) * (p.laneOfElement.size() + 2 * kLanes * contiguous);
     return p.tangentCount * sizeof(TetTangent) + p.bytes() - unread + (2 * p.slots.size() + nodeCount()) * sizeof(Vec3);
 }
 
@@ -172,7 +172,7 @@ double ElasticOperator::evaluate(std::span<const Vec3> x, std::span<Vec3> gradie
 void ElasticOperator::energyDensities(std::span<const Vec3> x, std::vector<double>& density) const
 {
     const Data& d = *data_;
-    constexpr std::size_t kTets = tetmesh::kMostTets;
+    constexpr std::size_t kTets = tetmesh::kMaxTets;
     density.resize(d.elements * kTets);
     d.eachPatch(x, nullptr, [&](std::size_t i, PatchData patch, const double* in, double* out) {
         const Patch& range = d.p.patches[i];
@@ -223,9 +223,9 @@ void ElasticOperator::averageTets(const Tangent& tangent, Tangent& cells) const
 
 void ElasticOperator::project(Tangent& tangent) const
 {
-    const double leastOverMu = data_->law->leastEigenvalue(tangent.share_);
+    const double minOverMu = data_->law->minEigenvalue(tangent.share_);
     data_->eachTet(tangent.tets_.get(), [&](TetTangent& tet, std::size_t l, double mu) {
-        const double least = mu * leastOverMu;
+        const double least = mu * minOverMu;
         double T[6];
         for (std::size_t k = 0; k < 6; ++k) T[k] = tet.T[k][l];
         const Mat3 twist = unpackSymmetric(T);
@@ -239,9 +239,9 @@ void ElasticOperator::project(Tangent& tangent) const
 
 void ElasticOperator::warp(Tangent& tangent) const
 {
-    const double leastOverMu = data_->law->leastEigenvalue(tangent.share_);
+    const double minOverMu = data_->law->minEigenvalue(tangent.share_);
     data_->eachTet(tangent.tets_.get(), [&](TetTangent& tet, std::size_t l, double mu) {
-        for (std::size_t k = 0; k < 6; ++k) tet.T[k][l] = k < 3 ? float(mu * leastOverMu) : 0;
+        for (std::size_t k = 0; k < 6; ++k) tet.T[k][l] = k < 3 ? float(mu * minOverMu) : 0;
     });
 }
 

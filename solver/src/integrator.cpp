@@ -120,7 +120,7 @@ private:
         report_.lineSearchSteps += first.lineSearchSteps;
         report_.creases += first.creases;
         report_.residual = std::max(report_.residual, first.residual);
-        report_.leastResidual = std::max(report_.leastResidual, first.leastResidual);
+        report_.minResidual = std::max(report_.minResidual, first.minResidual);
     }
 
     State start_;

@@ -43,7 +43,7 @@ struct alignas(64) LaneCorners {
 /// Material volume of each tet over the volume of its cell, times the factor on its stiffness. A lane that is not used
 /// has none.
 struct alignas(64) LaneVolumes {
-    double share[tetmesh::kMostTets][kLanes];
+    double share[tetmesh::kMaxTets][kLanes];
 };
 
 /// Eight tets of any shape.
@@ -55,8 +55,8 @@ struct alignas(64) LaneTets {
 
 /// Eight cells of the lattice in which a tet has flowed.
 struct alignas(64) LaneCells {
-    double gradient[tetmesh::kMostTets][3][3][kLanes];  ///< TetGradients: h Fp^-T grad N
-    double share[tetmesh::kMostTets][kLanes];           ///< LaneVolumes
+    double gradient[tetmesh::kMaxTets][3][3][kLanes];  ///< TetGradients: h Fp^-T grad N
+    double share[tetmesh::kMaxTets][kLanes];           ///< LaneVolumes
 };
 
 /// What a product with the tangent needs of a tet in eight cells: R and T, or of Green's strain F and Sigma V / h^2
@@ -101,7 +101,7 @@ template <class Real>
 struct SlotSums {
     const Real* slot;
     /// Of each eight nodes: the slot of the first, where they have one each and in a row; else kNoSlot.
-    const std::uint32_t* straight;
+    const std::uint32_t* contiguous;
     const std::uint32_t *start, *slots;  ///< slots[start[n]] up to slots[start[n + 1]] are those of node n
 };
 inline constexpr std::uint32_t kNoSlot = 0xffffffff;

@@ -9,9 +9,10 @@ namespace vdbfrac::solver {
 namespace {
 
 /// Component d of h grad N_a of tet t.
+template <bool hasOwn>
 VDBFRAC_INLINE Pack vertexGradient(const AnyCells& cells, int t, int a, int d)
 {
-    if (!cells.own) return all(cells.tets.gradient[std::size_t(t)][std::size_t(a)][std::size_t(d)]);
+    if constexpr (!hasOwn) return all(cells.tets.gradient[std::size_t(t)][std::size_t(a)][std::size_t(d)]);
     const LaneGradients& own = cells.own[t];
     if (a > 0) return gradientOf<Pack>(own, a - 1, d);
     return -(gradientOf<Pack>(own, 0, d) + gradientOf<Pack>(own, 1, d) + gradientOf<Pack>(own, 2, d));
@@ -28,10 +29,9 @@ VDBFRAC_INLINE void tangentOfTet(const PatchData& patch, int b, int t, Pack V, M
     Tangents::ofTet(R, own, T);
 }
 
-template <class Tangents>
-void diagonalBatch(const PatchData& patch, int b, double* out)
+template <class Tangents, bool hasOwn>
+void diagonalBatch(const PatchData& patch, const AnyCells& cells, int b, double* out)
 {
-    const AnyCells cells(patch, patch.batch[b]);
     const double scale = patch.h * (1 + patch.share), mu = patch.mu * scale, lambda = patch.lambda * scale;
     CornersOf<Pack, 6> K;
     Pack bulk[tetmesh::kCorners][3], cellVolume = all(0);
@@ -48,7 +48,7 @@ void diagonalBatch(const PatchData& patch, int b, double* out)
         for (int a = 0; a < 4; ++a) {
             const int c = cells.tets.corner[std::size_t(t)][std::size_t(a)];
             Pack g[3], q[3];
-            for (int d = 0; d < 3; ++d) g[d] = vertexGradient(cells, t, a, d);
+            for (int d = 0; d < 3; ++d) g[d] = vertexGradient<hasOwn>(cells, t, a, d);
             for (int i = 0; i < 3; ++i) q[i] = R[i][0] * g[0] + R[i][1] * g[1] + R[i][2] * g[2];
             Tangents::addVertexBlock(g, q, R, T, mu * V, K[c]);
             addOuter(q, (patch.cellDilation ? -2. / 3. * mu : lambda) * V, K[c]);
@@ -97,7 +97,7 @@ void averageBatch(const PatchData& patch, int b, const RobustTet& scalar, TetTan
     for (int k = 0; k < 9; ++k) R[k / 3][k % 3] = volume > 0 ? R[k / 3][k % 3] * inverse : all(k % 4 == 0);
     for (Pack& v : T) v = v * inverse;
     Tangents::mean(scalar, R, T);
-    raise(T, patch.mu * patch.h * Tangents::leastEigenvalue(patch.share));
+    raise(T, patch.mu * patch.h * Tangents::minEigenvalue(patch.share));
     for (int k = 0; k < 9; ++k) store(cell.R[k], R[k / 3][k % 3]);
     for (int k = 0; k < 6; ++k) store(cell.T[k], T[k]);
 }
@@ -107,7 +107,13 @@ void averageBatch(const PatchData& patch, int b, const RobustTet& scalar, TetTan
 void VDBFRAC_KERNEL::diagonal(const PatchData& patch, double* out)
 {
     withTangents(patch.strain, [&]<class Tangents>() {
-        for (int b = 0; b < patch.batches; ++b) diagonalBatch<Tangents>(patch, b, out);
+        for (int b = 0; b < patch.batches; ++b) {
+            const AnyCells cells(patch, patch.batch[b]);
+            if (cells.own)
+                diagonalBatch<Tangents, true>(patch, cells, b, out);
+            else
+                diagonalBatch<Tangents, false>(patch, cells, b, out);
+        }
     });
 }
 

@@ -25,10 +25,10 @@ using Shares = const double (*)[kLanes];
 /// Volume shares of whole cells.
 template <CellShape shape>
 struct WholeVolumes {
-    alignas(64) double share[tetmesh::kMostTets][kLanes];
+    alignas(64) double share[tetmesh::kMaxTets][kLanes];
     constexpr WholeVolumes() : share{}
     {
-        for (int t = 0; t < tetmesh::kMostTets; ++t)
+        for (int t = 0; t < tetmesh::kMaxTets; ++t)
             for (int l = 0; l < kLanes; ++l) share[t][l] = kCellTets<shape>.volume[std::size_t(t)];
     }
 };
@@ -75,7 +75,6 @@ template <CellShape shape>
 class LatticeCells {
 public:
     static constexpr int kTets = kCellTets<shape>.count, kCorners = tetmesh::kCorners;
-    static constexpr int count() { return kTets; }
     const Shares share;
 
     VDBFRAC_INLINE LatticeCells(const PatchData& patch, const Batch& batch)
@@ -87,6 +86,15 @@ public:
     VDBFRAC_INLINE static void eachTet(const F& f)
     {
         unroll<kTets>(f);
+    }
+    /// For long code: most scenes have cells of six tets alone, and it takes seconds to compile each shape unrolled.
+    template <class F>
+    VDBFRAC_INLINE static void eachTetCompact(const F& f)
+    {
+        if constexpr (shape == CellShape::six)
+            unroll<kTets>(f);
+        else
+            inTurn(kTets, f);
     }
     template <class Real>
     VDBFRAC_INLINE void gather(const Real* in, CornersOf<PackT<Real>>& u) const
@@ -177,7 +185,6 @@ VDBFRAC_INLINE void ownSpread(const LaneGradients& own, const Vertices& c, const
 class TetCells {
 public:
     static constexpr int kTets = 1, kCorners = 4;
-    static constexpr int count() { return kTets; }
     const Shares share;
 
     VDBFRAC_INLINE TetCells(const PatchData& patch, const Batch& batch)
@@ -187,6 +194,11 @@ public:
 
     template <class F>
     VDBFRAC_INLINE static void eachTet(const F& f)
+    {
+        unroll<1>(f);
+    }
+    template <class F>
+    VDBFRAC_INLINE static void eachTetCompact(const F& f)
     {
         unroll<1>(f);
     }
@@ -220,8 +232,7 @@ private:
 
 class FlowedCells {
 public:
-    static constexpr int kTets = tetmesh::kMostTets, kCorners = tetmesh::kCorners;
-    int count() const { return tets_.count; }
+    static constexpr int kTets = tetmesh::kMaxTets, kCorners = tetmesh::kCorners;
     const Shares share;
 
     VDBFRAC_INLINE FlowedCells(const PatchData& patch, const Batch& batch)
@@ -235,6 +246,11 @@ public:
 
     template <class F>
     VDBFRAC_INLINE void eachTet(const F& f) const
+    {
+        inTurn(tets_.count, f);
+    }
+    template <class F>
+    VDBFRAC_INLINE void eachTetCompact(const F& f) const
     {
         inTurn(tets_.count, f);
     }
@@ -268,7 +284,7 @@ private:
 
 /// Mean over the tets of a cell weighted by volume; 0 in a cell without material.
 template <class Cells, class P>
-VDBFRAC_INLINE P cellMean(const Cells& cells, const P (&value)[tetmesh::kMostTets])
+VDBFRAC_INLINE P cellMean(const Cells& cells, const P (&value)[tetmesh::kMaxTets])
 {
     using Real = std::remove_cvref_t<decltype(P{}[0])>;
     P sum = {}, volume = {};

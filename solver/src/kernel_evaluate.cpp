@@ -29,12 +29,10 @@ KernelResult evaluateBatch(const PatchData& patch, int b, Choice cellDilation, c
     KernelResult result;
     cells.template gather<double>(in, x);
     cells.eachTet([&](auto t) __attribute__((always_inline)) { deform(cells, t, x, patch.h, s.F[t]); });
-    // Loops that stay loops: unrolled, they would take most of the time that the kernel takes to compile.
-    inTurn(
-        Cells::kTets, [&](int t) __attribute__((always_inline)) {
-            result.robustTets += Law::measure(s, t, scalar);
-            s.dilation[t] = (s.S[t][0] - 1.) + (s.S[t][1] - 1.) + (s.S[t][2] - 1.);
-        });
+    cells.eachTetCompact([&](auto t) __attribute__((always_inline)) {
+        result.robustTets += Law::measure(s, t, scalar);
+        s.dilation[t] = (s.S[t][0] - 1.) + (s.S[t][1] - 1.) + (s.S[t][2] - 1.);
+    });
     for (auto& corner : f)
         for (Pack& v : corner) v = all(0);
     const double mu = patch.mu, lambda = patch.lambda, twoThirdsMu = 2. / 3. * mu, bulk = lambda + twoThirdsMu;
@@ -42,7 +40,7 @@ KernelResult evaluateBatch(const PatchData& patch, int b, Choice cellDilation, c
                  perLength = perArea / patch.h;
     const Pack mean = cellDilation ? cellMean(cells, s.dilation) : all(0);
     Pack energy = all(0);
-    TangentScale scales[tetmesh::kMostTets];
+    TangentScale scales[tetmesh::kMaxTets];
     cells.eachTet([&](auto t) __attribute__((always_inline)) {
         const Pack V = load<double>(cells.share[t]);
         // Per tet the bulk part is lambda/2 d^2; averaged it is K/2 mean^2, and -mu/3 d^2 leaves the deviatoric part.
@@ -55,7 +53,7 @@ KernelResult evaluateBatch(const PatchData& patch, int b, Choice cellDilation, c
         const Pack psi = cellDilation ? mu * square - 0.5 * twoThirdsMu * d * d + 0.5 * bulk * mean * mean
                                       : mu * square + 0.5 * lambda * d * d;
         energy += V * psi;
-        if (patch.psi) storeLoose(patch.psi + (b * tetmesh::kMostTets + t) * kLanes, psi);
+        if (patch.psi) storeLoose(patch.psi + (b * tetmesh::kMaxTets + t) * kLanes, psi);
         cells.template spread<Pack>(t, P, f);
         const TangentScale scale = {mu, patch.share, pressure, V * perLength};
         if (Law::kLong)
@@ -64,10 +62,9 @@ KernelResult evaluateBatch(const PatchData& patch, int b, Choice cellDilation, c
             Law::store(s, t, scale, patch.tangent[batch.tangent + std::uint32_t(t)], scalar);
     });
     if (Law::kLong && patch.tangent)
-        inTurn(
-            cells.count(), [&](int t) __attribute__((always_inline)) {
-                Law::store(s, t, scales[t], patch.tangent[batch.tangent + std::uint32_t(t)], scalar);
-            });
+        cells.eachTetCompact([&](auto t) __attribute__((always_inline)) {
+            Law::store(s, t, scales[t], patch.tangent[batch.tangent + std::uint32_t(t)], scalar);
+        });
     cells.template scatter<double>(f, out);
     for (int l = 0; l < kLanes; ++l) result.energy += cellVolume * energy[l];
     return result;

@@ -21,10 +21,10 @@ namespace {
 
 /// F, R, S and tr S - 3 of the tets of eight cells.
 struct Strains {
-    Matrix F[tetmesh::kMostTets], R[tetmesh::kMostTets];
-    Pack S[tetmesh::kMostTets][6];
-    Pack dilation[tetmesh::kMostTets];
-    Mask robust[tetmesh::kMostTets];
+    Matrix F[tetmesh::kMaxTets], R[tetmesh::kMaxTets];
+    Pack S[tetmesh::kMaxTets][6];
+    Pack dilation[tetmesh::kMaxTets];
+    Mask robust[tetmesh::kMaxTets];
 };
 
 /// What the tangent of a tet is made from besides its strain.

@@ -49,12 +49,12 @@ VDBFRAC_INLINE void cofactor(const Matrix& F, Matrix& C)
 /// step is as long in time as its one division, so fewer and better ones pay.
 VDBFRAC_INLINE Pack traceOfS(Pack a, Pack b, Pack J)
 {
-    constexpr int kMostSteps = 24;
+    constexpr int kMaxSteps = 24;
     constexpr double kConverged = 1e-6;  // a move this small leaves its cube times some 1e4 at most, by kSafe below
     Pack x = root(3. * a);
     const Pack c = 2. * b - a * a;
     Mask active = x > 0;
-    for (int step = 0; step < kMostSteps && any(active); ++step) {
+    for (int step = 0; step < kMaxSteps && any(active); ++step) {
         const Pack x2 = x * x;
         const Pack value = (x2 - 2. * a) * x2 - 8. * J * x + c;
         const Pack inverse = 0.25 / (x * (x2 - a) - 2. * J);  // of the slope

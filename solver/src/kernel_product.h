@@ -55,7 +55,7 @@ void productBatch(const PatchData& patch, int b, Choice cellDilation, const Real
     for (auto& corner : f)
         for (P& v : corner) v = P{};
     const auto [twoMu, lambda, third, bulk] = Moduli<Real>(patch);
-    P mean = {}, trace[tetmesh::kMostTets];
+    P mean = {}, trace[tetmesh::kMaxTets];
     if (cellDilation) {
         P volume = {};
         cells.eachTet([&](auto t) __attribute__((always_inline)) {
@@ -115,7 +115,7 @@ void cellProductBatch(const PatchData& patch, int b, Choice cellDilation, const 
     for (int c = 0; c < corners; ++c)
         for (int i = 0; i < 3; ++i) f[c][i] = turnedForce[c][i] = P{};
     const auto [twoMu, lambda, third, bulk] = Moduli<Real>(patch);
-    P mean = {}, trace[tetmesh::kMostTets];
+    P mean = {}, trace[tetmesh::kMaxTets];
     if (cellDilation) {
         cells.eachTet([&](auto t) __attribute__((always_inline)) {
             MatrixOf<P> D;

@@ -8,7 +8,7 @@
 //   addVertexBlock      a tet's share of the diagonal block of a vertex with h grad N = g, q = R g, without dilatation
 //   ofTet               T of a tet from its share V T of that of its cell
 //   mean                R and T of a cell from weighted means over its tets
-//   leastEigenvalue     of T / (mu h) that leaves the tangent semidefinite, with `share` of linear elasticity in it
+//   minEigenvalue     of T / (mu h) that leaves the tangent semidefinite, with `share` of linear elasticity in it
 #pragma once
 
 #include "kernel_polar.h"
@@ -46,7 +46,7 @@ VDBFRAC_INLINE void addOuter(const Pack (&r)[3], Pack s, Pack (&K)[6])
 /// Of the corotational law and of the linear one, for which R = I: rotation R and R (twist operator) R^T.
 struct RotatedTangent {
     static constexpr bool kPlainRate = false;
-    static double leastEigenvalue(double share) { return -(1 + share); }
+    static double minEigenvalue(double share) { return -(1 + share); }
 
     /// dP = 2 mu dF + bulk R + skew(T axial(dF R^T - R dF^T)) R. By columns c: axial = sum_c R_c x dF_c, and skew(v) R
     /// has the columns v x R_c.
@@ -112,7 +112,7 @@ struct RotatedTangent {
 /// F (in the place of R) and Sigma (in that of T).
 struct GreenTangent {
     static constexpr bool kPlainRate = true;
-    static double leastEigenvalue(double) { return 0; }  // the rest is a square of the rate of strain
+    static double minEigenvalue(double) { return 0; }  // the rest is a square of the rate of strain
 
     /// dP = dF Sigma + F (2 mu sym(F^T dF) + bulk I).
     template <class P>

@@ -15,7 +15,7 @@ namespace vdbfrac::solver {
 namespace {
 
 constexpr std::size_t kCoarsestNodes = 100;   // a dense factorisation of these takes two milliseconds
-constexpr double kLeastReduction = 0.7;       // of the nodes from level to level; dust of fragments does not get fewer
+constexpr double kMinReduction = 0.7;         // of the nodes from level to level; dust of fragments does not get fewer
 constexpr double kSafety = 1.15, kRange = 6;  // smoother damps eigenvalues in [largest / kRange, kSafety largest]
 constexpr int kPowerSteps = 10;
 /// Of a coarse level's first answer, before it is asked again. With all of it the cycle is definite as long as one
@@ -92,7 +92,7 @@ Multigrid::Multigrid(const ElasticOperator& elastic)
         Level& fine = *levels_.back();
         const std::size_t nodes = fine.elastic->nodeCount();
         CoarseLattice lattice = coarsen(fine.elastic->sets(), nodes);
-        if (double(lattice.nodeCount) > kLeastReduction * double(nodes)) break;
+        if (double(lattice.nodeCount) > kMinReduction * double(nodes)) break;
         fine.coarser = std::move(lattice);
         fine.children = groupItems(fine.coarser.nodeCount, [&](const auto& add) {
             for (std::uint32_t n = 0; n < fine.coarser.parents.size(); ++n)

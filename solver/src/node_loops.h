@@ -29,7 +29,7 @@ void eachNode(std::size_t count, const F& f)
 template <class V>
 SlotSums<typename V::Scalar> slotSums(const NodeSums<V>& sums)
 {
-    return {sums.slot->data(), sums.straight, sums.start, sums.slots};
+    return {sums.slot->data(), sums.contiguous, sums.start, sums.slots};
 }
 
 /// Sum of term(i), in a fixed order.

@@ -44,7 +44,7 @@ VDBFRAC_INLINE PackT<To> loadSome(const From* p, std::size_t count)
 template <class Real>
 VDBFRAC_INLINE void sumSlots(const SlotSums<Real>& sums, std::size_t first, std::size_t count, PointsT<Real>& v)
 {
-    if (const std::uint32_t slot = sums.straight[first / kLanes]; slot != kNoSlot)
+    if (const std::uint32_t slot = sums.contiguous[first / kLanes]; slot != kNoSlot)
         return split(sums.slot + 3 * std::size_t(slot), v);
     Real sum[3 * kLanes] = {};
     std::uint32_t s = sums.start[first];

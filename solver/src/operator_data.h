@@ -108,7 +108,7 @@ struct ElasticOperator::Data {
     template <class V>
     NodeSums<V> sums() const
     {
-        return {slots.as<V>(), p.slotStart.data(), p.slots.data(), p.straight.data()};
+        return {slots.as<V>(), p.slotStart.data(), p.slots.data(), p.contiguous.data()};
     }
 
     /// One of the slots of a node, where what does not come from the elements is added; null without material.

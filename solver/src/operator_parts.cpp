@@ -74,7 +74,7 @@ public:
 
 private:
     const ElementSet& set_;
-    std::array<std::array<double, tetmesh::kMostTets>, 4> ofLattice_{};
+    std::array<std::array<double, tetmesh::kMaxTets>, 4> ofLattice_{};
 };
 
 }  // namespace

@@ -244,16 +244,16 @@ void linkSlots(Patches& p, std::size_t nodeCount)
 }
 
 /// The first slot of each eight nodes that have one each, in a row.
-void findStraight(Patches& p, std::size_t nodeCount)
+void findContiguous(Patches& p, std::size_t nodeCount)
 {
-    p.straight.assign((nodeCount + kLanes - 1) / kLanes, kNoSlot);
+    p.contiguous.assign((nodeCount + kLanes - 1) / kLanes, kNoSlot);
     parallelChunks(nodeCount / kLanes, kChunk, [&](std::size_t begin, std::size_t end) {
         for (std::size_t g = begin; g < end; ++g) {
             const std::uint32_t *const start = p.slotStart.data() + kLanes * g, *const slot = p.slots.data() + start[0];
-            bool straight = true;
-            for (std::uint32_t l = 0; l < kLanes && straight; ++l)
-                straight = start[l + 1] == start[0] + l + 1 && slot[l] == slot[0] + l;
-            if (straight) p.straight[g] = slot[0];
+            bool contiguous = true;
+            for (std::uint32_t l = 0; l < kLanes && contiguous; ++l)
+                contiguous = start[l + 1] == start[0] + l + 1 && slot[l] == slot[0] + l;
+            if (contiguous) p.contiguous[g] = slot[0];
         }
     });
 }
@@ -330,7 +330,7 @@ Patches makePatches(std::span<const ElementSet> sets, std::size_t nodeCount)
         std::copy(built[i].runs.begin(), built[i].runs.end(), p.runs.begin() + patch.firstRun);
     });
     linkSlots(p, nodeCount);
-    findStraight(p, nodeCount);
+    findContiguous(p, nodeCount);
     return p;
 }
 
@@ -338,7 +338,7 @@ std::size_t Patches::bytes() const
 {
     const auto of = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
     return of(patches) + of(batches) + of(corners) + of(volumes) + of(laneTets) + of(laneCells) + of(laneOfElement) +
-           of(runs) + of(slotStart) + of(slots) + of(straight);
+           of(runs) + of(slotStart) + of(slots) + of(contiguous);
 }
 
 }  // namespace vdbfrac::solver

@@ -33,7 +33,7 @@ struct Patches {
     std::vector<std::uint32_t> laneOfElement;  ///< kLanes * batch + lane of each element of the system
     std::vector<NodeRun> runs;
     std::vector<std::uint32_t> slotStart, slots;  ///< slots of each node, by rising patch
-    std::vector<std::uint32_t> straight;          ///< SlotSums
+    std::vector<std::uint32_t> contiguous;        ///< SlotSums
     std::int64_t tets = 0;
     std::size_t tangentCount = 0;  ///< tets of all batches, eight of them at a time
     std::size_t slotCount = 0, largestStride = 0;

@@ -24,7 +24,7 @@ Mat3 nearestRotation(const Mat3& m)
 class Corotational : public StrainLaw {
 public:
     Mat3 strain(const Mat3& F) const override { return signedPolar(F).S - Mat3::Identity(); }
-    double leastEigenvalue(double share) const override { return -(1 + share); }
+    double minEigenvalue(double share) const override { return -(1 + share); }
     Mat3 meanRotation(const Mat3& mean) const override { return nearestRotation(mean); }
     Mat3 ofTet(const Mat3& R, const Mat3& T) const override { return R * T * R.transpose(); }
     Mat3 block(const Vec3& gi, const Vec3& gj, const Mat3& R, const Mat3& T, double mu) const override
@@ -44,7 +44,7 @@ public:
 class Green : public StrainLaw {
 public:
     Mat3 strain(const Mat3& F) const override { return 0.5 * (F.transpose() * F - Mat3::Identity()); }
-    double leastEigenvalue(double) const override { return 0; }  // the rest is a square of the rate of strain
+    double minEigenvalue(double) const override { return 0; }  // the rest is a square of the rate of strain
     Mat3 meanRotation(const Mat3& mean) const override { return mean; }
     Mat3 ofTet(const Mat3&, const Mat3& T) const override { return T; }
     Mat3 block(const Vec3& gi, const Vec3& gj, const Mat3& F, const Mat3& Sigma, double mu) const override

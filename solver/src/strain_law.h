@@ -14,7 +14,7 @@ public:
     /// What the energy is a square of.
     virtual Mat3 strain(const Mat3& F) const = 0;
     /// Of T over mu V / h^2, which leaves the tangent semidefinite; `share` of linear elasticity is in it.
-    virtual double leastEigenvalue(double share) const = 0;
+    virtual double minEigenvalue(double share) const = 0;
     /// R of a cell from the mean of those of its parts.
     virtual Mat3 meanRotation(const Mat3& mean) const = 0;
     /// T of a tet from its share of that of its cell.

@@ -84,9 +84,9 @@ std::vector<Ending> runSurface(std::string_view bytes)
         surface.first = tetmesh::parseSurface(bytes, extension, "fuzz");
         surface.second = tetmesh::examine(surface.first);
     });
-    constexpr std::size_t kMostPolygons = 64, kMostPoints = 1000;  // more of them only take longer
-    if (read != Ending::done || surface.first.polygons.size() > kMostPolygons ||
-        surface.first.points.size() > kMostPoints)
+    constexpr std::size_t kMaxPolygons = 64, kMaxPoints = 1000;  // more of them only take longer
+    if (read != Ending::done || surface.first.polygons.size() > kMaxPolygons ||
+        surface.first.points.size() > kMaxPoints)
         return std::vector<Ending>(3, read);
     grid::Band band;
     band.across = 12;

@@ -69,10 +69,10 @@ INSTANTIATE_TEST_SUITE_P(Scenes, OnceBroken, testing::ValuesIn(sceneFiles()),
 /// else, must not follow a direction that only the mean takes for soft: steps would be halved without end.
 TEST(OnceLost, MultigridWhereTheTetsOfACellTurnApart)
 {
-    constexpr std::size_t kMost = 150;  // steps; 60 are needed
+    constexpr std::size_t kMax = 150;  // steps; 60 are needed
     lab::SceneRun run(readText(VDBFRAC_SOURCE "/tests/hard/scenes/compressed_and_turning.toml"),
                       {"solver.linear_solver=\"multigrid\""});
-    while (!run.atEnd() && run.steps.size() < kMost) run.step();
+    while (!run.atEnd() && run.steps.size() < kMax) run.step();
     EXPECT_TRUE(run.atEnd()) << run.simulation.framesDone() << " frames in " << run.steps.size() << " steps";
 }
 

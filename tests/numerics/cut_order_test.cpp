@@ -17,7 +17,7 @@ struct Errors {
     double volume = 0, area = 0;  ///< relative
 };
 
-/// Mean of |error| over several places of the centre between the voxels.
+/// Mean of |error| over several places of the center between the voxels.
 Errors errorsAt(const Lattice::Kind kind, int coarsening, int cellsPerRadius)
 {
     constexpr int kPlaces = 4;
@@ -28,10 +28,10 @@ Errors errorsAt(const Lattice::Kind kind, int coarsening, int cellsPerRadius)
     Errors mean;
     for (int k = 0; k < kPlaces; ++k) {
         const double x = place(random), y = place(random), z = place(random);
-        const Vec3 centre = dx * Vec3(x, y, z);
+        const Vec3 center = dx * Vec3(x, y, z);
         const tetmesh::CutMesh mesh(Lattice{kind, coarsening, dx},
                                     lab::sample({-reach, -reach, -reach}, {reach, reach, reach}, dx,
-                                                [&](Vec3 p) { return (p - centre).norm() - R; }));
+                                                [&](Vec3 p) { return (p - center).norm() - R; }));
         mean.volume += std::abs(mesh.volume() / (4. / 3 * pi) - 1) / kPlaces;
         mean.area += std::abs(mesh.surface().cutArea / (4 * pi) - 1) / kPlaces;
     }
@@ -47,7 +47,7 @@ class CutCells : public testing::TestWithParam<Case> {};
 
 TEST_P(CutCells, SphereVolumeAndAreaConvergeSecondOrder)
 {
-    constexpr double kOrder = 1.8;  // linear interpolation has 2; places of the centre scatter the errors
+    constexpr double kOrder = 1.8;  // linear interpolation has 2; places of the center scatter the errors
     const Errors coarse = errorsAt(GetParam().kind, GetParam().coarsening, 8);
     const Errors middle = errorsAt(GetParam().kind, GetParam().coarsening, 16);
     const Errors fine = errorsAt(GetParam().kind, GetParam().coarsening, 32);

@@ -91,12 +91,12 @@ TEST(BackwardEuler, StiffBodySpinsDownAsPredicted)
     const auto elastic = lab::elasticOperator(block, solver::makeMaterial(1e9, .3, 1000));
     const solver::Boundary boundary = lab::freeBoundary(block.nodes.size());
     solver::State state = lab::atRest(block);
-    const Vec3 centre = Vec3::Constant(block.h);
-    // Lumped masses favour the corners on the tets' common diagonal: of the axes through the centre, that one is
+    const Vec3 center = Vec3::Constant(block.h);
+    // Lumped masses favour the corners on the tets' common diagonal: of the axes through the center, that one is
     // principal.
     const Vec3 axis = Vec3::Ones().normalized();
     for (std::size_t i = 0; i < state.x.size(); ++i) {
-        state.x[i] -= centre;
+        state.x[i] -= center;
         state.v[i] = w0 * axis.cross(state.x[i]);
     }
     for (int n = 1; n <= 200; ++n) {

@@ -27,10 +27,10 @@ struct BentAndTwisted {
     {
         const Mat3 bend = Eigen::AngleAxisd(step * kTurn / 2, Vec3::UnitY()).toRotationMatrix();
         const Mat3 twist = Eigen::AngleAxisd(step * kTurn, Vec3::UnitX()).toRotationMatrix();
-        const Vec3 centre(1, 2.5 * block.h, 3 * block.h), moved = centre - step * Vec3(.02, 0, .05);
+        const Vec3 center(1, 2.5 * block.h, 3 * block.h), moved = center - step * Vec3(.02, 0, .05);
         for (std::size_t i = 0; i < block.nodes.size(); ++i) {
             if (block.nodes[i].x != kCells) continue;
-            boundary.target[i] = moved + bend * twist * (block.h * block.nodes[i].toVec() - centre);
+            boundary.target[i] = moved + bend * twist * (block.h * block.nodes[i].toVec() - center);
         }
     }
     solver::System system() const { return {{}, boundary}; }
@@ -137,7 +137,7 @@ int iterationsSolvedTightly(const BentAndTwisted& bar, double tolerance, LinearM
 
 TEST(InexactNewton, LooseSystemsSaveLinearIterations)
 {
-    constexpr double kTolerance = 1e-2, kLeastGain = 1.5;
+    constexpr double kTolerance = 1e-2, kMinGain = 1.5;
     for (LinearMethod method : {LinearMethod::jacobi, LinearMethod::multigrid}) {
         BentAndTwisted bar;
         solver::BackwardEuler stepper(bar.elastic, settingsOf(kTolerance, method));
@@ -152,7 +152,7 @@ TEST(InexactNewton, LooseSystemsSaveLinearIterations)
         }
         std::printf("method %d: %d linear iterations in %d of Newton, solved to 1e-6: %d\n", int(method), loose,
                     looseNewton, tight);
-        EXPECT_GE(tight, kLeastGain * loose) << int(method);
+        EXPECT_GE(tight, kMinGain * loose) << int(method);
     }
 }
 
@@ -238,7 +238,7 @@ TEST(LineSearch, NoIterationOfNewtonRaisesTheEnergyOfTheStep)
     using solver::NewtonTangent;
     using solver::Strain;
     constexpr double kRounding = 1e-12;  // of the energy at the start
-    constexpr int kMostIterations = 30;
+    constexpr int kMaxIterations = 30;
     struct Start {
         Strain strain;
         NewtonTangent tangent;
@@ -267,7 +267,7 @@ TEST(LineSearch, NoIterationOfNewtonRaisesTheEnergyOfTheStep)
         solver::NewtonSettings settings = settingsOf(1e-6);
         settings.tangent = from.tangent;
         solver::StepReport report;
-        for (settings.iterations = 1; settings.iterations <= kMostIterations; ++settings.iterations) {
+        for (settings.iterations = 1; settings.iterations <= kMaxIterations; ++settings.iterations) {
             solver::State state = start;
             report = solver::stepBackwardEuler(elastic, state, from.dt, {{}, boundary}, settings);
             const double now = phi(state.x, gradient);

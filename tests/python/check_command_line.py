@@ -125,7 +125,7 @@ with tempfile.TemporaryDirectory() as temporary:
     expect("capped steps", ["sim", good, "-o", capped, *never], 0, "hit its caps", "capped: relative residuals", "of the best iterates")
     expect("capped steps under --strict", ["sim", good, "-o", capped, *never, "--strict", "--overwrite"], 3, " capped")
     told = statuses(capped)
-    if {s["status"] for s in told} != {"capped"} or not all(0 < float(s["least_residual"]) <= float(s["residual"]) for s in told):
+    if {s["status"] for s in told} != {"capped"} or not all(0 < float(s["min_residual"]) <= float(s["residual"]) for s in told):
         failures.append(f"capped: {told}")
     if len(told) > 512:
         failures.append(f"capped: {len(told)} steps for a frame, each shorter than the one before")

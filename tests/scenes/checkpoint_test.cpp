@@ -131,7 +131,7 @@ protected:
     CheckpointFolder() { fs::remove_all(folder_); }
     ~CheckpointFolder() override { fs::remove_all(folder_); }
 
-    core::RunFolder open(const SceneRun& run, core::Earlier earlier)
+    core::RunFolder open(const SceneRun& run, core::ExistingRun existing)
     {
         return {folder_, run.scene, run.simulation.stages(), earlier};
     }
@@ -149,7 +149,7 @@ protected:
     void runTo(int last)
     {
         SceneRun run(tearingBars());
-        core::RunFolder folder = open(run, core::Earlier::replace);
+        core::RunFolder folder = open(run, core::ExistingRun::replace);
         writeTo(run, folder, last);
         folder.finish(run.simulation, "stopped");
     }
@@ -162,7 +162,7 @@ TEST_F(CheckpointFolder, ResumedRunsLeaveTheSameFilesAndTwoCheckpoints)
     SceneRun whole(tearingBars());
     std::string expected;
     {
-        core::RunFolder folder = open(whole, core::Earlier::replace);
+        core::RunFolder folder = open(whole, core::ExistingRun::replace);
         writeTo(whole, folder, kFrames);
         folder.finish(whole.simulation, "done");
         for (const core::FrameRecord& f : folder.frames()) expected += f.stateHash + f.files.at(1).checksum;
@@ -170,7 +170,7 @@ TEST_F(CheckpointFolder, ResumedRunsLeaveTheSameFilesAndTwoCheckpoints)
     EXPECT_EQ(checkpoints().size(), 2u);
     runTo(3);
     SceneRun rest(tearingBars());
-    core::RunFolder folder = open(rest, core::Earlier::keep);
+    core::RunFolder folder = open(rest, core::ExistingRun::keep);
     std::vector<std::string> notes;
     ASSERT_TRUE(folder.resume(rest.simulation, {"settings"}, notes));
     EXPECT_TRUE(notes.empty());
@@ -207,7 +207,7 @@ TEST_F(CheckpointFolder, RecordsGrowByWhatIsNewAndCheckpointsDoNotGrow)
         "1e5\npoisson_ratio = 0.3\ndensity = 1000\n"
         "[output]\nobj = false\nvdb = []\n";
     SceneRun run(scene);
-    core::RunFolder folder = open(run, core::Earlier::replace);
+    core::RunFolder folder = open(run, core::ExistingRun::replace);
     const auto bytes = [&](int last) {
         writeTo(run, folder, last);
         folder.finish(run.simulation, "running");
@@ -230,7 +230,7 @@ TEST_F(CheckpointFolder, ADamagedCheckpointIsPassedOverAndNamed)
     writeText(files[1], bytes);
     {
         SceneRun run(tearingBars());
-        core::RunFolder folder = open(run, core::Earlier::keep);
+        core::RunFolder folder = open(run, core::ExistingRun::keep);
         std::vector<std::string> notes;
         ASSERT_TRUE(folder.resume(run.simulation, {"settings"}, notes));
         ASSERT_EQ(notes.size(), 1u);
@@ -239,7 +239,7 @@ TEST_F(CheckpointFolder, ADamagedCheckpointIsPassedOverAndNamed)
     }
     writeText(files[0], "no more than this");
     SceneRun run(tearingBars());
-    core::RunFolder folder = open(run, core::Earlier::keep);
+    core::RunFolder folder = open(run, core::ExistingRun::keep);
     std::vector<std::string> notes;
     EXPECT_THROW(folder.resume(run.simulation, {"settings"}, notes), FileError);
 }
@@ -250,7 +250,7 @@ TEST_F(CheckpointFolder, OtherSettingsAndOtherBodiesAreRefused)
     std::vector<std::string> notes;
     {
         SceneRun run(tearingBars());
-        core::RunFolder folder = open(run, core::Earlier::keep);
+        core::RunFolder folder = open(run, core::ExistingRun::keep);
         try {
             folder.resume(run.simulation, {"settings\nmore"}, notes);
             FAIL() << "nothing was thrown";
@@ -259,7 +259,7 @@ TEST_F(CheckpointFolder, OtherSettingsAndOtherBodiesAreRefused)
         }
     }
     SceneRun other(tearingBars(), {"body.0.cut=[]"});
-    core::RunFolder folder = open(other, core::Earlier::keep);
+    core::RunFolder folder = open(other, core::ExistingRun::keep);
     EXPECT_THROW(folder.resume(other.simulation, {"settings"}, notes), InputError);
 }
 
@@ -269,12 +269,12 @@ TEST_F(CheckpointFolder, GoesBackToAnEarlierFrameWhenAskedTo)
     std::vector<std::string> notes;
     {
         SceneRun run(tearingBars());
-        core::RunFolder folder = open(run, core::Earlier::keep);
+        core::RunFolder folder = open(run, core::ExistingRun::keep);
         ASSERT_TRUE(folder.resume(run.simulation, {"settings", 2}, notes));
         EXPECT_EQ(folder.frames().back().frame, 2);
     }
     SceneRun early(tearingBars());
-    core::RunFolder same = open(early, core::Earlier::keep);
+    core::RunFolder same = open(early, core::ExistingRun::keep);
     EXPECT_THROW(same.resume(early.simulation, {"settings", 1}, notes), FileError);  // of two, the oldest is frame 2's
 }
 
@@ -282,11 +282,11 @@ TEST_F(CheckpointFolder, OneRunAtATimeWritesIntoAFolder)
 {
     SceneRun run(tearingBars());
     {
-        const core::RunFolder folder = open(run, core::Earlier::replace);
-        EXPECT_THROW(open(run, core::Earlier::keep), FileError);
-        EXPECT_THROW(open(run, core::Earlier::replace), FileError);
+        const core::RunFolder folder = open(run, core::ExistingRun::replace);
+        EXPECT_THROW(open(run, core::ExistingRun::keep), FileError);
+        EXPECT_THROW(open(run, core::ExistingRun::replace), FileError);
     }
-    EXPECT_NO_THROW(open(run, core::Earlier::replace));
+    EXPECT_NO_THROW(open(run, core::ExistingRun::replace));
 }
 
 /// A checkpoint with another value in one array.

@@ -163,8 +163,8 @@ toughness = 1000
     for (const core::StepRecord& step : run.steps) EXPECT_EQ(step.outcome, core::Outcome::converged);
     EXPECT_EQ(run.simulation.fragments(), 1u);
     EXPECT_GT(run.peakLoad(0, 1), 0);
-    EXPECT_EQ(run.scene.grid.coarsening, tetmesh::kMostCoarsening);
-    EXPECT_THROW(lab::SceneRun(kElastic, {"grid.coarsening=" + std::to_string(tetmesh::kMostCoarsening + 1)}),
+    EXPECT_EQ(run.scene.grid.coarsening, tetmesh::kMaxCoarsening);
+    EXPECT_THROW(lab::SceneRun(kElastic, {"grid.coarsening=" + std::to_string(tetmesh::kMaxCoarsening + 1)}),
                  InputError);
 }
 

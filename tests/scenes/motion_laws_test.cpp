@@ -31,12 +31,12 @@ std::string box(const std::string& body, const std::string& more)
            "shape = { box = { size = [1.1, 0.5, 0.7], center = [2, -1, 3] } }\n" +
            body + "\n[material.m]\nyoungs_modulus = 1e3\npoisson_ratio = 0.3\ndensity = 1000\n" + more;
 }
-const Vec3 kCentre(2, -1, 3);
+const Vec3 kCenter(2, -1, 3);
 
 const std::string kFlight = "velocity = [1, 2, -1]\nangular_velocity = [0.5, -0.2, 0.4]\n";
-Vec3 flightAt(const Vec3& X) { return Vec3(1, 2, -1) + Vec3(0.5, -0.2, 0.4).cross(X - kCentre); }
+Vec3 flightAt(const Vec3& X) { return Vec3(1, 2, -1) + Vec3(0.5, -0.2, 0.4).cross(X - kCenter); }
 
-TEST(Body, SetsOffWithItsVelocityAndSpinsAboutItsCentre)
+TEST(Body, SetsOffWithItsVelocityAndSpinsAboutItsCenter)
 {
     const SceneRun run(box(kFlight, ""));
     const core::Simulation& simulation = run.simulation;
@@ -45,7 +45,7 @@ TEST(Body, SetsOffWithItsVelocityAndSpinsAboutItsCentre)
     Vec3 momentum = Vec3::Zero();
     double total = 0;
     for (std::size_t i = 0; i < X.size(); ++i) {
-        // The box is its own mirror image at its centre.
+        // The box is its own mirror image at its center.
         EXPECT_LT((simulation.v()[i] - flightAt(X[i])).norm(), kRounding * 10);
         momentum += mass[i] * simulation.v()[i];
         total += mass[i];
@@ -60,7 +60,7 @@ TEST(Cut, LeavesEachPieceItsMomentumAndKineticEnergy)
     constexpr double kStep = 1e-6;      // s, so short that the spin strains nothing
     constexpr double kStrain = 1e-5;    // m/s: what the step and its tolerance may change of velocities
     constexpr double kHalfKerf = 0.04;  // m, of less than a cell: the nodes in its plane get copies
-    lab::Saw saw(kCentre.x(), kHalfKerf);
+    lab::Saw saw(kCenter.x(), kHalfKerf);
     SceneRun run(box(kFlight, ""), {"time.fps=1e6"}, &saw);
     const std::size_t nodes = run.simulation.x().size();
     const double start = run.simulation.volume();

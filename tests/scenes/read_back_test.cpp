@@ -33,7 +33,7 @@ public:
         : folder_(fs::temp_directory_path() / ("vdbfrac-read-back-" + std::to_string(::getpid()))),
           name_(run.scene.name)
     {
-        core::RunFolder folder(folder_, run.scene, run.simulation.stages(), core::Earlier::replace);
+        core::RunFolder folder(folder_, run.scene, run.simulation.stages(), core::ExistingRun::replace);
         for (const core::StepRecord& step : run.steps) folder.addStep(step);
         folder.writeFrame(run.simulation, 1);
         folder.finish(run.simulation, "done");
@@ -75,7 +75,7 @@ Vec3 place(const openvdb::Coord& c, double dx) { return dx * Vec3(c.x(), c.y(), 
 TEST(VelGrid, HoldsTheVelocityOfTheSurfaceNearby)
 {
     constexpr double dx = 0.1;
-    const Vec3 velocity(1, -2, 3), spin(0, 2, 1), centre(1, 0.5, 0);
+    const Vec3 velocity(1, -2, 3), spin(0, 2, 1), center(1, 0.5, 0);
     for (const bool spins : {false, true}) {
         const SceneRun run(
             kBalls + ball("one", 1, 0.6,
@@ -87,7 +87,7 @@ TEST(VelGrid, HoldsTheVelocityOfTheSurfaceNearby)
         double worst = 0;
         for (auto v = vel->cbeginValueOn(); v; ++v) {
             const Vec3 expected =
-                velocity + (spins ? spin : Vec3::Zero().eval()).cross(place(v.getCoord(), dx) - centre);
+                velocity + (spins ? spin : Vec3::Zero().eval()).cross(place(v.getCoord(), dx) - center);
             // The middle of the closest triangle is no farther away than the surface and a triangle's longest line.
             const double away = std::abs(surface->tree().getValue(v.getCoord())) + std::sqrt(3.) * dx;
             const Vec3 value((*v).x(), (*v).y(), (*v).z());

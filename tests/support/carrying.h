@@ -64,8 +64,8 @@ inline void expectCarried(tetmesh::BodyMesh& mesh, int reach)
     for (int round = 0; round < 60; ++round) {
         if (round % 15 == 0) start();  // now with parts that are apart
         const Coord corner{reach + 2, reach + 2, reach + 2};
-        const Vec3 centre(place(random), place(random), place(random));
-        const auto update = mesh.update(raised(mesh, -1 * corner, corner, hollow(ballAt(centre, size(random)))));
+        const Vec3 center(place(random), place(random), place(random));
+        const auto update = mesh.update(raised(mesh, -1 * corner, corner, hollow(ballAt(center, size(random)))));
         recut += std::int64_t(update.previousElement.recut.size());
         field.carry(mesh, update.previousElement);
         points.carry(mesh, update);

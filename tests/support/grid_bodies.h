@@ -23,7 +23,7 @@ inline constexpr double kDx = 0.04;
 inline constexpr double kMeshBand = 0.9;
 // tools::levelSetRebuild goes through a mesh of its own, whose creases show in the outer half of the band.
 inline constexpr double kRebuiltBand = 0.5, kRebuilt = 0.15;  // of the band; of a voxel
-// A voxel's share is taken from phi at its centre alone: second order in dx / radius of curvature.
+// A voxel's share is taken from phi at its center alone: second order in dx / radius of curvature.
 inline constexpr double kVolumeTolerance = 0.01;
 
 inline scene::Grid gridOf(double dx)

@@ -18,14 +18,14 @@ namespace vdbfrac::test {
 
 using Phi = std::function<double(Vec3)>;
 
-inline Phi ballAt(Vec3 centre, double r)
+inline Phi ballAt(Vec3 center, double r)
 {
-    return [=](Vec3 p) { return (p - centre).norm() - r; };
+    return [=](Vec3 p) { return (p - center).norm() - r; };
 }
-inline Phi boxAt(Vec3 centre, Vec3 half)
+inline Phi boxAt(Vec3 center, Vec3 half)
 {
     return [=](Vec3 p) {
-        const Vec3 q = (p - centre).cwiseAbs() - half;
+        const Vec3 q = (p - center).cwiseAbs() - half;
         return q.cwiseMax(0.).norm() + std::min(0., q.maxCoeff());
     };
 }

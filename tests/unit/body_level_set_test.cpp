@@ -91,7 +91,7 @@ TEST_F(BodyLevelSet, SameBitsForAnyNumberOfThreads)
 
 TEST_F(BodyLevelSet, PartsTooFarApartForOneBoxAreALimit)
 {
-    constexpr std::uint64_t kLimit = 100000000;  // bytes; the box of both balls has 250^3 leafs
+    constexpr std::uint64_t kLimit = 100000000;  // bytes; the box of both balls has 250^3 leaves
     scene::Body body = bodyOf(sphere(0.5));
     body.add.push_back(sphere(0.5, Vec3::Constant(100)));
     EXPECT_THROW(sampleNodes(makeLevelSet(body, gridOf(kDx), kLimit), kLimit), LimitError);
@@ -129,7 +129,7 @@ TEST_F(BodyLevelSet, MeshBodyEqualsTheAnalyticOne)
 
     scene::Body cutMesh = bodyOf(mesh), cutSolid = bodyOf(solid);
     for (scene::Body* body : {&cutMesh, &cutSolid}) {
-        body->cut.push_back(sphere(0.15, {0.75, 0.45, 0.15}));  // wholly within: the mesh has no leafs there
+        body->cut.push_back(sphere(0.15, {0.75, 0.45, 0.15}));  // wholly within: the mesh has no leaves there
         body->add.push_back(sphere(0.2, {1.2, 0.45, 0.15}));
     }
     EXPECT_LT(difference(make(cutSolid), make(cutMesh), kMeshBand), 1e-3 * kDx);

@@ -37,7 +37,7 @@ TEST(CoarseLattices, VolumeAndSurfaceAreThoseOfTheVoxelsUpToTheCoarsestLattice)
         };
         const CutMesh fine = cut(1);
         const double area = tetmesh::extractSurface(fine).cutArea;
-        for (const int coarsening : {tetmesh::kMostCoarsening - 1, tetmesh::kMostCoarsening}) {
+        for (const int coarsening : {tetmesh::kMaxCoarsening - 1, tetmesh::kMaxCoarsening}) {
             const CutMesh mesh = cut(coarsening);
             EXPECT_NEAR(mesh.volume(), fine.volume(), kSums * fine.volume()) << coarsening;
             EXPECT_NEAR(tetmesh::extractSurface(mesh).cutArea, area, kSums * area) << coarsening;
@@ -51,12 +51,12 @@ TEST(CoarseLattices, VolumeAndSurfaceAreThoseOfTheVoxelsUpToTheCoarsestLattice)
 TEST(CoarseLattices, CoarserThanIndicesCanTellIsRefused)
 {
     const auto phi = lab::sample({-3, -3, -3}, {3, 3, 3}, 0.1, ballAt(Vec3::Zero(), .25));
-    for (const int coarsening : {tetmesh::kMostCoarsening + 1, 22, 40, 1024, 0, -1}) {
+    for (const int coarsening : {tetmesh::kMaxCoarsening + 1, 22, 40, 1024, 0, -1}) {
         try {
             const CutMesh mesh({Lattice::Kind::six, coarsening, 0.1}, phi);
             ADD_FAILURE() << coarsening << " was taken";
         } catch (const Error& e) {
-            EXPECT_NE(std::string(e.what()).find("1 to " + std::to_string(tetmesh::kMostCoarsening)), std::string::npos)
+            EXPECT_NE(std::string(e.what()).find("1 to " + std::to_string(tetmesh::kMaxCoarsening)), std::string::npos)
                 << e.what();
         }
     }

@@ -208,9 +208,9 @@ TEST(CutTetMesh, NodalShareOfALinearFieldIsThatOfTheVoxel)
 TEST(CutTetMesh, VoxelsAboveAreThoseThatATetAboveBelongsTo)
 {
     const CutTetMesh mesh = cut(6, ballAt({.01, .02, -.03}, .4));
-    std::vector<double> density(mesh.elements().size() * tetmesh::kMostTets, 0.);
-    for (std::size_t e = 0; e < mesh.elements().size(); e += 97) density[e * tetmesh::kMostTets] = 2;
-    const auto energy = [&](std::uint32_t e, int) { return density[e * tetmesh::kMostTets]; };
+    std::vector<double> density(mesh.elements().size() * tetmesh::kMaxTets, 0.);
+    for (std::size_t e = 0; e < mesh.elements().size(); e += 97) density[e * tetmesh::kMaxTets] = 2;
+    const auto energy = [&](std::uint32_t e, int) { return density[e * tetmesh::kMaxTets]; };
     std::vector<Coord> expected;
     for (int z = -8; z <= 8; ++z)
         for (int y = -8; y <= 8; ++y)

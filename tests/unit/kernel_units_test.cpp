@@ -27,7 +27,7 @@ struct RandomNodes {
     std::vector<float> added;
     std::vector<double> mass, u;
     std::vector<solver::LaneBlocks> B{6};
-    std::vector<std::uint32_t> straight{solver::kNoSlot, 16, solver::kNoSlot, 64, solver::kNoSlot, solver::kNoSlot},
+    std::vector<std::uint32_t> contiguous{solver::kNoSlot, 16, solver::kNoSlot, 64, solver::kNoSlot, solver::kNoSlot},
         start{0}, slots;
 
     RandomNodes()
@@ -44,7 +44,7 @@ struct RandomNodes {
             for (auto& row : block.v)
                 for (float& v : row) v = float(unit(random));
         for (std::uint32_t n = 0; n < kNodes; ++n) {
-            const std::uint32_t first = straight[n / 8];
+            const std::uint32_t first = contiguous[n / 8];
             if (first != solver::kNoSlot)
                 slots.push_back(first + n % 8);
             else
@@ -52,7 +52,7 @@ struct RandomNodes {
             start.push_back(std::uint32_t(slots.size()));
         }
     }
-    solver::SlotSums<Real> sums() const { return {slot.data(), straight.data(), start.data(), slots.data()}; }
+    solver::SlotSums<Real> sums() const { return {slot.data(), contiguous.data(), start.data(), slots.data()}; }
     Vec3 sum(std::size_t n) const
     {
         Vec3 s = Vec3::Zero();
@@ -86,13 +86,13 @@ struct RandomPatch {
         std::mt19937 random(2);
         for (std::size_t c = 0; c < tetmesh::kCorners; ++c) batch[0].corner[c] = std::uint16_t(9 * (c / 2) + c % 2);
         batch[1].gathered = batch[1].cut = 0;
-        batch[1].tangent = tetmesh::kMostTets;
-        batch[2] = {.gathered = 0, .cut = 0, .tangent = 2 * tetmesh::kMostTets, .flowed = true};
+        batch[1].tangent = tetmesh::kMaxTets;
+        batch[2] = {.gathered = 0, .cut = 0, .tangent = 2 * tetmesh::kMaxTets, .flowed = true};
         for (auto& lane : corners.corner)
             for (auto& corner : lane) corner = std::uint16_t(random() % kNodes);
         for (auto& tet : volumes.share)
             for (double& share : tet) share = double(random() % 3) / 6;
-        std::copy_n(&volumes.share[0][0], tetmesh::kMostTets * solver::kLanes, &flowed.share[0][0]);
+        std::copy_n(&volumes.share[0][0], tetmesh::kMaxTets * solver::kLanes, &flowed.share[0][0]);
         for (auto& tet : flowed.gradient)
             for (auto& vertex : tet)
                 for (auto& lanes : vertex)
@@ -124,7 +124,7 @@ struct RandomPatch {
                                           [](const double*, double t, double* T) {
                                               for (int k = 0; k < 6; ++k) T[k] = k < 3 ? t : 0;
                                           }};
-        solver::TetTangent tangent[kBatches * tetmesh::kMostTets] = {}, cells[kBatches] = {};
+        solver::TetTangent tangent[kBatches * tetmesh::kMaxTets] = {}, cells[kBatches] = {};
         std::vector<double> out(x.size(), 0.);
         solver::PatchData d;
         d.batch = batch, d.corners = &corners, d.volumes = &volumes, d.flowed = &flowed, d.tangent = tangent;

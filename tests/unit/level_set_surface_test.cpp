@@ -21,9 +21,9 @@ namespace {
 
 constexpr double kDx = 0.1;
 
-openvdb::FloatGrid::Ptr ball(double radius, const openvdb::Vec3f& centre)
+openvdb::FloatGrid::Ptr ball(double radius, const openvdb::Vec3f& center)
 {
-    return openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(float(radius), centre, float(kDx), 3);
+    return openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(float(radius), center, float(kDx), 3);
 }
 double ballVolume(double r) { return 4 * std::numbers::pi / 3 * r * r * r; }
 

@@ -25,7 +25,7 @@ ImplicitSolid solidOf(std::function<double(const Vec3&)> phi, double reach = 1.5
     return {std::move(phi), {Vec3::Constant(-reach), Vec3::Constant(reach)}, {}};
 }
 
-double ball(const Vec3& X, const Vec3& centre, double r) { return (X - centre).norm() - r; }
+double ball(const Vec3& X, const Vec3& center, double r) { return (X - center).norm() - r; }
 
 DelaunayCriteria coarse(double size = .2)
 {
@@ -178,6 +178,6 @@ TEST(DelaunayMesh, RefusesWhatHasNoMesh)
     EXPECT_THROW(mesher::delaunayMesh(solidOf([](const Vec3& X) { return std::sqrt(X.x()); }), coarse()), InputError)
         << "NaN";
     DelaunayCriteria few = coarse(.05);
-    few.mostPoints = 500;
+    few.maxPoints = 500;
     EXPECT_THROW(mesher::delaunayMesh(solidOf(unitBall), few), LimitError);
 }

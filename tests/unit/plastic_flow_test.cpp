@@ -43,7 +43,7 @@ struct Body {
         flow = tetmesh::TetField<Mat3>(block.elements.size(), Mat3::Identity());
         std::mt19937 random(3);
         for (std::size_t e = 0; e < block.elements.size(); ++e)
-            for (std::size_t t = 0; t < tetmesh::kMostTets; ++t) {
+            for (std::size_t t = 0; t < tetmesh::kMaxTets; ++t) {
                 if (e / 100 % 2 == 0 && (e + t) % 3 == 0) flow(e, t) = randomFlow(random, .2);
                 stiffness.push_back(float(1 + (e + t) % 4) / 4);
             }

@@ -20,12 +20,12 @@ struct Solid {
 
 std::vector<Solid> solids()
 {
-    const Vec3 centre(.2, -.3, .5), axis = Vec3(1, 2, -.5).normalized();
+    const Vec3 center(.2, -.3, .5), axis = Vec3(1, 2, -.5).normalized();
     std::vector<Solid> all;
     const auto add = [&](const char* name, Primitive::Kind kind) -> Primitive& {
         all.push_back({name, {}});
         all.back().primitive.kind = kind;
-        all.back().primitive.center = centre;
+        all.back().primitive.center = center;
         return all.back().primitive;
     };
     add("box", Primitive::Kind::box).size = Vec3(1, .6, .4);

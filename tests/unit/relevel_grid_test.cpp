@@ -28,7 +28,7 @@ namespace {
 
 constexpr float kDx = 0.05f;
 constexpr float kRadius = 10 * kDx;  // R / dx = 10: the coarsest ball that has to hold
-// Off the voxels' centres, by another part of a voxel on each axis.
+// Off the voxels' centers, by another part of a voxel on each axis.
 const openvdb::Vec3f kCenter(0.013f, -0.02f, 0.031f);
 // Relative, after 100 times; of larger balls less, since sweeps err by second order.
 constexpr double kVolumeHeld = 2e-4;

@@ -170,7 +170,7 @@ TEST_P(StrainCases, MeansOverCellsAreTheTangentWhereTheTetsOfACellDeformAlike)
 }
 
 /// Smallest eigenvalue of any element matrix, over the largest of all.
-double leastEigenvalue(const solver::ElasticOperator& elastic, const solver::Tangent& tangent, std::size_t elements)
+double minEigenvalue(const solver::ElasticOperator& elastic, const solver::Tangent& tangent, std::size_t elements)
 {
     double least = 0, largest = 0;
     for (std::size_t e = 0; e < elements; ++e) {
@@ -192,7 +192,7 @@ TEST_P(StrainCases, MeansOverCellsAreSemidefinite)
         solver::Tangent tangent, cells;
         elastic.evaluate(x, {}, &tangent, 0.3);
         elastic.averageTets(tangent, cells);
-        EXPECT_GT(leastEigenvalue(elastic, cells, block.elements.size()), -kStored) << size;
+        EXPECT_GT(minEigenvalue(elastic, cells, block.elements.size()), -kStored) << size;
     }
 }
 
@@ -218,13 +218,13 @@ TEST_P(StrainCases, ProjectedAndWarpedTangentsAreSemidefinite)
     solver::Tangent tangent;
     elastic.evaluate(x, {}, &tangent);
     if (elasticity().strain == Strain::green) {
-        EXPECT_LT(leastEigenvalue(elastic, tangent, block.elements.size()), -kClearly);
+        EXPECT_LT(minEigenvalue(elastic, tangent, block.elements.size()), -kClearly);
     }
     elastic.project(tangent);
-    EXPECT_GT(leastEigenvalue(elastic, tangent, block.elements.size()), -kStored);
+    EXPECT_GT(minEigenvalue(elastic, tangent, block.elements.size()), -kStored);
     elastic.evaluate(x, {}, &tangent);
     elastic.warp(tangent);
-    EXPECT_GT(leastEigenvalue(elastic, tangent, block.elements.size()), -kStored);
+    EXPECT_GT(minEigenvalue(elastic, tangent, block.elements.size()), -kStored);
 }
 
 TEST_P(StrainCases, AllLinearSolversAgree)

@@ -176,7 +176,7 @@ TEST(SurfaceRepair, WorkOnFansIsBounded)
     constexpr std::size_t kMany = 30000;
     const Repaired many = repaired(fans(kMany));
     EXPECT_TRUE(many.searchGivenUp);
-    EXPECT_LE(many.lookUps, kMostLookUps + kMostLookUpsPerFace * 2 * kMany + 1);
+    EXPECT_LE(many.lookUps, kMaxLookUps + kMaxLookUpsPerFace * 2 * kMany + 1);
     EXPECT_FALSE(many.intersectsItself || many.wrapped);
     EXPECT_TRUE(many.after.closed);
     EXPECT_NEAR(many.after.volume, std::numbers::pi / 3, 1e-6);  // of the cones that the pyramids stand for
@@ -204,14 +204,14 @@ TEST(SurfaceRepair, WrapsOfFansTakeThePointsThatAWrapResolves)
 TEST(SurfaceRepair, FacesOfTooManyCornersAreNamed)
 {
     PolygonSoup soup = cube();
-    soup.polygons[3].resize(kMostCorners + 1, 2);
+    soup.polygons[3].resize(kMaxCorners + 1, 2);
     try {
         repaired(soup);
         FAIL();
     } catch (const InputError& e) {
         const std::string said = e.what();
-        EXPECT_NE(said.find("face 4 has " + std::to_string(kMostCorners + 1) + " corners"), std::string::npos) << said;
-        EXPECT_NE(said.find("up to " + std::to_string(kMostCorners)), std::string::npos) << said;
+        EXPECT_NE(said.find("face 4 has " + std::to_string(kMaxCorners + 1) + " corners"), std::string::npos) << said;
+        EXPECT_NE(said.find("up to " + std::to_string(kMaxCorners)), std::string::npos) << said;
     }
 }
 

@@ -93,11 +93,11 @@ TEST_P(Transfer, VoxelsAboveAreThoseOfHotTets)
     std::mt19937 random(3);
     for (double share : {0., .0002, .002, .05, 1.}) {
         std::bernoulli_distribution hot(share);
-        std::vector<double> density(mesh.elements().size() * tetmesh::kMostTets);
+        std::vector<double> density(mesh.elements().size() * tetmesh::kMaxTets);
         for (double& d : density) d = hot(random) ? 2 : 1;
         // Energies above the threshold count 1, others 0: the voxels that get any of it.
         const auto energy = [&](std::uint32_t e, int t) {
-            return density[e * tetmesh::kMostTets + std::size_t(t)] > 1.5 ? 1. : 0.;
+            return density[e * tetmesh::kMaxTets + std::size_t(t)] > 1.5 ? 1. : 0.;
         };
         const auto voxels = allVoxels();
         const auto psi = grid::nodalEnergy(mesh, energy, voxels);
@@ -132,19 +132,19 @@ TEST_P(Transfer, AverageOverLessThanAVoxelIsTheNodalEnergy)
 {
     const CutMesh mesh = ball(GetParam());
     std::mt19937 random(4);
-    std::vector<double> density(mesh.elements().size() * tetmesh::kMostTets);
+    std::vector<double> density(mesh.elements().size() * tetmesh::kMaxTets);
     for (double& d : density) d = double(random() % 1000);
-    const auto energy = [&](std::uint32_t e, int t) { return density[e * tetmesh::kMostTets + std::size_t(t)]; };
+    const auto energy = [&](std::uint32_t e, int t) { return density[e * tetmesh::kMaxTets + std::size_t(t)]; };
     const auto voxels = allVoxels();
     EXPECT_EQ(grid::averagedEnergy(mesh, energy, voxels, .99 * dx), grid::nodalEnergy(mesh, energy, voxels));
 }
 
 // --- the front -----------------------------------------------------------------------------------------------------
 
-grid::GriffithStep stepOf(double kappa, double epsilon, double s, double mostMove = 1e9)
+grid::GriffithStep stepOf(double kappa, double epsilon, double s, double maxMove = 1e9)
 {
     grid::GriffithStep step;
-    step.kappa = kappa, step.epsilon = epsilon, step.s = s, step.mostMove = mostMove;
+    step.kappa = kappa, step.epsilon = epsilon, step.s = s, step.maxMove = maxMove;
     return step;
 }
 
@@ -153,19 +153,19 @@ TEST_P(Transfer, AverageIsTheWeightedSumOverItsBall)
     const CutMesh mesh = ball(GetParam());
     std::mt19937 random(8);
     std::uniform_real_distribution<double> any(0, 5);
-    std::vector<double> density(mesh.elements().size() * tetmesh::kMostTets);
+    std::vector<double> density(mesh.elements().size() * tetmesh::kMaxTets);
     for (double& d : density) d = any(random);
-    const auto energy = [&](std::uint32_t e, int t) { return density[e * tetmesh::kMostTets + std::size_t(t)]; };
+    const auto energy = [&](std::uint32_t e, int t) { return density[e * tetmesh::kMaxTets + std::size_t(t)]; };
     const double radius = 3.4 * dx;
     // Far apart: not one block for all.
-    const std::vector<Coord> centres = {{0, 0, 0}, {-8, 0, 1}, {5, 4, -3}, {9, 9, 9}};
+    const std::vector<Coord> centers = {{0, 0, 0}, {-8, 0, 1}, {5, 4, -3}, {9, 9, 9}};
     const std::vector<Coord> voxels = allVoxels();
     const auto psi = grid::nodalEnergy(mesh, energy, voxels);
-    const auto averaged = grid::averagedEnergy(mesh, energy, centres, radius);
-    for (std::size_t k = 0; k < centres.size(); ++k) {
+    const auto averaged = grid::averagedEnergy(mesh, energy, centers, radius);
+    for (std::size_t k = 0; k < centers.size(); ++k) {
         double volume = 0, sum = 0;
         for (std::size_t i = 0; i < voxels.size(); ++i) {
-            const double r2 = (dx * (voxels[i] - centres[k]).toVec()).squaredNorm() / (radius * radius);
+            const double r2 = (dx * (voxels[i] - centers[k]).toVec()).squaredNorm() / (radius * radius);
             if (r2 >= 1) continue;
             const double part = (1 - r2) * (1 - r2) * grid::nodalVolume(mesh, voxels[i]);
             volume += part, sum += part * psi[i];

@@ -61,7 +61,7 @@ private:
 
 CutMesh::CutMesh(Lattice lattice, NodeField<float> phi) : lattice_(lattice), phi_(std::move(phi)), rest_(phi_)
 {
-    const int most = lattice_.kind == Lattice::Kind::six ? kMostCoarsening : 1;
+    const int most = lattice_.kind == Lattice::Kind::six ? kMaxCoarsening : 1;
     if (lattice_.coarsening < 1 || lattice_.coarsening > most)
         throw Error("a lattice of " + std::to_string(lattice_.coarsening) + " voxels to a cell; 1 to " +
                     std::to_string(most) + " are possible");

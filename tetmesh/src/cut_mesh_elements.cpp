@@ -28,11 +28,10 @@ bool agrees(const CellElement& element, const std::array<int, 4>& corner, const 
 }
 
 /// The old elements of a cell, numbered from `first` on, that the tets of a new element were in.
-std::array<std::uint32_t, kMostTets> oldElements(const CellElement& element,
-                                                 std::span<const std::uint32_t> previousNode,
-                                                 std::span<const CellElement> before, std::uint32_t first)
+std::array<std::uint32_t, kMaxTets> oldElements(const CellElement& element, std::span<const std::uint32_t> previousNode,
+                                                std::span<const CellElement> before, std::uint32_t first)
 {
-    std::array<std::uint32_t, kMostTets> old{};
+    std::array<std::uint32_t, kMaxTets> old{};
     const CellTets& tets = cellTets(element.shape);
     for (std::size_t t = 0; t < std::size_t(tets.count); ++t) {
         if (element.fraction[t] == 0) continue;

@@ -45,7 +45,7 @@ std::vector<Coord> CutMesh::voxelsAbove(std::span<const double> density, double 
     std::vector<std::vector<Coord>> part((elements + kElements - 1) / kElements);
     const auto anyAbove = [&](std::size_t begin, std::size_t end) {
         std::int64_t above = 0;  // no early way out: this runs through all tets of a body, and a plain loop is fastest
-        for (std::size_t i = begin * kMostTets; i < end * kMostTets; ++i) above += density[i] > threshold;
+        for (std::size_t i = begin * kMaxTets; i < end * kMaxTets; ++i) above += density[i] > threshold;
         return above > 0;
     };
     parallelChunks(elements, kElements, [&](std::size_t begin, std::size_t end) {
@@ -76,7 +76,7 @@ struct TetVertex {
     std::uint8_t tet, vertex;
 };
 struct CornerTets {
-    std::array<std::array<TetVertex, kMostTets>, kCorners> at{};
+    std::array<std::array<TetVertex, kMaxTets>, kCorners> at{};
     std::array<std::size_t, kCorners> count{};
 };
 

@@ -346,7 +346,7 @@ std::vector<Coord> CutTetMesh::voxelsAbove(std::span<const double> density, doub
 {
     std::vector<Coord> voxels;
     for (std::size_t e = 0; e < elements_.size(); ++e)
-        if (density[e * kMostTets] > threshold)
+        if (density[e * kMaxTets] > threshold)
             weights().eachVoxel(tetOfElement_[e], [&](Coord v) { voxels.push_back(v); });
     sortUniqueCoords(voxels);
     return voxels;

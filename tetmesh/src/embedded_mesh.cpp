@@ -15,7 +15,7 @@ public:
     {
         for (const PreviousElements::Recut& r : previous.recut) {
             const CellElement& element = mesh.elements()[r.element];
-            for (std::size_t t = 0; t < kMostTets; ++t)
+            for (std::size_t t = 0; t < kMaxTets; ++t)
                 if (element.fraction[t] > 0) recut_.push_back({tetEntry(r.old[t], t), element.fraction[t], r.element});
         }
         std::sort(recut_.begin(), recut_.end(), [](const Recut& a, const Recut& b) {

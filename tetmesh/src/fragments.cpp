@@ -12,7 +12,7 @@ namespace {
 /// Connected sets of nodes: `component` of each node (numbered by least node) and the material volume of each.
 struct Components {
     std::vector<std::uint32_t> component;
-    std::vector<std::uint32_t> leastNode;
+    std::vector<std::uint32_t> minNode;
     std::vector<double> volume;
 };
 
@@ -73,12 +73,12 @@ Components components(const BodyMesh& mesh)
     c.component.resize(root.size());
     for (std::size_t v = 0; v < root.size(); ++v) {
         if (root[v] == v) {
-            c.component[v] = std::uint32_t(c.leastNode.size());
-            c.leastNode.push_back(std::uint32_t(v));
+            c.component[v] = std::uint32_t(c.minNode.size());
+            c.minNode.push_back(std::uint32_t(v));
         } else
             c.component[v] = c.component[root[v]];
     }
-    c.volume = volumes(mesh, c.component, c.leastNode.size());
+    c.volume = volumes(mesh, c.component, c.minNode.size());
     return c;
 }
 
@@ -117,7 +117,7 @@ void FragmentTracker::update(const BodyMesh& mesh, std::span<const std::uint32_t
     std::vector<bool> taken(fragments_.size());
     std::vector<std::uint32_t> id(found.volume.size());
     for (std::uint32_t c : bySize(found)) {
-        const std::uint32_t old = ofNode_[previousNode[found.leastNode[c]]];
+        const std::uint32_t old = ofNode_[previousNode[found.minNode[c]]];
         const std::size_t parent = index.at(old);
         if (!taken[parent]) {  // the largest part keeps the id
             taken[parent] = true;

@@ -56,9 +56,9 @@ void addUp(std::vector<VoxelVolume>& shares)
 
 class Divider {
 public:
-    Divider(double voxelSize, int mostParts) : dx_(voxelSize)
+    Divider(double voxelSize, int maxParts) : dx_(voxelSize)
     {
-        for (int parts = 1; parts <= mostParts; ++parts) centroids_.push_back(centroids(parts));
+        for (int parts = 1; parts <= maxParts; ++parts) centroids_.push_back(centroids(parts));
     }
 
     /// What a tet gives to each voxel node.
@@ -102,7 +102,7 @@ private:
 NodalWeights::NodalWeights(std::span<const Vec3> points, std::span<const std::array<std::uint32_t, 4>> tets,
                            double voxelSize)
 {
-    const Divider divider(voxelSize, kMostParts);
+    const Divider divider(voxelSize, kMaxParts);
     std::vector<std::vector<VoxelVolume>> ofTet(tets.size());
     parallelChunks(tets.size(), 64, [&](std::size_t begin, std::size_t end) {
         for (std::size_t t = begin; t < end; ++t)

@@ -12,7 +12,7 @@
 namespace vdbfrac::tetmesh {
 
 /// Integrals of the trilinear function of each voxel node over each tet, in units of a voxel: by sub-tets of equal
-/// volume, none wider than half a voxel as long as kMostParts allows, at their centroids.
+/// volume, none wider than half a voxel as long as kMaxParts allows, at their centroids.
 class NodalWeights {
 public:
     NodalWeights(std::span<const Vec3> points, std::span<const std::array<std::uint32_t, 4>> tets, double voxelSize);
@@ -37,7 +37,7 @@ public:
     }
 
 private:
-    static constexpr int kMostParts = 16;
+    static constexpr int kMaxParts = 16;
 
     std::vector<Coord> voxels_;
     NodeField<std::int32_t> number_;  // of each voxel; -1: no tet is near

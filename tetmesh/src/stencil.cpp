@@ -33,13 +33,13 @@ CellStencil makeCellStencil(const Lattice& lattice, CellShape shape)
             for (int x = 0; x < m; ++x)
                 for (int t = 0; t < tets.count; ++t) {
                     SubTet sub{};
-                    Vec3 centre = Vec3::Zero();
+                    Vec3 center = Vec3::Zero();
                     for (std::size_t a = 0; a < 4; ++a) {
                         const Coord v = Coord{x, y, z} + cornerOffset(tets.corner[std::size_t(t)][a]);
                         sub.vertex[a] = std::uint16_t((v.z * n + v.y) * n + v.x);
-                        centre += 0.25 * v.toVec();
+                        center += 0.25 * v.toVec();
                     }
-                    sub.parent = m == 1 ? std::uint8_t(t) : kuhnTetOf(centre / m);
+                    sub.parent = m == 1 ? std::uint8_t(t) : kuhnTetOf(center / m);
                     stencil.subTets.push_back(sub);
                 }
     return stencil;

@@ -20,8 +20,8 @@ constexpr double kDegrees = 180 / std::numbers::pi, kBinWidth = 180. / double(kD
 /// R = |a^2 (b x c) + b^2 (c x a) + c^2 (a x b)| / (12 V).
 double radiusRatio(const Vec3& a, const Vec3& b, const Vec3& c, double volume, double area)
 {
-    const Vec3 toCentre = a.squaredNorm() * b.cross(c) + b.squaredNorm() * c.cross(a) + c.squaredNorm() * a.cross(b);
-    const double product = toCentre.norm() * area;
+    const Vec3 toCenter = a.squaredNorm() * b.cross(c) + b.squaredNorm() * c.cross(a) + c.squaredNorm() * a.cross(b);
+    const double product = toCenter.norm() * area;
     return volume > 0 && product > 0 ? 108 * volume * volume / product : 0;
 }
 

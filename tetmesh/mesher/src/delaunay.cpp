@@ -124,7 +124,7 @@ void insertStartPoints(Complex& complex, const Domain& domain, const std::vector
 void checkPoints(CGAL::Mesh_error_code error, const DelaunayCriteria& c)
 {
     if (error == CGAL::CGAL_MESH_3_MAXIMAL_NUMBER_OF_VERTICES_REACHED)
-        throw LimitError("Delaunay mesh: more than " + std::to_string(c.mostPoints) + " points; make the tets larger");
+        throw LimitError("Delaunay mesh: more than " + std::to_string(c.maxPoints) + " points; make the tets larger");
 }
 
 Complex mesh(const ImplicitSolid& solid, const DelaunayCriteria& c)
@@ -139,12 +139,12 @@ Complex mesh(const ImplicitSolid& solid, const DelaunayCriteria& c)
     Complex complex;
     CGAL::Mesh_error_code error{};
     if (!solid.sharpEdges.empty()) {
-        CGAL::Mesh_3::internal::init_c3t3_with_features(complex, domain, criteria, false, c.mostPoints, &error);
+        CGAL::Mesh_3::internal::init_c3t3_with_features(complex, domain, criteria, false, c.maxPoints, &error);
         checkPoints(error, c);
     }
     insertStartPoints(complex, domain, start);
     p::internal::Mesh_3_options options;
-    options.maximal_number_of_vertices = c.mostPoints;
+    options.maximal_number_of_vertices = c.maxPoints;
     options.pointer_to_error_code = &error;
     // Without a limit of their own these stages may take as long as the refinement took by the clock: no two runs would
     // agree.

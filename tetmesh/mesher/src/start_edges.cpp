@@ -17,7 +17,7 @@ namespace vdbfrac::mesher {
 
 namespace {
 
-constexpr double kMostSamples = 1 << 23;
+constexpr double kMaxSamples = 1 << 23;
 constexpr double kApartOnSmall = 0.3;  // of a component's extent: leaves a handful of edges, enough to start from
 
 /// Points of a regular lattice over a box, numbered with x running fastest.
@@ -29,7 +29,7 @@ struct Samples {
     Samples(const Bounds& box, double wanted) : lower(box.lower), spacing(wanted)
     {
         const Vec3 extent = box.upper - box.lower;
-        spacing = std::max(spacing, std::cbrt(extent.prod() / kMostSamples));
+        spacing = std::max(spacing, std::cbrt(extent.prod() / kMaxSamples));
         for (std::size_t a = 0; a < 3; ++a) count[a] = std::uint32_t(std::ceil(extent[int(a)] / spacing)) + 1;
     }
     std::size_t size() const { return std::size_t(count[0]) * count[1] * count[2]; }

@@ -56,9 +56,9 @@ void requireSaneSize(const tetmesh::SurfaceReport& surface, const std::string& f
 void requireFewCorners(const tetmesh::PolygonSoup& soup, const std::string& file)
 {
     for (std::size_t i = 0; i < soup.polygons.size(); ++i)
-        if (const std::size_t corners = soup.polygons[i].size(); corners > kMostCorners)
+        if (const std::size_t corners = soup.polygons[i].size(); corners > kMaxCorners)
             throw InputError({file, "face " + std::to_string(i + 1) + " has " + std::to_string(corners) + " corners",
-                              "up to " + std::to_string(kMostCorners), "cut it into triangles in a modelling program"});
+                              "up to " + std::to_string(kMaxCorners), "cut it into triangles in a modelling program"});
 }
 
 struct CgalSoup {
@@ -219,7 +219,7 @@ struct CountedPoints {
 
 void lookForIntersections(const Mesh& mesh, Repaired& report)
 try {
-    const CountedPoints points{&mesh, &report.lookUps, kMostLookUps + kMostLookUpsPerFace * num_faces(mesh)};
+    const CountedPoints points{&mesh, &report.lookUps, kMaxLookUps + kMaxLookUpsPerFace * num_faces(mesh)};
     report.intersectsItself = PMP::does_self_intersect(mesh, CGAL::parameters::vertex_point_map(points));
 } catch (const TooManyLookUps&) {
     report.searchGivenUp = true;

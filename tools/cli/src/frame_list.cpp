@@ -12,7 +12,7 @@ namespace vdbfrac::cli {
 
 namespace {
 
-constexpr std::size_t kMostFrames = 100000;
+constexpr std::size_t kMaxFrames = 100000;
 
 /// Takes a number of digits off the front.
 std::optional<int> takeNumber(std::string_view& text)
@@ -44,9 +44,9 @@ bool addRange(std::string_view part, std::vector<int>& frames)
     }
     if (!part.empty() || !last || !step || *step < 1 || *last < *first) return false;
     const std::size_t count = std::size_t((std::int64_t(*last) - *first) / *step) + 1;
-    if (count > kMostFrames - std::min(frames.size(), kMostFrames))
+    if (count > kMaxFrames - std::min(frames.size(), kMaxFrames))
         throw InputError(
-            {"--frames", "'" + whole + "' has too many frames", "up to " + std::to_string(kMostFrames), ""});
+            {"--frames", "'" + whole + "' has too many frames", "up to " + std::to_string(kMaxFrames), ""});
     for (std::int64_t f = *first; f <= *last; f += *step) frames.push_back(int(f));
     return true;
 }

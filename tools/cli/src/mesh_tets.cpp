@@ -135,7 +135,7 @@ tetmesh::TetMesh delaunay(const grid::LevelSet& phi, const Input& input, const M
     mesher::DelaunayCriteria criteria = options.delaunay;
     if (criteria.facetSize == 0) criteria.facetSize = mesher::kRadiusOfEdge * size;
     if (criteria.edgeSize == 0) criteria.edgeSize = size;
-    criteria.mostPoints = std::size_t(double(options.memoryLimit) / costOf("delaunay").bytes / kTetsPerPoint) + 1;
+    criteria.maxPoints = std::size_t(double(options.memoryLimit) / costOf("delaunay").bytes / kTetsPerPoint) + 1;
     return mesher::delaunayMesh(solid, criteria);
 }
 

@@ -29,6 +29,6 @@ public:
 /// Longest length [m] that an option takes. Grids hold floats, and areas of this size still fit into one.
 inline constexpr double kLongestLength = 1e18;
 /// Most GiB that an option takes: 2^63 bytes, so that it fits into 64 bits.
-inline constexpr double kMostGiB = 8589934592;
+inline constexpr double kMaxGiB = 8589934592;
 
 }  // namespace vdbfrac::cli

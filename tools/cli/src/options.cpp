@@ -26,14 +26,14 @@ void addCommonOptions(CLI::App& command, CommonOptions& options)
 
 void addThreads(CLI::App& command, int& threads, const std::string& help)
 {
-    constexpr int kMostThreads = 1024;
-    command.add_option("-j,--threads", threads, help)->check(CLI::Range(0, kMostThreads))->type_name("N");
+    constexpr int kMaxThreads = 1024;
+    command.add_option("-j,--threads", threads, help)->check(CLI::Range(0, kMaxThreads))->type_name("N");
 }
 
 void addMaxMemory(CLI::App& command, double& gibibytes, const std::string& what)
 {
     command.add_option("--max-memory", gibibytes, "GiB " + what + " may use (default: 80 % of what is available)")
-        ->check(PositiveFinite(kMostGiB))
+        ->check(PositiveFinite(kMaxGiB))
         ->type_name("GIB");
 }
 

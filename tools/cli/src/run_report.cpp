@@ -48,7 +48,7 @@ std::string shortcomings(const std::vector<core::StepRecord>& steps, const Ledge
     for (const core::StepRecord& s : steps) {
         if (s.cutbacks > 0) shortest = std::min(shortest, s.dt);
         if (s.outcome != core::Outcome::capped) continue;
-        worst = std::max(worst, s.residual), best = std::max(best, s.leastResidual);
+        worst = std::max(worst, s.residual), best = std::max(best, s.minResidual);
     }
     std::string text;
     if (shortest < INFINITY) text += fmt::format("cut back: steps down to {:.2e} s\n", shortest);

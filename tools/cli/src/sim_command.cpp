@@ -90,9 +90,9 @@ public:
           simulation_(simulation),
           log_(log),
           folder_(options.folder, scene, simulation.stages(),
-                  !options.resume.empty() ? core::Earlier::keep
-                  : options.overwrite     ? core::Earlier::replace
-                                          : core::Earlier::refuse),
+                  !options.resume.empty() ? core::ExistingRun::keep
+                  : options.overwrite     ? core::ExistingRun::replace
+                                          : core::ExistingRun::refuse),
           lastWritten_(scene.time.firstFrame - 1)
     {
     }
@@ -159,7 +159,7 @@ std::string Run::toFrame(int frame, const StopRequest& stop, Progress& progress)
             log_.warn(
                 "step {}: the solver hit its caps (relative residual {:.2g}, of the best iterate {:.2g}); the last "
                 "iterate was kept",
-                step.step, step.residual, step.leastResidual);
+                step.step, step.residual, step.minResidual);
         progress.update(frame - first + (simulation_.time() - start) * scene_.time.fps, stepText(step));
         ++steps, troubled += step.outcome != core::Outcome::converged;
         if (steps >= kPatience && 3 * troubled > steps) return kStuck;

@@ -44,17 +44,17 @@ constexpr std::size_t kPiece = 1 << 16;  // bytes
 class Input {
 public:
     // O_NONBLOCK: a pipe would block.
-    Input(const fs::path& file, std::uint64_t mostBytes)
+    Input(const fs::path& file, std::uint64_t maxBytes)
         // a pipe would block.
         : name_(file.string()),
-          mostBytes_(mostBytes),
+          maxBytes_(maxBytes),
           descriptor_(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK))
     {
         if (descriptor_ < 0) throw FileError(name_, std::strerror(errno));
         struct stat about {};
         std::string flaw = ::fstat(descriptor_, &about) == 0 ? otherKind(about.st_mode) : std::strerror(errno);
         bytes_ = std::uint64_t(about.st_size);
-        if (flaw.empty() && bytes_ > mostBytes_) flaw = tooLarge(bytes_);
+        if (flaw.empty() && bytes_ > maxBytes_) flaw = tooLarge(bytes_);
         if (flaw.empty()) return;
         ::close(descriptor_);
         throw FileError(name_, flaw);
@@ -74,26 +74,26 @@ public:
     }
     void requireSize(std::uint64_t bytes) const
     {
-        if (bytes > mostBytes_) throw FileError(name_, tooLarge(bytes));
+        if (bytes > maxBytes_) throw FileError(name_, tooLarge(bytes));
     }
 
 private:
     std::string tooLarge(std::uint64_t bytes) const
     {
-        return "has " + std::to_string(bytes) + " bytes or more, at most " + std::to_string(mostBytes_) + " are read";
+        return "has " + std::to_string(bytes) + " bytes or more, at most " + std::to_string(maxBytes_) + " are read";
     }
 
     std::string name_;
-    std::uint64_t mostBytes_, bytes_ = 0;
+    std::uint64_t maxBytes_, bytes_ = 0;
     int descriptor_;
 };
 
 /// Where a file with this name is written: at the end of its links, as the shell and cp do.
 fs::path writtenTo(fs::path file)
 {
-    constexpr int kMostLinks = 40;  // as the kernel has it
+    constexpr int kMaxLinks = 40;  // as the kernel has it
     for (int links = 0; fs::is_symlink(fs::symlink_status(file)); ++links) {
-        if (links == kMostLinks) throw Error(std::strerror(ELOOP));
+        if (links == kMaxLinks) throw Error(std::strerror(ELOOP));
         file = file.parent_path() / fs::read_symlink(file);  // an absolute one replaces the folder
     }
     return file;
@@ -172,9 +172,9 @@ void writeBehind(const fs::path& file, std::uint64_t offset, std::string_view te
     if (failed) throw FileError(file.string(), std::string("cannot be written: ") + std::strerror(cause));
 }
 
-std::string readText(const fs::path& file, std::uint64_t mostBytes)
+std::string readText(const fs::path& file, std::uint64_t maxBytes)
 {
-    const Input in(file, mostBytes);
+    const Input in(file, maxBytes);
     std::string text(in.bytes(), '\0');
     std::size_t length = 0;
     for (;;) {  // files of /proc say that they have no bytes: the end is where nothing more is read
@@ -188,6 +188,6 @@ std::string readText(const fs::path& file, std::uint64_t mostBytes)
     return text;
 }
 
-void requireRegular(const fs::path& file, std::uint64_t mostBytes) { (void)Input(file, mostBytes); }
+void requireRegular(const fs::path& file, std::uint64_t maxBytes) { (void)Input(file, maxBytes); }
 
 }  // namespace vdbfrac

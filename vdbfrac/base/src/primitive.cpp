@@ -11,7 +11,7 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 struct AxisPoint {
-    double along;   // signed distance along the axis from the centre
+    double along;   // signed distance along the axis from the center
     double radial;  // distance from the axis
 };
 

@@ -73,7 +73,7 @@ struct StartVelocity {
 };
 
 /// Distance [m] that a region is away, at least, from all of some points: from their bounding sphere.
-double leastDistance(const Primitive& region, std::span<const Vec3> points)
+double minDistance(const Primitive& region, std::span<const Vec3> points)
 {
     Vec3 lower = points[0], upper = points[0];
     for (const Vec3& X : points) lower = lower.cwiseMin(X), upper = upper.cwiseMax(X);
@@ -110,7 +110,7 @@ void Simulation::Grips::rebuild(std::span<const Body> bodies, const solver::Elas
         const std::vector<Vec3> rest = tetmesh::restPositions(*body.mesh);
         for (std::size_t begin = 0; begin < rest.size(); begin += kNear) {
             const std::size_t end = std::min(rest.size(), begin + kNear);
-            if (leastDistance(held.grip->region, std::span(rest).subspan(begin, end - begin)) > 2 * slack) continue;
+            if (minDistance(held.grip->region, std::span(rest).subspan(begin, end - begin)) > 2 * slack) continue;
             for (std::size_t i = begin; i < end; ++i) {
                 const Vec3& X = rest[i];
                 if (signedDistance(held.grip->region, X) > slack) continue;

@@ -24,7 +24,7 @@ tetmesh::TetMesh enclosingTets(const scene::Grid& grid, const grid::LevelSet& ph
     mesher::DelaunayCriteria criteria;
     criteria.facetSize = size;
     criteria.cellSize = size * grid.grading;
-    criteria.mostPoints = std::max<std::size_t>(1, std::size_t(double(memoryLimit) / kBytesAPoint));
+    criteria.maxPoints = std::max<std::size_t>(1, std::size_t(double(memoryLimit) / kBytesAPoint));
     if (grid.grading > 1)
         criteria.sizing = [=](const Vec3& X) { return sample(X) > deep ? size : size * grid.grading; };
     return mesher::delaunayMesh({[=](const Vec3& X) { return sample(X) - kMargin * dx; }, grid::materialBox(phi), {}},

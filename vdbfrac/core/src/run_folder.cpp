@@ -44,7 +44,7 @@ bool isEmpty(const fs::path& folder)
 }
 
 /// Takes an empty folder, or one with an earlier run of this program and nothing of the scene's among its files.
-FolderLock prepare(const fs::path& folder, const scene::Scene& scene, Earlier earlier)
+FolderLock prepare(const fs::path& folder, const scene::Scene& scene, ExistingRun existing)
 {
     std::error_code error;
     if (fs::is_regular_file(folder, error)) throw FileError(folder.string(), "is a file, not a folder");
@@ -52,7 +52,7 @@ FolderLock prepare(const fs::path& folder, const scene::Scene& scene, Earlier ea
     if (error) throw FileError(folder.string(), "cannot be made: " + error.message());
     FolderLock lock(folder);
     if (isEmpty(folder)) return lock;
-    if (earlier == Earlier::refuse)
+    if (existing == ExistingRun::refuse)
         throw FileError(
             folder.string(),
             "is not empty; use --resume to go on with an earlier run, --overwrite to replace it, or another folder");
@@ -60,12 +60,12 @@ FolderLock prepare(const fs::path& folder, const scene::Scene& scene, Earlier ea
     std::vector<fs::path> inputs = inputsOf(scene);
     const fs::path own = folder / "scene.toml";
     // Is left as it is.
-    if (earlier == Earlier::keep)
+    if (existing == ExistingRun::keep)
         std::erase_if(inputs, [&](const fs::path& file) { return fs::equivalent(file, own, error); });
-    requireApart(folder, before, inputs, earlier == Earlier::keep ? "write over" : "remove");
+    requireApart(folder, before, inputs, existing == ExistingRun::keep ? "write over" : "remove");
     requireApart(folder, runFiles(scene.name), inputs, "write over");
     for (const char* place : {"", kCheckpointFolder, "vdb", "obj"}) removeTemporaries(folder / place);
-    if (earlier == Earlier::replace) removeRunFiles(folder, before);
+    if (existing == ExistingRun::replace) removeRunFiles(folder, before);
     return lock;
 }
 
@@ -99,14 +99,14 @@ void requireSame(const std::string& settings, const std::string& before)
 
 }  // namespace
 
-RunFolder::RunFolder(fs::path folder, const scene::Scene& scene, const Stages& stages, Earlier earlier)
+RunFolder::RunFolder(fs::path folder, const scene::Scene& scene, const Stages& stages, ExistingRun existing)
     : folder_(std::move(folder)),
       scene_(scene),
       writer_(std::make_unique<Writer>(folder_, scene)),
       queue_(kWaitingFrames)
 {
     requireSources(scene, stages);
-    lock_ = prepare(folder_, scene, earlier);
+    lock_ = prepare(folder_, scene, existing);
     // From here on the folder is known to hold a run.
     if (!fs::exists(folder_ / kManifest)) writer_->writeFirstManifest();
     if (!scene.output.vdb.empty()) fs::create_directory(folder_ / "vdb");

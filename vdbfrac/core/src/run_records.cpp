@@ -34,7 +34,7 @@ void forWholeNumbers(Record& s, const Act& act)
 template <class Record, class Act>
 void forRealNumbers(Record& s, const Act& act)
 {
-    act(s.time), act(s.dt), act(s.residual), act(s.leastResidual), act(s.kineticEnergy), act(s.elasticEnergy),
+    act(s.time), act(s.dt), act(s.residual), act(s.minResidual), act(s.kineticEnergy), act(s.elasticEnergy),
         act(s.volume);
     for (auto& load : s.gripLoad) act(load.x()), act(load.y()), act(load.z());
 }
@@ -83,8 +83,8 @@ std::int64_t countOrAbsent(const Ledger& work, const Column& c)
 /// At least 0, and so small that sums of many do not overflow.
 void requireSummable(std::int64_t amount, const Archive& archive)
 {
-    constexpr std::int64_t kMost = std::int64_t{1} << 40;
-    if (amount < 0 || amount > kMost)
+    constexpr std::int64_t kMax = std::int64_t{1} << 40;
+    if (amount < 0 || amount > kMax)
         archive.complain("a count of work is " + std::to_string(amount) + ", which is out of range");
 }
 

@@ -133,16 +133,16 @@ void Simulation::warnOfLongSteps()
 
 void Simulation::setInitialVelocity(const scene::Body& spec, const Body& body)
 {
-    Vec3 centre = Vec3::Zero();
+    Vec3 center = Vec3::Zero();
     double mass = 0;
     const auto masses = elastic_->mass();
     for (std::size_t i = body.firstNode; i < body.firstNode + body.mesh->nodeCount(); ++i) {
-        centre += masses[i] * state_.x[i];
+        center += masses[i] * state_.x[i];
         mass += masses[i];
     }
-    centre /= mass;
+    center /= mass;
     for (std::size_t i = body.firstNode; i < body.firstNode + body.mesh->nodeCount(); ++i)
-        state_.v[i] = spec.velocity + spec.angularVelocity.cross(state_.x[i] - centre);
+        state_.v[i] = spec.velocity + spec.angularVelocity.cross(state_.x[i] - center);
 }
 
 /// Operator and grips for the meshes as they are now.
@@ -213,7 +213,7 @@ void Simulation::solve(StepRecord& record, double until)
     record.time = time_;
     record.dt = dt;
     record.residual = report->residual;
-    record.leastResidual = report->leastResidual;
+    record.minResidual = report->minResidual;
     record.outcome = report->status == solver::StepStatus::capped ? Outcome::capped
                      : record.cutbacks > 0                        ? Outcome::cutback
                                                                   : Outcome::converged;

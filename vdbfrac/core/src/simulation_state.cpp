@@ -142,8 +142,8 @@ void Simulation::restoreFrom(const Archive& archive)
     rebuild();
     const std::vector<double> time = archive.get<double>("time", 2);
     const std::int64_t step = archive.getOne<std::int64_t>("step");
-    constexpr double kMostFrames = 1e9;
-    if (!(time[0] >= 0 && time[0] * timeSettings_.fps < kMostFrames && time[1] > 0 && step >= 0 &&
+    constexpr double kMaxFrames = 1e9;
+    if (!(time[0] >= 0 && time[0] * timeSettings_.fps < kMaxFrames && time[1] > 0 && step >= 0 &&
           step < std::numeric_limits<int>::max()))
         archive.complain("its time, step number or time step is out of range");
     time_ = time[0], steps_ = int(step);

@@ -58,7 +58,7 @@ std::string statsText(const std::vector<StepRecord>& steps, const scene::Scene& 
     const auto counts = countColumns(steps);
     const auto flows = flowColumns(steps), stages = stageColumns(steps);
     std::string text =
-        "step,time_s,dt_s,status,cutbacks,newton_iterations,linear_iterations,projections,residual,least_residual,"
+        "step,time_s,dt_s,status,cutbacks,newton_iterations,linear_iterations,projections,residual,min_residual,"
         "kinetic_J,elastic_J,"
         "volume_m3,fragments,nodes,tets";
     for (const scene::Grip& g : scene.grips)
@@ -71,7 +71,7 @@ std::string statsText(const std::vector<StepRecord>& steps, const scene::Scene& 
         text += std::to_string(s.step) + ',' + number(s.time) + ',' + number(s.dt) + ',' + word(s.outcome) + ',' +
                 std::to_string(s.cutbacks) + ',' + std::to_string(s.newtonIterations) + ',' +
                 std::to_string(s.linearIterations) + ',' + std::to_string(s.projections) + ',' + number(s.residual) +
-                ',' + number(s.leastResidual) + ',' + number(s.kineticEnergy) + ',' + number(s.elasticEnergy) + ',' +
+                ',' + number(s.minResidual) + ',' + number(s.kineticEnergy) + ',' + number(s.elasticEnergy) + ',' +
                 number(s.volume) + ',' + std::to_string(s.fragments) + ',' + std::to_string(s.nodes) + ',' +
                 std::to_string(s.tets);
         for (const Vec3& load : s.gripLoad)

@@ -36,7 +36,7 @@ constexpr double kTipFactor = 0.25;
 /// A: ratio of averaging radius to E Gc / sigma_t^2, halved.
 constexpr double kAverageFactor = 0.235;
 /// phi moves by no more than this part of a voxel before it is re-levelled.
-constexpr double kMostMove = 0.5;
+constexpr double kMaxMove = 0.5;
 
 const Key kKeys[] = {
     {"kappa", Type::number, "J/m^3", "fracture resistance; a smooth bar tears at the strain sqrt(2 kappa / E)", "", 0,
@@ -263,7 +263,7 @@ grid::PhiChanges Fracture::update(const core::GridContext& context, const core::
     // Mobility: at Psi = 2 kappa the front (phi = 0) moves at front_speed * c_R.
     const double mobility = values_.number("front_speed") * law.waveSpeed * std::numbers::pi * eps / law.kappa;
     const double possible = law.waveSpeed * context.dt, most = std::min(possible, frontCfl_ * dx_);
-    const int parts = std::max(1, int(std::ceil(most / (kMostMove * dx_) - 1e-9)));
+    const int parts = std::max(1, int(std::ceil(most / (kMaxMove * dx_) - 1e-9)));
     grid::GriffithStep step{law.kappa, eps, 0, most / parts};
 
     grid::PhiChanges all;
@@ -274,7 +274,7 @@ grid::PhiChanges Fracture::update(const core::GridContext& context, const core::
         // the flanks of a crack catch up with its tip.
         const double wanted = step.s = mobility * context.dt / parts;
         for (std::size_t i = 0; i < band.size(); ++i)
-            step.s = std::min(step.s, griffithTime(band[i].phi, psi[i], step.mostMove, step));
+            step.s = std::min(step.s, griffithTime(band[i].phi, psi[i], step.maxMove, step));
         for (std::size_t i = 0; i < band.size(); ++i) {
             const double phi = griffithUpdate(band[i].phi, psi[i], step);
             if (float(phi) > band[i].phi) raised.emplace_back(band[i].voxel, band[i].phi = float(phi));

@@ -69,9 +69,9 @@ openvdb::FloatGrid::Ptr fromPrimitives(const Primitive& shape, const scene::Body
     const double dx = build.grid.voxelSize;
     const LeafBox box = leafBoxWithBand(all, build);
     const Distance phi = [&](const Vec3& X) { return combine(signedDistance(shape, X), body, X); };
-    const std::vector<openvdb::Coord> origins = leafsNear(phi, box, build);
+    const std::vector<openvdb::Coord> origins = leavesNear(phi, box, build);
     const Sampler atVoxel = [&](const openvdb::Coord& ijk) { return phi(dx * fromVdb(ijk).toVec()); };
-    return sampleLeafs(build.grid, origins, [&] { return atVoxel; });
+    return sampleLeaves(build.grid, origins, [&] { return atVoxel; });
 }
 
 Bounds activeBounds(const openvdb::FloatGrid& grid)
@@ -81,8 +81,8 @@ Bounds activeBounds(const openvdb::FloatGrid& grid)
     return {dx * fromVdb(box.min()).toVec(), dx * fromVdb(box.max()).toVec()};
 }
 
-/// Leafs where a grid combined with solids can have a band: those of the grid, and those near a solid's surface.
-std::vector<openvdb::Coord> leafsOfBoth(const openvdb::FloatGrid& shape, const scene::Body& body, const Build& build)
+/// Leaves where a grid combined with solids can have a band: those of the grid, and those near a solid's surface.
+std::vector<openvdb::Coord> leavesOfBoth(const openvdb::FloatGrid& shape, const scene::Body& body, const Build& build)
 {
     const Distance toSolids = [&](const Vec3& X) {
         double nearest = std::numeric_limits<double>::infinity();
@@ -91,7 +91,7 @@ std::vector<openvdb::Coord> leafsOfBoth(const openvdb::FloatGrid& shape, const s
         return nearest;
     };
     const LeafBox box = leafBoxWithBand(reach(activeBounds(shape), body, build), build);
-    std::vector<openvdb::Coord> origins = leafsNear(toSolids, box, build);
+    std::vector<openvdb::Coord> origins = leavesNear(toSolids, box, build);
     for (auto leaf = shape.tree().cbeginLeaf(); leaf; ++leaf) origins.push_back(leaf->origin());
     std::sort(origins.begin(), origins.end());
     origins.erase(std::unique(origins.begin(), origins.end()), origins.end());
@@ -103,7 +103,7 @@ openvdb::FloatGrid::Ptr withSolids(const openvdb::FloatGrid::Ptr& shape, const s
 {
     if ((body.add.empty() && body.cut.empty()) || shape->activeVoxelCount() == 0) return shape;
     const double dx = build.grid.voxelSize = shape->voxelSize()[0];
-    return sampleLeafs(build.grid, leafsOfBoth(*shape, body, build), [&]() -> Sampler {
+    return sampleLeaves(build.grid, leavesOfBoth(*shape, body, build), [&]() -> Sampler {
         return [&, accessor = shape->getConstAccessor()](const openvdb::Coord& ijk) {
             return combine(accessor.getValue(ijk), body, dx * fromVdb(ijk).toVec());
         };

@@ -38,7 +38,7 @@ inline constexpr double kBytesPerLeaf = 2400;
 
 /// Peak bytes of making a band of `halfWidth` voxels on both sides of a surface that has the area of `faces` voxel
 /// faces: distances, the closest polygon of each voxel and the copies that threads make before they are joined, in
-/// leafs that reach 4.5 voxels beyond the band on average. Fitted to measured runs of meshToVolume.
+/// leaves that reach 4.5 voxels beyond the band on average. Fitted to measured runs of meshToVolume.
 inline double bytesOfBand(double faces, int halfWidth)
 {
     constexpr double kFixed = 16e6, kPerVoxel = 16;

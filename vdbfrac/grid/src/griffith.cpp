@@ -24,10 +24,10 @@ double griffithTime(double phi, double psi, double move, const GriffithStep& ste
 double griffithUpdate(double phi, double psi, const GriffithStep& step)
 {
     const double drive = psi - step.kappa;
-    if (!(drive > 0) || step.mostMove <= 0) return phi;
+    if (!(drive > 0) || step.maxMove <= 0) return phi;
     const double eps = step.epsilon;
     const double goal = integral(phi, eps) + step.s * drive / std::numbers::pi;
-    const double most = phi + step.mostMove;
+    const double most = phi + step.maxMove;
     if (integral(most, eps) <= goal) return most;
     // Depressed cubic p^3 + 3 eps^2 p = 3 eps goal, one real root (Cardano in hyperbolic form), one Newton step to
     // polish.

@@ -15,8 +15,8 @@ constexpr float kDefaultHalfWidth = 3;  // voxels
 void initializeOpenVdb()
 {
     // openvdb::initialize registers the types that files can name. Grids in memory do not need it.
-    // The table for loading leafs late is taken out again: it is not used here, and the library believes the lengths in
-    // it.
+    // The table for loading leaves late is taken out again: it is not used here, and the library believes the lengths
+    // in it.
     static const bool done = [] {
         openvdb::initialize();
         openvdb::Metadata::unregisterType(openvdb::io::DelayedLoadMetadata::staticTypeName());

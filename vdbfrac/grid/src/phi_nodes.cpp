@@ -39,16 +39,16 @@ std::vector<openvdb::Coord> touchedLeaves(const PhiChanges& raised, int reach)
 
 /// Bytes that a mesh takes for each leaf of the box, material or not: phi, phi at rest, cells, lattice nodes.
 constexpr double kBytesPerLeafOfBox = 4 * 4;
-constexpr double kMostLeafsOfBox = 1 << 30;  // they are numbered with 32 bits
+constexpr double kMaxLeavesOfBox = 1 << 30;  // they are numbered with 32 bits
 
 void requireBox(Coord lower, Coord upper, std::uint64_t memoryLimit)
 {
     const auto along = [](int low, int high) { return (high >> 3) - (low >> 3) + 1.; };
-    const double leafs = along(lower.x, upper.x) * along(lower.y, upper.y) * along(lower.z, upper.z);
-    if (leafs <= kMostLeafsOfBox && leafs * kBytesPerLeafOfBox <= double(memoryLimit)) return;
+    const double leaves = along(lower.x, upper.x) * along(lower.y, upper.y) * along(lower.z, upper.z);
+    if (leaves <= kMaxLeavesOfBox && leaves * kBytesPerLeafOfBox <= double(memoryLimit)) return;
     const Coord size = upper - lower;
     throw LimitError("the box of the material has " + std::to_string(size.x) + " x " + std::to_string(size.y) + " x " +
-                     std::to_string(size.z) + " voxels and takes " + shortNumber(leafs * kBytesPerLeafOfBox / 1e9) +
+                     std::to_string(size.z) + " voxels and takes " + shortNumber(leaves * kBytesPerLeafOfBox / 1e9) +
                      " GB, the memory limit is " + shortNumber(double(memoryLimit) / 1e9) +
                      " GB; use a larger voxel size, or look for parts that are far apart");
 }

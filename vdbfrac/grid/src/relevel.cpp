@@ -48,8 +48,8 @@ Bounds worldBox(const Grid& grid, const openvdb::CoordBBox& box)
     return {{world.min().x(), world.min().y(), world.min().z()}, {world.max().x(), world.max().y(), world.max().z()}};
 }
 
-/// Leafs of the target's lattice that come near the surface: looked for in each leaf of the source.
-std::vector<openvdb::Coord> targetLeafs(const Grid& source, const Build& target)
+/// Leaves of the target's lattice that come near the surface: looked for in each leaf of the source.
+std::vector<openvdb::Coord> targetLeaves(const Grid& source, const Build& target)
 {
     Interpolant phi(source);
     const double slack = 0.5 * smallestVoxel(source);
@@ -63,7 +63,7 @@ std::vector<openvdb::Coord> targetLeafs(const Grid& source, const Build& target)
         if (leaf->isEmpty()) continue;
         openvdb::CoordBBox box = leaf->getNodeBoundingBox();
         box.expand(1);
-        const auto found = leafsNear(distance, leafBox(worldBox(source, box), target.grid.voxelSize), target);
+        const auto found = leavesNear(distance, leafBox(worldBox(source, box), target.grid.voxelSize), target);
         origins.insert(origins.end(), found.begin(), found.end());
     }
     std::sort(origins.begin(), origins.end());
@@ -96,7 +96,7 @@ Grid::Ptr resampled(const Grid& source, double dx, const Job& job)
                  "has a band of " + shortNumber(source.background() / smallestVoxel(source)) +
                      " voxels, too narrow to be sampled",
                  "more than one voxel on either side of the surface", "");
-    Grid::Ptr grid = sampleLeafs(build.grid, targetLeafs(source, build), [&]() -> Sampler {
+    Grid::Ptr grid = sampleLeaves(build.grid, targetLeaves(source, build), [&]() -> Sampler {
         return [&, phi = Interpolant(source)](const openvdb::Coord& ijk) mutable {
             const openvdb::Vec3d at = source.worldToIndex(target->indexToWorld(ijk));
             const double value = phi.valueAt({at.x(), at.y(), at.z()});

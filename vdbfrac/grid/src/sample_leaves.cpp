@@ -14,13 +14,13 @@ namespace {
 
 constexpr int kLeafDim = 8;
 
-/// Finds the leafs within `band` of the zero of a distance, by descending an octree.
+/// Finds the leaves within `band` of the zero of a distance, by descending an octree.
 class LeafSearch {
 public:
     LeafSearch(const Build& build, const LeafBox& box, const Distance& distance)
         : build_(build), box_(box), distance_(distance), dx_(build.grid.voxelSize), band_(build.grid.halfWidth * dx_)
     {
-        mostLeafs_ = double(build.memoryLimit) / kBytesPerLeaf;
+        maxLeaves_ = double(build.memoryLimit) / kBytesPerLeaf;
     }
 
     std::vector<openvdb::Coord> run()
@@ -43,7 +43,7 @@ private:
         if (std::abs(distance_(center)) > std::sqrt(3.) * dx_ * toCenter + band_ + 0.5 * dx_) return;
         if (size == kLeafDim) {
             found_.push_back(origin);
-            if (double(found_.size()) > mostLeafs_) requireMemory(build_, double(found_.size()) * kBytesPerLeaf);
+            if (double(found_.size()) > maxLeaves_) requireMemory(build_, double(found_.size()) * kBytesPerLeaf);
             return;
         }
         const int half = size / 2;
@@ -53,7 +53,7 @@ private:
     const Build& build_;
     LeafBox box_;
     const Distance& distance_;
-    double dx_, band_, mostLeafs_;
+    double dx_, band_, maxLeaves_;
     std::vector<openvdb::Coord> found_;
 };
 
@@ -69,33 +69,33 @@ LeafBox leafBox(const Bounds& bounds, double dx)
     return box;
 }
 
-std::vector<openvdb::Coord> leafsNear(const Distance& distance, const LeafBox& box, const Build& build)
+std::vector<openvdb::Coord> leavesNear(const Distance& distance, const LeafBox& box, const Build& build)
 {
     return LeafSearch(build, box, distance).run();
 }
 
-openvdb::FloatGrid::Ptr sampleLeafs(const scene::Grid& spec, const std::vector<openvdb::Coord>& origins,
-                                    const std::function<Sampler()>& makeSampler)
+openvdb::FloatGrid::Ptr sampleLeaves(const scene::Grid& spec, const std::vector<openvdb::Coord>& origins,
+                                     const std::function<Sampler()>& makeSampler)
 {
     using Leaf = openvdb::FloatTree::LeafNodeType;
     constexpr std::size_t kLeafChunk = 16;
     auto grid = makeLevelSetGrid(spec.voxelSize, spec.halfWidth);
     const float background = grid->background();
-    std::vector<Leaf*> leafs(origins.size());
+    std::vector<Leaf*> leaves(origins.size());
     parallelChunks(origins.size(), kLeafChunk, [&](std::size_t begin, std::size_t end) {
         const Sampler phi = makeSampler();
         for (std::size_t i = begin; i < end; ++i) {
-            leafs[i] = new Leaf(origins[i], background);
+            leaves[i] = new Leaf(origins[i], background);
             for (openvdb::Index v = 0; v < Leaf::SIZE; ++v) {
-                const float value = float(phi(leafs[i]->offsetToGlobalCoord(v)));
+                const float value = float(phi(leaves[i]->offsetToGlobalCoord(v)));
                 if (std::abs(value) < background)
-                    leafs[i]->setValueOn(v, value);
+                    leaves[i]->setValueOn(v, value);
                 else
-                    leafs[i]->setValueOff(v, std::copysign(background, value));
+                    leaves[i]->setValueOff(v, std::copysign(background, value));
             }
         }
     });
-    for (Leaf* leaf : leafs) grid->tree().addLeaf(leaf);
+    for (Leaf* leaf : leaves) grid->tree().addLeaf(leaf);
     openvdb::tools::signedFloodFill(grid->tree());
     openvdb::tools::pruneLevelSet(grid->tree());
     return grid;

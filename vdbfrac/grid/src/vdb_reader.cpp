@@ -119,8 +119,8 @@ void requireBackground(const openvdb::FloatGrid& grid, const std::string& file)
 /// Is a voxel beside the tile `box` outside, and not of the band? Looks at 1 to 16 places of each face.
 bool touchesOutside(const openvdb::FloatGrid::ConstAccessor& phi, const openvdb::CoordBBox& box)
 {
-    constexpr int kLeaf = 8, kMostProbes = 4;  // along an edge
-    const int size = box.dim().x(), step = std::max(kLeaf, size / kMostProbes);
+    constexpr int kLeaf = 8, kMaxProbes = 4;  // along an edge
+    const int size = box.dim().x(), step = std::max(kLeaf, size / kMaxProbes);
     for (int axis = 0; axis < 3; ++axis)
         for (const int beside : {box.min()[axis] - 1, box.max()[axis] + 1})
             for (int u = step / 2; u < size; u += step)

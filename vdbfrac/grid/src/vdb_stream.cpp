@@ -22,10 +22,10 @@ namespace io = openvdb::io;
 constexpr std::uint64_t kMagic = 0x56444220;   // " BDV" and four zero bytes
 constexpr std::uint32_t kOldestVersion = 222;  // masks are compressed since; older trees take other, unchecked ways
 constexpr std::uint32_t kNewestVersion = openvdb::OPENVDB_FILE_VERSION;
-constexpr std::int32_t kMostGrids = 10000;
-constexpr std::uint64_t kMostMemory = std::uint64_t{1} << 48;  // bytes of a grid, whatever it says: sums stay in range
+constexpr std::int32_t kMaxGrids = 10000;
+constexpr std::uint64_t kMaxMemory = std::uint64_t{1} << 48;  // bytes of a grid, whatever it says: sums stay in range
 /// Bytes in memory for a byte of a file: a leaf of vec3d takes 12.4 kB, and in a file 128 bytes for its masks alone.
-constexpr std::uint64_t kMostPerByte = 200;
+constexpr std::uint64_t kMaxPerByte = 200;
 /// Trees that are read, with the bytes of a value. Not those of bool: the library takes any byte of a file for one.
 struct KnownType {
     const char* name;
@@ -134,7 +134,7 @@ public:
         openvdb::MetaMap metadata;
         metadata.readMeta(in);
         const std::int32_t count = readGridCount(in);
-        if (count < 0 || count > kMostGrids) throw openvdb::IoError("declares " + std::to_string(count) + " grids");
+        if (count < 0 || count > kMaxGrids) throw openvdb::IoError("declares " + std::to_string(count) + " grids");
         for (std::int32_t i = 0; i < count; ++i) readNext(in, fileSize);
         return std::move(grids_);
     }
@@ -206,7 +206,7 @@ private:
         LookAhead ahead(in, fileSize);
         ahead.value<std::uint32_t>();  // compression flags
         const std::uint64_t bytes = ahead.metadata();
-        ahead.require(bytes / kMostPerByte <= fileSize, "declares a grid larger than it can hold");
+        ahead.require(bytes / kMaxPerByte <= fileSize, "declares a grid larger than it can hold");
         requireMemory(bytes);
         ahead.transform();
         if (type) ahead.root(type->valueBytes);
@@ -215,7 +215,7 @@ private:
 
     void requireMemory(std::uint64_t bytes)
     {
-        memory_ += std::min(bytes, kMostMemory);
+        memory_ += std::min(bytes, kMaxMemory);
         if (memory_ > memoryLimit_)
             throw LimitError(name_ + ": its grids take " + std::to_string(memory_) +
                              " bytes or more, the memory limit is " + std::to_string(memoryLimit_));

@@ -5,7 +5,7 @@ namespace vdbfrac::scene::tables {
 
 namespace {
 
-const Key kCenter = {.name = "center", .member = &Primitive::center, .unit = "m", .doc = "Centre."};
+const Key kCenter = {.name = "center", .member = &Primitive::center, .unit = "m", .doc = "Center."};
 const Key kRadius = {.name = "radius",
                      .member = &Primitive::radius,
                      .unit = "m",
@@ -46,7 +46,7 @@ const Key kCapsule[] = {
     {.name = "height",
      .member = &Primitive::height,
      .unit = "m",
-     .doc = "Distance between the centres of the two caps.",
+     .doc = "Distance between the centers of the two caps.",
      .defaultText = kRequired,
      .min = 0},
 };

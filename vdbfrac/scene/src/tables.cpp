@@ -103,7 +103,7 @@ const Key kBody[] = {
     {.name = "angular_velocity",
      .member = &Body::angularVelocity,
      .unit = "rad/s",
-     .doc = "Angular velocity at t = 0 about the centre of mass."},
+     .doc = "Angular velocity at t = 0 about the center of mass."},
 };
 
 const Key kMaterial[] = {

@@ -62,7 +62,7 @@ struct StepReport {
     int creases = 0;
     std::size_t couplings = 0;    ///< shares of potentials in the tangent at the end
     double residual = 0;          ///< |gradient| at the end, relative to the scale of the tolerance
-    double leastResidual = 0;     ///< smallest of the iterates: below `residual` where Newton went astray
+    double minResidual = 0;       ///< smallest of the iterates: below `residual` where Newton went astray
     double elasticEnergy = 0;     ///< J at the end
     std::size_t frozenNodes = 0;  ///< static: nodes of parts that nothing holds, which stay where they are
     std::vector<Vec3> reaction;   ///< N that holds each fixed node: gradient of Phi there, 0 elsewhere

@@ -86,7 +86,7 @@ private:
 template <class V>
 struct NodeSums {
     const V* slot;
-    const std::uint32_t *start, *slots, *straight;  // SlotSums in kernel.h
+    const std::uint32_t *start, *slots, *contiguous;  // SlotSums in kernel.h
 
     V operator()(std::size_t n) const
     {

@@ -20,7 +20,7 @@ namespace vdbfrac::tetmesh {
 /// on.
 struct CellElement {
     std::array<std::uint32_t, kCorners> node{};  ///< a corner no tet uses names some node of the element
-    std::array<double, kMostTets> fraction{};    ///< material volume / tet volume of each tet; 0: the tet is not here
+    std::array<double, kMaxTets> fraction{};     ///< material volume / tet volume of each tet; 0: the tet is not here
     CellShape shape = CellShape::six;
     std::uint32_t patch = 0;  ///< elements of one block of 8^3 cells share it and are consecutive
 };
@@ -35,7 +35,7 @@ struct PreviousElements {
     /// An element of a cell that was cut again.
     struct Recut {
         std::uint32_t element = 0;
-        std::array<std::uint32_t, kMostTets> old{};  ///< of each tet with material: the element it was in
+        std::array<std::uint32_t, kMaxTets> old{};  ///< of each tet with material: the element it was in
     };
     /// An old element of such a cell, as it was.
     struct Replaced {

@@ -16,10 +16,10 @@ namespace vdbfrac::tetmesh {
 enum class CellShape : std::uint8_t { six, fiveEven, fiveOdd, tet };
 
 inline constexpr int kCorners = 8;
-inline constexpr int kMostTets = 6;
+inline constexpr int kMaxTets = 6;
 
 /// Place of tet t of element e among values of all tets of all elements.
-constexpr std::size_t tetEntry(std::size_t element, std::size_t tet) { return element * kMostTets + tet; }
+constexpr std::size_t tetEntry(std::size_t element, std::size_t tet) { return element * kMaxTets + tet; }
 
 /// The rest shape of a tet that is a cell of its own: h grad N_a of vertices 1, 2, 3; that of vertex 0 is minus their
 /// sum.
@@ -27,9 +27,9 @@ using TetGradients = std::array<std::array<double, 3>, 3>;
 
 struct CellTets {
     int count = 0;
-    std::array<std::array<int, 4>, kMostTets> corner{};
-    std::array<std::array<std::array<double, 3>, 4>, kMostTets> gradient{};
-    std::array<double, kMostTets> volume{};
+    std::array<std::array<int, 4>, kMaxTets> corner{};
+    std::array<std::array<std::array<double, 3>, 4>, kMaxTets> gradient{};
+    std::array<double, kMaxTets> volume{};
 };
 
 namespace detail {
@@ -81,7 +81,7 @@ constexpr CellTets makeCellTets(CellShape shape)
         cell.volume[0] = 1;
         return cell;
     }
-    const int flip = shape == CellShape::fiveOdd ? 7 : 0;  // mirrors the cell through its centre
+    const int flip = shape == CellShape::fiveOdd ? 7 : 0;  // mirrors the cell through its center
     for (int c : {0, 3, 5, 6}) detail::addTet(cell, {c ^ flip, c ^ 1 ^ flip, c ^ 2 ^ flip, c ^ 4 ^ flip});
     detail::addTet(cell, {1 ^ flip, 2 ^ flip, 4 ^ flip, 7 ^ flip});
     return cell;

@@ -15,12 +15,12 @@ namespace vdbfrac::tetmesh {
 
 /// Largest coarsening. Stencils number their vertices with 16 bits: the star of a node has 29 679 at 19, more than 32
 /// 767 at 20.
-inline constexpr int kMostCoarsening = 19;
+inline constexpr int kMaxCoarsening = 19;
 
 struct Lattice {
     enum class Kind : std::uint8_t { six, five };
     Kind kind = Kind::six;
-    int coarsening = 1;    ///< m, up to kMostCoarsening; 1 for `five`, whose grids do not nest
+    int coarsening = 1;    ///< m, up to kMaxCoarsening; 1 for `five`, whose grids do not nest
     double voxelSize = 1;  ///< dx [m]
     /// Tets with a voxel node half a voxel or more inside are material, nearly all of them, the others not.
     bool wholeTets = false;

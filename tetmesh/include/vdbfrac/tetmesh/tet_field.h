@@ -20,7 +20,7 @@ public:
     {
     }
 
-    std::size_t elements() const { return value_.size() / kMostTets; }
+    std::size_t elements() const { return value_.size() / kMaxTets; }
     T& operator()(std::size_t element, std::size_t tet) { return value_[tetEntry(element, tet)]; }
     const T& operator()(std::size_t element, std::size_t tet) const { return value_[tetEntry(element, tet)]; }
     /// Of all tets, by tetEntry().
@@ -43,7 +43,7 @@ void TetField<T>::carry(const BodyMesh& mesh, const PreviousElements& previous)
         std::copy_n(value_.begin() + std::ptrdiff_t(tetEntry(run.old, 0)), tetEntry(run.count, 0),
                     now.begin() + std::ptrdiff_t(tetEntry(run.first, 0)));
     for (const PreviousElements::Recut& r : previous.recut)
-        for (std::size_t t = 0; t < kMostTets; ++t)
+        for (std::size_t t = 0; t < kMaxTets; ++t)
             if (mesh.elements()[r.element].fraction[t] > 0) now[tetEntry(r.element, t)] = value_[tetEntry(r.old[t], t)];
     value_ = std::move(now);
 }

@@ -92,7 +92,7 @@ void addSimulation(int voxels, Table& table)
     table.add(where + "elastic operator", simulation.elastic().bytes(), nodes);
     table.add(where + "Newton's vectors, tangent and linear solver", simulation.integrator().bytes(), nodes);
     table.add(where + "damping: a tangent of its own", effects, nodes);
-    table.add(where + "energy densities of the tets", elements * tetmesh::kMostTets * sizeof(double), nodes);
+    table.add(where + "energy densities of the tets", elements * tetmesh::kMaxTets * sizeof(double), nodes);
     table.add(where + "what grips hold: positions, forces", nodes * (2 * sizeof(Vec3) + sizeof(std::uint32_t) + 1),
               nodes);
     table.add(where + "cells, elements and pieces of the cut", cut, nodes);

@@ -51,10 +51,10 @@ public:
     Run run(const Setting& setting, double target)
     {
         if (!setting.exact) return best(settings(setting, target, 20));
-        constexpr int kMost = 20;
-        for (int newton = 1; newton < kMost; ++newton)
+        constexpr int kMax = 20;
+        for (int newton = 1; newton < kMax; ++newton)
             if (residual(step(settings(setting, 0, newton)).x) < target) return best(settings(setting, 0, newton));
-        return best(settings(setting, 0, kMost));
+        return best(settings(setting, 0, kMax));
     }
 
 private:

@@ -180,7 +180,7 @@ void measureTransfer(Stopwatch& watch, const grid::LevelSet& ball, const tetmesh
             return elastic.tetCount();
         });
 
-    const auto energy = [&](std::uint32_t e, int t) { return density[e * tetmesh::kMostTets + std::size_t(t)]; };
+    const auto energy = [&](std::uint32_t e, int t) { return density[e * tetmesh::kMaxTets + std::size_t(t)]; };
     std::vector<Coord> voxels;
     mesh.phi().forEachBlock([&](Coord low) {
         mesh.phi().forEachNode(low, [&](Coord voxel) {
@@ -192,7 +192,7 @@ void measureTransfer(Stopwatch& watch, const grid::LevelSet& ball, const tetmesh
     for (const VoxelPhi& b : band) voxels.push_back(b.voxel);
     std::vector<double> psi;
     watch.measure(
-        "transfer", "voxel", {tetmesh::kMostTets * sizeof(double), sizeof(double)}, [] { return Nothing{}; },
+        "transfer", "voxel", {tetmesh::kMaxTets * sizeof(double), sizeof(double)}, [] { return Nothing{}; },
         [&](Nothing) { return (psi = grid::nodalEnergy(mesh, energy, voxels)).size(); });
 
     const double dx = ball.voxelSize(), kappa = 0.5 * *std::max_element(psi.begin(), psi.end());
@@ -202,7 +202,7 @@ void measureTransfer(Stopwatch& watch, const grid::LevelSet& ball, const tetmesh
         [&](Nothing) {
             grid::GriffithStep step{kappa, dx, std::numeric_limits<double>::infinity(), 0.5 * dx};
             for (std::size_t i = 0; i < band.size(); ++i)
-                step.s = std::min(step.s, griffithTime(band[i].phi, psi[i], step.mostMove, step));
+                step.s = std::min(step.s, griffithTime(band[i].phi, psi[i], step.maxMove, step));
             for (std::size_t i = 0; i < band.size(); ++i) raised[i] = griffithUpdate(band[i].phi, psi[i], step);
             return band.size();
         });

@@ -35,24 +35,24 @@ double peakEnergy(const core::Simulation& simulation)
     return peak;
 }
 
-/// Angular velocity [rad/s] of a body about the axis of its angular momentum, through its centre of mass.
+/// Angular velocity [rad/s] of a body about the axis of its angular momentum, through its center of mass.
 double angularVelocity(const core::Simulation& simulation, const core::Body& body)
 {
     const auto mass = simulation.elastic().mass();
     const std::size_t first = body.firstNode, last = first + body.mesh->nodeCount();
-    Vec3 centre = Vec3::Zero(), velocity = Vec3::Zero(), momentum = Vec3::Zero();
+    Vec3 center = Vec3::Zero(), velocity = Vec3::Zero(), momentum = Vec3::Zero();
     double total = 0, inertia = 0;
     for (std::size_t i = first; i < last; ++i) {
-        centre += mass[i] * simulation.x()[i], velocity += mass[i] * simulation.v()[i];
+        center += mass[i] * simulation.x()[i], velocity += mass[i] * simulation.v()[i];
         total += mass[i];
     }
-    centre /= total, velocity /= total;
+    center /= total, velocity /= total;
     for (std::size_t i = first; i < last; ++i)
-        momentum += mass[i] * (simulation.x()[i] - centre).cross(simulation.v()[i] - velocity);
+        momentum += mass[i] * (simulation.x()[i] - center).cross(simulation.v()[i] - velocity);
     if (momentum.norm() == 0) return 0;
     const Vec3 axis = momentum.normalized();
     for (std::size_t i = first; i < last; ++i)
-        inertia += mass[i] * axis.cross(simulation.x()[i] - centre).squaredNorm();
+        inertia += mass[i] * axis.cross(simulation.x()[i] - center).squaredNorm();
     return momentum.norm() / inertia;
 }
 

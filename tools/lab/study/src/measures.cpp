@@ -118,7 +118,7 @@ private:
     std::optional<tetmesh::EmbeddedPoint> point_;
 };
 
-/// Change of the total momentum, or of the angular momentum about where the centre of mass was at the start, relative
+/// Change of the total momentum, or of the angular momentum about where the center of mass was at the start, relative
 /// to the largest sum of magnitudes. 0 for what nothing holds or pulls.
 class MomentumChange : public Witness {
 public:
@@ -127,8 +127,8 @@ public:
     {
         const auto mass = s.elastic().mass();
         double sum = 0;
-        for (std::size_t i = 0; i < mass.size(); ++i) centre_ += mass[i] * s.x()[i], sum += mass[i];
-        centre_ /= sum;
+        for (std::size_t i = 0; i < mass.size(); ++i) center_ += mass[i] * s.x()[i], sum += mass[i];
+        center_ /= sum;
         first_ = total(s);
     }
     void step(const core::Simulation& s, const core::StepRecord&) override { last_ = total(s); }
@@ -144,7 +144,7 @@ private:
         Vec3 sum = Vec3::Zero();
         double magnitude = 0;
         for (std::size_t i = 0; i < mass.size(); ++i) {
-            const Vec3 p = mass[i] * s.v()[i], r = s.x()[i] - centre_;
+            const Vec3 p = mass[i] * s.v()[i], r = s.x()[i] - center_;
             sum += angular_ ? Vec3(r.cross(p)) : p;
             magnitude += angular_ ? r.norm() * p.norm() : p.norm();
         }
@@ -153,7 +153,7 @@ private:
     }
 
     bool angular_;
-    Vec3 centre_ = Vec3::Zero(), first_ = Vec3::Zero(), last_ = Vec3::Zero();
+    Vec3 center_ = Vec3::Zero(), first_ = Vec3::Zero(), last_ = Vec3::Zero();
     double turnover_ = 0;
 };
 

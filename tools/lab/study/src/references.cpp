@@ -9,7 +9,7 @@ namespace vdbfrac::lab::study {
 
 namespace {
 
-constexpr double kLeastOrder = 0.3, kMostOrder = 8;  // beyond, three levels say nothing of a limit
+constexpr double kMinOrder = 0.3, kMaxOrder = 8;  // beyond, three levels say nothing of a limit
 
 /// The order p at which (h3^p - h2^p) / (h2^p - h1^p) is what the differences of the values are; rising in p, so halved
 /// down to.
@@ -20,7 +20,7 @@ std::optional<double> orderOfDifferences(const Level& coarse, const Level& middl
     const auto excess = [&](double p) {
         return (std::pow(coarse.h, p) - std::pow(middle.h, p)) / (std::pow(middle.h, p) - std::pow(fine.h, p)) - ratio;
     };
-    double low = kLeastOrder, high = kMostOrder;
+    double low = kMinOrder, high = kMaxOrder;
     if (excess(low) > 0 || excess(high) < 0) return {};
     for (int i = 0; i < 60; ++i) (excess(.5 * (low + high)) < 0 ? low : high) = .5 * (low + high);
     return .5 * (low + high);
@@ -39,7 +39,7 @@ std::optional<Extrapolation> limitOf(const Level& coarse, const Level& middle, c
 
 std::optional<Extrapolation> richardson(std::span<const Level> levels)
 {
-    constexpr double kLeastShare = 0.05;  // so that the finest level is not weak where all levels follow one power
+    constexpr double kMinShare = 0.05;  // so that the finest level is not weak where all levels follow one power
     const std::size_t n = levels.size();
     if (n < 3 ||
         std::abs(levels[n - 1].value - levels[n - 2].value) >= std::abs(levels[n - 2].value - levels[n - 3].value))
@@ -47,7 +47,7 @@ std::optional<Extrapolation> richardson(std::span<const Level> levels)
     auto limit = limitOf(levels[n - 3], levels[n - 2], levels[n - 1]);
     if (!limit || n < 4) return limit;
     if (const auto before = limitOf(levels[n - 4], levels[n - 3], levels[n - 2]))
-        limit->uncertainty = std::max(kLeastShare * limit->uncertainty, std::abs(limit->value - before->value));
+        limit->uncertainty = std::max(kMinShare * limit->uncertainty, std::abs(limit->value - before->value));
     return limit;
 }
 

@@ -59,7 +59,7 @@ private:
 void Generator::drawSizes()
 {
     constexpr double kCellSteps = 40000;
-    constexpr int kLeastSteps = 6, kMostSteps = 60;
+    constexpr int kMinSteps = 6, kMaxSteps = 60;
     size_ = dice_.decades(.01, 100);
     across_ = int(std::lround(dice_.decades(4, 24)));
     const int kind = dice_.below(12);
@@ -70,7 +70,7 @@ void Generator::drawSizes()
     else if (lattice_ != "five" && across_ >= 8 && dice_.chance(.3))
         coarsening_ = 2;
     dx_ = size_ / across_, h_ = coarsening_ * dx_;
-    steps_ = std::clamp(int(kCellSteps / std::pow(size_ / h_, 3)), kLeastSteps, kMostSteps);
+    steps_ = std::clamp(int(kCellSteps / std::pow(size_ / h_, 3)), kMinSteps, kMaxSteps);
 }
 
 void Generator::time()
@@ -118,14 +118,14 @@ void Generator::material(Body& b)
 
 void Generator::motion(const Body& b)
 {
-    constexpr double kMostTurn = 1;  // radians a step
+    constexpr double kMaxTurn = 1;  // radians a step
     if (dice_.chance(.5)) {
         const double mach = dice_.decades(1e-3, 10);
         text_ += velocity(mach * b.sound * dice_.direction()) + "\n";
         strain_ = std::max(strain_, mach);
     }
     if (dice_.chance(.4)) {
-        const double mach = dice_.decades(1e-3, 3), spin = std::min(2 * mach * b.sound / size_, kMostTurn / dt_);
+        const double mach = dice_.decades(1e-3, 3), spin = std::min(2 * mach * b.sound / size_, kMaxTurn / dt_);
         text_ += "angular_velocity = " + list(spin * dice_.direction()) + "\n";
         strain_ = std::max(strain_, spin * size_ / (2 * b.sound));
     }
@@ -172,12 +172,12 @@ void Generator::pull(const Body& b)
 
 void Generator::turn(const Body& b)
 {
-    constexpr double kMostDegrees = 3;  // a step, about each axis
+    constexpr double kMaxDegrees = 3;  // a step, about each axis
     std::string keys = "keys = [{ time = 0 }";
     for (int k = 1; k <= 2; ++k) {
         const double way = travel(b, 1);
         keys += format(", { time = %.6g, translate = ", k * span() / 2) + list(way * dice_.direction());
-        keys += ", rotate = " + list(dice_.inBox(kMostDegrees * steps_)) + " }";
+        keys += ", rotate = " + list(dice_.inBox(kMaxDegrees * steps_)) + " }";
     }
     grip(b, 1, keys + "], pivot = " + list(b.center + size_ / 2 * Vec3::Unit(b.axis)));
 }

@@ -24,7 +24,7 @@ constexpr double kSumRounding = 1e-12;
 /// Of the allowed residual: the shift that gives a free part its momentum back comes after it was measured.
 constexpr double kResidualSlack = 3;
 /// After so many products and evaluations of tets, or Newton iterations, a scene is left: some seconds of one core.
-constexpr std::int64_t kMostTets = 200'000'000, kMostIterations = 1500;
+constexpr std::int64_t kMaxTets = 200'000'000, kMaxIterations = 1500;
 
 struct Broken {
     std::string what;
@@ -73,7 +73,7 @@ private:
                                                       : outcome_.capped);
         iterations_ += record.newtonIterations;
         tets_ += record.work.countOf("solve", "evaluated_tets") + record.work.countOf("solve", "product_tets");
-        outcome_.cutShort = tets_ > kMostTets || iterations_ > kMostIterations;
+        outcome_.cutShort = tets_ > kMaxTets || iterations_ > kMaxIterations;
     }
 
     void requireFinite(const core::StepRecord& r) const

@@ -102,7 +102,7 @@ int iterationsToLength(double nu, double factor)
 
 Measurements mirroredStart(Extent)
 {
-    constexpr double kLeast = 19;
+    constexpr double kMin = 19;
     Measurements all;
     for (double nu : kPoissonRatios)
         all.push_back(atLeast(at(nu) + "starts of 20 that recover",
@@ -110,7 +110,7 @@ Measurements mirroredStart(Extent)
                                         [](const Vec3& X, std::mt19937& random) {
                                             return Vec3(Vec3(-X.x(), X.y(), X.z()) + randomVec(random, 0.005));
                                         }),
-                              kLeast));
+                              kMin));
     return all;
 }
 
@@ -126,7 +126,7 @@ Measurements scrambledStart(Extent)
 
 Measurements collapsedStart(Extent)
 {
-    constexpr double kMostIterations = 60;
+    constexpr double kMaxIterations = 60;
     const Vec3 kept[] = {{1, 1, 0}, {0, 1, 1}, {1, 0, 1}, {1, 0, 0}, {0, 0, 0}};  // three planes, a line, a point
     const Block block({3, 3, 3}, 0.1);
     Measurements all;
@@ -140,21 +140,21 @@ Measurements collapsedStart(Extent)
             most = std::max(most, recovery.newtonIterations);
         }
         all.push_back(atLeast(at(nu) + "starts of 5 that recover", count, 5));
-        all.push_back(atMost(at(nu) + "most Newton iterations", most, kMostIterations));
+        all.push_back(atMost(at(nu) + "most Newton iterations", most, kMaxIterations));
     }
     return all;
 }
 
 Measurements stretchAndSquash(Extent)
 {
-    constexpr double kMost = 5;
+    constexpr double kMax = 5;
     // A bar with free sides gets thinner by nu times the strain, to nothing at the strain 1 / nu: beyond, this material
     // has no state that is not inverted.
     constexpr double kOfThinnest = .5;
     Measurements all;
     for (double nu : kPoissonRatios) {
         const auto add = [&](const char* what, int iterations) {
-            all.push_back(atMost(at(nu) + "Newton iterations of a step, " + what, iterations, kMost));
+            all.push_back(atMost(at(nu) + "Newton iterations of a step, " + what, iterations, kMax));
         };
         add("pulled to the strain 1 / (2 nu)", iterationsToLength(nu, 1 + kOfThinnest / nu));
         add("pulled to 10 times the length", iterationsToLength(nu, 10));

@@ -74,15 +74,15 @@ Measurements locking(Extent)
 
 Measurements stiffnessContrast(Extent)
 {
-    constexpr double kMost = 10;
+    constexpr double kMax = 10;
     Measurements all;
     for (double nu : kPoissonRatios) {
         const double uniform = iterationsWith(nu, [](Coord) { return false; });
         const auto ratio = [&](const auto& stiff) { return iterationsWith(nu, stiff) / uniform; };
         all.push_back(atMost(at(nu) + "iterations over those of the uniform cube, upper half stiff",
-                             ratio([](Coord c) { return c.z >= 4; }), kMost));
+                             ratio([](Coord c) { return c.z >= 4; }), kMax));
         all.push_back(atMost(at(nu) + "the same, eight stiff blocks",
-                             ratio([](Coord c) { return c.x % 4 >= 2 && c.y % 4 >= 2 && c.z % 4 >= 2; }), kMost));
+                             ratio([](Coord c) { return c.x % 4 >= 2 && c.y % 4 >= 2 && c.z % 4 >= 2; }), kMax));
     }
     return all;
 }

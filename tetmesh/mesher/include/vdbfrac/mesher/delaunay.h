@@ -40,16 +40,16 @@ struct DelaunayCriteria {
     double edgeSize = 0;  ///< of the pieces of sharp edges; 0: facetSize
     /// Where it is smaller than the sizes above it takes their place [m]; may be empty.
     std::function<double(const Vec3&)> sizing;
-    bool perturb = true;         ///< move points until no dihedral angle is below sliverAngle
-    bool exude = true;           ///< then weight points to the same end
-    double sliverAngle = 12;     ///< [degrees]
-    std::size_t mostPoints = 0;  ///< of the mesh while it is refined; 0: no limit
+    bool perturb = true;        ///< move points until no dihedral angle is below sliverAngle
+    bool exude = true;          ///< then weight points to the same end
+    double sliverAngle = 12;    ///< [degrees]
+    std::size_t maxPoints = 0;  ///< of the mesh while it is refined; 0: no limit
 };
 
 /// Meshes every component of the solid that is wider than half a facetSize, and every cavity. One thread; the same bits
 /// on every call. Points come in the order of a Hilbert curve, tets by their lowest point. The boundary is a closed
 /// 2-manifold. Throws InputError (criteria out of range, phi not finite, no material, material at the faces of the
-/// box), LimitError (mostPoints).
+/// box), LimitError (maxPoints).
 tetmesh::TetMesh delaunayMesh(const ImplicitSolid& solid, const DelaunayCriteria& criteria);
 
 }  // namespace vdbfrac::mesher

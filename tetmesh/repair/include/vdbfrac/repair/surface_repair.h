@@ -25,11 +25,11 @@ struct RepairOptions {
 inline constexpr std::size_t kLongestHole = 1000;
 
 /// Faces with more corners are refused: the time goes with the square of their corners.
-inline constexpr std::size_t kMostCorners = 50000;
+inline constexpr std::size_t kMaxCorners = 50000;
 
 /// Corners looked at in search of intersections, before the search is given up: about six for each pair of triangles
 /// whose boxes overlap. Meshes have 10 to 20 such pairs a triangle, but n triangles round one point have n^2 / 2.
-inline constexpr std::uint64_t kMostLookUps = 100'000'000, kMostLookUpsPerFace = 300;
+inline constexpr std::uint64_t kMaxLookUps = 100'000'000, kMaxLookUpsPerFace = 300;
 
 /// The repaired surface as triangles, and what was done.
 struct Repaired {

@@ -29,10 +29,10 @@ void writeText(const std::filesystem::path& file, std::string_view text);
 /// `offset` is as it was, whatever happens. Throws FileError.
 void writeBehind(const std::filesystem::path& file, std::uint64_t offset, std::string_view text);
 
-/// Whole content of a regular file of no more than `mostBytes`. Throws FileError, also when reading fails half way and
+/// Whole content of a regular file of no more than `maxBytes`. Throws FileError, also when reading fails half way and
 /// for devices, pipes and folders, which may have no end.
-std::string readText(const std::filesystem::path& file, std::uint64_t mostBytes = ~std::uint64_t{0});
+std::string readText(const std::filesystem::path& file, std::uint64_t maxBytes = ~std::uint64_t{0});
 /// Throws FileError where readText would, but for errors of reading itself.
-void requireRegular(const std::filesystem::path& file, std::uint64_t mostBytes = ~std::uint64_t{0});
+void requireRegular(const std::filesystem::path& file, std::uint64_t maxBytes = ~std::uint64_t{0});
 
 }  // namespace vdbfrac

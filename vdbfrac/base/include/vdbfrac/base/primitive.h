@@ -11,7 +11,7 @@ struct Primitive {
         box,        ///< center, size (edge lengths)
         sphere,     ///< center, radius
         cylinder,   ///< center, axis, radius, height (0: endless)
-        capsule,    ///< center, axis, radius, height (between the centres of its two caps)
+        capsule,    ///< center, axis, radius, height (between the centers of its two caps)
         torus,      ///< center, axis, radius (of the ring), tube
         halfspace,  ///< normal, offset: all X with normal.X >= offset
     };

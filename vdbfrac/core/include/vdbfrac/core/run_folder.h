@@ -43,13 +43,13 @@ scene::Vocabulary::Fields outputFields();
 
 /// What becomes of an earlier run in the folder. `replace` and `keep` take only folders whose run.json is of this
 /// program and none of whose files the scene needs; `replace` removes what that run.json lists, and nothing else.
-enum class Earlier { refuse, replace, keep };
+enum class ExistingRun { refuse, replace, keep };
 
 class RunFolder {
 public:
     /// Makes the folder. Throws FileError; InputError for an output field that nothing makes, or where files of the
     /// scene would be lost.
-    RunFolder(std::filesystem::path folder, const scene::Scene& scene, const Stages& stages, Earlier earlier);
+    RunFolder(std::filesystem::path folder, const scene::Scene& scene, const Stages& stages, ExistingRun existing);
 
     const std::filesystem::path& path() const { return folder_; }
 

@@ -29,7 +29,7 @@ struct StepRecord {
     int cutbacks = 0;  ///< times dt was halved for this step
     int newtonIterations = 0, linearIterations = 0, projections = 0;
     double residual = 0;       ///< relative to the largest force
-    double leastResidual = 0;  ///< smallest of the Newton iterates
+    double minResidual = 0;    ///< smallest of the Newton iterates
     double kineticEnergy = 0;  ///< J
     double elasticEnergy = 0;  ///< J; both of the material that there is when the step is over
     double volume = 0;         ///< m^3 of material

@@ -9,10 +9,10 @@ namespace vdbfrac::grid {
 
 /// One update with frozen energies.
 struct GriffithStep {
-    double kappa = 0;     ///< J/m^3
-    double epsilon = 0;   ///< m
-    double s = 0;         ///< mobility * time [m^5/J]: phi at 0 moves by s (Psi - kappa) / (pi epsilon)
-    double mostMove = 0;  ///< m: phi rises by no more than this
+    double kappa = 0;    ///< J/m^3
+    double epsilon = 0;  ///< m
+    double s = 0;        ///< mobility * time [m^5/J]: phi at 0 moves by s (Psi - kappa) / (pi epsilon)
+    double maxMove = 0;  ///< m: phi rises by no more than this
 };
 
 /// The s [m^5/J] in which phi rises by `move` [m]; infinity where it does not rise.

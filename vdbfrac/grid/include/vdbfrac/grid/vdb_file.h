@@ -36,7 +36,7 @@ struct GridInfo {
     std::int64_t activeVoxels = 0;
     double voxelSize = 0;
     Coord lower, upper;                                         ///< of the active voxels
-    Vec3 lowerWorld = Vec3::Zero(), upperWorld = Vec3::Zero();  ///< of their centres [m]
+    Vec3 lowerWorld = Vec3::Zero(), upperWorld = Vec3::Zero();  ///< of their centers [m]
     std::map<std::string, std::string> metadata;
     std::optional<double> background;  ///< of a grid of floats: the value where nothing is stored
 };

@@ -51,7 +51,7 @@ struct Body {
     std::vector<Primitive> cut;  ///< then taken away
     std::string material;
     Vec3 velocity = Vec3::Zero();         ///< at t = 0 [m/s]
-    Vec3 angularVelocity = Vec3::Zero();  ///< at t = 0 about the centre of mass [rad/s]
+    Vec3 angularVelocity = Vec3::Zero();  ///< at t = 0 about the center of mass [rad/s]
     std::string place;                    ///< file:line:column, for later complaints
 };
 

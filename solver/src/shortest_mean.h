@@ -6,9 +6,9 @@
 namespace vdbfrac::solver {
 
 /// Most vectors: all of their subsets are tried.
-inline constexpr int kMostMeans = 8;
+inline constexpr int kMaxMeans = 8;
 
-/// Weights w >= 0 with sum 1 that make w.G w least. G: products of 1 to kMostMeans vectors with each other.
-Eigen::VectorXd leastMean(const Eigen::MatrixXd& G);
+/// Weights w >= 0 with sum 1 that make w.G w least. G: products of 1 to kMaxMeans vectors with each other.
+Eigen::VectorXd shortestMean(const Eigen::MatrixXd& G);
 
 }  // namespace vdbfrac::solver

@@ -1,4 +1,4 @@
-#include "least_mean.h"
+#include "shortest_mean.h"
 
 #include <Eigen/Dense>
 
@@ -10,7 +10,7 @@ namespace vdbfrac::solver {
 namespace {
 
 /// Weights, of any sign, with sum 1 that make w.G w least where only those of the subset are not 0.
-Eigen::VectorXd leastOfSubset(const Eigen::MatrixXd& G, unsigned subset)
+Eigen::VectorXd minOfSubset(const Eigen::MatrixXd& G, unsigned subset)
 {
     std::vector<int> in;
     for (int i = 0; i < G.rows(); ++i)
@@ -26,12 +26,12 @@ Eigen::VectorXd leastOfSubset(const Eigen::MatrixXd& G, unsigned subset)
 
 }  // namespace
 
-Eigen::VectorXd leastMean(const Eigen::MatrixXd& G)
+Eigen::VectorXd shortestMean(const Eigen::MatrixXd& G)
 {
-    assert(G.rows() >= 1 && G.rows() <= kMostMeans);
+    assert(G.rows() >= 1 && G.rows() <= kMaxMeans);
     Eigen::VectorXd best = Eigen::VectorXd::Unit(G.rows(), 0);
     for (unsigned subset = 1; subset < 1u << G.rows(); ++subset) {
-        const Eigen::VectorXd w = leastOfSubset(G, subset);
+        const Eigen::VectorXd w = minOfSubset(G, subset);
         if (w.minCoeff() >= 0 && w.dot(G * w) < best.dot(G * best)) best = w;  // false where it is not a number
     }
     return best;

@@ -1,5 +1,5 @@
 // The shortest weighted mean of a few vectors: against a fine grid of weights, and where the answer is known.
-#include "../../solver/src/least_mean.h"
+#include "../../solver/src/shortest_mean.h"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 #include <cmath>
 #include <random>
 
-using vdbfrac::solver::kMostMeans;
-using vdbfrac::solver::leastMean;
+using vdbfrac::solver::kMaxMeans;
+using vdbfrac::solver::shortestMean;
 
 namespace {
 
@@ -26,7 +26,7 @@ Eigen::MatrixXd randomVectors(std::mt19937& random, int dimension, int count, do
     return vectors;
 }
 
-Eigen::VectorXd weightsOf(const Eigen::MatrixXd& vectors) { return leastMean(vectors.transpose() * vectors); }
+Eigen::VectorXd weightsOf(const Eigen::MatrixXd& vectors) { return shortestMean(vectors.transpose() * vectors); }
 
 void expectWeights(const Eigen::VectorXd& weight)
 {
@@ -36,17 +36,17 @@ void expectWeights(const Eigen::VectorXd& weight)
 
 /// Least |mean|^2 over all weights that are multiples of 1 / cells, from vector `from` on, of which `left` are to be
 /// given away.
-double leastOnGrid(const Eigen::MatrixXd& vectors, int cells, int from, int left, const Eigen::VectorXd& mean)
+double minOnGrid(const Eigen::MatrixXd& vectors, int cells, int from, int left, const Eigen::VectorXd& mean)
 {
     const Eigen::VectorXd vector = vectors.col(from) / cells;
     if (from + 1 == vectors.cols()) return (mean + left * vector).squaredNorm();
     double least = INFINITY;
     for (int k = 0; k <= left; ++k)
-        least = std::min(least, leastOnGrid(vectors, cells, from + 1, left - k, mean + k * vector));
+        least = std::min(least, minOnGrid(vectors, cells, from + 1, left - k, mean + k * vector));
     return least;
 }
 
-TEST(LeastMean, NoWeightsOfAFineGridMakeAShorterMean)
+TEST(ShortestMean, NoWeightsOfAFineGridMakeAShorterMean)
 {
     constexpr int kCells[] = {0, 1, 4000, 400, 80};  // of the grid, for so many vectors
     std::mt19937 random(1);
@@ -57,7 +57,7 @@ TEST(LeastMean, NoWeightsOfAFineGridMakeAShorterMean)
             expectWeights(weight);
             const double cells = kCells[count], found = (vectors * weight).norm();
             const double onGrid =
-                std::sqrt(leastOnGrid(vectors, int(cells), 0, int(cells), Eigen::VectorXd::Zero(vectors.rows())));
+                std::sqrt(minOnGrid(vectors, int(cells), 0, int(cells), Eigen::VectorXd::Zero(vectors.rows())));
             double longest = 0;
             for (int i = 0; i < count; ++i) longest = std::max(longest, vectors.col(i).norm());
             EXPECT_LE(found, onGrid + kRounding * longest);
@@ -68,11 +68,11 @@ TEST(LeastMean, NoWeightsOfAFineGridMakeAShorterMean)
 
 /// What makes it the shortest: no vector lies on the side of the mean that is turned to 0 (the nearest point of a
 /// convex body).
-TEST(LeastMean, EveryVectorReachesAsFarAlongTheMeanAsTheMeanItself)
+TEST(ShortestMean, EveryVectorReachesAsFarAlongTheMeanAsTheMeanItself)
 {
     std::mt19937 random(2);
     for (int trial = 0; trial < 200; ++trial) {
-        const int count = 1 + trial % kMostMeans;
+        const int count = 1 + trial % kMaxMeans;
         const Eigen::MatrixXd vectors = randomVectors(random, 1 + trial % 12, count, trial % 5);
         const Eigen::VectorXd weight = weightsOf(vectors), mean = vectors * weight;
         expectWeights(weight);
@@ -86,13 +86,13 @@ TEST(LeastMean, EveryVectorReachesAsFarAlongTheMeanAsTheMeanItself)
     }
 }
 
-TEST(LeastMean, OfOneVectorIsTheVector)
+TEST(ShortestMean, OfOneVectorIsTheVector)
 {
     for (double size : {0., 1e-200, 3., 1e100})
-        EXPECT_EQ(leastMean(Eigen::MatrixXd::Constant(1, 1, size * size))[0], 1);
+        EXPECT_EQ(shortestMean(Eigen::MatrixXd::Constant(1, 1, size * size))[0], 1);
 }
 
-TEST(LeastMean, OfOppositeVectorsIsZeroWithWeightsAsTheOthersLength)
+TEST(ShortestMean, OfOppositeVectorsIsZeroWithWeightsAsTheOthersLength)
 {
     Eigen::MatrixXd vectors(3, 2);
     vectors.col(0) = Eigen::Vector3d(1, -2, 2);
@@ -103,7 +103,7 @@ TEST(LeastMean, OfOppositeVectorsIsZeroWithWeightsAsTheOthersLength)
     EXPECT_LE((vectors * weight).norm(), kRounding * vectors.norm());
 }
 
-TEST(LeastMean, OfVectorsRoundZeroIsZero)
+TEST(ShortestMean, OfVectorsRoundZeroIsZero)
 {
     // Corners of a triangle and of a tetrahedron with 0 inside.
     Eigen::MatrixXd triangle(2, 3), tet(3, 4);
@@ -114,7 +114,7 @@ TEST(LeastMean, OfVectorsRoundZeroIsZero)
     for (int i = 0; i < 4; ++i) EXPECT_NEAR(weightsOf(tet)[i], 0.25, kRounding) << i;
 }
 
-TEST(LeastMean, AVectorBeforeAllOthersIsTheMeanItself)
+TEST(ShortestMean, AVectorBeforeAllOthersIsTheMeanItself)
 {
     Eigen::MatrixXd vectors(2, 4);
     vectors << 1, 2, 1.5, 1, 0, 1, -3, 5;  // none lies on the near side of the line x = 1
@@ -123,11 +123,11 @@ TEST(LeastMean, AVectorBeforeAllOthersIsTheMeanItself)
     EXPECT_NEAR((vectors * weight - vectors.col(0)).norm(), 0, kRounding);
 }
 
-TEST(LeastMean, SameVectorsTwiceChangeNothing)
+TEST(ShortestMean, SameVectorsTwiceChangeNothing)
 {
     std::mt19937 random(3);
     for (int trial = 0; trial < 50; ++trial) {
-        const int count = 1 + trial % (kMostMeans / 2);
+        const int count = 1 + trial % (kMaxMeans / 2);
         const Eigen::MatrixXd vectors = randomVectors(random, 3, count, 1);
         Eigen::MatrixXd twice(3, 2 * count);
         twice << vectors, vectors;
@@ -138,7 +138,7 @@ TEST(LeastMean, SameVectorsTwiceChangeNothing)
     }
 }
 
-TEST(LeastMean, IsTheSameInOtherUnits)
+TEST(ShortestMean, IsTheSameInOtherUnits)
 {
     std::mt19937 random(4);
     const Eigen::MatrixXd vectors = randomVectors(random, 5, 4, 1);
