@@ -13,7 +13,7 @@ jobs_for_build() {
 }
 
 ./cmake/install_packages.sh
-cmake -S . -B build -G Ninja -DCMAKE_BUILD_TYPE=Release -DVDBFRAC_TESTS=ON -DVDBFRAC_UNITY=ON
+cmake -S . -B build -G Ninja -DCMAKE_BUILD_TYPE=Release -DVDBFRAC_TESTS=ON -DVDBFRAC_UNITY=ON -DVDBFRAC_KERNELS=host
 cmake --build build --target vdbfrac_tool -j "$(jobs_for_build)"
 build/tools/vdbfrac sim data/scenes/notched_block.toml -o out --overwrite
 build/tools/vdbfrac preview out > /dev/null

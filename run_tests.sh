@@ -13,7 +13,7 @@ jobs_for_build() {
 }
 
 ./cmake/install_packages.sh
-cmake -S . -B build -G Ninja -DCMAKE_BUILD_TYPE=Release -DVDBFRAC_TESTS=ON -DVDBFRAC_UNITY=ON
+cmake -S . -B build -G Ninja -DCMAKE_BUILD_TYPE=Release -DVDBFRAC_TESTS=ON -DVDBFRAC_UNITY=ON -DVDBFRAC_KERNELS=all
 cmake --build build -j "$(jobs_for_build)"
 cd build
 # Two tests at a time, for many use all cores by themselves. ctest ends with a summary by label.

@@ -17,6 +17,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <type_traits>
 
 namespace vdbfrac::solver {
@@ -179,9 +180,9 @@ struct Kernel {
     }
 };
 
-/// The widest kernel this machine runs.
+/// The widest kernel this machine runs. Throws LimitError where none was compiled for it.
 const Kernel& kernel();
-/// All kernels this machine runs, for tests: those that fuse are equal to the bit.
-const Kernel* const* kernels(int& count);
+/// All kernels this machine runs, narrowest first, for tests: those that fuse are equal to the bit.
+std::span<const Kernel* const> kernels();
 
 }  // namespace vdbfrac::solver

@@ -1,41 +1,58 @@
 #include "kernel.h"
 
+#include <vdbfrac/base/error.h>
+
+#include <algorithm>
+#include <vector>
+
+// CMakeLists.txt lists the units that kernels were compiled for, narrowest first.
+#define VDBFRAC_UNIT(name)            \
+    namespace vdbfrac::solver::name { \
+    extern const Kernel kernel;       \
+    }
+VDBFRAC_UNITS
+#undef VDBFRAC_UNIT
+
 namespace vdbfrac::solver {
 
-namespace kernelBaseline {
-extern const Kernel kernel;
-}
-#if defined(__x86_64__)
-namespace kernelAvx2 {
-extern const Kernel kernel;
-}
-namespace kernelAvx512 {
-extern const Kernel kernel;
-}
-#endif
+namespace {
 
-const Kernel* const* kernels(int& count)
+bool runsHere(std::string_view unit)
 {
 #if defined(__x86_64__)
-    static const Kernel* const kAll[] = {&kernelBaseline::kernel, &kernelAvx2::kernel, &kernelAvx512::kernel};
-#else
-    static const Kernel* const kAll[] = {&kernelBaseline::kernel};
+    const bool avx2 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
+    if (unit == "kernelAvx2") return avx2;
+    if (unit == "kernelAvx512")
+        return avx2 && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+               __builtin_cpu_supports("avx512vl");
 #endif
-    count = 1;
-#if defined(__x86_64__)
-    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) count = 2;
-    if (count == 2 && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
-        __builtin_cpu_supports("avx512vl"))
-        count = 3;
-#endif
-    return kAll;
+    return unit == "kernelBaseline";
+}
+
+std::vector<const Kernel*> findKernels()
+{
+    std::vector<const Kernel*> found;
+#define VDBFRAC_UNIT(name) \
+    if (runsHere(#name)) found.push_back(&name::kernel);
+    VDBFRAC_UNITS
+#undef VDBFRAC_UNIT
+    return found;
+}
+
+}  // namespace
+
+std::span<const Kernel* const> kernels()
+{
+    static const std::vector<const Kernel*> kFound = findKernels();
+    return kFound;
 }
 
 const Kernel& kernel()
 {
-    int count = 0;
-    const Kernel* const* all = kernels(count);
-    return *all[count - 1];
+    if (kernels().empty())
+        throw LimitError(
+            "this program was built for the vector unit of another processor; build it with -DVDBFRAC_KERNELS=all");
+    return *kernels().back();
 }
 
 }  // namespace vdbfrac::solver

@@ -173,11 +173,9 @@ void checkReadAndWrite(const solver::Kernel& kernel)
 
 TEST(Kernel, PointsBecomeRowsAndRowsPoints)
 {
-    int count = 0;
-    const solver::Kernel* const* all = solver::kernels(count);
-    for (int k = 0; k < count; ++k) {
-        checkReadAndWrite<double>(*all[k]);
-        checkReadAndWrite<float>(*all[k]);
+    for (const solver::Kernel* kernel : solver::kernels()) {
+        checkReadAndWrite<double>(*kernel);
+        checkReadAndWrite<float>(*kernel);
     }
 }
 
@@ -212,31 +210,27 @@ void checkGradientPasses(const solver::Kernel& kernel)
 
 TEST(Kernel, PassesOfConjugateGradientsMatchTheirDefinition)
 {
-    int count = 0;
-    const solver::Kernel* const* all = solver::kernels(count);
-    for (int k = 0; k < count; ++k) {
-        checkGradientPasses<double>(*all[k]);
-        checkGradientPasses<float>(*all[k]);
+    for (const solver::Kernel* kernel : solver::kernels()) {
+        checkGradientPasses<double>(*kernel);
+        checkGradientPasses<float>(*kernel);
     }
 }
 
 TEST(Kernel, SmootherMatchesItsDefinition)
 {
     using Nodes = RandomNodes<float>;
-    int count = 0;
-    const solver::Kernel* const* all = solver::kernels(count);
     const Nodes before;
-    for (int k = 0; k < count; ++k) {
+    for (const solver::Kernel* kernel : solver::kernels()) {
         Nodes after;  // r stands for b, p for x
-        all[k]->smooth(
+        kernel->smooth(
             {after.sums(), after.B.data(), after.added.data(), after.r.data(), after.p.data(), after.step.data()}, 0,
             Nodes::kNodes, .2f, .6f);
         for (std::size_t n = 0; n < Nodes::kNodes; ++n) {
             const Vec3 x = Nodes::point(before.p, n),
                        residual = Nodes::point(before.r, n) - double(before.added[n]) * x - before.sum(n);
             const Vec3 step = double(.2f) * Nodes::point(before.step, n) + double(.6f) * before.applyB(n, residual);
-            EXPECT_LT((Nodes::point(after.step, n) - step).norm(), 5e-6) << all[k]->name;
-            EXPECT_LT((Nodes::point(after.p, n) - x - step).norm(), 5e-6) << all[k]->name;
+            EXPECT_LT((Nodes::point(after.step, n) - step).norm(), 5e-6) << kernel->name;
+            EXPECT_LT((Nodes::point(after.p, n) - x - step).norm(), 5e-6) << kernel->name;
         }
     }
 }
@@ -244,14 +238,13 @@ TEST(Kernel, SmootherMatchesItsDefinition)
 /// Units that fuse multiplication and addition agree to the bit; plain code rounds twice where they round once.
 TEST(Kernel, VectorUnitsThatFuseGiveTheSameBits)
 {
-    int count = 0;
-    const solver::Kernel* const* all = solver::kernels(count);
+    const std::span<const solver::Kernel* const> all = solver::kernels();
     const RandomPatch patch;
     for (bool cellDilation : {false, true}) {
         const std::vector<double> plain = patch.run(*all[0], cellDilation);
         double largest = 0;
         for (double v : plain) largest = std::max(largest, std::abs(v));
-        for (int k = 1; k < count; ++k) {
+        for (std::size_t k = 1; k < all.size(); ++k) {
             const std::vector<double> fused = patch.run(*all[k], cellDilation);
             for (std::size_t i = 0; i < plain.size(); ++i)
                 // The product in single precision rounds at 6e-8.
