@@ -96,12 +96,13 @@ ElasticOperator::ElasticOperator(std::span<const ElementSet> sets, std::size_t n
 {
     Data& d = *data_;
     d.sets.assign(sets.begin(), sets.end());
-    d.p = makePatches(sets, nodeCount);
+    d.p = makePatches(sets, nodeCount, elasticity.meanStrain > 0);
     d.mass.assign(nodeCount, 0.), d.stiffness.assign(nodeCount, 0.);
     lump(sets, h, d.mass, d.stiffness);
     d.patchEnergy.resize(d.p.patches.size());
     d.h = h;
     d.cellDilation = elasticity.volumetric == Volumetric::cell;
+    d.meanStrain = elasticity.meanStrain;
     d.strain = elasticity.strain;
     d.law = &lawOf(d.strain);
     d.slots = Scratch(kDiagonalRows * d.p.slotCount);
@@ -120,7 +121,7 @@ std::span<const ElementSet> ElasticOperator::sets() const { return data_->sets; 
 double ElasticOperator::h() const { return data_->h; }
 Elasticity ElasticOperator::elasticity() const
 {
-    return {data_->cellDilation ? Volumetric::cell : Volumetric::none, data_->strain};
+    return {data_->cellDilation ? Volumetric::cell : Volumetric::none, data_->strain, data_->meanStrain};
 }
 std::size_t ElasticOperator::nodeCount() const { return data_->mass.size(); }
 std::int64_t ElasticOperator::tetCount() const { return data_->p.tets; }
@@ -203,9 +204,9 @@ void ElasticOperator::Data::eachTet(TetTangent* tangents, const F& f) const
     parallelChunks(p.patches.size(), 1, [&](std::size_t i, std::size_t) {
         const Patch& patch = p.patches[i];
         for (std::size_t b = patch.firstBatch; b < patch.firstBatch + patch.batches; ++b)
-            for (std::size_t t = 0; t < p.tetsOf(b); ++t)
+            for (std::size_t t = 0; t < p.tangentsOf(b); ++t)
                 for (std::size_t l = 0; l < kLanes; ++l)
-                    if (const double share = volumeShare(b, t, l); share > 0)
+                    if (const double share = shearShare(b, t, l); share > 0)
                         f(tangents[p.batches[b].tangent + t], l, patch.mu * share * h);
     });
 }

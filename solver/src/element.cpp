@@ -21,16 +21,23 @@ double elasticEnergy(const ElementOf& e, std::span<const Vec3> x, const Material
     const tetmesh::CellTets& tets = tetmesh::cellTets(e.element.shape);
     const bool cellDilation = elasticity.volumetric == Volumetric::cell;
     const double own = cellDilation ? -2. / 3. * m.mu : m.lambda;  // of tr(e)^2 / 2, in each tet
+    const double theta = tets.count > 1 ? elasticity.meanStrain : 0;
     const StrainLaw& law = lawOf(elasticity.strain);
+    const auto density = [&](const Mat3& F) {
+        const Mat3 strain = law.strain(F);
+        return m.mu * strain.squaredNorm() + 0.5 * own * strain.trace() * strain.trace();
+    };
     double energy = 0, volume = 0, dilation = 0;
+    Mat3 mean = Mat3::Zero();
     for (std::size_t t = 0; t < std::size_t(tets.count); ++t) {
         if (e.element.fraction[t] == 0) continue;
         const double V =
             e.h * e.h * e.h * tets.volume[t] * e.element.fraction[t] * (e.stiffness ? double(e.stiffness[t]) : 1.);
-        const Mat3 strain = law.strain(deformationGradient(e, t, x));
-        energy += V * (m.mu * strain.squaredNorm() + 0.5 * own * strain.trace() * strain.trace());
-        volume += V, dilation += V * strain.trace();
+        const Mat3 F = deformationGradient(e, t, x);
+        energy += (1 - theta) * V * density(F);
+        volume += V, dilation += V * law.strain(F).trace(), mean += V * F;
     }
+    if (theta > 0 && volume > 0) energy += theta * volume * density(mean / volume);
     if (cellDilation && volume > 0) energy += 0.5 * (m.lambda + 2. / 3. * m.mu) * dilation * dilation / volume;
     return energy;
 }

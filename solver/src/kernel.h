@@ -8,7 +8,11 @@
 // takes the bulk part from the mean dilatation of the cell,
 //   Psi = mu (|S - I|^2 - tr(S - I)^2 / 3) + K/2 avg(tr(S - I))^2,
 // which frees the tets of a cell from locking near nu = .5 (mean dilatation; Nagtegaal, Parks, Rice 1974). Averaging
-// the lambda term alone would leave 2 mu/3 of the bulk stiffness locked.
+// the lambda term alone would leave 2 mu/3 of the bulk stiffness locked. With it goes a share theta ("mean strain") of
+// the deviatoric energy that the mean of F has, which frees them from most of what they are too stiff in bending:
+//   Psi = (1 - theta) dev(F) + theta dev(avg F) + K/2 avg(tr(S - I))^2,  dev(F) = mu (|S - I|^2 - tr(S - I)^2 / 3).
+// The mean is one more tet of the cell: it has a strain, a stress and a tangent. The share of the tets resists what the
+// mean does not see (hourglass modes).
 #pragma once
 
 #include <vdbfrac/solver/material.h>
@@ -31,7 +35,7 @@ struct Batch {
     std::int32_t gathered = -1;
     /// Entry of `LaneVolumes`; -1: eight whole cells. Of `LaneTets` for the shape tet, of `LaneCells` if it has flowed.
     std::int32_t cut = -1;
-    std::uint32_t tangent = 0;  ///< place of its first tet among the tangents
+    std::uint32_t tangent = 0;  ///< place of its first tet among the tangents; after its last comes the mean, if any
     tetmesh::CellShape shape = tetmesh::CellShape::six;
     bool flowed = false;  ///< cells of the lattice with rest gradients of their own
 };
@@ -93,6 +97,7 @@ struct PatchData {
     double mu = 0, lambda = 0;  ///< [Pa]
     Strain strain = Strain::corotational;
     bool cellDilation = false;
+    double meanStrain = 0;  ///< theta; 0 without cell dilation
     /// The tangent is that of the energy plus `share` times linear elasticity in the frame of R.
     double share = 0;
 };

@@ -18,7 +18,7 @@ VDBFRAC_INLINE Pack vertexGradient(const AnyCells& cells, int t, int a, int d)
     return -(gradientOf<Pack>(own, 0, d) + gradientOf<Pack>(own, 1, d) + gradientOf<Pack>(own, 2, d));
 }
 
-/// R and T of tet t, of volume V: its own or those of its cell.
+/// R and T of tet t, of volume V, or of the mean, `t` then behind the last: its own or those of its cell.
 template <class Tangents>
 VDBFRAC_INLINE void tangentOfTet(const PatchData& patch, int b, int t, Pack V, Matrix& R, Pack (&T)[6])
 {
@@ -29,22 +29,40 @@ VDBFRAC_INLINE void tangentOfTet(const PatchData& patch, int b, int t, Pack V, M
     Tangents::ofTet(R, own, T);
 }
 
+/// Adds what the mean of a cell has, of the sums of V g at its corners.
+template <class Tangents>
+VDBFRAC_INLINE void addMeanBlocks(const PatchData& patch, int b, int tets, Pack V, const CornersOf<Pack, 3>& sum,
+                                  CornersOf<Pack, 6>& K)
+{
+    const double mu = patch.meanStrain * patch.mu * patch.h * (1 + patch.share);
+    const Pack inverse = V > 0 ? 1. / V : all(0);
+    Matrix R;
+    Pack T[6];
+    tangentOfTet<Tangents>(patch, b, tets, patch.meanStrain * V, R, T);
+    for (int c = 0; c < tetmesh::kCorners; ++c) {
+        Pack g[3], q[3];
+        for (int d = 0; d < 3; ++d) g[d] = sum[c][d] * inverse;
+        for (int i = 0; i < 3; ++i) q[i] = R[i][0] * g[0] + R[i][1] * g[1] + R[i][2] * g[2];
+        Tangents::addVertexBlock(g, q, R, T, mu * V, K[c]);
+        addOuter(q, -2. / 3. * mu * V, K[c]);
+    }
+}
+
 template <class Tangents, bool hasOwn>
 void diagonalBatch(const PatchData& patch, const AnyCells& cells, int b, double* out)
 {
-    const double scale = patch.h * (1 + patch.share), mu = patch.mu * scale, lambda = patch.lambda * scale;
-    CornersOf<Pack, 6> K;
-    Pack bulk[tetmesh::kCorners][3], cellVolume = all(0);
-    for (int c = 0; c < tetmesh::kCorners; ++c) {
-        for (Pack& v : K[c]) v = all(0);
-        for (Pack& v : bulk[c]) v = all(0);
-    }
+    const double theta = cells.tets.count > 1 ? patch.meanStrain : 0;
+    const double scale = patch.h * (1 + patch.share), lambda = patch.lambda * scale;
+    const double mu = (1 - theta) * patch.mu * scale, bulkModulus = lambda + 2. / 3. * patch.mu * scale;
+    CornersOf<Pack, 6> K = {};
+    CornersOf<Pack, 3> bulk = {}, mean = {};  // sums of V R g and of V g
+    Pack cellVolume = all(0);
     for (int t = 0; t < cells.tets.count; ++t) {
         const Pack V = load<double>(cells.share[t]);
         cellVolume += V;
         Matrix R;
         Pack T[6];
-        tangentOfTet<Tangents>(patch, b, t, V, R, T);
+        tangentOfTet<Tangents>(patch, b, t, (1 - theta) * V, R, T);
         for (int a = 0; a < 4; ++a) {
             const int c = cells.tets.corner[std::size_t(t)][std::size_t(a)];
             Pack g[3], q[3];
@@ -54,12 +72,15 @@ void diagonalBatch(const PatchData& patch, const AnyCells& cells, int b, double*
             addOuter(q, (patch.cellDilation ? -2. / 3. * mu : lambda) * V, K[c]);
             if (patch.cellDilation)
                 for (int i = 0; i < 3; ++i) bulk[c][i] += V * q[i];
+            if (theta > 0)
+                for (int d = 0; d < 3; ++d) mean[c][d] += V * g[d];
         }
     }
     if (patch.cellDilation) {
-        const Pack weight = cellVolume > 0 ? (lambda + 2. / 3. * mu) / cellVolume : all(0);
+        const Pack weight = cellVolume > 0 ? bulkModulus / cellVolume : all(0);
         for (int c = 0; c < tetmesh::kCorners; ++c) addOuter(bulk[c], weight, K[c]);
     }
+    if (theta > 0) addMeanBlocks<Tangents>(patch, b, cells.tets.count, cellVolume, mean, K);
     cells.scatter(K, out);
 }
 
@@ -93,6 +114,8 @@ void averageBatch(const PatchData& patch, int b, const RobustTet& scalar, TetTan
         for (int k = 0; k < 9; ++k) R[k / 3][k % 3] += used ? V * load<double>(tangent[t].R[k]) : all(0);
         for (int k = 0; k < 6; ++k) T[k] += used ? load<double>(tangent[t].T[k]) : all(0);
     }
+    if (cells.tets.count > 1 && patch.meanStrain > 0)  // its share is that of the tets' means
+        for (int k = 0; k < 6; ++k) T[k] += volume > 0 ? load<double>(tangent[cells.tets.count].T[k]) : all(0);
     const Pack inverse = volume > 0 ? 1. / volume : all(0);
     for (int k = 0; k < 9; ++k) R[k / 3][k % 3] = volume > 0 ? R[k / 3][k % 3] * inverse : all(k % 4 == 0);
     for (Pack& v : T) v = v * inverse;

@@ -75,6 +75,7 @@ template <CellShape shape>
 class LatticeCells {
 public:
     static constexpr int kTets = kCellTets<shape>.count, kCorners = tetmesh::kCorners;
+    static constexpr int count() { return kTets; }
     const Shares share;
 
     VDBFRAC_INLINE LatticeCells(const PatchData& patch, const Batch& batch)
@@ -185,6 +186,7 @@ VDBFRAC_INLINE void ownSpread(const LaneGradients& own, const Vertices& c, const
 class TetCells {
 public:
     static constexpr int kTets = 1, kCorners = 4;
+    static constexpr int count() { return kTets; }
     const Shares share;
 
     VDBFRAC_INLINE TetCells(const PatchData& patch, const Batch& batch)
@@ -233,6 +235,7 @@ private:
 class FlowedCells {
 public:
     static constexpr int kTets = tetmesh::kMaxTets, kCorners = tetmesh::kCorners;
+    int count() const { return tets_.count; }
     const Shares share;
 
     VDBFRAC_INLINE FlowedCells(const PatchData& patch, const Batch& batch)
@@ -284,7 +287,7 @@ private:
 
 /// Mean over the tets of a cell weighted by volume; 0 in a cell without material.
 template <class Cells, class P>
-VDBFRAC_INLINE P cellMean(const Cells& cells, const P (&value)[tetmesh::kMaxTets])
+VDBFRAC_INLINE P cellMean(const Cells& cells, const P* value)
 {
     using Real = std::remove_cvref_t<decltype(P{}[0])>;
     P sum = {}, volume = {};
@@ -294,6 +297,13 @@ VDBFRAC_INLINE P cellMean(const Cells& cells, const P (&value)[tetmesh::kMaxTets
         volume += V;
     });
     return volume > 0 ? sum / volume : P{};
+}
+
+/// Whether a cell's mean has a share of its energy (kernel.h).
+template <class Cells>
+VDBFRAC_INLINE bool hasMean(const PatchData& patch)
+{
+    return Cells::kTets > 1 && patch.meanStrain > 0;
 }
 
 /// Cells of any of these types, which is asked for at run time.

@@ -18,24 +18,75 @@ VDBFRAC_INLINE void deform(const Cells& cells, Tet t, const Corners& x, double h
         for (int j = 0; j < 3; ++j) F[i][j] = used ? F[i][j] * scale : all(i == j);
 }
 
+template <class Law>
+VDBFRAC_INLINE std::int64_t measure(Strains& s, int t, const RobustTet& scalar)
+{
+    const std::int64_t robust = Law::measure(s, t, scalar);
+    s.dilation[t] = (s.S[t][0] - 1.) + (s.S[t][1] - 1.) + (s.S[t][2] - 1.);
+    return robust;
+}
+
+/// F of the means: avg F; I in a cell without material. Returns the volume of the cells.
+template <class Cells>
+VDBFRAC_INLINE Pack deformMean(const Cells& cells, Strains& s)
+{
+    Matrix sum = {};
+    Pack volume = all(0);
+    cells.eachTet([&](auto t) __attribute__((always_inline)) {
+        const Pack V = load<double>(cells.share[t]);
+        volume += V;
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j) sum[i][j] += V * s.F[t][i][j];
+    });
+    const Mask used = volume > 0;
+    const Pack inverse = used ? 1. / volume : all(0);
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) s.F[kMean][i][j] = used ? sum[i][j] * inverse : all(i == j);
+    return volume;
+}
+
+/// What the mean adds to each tet of its cell.
+struct MeanShare {
+    Matrix P;  ///< stress
+    Pack psi;  ///< energy density
+    std::int64_t robust = 0;
+};
+
+template <class Law, class Cells>
+VDBFRAC_INLINE void evaluateMean(const PatchData& patch, const Batch& batch, const Cells& cells,
+                                 const RobustTet& scalar, Strains& s, MeanShare& mean)
+{
+    const double mu = patch.meanStrain * patch.mu;
+    const Pack volume = deformMean(cells, s);
+    mean.robust = measure<Law>(s, kMean, scalar);
+    const Pack d = s.dilation[kMean], pressure = -2. / 3. * mu * d;
+    mean.psi = mu * Law::stress(s, kMean, mu, pressure, mean.P) + 0.5 * pressure * d;
+    if (patch.tangent)
+        Law::store(s, kMean, {mu, patch.share, pressure, volume * patch.h},
+                   patch.tangent[batch.tangent + std::uint32_t(cells.count())], scalar);
+}
+
 template <class Law, class Cells, class Choice>
 KernelResult evaluateBatch(const PatchData& patch, int b, Choice cellDilation, const RobustTet& scalar,
                            const double* in, double* out)
 {
     const Batch& batch = patch.batch[b];
     const Cells cells(patch, batch);
+    const bool hasMean = cellDilation && solver::hasMean<Cells>(patch);
     Corners x, f;
     Strains s;
     KernelResult result;
     cells.template gather<double>(in, x);
     cells.eachTet([&](auto t) __attribute__((always_inline)) { deform(cells, t, x, patch.h, s.F[t]); });
-    cells.eachTetCompact([&](auto t) __attribute__((always_inline)) {
-        result.robustTets += Law::measure(s, t, scalar);
-        s.dilation[t] = (s.S[t][0] - 1.) + (s.S[t][1] - 1.) + (s.S[t][2] - 1.);
-    });
+    cells.eachTetCompact([&](auto t)
+                             __attribute__((always_inline)) { result.robustTets += measure<Law>(s, t, scalar); });
+    MeanShare shared;
+    if (hasMean) evaluateMean<Law>(patch, batch, cells, scalar, s, shared);
+    result.robustTets += shared.robust;
     for (auto& corner : f)
         for (Pack& v : corner) v = all(0);
-    const double mu = patch.mu, lambda = patch.lambda, twoThirdsMu = 2. / 3. * mu, bulk = lambda + twoThirdsMu;
+    const double mu = hasMean ? (1 - patch.meanStrain) * patch.mu : patch.mu;  // of the tets
+    const double lambda = patch.lambda, twoThirdsMu = 2. / 3. * mu, bulk = lambda + 2. / 3. * patch.mu;
     const double cellVolume = patch.h * patch.h * patch.h, perArea = cellVolume / patch.h,
                  perLength = perArea / patch.h;
     const Pack mean = cellDilation ? cellMean(cells, s.dilation) : all(0);
@@ -48,10 +99,14 @@ KernelResult evaluateBatch(const PatchData& patch, int b, Choice cellDilation, c
         const Pack force = V * perArea;
         Matrix P;
         const Pack square = Law::stress(s, t, mu, pressure, P);
+        Pack psi = cellDilation ? mu * square - 0.5 * twoThirdsMu * d * d + 0.5 * bulk * mean * mean
+                                : mu * square + 0.5 * lambda * d * d;
+        if (hasMean) {
+            psi += shared.psi;
+            for (int k = 0; k < 9; ++k) P[k / 3][k % 3] += shared.P[k / 3][k % 3];
+        }
         for (auto& row : P)
             for (Pack& v : row) v = v * force;
-        const Pack psi = cellDilation ? mu * square - 0.5 * twoThirdsMu * d * d + 0.5 * bulk * mean * mean
-                                      : mu * square + 0.5 * lambda * d * d;
         energy += V * psi;
         if (patch.psi) storeLoose(patch.psi + (b * tetmesh::kMaxTets + t) * kLanes, psi);
         cells.template spread<Pack>(t, P, f);

@@ -19,12 +19,15 @@ namespace vdbfrac::solver {
 
 namespace {
 
-/// F, R, S and tr S - 3 of the tets of eight cells.
+/// The place of the mean of a cell behind its tets.
+constexpr int kMean = tetmesh::kMaxTets;
+
+/// F, R, S and tr S - 3 of the tets of eight cells, and of their means.
 struct Strains {
-    Matrix F[tetmesh::kMaxTets], R[tetmesh::kMaxTets];
-    Pack S[tetmesh::kMaxTets][6];
-    Pack dilation[tetmesh::kMaxTets];
-    Mask robust[tetmesh::kMaxTets];
+    Matrix F[kMean + 1], R[kMean + 1];
+    Pack S[kMean + 1][6];
+    Pack dilation[kMean + 1];
+    Mask robust[kMean + 1];
 };
 
 /// What the tangent of a tet is made from besides its strain.

@@ -17,17 +17,36 @@ VDBFRAC_INLINE P traceOf(const MatrixOf<P>& E, const MatrixOf<P>& R)
     return trace;
 }
 
-/// Moduli times h, and what damping adds to the tangent.
+/// Moduli times h, and what damping adds to the tangent: of the tets of a cell, and of its mean, which has the share
+/// `theta` of the shear modulus.
 template <class Real>
 struct Moduli {
-    Real twoMu, lambda, third, bulk;
-    VDBFRAC_INLINE explicit Moduli(const PatchData& patch)
+    Real twoMu, lambda, third, bulk, twoMuOfMean;
+    VDBFRAC_INLINE Moduli(const PatchData& patch, double theta)
     {
         const double scale = patch.h * (1 + patch.share);
-        twoMu = Real(2 * patch.mu * scale), lambda = Real(patch.lambda * scale), third = twoMu / 3,
-        bulk = lambda + third;
+        const Real all = Real(2 * patch.mu * scale);
+        lambda = Real(patch.lambda * scale), bulk = lambda + all / 3;
+        twoMu = Real(1 - theta) * all, third = twoMu / 3, twoMuOfMean = Real(theta) * all;
     }
 };
+
+/// From the sum of V E over the tets of a cell to the stress that its mean adds to each, over V.
+template <class Real, class Tangents>
+VDBFRAC_INLINE void meanStress(const TetTangent& tangent, const Moduli<Real>& m, PackT<Real> volume,
+                               MatrixOf<PackT<Real>>& E)
+{
+    using P = PackT<Real>;
+    MatrixOf<P> R, stress;
+    P T[6];
+    const P inverse = volume > 0 ? Real(1) / volume : P{};
+    for (int k = 0; k < 9; ++k) E[k / 3][k % 3] = E[k / 3][k % 3] * inverse;
+    loadTangent<Real>(tangent, R, T);
+    for (P& v : T) v = v * inverse;
+    const P pressure = m.twoMuOfMean / Real(-3) * traceOf<P>(E, R);
+    Tangents::template rate<P>(E, R, T, P{} + m.twoMuOfMean, pressure, stress);
+    for (int k = 0; k < 9; ++k) E[k / 3][k % 3] = stress[k / 3][k % 3];
+}
 
 /// Asks the second-level cache for one of `parts` of the tangents of a batch to come: a product is bound by reading
 /// them. In parts between the arithmetic, as a core waits once it has asked for some twenty lines.
@@ -54,8 +73,10 @@ void productBatch(const PatchData& patch, int b, Choice cellDilation, const Real
     cells.template gather<Real>(in, u);
     for (auto& corner : f)
         for (P& v : corner) v = P{};
-    const auto [twoMu, lambda, third, bulk] = Moduli<Real>(patch);
+    const bool hasMean = cellDilation && solver::hasMean<Cells>(patch);
+    const Moduli<Real> m(patch, hasMean ? patch.meanStrain : 0);
     P mean = {}, trace[tetmesh::kMaxTets];
+    MatrixOf<P> shared = {};  // avg E, then the stress of the mean
     if (cellDilation) {
         P volume = {};
         cells.eachTet([&](auto t) __attribute__((always_inline)) {
@@ -67,8 +88,11 @@ void productBatch(const PatchData& patch, int b, Choice cellDilation, const Real
             const P V = load<Real>(cells.share[t]);
             mean += V * trace[t];
             volume += V;
+            if (hasMean)
+                for (int k = 0; k < 9; ++k) shared[k / 3][k % 3] += V * E[k / 3][k % 3];
         });
-        mean = volume > 0 ? bulk * mean / volume : P{};
+        mean = volume > 0 ? m.bulk * mean / volume : P{};
+        if (hasMean) meanStress<Real, Tangents>(tangent[cells.count()], m, volume, shared);
     }
     cells.eachTet([&](auto t) __attribute__((always_inline)) {
         MatrixOf<P> E, R, stress;
@@ -78,8 +102,10 @@ void productBatch(const PatchData& patch, int b, Choice cellDilation, const Real
         cells.template differences<P>(t, u, E);
         loadTangent<Real>(tangent[t], R, T);
         const P V = load<Real>(cells.share[t]);
-        const P pressure = cellDilation ? mean - third * trace[t] : lambda * traceOf<P>(E, R);
-        Tangents::template rate<P>(E, R, T, twoMu * V, pressure * V, stress);
+        const P pressure = cellDilation ? mean - m.third * trace[t] : m.lambda * traceOf<P>(E, R);
+        Tangents::template rate<P>(E, R, T, m.twoMu * V, pressure * V, stress);
+        if (hasMean)
+            for (int k = 0; k < 9; ++k) stress[k / 3][k % 3] += V * shared[k / 3][k % 3];
         cells.template spread<P>(t, stress, f);
     });
     cells.template scatter<Real>(f, out);
@@ -95,6 +121,30 @@ VDBFRAC_INLINE void turnCorners(const MatrixOf<P>& m, const CornersOf<P>& u, int
             v[c][i] += (transposed ? m[1][i] : m[i][1]) * u[c][1];
             v[c][i] += (transposed ? m[2][i] : m[i][2]) * u[c][2];
         }
+}
+
+/// avg E.
+template <class Real, class Cells>
+VDBFRAC_INLINE void meanDifferences(const Cells& cells, const CornersOf<PackT<Real>>& u, MatrixOf<PackT<Real>>& mean)
+{
+    using P = PackT<Real>;
+    P volume = {};
+    cells.eachTet([&](auto t) __attribute__((always_inline)) {
+        MatrixOf<P> E;
+        cells.template differences<P>(t, u, E);
+        const P V = load<Real>(cells.share[t]);
+        volume += V;
+        for (int k = 0; k < 9; ++k) mean[k / 3][k % 3] += V * E[k / 3][k % 3];
+    });
+    const P inverse = volume > 0 ? Real(1) / volume : P{};
+    for (int k = 0; k < 9; ++k) mean[k / 3][k % 3] = mean[k / 3][k % 3] * inverse;
+}
+
+/// E + theta (mean - E): with one R and T for all, the stress of the tets and of their mean is that of this.
+template <class P, class Real>
+VDBFRAC_INLINE void blend(Real theta, const MatrixOf<P>& mean, MatrixOf<P>& E)
+{
+    for (int k = 0; k < 9; ++k) E[k / 3][k % 3] += theta * (mean[k / 3][k % 3] - E[k / 3][k % 3]);
 }
 
 /// productBatch with one R and T for all tets of a cell: its corners are turned into the frame of R, and its forces
@@ -114,26 +164,28 @@ void cellProductBatch(const PatchData& patch, int b, Choice cellDilation, const 
     turnCorners<true, P>(R, u, corners, turned);
     for (int c = 0; c < corners; ++c)
         for (int i = 0; i < 3; ++i) f[c][i] = turnedForce[c][i] = P{};
-    const auto [twoMu, lambda, third, bulk] = Moduli<Real>(patch);
-    P mean = {}, trace[tetmesh::kMaxTets];
+    const bool hasMean = cellDilation && solver::hasMean<Cells>(patch);
+    const Moduli<Real> m(patch, 0);
+    const Real theta = Real(patch.meanStrain);
+    P mean = {};
+    MatrixOf<P> meanD = {}, meanE = {};
     if (cellDilation) {
-        cells.eachTet([&](auto t) __attribute__((always_inline)) {
-            MatrixOf<P> D;
-            cells.template differences<P>(t, turned, D);
-            trace[t] = D[0][0] + D[1][1] + D[2][2];
-        });
-        mean = bulk * cellMean(cells, trace);
+        meanDifferences<Real>(cells, turned, meanD);
+        mean = m.bulk * (meanD[0][0] + meanD[1][1] + meanD[2][2]);
     }
+    if (Tangents::kPlainRate && hasMean) meanDifferences<Real>(cells, u, meanE);
     cells.eachTet([&](auto t) __attribute__((always_inline)) {
         MatrixOf<P> D, stress;
         cells.template differences<P>(t, turned, D);
-        const P V = load<Real>(cells.share[t]);
-        const P pressure = V * (cellDilation ? mean - third * trace[t] : lambda * (D[0][0] + D[1][1] + D[2][2]));
-        Tangents::template turnedRate<P>(D, T, V, twoMu * V, pressure, stress);
+        if (hasMean) blend<P>(theta, meanD, D);
+        const P V = load<Real>(cells.share[t]), trace = D[0][0] + D[1][1] + D[2][2];
+        const P pressure = V * (cellDilation ? mean - m.third * trace : m.lambda * trace);
+        Tangents::template turnedRate<P>(D, T, V, m.twoMu * V, pressure, stress);
         cells.template spread<P>(t, stress, turnedForce);
         if constexpr (Tangents::kPlainRate) {
             MatrixOf<P> E;
             cells.template differences<P>(t, u, E);
+            if (hasMean) blend<P>(theta, meanE, E);
             Tangents::template plainRate<P>(E, T, V, stress);
             cells.template spread<P>(t, stress, f);
         }

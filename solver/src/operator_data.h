@@ -50,6 +50,7 @@ struct ElasticOperator::Data {
     std::vector<double> mass, stiffness;
     double h = 1;
     bool cellDilation = true;
+    double meanStrain = 0;  // share of the means of cells in the shear modulus
     Strain strain = Strain::corotational;
     const StrainLaw* law = nullptr;  // of `strain`
     std::size_t elements = 0;
@@ -83,7 +84,7 @@ struct ElasticOperator::Data {
         d.nodes = int(patch.nodes), d.stride = int(patch.stride());
         d.h = h;
         d.mu = patch.mu, d.lambda = patch.lambda;
-        d.strain = strain, d.cellDilation = cellDilation;
+        d.strain = strain, d.cellDilation = cellDilation, d.meanStrain = meanStrain;
         return d;
     }
 
@@ -129,6 +130,23 @@ struct ElasticOperator::Data {
         return b.cut < 0 ? tetmesh::cellTets(b.shape).volume[t] : p.volumes[std::size_t(b.cut)].share[t][l];
     }
 
+    double cellShare(std::size_t batch, std::size_t l) const
+    {
+        double sum = 0;
+        for (std::size_t t = 0; t < p.tetsOf(batch); ++t) sum += volumeShare(batch, t, l);
+        return sum;
+    }
+
+    /// The part of the shear modulus that the mean of a cell has.
+    double meanPart(std::size_t batch) const { return p.tetsOf(batch) > 1 ? meanStrain : 0; }
+
+    /// volumeShare() times the part of the shear modulus that a tet has, or, behind the last, the mean.
+    double shearShare(std::size_t batch, std::size_t t, std::size_t l) const
+    {
+        return t < p.tetsOf(batch) ? (1 - meanPart(batch)) * volumeShare(batch, t, l)
+                                   : meanPart(batch) * cellShare(batch, l);
+    }
+
     /// h grad N_a of a tet.
     Vec3 gradient(std::size_t batch, std::size_t t, std::size_t a, std::size_t l) const
     {
@@ -143,7 +161,7 @@ struct ElasticOperator::Data {
         return g;
     }
 
-    /// R and T (TetTangent) of a tet in one lane, its own or those of its cell.
+    /// R and T (TetTangent) of a tet in one lane, or behind the last of the mean: its own or those of its cell.
     std::pair<Mat3, Mat3> tangentAt(const Tangent& tangent, std::size_t batch, std::size_t t, std::size_t l) const
     {
         const TetTangent& tet = tangent.tets_[tangent.ofCells_ ? batch : p.batches[batch].tangent + t];
@@ -153,10 +171,10 @@ struct ElasticOperator::Data {
         for (int k = 0; k < 6; ++k) packed[k] = tet.T[k][l];
         const Mat3 T = unpackSymmetric(packed);
         if (!tangent.ofCells_) return {R, T};
-        return {R, law->ofTet(R, volumeShare(batch, t, l) * T)};
+        return {R, law->ofTet(R, shearShare(batch, t, l) * T)};
     }
 
-    /// Calls f(tangent, lane, mu V / h^2) for every tet with material.
+    /// Calls f(tangent, lane, mu V / h^2) for every tet with material and every mean, each with its part of mu.
     template <class F>
     void eachTet(TetTangent* tangents, const F& f) const;
 };

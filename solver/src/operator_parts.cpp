@@ -111,9 +111,7 @@ void ElasticOperator::averageCells(const ElasticOperator& fine, const Tangent& f
             FinerSum sum;
             for (std::uint32_t c = finer.start[e]; c < finer.start[e + 1]; ++c) {
                 const std::size_t at = f.p.laneOfElement[finer.children[c]], batch = at / kLanes, lane = at % kLanes;
-                double share = 0;
-                for (std::size_t t = 0; t < f.p.tetsOf(batch); ++t) share += f.volumeShare(batch, t, lane);
-                sum.add(fineCells.tets_[batch], lane, share);
+                sum.add(fineCells.tets_[batch], lane, f.cellShare(batch, lane));
             }
             const std::size_t at = d.p.laneOfElement[e];
             sum.write(cells.tets_[at / kLanes], at % kLanes, *d.law);
@@ -130,26 +128,38 @@ ElasticOperator::ElementMatrix ElasticOperator::elementMatrix(const Tangent& tan
                                         [](std::size_t e, const Patch& p) { return e < p.firstElement; }) -
                        1;
     const double scale = d.h * (1 + tangent.share_), mu = patch->mu * scale, lambda = patch->lambda * scale;
+    const double muOfTets = (1 - d.meanPart(b)) * mu;
     ElementMatrix K = ElementMatrix::Zero();
     Eigen::Matrix<double, 24, 1> bulk = Eigen::Matrix<double, 24, 1>::Zero();
-    double cellShare = 0;
+    Eigen::Matrix<double, 3, 8> mean = Eigen::Matrix<double, 3, 8>::Zero();  // V h grad N of each corner
+    const double cellShare = d.cellShare(b, lane);
     for (std::size_t t = 0; t < std::size_t(cell.count); ++t) {
         const double V = d.volumeShare(b, t, lane);
         if (!(V > 0)) continue;
-        cellShare += V;
         const auto [R, T] = d.tangentAt(tangent, b, t, lane);
         for (std::size_t i = 0; i < 4; ++i) {
             const Vec3 gi = d.gradient(b, t, i, lane), qi = R * gi;
             const Eigen::Index row = 3 * cell.corner[t][i];
             bulk.segment<3>(row) += V * qi;
+            mean.col(cell.corner[t][i]) += V * gi;
             for (std::size_t j = 0; j < 4; ++j) {
                 const Vec3 gj = d.gradient(b, t, j, lane), qj = R * gj;
-                const Mat3 dilating = (d.cellDilation ? -2. / 3. * mu : lambda) * V * qi * qj.transpose();
-                K.block<3, 3>(row, 3 * cell.corner[t][j]) += d.law->block(gi, gj, R, T, mu * V) + dilating;
+                const Mat3 dilating = (d.cellDilation ? -2. / 3. * muOfTets : lambda) * V * qi * qj.transpose();
+                K.block<3, 3>(row, 3 * cell.corner[t][j]) += d.law->block(gi, gj, R, T, muOfTets * V) + dilating;
             }
         }
     }
     if (d.cellDilation && cellShare > 0) K += (lambda + 2. / 3. * mu) / cellShare * bulk * bulk.transpose();
+    if (d.meanPart(b) > 0 && cellShare > 0) {
+        const auto [R, T] = d.tangentAt(tangent, b, std::size_t(cell.count), lane);
+        const double muV = d.meanPart(b) * mu * cellShare;
+        for (Eigen::Index i = 0; i < 8; ++i)
+            for (Eigen::Index j = 0; j < 8; ++j) {
+                const Vec3 gi = mean.col(i) / cellShare, gj = mean.col(j) / cellShare;
+                K.block<3, 3>(3 * i, 3 * j) +=
+                    d.law->block(gi, gj, R, T, muV) - 2. / 3. * muV * R * gi * gj.transpose() * R.transpose();
+            }
+    }
     return K;
 }
 

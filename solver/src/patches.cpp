@@ -25,6 +25,7 @@ struct Built {
     std::vector<LaneVolumes> volumes;
     std::vector<LaneTets> laneTets;
     std::vector<LaneCells> laneCells;
+    bool means = false;
     std::uint32_t tangents = 0;
     std::vector<std::uint32_t> laneOfElement;  // in the patch
     std::int64_t tets = 0;
@@ -56,9 +57,10 @@ public:
         batch.shape = element(elements[0]).shape;
         batch.corner = corners_[elements[0]];
         batch.tangent = built_.tangents;
-        built_.tangents += std::uint32_t(tetmesh::cellTets(batch.shape).count);
+        const auto tets = std::uint32_t(tetmesh::cellTets(batch.shape).count);
+        built_.tangents += tets + (built_.means && tets > 1);
         if (batch.shape == CellShape::tet)
-            batch.cut = tets(elements);
+            batch.cut = ownTets(elements);
         else {
             if (!row) batch.gathered = gather(elements);
             batch.flowed = std::any_of(elements.begin(), elements.end(), [&](std::size_t e) { return flowed(e); });
@@ -129,7 +131,7 @@ private:
         built_.laneCells.push_back(lanes);
         return std::int32_t(built_.laneCells.size()) - 1;
     }
-    std::int32_t tets(std::span<const std::size_t> elements)
+    std::int32_t ownTets(std::span<const std::size_t> elements)
     {
         LaneTets lanes{};
         for (std::size_t l = 0; l < elements.size(); ++l) {
@@ -193,7 +195,7 @@ void addTets(std::size_t count, BatchWriter& writer)
 }
 
 template <class Nodes>
-Built buildPatch(const Range& range)
+Built buildPatch(const Range& range, bool means)
 {
     Nodes local(range);
     assert(local.nodes.size() + 2 * kLanes < 65536);
@@ -202,6 +204,7 @@ Built buildPatch(const Range& range)
     for (std::size_t e = 0; e < elements.size(); ++e)
         for (std::size_t c = 0; c < kCorners; ++c) corners[e][c] = local[elements[e].node[c]];
     Built built;
+    built.means = means;
     built.laneOfElement.resize(elements.size());
     BatchWriter writer(range, corners, built);
     if (std::is_same_v<Nodes, SortedNodes>)
@@ -296,16 +299,17 @@ tetmesh::TetGradients restGradients(const ElementSet& set, std::size_t e, std::s
     return g;
 }
 
-Patches makePatches(std::span<const ElementSet> sets, std::size_t nodeCount)
+Patches makePatches(std::span<const ElementSet> sets, std::size_t nodeCount, bool means)
 {
     const std::vector<Range> ranges = findRanges(sets);
     std::vector<Built> built(ranges.size());
     parallelChunks(ranges.size(), 1, [&](std::size_t begin, std::size_t) {
-        built[begin] = ranges[begin].set->gradients.empty() ? buildPatch<LocalNodes>(ranges[begin])
-                                                            : buildPatch<SortedNodes>(ranges[begin]);
+        built[begin] = ranges[begin].set->gradients.empty() ? buildPatch<LocalNodes>(ranges[begin], means)
+                                                            : buildPatch<SortedNodes>(ranges[begin], means);
     });
 
     Patches p = layOut(ranges, built);
+    p.means = means;
     for (std::size_t i = 0; i < built.size(); ++i) {
         Built& b = built[i];
         for (Batch& batch : b.batches) {

@@ -35,10 +35,14 @@ struct Patches {
     std::vector<std::uint32_t> slotStart, slots;  ///< slots of each node, by rising patch
     std::vector<std::uint32_t> contiguous;        ///< SlotSums
     std::int64_t tets = 0;
-    std::size_t tangentCount = 0;  ///< tets of all batches, eight of them at a time
+    std::size_t tangentCount = 0;  ///< tets of all batches and means of their cells, eight of them at a time
     std::size_t slotCount = 0, largestStride = 0;
 
+    bool means = false;  ///< whether cells of more than one tet have a mean
+
     std::size_t tetsOf(std::size_t batch) const { return std::size_t(tetmesh::cellTets(batches[batch].shape).count); }
+    /// Tangents of a batch: of its tets and, behind them, of their mean.
+    std::size_t tangentsOf(std::size_t batch) const { return tetsOf(batch) + (means && tetsOf(batch) > 1); }
     std::size_t bytes() const;
 };
 
@@ -59,6 +63,7 @@ inline double stiffness(const ElementSet& set, std::size_t e, std::size_t t)
 /// h grad N of the last three vertices of tet t of element e, carried on by its flow: h Fp^-T grad N.
 tetmesh::TetGradients restGradients(const ElementSet& set, std::size_t e, std::size_t t);
 
-Patches makePatches(std::span<const ElementSet> sets, std::size_t nodeCount);
+/// `means`: with room for the tangent of the mean of each cell.
+Patches makePatches(std::span<const ElementSet> sets, std::size_t nodeCount, bool means);
 
 }  // namespace vdbfrac::solver

@@ -95,9 +95,13 @@ private:
     }
 };
 
-class FlowCases : public testing::TestWithParam<std::tuple<Strain, Volumetric, Shape>> {
+class FlowCases : public testing::TestWithParam<std::tuple<Strain, std::pair<Volumetric, double>, Shape>> {
 protected:
-    solver::Elasticity elasticity() const { return {std::get<1>(GetParam()), std::get<0>(GetParam())}; }
+    solver::Elasticity elasticity() const
+    {
+        const auto [volumetric, meanStrain] = std::get<1>(GetParam());
+        return {volumetric, std::get<0>(GetParam()), meanStrain};
+    }
     Body body{std::get<2>(GetParam())};
     solver::ElasticOperator elastic = body.elastic(elasticity());
 
@@ -246,7 +250,9 @@ TEST_P(FlowCases, WhereNothingHasFlowedTheBitsAreThoseWithoutFlow)
 
 INSTANTIATE_TEST_SUITE_P(Laws, FlowCases,
                          testing::Combine(testing::Values(Strain::corotational, Strain::linear, Strain::green),
-                                          testing::Values(Volumetric::none, Volumetric::cell),
+                                          testing::Values(std::pair{Volumetric::none, 0.},
+                                                          std::pair{Volumetric::cell, 0.},
+                                                          std::pair{Volumetric::cell, .75}),
                                           testing::Values(Shape::six, Shape::five, Shape::tets)));
 
 /// The bound of each tet alone holds for the elements, and a single tet reaches it.

@@ -63,7 +63,8 @@ solver::Scheme schemeOf(const scene::Solver& s)
 
 solver::Elasticity elasticityOf(const scene::Solver& s)
 {
-    return {s.cellDilation ? solver::Volumetric::cell : solver::Volumetric::none, strainOf(s.strain)};
+    return {s.cellDilation ? solver::Volumetric::cell : solver::Volumetric::none, strainOf(s.strain),
+            s.meanStrain};
 }
 
 }  // namespace vdbfrac::core

@@ -208,6 +208,12 @@ const Key kSolver[] = {
      .doc = "Volume change averaged over each lattice cell, which keeps nearly incompressible solids from locking, or "
             "not.",
      .choices = {{"cell", true}, {"none", false}}},
+    {.name = "mean_strain",
+     .member = &Solver::meanStrain,
+     .doc = "Share of the shear energy that each lattice cell has from its mean strain rather than from its "
+            "tetrahedra, which alone are too stiff in bending and torsion; with volumetric = \"cell\".",
+     .min = 0,
+     .max = 0.95},
 };
 
 std::string checkGrid(const Values& v)

@@ -40,8 +40,14 @@ enum class Volumetric { cell, none };  ///< cell: mean dilatation over the tets 
 struct Elasticity {
     Volumetric volumetric;
     Strain strain;
+    /// Share of the deviatoric energy that is taken from the mean deformation gradient of a cell, in [0, 1): tets alone
+    /// are too stiff in bending and torsion. Only with Volumetric::cell.
+    double meanStrain;
 
-    Elasticity(Volumetric v, Strain s = Strain::corotational) : volumetric(v), strain(s) {}
+    Elasticity(Volumetric v, Strain s = Strain::corotational, double mean = 0)
+        : volumetric(v), strain(s), meanStrain(v == Volumetric::cell ? mean : 0)
+    {
+    }
 };
 
 struct ElasticWork {
