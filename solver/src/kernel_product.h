@@ -167,19 +167,26 @@ void cellProductBatch(const PatchData& patch, int b, Choice cellDilation, const 
     const bool hasMean = cellDilation && solver::hasMean<Cells>(patch);
     const Moduli<Real> m(patch, 0);
     const Real theta = Real(patch.meanStrain);
-    P mean = {};
+    P mean = {}, trace[tetmesh::kMaxTets];
     MatrixOf<P> meanD = {}, meanE = {};
-    if (cellDilation) {
+    if (hasMean) {
         meanDifferences<Real>(cells, turned, meanD);
         mean = m.bulk * (meanD[0][0] + meanD[1][1] + meanD[2][2]);
+    } else if (cellDilation) {
+        cells.eachTet([&](auto t) __attribute__((always_inline)) {
+            MatrixOf<P> D;
+            cells.template differences<P>(t, turned, D);
+            trace[t] = D[0][0] + D[1][1] + D[2][2];
+        });
+        mean = m.bulk * cellMean(cells, trace);
     }
     if (Tangents::kPlainRate && hasMean) meanDifferences<Real>(cells, u, meanE);
     cells.eachTet([&](auto t) __attribute__((always_inline)) {
         MatrixOf<P> D, stress;
         cells.template differences<P>(t, turned, D);
         if (hasMean) blend<P>(theta, meanD, D);
-        const P V = load<Real>(cells.share[t]), trace = D[0][0] + D[1][1] + D[2][2];
-        const P pressure = V * (cellDilation ? mean - m.third * trace : m.lambda * trace);
+        const P V = load<Real>(cells.share[t]), dilation = D[0][0] + D[1][1] + D[2][2];
+        const P pressure = V * (cellDilation ? mean - m.third * dilation : m.lambda * dilation);
         Tangents::template turnedRate<P>(D, T, V, m.twoMu * V, pressure, stress);
         cells.template spread<P>(t, stress, turnedForce);
         if constexpr (Tangents::kPlainRate) {
