@@ -1,0 +1,21 @@
+// Written by tests/python/references.py, which computes them by finite elements of its own. Do not edit: run it again.
+#pragma once
+
+namespace vdbfrac::lab::verify {
+
+/// w / (E e^2) of a clamped strip, B / H = 0.2, nu = 0.0.
+inline constexpr double kStrip20Nu00 = 0.50000;
+/// w / (E e^2) of a clamped strip, B / H = 0.2, nu = 0.3.
+inline constexpr double kStrip20Nu30 = 0.55479;
+/// w / (E e^2) of a clamped strip, B / H = 0.2, nu = 0.45.
+inline constexpr double kStrip20Nu45 = 0.64769;
+/// w / (E e^2) of a clamped strip, B / H = 0.1, nu = 0.3.
+inline constexpr double kStrip10Nu30 = 0.55211;
+/// w / (E e^2) of a clamped strip, B / H = 0.1, nu = 0.45.
+inline constexpr double kStrip10Nu45 = 0.63716;
+/// P / (E B d) of a plate 1 wide, 1.2 high between grips, with an edge crack of .4 in its middle, nu = 0.
+inline constexpr double kPlateStiffness = 0.58026;
+/// G W / (E d^2) of the same plate.
+inline constexpr double kPlateRelease = 0.42083;
+
+}  // namespace vdbfrac::lab::verify
