@@ -67,6 +67,8 @@ std::string exact(const Vec3& v) { return format("[%.17g, %.17g, %.17g]", v.x(),
 
 std::string toughness(double value) { return format("[fracture]\ntoughness = %g\n", value); }
 
+std::string slowToughness(double value) { return toughness(value) + "front_speed = 100\n"; }
+
 std::string boxKeys(const Vec3& size, const Vec3& center)
 {
     return "shape = { box = { size = " + exact(size) + ", center = " + exact(center) + " } }\n";
@@ -87,7 +89,12 @@ std::string grip(const char* name, const std::string& region, const std::string&
     return format("[[grip]]\nname = \"%s\"\nbody = \"body\"\nregion = { %s }\nmove = { %s }\n", name, region, move);
 }
 
-std::string ramp(const Vec3& translate, double knee, double seconds)
+double Ramp::share(double time) const
+{
+    return time < 1 ? knee * time : knee + (1 - knee) * (time - 1) / (seconds - 1);
+}
+
+std::string Ramp::keys(const Vec3& translate) const
 {
     return format("keys = [{ time = 0 }, { time = 1, translate = %s }, { time = %.17g, translate = %s }]",
                   exact(knee * translate), seconds, exact(translate));

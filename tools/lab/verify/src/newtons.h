@@ -37,7 +37,7 @@ struct Specimen {
     int frames = 1;                                 ///< after the first
     double fps = 1;
     std::string substeps = "1";
-    std::string solver = "integrator = \"static\"\nnewton_tolerance = 1e-5";
+    std::string solver = "integrator = \"static\"\nnewton_tolerance = 1e-4";
     std::string rest;  ///< grips and effects
 
     double dx() const { return h / division.coarsening; }
@@ -46,6 +46,8 @@ struct Specimen {
 
 /// [fracture] under toughness alone [J/m^2]: what else it needs is the program's to choose.
 std::string toughness(double value = kToughness);
+/// The same for loads that rise slowly: the front goes where it will before they rise further.
+std::string slowToughness(double value = kToughness);
 /// Keys of a box; with `cut` a box that is taken away.
 std::string boxKeys(const Vec3& size, const Vec3& center);
 std::string cutKeys(const Vec3& size, const Vec3& center);
@@ -53,8 +55,14 @@ std::string cutKeys(const Vec3& size, const Vec3& center);
 std::string halfspace(const Vec3& normal, double offset);
 /// A grip on a region (TOML) with the value of `move`.
 std::string grip(const char* name, const std::string& region, const std::string& move);
-/// Poses that rise linearly: nothing, `knee` of it after a second, all after `seconds`.
-std::string ramp(const Vec3& translate, double knee, double seconds);
+
+/// A load that rises to `knee` of all in the first second, where nothing tears yet, and to all in `seconds`.
+struct Ramp {
+    double knee = 1, seconds = 1;
+
+    double share(double time) const;
+    std::string keys(const Vec3& translate) const;  ///< poses, for all of it
+};
 
 /// Voxels that a crack took from the first body.
 class Crack {

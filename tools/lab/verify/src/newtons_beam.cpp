@@ -41,7 +41,7 @@ double bendingLoad(const Division& division)
     for (double side : {1., -1.})
         s.rest += grip(side > 0 ? "right" : "left", patch(side * end, 0),
                        format("force = [0, %.17g, 0], ramp = %d", kMost * BentBeam::load() / 2, kFrames));
-    s.rest += toughness(BentBeam::kToughness);
+    s.rest += slowToughness(BentBeam::kToughness);
     SceneRun run(s.text());
     const Crack crack(run.simulation);
     const double start = tip - s.dx() / 2;
@@ -53,45 +53,53 @@ double bendingLoad(const Division& division)
     return NAN;
 }
 
-/// Two arms b = .4 m high that a groove joins, pulled apart at x = 0.
+/// Two arms b = .4 m high, six cells thick, that a web of two cells joins; they are pulled apart at x = 0.
 struct DoubleCantilever {
-    static constexpr double kArm = .4, kLength = 3, kSlit = 1, kThick = .4, kGrooved = .2;  // m
+    static constexpr double kArm = .4, kLength = 2.2, kSlit = .8;  // m
+    static constexpr double kThick = 6, kWeb = 2;                  // cells
 
     /// J/m^2, of a crack of the length a.
     static double energyRelease(double opening, double a)
     {
         return 3 * kYoungsModulus * std::pow(kArm, 3) * opening * opening / (16 * std::pow(a + .64 * kArm, 4)) *
-               kThick / kGrooved;
+               kThick / kWeb;
     }
 };
 
-/// G / Gc of a crack that grows from 1.3 to 1.9 m as its arms open: mean over the way.
+/// The specimen and its slit; grooves that are three planes of voxels high keep the crack in its plane.
+std::string doubleCantileverKeys(double h)
+{
+    using D = DoubleCantilever;
+    constexpr double kFar = 20;  // m
+    std::string keys = boxKeys({D::kLength + 2 * h, 2 * D::kArm, D::kThick * h}, {D::kLength / 2 - h, 0, 0}) +
+                       format("cut = [{ box = { size = [%.17g, %.17g, 1] } }", 2 * D::kSlit - h, .6 * h);
+    for (double side : {1., -1.})
+        keys += format(", { box = { size = [%g, %.17g, 1], center = [0, 0, %.17g] } }", kFar, 2.2 * h,
+                       side * (D::kWeb * h / 2 + .5));
+    return keys + "]\n";
+}
+
+/// G / Gc of a crack that grows from 1 to 1.4 m as its arms open: mean over the way.
 double splittingRelease(int armCells)
 {
     using D = DoubleCantilever;
-    constexpr int kFrames = 160;
-    constexpr double kFrom = 1.3, kTo = 1.9, kKnee = .15;
+    constexpr Ramp kRamp{.3, 130};
+    constexpr double kFrom = 1, kTo = 1.4;
     Specimen s;
-    s.h = D::kArm / armCells, s.division.cells = armCells, s.frames = kFrames, s.substeps = "\"auto\"";
-    const double most = 2 * std::sqrt(kToughness / D::energyRelease(1, kTo)), groove = (D::kThick - D::kGrooved) / 2;
-    s.shape = boxKeys({D::kLength + 2 * s.h, 2 * D::kArm, D::kThick}, {D::kLength / 2 - s.h, 0, 0});
-    s.shape +=
-        format("cut = [{ box = { size = [%.17g, %.17g, 1], center = [0, 0, 0] } }", 2 * D::kSlit - s.h, .6 * s.h);
-    for (double side : {1., -1.})
-        s.shape += format(", { box = { size = [20, %.17g, 1], center = [0, 0, %.17g] } }", .6 * s.h,
-                          side * (D::kThick / 2 - groove + .5));
-    s.shape += "]\n";
+    s.h = D::kArm / armCells, s.frames = int(kRamp.seconds), s.substeps = "\"auto\"";
+    s.shape = doubleCantileverKeys(s.h);
+    const double most = 2 * std::sqrt(kToughness / D::energyRelease(1, kTo));
     for (double side : {1., -1.}) {  // a line of nodes in the middle of each arm: free to turn
         const std::string region = format("box = { size = [%.17g, %.17g, 1], center = [0, %.17g, 0] }", .5 * s.h,
                                           .5 * s.h, side * D::kArm / 2);
-        s.rest += grip(side > 0 ? "top" : "bottom", region, ramp({0, side * most / 2, 0}, kKnee, kFrames));
+        s.rest += grip(side > 0 ? "top" : "bottom", region, kRamp.keys({0, side * most / 2, 0}));
     }
-    s.rest += toughness();
+    s.rest += slowToughness();
     SceneRun run(s.text());
     const Crack crack(run.simulation);
     double tip = D::kSlit, start = NAN, weighted = 0;
     while (!run.atEnd() && tip < kTo) {
-        const double t = run.step().time, share = t < 1 ? kKnee * t : kKnee + (1 - kKnee) * (t - 1) / (kFrames - 1);
+        const double share = kRamp.share(run.step().time);
         const double now = std::max(tip, crack.tip(run.simulation, Vec3::UnitX(), 0));
         if (now >= kFrom && std::isnan(start))
             start = now;

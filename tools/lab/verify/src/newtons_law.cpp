@@ -52,7 +52,7 @@ struct SmoothBar {
         const Vec3 way(0, kTo * kStrength / kYoungsModulus / 2, 0);
         for (double side : {1., -1.})
             s.rest += grip(side > 0 ? "top" : "bottom", halfspace(side * Vec3::UnitY(), .5),
-                           ramp(side * way, kFrom / kTo, kFrames));
+                           Ramp{kFrom / kTo, kFrames}.keys(side * way));
         s.rest += toughness(kGc) + format("strength = %g\n", kStrength);
         SceneRun run(s.text());
         while (!run.atEnd() && run.work.countOf("cut", "voxels") == 0) {

@@ -60,20 +60,20 @@ double slopeOf(const std::vector<Vec3>& local)
 
 Tearing tear(const TurnedPlate& plate)
 {
-    constexpr int kFrames = 140;
-    constexpr double kWay = .4, kKnee = .3, kMost = 2;  // m of crack to see; of the opening that tears it
+    constexpr Ramp kRamp{.4, 120};
+    constexpr double kWay = .4, kMost = 2;  // m of crack to see; of the opening that tears it
     const SlitBlock block = plate.block();
     const ScratchFolder folder;
     writeText(folder.path() / "plate.obj", objText(block.mesh()));
     Specimen s;
-    s.h = plate.h(), s.division = plate.division, s.frames = kFrames, s.substeps = "\"auto\"";
+    s.h = plate.h(), s.division = plate.division, s.frames = int(kRamp.seconds), s.substeps = "\"auto\"";
     s.shape = "shape = { mesh = \"" + (folder.path() / "plate.obj").string() + "\" }\n";
     const Vec3 pull = block.turn.col(0);
     for (double side : {1., -1.})
         s.rest += grip(side > 0 ? "right" : "left",
                        halfspace(side * pull, .5 * TurnedPlate::kBetween + side * pull.dot(block.at)),
-                       ramp(side * kMost * TurnedPlate::opening() / 2 * pull, kKnee, kFrames));
-    s.rest += toughness();
+                       kRamp.keys(side * kMost * TurnedPlate::opening() / 2 * pull));
+    s.rest += slowToughness();
     SceneRun run(s.text());
     const Crack crack(run.simulation);
     const auto ahead = [&] {
@@ -105,19 +105,19 @@ void addPlates(Measurements& all, const std::vector<TurnedPlate>& plates)
         atMost(plates[0].division.name() + ": largest over smallest peak load, less 1", *most / *least - 1, kLoad));
 }
 
-/// Degrees from the slit's direction towards y, of the way from its end to the middle of what tore near it; shears the
-/// top forwards, where `way` is 1, or backwards.
+/// Degrees from the slit's direction towards y, of the way from its end to what tore, the farther the more weight;
+/// shears the top forwards, where `way` is 1, or backwards.
 double kinkUnder(double way, const Division& division)
 {
-    constexpr int kFrames = 150;
-    constexpr double kMost = .1, kKnee = .2, kSee = .3;  // m
+    constexpr Ramp kRamp{.2, 120};
+    constexpr double kMost = .1, kSee = .3;  // m
     Specimen s;
-    s.h = 1. / division.cells, s.division = division, s.nu = .3, s.frames = kFrames, s.substeps = "\"auto\"";
+    s.h = 1. / division.cells, s.division = division, s.nu = .3, s.frames = int(kRamp.seconds), s.substeps = "\"auto\"";
     s.shape = boxKeys({1, 1 + 4 * s.h, .4}, Vec3::Zero()) + cutKeys({1, .6 * s.dx(), 1}, {-.5 - s.dx() / 2, 0, 0});
     for (double side : {1., -1.})
         s.rest += grip(side > 0 ? "top" : "bottom", halfspace(side * Vec3::UnitY(), .5),
-                       ramp({side * way * kMost / 2, 0, 0}, kKnee, kFrames));
-    s.rest += toughness();
+                       kRamp.keys({side * way * kMost / 2, 0, 0}));
+    s.rest += slowToughness();
     SceneRun run(s.text());
     const Crack crack(run.simulation);
     while (!run.atEnd()) {
@@ -126,7 +126,7 @@ double kinkUnder(double way, const Division& division)
         double reach = 0;
         for (Vec3 X : crack.voxels(run.simulation)) {
             X.x() += s.dx() / 2, X.z() = 0;
-            sum += X, reach = std::max(reach, X.norm());
+            sum += X.norm() * X, reach = std::max(reach, X.norm());
         }
         if (reach >= kSee) return std::atan2(sum.y(), sum.x()) / kDegree;
     }
