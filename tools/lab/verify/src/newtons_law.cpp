@@ -1,24 +1,29 @@
 // What the law of fracture promises without a crack, and what became of all energy.
 #include "newtons.h"
 
-#include <vdbfrac/lab/samples/loads.h>
-
 #include <cmath>
+#include <utility>
 
 namespace vdbfrac::lab::verify {
 
 namespace {
 
-/// J that backward Euler takes: |v1 - v0|_M^2 / 2 of each step (docs/physics.md).
-class SpeedChanges : public core::Effect, public core::Observer {
+/// J that backward Euler takes: |v1 - v0|_M^2 / 2, and how far the elastic energy lies above its tangent plane at the
+/// end of the step. What it reckons the work of grips too low or too high by is theirs to add: their forces at the end
+/// count in full for the solve, and by half for the work.
+class EulerLoss : public core::Effect, public core::Observer {
 public:
-    std::string name() const override { return "speed_changes"; }
+    std::string name() const override { return "euler_loss"; }
     void join(core::Stages& stages) override { stages.observers.push_back(this); }
     void observe(const core::SolvedStep& step) override
     {
-        const auto mass = simulation_->elastic().mass();
-        for (std::size_t i = 0; i < x_.size(); ++i)
-            energy_ += .5 * mass[i] * ((step.x[i] - x_[i]) / step.dt - v_[i]).squaredNorm();
+        const solver::ElasticOperator& elastic = simulation_->elastic();
+        std::vector<Vec3> gradient(x_.size(), Vec3::Zero());
+        energy_ += elastic.evaluate(x_, {}, nullptr) - elastic.evaluate(step.x, gradient, nullptr);
+        for (std::size_t i = 0; i < x_.size(); ++i) {
+            const Vec3 way = step.x[i] - x_[i];
+            energy_ += gradient[i].dot(way) + .5 * elastic.mass()[i] * (way / step.dt - v_[i]).squaredNorm();
+        }
     }
     /// Before each step.
     void watch(const core::Simulation& simulation)
@@ -64,27 +69,30 @@ struct SmoothBar {
     }
 };
 
-/// Share of the work put in that no account names, in a plate with a slit that is torn in two.
+/// Share of the work put in that no account names, in a plate with a slit that is torn in two. Without inertia the
+/// steps take nothing: what is lost is lost to fracture.
 double unnamed(bool isStatic)
 {
-    constexpr int kFrames = 60;
+    constexpr double kSpeed = .05;  // m/s
     Specimen s;
-    s.frames = kFrames, s.nu = .3, s.fps = 100, s.substeps = isStatic ? "1" : "4";
-    if (!isStatic) s.solver = "newton_tolerance = 1e-4";
+    s.frames = 60, s.nu = .3, s.fps = 100, s.substeps = isStatic ? "1" : "4";
+    if (!isStatic) s.solver = "newton_tolerance = 1e-5";
     s.shape = boxKeys({1, 1.4, .2}, Vec3::Zero()) + cutKeys({1, .06, 1}, {-.65, 0, 0});
     for (double side : {1., -1.})
         s.rest += grip(side > 0 ? "top" : "bottom", halfspace(side * Vec3::UnitY(), .5),
-                       format("velocity = [0, %g, 0]", .05 * side));
+                       format("velocity = [0, %g, 0]", kSpeed * side));
     s.rest += "[damping]\nstiffness = 0.0005\n" + toughness();
-    SpeedChanges changes;
-    SceneRun run(s.text(), {}, &changes);
-    double work = 0, left = 0;
+    EulerLoss loss;
+    SceneRun run(s.text(), {}, &loss);
+    double work = 0, left = 0, pull = 0;  // J, J, N
     while (!run.atEnd()) {
-        changes.watch(run.simulation);
+        loss.watch(run.simulation);
         const core::StepRecord& step = run.step();
+        const double before = std::exchange(pull, step.gripLoad[0].y() - step.gripLoad[1].y());
         work += workOf(step), left += flowOf(step, "integrator");
+        if (!isStatic) left += .5 * (pull - before) * kSpeed * step.dt;
     }
-    return (left - (isStatic ? 0 : changes.energy())) / work;
+    return (left - (isStatic ? 0 : loss.energy())) / work;
 }
 
 }  // namespace
@@ -103,7 +111,7 @@ Measurements smoothBar(Extent)
 Measurements energyLedger(Extent)
 {
     constexpr double kLimit = .01;
-    return {within("static: share of the work that no account names", unnamed(true), 0, kLimit),
+    return {within("static: share of the work that fracture took and no account names", unnamed(true), 0, kLimit),
             within("backward Euler: share of the work that no account names", unnamed(false), 0, kLimit)};
 }
 

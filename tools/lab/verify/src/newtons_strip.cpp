@@ -55,7 +55,7 @@ double energyOf(Strip strip)
     constexpr double kOpening = 1e-3;
     std::array<double, 2> energy{};
     for (std::size_t i : {0, 1}) {
-        strip.length = 1. + double(i), strip.slit = 0;
+        strip.length = 2. + double(i), strip.slit = 0;
         Specimen s = strip.specimen();
         s.rest = strip.grips(kOpening, {1, 2});
         SceneRun run(s.text());
