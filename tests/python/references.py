@@ -42,23 +42,23 @@ def element(a, b, law):
     return k
 
 
-def column(a, ys, law):
+def column(a, ys, law, thickness):
     """Stiffness of a column of elements of width a: three lines of nodes, y fastest."""
     m = 2 * (2 * len(ys) - 1)
     k = np.zeros((3 * m, 3 * m))
     for j in range(len(ys) - 1):
         index = np.concatenate([line * m + np.arange(4 * j, 4 * j + 6) for line in range(3)])
-        k[np.ix_(index, index)] += element(a, ys[j + 1] - ys[j], law)
+        k[np.ix_(index, index)] += thickness(ys[j]) * element(a, ys[j + 1] - ys[j], law)
     return k
 
 
-def energy(xs, ys, law, fixed):
-    """Least energy of a plate 1 thick under E = 1. fixed(i, j, component): the displacement of the node (i, j) of the grid with
+def energy(xs, ys, law, fixed, thickness=lambda y: 1):
+    """Least energy of a plate under E = 1, of this thickness above y. fixed(i, j, component): the displacement of the node (i, j) of the grid with
     the nodes between, or None where it is free."""
     m = 2 * (2 * len(ys) - 1)
     below = np.zeros((m, m)), np.zeros(m), 0.0  # what is left of the columns before: K, f, twice the energy
     for c in range(len(xs) - 1):
-        k, f = column(xs[c + 1] - xs[c], ys, law), np.zeros(3 * m)
+        k, f = column(xs[c + 1] - xs[c], ys, law, thickness), np.zeros(3 * m)
         k[:m, :m] += below[0]
         f[:m] += below[1]
         below = condensed(k, f, below[2], c, 2 * (c == len(xs) - 2), fixed, m)
@@ -137,6 +137,22 @@ def plate_load(width, height, crack, least):
     return energies[1] / 2, (energies[0] - energies[2]) / (2 * da) / 4
 
 
+def arms_release(crack, least):
+    """G / (E d^2) per area of the web of a double cantilever 2.2 long, its arms .4 high and moved apart by d where x = 0, without
+    turning; a third as thick within .11 of its plane."""
+    da, web = 0.02, 0.11
+    tip = (crack - da, crack, crack + da)
+    xs = graded([0, *tip, 2.2], 0.06, least, tip)
+    ys = graded([0, web, 0.4], 0.04, least, [0])
+
+    def moved(a):
+        ahead = 2 * int(np.argmin(abs(xs - a)))
+        return lambda i, j, component: float(component) if i == 0 else 0.0 if component == 1 and j == 0 and i >= ahead else None
+
+    energies = [2 * energy(xs, ys, plane_law(0, False), moved(a), lambda y: 1 if y > web - 1e-9 else 1 / 3) for a in tip]
+    return (energies[0] - energies[2]) / (2 * da) / 4 * 3
+
+
 def entries(scale):
     """Name, value, what it is. `scale`: 1 as written, more is coarser."""
     for width, nu in CHECKS:
@@ -144,6 +160,9 @@ def entries(scale):
             f"w / (E e^2) of a clamped strip, B / H = {width}, nu = {nu}"
     stiffness, release = plate_load(1, 1.2, 0.4, 2e-3 * scale)
     yield "kPlateStiffness", stiffness, "P / (E B d) of a plate 1 wide, 1.2 high between grips, with an edge crack of .4 in its middle, nu = 0"
+    for crack in (1, 1.4):
+        yield f"kArms{int(10 * crack)}Release", arms_release(crack, 2e-3 * scale), \
+            f"G / (E d^2) of a double cantilever with a groove, of a crack of {crack} m (/m)"
     yield "kPlateRelease", release, "G W / (E d^2) of the same plate"
 
 

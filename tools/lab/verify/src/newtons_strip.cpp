@@ -145,7 +145,8 @@ Measurements stripEnergy(Extent extent)
     for (int cells : {10, 20}) {
         if (cells > 10 && extent == Extent::quick) break;
         for (const PoissonRatio& ratio : kRatios) add({{cells}, ratio});
-        for (const PoissonRatio& ratio : kThin) add({{cells}, ratio, kWidth / 2});
+        for (const PoissonRatio& ratio : kThin)  // two cells thick or more
+            if (cells > 10) add({{cells}, ratio, kWidth / 2});
     }
     return all;
 }

@@ -15,6 +15,10 @@ inline constexpr double kStrip10Nu30 = 0.55211;
 inline constexpr double kStrip10Nu45 = 0.63716;
 /// P / (E B d) of a plate 1 wide, 1.2 high between grips, with an edge crack of .4 in its middle, nu = 0.
 inline constexpr double kPlateStiffness = 0.58026;
+/// G / (E d^2) of a double cantilever with a groove, of a crack of 1 m (/m).
+inline constexpr double kArms10Release = 0.02891;
+/// G / (E d^2) of a double cantilever with a groove, of a crack of 1.4 m (/m).
+inline constexpr double kArms14Release = 0.01047;
 /// G W / (E d^2) of the same plate.
 inline constexpr double kPlateRelease = 0.42083;
 
