@@ -26,7 +26,7 @@ constexpr KnownMiss kKnownMisses[] = {
     {"turned_plate", "six, 10 cells, turned by -30 about z: slope, degrees", -13.557, .01},
     {"turned_plate", "six, 10 cells: largest over smallest peak load, less 1", 0.2098, .01},
     {"three_point_bend", "six, 10 cells: load, N", 1901.3, .01},
-    {"double_cantilever", "G / Gc, arms of 4 cells", 2.1243, .01},
+    {"double_cantilever", "G / Gc, arms of 4 cells", 1.2746, .01},
     {"shear_kink", "six, 10 cells: kink, top forwards, degrees", 49.782, .01},
     {"shear_kink", "six, 10 cells: kink, top backwards, degrees", 19.502, .01},
     {"crack_speed", "G = 2 Gc, six, 30 cells: speed at dt over that at dt / 2", 0.58333, .01},
