@@ -152,6 +152,7 @@ with tempfile.TemporaryDirectory() as temporary:
         failures.append(f"verify: {cases}")
     expect("verify what", ["verify"], 2, "--hard")
     expect("verify torture", ["verify", "--torture", "--quick", "--only", "moving_plane"], 0, "1 cases hold")
+    expect("verify in newtons", ["verify", "--newtons", "--quick", "--only", "slits"], 0, "1 cases hold")
     expect("verify both", ["verify", "--hard", "--random", 2], 2, "--random")
     expect("random scenes", ["verify", "--random", 2, "--seed", 7, "--json", measured], 0, "seeds 7 to 8", "0 scenes break a law")
     if [c["seed"] for c in json.loads(measured.read_text())["scenes"]] != [7, 8]:

@@ -7,6 +7,7 @@
 #include <vdbfrac/grid/body_level_set.h>
 #include <vdbfrac/grid/relevel.h>
 #include <vdbfrac/grid/vdb_file.h>
+#include <vdbfrac/lab/samples/slit_block.h>
 
 #include <Eigen/Geometry>
 
@@ -15,13 +16,14 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <random>
 #include <string>
 
 using namespace vdbfrac;
 using namespace vdbfrac::grid;
+using lab::objText;
+using lab::SlitBlock;
 using tetmesh::PolygonSoup;
 namespace fs = std::filesystem;
 
@@ -33,45 +35,6 @@ constexpr double kRounding = 1e-5;
 constexpr std::uint64_t kPlenty = std::uint64_t{4} << 30;  // bytes
 /// Of voxels: farther off an edge, meshToVolume takes a triangle that is near the closest one.
 constexpr double kBand = 2.4;
-
-/// A block with a slit across the middle of its top, through its whole width, turned and moved. Lengths in m.
-struct SlitBlock {
-    double width = 0, depth = 0.6;
-    Mat3 turn = Mat3::Identity();
-    Vec3 at = Vec3(0.013, -0.021, 0.034);
-    Vec3 size = Vec3(1, 1, 0.7);
-
-    /// Positive outside. Its zero and sign are exact; it is the distance but at edges.
-    double phi(const Vec3& X) const
-    {
-        const Vec3 local = turn.transpose() * (X - at);
-        Primitive block, slit;
-        block.size = size;
-        slit.center.y() = 0.5 * size.y() - 0.5 * depth + 0.5;
-        slit.size = Vec3(width, depth + 1, size.z() + 1);
-        return std::max(signedDistance(block, local), -signedDistance(slit, local));
-    }
-
-    PolygonSoup mesh() const
-    {
-        const double x = 0.5 * size.x(), y = 0.5 * size.y(), z = 0.5 * size.z(), a = 0.5 * width, c = y - depth;
-        // The outline, and the cap as convex parts of it.
-        const std::array<std::array<double, 2>, 10> outline{
-            {{-x, -y}, {x, -y}, {x, c}, {x, y}, {a, y}, {a, c}, {-a, c}, {-a, y}, {-x, y}, {-x, c}}};
-        const std::vector<std::vector<std::size_t>> caps = {{0, 1, 2, 5, 6, 9}, {2, 3, 4, 5}, {9, 6, 7, 8}};
-        const std::size_t n = outline.size();
-        PolygonSoup soup;
-        for (double height : {-z, z})
-            for (const auto& p : outline) soup.points.push_back(at + turn * Vec3(p[0], p[1], height));
-        for (const auto& cap : caps) {
-            soup.polygons.emplace_back(cap.rbegin(), cap.rend());
-            soup.polygons.push_back(cap);
-            for (std::size_t& corner : soup.polygons.back()) corner += n;
-        }
-        for (std::size_t i = 0; i < n; ++i) soup.polygons.push_back({i, (i + 1) % n, n + (i + 1) % n, n + i});
-        return soup;
-    }
-};
 
 /// Turns about axes that follow no symmetry of the lattice, but for the first.
 std::vector<Mat3> turns()
@@ -95,18 +58,7 @@ protected:
 
     scene::Body bodyOf(const PolygonSoup& soup) const
     {
-        std::string text;
-        char line[120];
-        for (const Vec3& p : soup.points) {
-            std::snprintf(line, sizeof line, "v %.17g %.17g %.17g\n", p.x(), p.y(), p.z());
-            text += line;
-        }
-        for (const auto& polygon : soup.polygons) {
-            text += "f";
-            for (std::size_t c : polygon) text += " " + std::to_string(c + 1);
-            text += "\n";
-        }
-        writeText(folder_ / "mesh.obj", text);
+        writeText(folder_ / "mesh.obj", objText(soup));
         scene::Body body;
         body.name = "slit";
         body.shape = scene::MeshFile{folder_ / "mesh.obj"};

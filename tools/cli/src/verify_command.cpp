@@ -1,5 +1,5 @@
-// vdbfrac verify: does the program hold what it promises, on this machine? The hard cases and random scenes, as tables
-// and as JSON.
+// vdbfrac verify: does the program hold what it promises, on this machine? The hard cases, the cases in newtons and
+// random scenes, as tables and as JSON.
 #include "options.h"
 #include "verify_random.h"
 
@@ -15,9 +15,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <iterator>
+#include <span>
 
 namespace vdbfrac::cli {
 
@@ -29,34 +31,67 @@ using Json = nlohmann::ordered_json;
 
 struct VerifyOptions {
     CommonOptions common;
-    bool hard = false, torture = false, quick = false;
+    bool hard = false, torture = false, newtons = false, quick = false;
     std::vector<std::string> only;
     std::string json;
     int threads = 0;
     RandomOptions random;
 };
 
+struct Table {
+    const char* name;
+    std::span<const verify::HardCase> cases;
+};
+
+std::array<Table, 3> tables()
+{
+    return {{{"hard", verify::hardCases()}, {"torture", verify::tortureCases()}, {"newtons", verify::newtonCases()}}};
+}
+
+Table chosenTable(const VerifyOptions& options) { return tables()[options.newtons ? 2 : options.torture ? 1 : 0]; }
+
 std::string numberText(double value) { return fmt::format("{:.3g}", value); }
+
+const char* boundName(verify::Bound bound)
+{
+    switch (bound) {
+    case verify::Bound::atMost: return "at most";
+    case verify::Bound::atLeast: return "at least";
+    case verify::Bound::within: return "within";
+    }
+    return "";
+}
+
+/// "<= 3", ">= 1", "1 +- 0.1".
+std::string boundText(const verify::Measurement& m)
+{
+    if (m.bound == verify::Bound::within) return numberText(m.reference) + " +- " + numberText(m.limit);
+    return (m.bound == verify::Bound::atMost ? "<= " : ">= ") + numberText(m.limit);
+}
 
 /// JSON has no NaN and no infinity: null stands for them.
 Json toJson(const verify::HardCase& c, const std::vector<verify::Measurement>& measured)
 {
     Json all = Json::array();
-    for (const verify::Measurement& m : measured)
-        all.push_back({{"what", m.what},
-                       {"value", std::isfinite(m.value) ? Json(m.value) : Json()},
-                       {"bound", m.bound == verify::Bound::atMost ? "at most" : "at least"},
-                       {"limit", m.limit},
-                       {"holds", m.holds()}});
-    return {{"row", c.row}, {"id", c.id}, {"case", c.title}, {"usual", c.usual}, {"measured", all}};
+    for (const verify::Measurement& m : measured) {
+        Json& entry = all.emplace_back(Json{{"what", m.what},
+                                            {"value", std::isfinite(m.value) ? Json(m.value) : Json()},
+                                            {"bound", boundName(m.bound)},
+                                            {"limit", m.limit},
+                                            {"holds", m.holds()}});
+        if (m.bound == verify::Bound::within) entry["reference"] = m.reference;
+    }
+    Json row = {{"row", c.row}, {"id", c.id}, {"case", c.title}, {"usual", c.usual}, {"measured", all}};
+    if (*c.reference) row["reference"] = c.reference;
+    return row;
 }
 
 void printCase(const verify::HardCase& c, const std::vector<verify::Measurement>& measured)
 {
     std::printf("%2d  %s%s\n", c.row, c.title, c.measure ? "" : ": not there yet");
     for (const verify::Measurement& m : measured)
-        std::printf("    %-6s %10s  %s %-8s  %s\n", m.holds() ? "holds" : "FAILS", numberText(m.value).c_str(),
-                    m.bound == verify::Bound::atMost ? "<=" : ">=", numberText(m.limit).c_str(), m.what.c_str());
+        std::printf("    %-6s %10s  %-11s  %s\n", m.holds() ? "holds" : "FAILS", numberText(m.value).c_str(),
+                    boundText(m).c_str(), m.what.c_str());
     std::fflush(stdout);
 }
 
@@ -74,17 +109,16 @@ std::vector<verify::Measurement> measure(const verify::HardCase& c, verify::Exte
 /// The rows of the table that --only names, or all.
 std::vector<verify::HardCase> chosenCases(const VerifyOptions& options)
 {
-    const auto hard = verify::hardCases(), torture = verify::tortureCases();
     const auto isNamed = [&](const verify::HardCase& c) {
         return std::find(options.only.begin(), options.only.end(), c.id) != options.only.end();
     };
-    for (const verify::HardCase& c : options.torture ? hard : torture)
-        if (isNamed(c))
-            throw InputError(
-                {"--only", std::string(c.id) + " goes with " + (options.torture ? "--hard" : "--torture"), "", ""});
-    const auto table = options.torture ? torture : hard;
+    const Table mine = chosenTable(options);
+    for (const Table& other : tables())
+        for (const verify::HardCase& c : other.cases)
+            if (other.cases.data() != mine.cases.data() && isNamed(c))
+                throw InputError({"--only", std::string(c.id) + " goes with --" + other.name, "", ""});
     std::vector<verify::HardCase> chosen;
-    std::copy_if(table.begin(), table.end(), std::back_inserter(chosen),
+    std::copy_if(mine.cases.begin(), mine.cases.end(), std::back_inserter(chosen),
                  [&](const verify::HardCase& c) { return options.only.empty() || isNamed(c); });
     return chosen;
 }
@@ -95,7 +129,7 @@ int run(const VerifyOptions& options)
     if (options.random.scenes > 0) return runRandom(options.random, {options.json, options.common.quiet});
     Json all = {{"program", "vdbfrac"},
                 {"version", core::kVersion},
-                {"table", options.torture ? "torture" : "hard"},
+                {"table", chosenTable(options).name},
                 {"extent", options.quick ? "quick" : "full"},
                 {"cases", Json::array()}};
     int holding = 0, failing = 0, missing = 0;
@@ -116,8 +150,8 @@ int run(const VerifyOptions& options)
 Action addVerify(CLI::App& app)
 {
     std::vector<std::string> ids;
-    for (const auto cases : {verify::hardCases(), verify::tortureCases()})
-        for (const verify::HardCase& c : cases) ids.push_back(c.id);
+    for (const Table& table : tables())
+        for (const verify::HardCase& c : table.cases) ids.push_back(c.id);
     auto o = std::make_shared<VerifyOptions>();
     CLI::App* c = app.add_subcommand(
         "verify", "Measure what the program promises against its limits; ends with 3 when one is missed");
@@ -125,6 +159,7 @@ Action addVerify(CLI::App& app)
     which->require_option(1);
     which->add_flag("--hard", o->hard, "The hard cases of the simulation");
     which->add_flag("--torture", o->torture, "Hard cases while something tears");
+    which->add_flag("--newtons", o->newtons, "Stiffness, loads, energies and cracks against references");
     CLI::Option* random = which->add_option("--random", o->random.scenes, "Random scenes, this many")
                               ->check(CLI::Range(1, 1000000))
                               ->type_name("N");
@@ -134,8 +169,8 @@ Action addVerify(CLI::App& app)
     c->add_option("--keep", o->random.keep, "Write random scenes that break a law into this folder")
         ->type_name("DIR")
         ->needs(random);
-    c->add_flag("--quick", o->quick, "Shorter runs where hard cases have long ones, as the tests do")->excludes(random);
-    c->add_option("--only", o->only, "Which hard cases")
+    c->add_flag("--quick", o->quick, "Shorter runs where cases have long ones, as the tests do")->excludes(random);
+    c->add_option("--only", o->only, "Which cases")
         ->delimiter(',')
         ->check(CLI::IsMember(ids))
         ->type_name("CASE,...")

@@ -1,0 +1,192 @@
+// Strips between clamps: the energy ahead of a crack is known, whatever its length.
+#include "newtons.h"
+#include "reference_values.h"
+
+#include <array>
+#include <cmath>
+#include <optional>
+
+namespace vdbfrac::lab::verify {
+
+namespace {
+
+constexpr double kWidth = .2, kSlit = .8;  // m; heights are 1 m
+
+struct PoissonRatio {
+    double nu, energy;  // w / (E e^2)
+};
+constexpr PoissonRatio kRatios[] = {{0, kStrip20Nu00}, {.3, kStrip20Nu30}, {.45, kStrip20Nu45}};
+
+struct Strip {
+    Division division;
+    PoissonRatio ratio = kRatios[1];
+    double width = kWidth, length = 2.8, slit = kSlit;  // m; slit 0: none
+    bool between = false;                               // two planes of voxels, not round one
+
+    double h() const { return 1. / division.cells; }
+    double dx() const { return h() / division.coarsening; }
+    /// m, of the grips at the toughness.
+    double opening() const { return std::sqrt(kToughness / (ratio.energy * kYoungsModulus)); }
+    double energyRelease(double opening) const { return ratio.energy * kYoungsModulus * opening * opening; }  // J/m^2
+
+    Specimen specimen() const
+    {
+        Specimen s;
+        s.h = h(), s.division = division, s.nu = ratio.nu;
+        s.shape = boxKeys({length, 1 + 4 * h(), width}, {length / 2, 0, 0});
+        // Its end is in the middle between voxels. 1 m more on the other side.
+        if (slit > 0)
+            s.shape += cutKeys({slit + 1 - dx() / 2, (between ? 1.2 : .6) * dx(), 1},
+                               {(slit - 1 - dx() / 2) / 2, between ? dx() / 2 : 0, 0});
+        return s;
+    }
+    std::string grips(double opening, const Ramp& ramp) const
+    {
+        const Vec3 way(0, opening / 2, 0);
+        return grip("top", halfspace(Vec3::UnitY(), .5), ramp.keys(way)) +
+               grip("bottom", halfspace(-Vec3::UnitY(), .5), ramp.keys(-way));
+    }
+    const char* place() const { return between ? ", slit between voxels" : ""; }
+};
+
+/// w / (E e^2) of a strip without ends: of the difference of two lengths.
+double energyOf(Strip strip)
+{
+    constexpr double kOpening = 1e-3;
+    std::array<double, 2> energy{};
+    for (std::size_t i : {0, 1}) {
+        strip.length = 2. + double(i), strip.slit = 0;
+        Specimen s = strip.specimen();
+        s.rest = strip.grips(kOpening, {1, 2});
+        SceneRun run(s.text());
+        run.toEnd();
+        energy[i] = run.steps.back().elasticEnergy;
+    }
+    return (energy[1] - energy[0]) / (strip.width * kYoungsModulus * kOpening * kOpening);
+}
+
+/// What a crack takes on its way from .3 to 1 m ahead of its slit, in units of the toughness.
+struct Run {
+    double release = NAN;     // G of the strip, mean over the way
+    double dissipated = NAN;  // per area
+};
+
+Run runThrough(const Strip& strip)
+{
+    constexpr Ramp kRamp{.45, 130};
+    constexpr double kMost = 1.75;  // of the opening at the toughness
+    Specimen s = strip.specimen();
+    s.frames = int(kRamp.seconds), s.substeps = "\"auto\"";
+    s.rest = strip.grips(kMost * strip.opening(), kRamp) + slowToughness();
+    SceneRun run(s.text());
+    const Crack crack(run.simulation);
+    const double from = strip.slit + .3, to = strip.slit + 1;
+    double tip = strip.slit, start = NAN, weighted = 0, work = 0, workThere = 0, elasticThere = 0;
+    while (!run.atEnd() && tip < to) {
+        const core::StepRecord& step = run.step();
+        work += workOf(step);
+        const double now = std::max(tip, crack.tip(run.simulation, Vec3::UnitX(), 0));
+        if (now >= from && std::isnan(start))
+            start = now, workThere = work, elasticThere = step.elasticEnergy;
+        else if (now >= from)
+            weighted += (now - tip) * strip.energyRelease(kMost * strip.opening() * kRamp.share(step.time));
+        tip = now;
+    }
+    if (tip < to) return {};
+    const double lost = work - workThere - (run.steps.back().elasticEnergy - elasticThere);
+    return {weighted / (tip - start) / kToughness, lost / (strip.width * (tip - start)) / kToughness};
+}
+
+/// Speed [m/s] of the front where G is `load` times the toughness from the start. Nothing may tear before the load is
+/// there and still.
+double speedAt(double load, double dt, const Strip& strip)
+{
+    constexpr double kLoaded = .1, kFree = .2, kEnd = .6;  // s
+    Specimen s = strip.specimen();
+    s.fps = 1 / dt, s.frames = int(kEnd / dt), s.solver = "newton_tolerance = 1e-3";
+    const double way = strip.opening() * std::sqrt(load) / 2;
+    for (double side : {1., -1.})
+        s.rest += grip(side > 0 ? "top" : "bottom", halfspace(side * Vec3::UnitY(), .5),
+                       format("keys = [{ time = 0 }, { time = %g, translate = [0, %.17g, 0] }]", kLoaded, side * way));
+    s.rest +=
+        toughness() + format("keys = [{ time = %g, scale = 100 }, { time = %g, scale = 1 }]\n", kFree - 1e-6, kFree);
+    SceneRun run(s.text());
+    const Crack crack(run.simulation);
+    std::optional<std::pair<double, double>> start;  // s, m
+    while (!run.atEnd()) {
+        const core::StepRecord& step = run.step();
+        const double tip = crack.tip(run.simulation, Vec3::UnitX(), 0);
+        if (!start && tip >= strip.slit + .2) start = {step.time, tip};
+        if (tip >= strip.slit + .7) return (tip - start->second) / (step.time - start->first);
+    }
+    return NAN;
+}
+
+void addRun(Measurements& all, const Strip& strip)
+{
+    const double limit = strip.division.cells < 20 ? .1 : .05;
+    const Run run = runThrough(strip);
+    const std::string name = strip.division.name() + strip.place() + ", " + at(strip.ratio.nu);
+    all.push_back(within(name + "G / Gc", run.release, 1, limit));
+    all.push_back(within(name + "dissipated / (area Gc)", run.dissipated, 1, limit));
+}
+
+}  // namespace
+
+Measurements stripEnergy(Extent extent)
+{
+    constexpr double kLimit = .02;
+    constexpr PoissonRatio kThin[] = {{.3, kStrip10Nu30}, {.45, kStrip10Nu45}};
+    Measurements all;
+    const auto add = [&](const Strip& strip) {
+        all.push_back(within(format("B / H = %g, ", strip.width) + at(strip.ratio.nu) + strip.division.name(),
+                             energyOf(strip), strip.ratio.energy, kLimit * strip.ratio.energy));
+    };
+    for (int cells : {10, 20}) {
+        if (cells > 10 && extent == Extent::quick) break;
+        for (const PoissonRatio& ratio : kRatios) add({{cells}, ratio});
+        for (const PoissonRatio& ratio : kThin)  // two cells thick or more
+            if (cells > 10) add({{cells}, ratio, kWidth / 2});
+    }
+    return all;
+}
+
+Measurements runningCrack(Extent extent)
+{
+    Measurements all;
+    if (extent == Extent::quick) {
+        for (const PoissonRatio& ratio : kRatios) addRun(all, {{10}, ratio});
+        addRun(all, {{10, "five"}});
+        return all;
+    }
+    for (int cells : {10, 20}) {
+        for (const PoissonRatio& ratio : kRatios) addRun(all, {{cells}, ratio});
+        Strip between{{cells}};
+        between.between = true;
+        addRun(all, between);
+        for (const Division& d : {Division{cells, "five"}, {cells, "delaunay"}, {cells, "six", 2}}) addRun(all, {d});
+    }
+    addRun(all, {{40}});
+    return all;
+}
+
+Measurements crackSpeed(Extent extent)
+{
+    constexpr double kSteps = .1, kDt = .005, kRho = 1000;
+    Measurements all;
+    for (double load : {2., 3.}) {
+        if (load > 2 && extent == Extent::quick) break;
+        // So fine that the material ahead of the crack does not fail by itself; two cells thick.
+        Strip strip{{load > 2 ? 40 : 30}, kRatios[0]};
+        strip.width = 2 * strip.h(), strip.slit = .6, strip.length = 1.9;
+        const double rayleigh = .862 * std::sqrt(kYoungsModulus / 2 / kRho);  // nu = 0
+        const double coarse = speedAt(load, kDt, strip), fine = speedAt(load, kDt / 2, strip);
+        const std::string name = format("G = %g Gc, ", load) + strip.division.name();
+        all.push_back(atMost(name + ": speed / c_R, dt = 5 ms", coarse / rayleigh, 1 - 1 / load));
+        all.push_back(atMost(name + ": speed / c_R, dt = 2.5 ms", fine / rayleigh, 1 - 1 / load));
+        all.push_back(within(name + ": speed at dt over that at dt / 2", coarse / fine, 1, kSteps));
+    }
+    return all;
+}
+
+}  // namespace vdbfrac::lab::verify
