@@ -94,7 +94,7 @@ struct PatchData {
     int batches = 0, runs = 0;
     int nodes = 0, stride = 0;
     double h = 1;
-    double mu = 0, lambda = 0;  ///< [Pa]
+    double mu = 0, lambda = 0, bulk = 0;  ///< [Pa]
     Strain strain = Strain::corotational;
     bool cellDilation = false;
     double meanStrain = 0;  ///< theta; 0 without cell dilation

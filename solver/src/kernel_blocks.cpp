@@ -53,7 +53,7 @@ void diagonalBatch(const PatchData& patch, const AnyCells& cells, int b, double*
 {
     const double theta = cells.tets.count > 1 ? patch.meanStrain : 0;
     const double scale = patch.h * (1 + patch.share), lambda = patch.lambda * scale;
-    const double mu = (1 - theta) * patch.mu * scale, bulkModulus = lambda + 2. / 3. * patch.mu * scale;
+    const double mu = (1 - theta) * patch.mu * scale, bulkModulus = lambda + 2. / 3. * (patch.mu * scale);
     CornersOf<Pack, 6> K = {};
     CornersOf<Pack, 3> bulk = {}, mean = {};  // sums of V R g and of V g
     Pack cellVolume = all(0);

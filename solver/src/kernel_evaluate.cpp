@@ -86,7 +86,7 @@ KernelResult evaluateBatch(const PatchData& patch, int b, Choice cellDilation, c
     for (auto& corner : f)
         for (Pack& v : corner) v = all(0);
     const double mu = hasMean ? (1 - patch.meanStrain) * patch.mu : patch.mu;  // of the tets
-    const double lambda = patch.lambda, twoThirdsMu = 2. / 3. * mu, bulk = lambda + 2. / 3. * patch.mu;
+    const double lambda = patch.lambda, twoThirdsMu = 2. / 3. * mu, bulk = patch.bulk;
     const double cellVolume = patch.h * patch.h * patch.h, perArea = cellVolume / patch.h,
                  perLength = perArea / patch.h;
     const Pack mean = cellDilation ? cellMean(cells, s.dilation) : all(0);

@@ -61,7 +61,8 @@ VDBFRAC_INLINE void prefetch(const TetTangent* now, int part)
         __builtin_prefetch(next + kLine * i, 0, 2);
 }
 
-template <class Real, class Tangents, class Cells, class Choice>
+/// `hasMean` at compile time: what fuses without a mean does not depend on what one would add.
+template <class Real, class Tangents, class Cells, bool hasMean, class Choice>
 void productBatch(const PatchData& patch, int b, Choice cellDilation, const Real* in, Real* out)
 {
     using P = PackT<Real>;
@@ -73,7 +74,6 @@ void productBatch(const PatchData& patch, int b, Choice cellDilation, const Real
     cells.template gather<Real>(in, u);
     for (auto& corner : f)
         for (P& v : corner) v = P{};
-    const bool hasMean = cellDilation && solver::hasMean<Cells>(patch);
     const Moduli<Real> m(patch, hasMean ? patch.meanStrain : 0);
     P mean = {}, trace[tetmesh::kMaxTets];
     MatrixOf<P> shared = {};  // avg E, then the stress of the mean
@@ -88,11 +88,11 @@ void productBatch(const PatchData& patch, int b, Choice cellDilation, const Real
             const P V = load<Real>(cells.share[t]);
             mean += V * trace[t];
             volume += V;
-            if (hasMean)
+            if constexpr (hasMean)
                 for (int k = 0; k < 9; ++k) shared[k / 3][k % 3] += V * E[k / 3][k % 3];
         });
         mean = volume > 0 ? m.bulk * mean / volume : P{};
-        if (hasMean) meanStress<Real, Tangents>(tangent[cells.count()], m, volume, shared);
+        if constexpr (hasMean) meanStress<Real, Tangents>(tangent[cells.count()], m, volume, shared);
     }
     cells.eachTet([&](auto t) __attribute__((always_inline)) {
         MatrixOf<P> E, R, stress;
@@ -104,7 +104,7 @@ void productBatch(const PatchData& patch, int b, Choice cellDilation, const Real
         const P V = load<Real>(cells.share[t]);
         const P pressure = cellDilation ? mean - m.third * trace[t] : m.lambda * traceOf<P>(E, R);
         Tangents::template rate<P>(E, R, T, m.twoMu * V, pressure * V, stress);
-        if (hasMean)
+        if constexpr (hasMean)
             for (int k = 0; k < 9; ++k) stress[k / 3][k % 3] += V * shared[k / 3][k % 3];
         cells.template spread<P>(t, stress, f);
     });
@@ -149,7 +149,7 @@ VDBFRAC_INLINE void blend(Real theta, const MatrixOf<P>& mean, MatrixOf<P>& E)
 
 /// productBatch with one R and T for all tets of a cell: its corners are turned into the frame of R, and its forces
 /// back.
-template <class Real, class Tangents, class Cells, class Choice>
+template <class Real, class Tangents, class Cells, bool hasMean, class Choice>
 void cellProductBatch(const PatchData& patch, int b, Choice cellDilation, const Real* in, Real* out)
 {
     using P = PackT<Real>;
@@ -164,12 +164,11 @@ void cellProductBatch(const PatchData& patch, int b, Choice cellDilation, const 
     turnCorners<true, P>(R, u, corners, turned);
     for (int c = 0; c < corners; ++c)
         for (int i = 0; i < 3; ++i) f[c][i] = turnedForce[c][i] = P{};
-    const bool hasMean = cellDilation && solver::hasMean<Cells>(patch);
     const Moduli<Real> m(patch, 0);
     const Real theta = Real(patch.meanStrain);
     P mean = {}, trace[tetmesh::kMaxTets];
     MatrixOf<P> meanD = {}, meanE = {};
-    if (hasMean) {
+    if constexpr (hasMean) {
         meanDifferences<Real>(cells, turned, meanD);
         mean = m.bulk * (meanD[0][0] + meanD[1][1] + meanD[2][2]);
     } else if (cellDilation) {
@@ -180,19 +179,22 @@ void cellProductBatch(const PatchData& patch, int b, Choice cellDilation, const 
         });
         mean = m.bulk * cellMean(cells, trace);
     }
-    if (Tangents::kPlainRate && hasMean) meanDifferences<Real>(cells, u, meanE);
+    if constexpr (Tangents::kPlainRate && hasMean) meanDifferences<Real>(cells, u, meanE);
     cells.eachTet([&](auto t) __attribute__((always_inline)) {
         MatrixOf<P> D, stress;
         cells.template differences<P>(t, turned, D);
-        if (hasMean) blend<P>(theta, meanD, D);
-        const P V = load<Real>(cells.share[t]), dilation = D[0][0] + D[1][1] + D[2][2];
-        const P pressure = V * (cellDilation ? mean - m.third * dilation : m.lambda * dilation);
+        if constexpr (hasMean) {
+            blend<P>(theta, meanD, D);
+            trace[t] = D[0][0] + D[1][1] + D[2][2];
+        }
+        const P V = load<Real>(cells.share[t]);
+        const P pressure = V * (cellDilation ? mean - m.third * trace[t] : m.lambda * (D[0][0] + D[1][1] + D[2][2]));
         Tangents::template turnedRate<P>(D, T, V, m.twoMu * V, pressure, stress);
         cells.template spread<P>(t, stress, turnedForce);
         if constexpr (Tangents::kPlainRate) {
             MatrixOf<P> E;
             cells.template differences<P>(t, u, E);
-            if (hasMean) blend<P>(theta, meanE, E);
+            if constexpr (hasMean) blend<P>(theta, meanE, E);
             Tangents::template plainRate<P>(E, T, V, stress);
             cells.template spread<P>(t, stress, f);
         }
@@ -222,8 +224,13 @@ double productAll(const PatchData& patch, const Real* in, Real* out)
 {
     withTangents(patch.strain, [&]<class Tangents>() {
         eachBatch(patch, [&]<class Cells>(int b, auto cellDilation) {
-            patch.cells ? cellProductBatch<Real, Tangents, Cells>(patch, b, cellDilation, in, out)
-                        : productBatch<Real, Tangents, Cells>(patch, b, cellDilation, in, out);
+            const auto multiply = [&]<bool hasMean>() {
+                patch.cells ? cellProductBatch<Real, Tangents, Cells, hasMean>(patch, b, cellDilation, in, out)
+                            : productBatch<Real, Tangents, Cells, hasMean>(patch, b, cellDilation, in, out);
+            };
+            if constexpr (Cells::kTets > 1)
+                if (cellDilation && hasMean<Cells>(patch)) return multiply.template operator()<true>();
+            multiply.template operator()<false>();
         });
     });
     return dotOfRows(in, out, patch.stride);

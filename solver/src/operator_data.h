@@ -83,7 +83,7 @@ struct ElasticOperator::Data {
         d.batches = int(patch.batches), d.runs = int(patch.runs);
         d.nodes = int(patch.nodes), d.stride = int(patch.stride());
         d.h = h;
-        d.mu = patch.mu, d.lambda = patch.lambda;
+        d.mu = patch.mu, d.lambda = patch.lambda, d.bulk = patch.lambda + 2. / 3. * patch.mu;
         d.strain = strain, d.cellDilation = cellDilation, d.meanStrain = meanStrain;
         return d;
     }

@@ -129,7 +129,7 @@ struct RandomPatch {
         solver::PatchData d;
         d.batch = batch, d.corners = &corners, d.volumes = &volumes, d.flowed = &flowed, d.tangent = tangent;
         d.batches = kBatches, d.nodes = kNodes, d.stride = kStride;
-        d.h = 0.1, d.mu = 3e4, d.lambda = 5e4, d.share = 0.2, d.cellDilation = cellDilation;
+        d.h = 0.1, d.mu = 3e4, d.lambda = 5e4, d.bulk = 7e4, d.share = 0.2, d.cellDilation = cellDilation;
         const auto result = kernel.evaluate(d, scalar, x.data(), out.data());
         out.push_back(result.energy);
         multiply(kernel, d, out);

@@ -63,8 +63,7 @@ solver::Scheme schemeOf(const scene::Solver& s)
 
 solver::Elasticity elasticityOf(const scene::Solver& s)
 {
-    return {s.cellDilation ? solver::Volumetric::cell : solver::Volumetric::none, strainOf(s.strain),
-            s.meanStrain};
+    return {s.cellDilation ? solver::Volumetric::cell : solver::Volumetric::none, strainOf(s.strain), s.meanStrain};
 }
 
 }  // namespace vdbfrac::core
