@@ -24,7 +24,7 @@ the width or height of a specimen, voxels as fine unless `coarsening` says other
 ![What was measured, in units of its bound](newtons.svg)
 """
 EXTENT = {"quick": "The short form (`--quick`).", "full": "The full form."}
-ROW, LEFT, SCALE, MOST = 14, 470, 40, 5  # px, px, px a bound, bounds
+ROW, LEFT, SCALE, MAX = 14, 470, 40, 5  # px, px, px a bound, bounds
 
 
 def number(value):
@@ -62,7 +62,7 @@ def offset(m):
 def picture(result):
     """A dot for each measurement that is held within a bound of a reference; the band is the bound."""
     rows, y = [], 30
-    middle = LEFT + MOST * SCALE
+    middle = LEFT + MAX * SCALE
     for case in result["cases"]:
         y += ROW
         rows.append(f'<text x="8" y="{y}" font-weight="bold">{escape(case["case"])}</text>')
@@ -71,14 +71,14 @@ def picture(result):
             if m["bound"] != "within" or off is None:
                 continue
             y += ROW
-            x = middle + SCALE * max(-MOST, min(MOST, off))
+            x = middle + SCALE * max(-MAX, min(MAX, off))
             color = "#2a7" if m["holds"] else "#c33"
             rows.append(f'<text x="{LEFT - 8}" y="{y}" text-anchor="end">{escape(m["what"])}</text>')
             rows.append(f'<circle cx="{x:.1f}" cy="{y - 4}" r="4" fill="{color}"/>')
-    height, width = y + ROW, middle + MOST * SCALE + 20
+    height, width = y + ROW, middle + MAX * SCALE + 20
     band = f'<rect x="{middle - SCALE}" y="20" width="{2 * SCALE}" height="{y - 14}" fill="#e4f2e8"/>'
     axis = f'<path d="M{middle} 20V{y + 6}" stroke="#888"/>' + "".join(
-        f'<text x="{middle + SCALE * k}" y="14" text-anchor="middle">{k}</text>' for k in range(-MOST, MOST + 1, 2 if MOST % 2 else 1))
+        f'<text x="{middle + SCALE * k}" y="14" text-anchor="middle">{k}</text>' for k in range(-MAX, MAX + 1, 2 if MAX % 2 else 1))
     return (f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" font-family="sans-serif" font-size="11">\n'
             + "\n".join(['<rect width="100%" height="100%" fill="white"/>', band, axis, *rows]) + "\n</svg>\n")
 

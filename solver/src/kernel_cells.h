@@ -88,15 +88,6 @@ public:
     {
         unroll<kTets>(f);
     }
-    /// For long code: most scenes have cells of six tets alone, and it takes seconds to compile each shape unrolled.
-    template <class F>
-    VDBFRAC_INLINE static void eachTetCompact(const F& f)
-    {
-        if constexpr (shape == CellShape::six)
-            unroll<kTets>(f);
-        else
-            inTurn(kTets, f);
-    }
     template <class Real>
     VDBFRAC_INLINE void gather(const Real* in, CornersOf<PackT<Real>>& u) const
     {
@@ -199,11 +190,6 @@ public:
     {
         unroll<1>(f);
     }
-    template <class F>
-    VDBFRAC_INLINE static void eachTetCompact(const F& f)
-    {
-        unroll<1>(f);
-    }
     template <class Real>
     VDBFRAC_INLINE void gather(const Real* in, CornersOf<PackT<Real>>& u) const
     {
@@ -252,11 +238,6 @@ public:
     {
         inTurn(tets_.count, f);
     }
-    template <class F>
-    VDBFRAC_INLINE void eachTetCompact(const F& f) const
-    {
-        inTurn(tets_.count, f);
-    }
     template <class Real>
     VDBFRAC_INLINE void gather(const Real* in, CornersOf<PackT<Real>>& u) const
     {
@@ -299,11 +280,17 @@ VDBFRAC_INLINE P cellMean(const Cells& cells, const P* value)
     return volume > 0 ? sum / volume : P{};
 }
 
-/// Whether a cell's mean has a share of its energy (kernel.h).
-template <class Cells>
-VDBFRAC_INLINE bool hasMean(const PatchData& patch)
+/// cells.eachTet for long code: most scenes have cells of six tets alone, and it takes seconds to compile another shape
+/// unrolled.
+template <class Cells, class F>
+VDBFRAC_INLINE void eachTetCompact(const Cells& cells, const F& f)
 {
-    return Cells::kTets > 1 && patch.meanStrain > 0;
+    constexpr bool five = std::is_same_v<Cells, LatticeCells<CellShape::fiveEven>> ||
+                          std::is_same_v<Cells, LatticeCells<CellShape::fiveOdd>>;
+    if constexpr (five)
+        inTurn(cells.count(), f);
+    else
+        cells.eachTet(f);
 }
 
 /// Cells of any of these types, which is asked for at run time.
@@ -346,18 +333,33 @@ private:
     const Batch& batch_;
 };
 
-/// Calls f<Cells>(b, cellDilation) for each batch of the patch, with its type of cells. Units that fuse get the second
-/// as a constant, others as a bool, which costs little and halves what has to be compiled.
+/// What the energy takes from means over a cell (kernel.h), at compile time or when it runs.
+template <bool ofDilation, bool ofStrain>
+struct FixedMeans {
+    static constexpr bool dilation = ofDilation, strain = ofStrain;
+};
+struct Means {
+    bool dilation, strain;
+};
+
+/// Calls f<Cells>(b, means) for each batch of the patch, with its type of cells. Units that fuse get FixedMeans: what
+/// fuses without a mean must not depend on the code for one. Others get Means, which costs little and is a third to
+/// compile. A tet alone is its own mean.
 template <class F>
 VDBFRAC_INLINE void eachBatch(const PatchData& patch, const F& f)
 {
     for (int b = 0; b < patch.batches; ++b) {
         const auto with = [&]<class Cells>() {
+            constexpr bool several = Cells::kTets > 1;
 #if defined(__FMA__)
-            patch.cellDilation ? f.template operator()<Cells>(b, std::true_type())
-                               : f.template operator()<Cells>(b, std::false_type());
+            if (!patch.cellDilation)
+                f.template operator()<Cells>(b, FixedMeans<false, false>());
+            else if (several && patch.meanStrain > 0)
+                f.template operator()<Cells>(b, FixedMeans<true, several>());
+            else
+                f.template operator()<Cells>(b, FixedMeans<true, false>());
 #else
-            f.template operator()<Cells>(b, patch.cellDilation);
+            f.template operator()<Cells>(b, Means{patch.cellDilation, several && patch.meanStrain > 0});
 #endif
         };
         if (patch.batch[b].flowed) {

@@ -2,7 +2,7 @@
 
 #include <vdbfrac/base/error.h>
 
-#include <algorithm>
+#include <string_view>
 #include <vector>
 
 // CMakeLists.txt lists the units that kernels were compiled for, narrowest first.

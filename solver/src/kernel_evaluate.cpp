@@ -49,7 +49,7 @@ VDBFRAC_INLINE Pack deformMean(const Cells& cells, Strains& s)
 struct MeanShare {
     Matrix P;  ///< stress
     Pack psi;  ///< energy density
-    std::int64_t robust = 0;
+    std::int64_t robust;
 };
 
 template <class Law, class Cells>
@@ -66,42 +66,43 @@ VDBFRAC_INLINE void evaluateMean(const PatchData& patch, const Batch& batch, con
                    patch.tangent[batch.tangent + std::uint32_t(cells.count())], scalar);
 }
 
-template <class Law, class Cells, class Choice>
-KernelResult evaluateBatch(const PatchData& patch, int b, Choice cellDilation, const RobustTet& scalar,
-                           const double* in, double* out)
+template <class Law, class Cells, class M>
+KernelResult evaluateBatch(const PatchData& patch, int b, M means, const RobustTet& scalar, const double* in,
+                           double* out)
 {
     const Batch& batch = patch.batch[b];
     const Cells cells(patch, batch);
-    const bool hasMean = cellDilation && solver::hasMean<Cells>(patch);
     Corners x, f;
     Strains s;
     KernelResult result;
     cells.template gather<double>(in, x);
     cells.eachTet([&](auto t) __attribute__((always_inline)) { deform(cells, t, x, patch.h, s.F[t]); });
-    cells.eachTetCompact([&](auto t)
-                             __attribute__((always_inline)) { result.robustTets += measure<Law>(s, t, scalar); });
+    eachTetCompact(
+        cells, [&](auto t) __attribute__((always_inline)) { result.robustTets += measure<Law>(s, t, scalar); });
     MeanShare shared;
-    if (hasMean) evaluateMean<Law>(patch, batch, cells, scalar, s, shared);
-    result.robustTets += shared.robust;
+    if (means.strain) {
+        evaluateMean<Law>(patch, batch, cells, scalar, s, shared);
+        result.robustTets += shared.robust;
+    }
     for (auto& corner : f)
         for (Pack& v : corner) v = all(0);
-    const double mu = hasMean ? (1 - patch.meanStrain) * patch.mu : patch.mu;  // of the tets
+    const double mu = means.strain ? (1 - patch.meanStrain) * patch.mu : patch.mu;  // of the tets
     const double lambda = patch.lambda, twoThirdsMu = 2. / 3. * mu, bulk = patch.bulk;
     const double cellVolume = patch.h * patch.h * patch.h, perArea = cellVolume / patch.h,
                  perLength = perArea / patch.h;
-    const Pack mean = cellDilation ? cellMean(cells, s.dilation) : all(0);
+    const Pack mean = means.dilation ? cellMean(cells, s.dilation) : all(0);
     Pack energy = all(0);
     TangentScale scales[tetmesh::kMaxTets];
     cells.eachTet([&](auto t) __attribute__((always_inline)) {
         const Pack V = load<double>(cells.share[t]);
         // Per tet the bulk part is lambda/2 d^2; averaged it is K/2 mean^2, and -mu/3 d^2 leaves the deviatoric part.
-        const Pack d = s.dilation[t], pressure = cellDilation ? bulk * mean - twoThirdsMu * d : lambda * d;
+        const Pack d = s.dilation[t], pressure = means.dilation ? bulk * mean - twoThirdsMu * d : lambda * d;
         const Pack force = V * perArea;
         Matrix P;
         const Pack square = Law::stress(s, t, mu, pressure, P);
-        Pack psi = cellDilation ? mu * square - 0.5 * twoThirdsMu * d * d + 0.5 * bulk * mean * mean
-                                : mu * square + 0.5 * lambda * d * d;
-        if (hasMean) {
+        Pack psi = means.dilation ? mu * square - 0.5 * twoThirdsMu * d * d + 0.5 * bulk * mean * mean
+                                  : mu * square + 0.5 * lambda * d * d;
+        if (means.strain) {
             psi += shared.psi;
             for (int k = 0; k < 9; ++k) P[k / 3][k % 3] += shared.P[k / 3][k % 3];
         }
@@ -117,9 +118,10 @@ KernelResult evaluateBatch(const PatchData& patch, int b, Choice cellDilation, c
             Law::store(s, t, scale, patch.tangent[batch.tangent + std::uint32_t(t)], scalar);
     });
     if (Law::kLong && patch.tangent)
-        cells.eachTetCompact([&](auto t) __attribute__((always_inline)) {
-            Law::store(s, t, scales[t], patch.tangent[batch.tangent + std::uint32_t(t)], scalar);
-        });
+        eachTetCompact(
+            cells, [&](auto t) __attribute__((always_inline)) {
+                Law::store(s, t, scales[t], patch.tangent[batch.tangent + std::uint32_t(t)], scalar);
+            });
     cells.template scatter<double>(f, out);
     for (int l = 0; l < kLanes; ++l) result.energy += cellVolume * energy[l];
     return result;
@@ -131,8 +133,8 @@ KernelResult VDBFRAC_KERNEL::evaluate(const PatchData& patch, const RobustTet& s
 {
     KernelResult sum;
     withLaw(patch.strain, [&]<class Law>() {
-        eachBatch(patch, [&]<class Cells>(int b, auto cellDilation) {
-            const KernelResult r = evaluateBatch<Law, Cells>(patch, b, cellDilation, scalar, in, out);
+        eachBatch(patch, [&]<class Cells>(int b, auto means) {
+            const KernelResult r = evaluateBatch<Law, Cells>(patch, b, means, scalar, in, out);
             sum.energy += r.energy;
             sum.robustTets += r.robustTets;
         });

@@ -61,9 +61,8 @@ VDBFRAC_INLINE void prefetch(const TetTangent* now, int part)
         __builtin_prefetch(next + kLine * i, 0, 2);
 }
 
-/// `hasMean` at compile time: what fuses without a mean does not depend on what one would add.
-template <class Real, class Tangents, class Cells, bool hasMean, class Choice>
-void productBatch(const PatchData& patch, int b, Choice cellDilation, const Real* in, Real* out)
+template <class Real, class Tangents, class Cells, class M>
+void productBatch(const PatchData& patch, int b, M means, const Real* in, Real* out)
 {
     using P = PackT<Real>;
     constexpr int tets = Cells::kTets;
@@ -74,10 +73,10 @@ void productBatch(const PatchData& patch, int b, Choice cellDilation, const Real
     cells.template gather<Real>(in, u);
     for (auto& corner : f)
         for (P& v : corner) v = P{};
-    const Moduli<Real> m(patch, hasMean ? patch.meanStrain : 0);
+    const Moduli<Real> m(patch, means.strain ? patch.meanStrain : 0);
     P mean = {}, trace[tetmesh::kMaxTets];
     MatrixOf<P> shared = {};  // avg E, then the stress of the mean
-    if (cellDilation) {
+    if (means.dilation) {
         P volume = {};
         cells.eachTet([&](auto t) __attribute__((always_inline)) {
             MatrixOf<P> E, R;
@@ -88,23 +87,23 @@ void productBatch(const PatchData& patch, int b, Choice cellDilation, const Real
             const P V = load<Real>(cells.share[t]);
             mean += V * trace[t];
             volume += V;
-            if constexpr (hasMean)
+            if (means.strain)
                 for (int k = 0; k < 9; ++k) shared[k / 3][k % 3] += V * E[k / 3][k % 3];
         });
         mean = volume > 0 ? m.bulk * mean / volume : P{};
-        if constexpr (hasMean) meanStress<Real, Tangents>(tangent[cells.count()], m, volume, shared);
+        if (means.strain) meanStress<Real, Tangents>(tangent[cells.count()], m, volume, shared);
     }
     cells.eachTet([&](auto t) __attribute__((always_inline)) {
         MatrixOf<P> E, R, stress;
         P T[6];
         prefetch<tets, 2 * tets>(tangent, tets + t);
-        if (!cellDilation) prefetch<tets, 2 * tets>(tangent, t);
+        if (!means.dilation) prefetch<tets, 2 * tets>(tangent, t);
         cells.template differences<P>(t, u, E);
         loadTangent<Real>(tangent[t], R, T);
         const P V = load<Real>(cells.share[t]);
-        const P pressure = cellDilation ? mean - m.third * trace[t] : m.lambda * traceOf<P>(E, R);
+        const P pressure = means.dilation ? mean - m.third * trace[t] : m.lambda * traceOf<P>(E, R);
         Tangents::template rate<P>(E, R, T, m.twoMu * V, pressure * V, stress);
-        if constexpr (hasMean)
+        if (means.strain)
             for (int k = 0; k < 9; ++k) stress[k / 3][k % 3] += V * shared[k / 3][k % 3];
         cells.template spread<P>(t, stress, f);
     });
@@ -149,8 +148,8 @@ VDBFRAC_INLINE void blend(Real theta, const MatrixOf<P>& mean, MatrixOf<P>& E)
 
 /// productBatch with one R and T for all tets of a cell: its corners are turned into the frame of R, and its forces
 /// back.
-template <class Real, class Tangents, class Cells, bool hasMean, class Choice>
-void cellProductBatch(const PatchData& patch, int b, Choice cellDilation, const Real* in, Real* out)
+template <class Real, class Tangents, class Cells, class M>
+void cellProductBatch(const PatchData& patch, int b, M means, const Real* in, Real* out)
 {
     using P = PackT<Real>;
     constexpr int corners = Cells::kCorners;
@@ -168,10 +167,10 @@ void cellProductBatch(const PatchData& patch, int b, Choice cellDilation, const 
     const Real theta = Real(patch.meanStrain);
     P mean = {}, trace[tetmesh::kMaxTets];
     MatrixOf<P> meanD = {}, meanE = {};
-    if constexpr (hasMean) {
+    if (means.strain) {
         meanDifferences<Real>(cells, turned, meanD);
         mean = m.bulk * (meanD[0][0] + meanD[1][1] + meanD[2][2]);
-    } else if (cellDilation) {
+    } else if (means.dilation) {
         cells.eachTet([&](auto t) __attribute__((always_inline)) {
             MatrixOf<P> D;
             cells.template differences<P>(t, turned, D);
@@ -179,22 +178,22 @@ void cellProductBatch(const PatchData& patch, int b, Choice cellDilation, const 
         });
         mean = m.bulk * cellMean(cells, trace);
     }
-    if constexpr (Tangents::kPlainRate && hasMean) meanDifferences<Real>(cells, u, meanE);
+    if (Tangents::kPlainRate && means.strain) meanDifferences<Real>(cells, u, meanE);
     cells.eachTet([&](auto t) __attribute__((always_inline)) {
         MatrixOf<P> D, stress;
         cells.template differences<P>(t, turned, D);
-        if constexpr (hasMean) {
+        if (means.strain) {
             blend<P>(theta, meanD, D);
             trace[t] = D[0][0] + D[1][1] + D[2][2];
         }
         const P V = load<Real>(cells.share[t]);
-        const P pressure = V * (cellDilation ? mean - m.third * trace[t] : m.lambda * (D[0][0] + D[1][1] + D[2][2]));
+        const P pressure = V * (means.dilation ? mean - m.third * trace[t] : m.lambda * (D[0][0] + D[1][1] + D[2][2]));
         Tangents::template turnedRate<P>(D, T, V, m.twoMu * V, pressure, stress);
         cells.template spread<P>(t, stress, turnedForce);
         if constexpr (Tangents::kPlainRate) {
             MatrixOf<P> E;
             cells.template differences<P>(t, u, E);
-            if constexpr (hasMean) blend<P>(theta, meanE, E);
+            if (means.strain) blend<P>(theta, meanE, E);
             Tangents::template plainRate<P>(E, T, V, stress);
             cells.template spread<P>(t, stress, f);
         }
@@ -223,14 +222,9 @@ template <class Real>
 double productAll(const PatchData& patch, const Real* in, Real* out)
 {
     withTangents(patch.strain, [&]<class Tangents>() {
-        eachBatch(patch, [&]<class Cells>(int b, auto cellDilation) {
-            const auto multiply = [&]<bool hasMean>() {
-                patch.cells ? cellProductBatch<Real, Tangents, Cells, hasMean>(patch, b, cellDilation, in, out)
-                            : productBatch<Real, Tangents, Cells, hasMean>(patch, b, cellDilation, in, out);
-            };
-            if constexpr (Cells::kTets > 1)
-                if (cellDilation && hasMean<Cells>(patch)) return multiply.template operator()<true>();
-            multiply.template operator()<false>();
+        eachBatch(patch, [&]<class Cells>(int b, auto means) {
+            patch.cells ? cellProductBatch<Real, Tangents, Cells>(patch, b, means, in, out)
+                        : productBatch<Real, Tangents, Cells>(patch, b, means, in, out);
         });
     });
     return dotOfRows(in, out, patch.stride);

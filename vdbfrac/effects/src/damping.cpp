@@ -80,8 +80,7 @@ public:
     }
 
 private:
-    /// Twice the energy of moved_ under K. It is only reported: single precision halves its cost, a tenth of an
-    /// evaluation.
+    /// Twice the energy of moved_ under K. It is only reported: single precision does, at half the cost.
     double strainOfMove() const
     {
         single_.resize(moved_.size());
