@@ -53,6 +53,37 @@ TEST(Body, SetsOffWithItsVelocityAndSpinsAboutItsCenter)
     EXPECT_LT((momentum - total * Vec3(1, 2, -1)).norm(), kRounding * total * 10);
 }
 
+/// The mass of a body is its density times the volume of its shape, at 8 cells across and on every lattice.
+TEST(Body, HasTheMassOfItsShape)
+{
+    constexpr double kAtEightCells = 5e-3, kDensity = 1000;
+    const double pi = std::numbers::pi;
+    struct Shape {
+        std::string text;
+        double volume;
+    };
+    const std::vector<Shape> shapes{
+        {"{ box = { size = [1, 1, 1] } }", 1},
+        {"{ box = { size = [1, 1, 1], center = [0.03, 0.11, 0.07] } }", 1},
+        {"{ box = { size = [1.5, 1, 0.5] } }", .75},
+        {"{ sphere = { radius = 0.5, center = [0.02, 0.05, 0.1] } }", pi / 6},
+        {"{ cylinder = { axis = \"y\", radius = 0.5, height = 1 } }", pi / 4},
+    };
+    const std::vector<std::string> grids{"voxel_size = 0.125", "voxel_size = 0.125\nlattice = \"five\"",
+                                         "voxel_size = 0.0625\ncoarsening = 2",
+                                         "voxel_size = 0.125\nlattice = \"delaunay\""};
+    for (const Shape& shape : shapes)
+        for (const std::string& grid : grids) {
+            const SceneRun run("version = 1\nname = \"mass\"\n[time]\nframes = [1, 2]\n[grid]\n" + grid +
+                               "\n[[body]]\nname = \"body\"\nmaterial = \"m\"\nshape = " + shape.text +
+                               "\n[material.m]\nyoungs_modulus = 1e3\npoisson_ratio = 0.3\ndensity = 1000\n");
+            double mass = 0;
+            for (double m : run.simulation.elastic().mass()) mass += m;
+            EXPECT_NEAR(mass / kDensity / shape.volume, 1, kAtEightCells) << shape.text << ' ' << grid;
+            EXPECT_EQ(run.simulation.fragments(), 1u) << shape.text << ' ' << grid;
+        }
+}
+
 /// What is left of a body that is cut in flight goes on as it flew: momentum and energy are lost only with the mass of
 /// the kerf.
 TEST(Cut, LeavesEachPieceItsMomentumAndKineticEnergy)

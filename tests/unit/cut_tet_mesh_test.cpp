@@ -2,6 +2,7 @@
 #include "carrying.h"
 #include "mesh_checks.h"
 #include "surface_checks.h"
+#include "tets_of_box.h"
 
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/base/parallel.h>
@@ -30,39 +31,9 @@ namespace {
 constexpr double dx = .1;
 constexpr double kSums = 1e-12;  // relative rounding of sums over some thousand pieces
 
-/// Tets of a box of `reach` voxels on each side of the origin, six a cell of `m` voxels; points inside are moved by up
-/// to `shake` of an edge.
-TetMesh tetsOfBox(int reach, int m, double shake)
-{
-    const int side = 2 * reach / m + 1;
-    const auto number = [&](Coord c) { return std::uint32_t((c.z * side + c.y) * side + c.x); };
-    std::mt19937 random(7);
-    std::uniform_real_distribution<double> move(-shake * m * dx, shake * m * dx);
-    TetMesh mesh;
-    for (int z = 0; z < side; ++z)
-        for (int y = 0; y < side; ++y)
-            for (int x = 0; x < side; ++x) {
-                const bool inside = std::min({x, y, z}) > 0 && std::max({x, y, z}) < side - 1;
-                Vec3 p = dx * Vec3(m * x - reach, m * y - reach, m * z - reach);
-                if (inside && shake > 0) p += Vec3(move(random), move(random), move(random));
-                mesh.points.push_back(p);
-            }
-    const auto& cell = tetmesh::cellTets(tetmesh::CellShape::six);
-    for (int z = 0; z + 1 < side; ++z)
-        for (int y = 0; y + 1 < side; ++y)
-            for (int x = 0; x + 1 < side; ++x)
-                for (std::size_t t = 0; t < 6; ++t) {
-                    std::array<std::uint32_t, 4> tet{};
-                    for (std::size_t a = 0; a < 4; ++a)
-                        tet[a] = number(Coord{x, y, z} + tetmesh::cornerOffset(cell.corner[t][a]));
-                    mesh.tets.push_back(tet);
-                }
-    return mesh;
-}
-
 CutTetMesh cut(int reach, const Phi& solid, double shake = .2, int m = 1)
 {
-    return CutTetMesh(tetsOfBox(reach, m, shake), m * dx, dx,
+    return CutTetMesh(test::tetsOfBox(reach, m, shake, dx), m * dx, dx,
                       lab::sample({-reach, -reach, -reach}, {reach, reach, reach}, dx, solid));
 }
 
@@ -116,7 +87,7 @@ TEST(CutTetMesh, VolumeOfABallConvergesInSecondOrder)
     const auto error = [](int across) {
         const double step = 1.4 / across;  // phi is resampled on finer voxels; the mesh scales with them
         const int reach = across / 2 + 3;
-        TetMesh tets = tetsOfBox(reach, 1, .2);
+        TetMesh tets = test::tetsOfBox(reach, 1, .2, dx);
         for (Vec3& p : tets.points) p *= step / dx;
         const CutTetMesh mesh(
             tets, step, step,
@@ -136,7 +107,7 @@ TEST(CutTetMesh, CarriesValuesAndPointsThroughSixtyCuts)
 TEST(CutTetMesh, UpdateEqualsFreshCutToTheBit)
 {
     CutTetMesh mesh = cut(8, ballAt(Vec3(.01, .02, -.03), .6));
-    const TetMesh tets = tetsOfBox(8, 1, .2);
+    const TetMesh tets = test::tetsOfBox(8, 1, .2, dx);
     std::mt19937 random(12);
     std::uniform_real_distribution<double> place(-.8, .8), size(.05, .35);
     for (int round = 0; round < 15; ++round) {

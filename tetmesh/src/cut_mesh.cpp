@@ -2,6 +2,7 @@
 
 #include "body_volume.h"
 #include "coord_ranges.h"
+#include "true_share.h"
 
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/base/parallel.h>
@@ -59,7 +60,8 @@ private:
 
 }  // namespace
 
-CutMesh::CutMesh(Lattice lattice, NodeField<float> phi) : lattice_(lattice), phi_(std::move(phi)), rest_(phi_)
+CutMesh::CutMesh(Lattice lattice, NodeField<float> phi, const RestShape& shape)
+    : lattice_(lattice), phi_(std::move(phi)), rest_(phi_), corrections_(1)
 {
     const int most = lattice_.kind == Lattice::Kind::six ? kMaxCoarsening : 1;
     if (lattice_.coarsening < 1 || lattice_.coarsening > most)
@@ -73,15 +75,17 @@ CutMesh::CutMesh(Lattice lattice, NodeField<float> phi) : lattice_(lattice), phi
     findLatticeNodes();
     const std::vector<std::uint32_t> all = allUpTo(cells_.size());
     cutCells(all);
+    if (shape && !lattice_.wholeTets) correct(shape);
     reclassify(allUpTo(latticeNodes_.size()));
     numberNodes();
     placeElements(regroup(all), {});
     volume_ = sumOfVolumes(*this);
 }
 
-double CutMesh::seenPhi(Coord voxel) const
+double CutMesh::seenPhi(Coord voxel) const { return seen(phi_(voxel)); }
+
+double CutMesh::seen(double value) const
 {
-    const double value = phi_(voxel);
     // Whole tets end at the first nodes that are not material. Those lie as often within half a voxel inside of the
     // surface as outside, so the volume is right in the mean; what is cut off of them keeps the surface closed.
     constexpr double kInside = 0.5, kCutOff = 0.01;  // voxels
@@ -113,7 +117,7 @@ void CutMesh::findCells()
     for (std::size_t i = 0; i < found.size(); ++i) {
         const Coord p = patchOf(found[i]);
         cellIndex_.set(found[i], std::int32_t(i));
-        cells_.push_back(Cell{found[i], std::uint32_t((p.z * size.y + p.y) * size.x + p.x), true, 0, 0, {}});
+        cells_.push_back(Cell{found[i], std::uint32_t((p.z * size.y + p.y) * size.x + p.x), true, 0, 0, 0, {}});
     }
 }
 
@@ -156,11 +160,17 @@ std::vector<std::uint32_t> CutMesh::latticeNodesTouching(const std::vector<Coord
 {
     const int m = lattice_.coarsening;
     IndexSet touched(latticeNodes_.size());
-    for (Coord v : voxels)
+    for (Coord v : voxels) {
+        forCellsRound(v, m, [&](Coord cell) {
+            if (!hasAttached(cell)) return;
+            for (int c = 0; c < kCorners; ++c) touched.add(latticeIndex_(cornerOf(cell, c)));
+        });
         forBox({ceilDiv(v.x - m, m), ceilDiv(v.y - m, m), ceilDiv(v.z - m, m)},
                {floorDiv(v.x + m, m), floorDiv(v.y + m, m), floorDiv(v.z + m, m)}, [&](Coord node) {
-                   if (star(node).find(v - m * node) >= 0) touched.add(latticeIndex_(node));
+                   const std::int32_t vertex = star(node).find(v - m * node);
+                   if (vertex >= 0 && std::size_t(vertex) < star(node).ofTets) touched.add(latticeIndex_(node));
                });
+    }
     return std::move(touched).sorted();
 }
 
@@ -188,13 +198,18 @@ bool CutMesh::cutCell(Cell& cell, std::vector<double>& phi) const
     cell.pieces.clear();
     cell.whole = std::all_of(phi.begin(), phi.end(), [](double p) { return p < 0; });
     if (cell.whole) return !wasWhole;
+    const Corrections& own = corrections_[cell.corrections];
     for (std::size_t s = 0; s < stencil.subTets.size(); ++s) {
         const auto& corner = stencil.subTets[s].vertex;
         const std::array<double, 4> value{phi[corner[0]], phi[corner[1]], phi[corner[2]], phi[corner[3]]};
-        if (*std::min_element(value.begin(), value.end()) >= 0) continue;
+        if (*std::min_element(value.begin(), value.end()) >= 0) {
+            if (isAttached(cell, s)) cell.pieces.push_back({std::uint16_t(s), 0, wholeCut(own.factor[s])});
+            continue;
+        }
         std::array<Vec3, 4> vertex;
         for (std::size_t a = 0; a < 4; ++a) vertex[a] = stencil.vertices[corner[a]].toVec();
         cell.pieces.push_back({std::uint16_t(s), 0, cutTet(vertex, value)});
+        if (!own.factor.empty() && own.factor[s] != 1) scale(cell.pieces.back().cut, own.factor[s]);
     }
     return true;
 }

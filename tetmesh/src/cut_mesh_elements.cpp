@@ -115,9 +115,9 @@ void CutMesh::groupPieces(Cell& cell, std::vector<double>& phi, std::vector<Cell
     const std::size_t first = elements.size();
     for (Piece& piece : cell.pieces) {
         const SubTet& sub = stencil.subTets[piece.subTet];
-        Coord inside{};
-        for (std::uint16_t v : sub.vertex)
-            if (phi[v] < 0) inside = stencil.vertices[v];
+        const auto in = std::find_if(sub.vertex.begin(), sub.vertex.end(), [&](std::uint16_t v) { return phi[v] < 0; });
+        const Coord inside = in != sub.vertex.end() ? stencil.vertices[*in]
+                                                    : sub.voxel + cornerOffset(anchorOf(m * cell.coord + sub.voxel));
         const auto& corner = cellTets(shape).corner[sub.parent];
         std::array<std::uint32_t, 4> id{};
         for (std::size_t a = 0; a < 4; ++a) {

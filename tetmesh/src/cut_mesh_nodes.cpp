@@ -12,40 +12,85 @@ namespace {
 
 constexpr std::size_t kNodeChunk = 64;
 
+/// Vertices of a star that are material, and which of them hang together: the least of each class is its root.
+class Roots {
+public:
+    explicit Roots(std::size_t vertices) : root_(vertices, -1) {}
+    bool has(std::size_t v) const { return root_[v] >= 0; }
+    void add(std::int32_t v)
+    {
+        if (!has(std::size_t(v))) root_[std::size_t(v)] = v;
+    }
+    std::int32_t find(std::int32_t v)
+    {
+        while (root_[std::size_t(v)] != v) v = root_[std::size_t(v)] = root_[std::size_t(root_[std::size_t(v)])];
+        return v;
+    }
+    std::int32_t join(std::int32_t v, std::int32_t w)
+    {
+        v = find(v), w = find(w);
+        return root_[std::size_t(std::max(v, w))] = std::min(v, w);
+    }
+
+private:
+    std::vector<std::int32_t> root_;
+};
+
+/// Attached sub-tets hang together with those beside them by faces without a vertex inside.
+void joinAttached(const StarStencil& star, std::span<const std::int32_t> anchor, Roots& roots)
+{
+    struct Face {
+        std::array<std::uint16_t, 3> vertex;
+        std::int32_t material;  // a vertex that the sub-tet hangs together with
+        bool attached;
+        bool operator<(const Face& other) const { return vertex < other.vertex; }
+    };
+    std::vector<Face> faces;
+    for (std::size_t i = 0; i < anchor.size(); ++i) {
+        const auto& tet = star.subTets[i].vertex;
+        const auto isMaterial = [&](std::uint16_t v) { return roots.has(v); };
+        const auto inside = std::find_if(tet.begin(), tet.end(), isMaterial);
+        const bool cut = inside != tet.end();
+        if (cut ? std::find_if(inside + 1, tet.end(), isMaterial) != tet.end() : anchor[i] < 0) continue;
+        for (std::size_t a = 0; a < 4; ++a) {
+            if (cut && tet[a] != *inside) continue;
+            std::array<std::uint16_t, 3> face{tet[(a + 1) % 4], tet[(a + 2) % 4], tet[(a + 3) % 4]};
+            std::sort(face.begin(), face.end());
+            faces.push_back({face, cut ? *inside : anchor[i], !cut});
+        }
+    }
+    std::sort(faces.begin(), faces.end());
+    for (std::size_t i = 1; i < faces.size(); ++i)
+        if (faces[i].vertex == faces[i - 1].vertex && (faces[i].attached || faces[i - 1].attached))
+            roots.join(faces[i].material, faces[i - 1].material);
+}
+
 }  // namespace
 
 CutMesh::NodeClasses CutMesh::classify(Coord node) const
 {
     const StarStencil& star = this->star(node);
     const Coord base = lattice_.coarsening * node;
-    std::vector<std::int16_t> root(star.vertices.size(), -1);
-    for (std::size_t v = 0; v < root.size(); ++v)
-        if (seenPhi(base + star.vertices[v]) < 0) root[v] = std::int16_t(v);
-    const auto find = [&](std::int16_t v) {
-        while (root[std::size_t(v)] != v) v = root[std::size_t(v)] = root[std::size_t(root[std::size_t(v)])];
-        return v;
-    };
+    const std::vector<std::int32_t> anchor = anchors(node);
+    Roots roots(star.vertices.size());
+    for (std::size_t v = 0; v < star.ofTets; ++v)
+        if (seenPhi(base + star.vertices[v]) < 0) roots.add(std::int32_t(v));
     // Two sub-tets that share a face with material share one of its inside vertices, and all sub-tets round an inside
     // vertex hang together by such faces: joining the inside vertices of each sub-tet joins exactly those sub-tets.
     for (const auto& tet : star.subTets) {
-        std::int16_t first = -1;
-        for (std::uint16_t v : tet) {
-            if (root[v] < 0) continue;
-            const std::int16_t r = find(std::int16_t(v));
-            if (first < 0)
-                first = r;
-            else if (r != first) {
-                root[std::size_t(std::max(r, first))] = std::min(r, first);
-                first = std::min(r, first);
-            }
-        }
+        std::int32_t first = -1;
+        for (std::uint16_t v : tet.vertex)
+            if (roots.has(v)) first = first < 0 ? roots.find(v) : roots.join(first, v);
     }
+    for (std::int32_t v : anchor)
+        if (v >= 0) roots.add(v);
+    if (!anchor.empty()) joinAttached(star, anchor, roots);
     NodeClasses classes;
-    classes.label.assign(root.size(), -1);
-    for (std::size_t v = 0; v < root.size(); ++v) {
-        if (root[v] < 0) continue;
-        const std::size_t r = std::size_t(find(std::int16_t(v)));
-        if (r == v) classes.label[v] = std::int16_t(classes.count++);  // roots are the least of their class
+    classes.label.assign(star.vertices.size(), -1);
+    for (std::size_t v = 0; v < classes.label.size(); ++v) {
+        if (!roots.has(v)) continue;
+        const std::size_t r = std::size_t(roots.find(std::int32_t(v)));
+        if (r == v) classes.label[v] = std::int32_t(classes.count++);  // roots are the least of their class
         classes.label[v] = classes.label[r];
     }
     return classes;

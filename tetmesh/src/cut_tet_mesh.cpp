@@ -35,7 +35,8 @@ struct CutTetMesh::Weights {
     std::optional<NodalWeights> weights;
 };
 
-CutTetMesh::CutTetMesh(const TetMesh& mesh, double spacing, double voxelSize, NodeField<float> phi)
+CutTetMesh::CutTetMesh(const TetMesh& mesh, double spacing, double voxelSize, NodeField<float> phi,
+                       const RestShape& shape)
     : h_(spacing), dx_(voxelSize), phi_(std::move(phi)), weights_(std::make_unique<Weights>())
 {
     sortIntoBlocks(mesh);
@@ -60,9 +61,8 @@ CutTetMesh::CutTetMesh(const TetMesh& mesh, double spacing, double voxelSize, No
     cut_.resize(tets_.size());
     label_.assign(star_.size(), kNone);
     copies_.assign(points_.size(), 0);
-    std::vector<std::uint32_t> all(tets_.size());
-    std::iota(all.begin(), all.end(), 0u);
-    cut(all);
+    cut(allTets());
+    if (shape) correct(shape);
     for (std::uint32_t p = 0; p < points_.size(); ++p) classify(p);
     numberNodes();
     makeElements();
@@ -147,17 +147,6 @@ double CutTetMesh::phiAt(const Vec3& X) const
     return std::abs(sum) < kSnap * dx_ ? 0 : sum;
 }
 
-void CutTetMesh::cut(std::span<const std::uint32_t> tets)
-{
-    parallelChunks(tets.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-            const auto& v = tets_[tets[i]];
-            cut_[tets[i]] = cutTet({points_[v[0]], points_[v[1]], points_[v[2]], points_[v[3]]},
-                                   {seen_[v[0]], seen_[v[1]], seen_[v[2]], seen_[v[3]]});
-        }
-    });
-}
-
 /// Counts the copies of a point: tets of its star with a face in common that holds material share one.
 void CutTetMesh::classify(std::uint32_t point)
 {
@@ -176,13 +165,18 @@ void CutTetMesh::classify(std::uint32_t point)
             for (std::size_t b = 0; b < a; ++b) {
                 const std::uint32_t p = tets_[t][a], q = tets_[t][b];
                 if (p == point || q == point) continue;
-                if (seen_[point] < 0 || seen_[p] < 0 || seen_[q] < 0)
-                    faces.push_back({{std::min(p, q), std::max(p, q)}, i});
+                faces.push_back({{std::min(p, q), std::max(p, q)}, i});
             }
     }
     std::sort(faces.begin(), faces.end());
-    for (std::size_t i = 1; i < faces.size(); ++i)
-        if (faces[i].others == faces[i - 1].others) sets.join(faces[i].tet, faces[i - 1].tet);
+    const auto hasMaterial = [&](const Face& face) {
+        return seen_[point] < 0 || seen_[face.others[0]] < 0 || seen_[face.others[1]] < 0;
+    };
+    const auto isAttached = [&](const Face& face) { return !attached_.empty() && attached_[star_[first + face.tet]]; };
+    for (std::size_t i = 1; i < faces.size(); ++i) {
+        const Face &a = faces[i - 1], &b = faces[i];
+        if (a.others == b.others && (hasMaterial(a) || isAttached(a) || isAttached(b))) sets.join(a.tet, b.tet);
+    }
     std::uint8_t copies = 0;
     for (std::uint32_t i = 0; i < count; ++i) {
         const bool material = cut_[star_[first + i]].fraction > 0;
@@ -280,8 +274,10 @@ CutUpdate CutTetMesh::update(std::span<const VoxelPhi> newPhi)
 {
     CutUpdate update;
     std::vector<std::uint32_t> tets, touched;
-    for (std::uint32_t p : takePhi(newPhi, update))
+    for (std::uint32_t p : takePhi(newPhi, update)) {
         tets.insert(tets.end(), star_.begin() + starStart_[p], star_.begin() + starStart_[p + 1]);
+        if (seen_[p] >= 0) detach(p, tets);
+    }
     sortUnique(tets);
     cut(tets);
     for (std::uint32_t t : tets) touched.insert(touched.end(), tets_[t].begin(), tets_[t].end());

@@ -151,7 +151,7 @@ private:
                 inside[a] = number_(voxel[a]) != kUnused;
             }
             const Sorted s = sorted(voxel, inside);
-            if (all || s.inside < 4) visit(s);
+            if (s.inside > 0 && (all || s.inside < 4)) visit(s);
         }
     }
 

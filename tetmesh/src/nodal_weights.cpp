@@ -1,6 +1,7 @@
 #include "nodal_weights.h"
 
 #include "coord_ranges.h"
+#include "true_share.h"
 
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/tetmesh/cell.h>
@@ -16,21 +17,14 @@ namespace {
 
 using Barycentric = std::array<double, 4>;
 
-/// Centroids of the parts^3 sub-tets of a tet. The Kuhn tets of a grid with `parts` cells along an edge that lie in the
-/// tet 1 >= x >= y >= z >= 0 divide it into parts of equal volume.
+/// Centroids of the parts^3 sub-tets of a tet.
 std::vector<Barycentric> centroids(int parts)
 {
-    constexpr double kCentroid[3] = {3. / 4, 2. / 4, 1. / 4};  // of a Kuhn tet, along its axes in their order
-    std::vector<Barycentric> result;
-    forBox({0, 0, 0}, {parts - 1, parts - 1, parts - 1}, [&](Coord c) {
-        std::array<int, 3> axis = {0, 1, 2};
-        do {
-            std::array<double, 3> p = {double(c.x), double(c.y), double(c.z)};
-            for (std::size_t k = 0; k < 3; ++k) p[std::size_t(axis[k])] += kCentroid[k];
-            if (p[0] > p[1] && p[1] > p[2])
-                result.push_back({1 - p[0] / parts, (p[0] - p[1]) / parts, (p[1] - p[2]) / parts, p[2] / parts});
-        } while (std::next_permutation(axis.begin(), axis.end()));
-    });
+    const DividedTet divided = divideTet(parts);
+    std::vector<Barycentric> result(divided.tets.size(), Barycentric{});
+    for (std::size_t t = 0; t < result.size(); ++t)
+        for (std::uint16_t p : divided.tets[t])
+            for (std::size_t a = 0; a < 4; ++a) result[t][a] += divided.points[p][a] / 4;
     return result;
 }
 

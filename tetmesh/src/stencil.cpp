@@ -33,6 +33,7 @@ CellStencil makeCellStencil(const Lattice& lattice, CellShape shape)
             for (int x = 0; x < m; ++x)
                 for (int t = 0; t < tets.count; ++t) {
                     SubTet sub{};
+                    sub.voxel = {x, y, z};
                     Vec3 center = Vec3::Zero();
                     for (std::size_t a = 0; a < 4; ++a) {
                         const Coord v = Coord{x, y, z} + cornerOffset(tets.corner[std::size_t(t)][a]);
@@ -51,27 +52,33 @@ StarStencil makeStarStencil(const Lattice& lattice, bool odd)
     StarStencil star;
     star.reach = m;
     star.index.assign(std::size_t(n * n * n), -1);
+    std::vector<Coord> voxels;
+    const auto vertexAt = [&](Coord offset) {
+        const Coord at = offset + Coord{m, m, m};
+        std::int32_t& index = star.index[std::size_t((at.z * n + at.y) * n + at.x)];
+        if (index < 0) {
+            index = std::int32_t(star.vertices.size());
+            star.vertices.push_back(offset);
+        }
+        return std::uint16_t(index);
+    };
     for (int c = 0; c < kCorners; ++c) {  // the node is corner c of this cell
         const Coord cell = -1 * cornerOffset(c);
         const CellShape shape = lattice.shapeOf(cell + Coord{odd, 0, 0});
         const CellStencil stencil = makeCellStencil(lattice, shape);
-        for (const SubTet& sub : stencil.subTets) {
+        for (std::uint32_t s = 0; s < stencil.subTets.size(); ++s) {
+            const SubTet& sub = stencil.subTets[s];
             const auto& corner = cellTets(shape).corner[sub.parent];
             if (std::find(corner.begin(), corner.end(), c) == corner.end()) continue;
-            std::array<std::uint16_t, 4> tet{};
-            for (std::size_t a = 0; a < 4; ++a) {
-                const Coord offset = m * cell + stencil.vertices[sub.vertex[a]];
-                const Coord at = offset + Coord{m, m, m};
-                std::int16_t& index = star.index[std::size_t((at.z * n + at.y) * n + at.x)];
-                if (index < 0) {
-                    index = std::int16_t(star.vertices.size());
-                    star.vertices.push_back(offset);
-                }
-                tet[a] = std::uint16_t(index);
-            }
+            StarStencil::Tet tet{{}, std::uint8_t(c), s};
+            for (std::size_t a = 0; a < 4; ++a) tet.vertex[a] = vertexAt(m * cell + stencil.vertices[sub.vertex[a]]);
             star.subTets.push_back(tet);
+            voxels.push_back(m * cell + sub.voxel);
         }
     }
+    star.ofTets = star.vertices.size();
+    for (Coord voxel : voxels)
+        for (int c = 0; c < kCorners; ++c) vertexAt(voxel + cornerOffset(c));
     return star;
 }
 

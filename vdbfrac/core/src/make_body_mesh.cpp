@@ -34,16 +34,16 @@ tetmesh::TetMesh enclosingTets(const scene::Grid& grid, const grid::LevelSet& ph
 }  // namespace
 
 std::unique_ptr<tetmesh::BodyMesh> makeBodyMesh(const scene::Grid& grid, const grid::LevelSet& phi,
-                                                std::uint64_t memoryLimit)
+                                                const tetmesh::RestShape& shape, std::uint64_t memoryLimit)
 {
     using Kind = tetmesh::Lattice::Kind;
     if (grid.lattice == scene::LatticeKind::delaunay)
         return std::make_unique<tetmesh::CutTetMesh>(enclosingTets(grid, phi, memoryLimit),
                                                      grid.coarsening * grid.voxelSize, grid.voxelSize,
-                                                     grid::sampleNodes(phi, memoryLimit));
+                                                     grid::sampleNodes(phi, memoryLimit), shape);
     const Kind kind = grid.lattice == scene::LatticeKind::six ? Kind::six : Kind::five;
     return std::make_unique<tetmesh::CutMesh>(tetmesh::Lattice{kind, grid.coarsening, grid.voxelSize, grid.wholeTets},
-                                              grid::sampleNodes(phi, memoryLimit));
+                                              grid::sampleNodes(phi, memoryLimit), shape);
 }
 
 }  // namespace vdbfrac::core

@@ -1,4 +1,5 @@
 #include "body_sources.h"
+#include "interpolant.h"
 #include "sample_leaves.h"
 
 #include <vdbfrac/base/error.h>
@@ -202,6 +203,20 @@ LevelSet makeLevelSet(const scene::Body& body, const scene::Grid& grid, std::uin
     Build all = buildOf(body, grid, memoryLimit);
     all.notes = notes;
     return build(body, all);
+}
+
+tetmesh::RestShape restShape(const scene::Body& body, const LevelSet& phi)
+{
+    if (const Primitive* solid = std::get_if<Primitive>(&body.shape))
+        return [body, solid = *solid](std::span<const Vec3> X, std::span<double> values) {
+            for (std::size_t i = 0; i < X.size(); ++i) values[i] = combine(signedDistance(solid, X[i]), body, X[i]);
+        };
+    return [body, grid = openvdb::FloatGrid::ConstPtr(phi.grid().grid)](std::span<const Vec3> X,
+                                                                        std::span<double> values) {
+        Interpolant voxels(*grid);
+        const double dx = grid->voxelSize()[0];
+        for (std::size_t i = 0; i < X.size(); ++i) values[i] = combine(voxels.valueAt(X[i] / dx), body, X[i]);
+    };
 }
 
 LevelSet makeOutline(const scene::Body& body, const scene::Grid& grid, int across, std::uint64_t memoryLimit)

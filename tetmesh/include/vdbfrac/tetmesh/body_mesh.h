@@ -59,6 +59,9 @@ struct CutUpdate {
     bool topologyChanged = false;      ///< nodes or their sharing may differ
 };
 
+/// phi [m] of the true shape of a body at rest, at points X [m]: what lies between the voxels. Called from any thread.
+using RestShape = std::function<void(std::span<const Vec3> X, std::span<double> phi)>;
+
 /// Energy density [J/m^3] of tet t of an element.
 using TetEnergy = std::function<double(std::uint32_t element, int tet)>;
 

@@ -23,6 +23,11 @@
 
 namespace vdbfrac::tetmesh {
 
+// With the true shape of the body at rest the cut is corrected. Sub-tets hold more or less than a linear phi says:
+// their volumes are scaled so that they are true at rest, and stay scaled. Those at edges and corners may hold material
+// without a vertex inside. They are attached to the inside corners of their voxel, and go with the first that fails.
+// Where the surface is drawn does not change.
+
 /// The material part of one sub-tet of a cut cell.
 struct Piece {
     std::uint16_t subTet = 0;   ///< index into the cell stencil
@@ -36,15 +41,19 @@ struct Cell {
     std::uint32_t patch = 0;
     bool whole = true;  ///< all its voxel nodes are material: one element, no pieces kept
     std::uint32_t firstElement = 0, elements = 1;
-    std::vector<Piece> pieces;  ///< of a cell that is not whole, by sub-tet
+    std::uint32_t corrections = 0;  ///< which; 0: none
+    std::vector<Piece> pieces;      ///< of a cell that is not whole, by sub-tet
 };
+
+class TrueShare;
 
 class CutMesh final : public BodyMesh {
 public:
     CutMesh() = default;
     /// Cuts everything. phi [m] on voxel coordinates; its box must hold every material voxel and two layers more.
-    /// Throws Error for a coarsening that is not possible.
-    CutMesh(Lattice lattice, NodeField<float> phi);
+    /// `shape`: what phi is of; volumes are true then, but not of whole tets. Throws Error for a coarsening that is not
+    /// possible.
+    CutMesh(Lattice lattice, NodeField<float> phi, const RestShape& shape = {});
 
     CutUpdate update(std::span<const VoxelPhi> newPhi) override;
 
@@ -80,8 +89,14 @@ protected:
 private:
     /// The copies of one lattice node: the class of each star vertex (-1: no material there).
     struct NodeClasses {
-        std::vector<std::int16_t> label;
+        std::vector<std::int32_t> label;
         int count = 0;
+    };
+    /// Of each sub-tet of a cell at rest: its true volume over that of the linear cut; of one without a vertex inside,
+    /// over that of the sub-tet.
+    struct Corrections {
+        std::vector<float> factor;
+        bool attached = false;  // is there a sub-tet with material, and no vertex inside?
     };
     /// A lattice node before and after its copies were counted again. Before: no label where there was one copy.
     struct Reclassified {
@@ -112,6 +127,13 @@ private:
     void seenPhi(Coord base, std::span<const Coord> offsets, std::vector<double>& phi) const;
 
     const StarStencil& star(Coord node) const { return starStencil_[std::size_t((node.x + node.y + node.z) & 1)]; }
+    double seen(double phi) const;
+    Corrections correctionsOf(const Cell& cell, TrueShare& share) const;
+    void correct(const RestShape& shape);
+    bool isAttached(const Cell& cell, std::size_t subTet) const;
+    bool hasAttached(Coord cell) const;
+    int anchorOf(Coord voxel) const;
+    std::vector<std::int32_t> anchors(Coord node) const;
     NodeClasses classify(Coord node) const;
     std::vector<Reclassified> reclassify(const std::vector<std::uint32_t>& latticeNodes);
     Renumbering renumber(const std::vector<Reclassified>& changed);
@@ -130,6 +152,7 @@ private:
     std::array<CellStencil, 3> cellStencil_;  // by CellShape
     std::array<StarStencil, 2> starStencil_;  // by parity of the node
     NodeField<float> phi_, rest_;
+    std::vector<Corrections> corrections_;  // the first is of no cell
 
     std::vector<Cell> cells_;
     NodeField<std::int32_t> cellIndex_;

@@ -28,8 +28,9 @@ class CutTetMesh final : public BodyMesh {
 public:
     /// `spacing`: the edge that tets mostly have [m]; `phi` [m] on voxels, its box holds every voxel of material and
     /// two layers more. Tets and points are sorted into blocks of 8 spacings. Throws InputError when phi < 0 at a
-    /// boundary point: the mesh has to enclose the material.
-    CutTetMesh(const TetMesh& mesh, double spacing, double voxelSize, NodeField<float> phi);
+    /// boundary point: the mesh has to enclose the material. `shape`: what phi is of; volumes are true then.
+    CutTetMesh(const TetMesh& mesh, double spacing, double voxelSize, NodeField<float> phi,
+               const RestShape& shape = {});
     CutTetMesh(CutTetMesh&&) noexcept;
     ~CutTetMesh() override;
 
@@ -68,6 +69,10 @@ private:
     double phiAt(const Vec3& X) const;
     std::vector<std::uint32_t> takePhi(std::span<const VoxelPhi> newPhi, CutUpdate& update);
     void cut(std::span<const std::uint32_t> tets);
+    std::vector<std::uint32_t> allTets() const;
+    void correct(const RestShape& shape);
+    void attach();
+    void detach(std::uint32_t point, std::vector<std::uint32_t>& tets);
     void classify(std::uint32_t point);
     void numberNodes();
     void makeElements();
@@ -91,6 +96,13 @@ private:
     std::vector<double> seen_;               // phi at each point, snapped to 0 within kSnap dx
     std::vector<std::uint8_t> wasMaterial_;  // was phi < 0 there at first?
     std::vector<TetCut> cut_;                // of each tet
+    // Of each tet at rest: its true volume over that of the linear cut; of one without a point inside, over that of the
+    // tet. Empty without a shape.
+    std::vector<float> correction_;
+    // Of each tet: does it hold material without a point inside? It hangs on the inside points of the tets beside it,
+    // and goes with the first that fails. Empty without a shape.
+    std::vector<std::uint8_t> attached_;
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> anchors_;  // such points, with their tets; sorted
     std::vector<std::uint8_t> label_;   // of each slot: the copy of the point that the tet has; kNone without material
     std::vector<std::uint8_t> copies_;  // of each point
     std::vector<std::uint32_t> firstNode_;  // of each point, and the end

@@ -13,8 +13,8 @@
 
 namespace vdbfrac::tetmesh {
 
-/// Largest coarsening. Stencils number their vertices with 16 bits: the star of a node has 29 679 at 19, more than 32
-/// 767 at 20.
+/// Largest coarsening. Stencils number their vertices with 16 bits: the box round a node has 59 319 voxels at 19, more
+/// than 65 535 at 20.
 inline constexpr int kMaxCoarsening = 19;
 
 struct Lattice {
@@ -43,6 +43,7 @@ std::uint8_t kuhnTetOf(const Vec3& p);
 struct SubTet {
     std::array<std::uint16_t, 4> vertex;  ///< indices into the stencil's vertices
     std::uint8_t parent;                  ///< tet of the cell
+    Coord voxel;                          ///< lowest corner of the voxel it is part of
 };
 
 /// Sub-tets of a cell. Vertices are offsets from the cell's lowest voxel coordinate.
@@ -53,12 +54,19 @@ struct CellStencil {
 CellStencil makeCellStencil(const Lattice& lattice, CellShape shape);
 
 /// All sub-tets whose parent tet has a certain lattice node as a corner: the node's star.
-/// Vertices are offsets from the node's voxel coordinate; `find` gives a vertex' index from its offset.
+/// Vertices are offsets from the node's voxel coordinate; `find` gives a vertex' index from its offset. After those of
+/// the sub-tets come the other corners of their voxels.
 struct StarStencil {
+    struct Tet {
+        std::array<std::uint16_t, 4> vertex;
+        std::uint8_t corner;   ///< the node is this corner of its cell
+        std::uint32_t subTet;  ///< of the cell's stencil
+    };
     int reach = 0;  ///< offsets lie in [-m, m]
     std::vector<Coord> vertices;
-    std::vector<std::array<std::uint16_t, 4>> subTets;
-    std::vector<std::int16_t> index;  ///< -1 where the offset is not in the star
+    std::size_t ofTets = 0;  ///< vertices of sub-tets
+    std::vector<Tet> subTets;
+    std::vector<std::int32_t> index;  ///< -1 where the offset is none of a vertex
 
     int find(Coord offset) const
     {

@@ -3,6 +3,7 @@
 
 #include <vdbfrac/grid/level_set.h>
 #include <vdbfrac/scene/scene.h>
+#include <vdbfrac/tetmesh/body_mesh.h>
 
 #include <cstdint>
 #include <string>
@@ -23,5 +24,9 @@ LevelSet makeLevelSet(const scene::Body& body, const scene::Grid& grid, std::uin
 
 /// The same with voxels no smaller than the longest side over `across`: what it looks like, at a bounded cost.
 LevelSet makeOutline(const scene::Body& body, const scene::Grid& grid, int across, std::uint64_t memoryLimit);
+
+/// phi of the body whose level set this is, between voxels too: solids as they are, what was read by cubic
+/// interpolation. Shares the grid, which must not change meanwhile.
+tetmesh::RestShape restShape(const scene::Body& body, const LevelSet& phi);
 
 }  // namespace vdbfrac::grid
