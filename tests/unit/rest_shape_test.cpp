@@ -85,6 +85,12 @@ test::Changes valuesOf(const tetmesh::BodyMesh& mesh)
     return all;
 }
 
+tetmesh::CutTetMesh trueTets(int m, double dx, const Phi& phi, double reach, double shake = .2)
+{
+    const int r = m * (int(reach / dx / m) + 3);
+    return {test::tetsOfBox(r, m, shake, dx), m * dx, dx, lab::sample({-r, -r, -r}, {r, r, r}, dx, phi), shapeOf(phi)};
+}
+
 struct Errors {
     double volume = 0, center = 0, second = 0;  ///< relative; of the solid's size; relative
 };
@@ -184,6 +190,17 @@ TEST_P(RestShapes, SlitOfOneVoxelStaysEmptyAndParts)
     EXPECT_EQ(fragmentCount(mesh), 2u);
 }
 
+TEST_P(RestShapes, NarrowSlitWithNodesInItParts)
+{
+    const Phi box = boxAt(Vec3::Zero(), {.6, .125, .7}), slit = boxAt({0, 0, 0}, {.03, 2, 2});
+    const CutMesh mesh = trueCut(
+        GetParam(), [&](Vec3 p) { return std::max(box(p), -slit(p)); }, .8);
+    EXPECT_EQ(fragmentCount(mesh), 2u);
+    EXPECT_EQ(fragmentCount(trueTets(
+                  1, dx, [&](Vec3 p) { return std::max(box(p), -slit(p)); }, .8, 0)),
+              2u);
+}
+
 TEST_P(RestShapes, BoxesThatTouchAlongAnEdgeAreTwo)
 {
     const Phi one = boxAt({.3, .3, 0}, {.3, .3, .5}), two = boxAt({-.3, -.3, 0}, {.3, .3, .5});
@@ -250,12 +267,6 @@ TEST_P(RestShapes, SameBitsForAnyNumberOfThreads)
     };
     const CutMesh one = make(1);
     for (int threads : {2, 5}) expectSame(make(threads), one);
-}
-
-tetmesh::CutTetMesh trueTets(int m, double dx, const Phi& phi, double reach, double shake = .2)
-{
-    const int r = m * (int(reach / dx / m) + 3);
-    return {test::tetsOfBox(r, m, shake, dx), m * dx, dx, lab::sample({-r, -r, -r}, {r, r, r}, dx, phi), shapeOf(phi)};
 }
 
 TEST(RestShapesOfTets, VolumeIsThatOfTheSolidAtSecondOrder)

@@ -35,7 +35,7 @@ CutMesh::Corrections CutMesh::correctionsOf(const Cell& cell, TrueShare& share) 
 {
     const CellStencil& stencil = cellStencil_[std::size_t(lattice_.shapeOf(cell.coord))];
     const Coord base = lattice_.coarsening * cell.coord;
-    Corrections all{std::vector<float>(stencil.subTets.size(), 0), false};
+    Corrections all{std::vector<float>(stencil.subTets.size(), 0), {}};
     bool isTrue = true;
     auto piece = cell.pieces.begin();
     for (std::size_t s = 0; s < stencil.subTets.size(); ++s) {
@@ -49,8 +49,11 @@ CutMesh::Corrections CutMesh::correctionsOf(const Cell& cell, TrueShare& share) 
         float& factor = all.factor[s];
         if (hasPiece)
             factor = correction(part, piece++->cut.fraction);
-        else if (part >= kLeastShare)
-            factor = float(part), all.attached = true;
+        else if (part >= kLeastShare && share.faces() != 0) {
+            factor = float(part);
+            all.attached.resize(all.factor.size());
+            all.attached[s] = share.faces();
+        }
         isTrue = isTrue && factor == (hasPiece ? 1 : 0);
     }
     if (isTrue) all.factor.clear();
@@ -77,7 +80,7 @@ int CutMesh::anchorOf(Coord voxel) const
 bool CutMesh::isAttached(const Cell& cell, std::size_t subTet) const
 {
     const Corrections& own = corrections_[cell.corrections];
-    if (!own.attached || !(own.factor[subTet] > 0)) return false;
+    if (own.attached.empty() || own.attached[subTet] == 0) return false;
     const CellStencil& stencil = cellStencil_[std::size_t(lattice_.shapeOf(cell.coord))];
     const SubTet& sub = stencil.subTets[subTet];
     const Coord base = lattice_.coarsening * cell.coord;
@@ -89,27 +92,28 @@ bool CutMesh::isAttached(const Cell& cell, std::size_t subTet) const
 bool CutMesh::hasAttached(Coord cell) const
 {
     const std::int32_t i = corrections_.size() > 1 ? cellIndex_(cell) : -1;
-    return i >= 0 && corrections_[cells_[std::size_t(i)].corrections].attached;
+    return i >= 0 && !corrections_[cells_[std::size_t(i)].corrections].attached.empty();
 }
 
-/// Of each sub-tet of a star that is attached: the vertex it hangs on, else -1. Empty when none is.
-std::vector<std::int32_t> CutMesh::anchors(Coord node) const
+/// Of each sub-tet of a star; empty when none is attached.
+std::vector<AttachedTet> CutMesh::attachedTets(Coord node) const
 {
     bool any = false;
     forCellsRound(node, 1, [&](Coord cell) { any = any || hasAttached(cell); });
     if (!any) return {};
     const StarStencil& star = this->star(node);
-    std::vector<std::int32_t> anchor(star.subTets.size(), -1);
-    for (std::size_t i = 0; i < anchor.size(); ++i) {
+    std::vector<AttachedTet> attached(star.subTets.size());
+    for (std::size_t i = 0; i < attached.size(); ++i) {
         const StarStencil::Tet& tet = star.subTets[i];
         const Coord offset = -1 * cornerOffset(tet.corner);
         const std::int32_t index = cellIndex_(node + offset);
         if (index < 0 || !isAttached(cells_[std::size_t(index)], tet.subTet)) continue;
         const Coord voxel = stencil(lattice_.shapeOf(node + offset)).subTets[tet.subTet].voxel;
-        anchor[i] = star.find(lattice_.coarsening * offset + voxel +
-                              cornerOffset(anchorOf(lattice_.coarsening * (node + offset) + voxel)));
+        const int corner = anchorOf(lattice_.coarsening * (node + offset) + voxel);
+        attached[i] = {star.find(lattice_.coarsening * offset + voxel + cornerOffset(corner)),
+                       corrections_[cells_[std::size_t(index)].corrections].attached[tet.subTet]};
     }
-    return anchor;
+    return attached;
 }
 
 }  // namespace vdbfrac::tetmesh

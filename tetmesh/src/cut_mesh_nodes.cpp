@@ -36,8 +36,8 @@ private:
     std::vector<std::int32_t> root_;
 };
 
-/// Attached sub-tets hang together with those beside them by faces without a vertex inside.
-void joinAttached(const StarStencil& star, std::span<const std::int32_t> anchor, Roots& roots)
+/// Attached sub-tets hang together with those beside them by faces with material and no vertex inside.
+void joinAttached(const StarStencil& star, std::span<const AttachedTet> attached, Roots& roots)
 {
     struct Face {
         std::array<std::uint16_t, 3> vertex;
@@ -46,17 +46,17 @@ void joinAttached(const StarStencil& star, std::span<const std::int32_t> anchor,
         bool operator<(const Face& other) const { return vertex < other.vertex; }
     };
     std::vector<Face> faces;
-    for (std::size_t i = 0; i < anchor.size(); ++i) {
+    for (std::size_t i = 0; i < attached.size(); ++i) {
         const auto& tet = star.subTets[i].vertex;
         const auto isMaterial = [&](std::uint16_t v) { return roots.has(v); };
         const auto inside = std::find_if(tet.begin(), tet.end(), isMaterial);
         const bool cut = inside != tet.end();
-        if (cut ? std::find_if(inside + 1, tet.end(), isMaterial) != tet.end() : anchor[i] < 0) continue;
+        if (cut ? std::find_if(inside + 1, tet.end(), isMaterial) != tet.end() : attached[i].anchor < 0) continue;
         for (std::size_t a = 0; a < 4; ++a) {
-            if (cut && tet[a] != *inside) continue;
+            if (cut ? tet[a] != *inside : !(attached[i].faces >> a & 1)) continue;
             std::array<std::uint16_t, 3> face{tet[(a + 1) % 4], tet[(a + 2) % 4], tet[(a + 3) % 4]};
             std::sort(face.begin(), face.end());
-            faces.push_back({face, cut ? *inside : anchor[i], !cut});
+            faces.push_back({face, cut ? *inside : attached[i].anchor, !cut});
         }
     }
     std::sort(faces.begin(), faces.end());
@@ -71,7 +71,7 @@ CutMesh::NodeClasses CutMesh::classify(Coord node) const
 {
     const StarStencil& star = this->star(node);
     const Coord base = lattice_.coarsening * node;
-    const std::vector<std::int32_t> anchor = anchors(node);
+    const std::vector<AttachedTet> attached = attachedTets(node);
     Roots roots(star.vertices.size());
     for (std::size_t v = 0; v < star.ofTets; ++v)
         if (seenPhi(base + star.vertices[v]) < 0) roots.add(std::int32_t(v));
@@ -82,9 +82,9 @@ CutMesh::NodeClasses CutMesh::classify(Coord node) const
         for (std::uint16_t v : tet.vertex)
             if (roots.has(v)) first = first < 0 ? roots.find(v) : roots.join(first, v);
     }
-    for (std::int32_t v : anchor)
-        if (v >= 0) roots.add(v);
-    if (!anchor.empty()) joinAttached(star, anchor, roots);
+    for (const AttachedTet& tet : attached)
+        if (tet.anchor >= 0) roots.add(tet.anchor);
+    if (!attached.empty()) joinAttached(star, attached, roots);
     NodeClasses classes;
     classes.label.assign(star.vertices.size(), -1);
     for (std::size_t v = 0; v < classes.label.size(); ++v) {

@@ -154,6 +154,7 @@ void CutTetMesh::classify(std::uint32_t point)
     struct Face {
         std::array<std::uint32_t, 2> others;
         std::uint32_t tet;  // in the star
+        bool material;      // by a point inside or, of an attached tet, by the shape
         auto operator<=>(const Face&) const = default;
     };
     std::vector<Face> faces;
@@ -165,17 +166,17 @@ void CutTetMesh::classify(std::uint32_t point)
             for (std::size_t b = 0; b < a; ++b) {
                 const std::uint32_t p = tets_[t][a], q = tets_[t][b];
                 if (p == point || q == point) continue;
-                faces.push_back({{std::min(p, q), std::max(p, q)}, i});
+                std::size_t opposite = 0;
+                while (opposite == a || opposite == b || tets_[t][opposite] == point) ++opposite;
+                const bool inside = seen_[point] < 0 || seen_[p] < 0 || seen_[q] < 0;
+                const bool attached = !attached_.empty() && (attached_[t] >> opposite & 1);
+                faces.push_back({{std::min(p, q), std::max(p, q)}, i, inside || attached});
             }
     }
     std::sort(faces.begin(), faces.end());
-    const auto hasMaterial = [&](const Face& face) {
-        return seen_[point] < 0 || seen_[face.others[0]] < 0 || seen_[face.others[1]] < 0;
-    };
-    const auto isAttached = [&](const Face& face) { return !attached_.empty() && attached_[star_[first + face.tet]]; };
     for (std::size_t i = 1; i < faces.size(); ++i) {
         const Face &a = faces[i - 1], &b = faces[i];
-        if (a.others == b.others && (hasMaterial(a) || isAttached(a) || isAttached(b))) sets.join(a.tet, b.tet);
+        if (a.others == b.others && (a.material || b.material)) sets.join(a.tet, b.tet);
     }
     std::uint8_t copies = 0;
     for (std::uint32_t i = 0; i < count; ++i) {

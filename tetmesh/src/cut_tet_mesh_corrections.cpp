@@ -38,6 +38,7 @@ std::vector<std::uint32_t> CutTetMesh::allTets() const
 void CutTetMesh::correct(const RestShape& shape)
 {
     correction_.assign(tets_.size(), 1);
+    attached_.assign(tets_.size(), 0);
     parallelChunks(tets_.size(), kChunk, [&](std::size_t begin, std::size_t end) {
         TrueShare share(shape, dx_);
         for (std::size_t t = begin; t < end; ++t) {
@@ -46,6 +47,7 @@ void CutTetMesh::correct(const RestShape& shape)
             const double part = share.of({points_[v[0]], points_[v[1]], points_[v[2]], points_[v[3]]});
             const double linear = cut_[t].fraction;
             correction_[t] = linear > 0 ? correction(part, linear) : part >= kLeastShare ? float(part) : 0.f;
+            if (linear == 0 && part >= kLeastShare) attached_[t] = share.faces();
         }
     });
     attach();
@@ -58,12 +60,16 @@ void CutTetMesh::attach()
     struct Face {
         std::array<std::uint32_t, 3> point;
         std::uint32_t tet, opposite;
+        bool material;
         bool operator<(const Face& other) const { return point < other.point; }
     };
     std::vector<Face> faces;
     for (std::uint32_t t = 0; t < tets_.size(); ++t)
         for (std::size_t a = 0; a < 4; ++a) {
-            Face face{{tets_[t][(a + 1) % 4], tets_[t][(a + 2) % 4], tets_[t][(a + 3) % 4]}, t, tets_[t][a]};
+            Face face{{tets_[t][(a + 1) % 4], tets_[t][(a + 2) % 4], tets_[t][(a + 3) % 4]},
+                      t,
+                      tets_[t][a],
+                      (attached_[t] >> a & 1) != 0};
             if (std::any_of(face.point.begin(), face.point.end(), [&](std::uint32_t p) { return seen_[p] < 0; }))
                 continue;
             std::sort(face.point.begin(), face.point.end());
@@ -73,12 +79,12 @@ void CutTetMesh::attach()
     for (std::size_t i = 1; i < faces.size(); ++i) {
         if (faces[i].point != faces[i - 1].point) continue;
         for (const auto& [own, other] : {std::pair(faces[i], faces[i - 1]), std::pair(faces[i - 1], faces[i])})
-            if (cut_[own.tet].fraction == 0 && correction_[own.tet] > 0 && seen_[other.opposite] < 0)
-                anchors_.push_back({other.opposite, own.tet});
+            if (own.material && seen_[other.opposite] < 0) anchors_.push_back({other.opposite, own.tet});
     }
     std::sort(anchors_.begin(), anchors_.end());
-    attached_.assign(tets_.size(), 0);
-    for (const auto& [point, tet] : anchors_) attached_[tet] = 1;
+    std::vector<std::uint8_t> hangs(tets_.size(), 0);
+    for (const auto& [point, tet] : anchors_) hangs[tet] = attached_[tet];
+    attached_ = std::move(hangs);
 }
 
 /// Adds the tets that went with a point.

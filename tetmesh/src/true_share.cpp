@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 
 namespace vdbfrac::tetmesh {
 
@@ -57,16 +58,31 @@ TrueShare::TrueShare(const RestShape& shape, double voxelSize)
 
 double TrueShare::of(const std::array<Vec3, 4>& X)
 {
+    // By phi: tets that are mirror images of each other are divided alike, whatever the order of their vertices, so
+    // that a bar which is pulled is in equilibrium.
+    std::array<double, 4> phi;
+    shape_(X, phi);
+    std::iota(order_.begin(), order_.end(), std::size_t(0));
+    std::stable_sort(order_.begin(), order_.end(), [&](std::size_t a, std::size_t b) { return phi[a] < phi[b]; });
     for (std::size_t p = 0; p < X_.size(); ++p) {
-        const auto& b = parts_.points[p];
-        X_[p] = b[0] * X[0] + b[1] * X[1] + b[2] * X[2] + b[3] * X[3];
+        X_[p].setZero();
+        for (std::size_t a = 0; a < 4; ++a) X_[p] += parts_.points[p][a] * X[order_[a]];
     }
     shape_(X_, phi_);
-    for (double& phi : phi_)
-        if (std::abs(phi) < kSnap * dx_) phi = 0;
+    for (double& value : phi_)
+        if (std::abs(value) < kSnap * dx_) value = 0;
     double sum = 0;
     for (const auto& part : parts_.tets) sum += ofPart(part);
     return sum / double(parts_.tets.size());
+}
+
+std::uint8_t TrueShare::faces() const
+{
+    unsigned faces = 0;
+    for (std::size_t p = 0; p < phi_.size(); ++p)
+        for (std::size_t a = 0; a < 4; ++a)
+            if (phi_[p] < 0 && parts_.points[p][a] == 0) faces |= 1u << order_[a];
+    return std::uint8_t(faces);
 }
 
 double TrueShare::ofPart(const std::array<std::uint16_t, 4>& part) const

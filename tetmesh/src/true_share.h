@@ -26,6 +26,8 @@ public:
 
     /// Material volume over tet volume, of a tet of about a voxel: phi is linear in each of its parts.
     double of(const std::array<Vec3, 4>& X);
+    /// Faces of the tet that was measured last which material lies on: bit a is that opposite to vertex a.
+    std::uint8_t faces() const;
 
 private:
     double ofPart(const std::array<std::uint16_t, 4>& part) const;
@@ -33,7 +35,8 @@ private:
     const RestShape& shape_;
     double dx_;
     DividedTet parts_;
-    std::vector<Vec3> X_;  // of the parts' points
+    std::array<std::size_t, 4> order_{};  // of the vertices, by phi
+    std::vector<Vec3> X_;                 // of the parts' points
     std::vector<double> phi_;
 };
 

@@ -45,6 +45,12 @@ struct Cell {
     std::vector<Piece> pieces;      ///< of a cell that is not whole, by sub-tet
 };
 
+/// A sub-tet of a star that has material and no vertex inside.
+struct AttachedTet {
+    std::int32_t anchor = -1;  ///< vertex of the star that it hangs on; -1: it is none
+    std::uint8_t faces = 0;    ///< with material at rest: bit a is that opposite to vertex a
+};
+
 class TrueShare;
 
 class CutMesh final : public BodyMesh {
@@ -96,7 +102,7 @@ private:
     /// over that of the sub-tet.
     struct Corrections {
         std::vector<float> factor;
-        bool attached = false;  // is there a sub-tet with material, and no vertex inside?
+        std::vector<std::uint8_t> attached;  // of those: faces with material, bit a opposite to vertex a; often empty
     };
     /// A lattice node before and after its copies were counted again. Before: no label where there was one copy.
     struct Reclassified {
@@ -133,7 +139,7 @@ private:
     bool isAttached(const Cell& cell, std::size_t subTet) const;
     bool hasAttached(Coord cell) const;
     int anchorOf(Coord voxel) const;
-    std::vector<std::int32_t> anchors(Coord node) const;
+    std::vector<AttachedTet> attachedTets(Coord node) const;
     NodeClasses classify(Coord node) const;
     std::vector<Reclassified> reclassify(const std::vector<std::uint32_t>& latticeNodes);
     Renumbering renumber(const std::vector<Reclassified>& changed);

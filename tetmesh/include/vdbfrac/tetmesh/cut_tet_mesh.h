@@ -99,8 +99,8 @@ private:
     // Of each tet at rest: its true volume over that of the linear cut; of one without a point inside, over that of the
     // tet. Empty without a shape.
     std::vector<float> correction_;
-    // Of each tet: does it hold material without a point inside? It hangs on the inside points of the tets beside it,
-    // and goes with the first that fails. Empty without a shape.
+    // Of each tet that holds material without a point inside: its faces with material, bit a opposite to point a. It
+    // hangs on the inside points of the tets beside it, and goes with the first that fails. Empty without a shape.
     std::vector<std::uint8_t> attached_;
     std::vector<std::pair<std::uint32_t, std::uint32_t>> anchors_;  // such points, with their tets; sorted
     std::vector<std::uint8_t> label_;   // of each slot: the copy of the point that the tet has; kNone without material
