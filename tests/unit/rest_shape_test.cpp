@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <random>
 #include <string>
@@ -146,6 +147,36 @@ TEST_P(RestShapes, CubesAndPlatesOnVoxelPlanesAreExact)
             EXPECT_NEAR(trueCut(lattice, boxAt(Vec3::Zero(), size / 2), 1.1).volume(), size.prod(),
                         kRounding * size.prod());
     }
+}
+
+/// Masses of lattice nodes, each once.
+std::map<Coord, double> massesOf(const CutMesh& mesh)
+{
+    const std::vector<double> mass = test::lumpedMass(mesh);
+    std::map<Coord, double> sum;
+    for (std::size_t i = 0; i < mass.size(); ++i) sum[mesh.nodes()[i]] += mass[i];
+    return sum;
+}
+
+TEST_P(RestShapes, MirroredSolidsHaveMirroredMasses)
+{
+    constexpr double kRounding = 1e-12;  // of a cell
+    // Lattices of six tets are their own images when x and y are swapped, those of five when x changes its sign.
+    const bool six = GetParam().kind == Lattice::Kind::six;
+    const auto turned = [&](Coord c) { return six ? Coord{c.y, c.x, c.z} : Coord{-c.x, c.y, c.z}; };
+    for (const Solid& solid : solids())
+        for (double across : {4., 6., 7., 7.3, 8.}) {
+            Lattice lattice = GetParam();
+            lattice.voxelSize = 1 / across;
+            const auto mass = massesOf(trueCut(lattice, solid.phi, 1.1));
+            SCOPED_TRACE(std::string(solid.name) + " of " + std::to_string(across) + " voxels");
+            for (const auto& [node, m] : mass) {
+                ASSERT_NEAR(m, mass.at(-1 * node), kRounding);
+                if (!six || solid.name != std::string("plate")) {
+                    ASSERT_NEAR(m, mass.at(turned(node)), kRounding);
+                }
+            }
+        }
 }
 
 TEST_P(RestShapes, IntegralsOfVoxelsAddUpToTheVolume)

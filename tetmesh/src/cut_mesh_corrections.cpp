@@ -35,7 +35,7 @@ CutMesh::Corrections CutMesh::correctionsOf(const Cell& cell, TrueShare& share) 
 {
     const CellStencil& stencil = cellStencil_[std::size_t(lattice_.shapeOf(cell.coord))];
     const Coord base = lattice_.coarsening * cell.coord;
-    Corrections all{std::vector<float>(stencil.subTets.size(), 0), {}};
+    Corrections all{std::vector<double>(stencil.subTets.size(), 0), {}};
     bool isTrue = true;
     auto piece = cell.pieces.begin();
     for (std::size_t s = 0; s < stencil.subTets.size(); ++s) {
@@ -46,11 +46,11 @@ CutMesh::Corrections CutMesh::correctionsOf(const Cell& cell, TrueShare& share) 
         for (std::size_t a = 0; a < 4; ++a)
             X[a] = lattice_.voxelSize * (base + stencil.vertices[sub.vertex[a]]).toVec();
         const double part = share.of(X);
-        float& factor = all.factor[s];
+        double& factor = all.factor[s];
         if (hasPiece)
             factor = correction(part, piece++->cut.fraction);
-        else if (part >= kLeastShare && share.faces() != 0) {
-            factor = float(part);
+        else if (part >= kMinShare && share.faces() != 0) {
+            factor = part;
             all.attached.resize(all.factor.size());
             all.attached[s] = share.faces();
         }

@@ -18,7 +18,7 @@ void CutTetMesh::cut(std::span<const std::uint32_t> tets)
             cut = cutTet({points_[v[0]], points_[v[1]], points_[v[2]], points_[v[3]]},
                          {seen_[v[0]], seen_[v[1]], seen_[v[2]], seen_[v[3]]});
             if (correction_.empty()) continue;
-            const float factor = correction_[tets[i]];
+            const double factor = correction_[tets[i]];
             if (cut.fraction > 0 && factor != 1)
                 scale(cut, factor);
             else if (attached_[tets[i]])
@@ -46,8 +46,8 @@ void CutTetMesh::correct(const RestShape& shape)
             if (std::all_of(v.begin(), v.end(), [&](std::uint32_t p) { return seen_[p] < 0; })) continue;
             const double part = share.of({points_[v[0]], points_[v[1]], points_[v[2]], points_[v[3]]});
             const double linear = cut_[t].fraction;
-            correction_[t] = linear > 0 ? correction(part, linear) : part >= kLeastShare ? float(part) : 0.f;
-            if (linear == 0 && part >= kLeastShare) attached_[t] = share.faces();
+            correction_[t] = linear > 0 ? correction(part, linear) : part >= kMinShare ? part : 0.;
+            if (linear == 0 && part >= kMinShare) attached_[t] = share.faces();
         }
     });
     attach();

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
 
 namespace vdbfrac::tetmesh {
 
@@ -51,26 +50,45 @@ DividedTet divideTet(int parts)
     return divided;
 }
 
+namespace {
+
+/// The tet as it is divided along each of the three diagonals of its middle: the same whatever the order of its
+/// vertices, so that a tet and its mirror image hold the same.
+DividedTet divideAlike(int parts)
+{
+    DividedTet divided = divideTet(parts);
+    const auto& points = divided.points;
+    const std::size_t count = divided.tets.size();
+    for (const auto& order : {std::array<std::size_t, 4>{0, 1, 3, 2}, {0, 2, 1, 3}}) {
+        std::vector<std::uint16_t> image;
+        for (const auto& p : points) {
+            const std::array<double, 4> moved{p[order[0]], p[order[1]], p[order[2]], p[order[3]]};
+            image.push_back(std::uint16_t(std::find(points.begin(), points.end(), moved) - points.begin()));
+        }
+        for (std::size_t t = 0; t < count; ++t) {
+            const auto [a, b, c, d] = divided.tets[t];
+            divided.tets.push_back({image[a], image[b], image[c], image[d]});
+        }
+    }
+    return divided;
+}
+
+}  // namespace
+
 TrueShare::TrueShare(const RestShape& shape, double voxelSize)
-    : shape_(shape), dx_(voxelSize), parts_(divideTet(kParts)), X_(parts_.points.size()), phi_(parts_.points.size())
+    : shape_(shape), dx_(voxelSize), parts_(divideAlike(kParts)), X_(parts_.points.size()), phi_(parts_.points.size())
 {
 }
 
 double TrueShare::of(const std::array<Vec3, 4>& X)
 {
-    // By phi: tets that are mirror images of each other are divided alike, whatever the order of their vertices, so
-    // that a bar which is pulled is in equilibrium.
-    std::array<double, 4> phi;
-    shape_(X, phi);
-    std::iota(order_.begin(), order_.end(), std::size_t(0));
-    std::stable_sort(order_.begin(), order_.end(), [&](std::size_t a, std::size_t b) { return phi[a] < phi[b]; });
     for (std::size_t p = 0; p < X_.size(); ++p) {
-        X_[p].setZero();
-        for (std::size_t a = 0; a < 4; ++a) X_[p] += parts_.points[p][a] * X[order_[a]];
+        const auto& b = parts_.points[p];
+        X_[p] = b[0] * X[0] + b[1] * X[1] + b[2] * X[2] + b[3] * X[3];
     }
     shape_(X_, phi_);
-    for (double& value : phi_)
-        if (std::abs(value) < kSnap * dx_) value = 0;
+    for (double& phi : phi_)
+        if (std::abs(phi) < kSnap * dx_) phi = 0;
     double sum = 0;
     for (const auto& part : parts_.tets) sum += ofPart(part);
     return sum / double(parts_.tets.size());
@@ -81,7 +99,7 @@ std::uint8_t TrueShare::faces() const
     unsigned faces = 0;
     for (std::size_t p = 0; p < phi_.size(); ++p)
         for (std::size_t a = 0; a < 4; ++a)
-            if (phi_[p] < 0 && parts_.points[p][a] == 0) faces |= 1u << order_[a];
+            if (phi_[p] < 0 && parts_.points[p][a] == 0) faces |= 1u << a;
     return std::uint8_t(faces);
 }
 
@@ -98,19 +116,19 @@ double TrueShare::ofPart(const std::array<std::uint16_t, 4>& part) const
     return inside < 0 ? 1 : 0;
 }
 
-float correction(double share, double linear)
+double correction(double share, double linear)
 {
     constexpr double kSame = 1e-4;    // flat faces: phi is a float
     constexpr double kSmallest = .1;  // of what is left of a tet that has a vertex inside
     const double factor = share / linear;
-    return std::abs(factor - 1) < kSame ? 1.f : float(std::max(factor, kSmallest));
+    return std::abs(factor - 1) < kSame ? 1. : std::max(factor, kSmallest);
 }
 
 void scale(TetCut& cut, double factor)
 {
-    const double most = std::min(factor, 1 / cut.fraction);
-    cut.fraction = std::min(1., most * cut.fraction);
-    for (double& m : cut.moment) m *= most;
+    const double bounded = std::min(factor, 1 / cut.fraction);
+    cut.fraction = std::min(1., bounded * cut.fraction);
+    for (double& m : cut.moment) m *= bounded;
 }
 
 TetCut wholeCut(double fraction)

@@ -11,7 +11,7 @@
 
 namespace vdbfrac::tetmesh {
 
-/// A tet as parts^3 tets of equal volume.
+/// A tet as tets of equal volume: parts^3 by `divideTet`.
 struct DividedTet {
     std::vector<std::array<double, 4>> points;  ///< barycentric
     std::vector<std::array<std::uint16_t, 4>> tets;
@@ -35,19 +35,18 @@ private:
     const RestShape& shape_;
     double dx_;
     DividedTet parts_;
-    std::array<std::size_t, 4> order_{};  // of the vertices, by phi
-    std::vector<Vec3> X_;                 // of the parts' points
+    std::vector<Vec3> X_;  // of the parts' points
     std::vector<double> phi_;
 };
 
 /// What takes the linear cut of a tet to its true volume: `share` of it is material, `linear` by the cut.
-float correction(double share, double linear);
+double correction(double share, double linear);
 /// Multiplies the volumes of a cut; no tet holds more than itself.
 void scale(TetCut& cut, double factor);
 /// A tet that phi does not cut, of which a part is material.
 TetCut wholeCut(double fraction);
 
 /// A tet without a vertex inside holds material when it is at least this share of it: less is not worth its nodes.
-inline constexpr double kLeastShare = 0.02;
+inline constexpr double kMinShare = 0.02;
 
 }  // namespace vdbfrac::tetmesh

@@ -101,7 +101,7 @@ private:
     /// Of each sub-tet of a cell at rest: its true volume over that of the linear cut; of one without a vertex inside,
     /// over that of the sub-tet.
     struct Corrections {
-        std::vector<float> factor;
+        std::vector<double> factor;
         std::vector<std::uint8_t> attached;  // of those: faces with material, bit a opposite to vertex a; often empty
     };
     /// A lattice node before and after its copies were counted again. Before: no label where there was one copy.

@@ -98,7 +98,7 @@ private:
     std::vector<TetCut> cut_;                // of each tet
     // Of each tet at rest: its true volume over that of the linear cut; of one without a point inside, over that of the
     // tet. Empty without a shape.
-    std::vector<float> correction_;
+    std::vector<double> correction_;
     // Of each tet that holds material without a point inside: its faces with material, bit a opposite to point a. It
     // hangs on the inside points of the tets beside it, and goes with the first that fails. Empty without a shape.
     std::vector<std::uint8_t> attached_;
