@@ -78,6 +78,9 @@ DividedTet divideAlike(int parts)
 TrueShare::TrueShare(const RestShape& shape, double voxelSize)
     : shape_(shape), dx_(voxelSize), parts_(divideAlike(kParts)), X_(parts_.points.size()), phi_(parts_.points.size())
 {
+    for (std::size_t p = 0; p < parts_.points.size(); ++p)
+        for (std::size_t a = 0; a < 4; ++a)
+            if (parts_.points[p][a] == 1) corners_[a] = std::uint16_t(p);
 }
 
 double TrueShare::of(const std::array<Vec3, 4>& X)
@@ -89,9 +92,21 @@ double TrueShare::of(const std::array<Vec3, 4>& X)
     shape_(X_, phi_);
     for (double& phi : phi_)
         if (std::abs(phi) < kSnap * dx_) phi = 0;
+    if (isLinear()) return ofPart(corners_);
     double sum = 0;
     for (const auto& part : parts_.tets) sum += ofPart(part);
     return sum / double(parts_.tets.size());
+}
+
+/// Most of a surface is flat: the linear cut is true there, and costs less.
+bool TrueShare::isLinear() const
+{
+    for (std::size_t p = 0; p < phi_.size(); ++p) {
+        double linear = 0;
+        for (std::size_t a = 0; a < 4; ++a) linear += parts_.points[p][a] * phi_[corners_[a]];
+        if (std::abs(phi_[p] - linear) > kSnap * dx_) return false;
+    }
+    return true;
 }
 
 std::uint8_t TrueShare::faces() const

@@ -30,12 +30,14 @@ public:
     std::uint8_t faces() const;
 
 private:
+    bool isLinear() const;
     double ofPart(const std::array<std::uint16_t, 4>& part) const;
 
     const RestShape& shape_;
     double dx_;
     DividedTet parts_;
-    std::vector<Vec3> X_;  // of the parts' points
+    std::array<std::uint16_t, 4> corners_{};  // points that are the vertices
+    std::vector<Vec3> X_;                     // of the parts' points
     std::vector<double> phi_;
 };
 
