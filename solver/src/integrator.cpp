@@ -104,7 +104,7 @@ private:
             return boundary.fixed[i] ? still : still - mean_[i].dot(state.x[i] - origin.state.x[i]);
         });
         energy_.legs.push_back({origin.state.x, state.x, mean_, 0.5});
-        (void)loads.boundary(1);
+        (void)loads.boundary(1);  // loads are told as of the end
     }
 
     /// Of elasticity and potentials, along the way.

@@ -41,7 +41,6 @@ constexpr KnownMiss kKnownMisses[] = {
     {"rest_volume", "sphere off voxel planes, 8 cells: error of the volume, %", -3.1115, .01},
     {"rest_volume", "cylinder on voxel planes, 8 cells: error of the volume, %", -3.5501, .01},
     {"rest_volume", "cylinder off voxel planes, 8 cells: error of the volume, %", -3.0764, .01},
-    {"ledger", "static: share of the work that fracture took and no account names", 0.58572, .01},
     {"symmetric_block", "10 cells: larger half over the other, less 1", 0.4244, .01},
 };
 

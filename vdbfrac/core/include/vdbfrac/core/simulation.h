@@ -105,13 +105,13 @@ private:
     void addBody(const scene::Scene& scene, const scene::Body& body, std::uint64_t memoryLimit);
     void setInitialVelocity(const scene::Body& spec, const Body& body);
     void solve(StepRecord& record, double until);
+    void beginEnergy();
     void book(StepRecord& record, const solver::StepReport& report);
     void updateGrid(StepRecord& record);
     void recut(StepRecord& record, std::size_t body, const grid::PhiChanges& changes);
     void rebuild();
     void measure(StepRecord& record) const;
     double kineticEnergy(std::span<const Vec3> v) const;
-    double energyOfNoise() const;
     void warnOfLongSteps();
 
     scene::Time timeSettings_;
