@@ -282,17 +282,24 @@ BackwardEuler::Newton::Search BackwardEuler::Newton::lineSearch(std::span<const 
 void BackwardEuler::Newton::finish(State& state)
 {
     const double dt = objective_.dt();
+    const bool moves = std::isfinite(dt);
     const Boundary& boundary = objective_.boundary();
+    const std::span<const double> mass = objective_.elastic().mass();
+    // At a crease what balances the other forces is a mean of the elastic ones on its sides.
+    if (moves)
+        report_.elasticWork = objective_.elasticWork(here_.x, crease_ >= 0 ? combined_ : here_.gradient, state.x);
     objective_.balanceMomentum(here_);
     report_.residual = crease_ >= 0 ? relative(here_, crease_) : relative(here_);
     report_.minResidual = std::min(report_.minResidual, report_.residual);
     report_.creases = crease_ >= 0;
     report_.couplings = objective_.couplings().size();
     report_.elasticEnergy = here_.elastic;
-    eachNode<double>(here_.x.size(), [&](std::size_t i) {
+    report_.inertialLoss = nodeSum<double>(here_.x.size(), [&](std::size_t i) {
         report_.reaction[i] = boundary.fixed[i] ? here_.gradient[i] : Vec3::Zero();
-        if (std::isfinite(dt)) state.v[i] = (here_.x[i] - state.x[i]) / dt;
+        const Vec3 before = state.v[i];
+        if (moves) state.v[i] = (here_.x[i] - state.x[i]) / dt;
         state.x[i] = here_.x[i];
+        return 0.5 * mass[i] * (state.v[i] - before).squaredNorm();
     });
 }
 

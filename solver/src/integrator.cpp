@@ -13,6 +13,24 @@ double Integrator::largestStep(std::span<Potential* const>, std::span<const Vec3
     return std::numeric_limits<double>::infinity();
 }
 
+void Integrator::beginEnergy(const StepLoads& loads)
+{
+    energy_.loss = 0;
+    energy_.flows.assign(loads.potentials.size(), {});
+    energy_.legs.clear();
+    energy_.seesEnd = false;
+}
+
+/// Adds up what potentials did along a leg.
+void Integrator::pass(const StepLoads& loads, const Leg& leg)
+{
+    for (std::size_t p = 0; p < loads.potentials.size(); ++p) {
+        const EnergyFlow own = loads.potentials[p]->flow(leg);
+        EnergyFlow& sum = energy_.flows[p];
+        sum = {sum.work + own.work, sum.dissipated + own.dissipated, sum.loss + own.loss};
+    }
+}
+
 namespace {
 
 /// What all implicit schemes share: the solver of their steps.
@@ -31,18 +49,80 @@ public:
     using Implicit::Implicit;
     const StepReport& step(State& state, double dt, const StepLoads& loads) override
     {
-        return newton_.step(state, dt, {loads.potentials, loads.boundary(1)});
+        const StepReport& report = newton_.step(state, dt, {loads.potentials, loads.boundary(1)});
+        if (loads.origin) {
+            beginEnergy(loads);
+            pass(loads, {loads.origin->state.x, state.x, state.x});
+            energy_.loss =
+                report.inertialLoss + report.elasticWork + loads.origin->elasticEnergy - report.elasticEnergy;
+            energy_.seesEnd = true;
+        }
+        return report;
     }
 };
 
 class Statics : public Implicit {
 public:
-    using Implicit::Implicit;
+    Statics(const ElasticOperator& elastic, const NewtonSettings& settings)
+        : Implicit(elastic, settings), elastic_(&elastic)
+    {
+    }
+    void rebind(const ElasticOperator& elastic) override
+    {
+        Implicit::rebind(elastic);
+        elastic_ = &elastic;
+    }
+
     const StepReport& step(State& state, double, const StepLoads& loads) override
     {
         state.v.assign(state.v.size(), Vec3::Zero());
-        return newton_.step(state, std::numeric_limits<double>::infinity(), {loads.potentials, loads.boundary(1)});
+        const StepReport& report =
+            newton_.step(state, std::numeric_limits<double>::infinity(), {loads.potentials, loads.boundary(1)});
+        if (loads.origin) book(state, loads);
+        return report;
     }
+
+    std::size_t bytes() const override
+    {
+        return Implicit::bytes() + (between_.capacity() + gradient_.capacity() + mean_.capacity()) * sizeof(Vec3);
+    }
+
+private:
+    void book(const State& state, const StepLoads& loads)
+    {
+        beginEnergy(loads);
+        const StepOrigin& origin = *loads.origin;
+        pass(loads, {origin.state.x, state.x, state.x});
+        for (EnergyFlow& flow : energy_.flows) flow.loss = 0;  // it is in the forces that come to rest
+        if (origin.balanced) return;
+        averageForces(origin.state.x, state.x, loads.potentials);
+        const Boundary& boundary = loads.boundary(0.5);
+        const std::span<const double> mass = elastic_->mass();
+        energy_.loss = nodeSum<double>(mean_.size(), [&](std::size_t i) {
+            mean_[i] -= boundary.force[i];
+            const double still = 0.5 * mass[i] * origin.state.v[i].squaredNorm();
+            return boundary.fixed[i] ? still : still - mean_[i].dot(state.x[i] - origin.state.x[i]);
+        });
+        energy_.legs.push_back({origin.state.x, state.x, mean_, 0.5});
+        (void)loads.boundary(1);  // loads are told as of the end
+    }
+
+    /// Of elasticity and potentials, along the way.
+    void averageForces(std::span<const Vec3> from, std::span<const Vec3> to, std::span<Potential* const> potentials)
+    {
+        mean_.assign(from.size(), Vec3::Zero());
+        between_.resize(from.size());
+        for (const auto& [share, weight] : {std::pair(0., 1. / 6), std::pair(0.5, 4. / 6), std::pair(1., 1. / 6)}) {
+            gradient_.assign(from.size(), Vec3::Zero());
+            eachNode<double>(from.size(), [&](std::size_t i) { between_[i] = from[i] + share * (to[i] - from[i]); });
+            (void)elastic_->evaluate(between_, gradient_, nullptr);
+            for (const Potential* p : potentials) (void)p->evaluate(between_, gradient_);
+            eachNode<double>(from.size(), [&](std::size_t i) { mean_[i] += weight * gradient_[i]; });
+        }
+    }
+
+    const ElasticOperator* elastic_;
+    std::vector<Vec3> between_, gradient_, mean_;
 };
 
 /// to = from + factor (to - from).
@@ -74,21 +154,34 @@ public:
         eachNode<double>(targets_.size(),
                          [&](std::size_t i) { middle_.target[i] = 0.5 * (start_.x[i] + targets_[i]); });
         report_ = newton_.step(state, 0.5 * dt, {loads.potentials, middle_});
+        if (loads.origin) at_ = state.x;
         extrapolate(start_, 2, state);
         // What is held has the velocity of its step: doubling it would ring on, and load the grips with it.
-        eachNode<double>(targets_.size(), [&](std::size_t i) {
-            if (middle_.fixed[i]) state.x[i] = targets_[i], state.v[i] = (targets_[i] - start_.x[i]) / dt;
+        const std::span<const double> mass = elastic_->mass();
+        const double heldLoss = nodeSum<double>(targets_.size(), [&](std::size_t i) {
+            if (!middle_.fixed[i]) return 0.;
+            state.x[i] = targets_[i], state.v[i] = (targets_[i] - start_.x[i]) / dt;
+            return 0.5 * mass[i] * (state.v[i] - start_.v[i]).dot(3 * state.v[i] - start_.v[i]);
         });
         report_.elasticEnergy = elastic_->evaluate(state.x, {}, nullptr);
+        if (loads.origin) {
+            beginEnergy(loads);
+            pass(loads, {start_.x, state.x, at_});
+            energy_.loss = heldLoss + 2 * report_.elasticWork + loads.origin->elasticEnergy - report_.elasticEnergy;
+            energy_.legs.push_back({start_.x, state.x, report_.reaction, 0.5});
+        }
         return report_;
     }
 
-    std::size_t bytes() const override { return Implicit::bytes() + 6 * start_.x.capacity() * sizeof(Vec3); }
+    std::size_t bytes() const override
+    {
+        return Implicit::bytes() + (6 * start_.x.capacity() + at_.capacity()) * sizeof(Vec3);
+    }
 
 private:
     const ElasticOperator* elastic_;
     State start_;
-    std::vector<Vec3> targets_;
+    std::vector<Vec3> targets_, at_;
     Boundary middle_;
     StepReport report_;
 };
@@ -100,14 +193,31 @@ public:
     {
         constexpr double gamma = 1 - std::numbers::sqrt2 / 2;
         start_ = state;
+        constexpr double beyond = (1 - gamma) / gamma;
         first_ = newton_.step(state, gamma * dt, {loads.potentials, loads.boundary(gamma)});
-        extrapolate(start_, (1 - gamma) / gamma, state);
+        if (loads.origin) at_ = state.x;
+        extrapolate(start_, beyond, state);
+        if (loads.origin) {
+            between_ = state.x;
+            beginEnergy(loads);
+            pass(loads, {start_.x, between_, at_});
+        }
         report_ = newton_.step(state, gamma * dt, {loads.potentials, loads.boundary(1)});
+        if (loads.origin) {
+            pass(loads, {between_, state.x, state.x});
+            energy_.loss = report_.inertialLoss - first_.inertialLoss + beyond * first_.elasticWork +
+                           report_.elasticWork + loads.origin->elasticEnergy - report_.elasticEnergy;
+            energy_.legs.push_back({start_.x, between_, first_.reaction, gamma});
+            energy_.legs.push_back({between_, state.x, report_.reaction, 1});
+        }
         add(first_);
         return report_;
     }
 
-    std::size_t bytes() const override { return Implicit::bytes() + 4 * start_.x.capacity() * sizeof(Vec3); }
+    std::size_t bytes() const override
+    {
+        return Implicit::bytes() + (4 * start_.x.capacity() + between_.capacity() + at_.capacity()) * sizeof(Vec3);
+    }
 
 private:
     void add(const StepReport& first)
@@ -124,6 +234,7 @@ private:
     }
 
     State start_;
+    std::vector<Vec3> between_, at_;
     StepReport first_, report_;
 };
 
@@ -163,10 +274,16 @@ public:
         if (!evaluated_) evaluate(state.x);
         const Boundary& boundary = loads.boundary(1);
         addOuter(state, dt, loads.potentials);
-        move(state, dt, boundary);
+        const double loss = move(state, dt, boundary);
         evaluate(state.x);
-        report_.elasticEnergy = energy_;
-        report_.residual = std::isfinite(energy_) ? 0 : std::numeric_limits<double>::infinity();
+        report_.elasticEnergy = elasticEnergy_;
+        report_.residual = std::isfinite(elasticEnergy_) ? 0 : std::numeric_limits<double>::infinity();
+        if (loads.origin) {
+            beginEnergy(loads);
+            pass(loads, {loads.origin->state.x, state.x, predicted_});
+            energy_.loss = loss + loads.origin->elasticEnergy - elasticEnergy_;
+            energy_.legs.push_back({loads.origin->state.x, state.x, report_.reaction, 1});
+        }
         return report_;
     }
 
@@ -176,7 +293,7 @@ private:
     void evaluate(std::span<const Vec3> x)
     {
         gradient_.assign(x.size(), Vec3::Zero());
-        energy_ = elastic_->evaluate(x, gradient_, nullptr);
+        elasticEnergy_ = elastic_->evaluate(x, gradient_, nullptr);
         evaluated_ = true;
     }
 
@@ -191,27 +308,31 @@ private:
         }
     }
 
-    void move(State& state, double dt, const Boundary& boundary)
+    /// Returns what the scheme takes, but for the change of the elastic energy [J].
+    double move(State& state, double dt, const Boundary& boundary)
     {
         const std::span<const double> mass = elastic_->mass();
         report_.reaction.resize(state.x.size());
-        eachNode<double>(state.x.size(), [&](std::size_t i) {
-            const Vec3 force = boundary.force[i] - gradient_[i] - outer_[i], old = state.v[i];
-            if (boundary.fixed[i]) {
+        return nodeSum<double>(state.x.size(), [&](std::size_t i) {
+            const Vec3 force = boundary.force[i] - gradient_[i] - outer_[i], old = state.v[i], start = state.x[i];
+            const bool fixed = boundary.fixed[i];
+            if (fixed) {
                 state.v[i] = (boundary.target[i] - state.x[i]) / dt;
                 state.x[i] = boundary.target[i];
                 report_.reaction[i] = mass[i] / dt * (state.v[i] - old) - force;
-                return;
+            } else {
+                state.v[i] += dt / mass[i] * force;
+                state.x[i] += dt * (symplectic_ ? state.v[i] : old);
+                report_.reaction[i].setZero();
             }
-            state.v[i] += dt / mass[i] * force;
-            state.x[i] += dt * (symplectic_ ? state.v[i] : old);
-            report_.reaction[i].setZero();
+            const double jump = 0.5 * mass[i] * (state.v[i] - old).squaredNorm();
+            return (symplectic_ || fixed ? jump : -jump) + gradient_[i].dot(state.x[i] - start);
         });
     }
 
     const ElasticOperator* elastic_;
     bool symplectic_, evaluated_ = false;
-    double fastest_, energy_ = 0;                     // 1/s, J
+    double fastest_, elasticEnergy_ = 0;              // 1/s, J
     std::vector<Vec3> gradient_, outer_, predicted_;  // N at x; N; m
     StepReport report_;
 };

@@ -133,6 +133,15 @@ void Objective::measureForces(Point& p, double outerEnergy)
         kRounding * (std::sqrt(sum[stretched] * std::abs(p.elastic)) + std::sqrt(coupled.stretched * outerEnergy));
 }
 
+double Objective::elasticWork(std::span<const Vec3> x, std::span<const Vec3> gradient, std::span<const Vec3> from) const
+{
+    const std::span<const double> mass = elastic_->mass();
+    return nodeSum<double>(x.size(), [&](std::size_t i) {
+        const Vec3 own = gradient[i] - outer_[i] - mass[i] * inertia_ * (x[i] - predicted_[i]);
+        return own.dot(x[i] - from[i]);
+    });
+}
+
 void Objective::hold(Point& p) const
 {
     eachNode<double>(p.x.size(), [&](std::size_t i) {

@@ -31,7 +31,6 @@ constexpr KnownMiss kKnownMisses[] = {
     {"shear_kink", "six, 10 cells: kink, top forwards, degrees", 33.598, .01},
     {"shear_kink", "six, 10 cells: kink, top backwards, degrees", 41.252, .01},
     {"crack_speed", "G = 2 Gc, six, 30 cells: speed at dt over that at dt / 2", 0.57353, .01},
-    {"ledger", "static: share of the work that fracture took and no account names", 0.59482, .01},
     {"symmetric_block", "10 cells: larger half over the other, less 1", 0.42786, .01},
 };
 

@@ -143,6 +143,13 @@ with tempfile.TemporaryDirectory() as temporary:
     expect("a front held back", ["sim", good, "-o", held, *quick, "-f", "24", "--set", "fracture.keys=[{ time = 0, scale = 1e-3 }]", "--strict"], 0, "held back: in ")
     if not any(int(s["fracture_held_back"]) for s in statuses(held)):
         failures.append("held back: not in stats.csv")
+    # Energy that has no account is told, in the log, the summary, stats.csv and run.json.
+    loose = folder / "loose"
+    expect("energies that do not add up", ["sim", good, "-o", loose, *quick, "-f", "8", "--set", "solver.newton_tolerance=0.5"], 0, "has no account", "energy: up to")
+    for run, adds_up in ((held, True), (loose, False)):
+        share = json.loads((run / "run.json").read_text())["max_unnamed_share"]
+        if share != max(float(s["unnamed_share"]) for s in statuses(run)) or (share <= 0.01) != adds_up:
+            failures.append(f"{run.name}: {share} of the work has no account")
     expect("forces beyond numbers", ["sim", good, "-o", folder / "o5", "-f", "2", *quick, "--set", "grip.0.move.velocity=[0,1e200,0]"], 5, "step 1", "beyond what a number can hold")
 
     measured = folder / "verify.json"

@@ -4,7 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <string>
 
 using namespace vdbfrac;
@@ -97,6 +99,72 @@ TEST(EnergyFlows, DampingTakesItsForceAlongTheWay)
     run.step();
     const double v = 3 / (1 + 2 * 0.01), expected = 2 * mass(run) * v * v * 0.01;
     EXPECT_NEAR(total(run, "damping_dissipated"), expected, kSolved * expected);
+}
+
+struct Accounted {
+    const char* integrator;
+    int substeps;
+    double limit;  // of the work put in: what may have no account
+};
+// Newton's tolerance leaves no more; in static steps the quadrature of the work does.
+constexpr Accounted kAccounted[] = {{"backward_euler", 1, 1e-6},   {"midpoint", 1, 1e-6},      {"sdirk2", 1, 1e-6},
+                                    {"symplectic_euler", 8, 1e-6}, {"forward_euler", 8, 1e-6}, {"static", 1, 1e-3}};
+
+/// A block under all that does work: it flies, is turned, dragged, pulled, has weight, is damped. Grips overlap.
+std::string busyBlock(const char* integrator, const std::string& more)
+{
+    const auto region = [](const std::string& name, double z, double offset) {
+        return "[[grip]]\nname = \"" + name + "\"\nbody = \"block\"\nregion = { halfspace = { normal = [0, 0, " +
+               std::to_string(z) + "], offset = " + std::to_string(offset) + " } }\nmove = ";
+    };
+    return block(std::string("integrator = \"") + integrator + "\"", "velocity = [0.3, 0, 0]",
+                 region("turned", -1, .3) + "{ keys = [{ time = 0 }, { time = 1, rotate = [0, 0, 90] }] }\n" +
+                     region("dragged", -1, .4) + "{ velocity = [0.2, 0, -0.1] }\n" + region("pulled", 1, .3) +
+                     "{ force = [100, 0, 900], ramp = 0.05 }\n" + region("weighed", 1, .35) +
+                     "{ force = [0, 40, 0] }\n" +
+                     "[gravity]\nacceleration = [0, 0, -9.81]\n[damping]\nmass = 2\nstiffness = 1e-4\n" + more);
+}
+
+/// All accounts are so large that the ledger would show it if one of them were missing.
+void expectWeight(const SceneRun& run, const Accounted& a)
+{
+    const char* const works[] = {"work_turned", "work_dragged", "work_pulled", "work_weighed", "gravity_work"};
+    double putIn = 0;
+    for (const char* name : works) putIn += std::abs(total(run, name));
+    const double seen = 2 * a.limit * putIn;
+    for (const char* name : works) EXPECT_GT(std::abs(total(run, name)), seen) << name;
+    EXPECT_GT(std::abs(total(run, "integrator")), seen);
+    if (std::string(a.integrator) != "static") {
+        EXPECT_GT(total(run, "damping_dissipated"), seen);
+    }
+    if (run.work.countOf("cut", "voxels") > 0) {
+        EXPECT_GT(total(run, "removed"), seen);
+    }
+}
+
+TEST(EnergyAccounts, NameAllEnergyOfEachStepAlsoOfATear)
+{
+    for (const Accounted& a : kAccounted)
+        for (const char* more : {"", "[fracture]\nkappa = 20\n"}) {
+            SCOPED_TRACE(a.integrator + std::string(" ") + more);
+            SceneRun run(busyBlock(a.integrator, more), {"time.substeps=" + std::to_string(a.substeps)});
+            run.toFrame(16);
+            double most = 0;
+            for (const core::StepRecord& step : run.steps) most = std::max(most, step.unnamedShare);
+            std::printf("%s%s: %.2e without account\n", a.integrator, *more ? ", torn" : "", most);
+            EXPECT_LT(most, a.limit);
+            EXPECT_EQ(run.work.countOf("cut", "voxels") > 0, *more != 0);
+            expectWeight(run, a);
+        }
+}
+
+/// Forces that a loose tolerance leaves out of balance do work that no account has: the record says so.
+TEST(EnergyFlows, OfStepsThatAreHardlySolvedAreToldToMiss)
+{
+    SceneRun run(block(kBackward, "", "[gravity]\nacceleration = [0, 0, -10]\n" + grip("0.3", "velocity = [0, 0, 0]")),
+                 {"solver.newton_tolerance=0.5"});
+    run.toFrame(11);
+    EXPECT_GT(run.steps.back().unnamedShare, core::kMaxUnnamedShare);
 }
 
 /// A rod that tears under a load that stays loses what the material held that went: all that a fresh sum over it finds.

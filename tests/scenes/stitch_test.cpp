@@ -59,10 +59,10 @@ TEST(Stitch, DragsTheHalfThatNothingHoldsAlongAfterTheCut)
     EXPECT_EQ(loose.steps.back().work.countOf("solve", "couplings"), 0);
 }
 
-/// What comes in, goes out and stays adds up; and the thread's part is what it stores.
+/// What comes in, goes out and stays adds up, each by its own formula; and the thread's part is what it stores.
 TEST(Stitch, WorkIsInTheEnergiesOfEachStep)
 {
-    constexpr double kSums = 1e-9;  // of the largest: the flows are booked in the same sums
+    constexpr double kSums = 1e-9;  // of the largest: what the tolerance of the solver leaves
     lab::Saw saw(0, 0.06);
     SceneRun run(bar(stitch(2000)), {}, &saw);
     double thread = 0, before = run.simulation.elastic().evaluate(run.simulation.x(), {}, nullptr);
@@ -72,7 +72,8 @@ TEST(Stitch, WorkIsInTheEnergiesOfEachStep)
         const core::StepRecord& step = run.step();
         double in = 0;
         for (const auto& [name, amount] : step.energyFlow)
-            in += name == "integrator" || name == "removed" || name.ends_with("_dissipated") ? -amount : amount;
+            if (name != "unnamed")
+                in += name == "integrator" || name == "removed" || name.ends_with("_dissipated") ? -amount : amount;
         const double after = step.kineticEnergy + step.elasticEnergy;
         EXPECT_NEAR(after - before, in, kSums * (after + before)) << step.step;
         before = after;

@@ -47,10 +47,7 @@ public:
         couplings.push_back(c);
     }
 
-    solver::EnergyFlow flow(std::span<const Vec3> from, std::span<const Vec3> to, double) const override
-    {
-        return {energy(from) - energy(to), 0};
-    }
+    solver::EnergyFlow flow(const solver::Leg& leg) const override { return solver::storedFlow(*this, leg); }
     double energy(std::span<const Vec3> x) const
     {
         const double stretch = (p_.at(x) - q_.at(x)).norm() - L_;

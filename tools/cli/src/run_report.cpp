@@ -55,6 +55,9 @@ std::string shortcomings(const std::vector<core::StepRecord>& steps, const Ledge
     if (anyCapped(steps))
         text +=
             fmt::format("capped: relative residuals up to {:.2g}, of the best iterates up to {:.2g}\n", worst, best);
+    if (const double share = core::maxUnnamedShare(steps); share > core::kMaxUnnamedShare)
+        text += fmt::format("energy: up to {:.2g} % of the work put in has no account, {:.2g} % at the end\n",
+                            100 * share, 100 * steps.back().unnamedShare);
     std::int64_t held = 0;
     for (const StageWork& stage : work.stages()) held += work.countOf(stage.name, "held_back");
     if (held > 0)

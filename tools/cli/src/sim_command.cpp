@@ -104,6 +104,7 @@ public:
 
 private:
     std::string toFrame(int frame, const StopRequest& stop, Progress& progress);
+    void warnOfUnnamed(const core::StepRecord& step);
 
     const SimOptions& options_;
     const scene::Scene& scene_;
@@ -112,6 +113,7 @@ private:
     spdlog::logger& log_;
     core::RunFolder folder_;
     int lastWritten_;  // frame
+    bool toldOfUnnamed_ = false;
 };
 
 /// Goes on with an earlier run where that is asked for, and says what runs.
@@ -144,6 +146,17 @@ void Run::begin()
     for (const std::string& note : notes) log_.warn("note: {}", note);
 }
 
+/// Once: it stays in the columns, and in the summary.
+void Run::warnOfUnnamed(const core::StepRecord& step)
+{
+    if (toldOfUnnamed_ || step.unnamedShare <= core::kMaxUnnamedShare) return;
+    toldOfUnnamed_ = true;
+    log_.warn(
+        "step {}: {:.2g} % of the work put in so far has no account (unnamed_J in stats.csv); what may help: shorter "
+        "steps, a smaller solver.newton_tolerance",
+        step.step, 100 * step.unnamedShare);
+}
+
 std::string Run::toFrame(int frame, const StopRequest& stop, Progress& progress)
 {
     // Where a third of so many steps were cut back or not solved, the next ones will be.
@@ -160,6 +173,7 @@ std::string Run::toFrame(int frame, const StopRequest& stop, Progress& progress)
                 "step {}: the solver hit its caps (relative residual {:.2g}, of the best iterate {:.2g}); the last "
                 "iterate was kept",
                 step.step, step.residual, step.minResidual);
+        warnOfUnnamed(step);
         progress.update(frame - first + (simulation_.time() - start) * scene_.time.fps, stepText(step));
         ++steps, troubled += step.outcome != core::Outcome::converged;
         if (steps >= kPatience && 3 * troubled > steps) return kStuck;

@@ -266,6 +266,7 @@ void RunFolder::Writer::writeManifest(const RunState& state, const std::string& 
                            {"steps", steps_.size()},
                            {"start_volume", state.startVolume},
                            {"volume", state.volume},
+                           {"max_unnamed_share", maxUnnamedShare(steps_)},
                            {"writes", runFiles(scene_.name)},
                            {"frames", framesJson(frames_)},
                            {"fragments", fragments}};

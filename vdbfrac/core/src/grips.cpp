@@ -124,6 +124,13 @@ void Simulation::Grips::rebuild(std::span<const Body> bodies, const solver::Elas
     }
     boundary_.fixed.assign(elastic.nodeCount(), 0);
     boundary_.target.assign(elastic.nodeCount(), Vec3::Zero());
+    for (auto held = held_.rbegin(); held != held_.rend(); ++held) {
+        if (std::holds_alternative<scene::Force>(held->grip->move)) continue;
+        for (std::size_t i = 0; i < held->nodes.size(); ++i) {
+            held->share[i] = boundary_.fixed[held->nodes[i]] ? 0 : 1;
+            boundary_.fixed[held->nodes[i]] = 1;
+        }
+    }
     boundary_.force.assign(elastic.nodeCount(), Vec3::Zero());
     boundary_.part.clear();
     for (const Body& body : bodies)
@@ -177,6 +184,13 @@ std::vector<Vec3> Simulation::Grips::loads(std::span<const Vec3> reaction) const
     return loads;
 }
 
+/// Its force on its node i.
+Vec3 Simulation::Grips::forceOn(const Held& held, std::size_t i, double time, std::span<const Vec3> reaction)
+{
+    const auto* force = std::get_if<scene::Force>(&held.grip->move);
+    return held.share[i] * (force ? forceAt(*force, time) : reaction[held.nodes[i]]);
+}
+
 /// Work of forces that stay what they are while what they pull at moves.
 double Simulation::Grips::workOf(const Wrench& wrench, const Held& held, const Move& move)
 {
@@ -190,20 +204,35 @@ double Simulation::Grips::workOf(const Wrench& wrench, const Held& held, const M
     return wrench.force.dot(shift) + ((turn - Mat3::Identity()) * wrench.moment.transpose()).trace();
 }
 
-std::vector<std::pair<std::string, double>> Simulation::Grips::work(const Move& move, std::span<const Vec3> reaction)
+double Simulation::Grips::workOf(const solver::HeldLeg& leg, const Held& held, const Move& move)
 {
-    std::vector<std::pair<std::string, double>> works;
+    const double time = move.t0 + leg.share * (move.t1 - move.t0);
+    double work = 0;
+    for (std::size_t i = 0; i < held.nodes.size(); ++i)
+        work += forceOn(held, i, time, leg.reaction).dot(leg.to[held.nodes[i]] - leg.from[held.nodes[i]]);
+    return work;
+}
+
+Simulation::Grips::Works Simulation::Grips::work(const Move& move, std::span<const Vec3> reaction,
+                                                 std::span<const solver::HeldLeg> legs)
+{
+    Works works;
     for (Held& held : held_) {
-        const bool pulls = std::holds_alternative<scene::Force>(held.grip->move);
         Wrench now;
-        double work = 0;
-        for (std::uint32_t node : held.nodes) {
-            const Vec3& force = pulls ? boundary_.force[node] : reaction[node];
+        for (std::size_t i = 0; i < held.nodes.size(); ++i) {
+            const Vec3 force = forceOn(held, i, move.t1, reaction);
             now.force += force;
-            now.moment += force * move.x1[node].transpose();
-            work += force.dot(move.x1[node] - move.x0[node]);
+            now.moment += force * move.x1[held.nodes[i]].transpose();
         }
-        works.emplace_back(held.grip->name, 0.5 * (workOf(held.before, held, move) + work));
+        double work = 0;
+        for (const solver::HeldLeg& leg : legs) work += workOf(leg, held, move);
+        if (legs.empty()) {
+            const double early = workOf(held.before, held, move),
+                         atEnd = workOf({move.x0, move.x1, reaction, 1}, held, move);
+            work = 0.5 * (early + atEnd);
+            works.late += 0.5 * (atEnd - early);
+        }
+        works.ofGrips.emplace_back(held.grip->name, work);
         held.before = now;
     }
     return works;

@@ -4,7 +4,7 @@
 #include <vdbfrac/core/body.h>
 #include <vdbfrac/core/simulation.h>
 #include <vdbfrac/scene/scene.h>
-#include <vdbfrac/solver/backward_euler.h>
+#include <vdbfrac/solver/integrator.h>
 
 #include <span>
 #include <string>
@@ -40,9 +40,13 @@ public:
         std::span<const Vec3> x0, x1;
         double t0, t1;
     };
-    /// Work [J] of each grip over a step, by its name: the mean of its forces at both ends of the step, along the way
-    /// of its nodes.
-    std::vector<std::pair<std::string, double>> work(const Move& move, std::span<const Vec3> reaction);
+    /// What the grips did over a step [J].
+    struct Works {
+        std::vector<std::pair<std::string, double>> ofGrips;  ///< by name
+        double late = 0;  ///< what the forces of the end would have done beyond, all along the way
+    };
+    /// Along the legs of the step; where there are none with the mean of the forces at both ends.
+    Works work(const Move& move, std::span<const Vec3> reaction, std::span<const solver::HeldLeg> legs);
 
     void save(Archive& archive) const;
     void restoreFrom(const Archive& archive);
@@ -63,10 +67,13 @@ private:
         std::size_t body;
         std::vector<std::uint32_t> nodes;  // of the system
         std::vector<Vec3> rest;            // m
-        std::vector<double> share;         // of the grip's force, by mass
-        Wrench before = {};                // at the end of the last step
+        // Of the grip's force, by mass; of what holds a node 1, or 0 where a later grip moves it.
+        std::vector<double> share;
+        Wrench before = {};  // at the end of the last step
     };
+    static Vec3 forceOn(const Held& held, std::size_t i, double time, std::span<const Vec3> reaction);
     static double workOf(const Wrench& wrench, const Held& held, const Move& move);
+    static double workOf(const solver::HeldLeg& leg, const Held& held, const Move& move);
 
     std::vector<scene::Grip> grips_;
     std::vector<Held> held_;

@@ -35,10 +35,10 @@ template <class Record, class Act>
 void forRealNumbers(Record& s, const Act& act)
 {
     act(s.time), act(s.dt), act(s.residual), act(s.minResidual), act(s.kineticEnergy), act(s.elasticEnergy),
-        act(s.volume);
+        act(s.unnamedShare), act(s.volume);
     for (auto& load : s.gripLoad) act(load.x()), act(load.y()), act(load.z());
 }
-constexpr std::size_t kWholeNumbers = 9, kRealNumbers = 7;
+constexpr std::size_t kWholeNumbers = 9, kRealNumbers = 8;
 
 /// Stages and counts in the order in which they first occur.
 std::vector<Column> columnsOf(std::span<const StepRecord> steps)

@@ -99,6 +99,7 @@ Simulation::Simulation(const scene::Scene& scene, std::span<Effect* const> effec
     noteRestState(scene, bodies_, h_, stages_.notes);
     warnOfLongSteps();
     for (Effect* effect : effects) effect->start(bodies_, stages_.notes);
+    beginEnergy();
 }
 
 Simulation::~Simulation() = default;
@@ -178,6 +179,7 @@ StepRecord Simulation::step(double until)
     solve(record, until);
     updateGrid(record);
     measure(record);
+    kineticEnergy_ = record.kineticEnergy;
     return record;
 }
 
@@ -191,11 +193,12 @@ void Simulation::solve(StepRecord& record, double until)
     double dt = choice.dt;
     record.cutbacks = choice.halvings;
     const solver::StepReport* report = nullptr;
+    const solver::StepOrigin origin{saved_, elasticEnergy_, balanced_};
     const auto boundaryAt = [&](double share) -> const solver::Boundary& {
         return grips_->boundary(time_ + share * dt);
     };
     for (;; dt *= 0.5, ++record.cutbacks, state_ = saved_) {
-        report = &integrator_->step(state_, dt, {stages_.solve, boundaryAt});
+        report = &integrator_->step(state_, dt, {stages_.solve, boundaryAt, &origin});
         record.newtonIterations += report->newtonIterations;
         record.linearIterations += report->linearIterations;
         record.projections += report->projections;
@@ -217,6 +220,7 @@ void Simulation::solve(StepRecord& record, double until)
     record.outcome = report->status == solver::StepStatus::capped ? Outcome::capped
                      : record.cutbacks > 0                        ? Outcome::cutback
                                                                   : Outcome::converged;
+    balanced_ = report->status == solver::StepStatus::converged;
     record.gripLoad = grips_->loads(report->reaction);
     book(record, *report);
     for (solver::Potential* potential : stages_.solve) potential->accept(state_.x, dt);
@@ -227,27 +231,6 @@ void Simulation::solve(StepRecord& record, double until)
     record.work.count("solve", "newton_iterations", record.newtonIterations);
     record.work.count("solve", "linear_iterations", record.linearIterations);
     if (report->couplings > 0) record.work.count("solve", "couplings", std::int64_t(report->couplings));
-}
-
-/// Books what grips and potentials did to the energy; what is left over is the integrator's.
-void Simulation::book(StepRecord& record, const solver::StepReport& report)
-{
-    auto& flow = record.energyFlow;
-    double in = 0;
-    for (const auto& [grip, work] :
-         grips_->work({saved_.x, state_.x, record.time - record.dt, record.time}, report.reaction))
-        flow["work_" + grip] = work, in += work;
-    for (std::size_t i = 0; i < stages_.solve.size(); ++i) {
-        const solver::EnergyFlow own = stages_.solve[i]->flow(saved_.x, state_.x, record.dt);
-        if (own.work != 0) flow[potentialNames_[i] + "_work"] += own.work;
-        if (own.dissipated != 0) flow[potentialNames_[i] + "_dissipated"] += own.dissipated;
-        in += own.work - own.dissipated;
-    }
-    record.kineticEnergy = kineticEnergy(state_.v);
-    record.elasticEnergy = report.elasticEnergy;
-    flow["integrator"] =
-        in - (record.kineticEnergy - kineticEnergy(saved_.v)) - (record.elasticEnergy - elasticEnergy_);
-    elasticEnergy_ = record.elasticEnergy;
 }
 
 void Simulation::updateGrid(StepRecord& record)
@@ -289,6 +272,7 @@ void Simulation::recut(StepRecord& record, std::size_t b, const grid::PhiChanges
         record.work.count("cut", "classified_nodes", update.classifiedNodes);
         record.work.count("cut", "grouped_cells", update.groupedCells);
         if (update.changedVoxels == 0) return;
+        balanced_ = false;
         const auto own = [&] { return std::span(state_.x).subspan(body.firstNode); };
         const double before = replacedEnergy(update, own(), body, h_, elastic_->elasticity());
         for (std::vector<Vec3>* field : {&state_.x, &state_.v})
@@ -299,16 +283,6 @@ void Simulation::recut(StepRecord& record, std::size_t b, const grid::PhiChanges
     }
     const StageTimer timer(record.work, "rebuild");
     rebuild();
-}
-
-double Simulation::kineticEnergy(std::span<const Vec3> v) const
-{
-    const auto mass = elastic_->mass();
-    return orderedSum(mass.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-        double sum = 0;
-        for (std::size_t i = begin; i < end; ++i) sum += 0.5 * mass[i] * v[i].squaredNorm();
-        return sum;
-    });
 }
 
 void Simulation::measure(StepRecord& record) const

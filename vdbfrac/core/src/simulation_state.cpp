@@ -111,7 +111,8 @@ void Simulation::save(Archive& archive) const
     archive.put("time", std::vector<double>{time_, stepControl_->trusted()});
     archive.putOne<std::int64_t>("step", steps_);
     archive.putOne("next_fragment", nextFragment_);
-    archive.putOne("elastic_energy", elasticEnergy_);
+    archive.put("energy", std::vector<double>{elasticEnergy_, putIn_, unnamed_});
+    archive.putOne<std::int64_t>("balanced", balanced_);
     grips_->save(archive);
     archive.put("x", state_.x);
     archive.put("v", state_.v);
@@ -148,8 +149,12 @@ void Simulation::restoreFrom(const Archive& archive)
         archive.complain("its time, step number or time step is out of range");
     time_ = time[0], steps_ = int(step);
     stepControl_->restoreTrusted(time[1]);
-    elasticEnergy_ = archive.getOne<double>("elastic_energy");
-    if (!std::isfinite(elasticEnergy_)) archive.complain("its elastic energy is not a number");
+    const std::vector<double> energy = archive.get<double>("energy", 3);
+    for (double value : energy)
+        if (!std::isfinite(value)) archive.complain("an energy is not a number");
+    elasticEnergy_ = energy[0], putIn_ = energy[1], unnamed_ = energy[2];
+    kineticEnergy_ = kineticEnergy(state_.v);
+    balanced_ = archive.getOne<std::int64_t>("balanced") != 0;
     grips_->restoreFrom(archive);
     for (Persistent* p : stages_.persistent) p->restoreFrom(archive, bodies_);
 }

@@ -1,5 +1,6 @@
 #include <vdbfrac/core/run_folder.h>
 
+#include <algorithm>
 #include <charconv>
 #include <set>
 
@@ -53,13 +54,20 @@ std::set<std::string> stageColumns(const std::vector<StepRecord>& steps)
 
 }  // namespace
 
+double maxUnnamedShare(const std::vector<StepRecord>& steps)
+{
+    double most = 0;
+    for (const StepRecord& s : steps) most = std::max(most, s.unnamedShare);
+    return most;
+}
+
 std::string statsText(const std::vector<StepRecord>& steps, const scene::Scene& scene)
 {
     const auto counts = countColumns(steps);
     const auto flows = flowColumns(steps), stages = stageColumns(steps);
     std::string text =
         "step,time_s,dt_s,status,cutbacks,newton_iterations,linear_iterations,projections,residual,min_residual,"
-        "kinetic_J,elastic_J,"
+        "kinetic_J,elastic_J,unnamed_share,"
         "volume_m3,fragments,nodes,tets";
     for (const scene::Grip& g : scene.grips)
         for (const char* axis : {"x", "y", "z"}) text += ",load_" + g.name + "_" + axis + "_N";
@@ -72,8 +80,8 @@ std::string statsText(const std::vector<StepRecord>& steps, const scene::Scene& 
                 std::to_string(s.cutbacks) + ',' + std::to_string(s.newtonIterations) + ',' +
                 std::to_string(s.linearIterations) + ',' + std::to_string(s.projections) + ',' + number(s.residual) +
                 ',' + number(s.minResidual) + ',' + number(s.kineticEnergy) + ',' + number(s.elasticEnergy) + ',' +
-                number(s.volume) + ',' + std::to_string(s.fragments) + ',' + std::to_string(s.nodes) + ',' +
-                std::to_string(s.tets);
+                number(s.unnamedShare) + ',' + number(s.volume) + ',' + std::to_string(s.fragments) + ',' +
+                std::to_string(s.nodes) + ',' + std::to_string(s.tets);
         for (const Vec3& load : s.gripLoad)
             text += ',' + number(load.x()) + ',' + number(load.y()) + ',' + number(load.z());
         for (const std::string& flow : flows) {

@@ -31,14 +31,14 @@ public:
         return energy;
     }
 
-    solver::EnergyFlow flow(std::span<const Vec3> from, std::span<const Vec3> to, double) const override
+    solver::EnergyFlow flow(const solver::Leg& leg) const override
     {
-        const double work = orderedSum(to.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+        const double work = orderedSum(mass_.size(), kChunk, [&](std::size_t begin, std::size_t end) {
             double sum = 0;
-            for (std::size_t i = begin; i < end; ++i) sum += mass_[i] * g_.dot(to[i] - from[i]);
+            for (std::size_t i = begin; i < end; ++i) sum += mass_[i] * g_.dot(leg.to[i] - leg.from[i]);
             return sum;
         });
-        return {work, 0};
+        return {work, 0, 0};
     }
 
 private:

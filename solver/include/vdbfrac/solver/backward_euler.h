@@ -64,6 +64,8 @@ struct StepReport {
     double residual = 0;          ///< |gradient| at the end, relative to the scale of the tolerance
     double minResidual = 0;       ///< smallest of the iterates: below `residual` where Newton went astray
     double elasticEnergy = 0;     ///< J at the end
+    double inertialLoss = 0;      ///< J: |v1 - v0|_M^2 / 2
+    double elasticWork = 0;       ///< J that the elastic forces of the end take along the way; static: 0
     std::size_t frozenNodes = 0;  ///< static: nodes of parts that nothing holds, which stay where they are
     std::vector<Vec3> reaction;   ///< N that holds each fixed node: gradient of Phi there, 0 elsewhere
 };

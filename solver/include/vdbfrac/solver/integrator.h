@@ -18,16 +18,50 @@
 #include <functional>
 #include <memory>
 #include <span>
+#include <vector>
 
 namespace vdbfrac::solver {
 
 enum class Scheme { backwardEuler, midpoint, sdirk2, symplecticEuler, forwardEuler, statics };
+
+/// Where a step sets off.
+struct StepOrigin {
+    const State& state;
+    double elasticEnergy;  ///< J
+    bool balanced;         ///< does it solve the equations of the step before: nothing was cut, no load sets in
+};
 
 /// What acts on a step from outside.
 struct StepLoads {
     std::span<Potential* const> potentials;
     /// Boundary at the start of the step plus `share` of it. The result holds until the next call.
     std::function<const Boundary&(double share)> boundary;
+    const StepOrigin* origin = nullptr;  ///< null: nobody asks what becomes of the energy
+};
+
+/// A leg of a step and what pushes held nodes along it.
+struct HeldLeg {
+    std::span<const Vec3> from, to, reaction;  ///< m, m, N
+    double share;                              ///< of the step that is over when forces act as they do along the leg
+};
+
+/// What a step did to the energy, beside its change. With the work W of all forces that are known along all legs, T the
+/// kinetic and Psi the elastic energy, W = change of T and Psi + loss, but for what the solver's tolerance leaves. Of a
+/// step from (x0, v0) to (x1, v1), D = x1 - x0, g elastic gradient:
+///   backward Euler    |v1 - v0|_M^2 / 2 + Psi0 - Psi1 + g(x1).D
+///   midpoint          Psi0 - Psi1 + g(xm).D, and (v - v0).(3 v - v0) m / 2 of held nodes, v = D / dt
+///   SDIRK2            |v1 - vb|_M^2 / 2 - |va - v0|_M^2 / 2 + Psi0 - Psi1 + g(xa).(xb - x0) + g(x1).(x1 - xb),
+///                     b where its second solve sets off
+///   symplectic Euler  |v1 - v0|_M^2 / 2 + Psi0 - Psi1 + g(x0).D
+///   forward Euler     the same with - |v1 - v0|_M^2 / 2 of free nodes
+///   static            what forces out of balance do while they come to rest, by Simpson's rule, and T at the start
+struct StepEnergy {
+    double loss = 0;                ///< J, but for that of potentials
+    std::vector<EnergyFlow> flows;  ///< of each potential
+    /// None: forces are known at the ends of the step only, and the report has those of its end. Until the state or the
+    /// report change.
+    std::vector<HeldLeg> legs;
+    bool seesEnd = false;  ///< did the equations see the forces of the end all along the way?
 };
 
 /// Keeps its memory from step to step.
@@ -47,6 +81,14 @@ public:
     /// reserve for deformed states; infinity if it never is.
     virtual double largestStep(std::span<Potential* const> potentials, std::span<const Vec3> x) const;
     virtual std::size_t bytes() const = 0;  ///< the operator apart
+    /// Of the last step that was given an origin.
+    const StepEnergy& energy() const { return energy_; }
+
+protected:
+    void beginEnergy(const StepLoads& loads);
+    void pass(const StepLoads& loads, const Leg& leg);
+
+    StepEnergy energy_;
 };
 
 /// `elastic` must live until the next rebind. Explicit schemes have no use for the settings.

@@ -29,10 +29,17 @@ struct RayleighDamping {
     double mass = 0, stiffness = 0;
 };
 
+/// A way along which the equations of a step see the forces of one place. Most schemes have one a step.
+struct Leg {
+    std::span<const Vec3> from, to;  ///< m
+    std::span<const Vec3> at;        ///< m: where the forces of potentials are taken
+};
+
 /// What something has done to the energy of the simulation.
 struct EnergyFlow {
     double work = 0;        ///< J put in
     double dissipated = 0;  ///< J taken out for good
+    double loss = 0;        ///< J that the scheme takes: work less what the forces of the equations do along the leg
 };
 
 /// U(x) with its gradient and a positive semidefinite approximation of its Hessian, each checked against the other
@@ -54,12 +61,15 @@ public:
     virtual void linearize(std::span<const Vec3> /*x*/, std::vector<Coupling>& /*couplings*/) const {}
     /// A step of `dt` [s] has come to its end at x, and is kept.
     virtual void accept(std::span<const Vec3> /*x*/, double /*dt*/) {}
-    /// What it did while the nodes moved from `from` to `to` in a step of `dt` [s]; before accept().
-    virtual EnergyFlow flow(std::span<const Vec3> from, std::span<const Vec3> to, double dt) const = 0;
+    /// What it did along a leg of the step that begin() was told of; before accept(). The columns of the effect.
+    virtual EnergyFlow flow(const Leg& leg) const = 0;
     /// The same in all steps.
     virtual RayleighDamping damping() const { return {}; }
     /// Memory it keeps from step to step.
     virtual std::size_t bytes() const { return 0; }
 };
+
+/// The flow of a potential that is an energy of x alone: what it held before less what it holds after.
+EnergyFlow storedFlow(const Potential& potential, const Leg& leg);
 
 }  // namespace vdbfrac::solver

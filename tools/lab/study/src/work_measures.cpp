@@ -32,9 +32,10 @@ public:
         }
         turnover_ = std::max(turnover_, record.kineticEnergy + record.elasticEnergy);
     }
-    Value end(const core::Simulation&, const core::StepRecord&) override
+    Value end(const core::Simulation&, const core::StepRecord& last) override
     {
         if (quantity_ == "load_work") return number(gripWork_);
+        if (last.unnamedShare > core::kMaxUnnamedShare) return missing("energy without account");
         if (quantity_ == "dissipated") return number(dissipated_);
         return number(turnover_ > 0 ? -integrator_ / turnover_ : 0);
     }

@@ -103,6 +103,9 @@ private:
 /// Paths of the checkpoints in a run's folder, oldest first.
 std::vector<std::filesystem::path> checkpointsIn(const std::filesystem::path& folder);
 
+/// The largest of any step.
+double maxUnnamedShare(const std::vector<StepRecord>& steps);
+
 /// All of stats.csv: a header and a row a step. docs/output.md explains the columns.
 std::string statsText(const std::vector<StepRecord>& steps, const scene::Scene& scene);
 

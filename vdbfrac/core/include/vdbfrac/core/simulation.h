@@ -17,6 +17,9 @@
 
 namespace vdbfrac::core {
 
+/// Energy that no account names is told beyond this share of what was put in.
+inline constexpr double kMaxUnnamedShare = 0.01;
+
 /// A step whose caps are hit is never accepted silently.
 enum class Outcome { converged, cutback, capped };
 
@@ -32,13 +35,15 @@ struct StepRecord {
     double minResidual = 0;    ///< smallest of the Newton iterates
     double kineticEnergy = 0;  ///< J
     double elasticEnergy = 0;  ///< J; both of the material that there is when the step is over
+    double unnamedShare = 0;   ///< energy that no account names, of all that was put in so far; both up to this step
     double volume = 0;         ///< m^3 of material
     std::size_t fragments = 0;
     std::size_t nodes = 0;
     std::int64_t tets = 0;
     std::vector<Vec3> gripLoad;  ///< N, force of each grip on the material
     /// What has come into kinetic and elastic energy over the step, and gone [J]; docs/output.md says what of each
-    /// name. work_GRIP + EFFECT_work - EFFECT_dissipated - removed - integrator is the change of both together.
+    /// name. Each by its own formula; work_GRIP + EFFECT_work - EFFECT_dissipated - removed - integrator less the
+    /// change of both together is "unnamed".
     std::map<std::string, double> energyFlow;
     Ledger work;  ///< of this step
 };
@@ -100,6 +105,7 @@ private:
     void addBody(const scene::Scene& scene, const scene::Body& body, std::uint64_t memoryLimit);
     void setInitialVelocity(const scene::Body& spec, const Body& body);
     void solve(StepRecord& record, double until);
+    void beginEnergy();
     void book(StepRecord& record, const solver::StepReport& report);
     void updateGrid(StepRecord& record);
     void recut(StepRecord& record, std::size_t body, const grid::PhiChanges& changes);
@@ -122,7 +128,9 @@ private:
     std::unique_ptr<Grips> grips_;
     std::unique_ptr<StepControl> stepControl_;
     std::unique_ptr<FrameSource> fields_;
-    double elasticEnergy_ = 0;  // J
+    double elasticEnergy_ = 0, kineticEnergy_ = 0;  // J
+    double putIn_ = 0, unnamed_ = 0;                // J since the start
+    bool balanced_ = false;                         // the state solves the equations of the last step, on this mesh
     double time_ = 0;
     int steps_ = 0;
 };

@@ -1,0 +1,78 @@
+// Where the energy of the steps comes from and goes: docs/physics.md.
+#include <vdbfrac/core/simulation.h>
+
+#include "grips.h"
+
+#include <vdbfrac/base/parallel.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace vdbfrac::core {
+
+namespace {
+
+/// J that no account has to explain: of strains that are rounding.
+double energyOfNoise(std::span<const Body> bodies)
+{
+    constexpr double kStrain = 1e-9;
+    double sum = 0;
+    for (const Body& body : bodies) sum += kStrain * kStrain * body.material.youngsModulus() * body.startVolume;
+    return sum;
+}
+
+}  // namespace
+
+void Simulation::beginEnergy()
+{
+    kineticEnergy_ = kineticEnergy(state_.v);
+    putIn_ = kineticEnergy_ + energyOfNoise(bodies_);
+    // At rest, and nothing pulls yet.
+    const auto& force = grips_->boundary(0).force;
+    balanced_ = stages_.solve.empty() && kineticEnergy_ == 0 &&
+                std::all_of(force.begin(), force.end(), [](const Vec3& f) { return f == Vec3::Zero(); });
+}
+
+/// Books what grips, potentials and the integrator did to the energy, each by its own formula, and what of its change
+/// none of them explains.
+void Simulation::book(StepRecord& record, const solver::StepReport& report)
+{
+    auto& flow = record.energyFlow;
+    const solver::StepEnergy& energy = integrator_->energy();
+    const Grips::Works works =
+        grips_->work({saved_.x, state_.x, record.time - record.dt, record.time}, report.reaction, energy.legs);
+    double in = 0, integrator = energy.loss - (energy.seesEnd ? works.late : 0);
+    const auto put = [&](const std::string& name, double work) {
+        flow[name] += work, in += work;
+        putIn_ += std::max(work, 0.);
+    };
+    for (const auto& [grip, work] : works.ofGrips) put("work_" + grip, work);
+    for (std::size_t i = 0; i < energy.flows.size(); ++i) {
+        const solver::EnergyFlow& own = energy.flows[i];
+        if (own.work != 0) put(potentialNames_[i] + "_work", own.work);
+        if (own.dissipated != 0) flow[potentialNames_[i] + "_dissipated"] += own.dissipated;
+        in -= own.dissipated;
+        integrator += own.loss;
+    }
+    record.kineticEnergy = kineticEnergy(state_.v);
+    record.elasticEnergy = report.elasticEnergy;
+    flow["integrator"] = integrator;
+    const double left =
+        in - integrator - (record.kineticEnergy - kineticEnergy_) - (record.elasticEnergy - elasticEnergy_);
+    flow["unnamed"] = left;
+    unnamed_ += left;
+    record.unnamedShare = std::abs(unnamed_) / putIn_;
+    elasticEnergy_ = record.elasticEnergy;
+}
+
+double Simulation::kineticEnergy(std::span<const Vec3> v) const
+{
+    const auto mass = elastic_->mass();
+    return orderedSum(mass.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+        double sum = 0;
+        for (std::size_t i = begin; i < end; ++i) sum += 0.5 * mass[i] * v[i].squaredNorm();
+        return sum;
+    });
+}
+
+}  // namespace vdbfrac::core
