@@ -5,9 +5,12 @@
 #include <vdbfrac/solver/element.h>
 
 #include <Eigen/Dense>
+#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <map>
 #include <random>
 
 using namespace vdbfrac;
@@ -122,6 +125,62 @@ TEST_P(FlowCases, EnergyEqualsScalarReference)
         for (std::size_t e = 0; e < body.block.elements.size(); ++e)
             expected += solver::elasticEnergy(body.element(e), x, kGel, elasticity());
         EXPECT_NEAR(elastic.evaluate(x, {}, nullptr), expected, kRounding * expected) << size;
+    }
+}
+
+/// At small strains: the forces are those of the energy, by central differences. Tets without material have none.
+TEST_P(FlowCases, StressDoesTheWorkOfTheForces)
+{
+    constexpr double kSmall = 1e-6, kOrder = 1e-4;  // strain; relative, next order in it and differences
+    std::vector<Vec3> x = body.shaken(kSmall);
+    for (std::size_t i = 0; i < body.block.elements.size(); i += 7) {
+        solver::ElementOf e = body.element(i);
+        e.inverseFlow = nullptr;
+        const tetmesh::CellTets& tets = tetmesh::cellTets(e.element.shape);
+        const auto stress = solver::elementStress(e, x, kGel, elasticity());
+        std::map<std::uint32_t, Vec3> forces;
+        for (std::size_t t = 0; t < std::size_t(tets.count); ++t) {
+            if (e.element.fraction[t] == 0) continue;
+            std::array<Vec3, 4> gradient;
+            for (std::size_t a = 1; a < 4; ++a)
+                gradient[a] =
+                    Eigen::Map<const Vec3>(e.gradients ? (*e.gradients)[a - 1].data() : tets.gradient[t][a].data());
+            gradient[0] = -(gradient[1] + gradient[2] + gradient[3]);
+            for (std::size_t a = 0; a < 4; ++a)
+                forces.try_emplace(e.element.node[std::size_t(tets.corner[t][a])], Vec3::Zero()).first->second +=
+                    e.h * e.h * tets.volume[t] * e.element.fraction[t] * stress[t] * gradient[a];
+        }
+        double most = 0;
+        for (const auto& [node, force] : forces) most = std::max(most, force.norm());
+        for (const auto& [node, force] : forces)
+            for (int k = 0; k < 3; ++k) {
+                const double step = kSmall * e.h, at = x[node][k];
+                x[node][k] = at + step;
+                const double above = solver::elasticEnergy(e, x, kGel, elasticity());
+                x[node][k] = at - step;
+                const double below = solver::elasticEnergy(e, x, kGel, elasticity());
+                x[node][k] = at;
+                EXPECT_NEAR(force[k], (above - below) / (2 * step), kOrder * most) << i;
+            }
+    }
+}
+
+TEST_P(FlowCases, StressTurnsWithTheMaterial)
+{
+    constexpr double kRounding = 1e-10;                 // of polar decompositions
+    if (elasticity().strain == Strain::linear) return;  // not for turns
+    const Mat3 turn = Eigen::AngleAxisd(2.1, Vec3(1, -2, .5).normalized()).toRotationMatrix();
+    const std::vector<Vec3> x = body.shaken(.2);
+    std::vector<Vec3> turned = x;
+    for (Vec3& p : turned) p = turn * p + Vec3(1, 2, 3);
+    for (std::size_t i = 0; i < body.block.elements.size(); ++i) {
+        const solver::ElementOf e = body.element(i);
+        const auto before = solver::elementStress(e, x, kGel, elasticity()),
+                   after = solver::elementStress(e, turned, kGel, elasticity());
+        for (std::size_t t = 0; t < std::size_t(tetmesh::cellTets(e.element.shape).count); ++t)
+            if (e.element.fraction[t] > 0) {
+                EXPECT_LT((after[t] - before[t]).norm(), kRounding * (kGel.mu + before[t].norm())) << i;
+            }
     }
 }
 

@@ -18,6 +18,16 @@ double BodyMesh::volume(const CellElement& element) const
     return h * h * h * sum;
 }
 
+NodalShare BodyMesh::nodalShare(Coord voxel, const TetEnergy& energy) const
+{
+    NodalShare share;
+    visitTets(voxel, [&](std::uint32_t element, int tet, double volume) {
+        share.volume += volume;
+        share.energy += volume * energy(element, tet);
+    });
+    return share;
+}
+
 EmbeddedPoint BodyMesh::embed(std::uint32_t e, std::uint32_t t, const Vec3& X) const
 {
     const CellElement& element = elements()[e];

@@ -109,8 +109,8 @@ const Piece* pieceOf(const Cell& cell, std::size_t subTet)
     return it != cell.pieces.end() && it->subTet == subTet ? &*it : nullptr;
 }
 
-/// Adds the sub-tets of one voxel cell that have its corner k as a vertex.
-void addVoxelCell(const CutMesh& mesh, Coord voxelCell, int k, const TetEnergy& energy, NodalShare& share)
+/// Visits the sub-tets of one voxel cell that have its corner k as a vertex.
+void visitVoxelCell(const CutMesh& mesh, Coord voxelCell, int k, const TetVisit& visit)
 {
     const int m = mesh.lattice().coarsening;
     const Coord coarse{floorDiv(voxelCell.x, m), floorDiv(voxelCell.y, m), floorDiv(voxelCell.z, m)};
@@ -126,19 +126,15 @@ void addVoxelCell(const CutMesh& mesh, Coord voxelCell, int k, const TetEnergy& 
         const Piece* piece = cell.whole ? nullptr : pieceOf(cell, first + t);
         if (!cell.whole && !piece) continue;
         const double part = tets.volume[t] * (piece ? piece->cut.moment[a] : 0.25);
-        const int parent = subTets[first + t].parent;
-        share.volume += part;
-        share.energy += part * energy(cell.firstElement + (piece ? piece->element : 0u), parent);
+        visit(cell.firstElement + (piece ? piece->element : 0u), subTets[first + t].parent, part);
     }
 }
 
 }  // namespace
 
-NodalShare CutMesh::nodalShare(Coord voxel, const TetEnergy& energy) const
+void CutMesh::visitTets(Coord voxel, const TetVisit& visit) const
 {
-    NodalShare share;
-    for (int k = 0; k < kCorners; ++k) addVoxelCell(*this, voxel - cornerOffset(k), k, energy, share);
-    return share;
+    for (int k = 0; k < kCorners; ++k) visitVoxelCell(*this, voxel - cornerOffset(k), k, visit);
 }
 
 }  // namespace vdbfrac::tetmesh

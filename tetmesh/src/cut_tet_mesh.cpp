@@ -362,16 +362,11 @@ std::vector<std::uint32_t> CutTetMesh::elementsRound(const Vec3& X) const
 }
 
 /// A tet that is cut counts with the share of it that is material.
-NodalShare CutTetMesh::nodalShare(Coord voxel, const TetEnergy& energy) const
+void CutTetMesh::visitTets(Coord voxel, const TetVisit& visit) const
 {
-    NodalShare share;
-    for (const NodalWeights::Weight& w : weights().at(voxel)) {
-        if (elementOfTet_[w.tet] < 0) continue;
-        const double part = double(w.volume) * cut_[w.tet].fraction;
-        share.volume += part;
-        share.energy += part * energy(std::uint32_t(elementOfTet_[w.tet]), 0);
-    }
-    return share;
+    for (const NodalWeights::Weight& w : weights().at(voxel))
+        if (elementOfTet_[w.tet] >= 0)
+            visit(std::uint32_t(elementOfTet_[w.tet]), 0, double(w.volume) * cut_[w.tet].fraction);
 }
 
 }  // namespace vdbfrac::tetmesh

@@ -238,7 +238,7 @@ void Simulation::updateGrid(StepRecord& record)
     const SolvedStep solved{state_.x, time_, record.dt};
     for (Observer* observer : stages_.observers) observer->observe(solved);
     bool computed = false;
-    GridContext context{solved, {}, {}, record.work};
+    GridContext context{solved, {}, {}, {}, record.work};
     context.gripDistance = [this](const Body& body, const Vec3& X) { return grips_->distance(body, X); };
     context.tetEnergy = [&]() -> std::span<const double> {
         if (!computed) {
@@ -248,6 +248,12 @@ void Simulation::updateGrid(StepRecord& record)
             computed = true;
         }
         return density_;
+    };
+    context.elementStress = [&](const Body& body, std::uint32_t e) {
+        const tetmesh::BodyMesh& mesh = *body.mesh;
+        const tetmesh::TetGradients* const own = mesh.gradients().empty() ? nullptr : &mesh.gradients()[e];
+        return solver::elementStress({mesh.elements()[e], own, h_}, solved.x.subspan(body.firstNode), body.material,
+                                     elastic_->elasticity());
     };
     std::vector<grid::PhiChanges> changes(bodies_.size());
     for (GridStage* stage : stages_.grid)

@@ -4,6 +4,7 @@
 #include <vdbfrac/base/vec.h>
 #include <vdbfrac/solver/elastic_operator.h>
 
+#include <array>
 #include <cstddef>
 #include <span>
 
@@ -20,6 +21,11 @@ struct ElementOf {
 
 /// Deformation gradient of tet t, of its elastic part if it has flowed: F Fp^-1; x [m]: of the body's nodes.
 Mat3 deformationGradient(const ElementOf& e, std::size_t tet, std::span<const Vec3> x);
+
+/// Stress [Pa] of each tet with material in the frame of the rest configuration, 2 mu e + lambda tr(e) I: with the
+/// means of the element where the elasticity has them. Of the others nothing is set.
+std::array<Mat3, tetmesh::kMaxTets> elementStress(const ElementOf& e, std::span<const Vec3> x, const Material& material,
+                                                  Elasticity elasticity);
 
 /// Elastic energy [J], as ElasticOperator has it.
 double elasticEnergy(const ElementOf& e, std::span<const Vec3> x, const Material& material, Elasticity elasticity);

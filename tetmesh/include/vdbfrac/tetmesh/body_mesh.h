@@ -65,6 +65,8 @@ using RestShape = std::function<void(std::span<const Vec3> X, std::span<double> 
 /// Energy density [J/m^3] of tet t of an element.
 using TetEnergy = std::function<double(std::uint32_t element, int tet)>;
 
+using TetVisit = std::function<void(std::uint32_t element, int tet, double volume)>;
+
 /// Material round a voxel node p: the integral of its trilinear or nodal function N_p over it, and of N_p times an
 /// energy density, in units of a voxel.
 struct NodalShare {
@@ -107,7 +109,9 @@ public:
     /// Voxel nodes of all tets whose energy density exceeds `threshold`, sorted, each once. No other voxel node can
     /// have a nodal energy above it. `density`: entry 6 e + t for tet t of element e.
     virtual std::vector<Coord> voxelsAbove(std::span<const double> density, double threshold) const = 0;
-    virtual NodalShare nodalShare(Coord voxel, const TetEnergy& energy) const = 0;
+    /// Calls visit(element, tet, integral of N_p over its material [voxels]) for the tets round a voxel node p.
+    virtual void visitTets(Coord voxel, const TetVisit& visit) const = 0;
+    NodalShare nodalShare(Coord voxel, const TetEnergy& energy) const;
 
     /// The tet with material that X [m, at rest] lies in. Of several, as on both sides of a crack: those that have the
     /// node `near`, if it is given; of them that with the most material, then the first.

@@ -87,7 +87,7 @@ public:
     double volume() const override { return volume_; }
     EmbeddedSurface surface() const override;
     std::vector<Coord> voxelsAbove(std::span<const double> density, double threshold) const override;
-    NodalShare nodalShare(Coord voxel, const TetEnergy& energy) const override;
+    void visitTets(Coord voxel, const TetVisit& visit) const override;
 
 protected:
     std::vector<std::uint32_t> elementsRound(const Vec3& X) const override;

@@ -46,7 +46,7 @@ public:
     double volume() const override { return volume_; }
     EmbeddedSurface surface() const override;
     std::vector<Coord> voxelsAbove(std::span<const double> density, double threshold) const override;
-    NodalShare nodalShare(Coord voxel, const TetEnergy& energy) const override;
+    void visitTets(Coord voxel, const TetVisit& visit) const override;
 
     std::size_t pointCount() const { return points_.size(); }
     std::size_t tetCount() const { return tets_.size(); }

@@ -9,6 +9,7 @@
 #include <vdbfrac/grid/vdb_file.h>
 #include <vdbfrac/solver/potential.h>
 
+#include <array>
 #include <functional>
 #include <memory>
 #include <span>
@@ -46,6 +47,8 @@ struct GridContext : SolvedStep {
     /// Energy density [J/m^3] of all tets of the system (by tetmesh::tetEntry), computed when first asked for in a
     /// step.
     std::function<std::span<const double>()> tetEnergy;
+    /// Stress [Pa] of the tets of an element of a body, in the frame of the rest configuration.
+    std::function<std::array<Mat3, tetmesh::kMaxTets>(const Body&, std::uint32_t element)> elementStress;
     Ledger& ledger;
 };
 
