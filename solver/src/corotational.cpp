@@ -43,13 +43,6 @@ double energyDensity(const Mat3& F, const Material& m)
     return m.mu * e.squaredNorm() + 0.5 * m.lambda * e.sum() * e.sum();
 }
 
-double tensilePart(double psi, const Mat3& F, const Material& m)
-{
-    const Vec3 e = signedPolar(F).s - Vec3::Ones();
-    const double bulk = e.sum() > 0 ? std::max(0., psi - m.mu * e.squaredNorm()) : 0;
-    return std::min(psi, m.mu * e.cwiseMax(0.).squaredNorm() + bulk);
-}
-
 Mat3 piolaStress(const Mat3& F, const Material& m)
 {
     const Polar p = signedPolar(F);

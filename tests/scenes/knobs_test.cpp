@@ -95,11 +95,6 @@ TEST(Choices, StaticStepsHaveNoVelocitiesFromTheStart)
     EXPECT_EQ(fastest(still), 0);
 }
 
-TEST(Choices, TensionNeedsCorotationalStrain)
-{
-    EXPECT_THROW(lab::SceneRun(kBar, {"solver.strain=\"green\"", "fracture.driver=\"tension\""}), InputError);
-}
-
 TEST(Choices, WholeTetsHaveNearlyTheVolumeOfTheShape)
 {
     constexpr double kAllowed = 0.05;  // a ball 8 voxels across: jags of half a voxel, in the mean none

@@ -86,43 +86,4 @@ TEST(Corotational, StressDifferentialIsDerivativeOfStress)
     }
 }
 
-/// Psi+ = mu sum <s_i - 1>^2 + lambda/2 <tr S - 3>^2, <a> = max(a, 0): stretches of either sign, turned by any turns,
-/// in materials whose bulk stiffness counts for nothing, for a share and for nearly all.
-TEST(TensilePart, IsTheClosedFormOfStretchesAndOfDilatation)
-{
-    constexpr double kRounding = 1e-11;  // of the energy: some thousand roundings, of a bulk part ten times the rest
-    std::mt19937 random(5);
-    const auto turn = [&] {
-        return Eigen::Quaterniond(Eigen::Vector4d(randomVec(random, 1).homogeneous())).normalized().toRotationMatrix();
-    };
-    const Vec3 stretches[] = {{1.2, 1.1, 1.3}, {1.2, 1.1, 0.9}, {1.3, 0.9, 0.9}, {1.1, 1.1, 0.7},
-                              {1.1, 0.7, 0.8}, {0.9, 0.8, 0.7}, {1.4, 0.8, 0.8}};
-    for (const double nu : {0., 0.3, 0.45}) {
-        const solver::Material m = solver::makeMaterial(1e5, nu, 1000);
-        for (const Vec3& s : stretches) {
-            const Mat3 F = turn() * Mat3(s.asDiagonal()) * turn();
-            const Vec3 e = s - Vec3::Ones();
-            const double dilatation = std::max(e.sum(), 0.);
-            const double expected = m.mu * e.cwiseMax(0.).squaredNorm() + 0.5 * m.lambda * dilatation * dilatation;
-            const double psi = solver::energyDensity(F, m);
-            EXPECT_NEAR(solver::tensilePart(psi, F, m), expected, kRounding * psi)
-                << "nu " << nu << " stretches " << s.transpose();
-        }
-    }
-}
-
-/// A rod that is squeezed bulges: only its bulging counts. Pulled, it thins: all but its thinning counts.
-TEST(TensilePart, OfAFreeRodIsThatOfItsBulgingOrAllButItsThinning)
-{
-    constexpr double kRounding = 1e-11;
-    for (const double nu : {0., 0.3, 0.45}) {
-        const solver::Material m = solver::makeMaterial(1e5, nu, 1000);
-        const double e = 0.1, psi = 0.5 * 1e5 * e * e, thinning = 2 * m.mu * nu * nu * e * e;
-        const Mat3 squeezed = Vec3(1 - e, 1 + nu * e, 1 + nu * e).asDiagonal(),
-                   pulled = Vec3(1 + e, 1 - nu * e, 1 - nu * e).asDiagonal();
-        EXPECT_NEAR(solver::tensilePart(psi, squeezed, m), thinning, kRounding * psi) << nu;
-        EXPECT_NEAR(solver::tensilePart(psi, pulled, m), psi - thinning, kRounding * psi) << nu;
-    }
-}
-
 }  // namespace

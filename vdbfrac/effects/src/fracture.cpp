@@ -1,25 +1,22 @@
 // Ductile fracture by a level set: the surface eats into material whose elastic energy exceeds its fracture resistance.
 //
-// Hegemann et al. 2013, section 5. Psi nodal energy over material parts; kappa fracture resistance [J/m^3]; Gc
-// toughness [J/m^2]; sigma_t tensile strength [Pa]; h lattice spacing; C discretisation factor; l averaging radius:
-//   kappa                  as given: strength of a smooth bar sqrt(2 E kappa), cracked samples weaken as h shrinks
-//   toughness              kappa = C Gc / h: at a crack tip the energy spent per area is then Gc at any h
-//   toughness + strength   kappa = sigma_t^2 / (2 E), Psi averaged over l = 2 A E Gc / sigma_t^2
-// Keys scale kappa over time, and so Gc alike and sigma_t by the root: l stays.
+// Hegemann et al. 2013, section 5. Psi, the energy that drives it, is averaged over the material within l of a voxel
+// node; kappa is the fracture resistance [J/m^3]. fracture_law.h has what a scene gives and what kappa and l follow
+// from it. Keys scale kappa over time, and so Gc alike and sigma_t by the root: l stays.
 #include "all.h"
+#include "fracture_law.h"
 
 #include <vdbfrac/base/error.h>
-#include <vdbfrac/base/number_text.h>
 #include <vdbfrac/grid/griffith.h>
+#include <vdbfrac/grid/tension.h>
 #include <vdbfrac/grid/transfer.h>
-#include <vdbfrac/solver/corotational.h>
-#include <vdbfrac/solver/element.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <numbers>
+#include <optional>
 
 namespace vdbfrac::effects {
 
@@ -31,10 +28,9 @@ using scene::Values;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// C for nodal energies on the six-tet lattice, from pulled strips and notched plates (docs/physics.md).
-constexpr double kTipFactor = 0.25;
-/// A: ratio of averaging radius to E Gc / sigma_t^2, halved.
-constexpr double kAverageFactor = 0.235;
+/// Averaged tension: the surface eats what it touches, material this near to it [voxels], a voxel and what phi may be
+/// off. Farther in, where the energy of a tip may be higher than at the tip, a crack would leave bridges behind.
+constexpr double kTouch = 1.05;
 /// phi moves by no more than this part of a voxel before it is re-levelled.
 constexpr double kMaxMove = 0.5;
 
@@ -50,13 +46,16 @@ const Key kKeys[] = {
     {"driver",
      Type::choice,
      "",
-     "energy that drives the crack: all of it, or only what pulls",
+     "energy that drives the crack: all of it, or only of the tension that opens it",
      "\"full\"",
      -kInfinity,
      kInfinity,
      false,
      false,
      {"full", "tension"}},
+    {"average", Type::number, "cells",
+     "radius of the average of that energy, in lattice cells: with 3 cracks follow the load, not the lattice", "0", 0,
+     8},
     {"front_speed", Type::number, "",
      "speed of the front at twice the resistance, in Rayleigh wave speeds; the front never passes 1", "1", 0, kInfinity,
      true},
@@ -84,12 +83,17 @@ std::string check(const Values& v)
     return {};
 }
 
-/// What tears one body.
-struct Law {
-    double kappa = 0;      // J/m^3
-    double radius = 0;     // m, of the average; 0: nodal energies as they are
-    double waveSpeed = 0;  // m/s, Rayleigh
-};
+grid::TetEnergy tetEnergy(const core::GridContext& context, const core::Body& body)
+{
+    return [all = context.tetEnergy(), first = body.firstElement](std::uint32_t e, int t) {
+        return all[tetmesh::tetEntry(first + e, std::size_t(t))];
+    };
+}
+
+grid::TensionAverage averageOf(const core::Body& body, const FractureLaw& law)
+{
+    return {law.radius, body.material.youngsModulus(), body.material.poissonRatio()};
+}
 
 class Fracture : public core::Effect,
                  public core::GridStage,
@@ -99,11 +103,12 @@ class Fracture : public core::Effect,
 public:
     Fracture(const Values& values, const scene::Scene& scene)
         : values_(values),
-          dx_(scene.grid.voxelSize),
-          h_(scene.grid.coarsening * dx_),
+          grid_(scene.grid),
+          dx_(grid_.voxelSize),
+          isTension_(values.text("driver") == "tension"),
           frontCfl_(scene.time.frontCfl),
           resistance_(values.has("keys") ? values.curve("keys") : scene::Curve()),
-          margin_(values.has("grip_margin") ? values.number("grip_margin") : 2 * h_)
+          margin_(values.has("grip_margin") ? values.number("grip_margin") : 2 * grid_.coarsening * dx_)
     {
     }
 
@@ -142,87 +147,70 @@ public:
     void restoreFrom(const core::Archive& archive, std::span<const core::Body> bodies) override;
 
 private:
-    Law lawOf(const core::Body& body, std::vector<std::string>& notes) const;
-    std::vector<VoxelPhi> candidates(const core::GridContext& context, const core::Body& body, const Law& law) const;
-    std::vector<double> energies(const core::GridContext& context, const core::Body& body, const Law& law,
+    FractureLaw lawOf(const core::Body& body, std::vector<std::string>& notes) const;
+    std::vector<VoxelPhi> candidates(const core::GridContext& context, const core::Body& body,
+                                     const FractureLaw& law) const;
+    std::vector<double> energies(const core::GridContext& context, const core::Body& body, const FractureLaw& law,
                                  const std::vector<VoxelPhi>& band) const;
     void noteArrivals(const core::Body& body, const grid::PhiChanges& changes, double time);
     grid::Relevelling relevelling(long long update) const;
 
     Values values_;
-    double dx_, h_, frontCfl_;
+    scene::Grid grid_;
+    double dx_;
+    bool isTension_;  // the driver
+    double frontCfl_;
     scene::Curve resistance_;  // factor on kappa
     double margin_;
-    std::map<std::string, Law> laws_;                        // by body
+    std::map<std::string, FractureLaw> laws_;                // by body
     std::map<std::string, std::map<Coord, float>> arrival_;  // by body: time [s] at which a voxel node failed
     double limit_ = kInfinity;                               // s
     double limitTime_ = -1;                                  // step to which limit_ belongs
     std::map<std::string, long long> updates_;               // by body: times the front was moved
 };
 
-Law Fracture::lawOf(const core::Body& body, std::vector<std::string>& notes) const
+FractureLaw Fracture::lawOf(const core::Body& body, std::vector<std::string>& notes) const
 {
+    const auto number = [&](const char* key) {
+        return values_.has(key) ? std::optional(values_.number(key)) : std::nullopt;
+    };
+    const FractureKeys keys{number("kappa"), number("toughness"), number("strength"), values_.number("average"),
+                            isTension_};
     const solver::Material& m = body.material;
-    const double E = m.youngsModulus();
-    Law law;
-    law.waveSpeed = grid::rayleighSpeed(m.mu, m.poissonRatio(), m.rho);
-    if (values_.has("kappa")) {
-        law.kappa = values_.number("kappa");
-        return law;
-    }
-    const double Gc = values_.number("toughness");
-    law.kappa = kTipFactor * Gc / h_;
-    if (!values_.has("strength")) return law;
-    const double strength = values_.number("strength"), radius = 2 * kAverageFactor * E * Gc / (strength * strength);
-    const bool resolved = h_ <= radius / 2 && 2 * dx_ <= radius / 4;  // a crack is up to two voxels wide
-    const auto rough = [](double v) { return shortNumber(v, 3); };
-    if (resolved) {
-        constexpr double kWidest = 24;  // voxels; the cost of an average goes with the cube
-        law.kappa = strength * strength / (2 * E);
-        law.radius = std::min(radius, kWidest * dx_);
-        if (law.radius == radius) return law;
-        notes.push_back("body '" + body.name + "': strength and toughness together average the energy over " +
-                        rough(radius) + " m, here over " + rough(law.radius) +
-                        " m: notches tear before toughness says so");
-        return law;
-    }
-    notes.push_back("body '" + body.name + "': strength and toughness together need voxels of " +
-                    rough(std::min(radius / 8, radius * dx_ / (2 * h_))) + " m or less; at " + rough(dx_) +
-                    " m toughness is honoured, a smooth bar tears at " + rough(std::sqrt(2 * E * law.kappa)) + " Pa");
-    return law;
+    return fractureLaw(keys, grid_, body.name, m.youngsModulus(), m.poissonRatio(), notes);
 }
 
-/// Material voxels of the band that may move: some tet near by exceeds the resistance, and no grip is close.
+/// Material beside the surface that may move: some tet near by has enough energy, and no grip is close.
 std::vector<VoxelPhi> Fracture::candidates(const core::GridContext& context, const core::Body& body,
-                                           const Law& law) const
+                                           const FractureLaw& law) const
 {
     const std::span<const double> own = context.tetEnergy().subspan(tetmesh::tetEntry(body.firstElement, 0),
                                                                     tetmesh::tetEntry(body.mesh->elements().size(), 0));
-    std::vector<Coord> voxels = body.mesh->voxelsAbove(own, law.kappa);
-    if (law.radius > 0) voxels = grid::voxelsAround(voxels, int(std::floor(law.radius / dx_)));
-    std::erase_if(voxels, [&](const Coord& c) { return context.gripDistance(body, dx_ * c.toVec()) < margin_; });
+    const double enough = isTension_ ? grid::minEnergyUnder(law.kappa, body.material.poissonRatio()) : law.kappa;
+    const int reach = isTension_ ? grid::tensionReach(law.radius, dx_) : int(std::floor(law.radius / dx_));
+    std::vector<Coord> voxels = grid::voxelsAround(body.mesh->voxelsAbove(own, enough), reach);
     // Material only: raising phi in the gap would eat into the faces behind the tip, and a crack be twice as wide.
-    std::erase_if(voxels, [&](const Coord& c) { return body.mesh->phi()(c) >= 0; });
+    std::erase_if(voxels, [&](const Coord& c) {
+        const float phi = body.mesh->phi()(c);
+        return phi >= 0 || (isTension_ && law.radius > 0 && phi < -kTouch * dx_);
+    });
+    std::erase_if(voxels, [&](const Coord& c) { return context.gripDistance(body, dx_ * c.toVec()) < margin_; });
+    if (isTension_ && law.radius > 0)
+        voxels =
+            grid::whereTensionMayExceed(law.kappa, *body.mesh, tetEnergy(context, body), voxels, averageOf(body, law));
     return grid::sampleBand(body.phi, voxels);
 }
 
-std::vector<double> Fracture::energies(const core::GridContext& context, const core::Body& body, const Law& law,
+std::vector<double> Fracture::energies(const core::GridContext& context, const core::Body& body, const FractureLaw& law,
                                        const std::vector<VoxelPhi>& band) const
 {
-    const std::span<const double> all = context.tetEnergy();
-    const auto full = [&](std::uint32_t e, int t) {
-        return all[tetmesh::tetEntry(body.firstElement + e, std::size_t(t))];
-    };
-    const std::span<const Vec3> x = context.x.subspan(body.firstNode);
-    const auto tension = [&](std::uint32_t e, int t) {
-        const tetmesh::TetGradients* const own = body.mesh->gradients().empty() ? nullptr : &body.mesh->gradients()[e];
-        const Mat3 F = solver::deformationGradient({body.mesh->elements()[e], own, h_}, std::size_t(t), x);
-        return solver::tensilePart(full(e, t), F, body.material);
-    };
-    const grid::TetEnergy energy =
-        values_.text("driver") == "tension" ? grid::TetEnergy(tension) : grid::TetEnergy(full);
     std::vector<Coord> voxels;
     for (const VoxelPhi& b : band) voxels.push_back(b.voxel);
+    if (isTension_) {
+        const auto stress = [&](std::uint32_t e) { return context.elementStress(body, e); };
+        return grid::averagedTension(*body.mesh, stress, voxels, averageOf(body, law));
+    }
+    const grid::TetEnergy energy = tetEnergy(context, body);
     return law.radius > 0 ? grid::averagedEnergy(*body.mesh, energy, voxels, law.radius)
                           : grid::nodalEnergy(*body.mesh, energy, voxels);
 }
@@ -246,8 +234,10 @@ grid::Relevelling Fracture::relevelling(long long update) const
 
 grid::PhiChanges Fracture::update(const core::GridContext& context, const core::Body& body, grid::LevelSet& phi)
 {
-    Law law = laws_.at(body.name);
+    FractureLaw law = laws_.at(body.name);
     law.kappa *= resistance_.at(context.time);
+    const solver::Material& m = body.material;
+    const double waveSpeed = grid::rayleighSpeed(m.mu, m.poissonRatio(), m.rho);
     (void)context.tetEnergy();  // timed on its own
     if (limitTime_ != context.time) limit_ = kInfinity, limitTime_ = context.time;
 
@@ -261,8 +251,8 @@ grid::PhiChanges Fracture::update(const core::GridContext& context, const core::
     }
     const double eps = values_.number("front_width") * dx_;
     // Mobility: at Psi = 2 kappa the front (phi = 0) moves at front_speed * c_R.
-    const double mobility = values_.number("front_speed") * law.waveSpeed * std::numbers::pi * eps / law.kappa;
-    const double possible = law.waveSpeed * context.dt, most = std::min(possible, frontCfl_ * dx_);
+    const double mobility = values_.number("front_speed") * waveSpeed * std::numbers::pi * eps / law.kappa;
+    const double possible = waveSpeed * context.dt, most = std::min(possible, frontCfl_ * dx_);
     const int parts = std::max(1, int(std::ceil(most / (kMaxMove * dx_) - 1e-9)));
     grid::GriffithStep step{law.kappa, eps, 0, most / parts};
 
@@ -281,7 +271,7 @@ grid::PhiChanges Fracture::update(const core::GridContext& context, const core::
         }
         if (raised.empty()) break;
         heldBack = heldBack || (most < possible && step.s < wanted);
-        limit_ = std::min(limit_, frontCfl_ * dx_ / law.waveSpeed);
+        limit_ = std::min(limit_, frontCfl_ * dx_ / waveSpeed);
         const StageTimer timer(context.ledger, "relevel");
         grid::RelevelWork work;
         const grid::PhiChanges changes = grid::raiseAndRelevel(phi, raised, work, relevelling(++updates_[body.name]));
@@ -332,11 +322,6 @@ void Fracture::restoreFrom(const core::Archive& archive, std::span<const core::B
 
 std::unique_ptr<core::Effect> make(const Values& values, const scene::Scene& scene)
 {
-    if (values.text("driver") == "tension" && scene.solver.strain != scene::Strain::corotational)
-        throw InputError({"fracture.driver",
-                          "\"tension\" takes the pulling part of corotational energy, but solver.strain is \"" +
-                              nameOf(scene.solver.strain) + "\"",
-                          "\"full\"", "leave one of the two keys out"});
     return std::make_unique<Fracture>(values, scene);
 }
 

@@ -29,9 +29,6 @@ struct Polar {
 Polar signedPolar(const Mat3& F);
 
 double energyDensity(const Mat3& F, const Material& material);
-/// Part of an energy density psi [J/m^3] at F that opens cracks: mu sum <s_i - 1>^2, <a> = max(a, 0), and the bulk part
-/// of psi where tr S > 3. Never more than psi, also when its bulk part is that of a cell's mean dilatation.
-double tensilePart(double psi, const Mat3& F, const Material& material);
 Mat3 piolaStress(const Mat3& F, const Material& material);
 
 /// dP for a change dF, exact.

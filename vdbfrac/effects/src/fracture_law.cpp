@@ -1,0 +1,78 @@
+#include "fracture_law.h"
+
+#include <vdbfrac/base/number_text.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace vdbfrac::effects {
+
+namespace {
+
+/// kappa h / Gc without an average, for nodal energies on the six-tet lattice.
+constexpr double kNodalFactor = 0.25;
+
+/// A by the driver, the lattice and Poisson's ratio: from cracks that run through strips 20 cells high, G and what is
+/// dissipated (docs/physics.md). Cracks on Delaunay meshes have to be wider to part their tets.
+struct TipFactors {
+    scene::LatticeKind lattice;
+    bool isTension;
+    std::array<double, 3> A;  // at kRatios
+};
+constexpr std::array<double, 3> kRatios = {0, .3, .45};
+constexpr TipFactors kTipFactors[] = {
+    {scene::LatticeKind::six, true, {.285, .305, .32}},     {scene::LatticeKind::five, true, {.26, .28, .295}},
+    {scene::LatticeKind::delaunay, true, {.215, .23, .24}}, {scene::LatticeKind::six, false, {.235, .235, .235}},
+    {scene::LatticeKind::five, false, {.235, .235, .235}},  {scene::LatticeKind::delaunay, false, {.235, .235, .235}},
+};
+
+std::string rough(double v) { return shortNumber(v, 3); }
+
+}  // namespace
+
+double tipFactor(bool isTension, scene::LatticeKind lattice, double nu)
+{
+    const auto row = std::find_if(std::begin(kTipFactors), std::end(kTipFactors), [&](const TipFactors& f) {
+        return f.lattice == lattice && f.isTension == isTension;
+    });
+    const double at = std::clamp(nu, kRatios.front(), kRatios.back());
+    const std::size_t i = at < kRatios[1] ? 0 : 1;
+    return std::lerp(row->A[i], row->A[i + 1], (at - kRatios[i]) / (kRatios[i + 1] - kRatios[i]));
+}
+
+FractureLaw fractureLaw(const FractureKeys& keys, const scene::Grid& grid, const std::string& body, double E, double nu,
+                        std::vector<std::string>& notes)
+{
+    constexpr double kMaxRadius = 24;  // voxels; the cost of an average goes with the cube
+    const double dx = grid.voxelSize, h = grid.coarsening * dx, A = tipFactor(keys.isTension, grid.lattice, nu);
+    FractureLaw law;
+    law.radius = keys.average * h;
+    const double perToughness = law.radius > 0 ? A / law.radius : kNodalFactor / h;  // 1/m
+    const auto note = [&](const std::string& text) { notes.push_back("body '" + body + "': " + text); };
+    if (keys.kappa) {
+        law.kappa = *keys.kappa;
+        note("kappa = " + rough(law.kappa) + " J/m^3 is a toughness of " + rough(law.kappa / perToughness) +
+             " J/m^2 on this lattice");
+        return law;
+    }
+    const double Gc = *keys.toughness;
+    law.kappa = perToughness * Gc;
+    if (!keys.strength) return law;
+    const double strength = *keys.strength, radius = 2 * A * E * Gc / (strength * strength);
+    const double narrowest = law.radius > 0 ? law.radius : std::max(2 * h, 8 * dx);  // a crack is up to two voxels wide
+    if (radius < narrowest) {
+        note("strength and toughness together need voxels of " + rough(dx * radius / narrowest) + " m or less; at " +
+             rough(dx) + " m toughness is honoured, a smooth bar tears at " + rough(std::sqrt(2 * E * law.kappa)) +
+             " Pa");
+        return law;
+    }
+    law.kappa = strength * strength / (2 * E);
+    law.radius = std::min(radius, kMaxRadius * dx);
+    if (law.radius < radius)
+        note("strength and toughness together average the energy over " + rough(radius) + " m, here over " +
+             rough(law.radius) + " m: notches tear before toughness says so");
+    return law;
+}
+
+}  // namespace vdbfrac::effects
