@@ -4,6 +4,8 @@
 
 #include <Eigen/Dense>
 
+#include <cmath>
+
 namespace vdbfrac::solver {
 
 namespace {
@@ -21,9 +23,30 @@ Mat3 nearestRotation(const Mat3& m)
     return R;
 }
 
+/// S of F = R S, R a rotation, by its invariants (Hoger and Carlson 1984) where they are safe: a tenth of an SVD's
+/// time.
+///   I = tr S is the largest root of (x^2 - a)^2 = 2 (a^2 - b) + 8 J x,  a = tr C, b = tr C^2, J = det F, C = F^T F
+///   S = (I J + (I^2 - II) C - C^2) / D,  II = (I^2 - a) / 2,  D = I II - J = (s1+s2)(s2+s3)(s3+s1)
+Mat3 stretchOf(const Mat3& F)
+{
+    constexpr double kSafe = 1e-2;       // of |F|^3; rounding is magnified by its inverse
+    constexpr double kConverged = 1e-9;  // of I: the step after it is below rounding
+    const Mat3 C = F.transpose() * F, C2 = C * C;
+    const double a = C.trace(), b = C2.trace(), J = F.determinant();
+    double I = std::sqrt(3 * a), move = I;  // from above
+    for (int step = 0; step < 30 && std::abs(move) > kConverged * I; ++step) {
+        const double rest = I * I - a;
+        move = (rest * rest - 2 * (a * a - b) - 8 * J * I) / (4 * I * rest - 8 * J);
+        I -= move;
+    }
+    const double II = 0.5 * (I * I - a), D = I * II - J;
+    if (!(D > kSafe * a * std::sqrt(a)) || !(J > 0)) return signedPolar(F).S;
+    return (I * J * Mat3::Identity() + (I * I - II) * C - C2) / D;
+}
+
 class Corotational : public StrainLaw {
 public:
-    Mat3 strain(const Mat3& F) const override { return signedPolar(F).S - Mat3::Identity(); }
+    Mat3 strain(const Mat3& F) const override { return stretchOf(F) - Mat3::Identity(); }
     double minEigenvalue(double share) const override { return -(1 + share); }
     Mat3 meanRotation(const Mat3& mean) const override { return nearestRotation(mean); }
     Mat3 ofTet(const Mat3& R, const Mat3& T) const override { return R * T * R.transpose(); }

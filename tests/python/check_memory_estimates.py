@@ -22,7 +22,7 @@ CASES = [  # name, scene, settings
     ("block", SCENE, ["grid.voxel_size=0.02"]),
     ("finer block", SCENE, ["grid.voxel_size=0.014"]),
     ("block-Jacobi", SCENE, ["grid.voxel_size=0.02", 'solver.linear_solver="jacobi"']),
-    ("explicit", SCENE, ["grid.voxel_size=0.02", 'solver.integrator="symplectic_euler"', "damping.stiffness=0", "time.substeps=40"]),
+    ("explicit", SCENE, ["grid.voxel_size=0.02", 'solver.integrator="symplectic_euler"', "damping.stiffness=0", "time.substeps=160"]),
     ("five tets", SCENE, ["grid.voxel_size=0.02", 'grid.lattice="five"']),
     ("coarsening 2", SCENE, ["grid.voxel_size=0.01", "grid.coarsening=2"]),
     ("all grids", SCENE, ["grid.voxel_size=0.02", WORLD]),

@@ -145,7 +145,7 @@ void expectWeight(const SceneRun& run, const Accounted& a)
 TEST(EnergyAccounts, NameAllEnergyOfEachStepAlsoOfATear)
 {
     for (const Accounted& a : kAccounted)
-        for (const char* more : {"", "[fracture]\nkappa = 20\n"}) {
+        for (const char* more : {"", "[fracture]\nkappa = 5\n"}) {
             SCOPED_TRACE(a.integrator + std::string(" ") + more);
             SceneRun run(busyBlock(a.integrator, more), {"time.substeps=" + std::to_string(a.substeps)});
             run.toFrame(16);

@@ -89,7 +89,9 @@ TEST(NotchedBlockDelaunay, TearsAsOnTheLattice)
         return r;
     };
     const Result six = tear("\"six\""), delaunay = tear("\"delaunay\"");
-    EXPECT_NEAR(delaunay.onset, six.onset, 0.1 * six.onset);
+    // Their kappa differ: cracks on a Delaunay mesh have to be wider to part its tets (docs/physics.md).
+    const double earlier = std::sqrt(.277 / .373);
+    EXPECT_NEAR(delaunay.onset, earlier * six.onset, 0.1 * six.onset);
     EXPECT_NEAR(delaunay.peak, six.peak, 0.15 * six.peak);
     ASSERT_GE(delaunay.fragments.size(), 2u);
     EXPECT_GT(delaunay.fragments[1], 0.35 * delaunay.volume);
@@ -103,9 +105,9 @@ TEST(NotchedBlockLoss, FallsAsVoxelsShrink)
         EXPECT_GE(run.simulation.fragments(), 2u);
         return 1 - run.simulation.volume() / run.simulation.startVolume();
     };
-    const double coarse = lost("0.1"), fine = lost("0.05");
-    // A crack two voxels wide through .8 of a unit square, of a volume of .93.
-    EXPECT_LT(fine, 2 * 0.05 * 0.8 / 0.93);
+    const double coarse = lost("0.05"), fine = lost("0.025");
+    // A crack up to two voxels wide through .8 of a unit square, of a volume of .93.
+    EXPECT_LT(coarse, 2 * 0.05 * 0.8 / 0.93);
     EXPECT_LT(fine, 0.7 * coarse);
 }
 
@@ -155,8 +157,8 @@ TEST(BarOnset, StrainIsThatOfTheFormulaAtAnyResolution)
     }
 }
 
-/// kappa = C Gc / h, or A Gc / l with l of `average` lattice cells, with the C and A of docs/physics.md, h the spacing
-/// of the lattice: a smooth bar tears where its energy E e^2 / 2 is that.
+/// kappa = A Gc / l, l = 3 h, or .25 Gc / h without an average, h the spacing of the lattice (docs/physics.md): a
+/// smooth bar tears where its energy E e^2 / 2 is that.
 TEST(BarOnset, UnderToughnessKappaIsThatOfTheTable)
 {
     constexpr double kE = 1e6, strain = 0.01;
@@ -167,8 +169,8 @@ TEST(BarOnset, UnderToughnessKappaIsThatOfTheTable)
     struct Grid {
         int cells, coarsening;
     };
-    for (const Law& law : {Law{"", .25}, Law{"driver = \"tension\"\naverage = 3\n", .285 / 3},
-                           Law{"average = 3\n", .235 / 3}, Law{"driver = \"tension\"\naverage = 2\n", .285 / 2}})
+    for (const Law& law : {Law{"", .341 / 3}, Law{"driver = \"full\"\n", .336 / 3}, Law{"average = 2\n", .341 / 2},
+                           Law{"average = 0\n", .25}})
         for (const Grid& grid : {Grid{8, 1}, Grid{16, 1}, Grid{16, 2}}) {
             const double h = double(grid.coarsening) / grid.cells;
             std::ostringstream keys;
@@ -182,8 +184,8 @@ TEST(BarOnset, UnderToughnessKappaIsThatOfTheTable)
 
 TEST(BarOnset, UnderTensionIsThatOfTheStressOfAnyStrain)
 {
-    const char* const law = "kappa = 50\ndriver = \"tension\"\naverage = 3";
-    SceneRun linear(bar(8, law), {"solver.strain=\"linear\""}), green(bar(8, law), {"solver.strain=\"green\""});
+    SceneRun linear(bar(8, "kappa = 50"), {"solver.strain=\"linear\""}),
+        green(bar(8, "kappa = 50"), {"solver.strain=\"green\""});
     EXPECT_NEAR(tearingStrain(linear), 0.01, 1.001 * kIncrement);
     EXPECT_NEAR(tearingStrain(green), std::sqrt(1.02) - 1, 1.001 * kIncrement);  // e + e^2 / 2 = .01
 }
@@ -228,17 +230,17 @@ double releaseAtOnset(int cells, const std::vector<std::string>& law)
 
 TEST(ClampedStrip, CrackSetsOffWhereTheEnergyThatItReleasesIsTheToughness)
 {
+    // A of docs/physics.md is that of cracks that run; how they set off depends on the end of the slit.
+    constexpr double kCalibration = 0.1;
+    EXPECT_NEAR(releaseAtOnset(20, {}), 1, kCalibration);
+}
+
+TEST(ClampedStrip, WithoutAnAverageToo)
+{
     // C of docs/physics.md is one number for many shapes; a strip 10 cells high is .1 above it. Of finer ones, and of
     // cracks that run, this says nothing.
     constexpr double kCalibration = 0.15;
-    EXPECT_NEAR(releaseAtOnset(10, {}), 1, kCalibration);
-}
-
-TEST(ClampedStrip, UnderAveragedTensionToo)
-{
-    // A of docs/physics.md is that of cracks that run, with mean strain.
-    constexpr double kCalibration = 0.1;
-    EXPECT_NEAR(releaseAtOnset(20, {"solver.mean_strain=0.75", "fracture.driver=\"tension\"", "fracture.average=3"}), 1,
+    EXPECT_NEAR(releaseAtOnset(10, {"fracture.average=0", "fracture.driver=\"full\"", "solver.mean_strain=0"}), 1,
                 kCalibration);
 }
 
@@ -281,8 +283,8 @@ TEST(Front, ThatTheStepHoldsBackIsCounted)
 
 TEST(BarOnset, StrengthIsTheStressThatTears)
 {
-    // Averaged over 2 * .235 E Gc / strength^2 = .56 m, nine voxels: both numbers can be honoured.
-    SceneRun run(bar(16, "toughness = 120\nstrength = 1e4"));
+    // Averaged over 2 * .341 E Gc / strength^2 = .44 m, seven voxels: both numbers can be honoured.
+    SceneRun run(bar(16, "toughness = 65\nstrength = 1e4"));
     EXPECT_FALSE(isNoted(run, "toughness is honoured"));
     EXPECT_NEAR(tearingStrain(run), 1e4 / 1e6, 1.001 * kIncrement);
 }
@@ -295,13 +297,13 @@ TEST(BarOnset, StrengthThatTheGridCannotResolveIsSaid)
 
 TEST(BarOnset, UnderTensionDriverSqueezingDoesNotTear)
 {
-    SceneRun full(bar(8, "kappa = 50", -0.001)), tension(bar(8, "kappa = 50\ndriver = \"tension\"", -0.001));
+    SceneRun full(bar(8, "kappa = 50\ndriver = \"full\"", -0.001)), tension(bar(8, "kappa = 50", -0.001));
     EXPECT_NEAR(tearingStrain(full), 0.01, 1.001 * kIncrement);
     tension.toFrame(150);
     EXPECT_EQ(tension.work.countOf("fracture", "moved_voxels"), 0);
-    SceneRun pulled(bar(8, "kappa = 50\ndriver = \"tension\""));
+    SceneRun pulled(bar(8, "kappa = 50"));
     EXPECT_NEAR(tearingStrain(pulled), 0.01, 1.001 * kIncrement);
-    SceneRun delaunay(bar(8, "kappa = 50\ndriver = \"tension\""), {"grid.lattice=\"delaunay\""});
+    SceneRun delaunay(bar(8, "kappa = 50"), {"grid.lattice=\"delaunay\""});
     // Its nodes leave the free length open by a cell at each grip.
     EXPECT_NEAR(tearingStrain(delaunay), 0.01, 2 * 0.01 / 8);
 }

@@ -54,6 +54,7 @@ int run(int argc, char** argv)
     actions["info"] = addInfo(app);
     actions["verify"] = addVerify(app);
     actions["study"] = addStudy(app);
+    actions["calibrate"] = addCalibrate(app);
     if (argc > 1 && argv[1][0] != '-' && !actions.contains(argv[1]))
         throw InputError({"vdbfrac", std::string("there is no command '") + argv[1] + "'", listOf(actions), ""});
     try {

@@ -47,18 +47,18 @@ const Key kKeys[] = {
      Type::choice,
      "",
      "energy that drives the crack: all of it, or only of the tension that opens it",
-     "\"full\"",
+     "\"tension\"",
      -kInfinity,
      kInfinity,
      false,
      false,
      {"full", "tension"}},
     {"average", Type::number, "cells",
-     "radius of the average of that energy, in lattice cells: with 3 cracks follow the load, not the lattice", "0", 0,
+     "radius of the average of that energy, in lattice cells: with 3 cracks follow the load, not the lattice", "3", 0,
      8},
     {"front_speed", Type::number, "",
-     "speed of the front at twice the resistance, in Rayleigh wave speeds; the front never passes 1", "1", 0, kInfinity,
-     true},
+     "speed that the front tends to where it is overloaded, in Rayleigh wave speeds; it never passes 1", "1", 0,
+     kInfinity, true},
     {"front_width", Type::number, "voxels", "width of the smoothed delta that spreads the update round the surface",
      "1.25", 1, 1.5},
     {"relevel",
@@ -83,17 +83,20 @@ std::string check(const Values& v)
     return {};
 }
 
-grid::TetEnergy tetEnergy(const core::GridContext& context, const core::Body& body)
+/// Energy densities of a body's tets.
+std::span<const double> ownEnergy(const core::GridContext& context, const core::Body& body)
 {
-    return [all = context.tetEnergy(), first = body.firstElement](std::uint32_t e, int t) {
-        return all[tetmesh::tetEntry(first + e, std::size_t(t))];
-    };
+    return context.tetEnergy().subspan(tetmesh::tetEntry(body.firstElement, 0),
+                                       tetmesh::tetEntry(body.mesh->elements().size(), 0));
 }
 
-grid::TensionAverage averageOf(const core::Body& body, const FractureLaw& law)
-{
-    return {law.radius, body.material.youngsModulus(), body.material.poissonRatio()};
-}
+/// Material that may move, and Psi there.
+struct Driven {
+    std::vector<VoxelPhi> band;
+    std::vector<double> psi;    // J/m^3
+    std::vector<double> share;  // of the speed that Psi gives the front
+    std::int64_t looked = 0;
+};
 
 class Fracture : public core::Effect,
                  public core::GridStage,
@@ -148,10 +151,19 @@ public:
 
 private:
     FractureLaw lawOf(const core::Body& body, std::vector<std::string>& notes) const;
-    std::vector<VoxelPhi> candidates(const core::GridContext& context, const core::Body& body,
-                                     const FractureLaw& law) const;
-    std::vector<double> energies(const core::GridContext& context, const core::Body& body, const FractureLaw& law,
-                                 const std::vector<VoxelPhi>& band) const;
+    /// Material that no grip holds: the rest neither tears nor counts in averages.
+    grid::Counts freeMaterial(const core::GridContext& context, const core::Body& body) const
+    {
+        return [&](Coord c) { return context.gripDistance(body, dx_ * c.toVec()) >= margin_; };
+    }
+    Driven driven(const core::GridContext& context, const core::Body& body, const FractureLaw& law) const;
+    Driven drivenByTension(const core::GridContext& context, const core::Body& body, const FractureLaw& law) const;
+    /// The step [s] that takes the front frontCfl_ voxels; it may speed up by kFaster.
+    double longestStep(double waveSpeed, double fastest) const
+    {
+        constexpr double kFaster = .2;  // of the speed of Rayleigh waves, which it never passes
+        return frontCfl_ * dx_ / (waveSpeed * std::min(1., values_.number("front_speed") * fastest + kFaster));
+    }
     void noteArrivals(const core::Body& body, const grid::PhiChanges& changes, double time);
     grid::Relevelling relevelling(long long update) const;
 
@@ -180,39 +192,46 @@ FractureLaw Fracture::lawOf(const core::Body& body, std::vector<std::string>& no
     return fractureLaw(keys, grid_, body.name, m.youngsModulus(), m.poissonRatio(), notes);
 }
 
-/// Material beside the surface that may move: some tet near by has enough energy, and no grip is close.
-std::vector<VoxelPhi> Fracture::candidates(const core::GridContext& context, const core::Body& body,
-                                           const FractureLaw& law) const
+Driven Fracture::drivenByTension(const core::GridContext& context, const core::Body& body, const FractureLaw& law) const
 {
-    const std::span<const double> own = context.tetEnergy().subspan(tetmesh::tetEntry(body.firstElement, 0),
-                                                                    tetmesh::tetEntry(body.mesh->elements().size(), 0));
-    const double enough = isTension_ ? grid::minEnergyUnder(law.kappa, body.material.poissonRatio()) : law.kappa;
-    const int reach = isTension_ ? grid::tensionReach(law.radius, dx_) : int(std::floor(law.radius / dx_));
-    std::vector<Coord> voxels = grid::voxelsAround(body.mesh->voxelsAbove(own, enough), reach);
-    // Material only: raising phi in the gap would eat into the faces behind the tip, and a crack be twice as wide.
-    std::erase_if(voxels, [&](const Coord& c) {
+    const grid::Counts isFree = freeMaterial(context, body);
+    // Voxels of the gap stay as they are: raising phi there would eat into the faces behind a tip, and a crack be twice
+    // as wide.
+    const double deepest = law.radius > 0 ? -kTouch * dx_ : -kInfinity;
+    const auto isFront = [&](Coord c) {
         const float phi = body.mesh->phi()(c);
-        return phi >= 0 || (isTension_ && law.radius > 0 && phi < -kTouch * dx_);
-    });
-    std::erase_if(voxels, [&](const Coord& c) { return context.gripDistance(body, dx_ * c.toVec()) < margin_; });
-    if (isTension_ && law.radius > 0)
-        voxels =
-            grid::whereTensionMayExceed(law.kappa, *body.mesh, tetEnergy(context, body), voxels, averageOf(body, law));
-    return grid::sampleBand(body.phi, voxels);
+        return phi < 0 && phi >= deepest && isFree(c);
+    };
+    const auto stress = [&](std::uint32_t e) { return context.elementStress(body, e); };
+    const grid::TensionAverage average{law.radius, body.material.youngsModulus(), body.material.poissonRatio(), isFree};
+    const grid::TensionAbove above =
+        grid::tensionAbove(law.kappa, {*body.mesh, ownEnergy(context, body), stress, isFront}, average);
+    Driven driven{grid::sampleBand(body.phi, above.voxels), {}, {}, above.stresses};
+    for (std::size_t i = 0, n = 0; i < above.voxels.size() && n < driven.band.size(); ++i)
+        if (driven.band[n].voxel == above.voxels[i]) {
+            driven.psi.push_back(above.psi[i]), driven.share.push_back(above.share[i]);
+            ++n;
+        }
+    return driven;
 }
 
-std::vector<double> Fracture::energies(const core::GridContext& context, const core::Body& body, const FractureLaw& law,
-                                       const std::vector<VoxelPhi>& band) const
+Driven Fracture::driven(const core::GridContext& context, const core::Body& body, const FractureLaw& law) const
 {
-    std::vector<Coord> voxels;
-    for (const VoxelPhi& b : band) voxels.push_back(b.voxel);
-    if (isTension_) {
-        const auto stress = [&](std::uint32_t e) { return context.elementStress(body, e); };
-        return grid::averagedTension(*body.mesh, stress, voxels, averageOf(body, law));
-    }
-    const grid::TetEnergy energy = tetEnergy(context, body);
-    return law.radius > 0 ? grid::averagedEnergy(*body.mesh, energy, voxels, law.radius)
-                          : grid::nodalEnergy(*body.mesh, energy, voxels);
+    if (isTension_) return drivenByTension(context, body, law);
+    const std::span<const double> own = ownEnergy(context, body);
+    std::vector<Coord> voxels =
+        grid::voxelsAround(body.mesh->voxelsAbove(own, law.kappa), grid::reachWithin(law.radius / dx_));
+    const grid::Counts isFree = freeMaterial(context, body);
+    std::erase_if(voxels, [&](const Coord& c) { return body.mesh->phi()(c) >= 0 || !isFree(c); });
+    Driven driven{grid::sampleBand(body.phi, voxels), {}, {}, 0};
+    voxels.clear();
+    for (const VoxelPhi& b : driven.band) voxels.push_back(b.voxel);
+    driven.looked = std::int64_t(voxels.size());
+    const auto energy = [&](std::uint32_t e, int t) { return own[tetmesh::tetEntry(e, std::size_t(t))]; };
+    driven.psi = law.radius > 0 ? grid::averagedEnergy(*body.mesh, energy, voxels, law.radius, isFree)
+                                : grid::nodalEnergy(*body.mesh, energy, voxels);
+    driven.share.assign(voxels.size(), 1);
+    return driven;
 }
 
 void Fracture::noteArrivals(const core::Body& body, const grid::PhiChanges& changes, double time)
@@ -241,16 +260,22 @@ grid::PhiChanges Fracture::update(const core::GridContext& context, const core::
     (void)context.tetEnergy();  // timed on its own
     if (limitTime_ != context.time) limit_ = kInfinity, limitTime_ = context.time;
 
-    std::vector<VoxelPhi> band;
-    std::vector<double> psi;
+    Driven front;
     {
         const StageTimer timer(context.ledger, "fracture");
-        band = candidates(context, body, law);
-        psi = energies(context, body, law, band);
-        context.ledger.count("fracture", "voxels", std::int64_t(band.size()));
+        front = driven(context, body, law);
+        context.ledger.count("fracture", "voxels", front.looked);
+    }
+    std::vector<VoxelPhi>& band = front.band;
+    // Hegemann's Psi - kappa with a mobility that falls with Psi: cracks run at front_speed c_R (1 - kappa / Psi).
+    std::vector<double>& psi = front.psi;
+    double fastest = 0;  // in front_speed c_R
+    for (std::size_t i = 0; i < psi.size(); ++i) {
+        const double speed = std::max(0., 1 - law.kappa / psi[i]) * front.share[i];
+        psi[i] = law.kappa * (1 + speed);
+        fastest = std::max(fastest, speed);
     }
     const double eps = values_.number("front_width") * dx_;
-    // Mobility: at Psi = 2 kappa the front (phi = 0) moves at front_speed * c_R.
     const double mobility = values_.number("front_speed") * waveSpeed * std::numbers::pi * eps / law.kappa;
     const double possible = waveSpeed * context.dt, most = std::min(possible, frontCfl_ * dx_);
     const int parts = std::max(1, int(std::ceil(most / (kMaxMove * dx_) - 1e-9)));
@@ -271,7 +296,7 @@ grid::PhiChanges Fracture::update(const core::GridContext& context, const core::
         }
         if (raised.empty()) break;
         heldBack = heldBack || (most < possible && step.s < wanted);
-        limit_ = std::min(limit_, frontCfl_ * dx_ / waveSpeed);
+        limit_ = std::min(limit_, longestStep(waveSpeed, fastest));
         const StageTimer timer(context.ledger, "relevel");
         grid::RelevelWork work;
         const grid::PhiChanges changes = grid::raiseAndRelevel(phi, raised, work, relevelling(++updates_[body.name]));

@@ -13,8 +13,8 @@ namespace {
 /// kappa h / Gc without an average, for nodal energies on the six-tet lattice.
 constexpr double kNodalFactor = 0.25;
 
-/// A by the driver, the lattice and Poisson's ratio: from cracks that run through strips 20 cells high, G and what is
-/// dissipated (docs/physics.md). Cracks on Delaunay meshes have to be wider to part their tets.
+/// A by the driver, the lattice and Poisson's ratio, as `vdbfrac calibrate` measures it (docs/calibration.md). Cracks
+/// on Delaunay meshes have to be wider to part their tets.
 struct TipFactors {
     scene::LatticeKind lattice;
     bool isTension;
@@ -22,9 +22,9 @@ struct TipFactors {
 };
 constexpr std::array<double, 3> kRatios = {0, .3, .45};
 constexpr TipFactors kTipFactors[] = {
-    {scene::LatticeKind::six, true, {.285, .305, .32}},     {scene::LatticeKind::five, true, {.26, .28, .295}},
-    {scene::LatticeKind::delaunay, true, {.215, .23, .24}}, {scene::LatticeKind::six, false, {.235, .235, .235}},
-    {scene::LatticeKind::five, false, {.235, .235, .235}},  {scene::LatticeKind::delaunay, false, {.235, .235, .235}},
+    {scene::LatticeKind::six, true, {.341, .373, .406}},      {scene::LatticeKind::five, true, {.331, .369, .395}},
+    {scene::LatticeKind::delaunay, true, {.264, .277, .322}}, {scene::LatticeKind::six, false, {.336, .309, .272}},
+    {scene::LatticeKind::five, false, {.325, .291, .266}},    {scene::LatticeKind::delaunay, false, {.210, .202, .191}},
 };
 
 std::string rough(double v) { return shortNumber(v, 3); }

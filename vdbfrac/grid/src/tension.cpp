@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 
 namespace vdbfrac::grid {
 
@@ -17,77 +16,98 @@ using tetmesh::NodeField;
 
 /// Voxels from a node to those that are at the same tip as it.
 constexpr int kNear = 3;
+/// Radius of R over that of H.
+constexpr double kNarrow = 2. / 3;
+/// What H may be off its largest near by, for the front to move at all.
+constexpr double kAside = .2;
 
 struct NodalStress {
-    double volume = 0;      // voxels
+    bool isKnown = false;
+    double volume = 0;      // voxels; 0 too where the material does not count
     Mat3 S = Mat3::Zero();  // Pa
     double tension = 0;     // <s1>^2 [Pa^2]
 };
 
-/// The stresses of the elements round some voxels, each computed once.
-class StressCache {
+/// Stresses of the material round voxel nodes, each computed once.
+class NodalStresses {
 public:
-    StressCache(const BodyMesh& mesh, const ElementStress& stress, std::span<const Coord> voxels)
-        : number_(mesh.elements().size(), kUnseen)
+    NodalStresses(const BodyMesh& mesh, const ElementStress& stress, const Counts& counts)
+        : mesh_(mesh),
+          stress_(stress),
+          counts_(counts),
+          nodes_(mesh.phi().lower(), mesh.phi().upper(), {}, {}),
+          number_(mesh.elements().size(), kUnseen)
     {
-        std::vector<std::uint32_t> seen;
-        for (const Coord& c : voxels)
-            mesh.visitTets(c, [&](std::uint32_t e, int, double) {
-                if (number_[e] != kUnseen) return;
-                number_[e] = std::uint32_t(seen.size());
-                seen.push_back(e);
-            });
-        stress_.resize(seen.size());
-        parallelChunks(seen.size(), 32, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) stress_[i] = stress(seen[i]);
-        });
     }
-    const Mat3& operator()(std::uint32_t element, int tet) const { return stress_[number_[element]][std::size_t(tet)]; }
+
+    void computeAround(std::span<const Coord> voxels, int reach)
+    {
+        std::vector<Coord> fresh = voxelsAround(voxels, reach);
+        std::erase_if(fresh, [&](const Coord& c) {
+            return !nodes_.contains(c) || nodes_(c).isKnown || (counts_ && !counts_(c));
+        });
+        for (const Coord& c : fresh) nodes_.set(c, {});  // makes the blocks
+        computeElements(fresh);
+        parallelChunks(fresh.size(), 64, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) nodes_.set(fresh[i], at(fresh[i]));
+        });
+        count_ += std::int64_t(fresh.size());
+    }
+    const NodalStress& operator()(Coord c) const { return nodes_(c); }
+    std::int64_t count() const { return count_; }
 
 private:
     static constexpr std::uint32_t kUnseen = ~0u;
-    std::vector<std::uint32_t> number_;  // by element, in stress_
-    std::vector<std::array<Mat3, tetmesh::kMaxTets>> stress_;
-};
 
-NodalStress nodalStress(const BodyMesh& mesh, const StressCache& stress, Coord voxel)
-{
-    NodalStress node;
-    mesh.visitTets(voxel, [&](std::uint32_t e, int t, double part) {
-        node.volume += part;
-        node.S += part * stress(e, t);
-    });
-    if (node.volume == 0) return node;
-    node.S /= node.volume;
-    const double s = std::max(0., Eigen::SelfAdjointEigenSolver<Mat3>(node.S, Eigen::EigenvaluesOnly).eigenvalues()[2]);
-    node.tension = s * s;
-    return node;
-}
-
-/// An empty field over some voxels and `reach` more.
-template <class T>
-NodeField<T> fieldAround(std::span<const Coord> voxels, int reach, T outside)
-{
-    Coord lower = voxels.front(), upper = lower;
-    for (const Coord& c : voxels) {
-        lower = {std::min(lower.x, c.x), std::min(lower.y, c.y), std::min(lower.z, c.z)};
-        upper = {std::max(upper.x, c.x), std::max(upper.y, c.y), std::max(upper.z, c.z)};
+    void computeElements(const std::vector<Coord>& voxels)
+    {
+        constexpr std::size_t kVoxels = 64;
+        std::vector<std::vector<std::uint32_t>> round((voxels.size() + kVoxels - 1) / kVoxels);
+        parallelChunks(voxels.size(), kVoxels, [&](std::size_t begin, std::size_t end) {
+            std::vector<std::uint32_t>& found = round[begin / kVoxels];
+            for (std::size_t i = begin; i < end; ++i)
+                mesh_.visitTets(voxels[i], [&](std::uint32_t e, int, double) {
+                    if (number_[e] == kUnseen && (found.empty() || found.back() != e)) found.push_back(e);
+                });
+        });
+        const std::size_t known = ofElement_.size();
+        std::vector<std::uint32_t> fresh;
+        for (const auto& found : round)
+            for (const std::uint32_t e : found)
+                if (number_[e] == kUnseen) {
+                    number_[e] = std::uint32_t(known + fresh.size());
+                    fresh.push_back(e);
+                }
+        ofElement_.resize(known + fresh.size());
+        parallelChunks(fresh.size(), 32, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) ofElement_[known + i] = stress_(fresh[i]);
+        });
     }
-    const Coord all{reach, reach, reach};
-    return {lower - all, upper + all, outside, outside};
-}
 
-NodeField<NodalStress> nodalStresses(const BodyMesh& mesh, const ElementStress& stress,
-                                     const std::vector<Coord>& voxels)
-{
-    NodeField<NodalStress> nodes = fieldAround(std::span(voxels), 0, NodalStress());
-    for (const Coord& c : voxels) nodes.set(c, {});  // makes the blocks
-    const StressCache cache(mesh, stress, voxels);
-    parallelChunks(voxels.size(), 64, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) nodes.set(voxels[i], nodalStress(mesh, cache, voxels[i]));
-    });
-    return nodes;
-}
+    NodalStress at(Coord voxel) const
+    {
+        NodalStress node;
+        node.isKnown = true;
+        mesh_.visitTets(voxel, [&](std::uint32_t e, int t, double part) {
+            node.volume += part;
+            node.S += part * ofElement_[number_[e]][std::size_t(t)];
+        });
+        if (node.volume == 0) return node;
+        node.S /= node.volume;
+        const double s =
+            std::max(0., Eigen::SelfAdjointEigenSolver<Mat3>(node.S, Eigen::EigenvaluesOnly).eigenvalues()[2]);
+        node.tension = s * s;
+        return node;
+    }
+
+    const BodyMesh& mesh_;
+    const ElementStress& stress_;
+    const Counts& counts_;
+    NodeField<NodalStress> nodes_;
+    std::vector<std::uint32_t> number_;  // by element, in ofElement_
+    std::vector<std::array<Mat3, tetmesh::kMaxTets>> ofElement_;
+    std::int64_t count_ = 0;
+};
 
 /// C <s>^2 across d.
 double across(const Mat3& S, const Vec3& d, double nu)
@@ -103,137 +123,185 @@ double across(const Mat3& S, const Vec3& d, double nu)
     return s * s * (inPlane > 0 ? 1 - nu * std::clamp(t / inPlane, 0., nu) : 1);
 }
 
-/// A voxel node seen from the middle of a ball, which it is not: the middle lies in no direction.
+/// A voxel node seen from the middle of a ball.
 struct Way {
     Coord offset;
     Vec3 direction;
-    double weight;
+    double weight;  // (1 - r^2/radius^2)^2
 };
 
+/// All within `radius` [voxels] but the middle, which lies in no direction.
 std::vector<Way> waysWithin(double radius)
 {
-    const int reach = int(std::floor(radius));
+    const int reach = reachWithin(radius);
     std::vector<Way> ways;
     for (int z = -reach; z <= reach; ++z)
         for (int y = -reach; y <= reach; ++y)
             for (int x = -reach; x <= reach; ++x) {
                 const Vec3 way(x, y, z);
-                const double r2 = way.squaredNorm() / (radius * radius);
-                if (r2 > 0 && r2 < 1) ways.push_back({{x, y, z}, way.normalized(), (1 - r2) * (1 - r2)});
+                const double inside = 1 - way.squaredNorm() / (radius * radius);
+                if (inside > 0 && inside < 1) ways.push_back({{x, y, z}, way.normalized(), inside * inside});
             }
     return ways;
 }
 
-/// 2 E R and H [Pa^2].
-struct Tension {
-    double amount = 0, opening = 0;
+/// 2 E R [Pa^2].
+double amount(const NodalStresses& nodes, const std::vector<Way>& ways, Coord voxel)
+{
+    double volume = nodes(voxel).volume, sum = volume * nodes(voxel).tension;
+    for (const Way& way : ways) {
+        const NodalStress& node = nodes(voxel + way.offset);
+        volume += way.weight * node.volume;
+        sum += way.weight * node.volume * node.tension;
+    }
+    return volume > 0 ? sum / volume : 0;
+}
+
+/// H [Pa^2].
+double opening(const NodalStresses& nodes, const std::vector<Way>& ways, Coord voxel, double nu)
+{
+    double volume = 0, sum = 0;
+    for (const Way& way : ways) {
+        const NodalStress& node = nodes(voxel + way.offset);
+        if (node.volume == 0) continue;
+        volume += way.weight * node.volume;
+        sum += way.weight * node.volume * across(node.S, way.direction, nu);
+    }
+    return volume > 0 ? sum / volume : 0;
+}
+
+/// function(voxel) of all, side by side.
+template <class Function>
+std::vector<double> ofEach(const std::vector<Coord>& voxels, const Function& function)
+{
+    std::vector<double> values(voxels.size());
+    parallelChunks(voxels.size(), 4, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) values[i] = function(voxels[i]);
+    });
+    return values;
+}
+
+/// Values at some voxels, 0 elsewhere.
+class Sparse {
+public:
+    Sparse(const BodyMesh& mesh, const std::vector<Coord>& voxels, const std::vector<double>& values)
+        : field_(mesh.phi().lower(), mesh.phi().upper(), 0, 0)
+    {
+        for (std::size_t i = 0; i < voxels.size(); ++i) field_.set(voxels[i], values[i]);
+    }
+    double operator()(Coord c) const { return field_(c); }
+    double largestNear(Coord c, const std::vector<Way>& near) const
+    {
+        double largest = field_(c);
+        for (const Way& way : near) largest = std::max(largest, field_(c + way.offset));
+        return largest;
+    }
+
+private:
+    NodeField<double> field_;
 };
 
-Tension averaged(const NodeField<NodalStress>& nodes, const std::vector<Way>& ways, Coord voxel, double nu)
+/// Whether a voxel node is in the gap beside the front: material round it counts for how much, as a tip may lie just
+/// before it.
+bool isBesideFront(const Loaded& body, Coord voxel)
 {
-    const NodalStress middle = nodes(voxel);
-    double volume = 0;
-    Tension sum;
-    for (const Way& way : ways) {
-        const NodalStress node = nodes(voxel + way.offset);
-        if (node.volume == 0) continue;
-        const double weight = way.weight * node.volume;
-        volume += weight;
-        sum.amount += weight * node.tension;
-        sum.opening += weight * across(node.S, way.direction, nu);
-    }
-    if (volume == 0) return {};
-    return {(sum.amount + middle.volume * middle.tension) / (volume + middle.volume), sum.opening / volume};
+    const float phi = body.mesh.phi()(voxel);
+    if (phi < 0 || phi >= body.mesh.voxelSize()) return false;
+    for (int n = 0; n < 27; ++n)
+        if (body.isFront(voxel + Coord{n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1})) return true;
+    return false;
 }
 
-/// Nodes in the gap beside some voxels: material round them counts for how much, as a tip may lie just before them.
-/// They have no way of their own.
-std::vector<Coord> gapBeside(const BodyMesh& mesh, std::span<const Coord> voxels)
+/// Voxel nodes at the front, and in the gap beside it, whose R may exceed kappa.
+std::vector<Coord> whereMuchIsPossible(double kappa, const Loaded& body, const TensionAverage& average)
 {
-    std::vector<Coord> gap = voxelsAround(voxels, 1);
-    std::erase_if(gap, [&](const Coord& c) { return mesh.phi()(c) < 0 || mesh.phi()(c) >= mesh.voxelSize(); });
-    return gap;
+    constexpr double kRounding = 1e-9;
+    const double enough = (1 - kRounding) * minEnergyUnder(kappa, average.poissonRatio);
+    const double radius = kNarrow * average.radius;
+    std::vector<Coord> voxels =
+        voxelsAround(body.mesh.voxelsAbove(body.energy, enough), reachWithin(radius / body.mesh.voxelSize()));
+    std::erase_if(voxels, [&](const Coord& c) { return !body.isFront(c) && !isBesideFront(body, c); });
+    // Energy is convex in stress: its average is no less than that of an average of stresses.
+    const auto energy = [&](std::uint32_t e, int t) { return body.energy[tetmesh::tetEntry(e, std::size_t(t))]; };
+    const std::vector<double> psi = averagedEnergy(body.mesh, energy, voxels, radius, average.counts);
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < voxels.size(); ++i)
+        if (psi[i] >= enough) voxels[count++] = voxels[i];
+    voxels.resize(count);
+    return voxels;
 }
 
-/// Psi 2 E [Pa^2] of the first `count` voxels.
-std::vector<double> mostWhereItOpens(std::span<const Coord> voxels, std::span<const Tension> tension, std::size_t count)
+/// Those of the front that are at the same tip as some voxels; sorted.
+std::vector<Coord> frontNear(const Loaded& body, const std::vector<Coord>& voxels)
 {
-    NodeField<std::int32_t> number = fieldAround(voxels, kNear, -1);
-    for (std::size_t i = 0; i < voxels.size(); ++i) number.set(voxels[i], std::int32_t(i));
-    std::vector<Coord> near = {{0, 0, 0}};
-    for (const Way& way : waysWithin(kNear + .5)) near.push_back(way.offset);
-    std::vector<double> result(count);
-    for (std::size_t i = 0; i < count; ++i) {
-        Tension top;
-        for (const Coord& offset : near) {
-            const std::int32_t n = number(voxels[i] + offset);
-            if (n < 0) continue;
-            const Tension& there = tension[std::size_t(n)];
-            top.amount = std::max(top.amount, there.amount);
-            if (std::size_t(n) < count) top.opening = std::max(top.opening, there.opening);
-        }
-        if (top.opening > 0) result[i] = top.amount * tension[i].opening / top.opening;
-    }
-    return result;
+    std::vector<Coord> near = voxelsAround(voxels, kNear);
+    std::erase_if(near, [&](const Coord& c) { return !body.isFront(c); });
+    return near;
+}
+
+void keepAbove(double least, std::vector<Coord>& voxels, std::vector<double>& values)
+{
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < voxels.size(); ++i)
+        if (values[i] > least) voxels[count] = voxels[i], values[count++] = values[i];
+    voxels.resize(count), values.resize(count);
+}
+
+/// Without an average: of the mean stress at each voxel node.
+TensionAbove nodalTensionAbove(double kappa, const Loaded& body, const TensionAverage& average)
+{
+    TensionAbove above;
+    above.voxels = body.mesh.voxelsAbove(body.energy, minEnergyUnder(kappa, average.poissonRatio));
+    std::erase_if(above.voxels, [&](const Coord& c) { return !body.isFront(c); });
+    if (above.voxels.empty()) return above;
+    NodalStresses nodes(body.mesh, body.stress, average.counts);
+    nodes.computeAround(above.voxels, 0);
+    above.stresses = nodes.count();
+    for (const Coord& c : above.voxels) above.psi.push_back(nodes(c).tension / (2 * average.youngsModulus));
+    keepAbove(kappa, above.voxels, above.psi);
+    above.share.assign(above.voxels.size(), 1);
+    return above;
 }
 
 }  // namespace
 
-std::vector<Coord> whereTensionMayExceed(double kappa, const BodyMesh& mesh, const TetEnergy& energy,
-                                         std::span<const Coord> front, const TensionAverage& average)
+TensionAbove tensionAbove(double kappa, const Loaded& body, const TensionAverage& average)
 {
-    std::vector<Coord> hot(front.begin(), front.end());
-    const std::vector<Coord> gap = gapBeside(mesh, front);
-    hot.insert(hot.end(), gap.begin(), gap.end());
-    // Energy is convex in stress: its average is no less than that of an average of stresses.
-    const std::vector<double> psi = averagedEnergy(mesh, energy, hot, average.radius);
-    const double enough = minEnergyUnder(kappa, average.poissonRatio);
-    std::size_t count = 0;
-    for (std::size_t i = 0; i < hot.size(); ++i)
-        if (psi[i] >= enough) hot[count++] = hot[i];
-    hot.resize(count);
-    // What is near a hot voxel may have its tension, in proportion to the largest H near that.
-    const std::vector<Coord> near = voxelsAround(hot, 2 * kNear);
-    std::vector<Coord> kept;
-    std::set_intersection(front.begin(), front.end(), near.begin(), near.end(), std::back_inserter(kept));
-    return kept;
-}
+    const double radius = average.radius / body.mesh.voxelSize();
+    if (radius == 0) return nodalTensionAbove(kappa, body, average);
+    TensionAbove above;
+    std::vector<Coord> much = whereMuchIsPossible(kappa, body, average);
+    if (much.empty()) return above;
+    NodalStresses nodes(body.mesh, body.stress, average.counts);
+    nodes.computeAround(much, reachWithin(kNarrow * radius));
+    std::vector<double> R = ofEach(much, [&, ways = waysWithin(kNarrow * radius)](Coord c) {
+        return amount(nodes, ways, c) / (2 * average.youngsModulus);
+    });
+    keepAbove(kappa, much, R);
+    above.stresses = nodes.count();
+    if (much.empty()) return above;
 
-std::vector<double> averagedTension(const BodyMesh& mesh, const ElementStress& stress, std::span<const Coord> voxels,
-                                    const TensionAverage& average)
-{
-    if (voxels.empty()) return {};
-    const double radius = average.radius / mesh.voxelSize();
-    std::vector<Coord> all(voxels.begin(), voxels.end());
-    if (radius > 0) {
-        const std::vector<Coord> gap = gapBeside(mesh, voxels);
-        all.insert(all.end(), gap.begin(), gap.end());
-    }
-    const NodeField<NodalStress> nodes = nodalStresses(mesh, stress, voxelsAround(all, int(std::floor(radius))));
-    std::vector<double> psi;
-    if (radius > 0) {
-        const std::vector<Way> ways = waysWithin(radius);
-        std::vector<Tension> tension(all.size());
-        parallelChunks(all.size(), 4, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) tension[i] = averaged(nodes, ways, all[i], average.poissonRatio);
-        });
-        psi = mostWhereItOpens(all, tension, voxels.size());
-    } else {
-        for (const Coord& c : voxels) psi.push_back(nodes(c).tension);
-    }
-    for (double& p : psi) p /= 2 * average.youngsModulus;
-    return psi;
+    above.voxels = frontNear(body, much);
+    const std::vector<Coord> compared = frontNear(body, above.voxels);
+    nodes.computeAround(compared, reachWithin(radius));
+    above.stresses = nodes.count();
+    const Sparse largestR(body.mesh, much, R);
+    const Sparse H(body.mesh, compared, ofEach(compared, [&, ways = waysWithin(radius)](Coord c) {
+                       return opening(nodes, ways, c, average.poissonRatio);
+                   }));
+    const auto psi = [&, near = waysWithin(kNear + .5)](Coord c) { return largestR.largestNear(c, near); };
+    above.share = ofEach(above.voxels, [&, near = waysWithin(kNear + .5)](Coord c) {
+        return psi(c) > kappa && H(c) > 0 ? 1 - (1 - H(c) / H.largestNear(c, near)) / kAside : 0;
+    });
+    keepAbove(0, above.voxels, above.share);
+    above.psi = ofEach(above.voxels, psi);
+    return above;
 }
 
 double minEnergyUnder(double tension, double nu)
 {
     // Of all stresses with a largest principal one of s, that with the others at nu / (1 - nu) s has the least energy.
     return tension * (1 - 2 * nu * nu / (1 - nu));
-}
-
-int tensionReach(double radius, double voxelSize)
-{
-    return radius > 0 ? int(std::floor(radius / voxelSize)) + kNear : 0;
 }
 
 }  // namespace vdbfrac::grid

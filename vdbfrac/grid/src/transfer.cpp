@@ -42,7 +42,7 @@ struct Weight {
 
 std::vector<Weight> weightsWithin(double radius, double dx)
 {
-    const int reach = int(std::floor(radius / dx));
+    const int reach = reachWithin(radius / dx);
     std::vector<Weight> weights;
     for (int z = -reach; z <= reach; ++z)
         for (int y = -reach; y <= reach; ++y)
@@ -54,28 +54,25 @@ std::vector<Weight> weightsWithin(double radius, double dx)
 
 /// The shares of all voxel nodes up to `reach` away from some: of each once, however many averages it takes part in.
 tetmesh::NodeField<Share> sharesWithin(const BodyMesh& mesh, const TetEnergy& energy, std::span<const Coord> voxels,
-                                       int reach)
+                                       int reach, const Counts& counts)
 {
-    const Coord all{reach, reach, reach};
-    Coord lower = voxels.empty() ? Coord{} : voxels[0], upper = lower;
-    for (const Coord& c : voxels) {
-        lower = {std::min(lower.x, c.x), std::min(lower.y, c.y), std::min(lower.z, c.z)};
-        upper = {std::max(upper.x, c.x), std::max(upper.y, c.y), std::max(upper.z, c.z)};
-    }
-    tetmesh::NodeField<Share> shares(lower - all, upper + all, {}, {});
-    for (const Coord& c : voxels)  // makes the blocks
-        for (int z = (c.z - reach) & ~7; z <= c.z + reach; z += 8)
-            for (int y = (c.y - reach) & ~7; y <= c.y + reach; y += 8)
-                for (int x = (c.x - reach) & ~7; x <= c.x + reach; x += 8) shares.set({x, y, z}, {});
-    std::vector<Coord> blocks;
-    shares.forEachBlock([&](Coord low) { blocks.push_back(low); });
-    parallelChunks(blocks.size(), 1, [&](std::size_t i, std::size_t) {
-        shares.forEachNode(blocks[i], [&](Coord voxel) { shares.set(voxel, mesh.nodalShare(voxel, energy)); });
+    std::vector<Coord> all = voxelsAround(voxels, reach);
+    std::erase_if(all, [&](const Coord& c) { return !mesh.phi().contains(c) || (counts && !counts(c)); });
+    tetmesh::NodeField<Share> shares(mesh.phi().lower(), mesh.phi().upper(), {}, {});
+    for (const Coord& c : all) shares.set(c, {});  // makes the blocks
+    parallelChunks(all.size(), 64, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) shares.set(all[i], mesh.nodalShare(all[i], energy));
     });
     return shares;
 }
 
 }  // namespace
+
+int reachWithin(double radius)
+{
+    constexpr double kRounding = 1e-9;
+    return std::max(0, int(std::ceil(radius - kRounding)) - 1);
+}
 
 std::vector<Coord> voxelsAround(std::span<const Coord> voxels, int reach)
 {
@@ -135,10 +132,10 @@ VoxelValues nodalEnergies(const BodyMesh& mesh, const TetEnergy& energy)
 }
 
 std::vector<double> averagedEnergy(const BodyMesh& mesh, const TetEnergy& energy, std::span<const Coord> voxels,
-                                   double radius)
+                                   double radius, const Counts& counts)
 {
-    const int reach = int(std::floor(radius / mesh.voxelSize()));
-    const tetmesh::NodeField<Share> shares = sharesWithin(mesh, energy, voxels, reach);
+    const int reach = reachWithin(radius / mesh.voxelSize());
+    const tetmesh::NodeField<Share> shares = sharesWithin(mesh, energy, voxels, reach, counts);
     const std::vector<Weight> weights = weightsWithin(radius, mesh.voxelSize());
     std::vector<double> psi(voxels.size());
     parallelChunks(voxels.size(), 4, [&](std::size_t begin, std::size_t end) {

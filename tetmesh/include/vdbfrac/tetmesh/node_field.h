@@ -30,7 +30,7 @@ public:
     {
     }
 
-    T operator()(Coord c) const
+    const T& operator()(Coord c) const
     {
         const std::size_t b = blockIndex(c);
         if (b == kNowhere) return outside_;

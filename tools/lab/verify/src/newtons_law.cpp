@@ -42,7 +42,7 @@ private:
 
 /// A square bar along y, 1 m of it free, none of its long faces on a plane of voxels.
 struct SmoothBar {
-    static constexpr double kStrength = 1.5e4, kGc = 300, kSide = .28125;  // Pa, J/m^2, m
+    static constexpr double kStrength = 1.5e4, kGc = 160, kSide = .28125;  // Pa, J/m^2, m
     static constexpr int kVoxels = 16;                                     // in a metre
 
     double strain = NAN, load = 0;  // where it tears

@@ -175,14 +175,14 @@ Measurements symmetricBlock(Extent extent)
     for (int cells : {10, 20}) {
         if (cells > 10 && extent == Extent::quick) break;
         Specimen s;
-        s.h = 1. / cells, s.E = 1e5, s.nu = .3, s.frames = 95, s.fps = 24, s.substeps = "\"auto\"",
+        s.h = 1. / cells, s.E = 1e6, s.nu = .3, s.frames = 95, s.fps = 24, s.substeps = "\"auto\"",
         s.solver = "newton_tolerance = 1e-3";
         s.shape = boxKeys({1, 1, 1}, Vec3::Zero()) +
                   "cut = [{ cylinder = { axis = \"z\", radius = 0.2, center = [0.5, 0, 0] } }]\n";
         for (double side : {1., -1.})
             s.rest += grip(side > 0 ? "top" : "bottom", halfspace(side * Vec3::UnitY(), .45),
                            format("velocity = [0, %g, 0]", .1 * side));
-        s.rest += "[damping]\nstiffness = 0.002\n[fracture]\ntoughness = 250\n";
+        s.rest += "[damping]\nstiffness = 0.002\n[fracture]\ntoughness = 2500\n";
         SceneRun run(s.text());
         while (!run.atEnd() && run.simulation.fragments() < 2) run.step();
         std::vector<double> volumes;

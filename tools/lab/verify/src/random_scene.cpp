@@ -213,7 +213,7 @@ void Generator::effects(const Body& b)
 /// A resistance over six decades, round a tenth of the energy density that the scene may bring about.
 void Generator::fracture(const Body& b)
 {
-    constexpr double kTipFactor = .25, kAverageFactor = .235;  // C and A of docs/physics.md
+    constexpr double kTipFactor = .36, kAverage = 3;  // A of docs/physics.md, about; lattice cells
     const double strain = std::clamp(strain_, 1e-4, 3.);
     const double kappa = .1 * .5 * b.E * strain * strain * dice_.decades(1e-3, 1e3);
     text_ += "[fracture]\n";
@@ -221,13 +221,13 @@ void Generator::fracture(const Body& b)
     case 0:
     case 1: text_ += format("kappa = %.6g\n", kappa); break;
     case 2:
-    case 3: text_ += format("toughness = %.6g\n", kappa * h_ / kTipFactor); break;
+    case 3: text_ += format("toughness = %.6g\n", kappa * kAverage * h_ / kTipFactor); break;
     default:
-        const double radius = std::max(8 * dx_, 2 * h_) * dice_.uniform(.7, 1.3);
-        text_ +=
-            format("toughness = %.6g\nstrength = %.6g\n", kappa * radius / kAverageFactor, std::sqrt(2 * kappa * b.E));
+        const double radius = kAverage * h_ * dice_.uniform(.7, 2.5);
+        text_ += format("toughness = %.6g\nstrength = %.6g\n", kappa * radius / kTipFactor, std::sqrt(2 * kappa * b.E));
     }
-    if (dice_.chance(.5)) text_ += "driver = \"tension\"\n";
+    if (dice_.chance(.3)) text_ += "driver = \"full\"\n";
+    if (dice_.chance(.2)) text_ += "average = 0\n";
     if (dice_.chance(.3)) text_ += format("front_speed = %.3g\n", dice_.decades(.1, 3));
     if (dice_.chance(.2)) text_ += "grip_margin = 0\n";
 }

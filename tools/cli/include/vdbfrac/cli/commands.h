@@ -31,5 +31,6 @@ Action addRelevel(CLI::App& app);
 Action addInfo(CLI::App& app);
 Action addVerify(CLI::App& app);
 Action addStudy(CLI::App& app);
+Action addCalibrate(CLI::App& app);
 
 }  // namespace vdbfrac::cli

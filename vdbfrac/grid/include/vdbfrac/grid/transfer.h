@@ -9,12 +9,18 @@
 #include <vdbfrac/grid/voxel_values.h>
 #include <vdbfrac/tetmesh/body_mesh.h>
 
+#include <functional>
 #include <span>
 #include <vector>
 
 namespace vdbfrac::grid {
 
 using tetmesh::TetEnergy;
+/// Whether the material round a voxel node counts in averages.
+using Counts = std::function<bool(Coord)>;
+
+/// Farthest voxel, along an axis, that is inside a ball of this radius [voxels]: at the radius itself weights are 0.
+int reachWithin(double radius);
 
 /// All voxels no farther than `reach` along any axis from one of `voxels`; sorted, each once.
 std::vector<Coord> voxelsAround(std::span<const Coord> voxels, int reach);
@@ -25,9 +31,9 @@ std::vector<double> nodalEnergy(const tetmesh::BodyMesh& mesh, const TetEnergy& 
 /// Nodal energy [J/m^3] of all voxel nodes with material; in a fixed order.
 VoxelValues nodalEnergies(const tetmesh::BodyMesh& mesh, const TetEnergy& energy);
 
-/// Nodal energy averaged over the material within `radius` [m] with weights (1 - r^2/radius^2)^2.
+/// Nodal energy averaged over the material within `radius` [m] with weights (1 - r^2/radius^2)^2; 0 where none counts.
 std::vector<double> averagedEnergy(const tetmesh::BodyMesh& mesh, const TetEnergy& energy,
-                                   std::span<const Coord> voxels, double radius);
+                                   std::span<const Coord> voxels, double radius, const Counts& counts = {});
 
 /// Material volume that belongs to a voxel node: sum of the integrals of N_p, in voxels.
 double nodalVolume(const tetmesh::BodyMesh& mesh, Coord voxel);

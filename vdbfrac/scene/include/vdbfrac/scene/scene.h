@@ -109,7 +109,7 @@ struct Solver {
     int linearIterations = 2000;
     Precision precision = Precision::mixed;
     bool cellDilation = true;  ///< volumetric = "cell"; false is "none"
-    double meanStrain = 0;     ///< share of the shear energy taken from the mean strain of a cell
+    double meanStrain = 0.75;  ///< share of the shear energy taken from the mean strain of a cell
 };
 
 struct Output {
