@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <map>
 
 namespace vdbfrac::core {
 
@@ -55,14 +56,35 @@ std::vector<Column> columnsOf(std::span<const StepRecord> steps)
     return columns;
 }
 
-/// Names of the energy flows that occur, rising.
-std::vector<std::string> flowsOf(std::span<const StepRecord> steps)
+/// By its name in stats.csv.
+using Named = std::map<std::string, double>;
+
+/// Names that occur in one of the maps of steps, rising.
+std::vector<std::string> namesOf(std::span<const StepRecord> steps, Named StepRecord::*map)
 {
     std::vector<std::string> names;
     for (const StepRecord& s : steps)
-        for (const auto& [name, amount] : s.energyFlow) names.push_back(name);
+        for (const auto& [name, amount] : s.*map) names.push_back(name);
     sortUnique(names);
     return names;
+}
+
+/// NaN where a step has no such number.
+void appendNamed(const Named& map, const std::vector<std::string>& names, std::vector<double>& real)
+{
+    for (const std::string& name : names) {
+        const auto it = map.find(name);
+        real.push_back(it == map.end() ? NAN : it->second);
+    }
+}
+
+/// What appendNamed() wrote; moves on `real`.
+Named readNamed(const std::vector<std::string>& names, const double*& real)
+{
+    Named map;
+    for (const std::string& name : names)
+        if (const double amount = *real++; !std::isnan(amount)) map[name] = amount;
+    return map;
 }
 
 const StageWork* stageOf(const Ledger& work, const std::string& name)
@@ -134,16 +156,15 @@ std::vector<FrameRecord> loadFrames(const Archive& archive)
 void saveRecords(std::span<const StepRecord> steps, std::span<const FrameRecord> frames, Archive& archive)
 {
     const std::vector<Column> columns = columnsOf(steps);
-    const std::vector<std::string> flows = flowsOf(steps);
+    const std::vector<std::string> flows = namesOf(steps, &StepRecord::energyFlow),
+                                   measured = namesOf(steps, &StepRecord::measured);
     std::vector<std::int64_t> whole;
     std::vector<double> real;
     for (const StepRecord& s : steps) {
         forWholeNumbers(s, [&](const auto& field) { whole.push_back(std::int64_t(field)); });
         forRealNumbers(s, [&](const auto& field) { real.push_back(field); });
-        for (const std::string& name : flows) {
-            const auto it = s.energyFlow.find(name);
-            real.push_back(it == s.energyFlow.end() ? NAN : it->second);
-        }
+        appendNamed(s.energyFlow, flows, real);
+        appendNamed(s.measured, measured, real);
         for (const Column& c : columns) {
             const StageWork* stage = stageOf(s.work, c.stage);
             if (c.what.empty())
@@ -157,6 +178,7 @@ void saveRecords(std::span<const StepRecord> steps, std::span<const FrameRecord>
     archive.putText("frames", framesJson(frames).dump());
     archive.putText("steps.columns", names.dump());
     archive.putText("steps.flows", json(flows).dump());
+    archive.putText("steps.measured", json(measured).dump());
     archive.putOne<std::uint64_t>("steps.grips", steps.empty() ? 0 : steps[0].gripLoad.size());
     archive.putOne<std::uint64_t>("steps.count", steps.size());
     archive.put("steps.whole", whole);
@@ -166,8 +188,9 @@ void saveRecords(std::span<const StepRecord> steps, std::span<const FrameRecord>
 std::vector<StepRecord> loadSteps(const Archive& archive)
 {
     std::vector<Column> columns;
-    std::vector<std::string> flows;
+    std::vector<std::string> flows, measured;
     try {
+        measured = json::parse(archive.getText("steps.measured")).get<std::vector<std::string>>();
         flows = json::parse(archive.getText("steps.flows")).get<std::vector<std::string>>();
         for (const json& c : json::parse(archive.getText("steps.columns")))
             columns.push_back({c.at(0).get<std::string>(), c.at(1).get<std::string>()});
@@ -184,8 +207,8 @@ std::vector<StepRecord> loadSteps(const Archive& archive)
     // Divided, not multiplied: the numbers may be anything.
     if (whole.size() % wholes != 0 || whole.size() / wholes != count || grips > real.size() ||
         (count == 0 && !real.empty()) ||
-        (count > 0 &&
-         (real.size() % count != 0 || real.size() / count != kRealNumbers + 3 * grips + flows.size() + seconds)))
+        (count > 0 && (real.size() % count != 0 ||
+                       real.size() / count != kRealNumbers + 3 * grips + flows.size() + measured.size() + seconds)))
         archive.complain("its table of steps has the wrong size");
     std::vector<StepRecord> steps(count);
     const std::int64_t* w = whole.data();
@@ -195,8 +218,8 @@ std::vector<StepRecord> loadSteps(const Archive& archive)
         if (w[1] < 0 || w[1] > std::int64_t(Outcome::capped)) archive.complain("a step has an unknown outcome");
         forWholeNumbers(s, [&](auto& field) { field = std::remove_reference_t<decltype(field)>(*w++); });
         forRealNumbers(s, [&](double& field) { field = *r++; });
-        for (const std::string& name : flows)
-            if (const double amount = *r++; !std::isnan(amount)) s.energyFlow[name] = amount;
+        s.energyFlow = readNamed(flows, r);
+        s.measured = readNamed(measured, r);
         for (const Column& c : columns) {
             if (!c.what.empty()) {
                 if (const std::int64_t amount = *w++; amount != kAbsent) {

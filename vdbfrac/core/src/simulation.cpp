@@ -238,7 +238,7 @@ void Simulation::updateGrid(StepRecord& record)
     const SolvedStep solved{state_.x, time_, record.dt};
     for (Observer* observer : stages_.observers) observer->observe(solved);
     bool computed = false;
-    GridContext context{solved, {}, {}, {}, record.work};
+    GridContext context{solved, {}, {}, {}, record.work, record.measured};
     context.gripDistance = [this](const Body& body, const Vec3& X) { return grips_->distance(body, X); };
     context.tetEnergy = [&]() -> std::span<const double> {
         if (!computed) {

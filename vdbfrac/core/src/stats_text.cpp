@@ -36,12 +36,13 @@ std::vector<std::pair<std::string, std::string>> countColumns(const std::vector<
     return {columns.begin(), columns.end()};
 }
 
-std::set<std::string> flowColumns(const std::vector<StepRecord>& steps)
+/// Names that occur in one of the maps of steps.
+std::set<std::string> namesIn(const std::vector<StepRecord>& steps, std::map<std::string, double> StepRecord::*map)
 {
-    std::set<std::string> columns;
+    std::set<std::string> names;
     for (const StepRecord& s : steps)
-        for (const auto& [name, amount] : s.energyFlow) columns.insert(name);
-    return columns;
+        for (const auto& [name, amount] : s.*map) names.insert(name);
+    return names;
 }
 
 std::set<std::string> stageColumns(const std::vector<StepRecord>& steps)
@@ -64,7 +65,8 @@ double maxUnnamedShare(const std::vector<StepRecord>& steps)
 std::string statsText(const std::vector<StepRecord>& steps, const scene::Scene& scene)
 {
     const auto counts = countColumns(steps);
-    const auto flows = flowColumns(steps), stages = stageColumns(steps);
+    const auto flows = namesIn(steps, &StepRecord::energyFlow), measured = namesIn(steps, &StepRecord::measured),
+               stages = stageColumns(steps);
     std::string text =
         "step,time_s,dt_s,status,cutbacks,newton_iterations,linear_iterations,projections,residual,min_residual,"
         "kinetic_J,elastic_J,unnamed_share,"
@@ -72,6 +74,7 @@ std::string statsText(const std::vector<StepRecord>& steps, const scene::Scene& 
     for (const scene::Grip& g : scene.grips)
         for (const char* axis : {"x", "y", "z"}) text += ",load_" + g.name + "_" + axis + "_N";
     for (const std::string& flow : flows) text += "," + flow + "_J";
+    for (const std::string& name : measured) text += "," + name;
     for (const auto& [stage, what] : counts) text += "," + stage + "_" + what;
     for (const std::string& stage : stages) text += "," + stage + "_s";
     text += '\n';
@@ -87,6 +90,10 @@ std::string statsText(const std::vector<StepRecord>& steps, const scene::Scene& 
         for (const std::string& flow : flows) {
             const auto it = s.energyFlow.find(flow);
             text += ',' + number(it == s.energyFlow.end() ? 0 : it->second);
+        }
+        for (const std::string& name : measured) {
+            const auto it = s.measured.find(name);
+            text += ',' + (it == s.measured.end() ? "" : number(it->second));
         }
         for (const auto& [stage, what] : counts) text += ',' + std::to_string(s.work.countOf(stage, what));
         for (const std::string& stage : stages) text += ',' + number(s.work.secondsOf(stage));

@@ -22,10 +22,9 @@ namespace vdbfrac::effects {
 
 namespace {
 
-using scene::Key;
-using scene::Type;
 using scene::Values;
 
+constexpr const char* kMargin = "margin";
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Averaged tension: the surface eats what it touches, material this near to it [voxels], a voxel and what phi may be
@@ -33,55 +32,6 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kTouch = 1.05;
 /// phi moves by no more than this part of a voxel before it is re-levelled.
 constexpr double kMaxMove = 0.5;
-
-const Key kKeys[] = {
-    {"kappa", Type::number, "J/m^3", "fracture resistance; a smooth bar tears at the strain sqrt(2 kappa / E)", "", 0,
-     kInfinity, true},
-    {"toughness", Type::number, "J/m^2", "energy a crack takes per area, at any resolution; instead of kappa", "", 0,
-     kInfinity, true},
-    {"strength", Type::number, "Pa", "stress at which an uncracked bar tears; with toughness", "", 0, kInfinity, true},
-    {"keys", Type::curve, "",
-     "factor on the resistance kappa over time; toughness goes with it, strength with its root", "", 0, kInfinity,
-     true},
-    {"driver",
-     Type::choice,
-     "",
-     "energy that drives the crack: all of it, or only of the tension that opens it",
-     "\"tension\"",
-     -kInfinity,
-     kInfinity,
-     false,
-     false,
-     {"full", "tension"}},
-    {"average", Type::number, "cells",
-     "radius of the average of that energy, in lattice cells: with 3 cracks follow the load, not the lattice", "3", 0,
-     8},
-    {"front_speed", Type::number, "",
-     "speed that the front tends to where it is overloaded, in Rayleigh wave speeds; it never passes 1", "1", 0,
-     kInfinity, true},
-    {"front_width", Type::number, "voxels", "width of the smoothed delta that spreads the update round the surface",
-     "1.25", 1, 1.5},
-    {"relevel",
-     Type::choice,
-     "",
-     "differences with which phi is made a distance again behind the front",
-     "\"weno5\"",
-     -kInfinity,
-     kInfinity,
-     false,
-     false,
-     {"weno5", "first_order"}},
-    {"relevel_every", Type::integer, "", "updates of the front from one re-levelling to the next; 0: never", "1", 0,
-     1000},
-    {"grip_margin", Type::number, "m", "no fracture nearer to a grip than this; left out: two lattice cells", "", 0},
-};
-
-std::string check(const Values& v)
-{
-    if (v.has("kappa") == v.has("toughness")) return "fracture needs exactly one of kappa and toughness";
-    if (v.has("strength") && !v.has("toughness")) return "fracture.strength goes with toughness, not with kappa";
-    return {};
-}
 
 /// Energy densities of a body's tets.
 std::span<const double> ownEnergy(const core::GridContext& context, const core::Body& body)
@@ -98,6 +48,13 @@ struct Driven {
     std::int64_t looked = 0;
 };
 
+/// What the average of a body's tension was in the last step.
+struct Tension {
+    double largest = 0;         // R [J/m^3]
+    double load = 0;            // root of R / kappa: how far the load is, if it grows as it is
+    grid::VoxelValues margins;  // R / kappa at the front, if a scene asks for it
+};
+
 class Fracture : public core::Effect,
                  public core::GridStage,
                  public core::StepLimit,
@@ -111,6 +68,8 @@ public:
           isTension_(values.text("driver") == "tension"),
           frontCfl_(scene.time.frontCfl),
           resistance_(values.has("keys") ? values.curve("keys") : scene::Curve()),
+          fps_(scene.time.fps),
+          tellsMargin_(std::count(scene.output.vdb.begin(), scene.output.vdb.end(), kMargin) > 0),
           margin_(values.has("grip_margin") ? values.number("grip_margin") : 2 * grid_.coarsening * dx_)
     {
     }
@@ -132,8 +91,13 @@ public:
     double largestStep() const override { return limit_; }
     grid::PhiChanges update(const core::GridContext& context, const core::Body& body, grid::LevelSet& phi) override;
 
-    std::vector<Field> fields() const override { return {{"arrival", "s"}}; }
-    core::FrameGrid take(const core::Body& body, const std::string&) const override { return arrivals(body); }
+    std::vector<Field> fields() const override { return {{"arrival", "s"}, {kMargin, "1"}}; }
+    core::FrameGrid take(const core::Body& body, const std::string& field) const override
+    {
+        const auto margins = tension_.find(body.name);
+        if (field != kMargin) return arrivals(body);
+        return margins == tension_.end() ? grid::VoxelValues() : margins->second.margins;
+    }
     grid::VoxelValues arrivals(const core::Body& body) const
     {
         grid::VoxelValues values;
@@ -156,14 +120,17 @@ private:
     {
         return [&](Coord c) { return context.gripDistance(body, dx_ * c.toVec()) >= margin_; };
     }
-    Driven driven(const core::GridContext& context, const core::Body& body, const FractureLaw& law) const;
-    Driven drivenByTension(const core::GridContext& context, const core::Body& body, const FractureLaw& law) const;
+    Driven driven(const core::GridContext& context, const core::Body& body, const FractureLaw& law);
+    Driven drivenByTension(const core::GridContext& context, const core::Body& body, const FractureLaw& law);
     /// The step [s] that takes the front frontCfl_ voxels; it may speed up by kFaster.
     double longestStep(double waveSpeed, double fastest) const
     {
         constexpr double kFaster = .2;  // of the speed of Rayleigh waves, which it never passes
         return frontCfl_ * dx_ / (waveSpeed * std::min(1., values_.number("front_speed") * fastest + kFaster));
     }
+    void lookAhead(const core::GridContext& context, const core::Body& body, double kappa,
+                   const grid::TensionAbove& above);
+    bool isFrame(double time) const { return std::abs(time * fps_ - std::round(time * fps_)) < 1e-6; }
     void noteArrivals(const core::Body& body, const grid::PhiChanges& changes, double time);
     grid::Relevelling relevelling(long long update) const;
 
@@ -173,7 +140,10 @@ private:
     bool isTension_;  // the driver
     double frontCfl_;
     scene::Curve resistance_;  // factor on kappa
-    double margin_;
+    double fps_;
+    bool tellsMargin_;
+    double margin_;                                          // m, round grips
+    std::map<std::string, Tension> tension_;                 // by body
     std::map<std::string, FractureLaw> laws_;                // by body
     std::map<std::string, std::map<Coord, float>> arrival_;  // by body: time [s] at which a voxel node failed
     double limit_ = kInfinity;                               // s
@@ -192,7 +162,7 @@ FractureLaw Fracture::lawOf(const core::Body& body, std::vector<std::string>& no
     return fractureLaw(keys, grid_, body.name, m.youngsModulus(), m.poissonRatio(), notes);
 }
 
-Driven Fracture::drivenByTension(const core::GridContext& context, const core::Body& body, const FractureLaw& law) const
+Driven Fracture::drivenByTension(const core::GridContext& context, const core::Body& body, const FractureLaw& law)
 {
     const grid::Counts isFree = freeMaterial(context, body);
     // Voxels of the gap stay as they are: raising phi there would eat into the faces behind a tip, and a crack be twice
@@ -204,8 +174,13 @@ Driven Fracture::drivenByTension(const core::GridContext& context, const core::B
     };
     const auto stress = [&](std::uint32_t e) { return context.elementStress(body, e); };
     const grid::TensionAverage average{law.radius, body.material.youngsModulus(), body.material.poissonRatio(), isFree};
-    const grid::TensionAbove above =
-        grid::tensionAbove(law.kappa, {*body.mesh, ownEnergy(context, body), stress, isFront}, average);
+    const grid::Loaded loaded{*body.mesh, ownEnergy(context, body), stress, isFront};
+    const grid::TensionAbove above = grid::tensionAbove(law.kappa, loaded, average, tension_[body.name].largest);
+    lookAhead(context, body, law.kappa, above);
+    if (tellsMargin_ && isFrame(context.time)) {
+        grid::VoxelValues& margins = tension_[body.name].margins = grid::tensionAtFront(loaded, average);
+        for (float& R : margins.scalars) R = float(double(R) / law.kappa);
+    }
     Driven driven{grid::sampleBand(body.phi, above.voxels), {}, {}, above.stresses};
     for (std::size_t i = 0, n = 0; i < above.voxels.size() && n < driven.band.size(); ++i)
         if (driven.band[n].voxel == above.voxels[i]) {
@@ -215,7 +190,7 @@ Driven Fracture::drivenByTension(const core::GridContext& context, const core::B
     return driven;
 }
 
-Driven Fracture::driven(const core::GridContext& context, const core::Body& body, const FractureLaw& law) const
+Driven Fracture::driven(const core::GridContext& context, const core::Body& body, const FractureLaw& law)
 {
     if (isTension_) return drivenByTension(context, body, law);
     const std::span<const double> own = ownEnergy(context, body);
@@ -232,6 +207,23 @@ Driven Fracture::driven(const core::GridContext& context, const core::Body& body
                                 : grid::nodalEnergy(*body.mesh, energy, voxels);
     driven.share.assign(voxels.size(), 1);
     return driven;
+}
+
+/// Where it tears next and at how much of the load; automatic steps end there.
+void Fracture::lookAhead(const core::GridContext& context, const core::Body& body, double kappa,
+                         const grid::TensionAbove& above)
+{
+    constexpr double kLate = .01;  // of the load at the onset
+    Tension& tension = tension_[body.name];
+    const double load = std::sqrt(above.largestR / kappa), rate = (load - tension.load) / context.dt;
+    if (load <= 1 && rate > 0) limit_ = std::min(limit_, std::max(1 - load, kLate) / rate);
+    tension.largest = above.largestR, tension.load = load;
+    if (load == 0) return;
+    const auto known = context.measured.find("fracture_load_factor");
+    if (known != context.measured.end() && known->second <= 1 / load) return;  // another body tears before
+    context.measured["fracture_load_factor"] = 1 / load;
+    const Vec3 where = dx_ * above.where.toVec();
+    for (int axis : {0, 1, 2}) context.measured[std::string("fracture_next_") + "xyz"[axis] + "_m"] = where[axis];
 }
 
 void Fracture::noteArrivals(const core::Body& body, const grid::PhiChanges& changes, double time)
@@ -319,6 +311,10 @@ void Fracture::save(std::span<const core::Body> bodies, core::Archive& archive) 
         archive.put(name + ".arrival.voxels", arrival.coords);
         archive.put(name + ".arrival.times", arrival.scalars);
         const auto updates = updates_.find(body.name);
+        const auto tension = tension_.find(body.name);
+        archive.put(name + ".tension", tension == tension_.end()
+                                           ? std::vector<double>{0, 0}
+                                           : std::vector<double>{tension->second.largest, tension->second.load});
         archive.putOne<std::int64_t>(name + ".updates", updates == updates_.end() ? 0 : updates->second);
     }
 }
@@ -338,6 +334,10 @@ void Fracture::restoreFrom(const core::Archive& archive, std::span<const core::B
                 archive.complain("it lists a failed voxel outside body '" + body.name + "'");
             arrival.emplace(voxels[i], times[i]);
         }
+        const std::vector<double> tension = archive.get<double>(name + ".tension", 2);
+        if (!(tension[0] >= 0) || !(tension[1] >= 0))
+            archive.complain("the tension of body '" + body.name + "' is out of range");
+        tension_[body.name] = {tension[0], tension[1], {}};
         const std::int64_t updates = archive.getOne<std::int64_t>(name + ".updates");
         if (updates < 0 || updates >= std::numeric_limits<std::int64_t>::max() / 2)
             archive.complain("the number of updates of the front in body '" + body.name + "' is out of range");
@@ -354,11 +354,12 @@ std::unique_ptr<core::Effect> make(const Values& values, const scene::Scene& sce
 
 EffectInfo fracture()
 {
-    return {{"fracture", "Tearing: give kappa, or toughness, or toughness and strength.", kKeys, check},
-            "after the solve on the grid, limit on the time step, field 'arrival'",
-            make,
-            true,
-            {"arrival"}};
+    return {
+        {"fracture", "Tearing: give kappa, or toughness, or toughness and strength.", fractureTable(), checkFracture},
+        "after the solve on the grid, limit on the time step, fields 'arrival', 'margin'",
+        make,
+        true,
+        {"arrival", kMargin}};
 }
 
 }  // namespace vdbfrac::effects

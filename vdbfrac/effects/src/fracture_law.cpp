@@ -5,10 +5,58 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace vdbfrac::effects {
 
 namespace {
+
+using scene::Key;
+using scene::Type;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+const Key kKeys[] = {
+    {"kappa", Type::number, "J/m^3", "fracture resistance; a smooth bar tears at the strain sqrt(2 kappa / E)", "", 0,
+     kInfinity, true},
+    {"toughness", Type::number, "J/m^2", "energy a crack takes per area, at any resolution; instead of kappa", "", 0,
+     kInfinity, true},
+    {"strength", Type::number, "Pa", "stress at which an uncracked bar tears; with toughness", "", 0, kInfinity, true},
+    {"keys", Type::curve, "",
+     "factor on the resistance kappa over time; toughness goes with it, strength with its root", "", 0, kInfinity,
+     true},
+    {"driver",
+     Type::choice,
+     "",
+     "energy that drives the crack: all of it, or only of the tension that opens it",
+     "\"tension\"",
+     -kInfinity,
+     kInfinity,
+     false,
+     false,
+     {"full", "tension"}},
+    {"average", Type::number, "cells",
+     "radius of the average of that energy, in lattice cells: with 3 cracks follow the load, not the lattice", "3", 0,
+     8},
+    {"front_speed", Type::number, "",
+     "speed that the front tends to where it is overloaded, in Rayleigh wave speeds; it never passes 1", "1", 0,
+     kInfinity, true},
+    {"front_width", Type::number, "voxels", "width of the smoothed delta that spreads the update round the surface",
+     "1.25", 1, 1.5},
+    {"relevel",
+     Type::choice,
+     "",
+     "differences with which phi is made a distance again behind the front",
+     "\"weno5\"",
+     -kInfinity,
+     kInfinity,
+     false,
+     false,
+     {"weno5", "first_order"}},
+    {"relevel_every", Type::integer, "", "updates of the front from one re-levelling to the next; 0: never", "1", 0,
+     1000},
+    {"grip_margin", Type::number, "m", "no fracture nearer to a grip than this; left out: two lattice cells", "", 0},
+};
 
 /// kappa h / Gc without an average, for nodal energies on the six-tet lattice.
 constexpr double kNodalFactor = 0.25;
@@ -30,6 +78,15 @@ constexpr TipFactors kTipFactors[] = {
 std::string rough(double v) { return shortNumber(v, 3); }
 
 }  // namespace
+
+std::span<const Key> fractureTable() { return kKeys; }
+
+std::string checkFracture(const scene::Values& v)
+{
+    if (v.has("kappa") == v.has("toughness")) return "fracture needs exactly one of kappa and toughness";
+    if (v.has("strength") && !v.has("toughness")) return "fracture.strength goes with toughness, not with kappa";
+    return {};
+}
 
 double tipFactor(bool isTension, scene::LatticeKind lattice, double nu)
 {

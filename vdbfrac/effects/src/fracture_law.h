@@ -10,13 +10,20 @@
 // Without one, nodal energies are as they are, and kappa = .25 Gc / h under toughness alone.
 #pragma once
 
+#include <vdbfrac/scene/key.h>
 #include <vdbfrac/scene/scene.h>
+#include <vdbfrac/scene/values.h>
 
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 namespace vdbfrac::effects {
+
+/// Keys of [fracture], and what is wrong with their values; "" for nothing.
+std::span<const scene::Key> fractureTable();
+std::string checkFracture(const scene::Values& values);
 
 /// [fracture] as far as the law goes.
 struct FractureKeys {

@@ -32,11 +32,7 @@ struct NodalStress {
 class NodalStresses {
 public:
     NodalStresses(const BodyMesh& mesh, const ElementStress& stress, const Counts& counts)
-        : mesh_(mesh),
-          stress_(stress),
-          counts_(counts),
-          nodes_(mesh.phi().lower(), mesh.phi().upper(), {}, {}),
-          number_(mesh.elements().size(), kUnseen)
+        : mesh_(mesh), stress_(stress), counts_(counts), nodes_(mesh.phi().lower(), mesh.phi().upper(), {}, {})
     {
     }
 
@@ -61,6 +57,8 @@ private:
 
     void computeElements(const std::vector<Coord>& voxels)
     {
+        if (voxels.empty()) return;
+        if (number_.empty()) number_.assign(mesh_.elements().size(), kUnseen);
         constexpr std::size_t kVoxels = 64;
         std::vector<std::vector<std::uint32_t>> round((voxels.size() + kVoxels - 1) / kVoxels);
         parallelChunks(voxels.size(), kVoxels, [&](std::size_t begin, std::size_t end) {
@@ -247,6 +245,15 @@ void keepAbove(double least, std::vector<Coord>& voxels, std::vector<double>& va
     voxels.resize(count), values.resize(count);
 }
 
+/// R of voxel nodes, from stresses round them that are computed where they are not known.
+std::vector<double> amounts(NodalStresses& nodes, const std::vector<Coord>& voxels, double radius, double youngsModulus)
+{
+    nodes.computeAround(voxels, reachWithin(kNarrow * radius));
+    return ofEach(voxels, [&, ways = waysWithin(kNarrow * radius)](Coord c) {
+        return amount(nodes, ways, c) / (2 * youngsModulus);
+    });
+}
+
 /// Without an average: of the mean stress at each voxel node.
 TensionAbove nodalTensionAbove(double kappa, const Loaded& body, const TensionAverage& average)
 {
@@ -265,18 +272,24 @@ TensionAbove nodalTensionAbove(double kappa, const Loaded& body, const TensionAv
 
 }  // namespace
 
-TensionAbove tensionAbove(double kappa, const Loaded& body, const TensionAverage& average)
+TensionAbove tensionAbove(double kappa, const Loaded& body, const TensionAverage& average, double expected)
 {
     const double radius = average.radius / body.mesh.voxelSize();
     if (radius == 0) return nodalTensionAbove(kappa, body, average);
     TensionAbove above;
-    std::vector<Coord> much = whereMuchIsPossible(kappa, body, average);
-    if (much.empty()) return above;
     NodalStresses nodes(body.mesh, body.stress, average.counts);
-    nodes.computeAround(much, reachWithin(kNarrow * radius));
-    std::vector<double> R = ofEach(much, [&, ways = waysWithin(kNarrow * radius)](Coord c) {
-        return amount(nodes, ways, c) / (2 * average.youngsModulus);
-    });
+    std::vector<Coord> much;
+    std::vector<double> R;
+    // Down to where largestR is: no farther than a hundredth of kappa.
+    constexpr double kSteady = .8, kLower = .3, kFar = .01;
+    double look = expected > 0 ? std::min(kappa, kSteady * expected) : kappa;
+    for (;; look *= kLower) {
+        much = whereMuchIsPossible(look, body, average);
+        R = amounts(nodes, much, radius, average.youngsModulus);
+        for (std::size_t i = 0; i < much.size(); ++i)
+            if (R[i] > above.largestR) above.largestR = R[i], above.where = much[i];
+        if (above.largestR >= look || kLower * look <= kFar * kappa) break;
+    }
     keepAbove(kappa, much, R);
     above.stresses = nodes.count();
     if (much.empty()) return above;
@@ -296,6 +309,18 @@ TensionAbove tensionAbove(double kappa, const Loaded& body, const TensionAverage
     keepAbove(0, above.voxels, above.share);
     above.psi = ofEach(above.voxels, psi);
     return above;
+}
+
+VoxelValues tensionAtFront(const Loaded& body, const TensionAverage& average)
+{
+    VoxelValues values;
+    values.coords = whereMuchIsPossible(0, body, average);
+    std::erase_if(values.coords, [&](const Coord& c) { return !body.isFront(c); });
+    NodalStresses nodes(body.mesh, body.stress, average.counts);
+    const double radius = average.radius / body.mesh.voxelSize();
+    for (const double R : amounts(nodes, values.coords, radius, average.youngsModulus))
+        values.scalars.push_back(float(R));
+    return values;
 }
 
 double minEnergyUnder(double tension, double nu)

@@ -45,7 +45,8 @@ struct StepRecord {
     /// name. Each by its own formula; work_GRIP + EFFECT_work - EFFECT_dissipated - removed - integrator less the
     /// change of both together is "unnamed".
     std::map<std::string, double> energyFlow;
-    Ledger work;  ///< of this step
+    std::map<std::string, double> measured;  ///< what effects tell of the step, by columns of stats.csv
+    Ledger work;                             ///< of this step
 };
 
 class StepControl;

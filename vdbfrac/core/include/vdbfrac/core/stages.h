@@ -11,6 +11,7 @@
 
 #include <array>
 #include <functional>
+#include <map>
 #include <memory>
 #include <span>
 #include <string>
@@ -50,6 +51,7 @@ struct GridContext : SolvedStep {
     /// Stress [Pa] of the tets of an element of a body, in the frame of the rest configuration.
     std::function<std::array<Mat3, tetmesh::kMaxTets>(const Body&, std::uint32_t element)> elementStress;
     Ledger& ledger;
+    std::map<std::string, double>& measured;  ///< columns of stats.csv, with their units at the end
 };
 
 /// Changes phi after the solve.

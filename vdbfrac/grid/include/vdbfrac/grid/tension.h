@@ -48,11 +48,17 @@ struct TensionAbove {
     std::vector<double> psi;    ///< J/m^3
     std::vector<double> share;  ///< of the speed that Psi gives the front, in (0, 1]
     std::int64_t stresses = 0;  ///< voxel nodes whose stress it took
+    double largestR = 0;  ///< J/m^3, also below kappa; 0 where it is below a hundredth of it, or without an average
+    Coord where{};        ///< of largestR
 };
 
 /// Where at the front Psi exceeds kappa [J/m^3], and a share is left. Stresses are computed only where it can: first
-/// where energies leave room for an R above kappa, then round what has one.
-TensionAbove tensionAbove(double kappa, const Loaded& body, const TensionAverage& average);
+/// where energies leave room for an R above kappa, then round what has one. `expected`: largestR of the step before,
+/// which makes finding it cheap.
+TensionAbove tensionAbove(double kappa, const Loaded& body, const TensionAverage& average, double expected = 0);
+
+/// R at all voxel nodes of the front; `radius` above 0.
+VoxelValues tensionAtFront(const Loaded& body, const TensionAverage& average);
 
 /// The least energy density [J/m^3] of any stress whose largest principal one alone has the energy `tension`.
 double minEnergyUnder(double tension, double poissonRatio);
