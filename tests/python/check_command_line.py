@@ -113,6 +113,7 @@ with tempfile.TemporaryDirectory() as temporary:
     expect("preview", ["preview", out, "--count", "1", "--width", "64", "--height", "64"], 0, "contact_sheet.png")
     expect("preview of nothing", ["preview", folder], 4, "run.json")
     expect("preview looking nowhere", ["preview", out, "--direction", "0", "0", "0"], 2, "--direction")
+    expect("preview from a side with a bare point", ["preview", out, "--count", "1", "--width", "64", "--height", "64", "--direction", "1", "-.4", "1"], 0, "contact_sheet.png")
 
     # What a run could not do is told, in the summary and in stats.csv; --strict makes an error of what was not solved.
     def statuses(run):

@@ -78,4 +78,30 @@ TEST(NextTear, IsWhereTheMarginIsLargest)
     EXPECT_TRUE(lab::fieldOf(SceneRun(bar()), "margin").coords.empty());
 }
 
+/// Between stiff faces, nearly incompressible material is pulled from all sides in the middle: by
+/// (1 - nu) / ((1 + nu) (1 - 2 nu)) = 3.8 times what pulls its rim.
+TEST(Nucleation, IsInTheMiddleOfADiscWhereItMayBe)
+{
+    const auto first = [](const std::string& more) {
+        std::ostringstream s;
+        s << "version = 1\nname = \"disc\"\n[time]\nframes = [1, 31]\nfps = 1\nsubsteps = 1\n[grid]\nvoxel_size = 0.1\n"
+             "[solver]\nintegrator = \"static\"\n[[body]]\nname = \"disc\"\nmaterial = \"m\"\n"
+             "shape = { box = { size = [2.4, 1.2, 2.4] } }\n[material.m]\nyoungs_modulus = 1e6\npoisson_ratio = 0.45\n"
+             "density = 1000\n";
+        for (const double side : {1., -1.})
+            s << "[[grip]]\nbody = \"disc\"\nregion = { halfspace = { normal = [0, " << side
+              << ", 0], offset = 0.4 } }\nmove = { velocity = [0, " << side * 4e-4 << ", 0] }\n";
+        s << "[fracture]\nkappa = 200\ngrip_margin = 0.1\n" << more;
+        SceneRun run(s.str());
+        while (run.work.countOf("fracture", "moved_voxels") == 0 && run.steps.size() < 30) run.step();
+        return lab::fieldOf(run, "arrival");
+    };
+    const grid::VoxelValues inside = first("nucleation = \"inside\"\n"), surface = first("");
+    ASSERT_GT(inside.coords.size(), 0u);
+    ASSERT_GT(surface.coords.size(), 0u);
+    for (const Coord& c : inside.coords) EXPECT_LE((.1 * c.toVec()).lpNorm<Eigen::Infinity>(), .4);
+    for (const Coord& c : surface.coords) EXPECT_GT(std::max(std::abs(.1 * c.x), std::abs(.1 * c.z)), 1);
+    EXPECT_LT(inside.coords.size(), 40u);  // a hole 2.5 voxels wide
+}
+
 }  // namespace

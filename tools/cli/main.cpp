@@ -5,6 +5,7 @@
 #include <vdbfrac/core/version.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
@@ -13,6 +14,8 @@
 #include <iostream>
 #include <map>
 #include <new>
+#include <string>
+#include <vector>
 
 using namespace vdbfrac;
 using namespace vdbfrac::cli;
@@ -32,6 +35,17 @@ void requireWritten()
     std::cout.flush();
     if (std::fflush(stdout) != 0 || std::ferror(stdout) || !std::cout)
         throw FileError("standard output", std::string("cannot be written: ") + std::strerror(errno ? errno : EIO));
+}
+
+/// The last first, as CLI11 wants them; it takes -.4 for an option, and -0.4 for a number.
+std::vector<std::string> reversedArguments(int argc, char** argv)
+{
+    std::vector<std::string> arguments(argv + std::min(argc, 1), argv + argc);
+    for (std::string& a : arguments)
+        if (a.size() > 2 && a[0] == '-' && a[1] == '.' && std::isdigit(static_cast<unsigned char>(a[2])))
+            a.insert(1, "0");
+    std::reverse(arguments.begin(), arguments.end());
+    return arguments;
 }
 
 int run(int argc, char** argv)
@@ -58,7 +72,7 @@ int run(int argc, char** argv)
     if (argc > 1 && argv[1][0] != '-' && !actions.contains(argv[1]))
         throw InputError({"vdbfrac", std::string("there is no command '") + argv[1] + "'", listOf(actions), ""});
     try {
-        app.parse(argc, argv);
+        app.parse(reversedArguments(argc, argv));
     } catch (const CLI::ParseError& e) {
         return app.exit(e) == 0 ? kDone : kBadInput;
     }

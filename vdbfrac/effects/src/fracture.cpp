@@ -46,6 +46,7 @@ struct Driven {
     std::vector<double> psi;    // J/m^3
     std::vector<double> share;  // of the speed that Psi gives the front
     std::int64_t looked = 0;
+    std::optional<Coord> seed;  // where a crack starts inside
 };
 
 /// What the average of a body's tension was in the last step.
@@ -66,6 +67,7 @@ public:
           grid_(scene.grid),
           dx_(grid_.voxelSize),
           isTension_(values.text("driver") == "tension"),
+          nucleatesInside_(values.text("nucleation") == "inside"),
           frontCfl_(scene.time.frontCfl),
           resistance_(values.has("keys") ? values.curve("keys") : scene::Curve()),
           fps_(scene.time.fps),
@@ -130,6 +132,15 @@ private:
     }
     void lookAhead(const core::GridContext& context, const core::Body& body, double kappa,
                    const grid::TensionAbove& above);
+    /// A hole of this radius [m] round a voxel node, phi three voxels round it too.
+    grid::PhiChanges ballRound(Coord middle, double radius) const
+    {
+        grid::PhiChanges ball;
+        const Coord middles[] = {middle};
+        for (const Coord& c : grid::voxelsAround(middles, 3))
+            ball.emplace_back(c, float(radius - dx_ * (c.toVec() - middle.toVec()).norm()));
+        return ball;
+    }
     bool isFrame(double time) const { return std::abs(time * fps_ - std::round(time * fps_)) < 1e-6; }
     void noteArrivals(const core::Body& body, const grid::PhiChanges& changes, double time);
     grid::Relevelling relevelling(long long update) const;
@@ -138,6 +149,7 @@ private:
     scene::Grid grid_;
     double dx_;
     bool isTension_;  // the driver
+    bool nucleatesInside_;
     double frontCfl_;
     scene::Curve resistance_;  // factor on kappa
     double fps_;
@@ -181,7 +193,16 @@ Driven Fracture::drivenByTension(const core::GridContext& context, const core::B
         grid::VoxelValues& margins = tension_[body.name].margins = grid::tensionAtFront(loaded, average);
         for (float& R : margins.scalars) R = float(double(R) / law.kappa);
     }
-    Driven driven{grid::sampleBand(body.phi, above.voxels), {}, {}, above.stresses};
+    Driven driven{grid::sampleBand(body.phi, above.voxels), {}, {}, above.stresses, {}};
+    if (nucleatesInside_) {
+        // Nearer to a surface that would only leave bridges ahead of a crack.
+        const double depth = std::min(law.radius, grid_.halfWidth * dx_);
+        const auto isInside = [&](Coord c) { return body.mesh->phi()(c) <= -.999 * depth && isFree(c); };
+        const grid::TensionAbove inside =
+            grid::tensionAbove(law.kappa, {*body.mesh, loaded.energy, stress, isInside}, average, law.kappa);
+        driven.looked += inside.stresses;
+        if (inside.largestR > law.kappa) driven.seed = inside.where;
+    }
     for (std::size_t i = 0, n = 0; i < above.voxels.size() && n < driven.band.size(); ++i)
         if (driven.band[n].voxel == above.voxels[i]) {
             driven.psi.push_back(above.psi[i]), driven.share.push_back(above.share[i]);
@@ -198,7 +219,7 @@ Driven Fracture::driven(const core::GridContext& context, const core::Body& body
         grid::voxelsAround(body.mesh->voxelsAbove(own, law.kappa), grid::reachWithin(law.radius / dx_));
     const grid::Counts isFree = freeMaterial(context, body);
     std::erase_if(voxels, [&](const Coord& c) { return body.mesh->phi()(c) >= 0 || !isFree(c); });
-    Driven driven{grid::sampleBand(body.phi, voxels), {}, {}, 0};
+    Driven driven{grid::sampleBand(body.phi, voxels), {}, {}, 0, {}};
     voxels.clear();
     for (const VoxelPhi& b : driven.band) voxels.push_back(b.voxel);
     driven.looked = std::int64_t(voxels.size());
@@ -274,6 +295,17 @@ grid::PhiChanges Fracture::update(const core::GridContext& context, const core::
     grid::GriffithStep step{law.kappa, eps, 0, most / parts};
 
     grid::PhiChanges all;
+    const auto raise = [&](const grid::PhiChanges& raised) {
+        limit_ = std::min(limit_, longestStep(waveSpeed, fastest));
+        const StageTimer timer(context.ledger, "relevel");
+        grid::RelevelWork work;
+        const grid::PhiChanges changes = grid::raiseAndRelevel(phi, raised, work, relevelling(++updates_[body.name]));
+        context.ledger.count("fracture", "moved_voxels", std::int64_t(raised.size()));
+        context.ledger.count("relevel", "leaves", work.leaves);
+        context.ledger.count("relevel", "voxels", work.voxels);
+        all.insert(all.end(), changes.begin(), changes.end());
+    };
+    if (front.seed) raise(ballRound(*front.seed, eps));
     bool heldBack = false;
     for (int part = 0; part < parts; ++part) {
         grid::PhiChanges raised;
@@ -288,14 +320,7 @@ grid::PhiChanges Fracture::update(const core::GridContext& context, const core::
         }
         if (raised.empty()) break;
         heldBack = heldBack || (most < possible && step.s < wanted);
-        limit_ = std::min(limit_, longestStep(waveSpeed, fastest));
-        const StageTimer timer(context.ledger, "relevel");
-        grid::RelevelWork work;
-        const grid::PhiChanges changes = grid::raiseAndRelevel(phi, raised, work, relevelling(++updates_[body.name]));
-        context.ledger.count("fracture", "moved_voxels", std::int64_t(raised.size()));
-        context.ledger.count("relevel", "leaves", work.leaves);
-        context.ledger.count("relevel", "voxels", work.voxels);
-        all.insert(all.end(), changes.begin(), changes.end());
+        raise(raised);
     }
     context.ledger.count("fracture", "held_back", heldBack);
     noteArrivals(body, all, context.time);

@@ -38,6 +38,16 @@ const Key kKeys[] = {
     {"average", Type::number, "cells",
      "radius of the average of that energy, in lattice cells: with 3 cracks follow the load, not the lattice", "3", 0,
      8},
+    {"nucleation",
+     Type::choice,
+     "",
+     "where cracks start: at the surface only, or inside too, with a hole as wide as the front",
+     "\"surface\"",
+     -kInfinity,
+     kInfinity,
+     false,
+     false,
+     {"surface", "inside"}},
     {"front_speed", Type::number, "",
      "speed that the front tends to where it is overloaded, in Rayleigh wave speeds; it never passes 1", "1", 0,
      kInfinity, true},
@@ -84,6 +94,8 @@ std::span<const Key> fractureTable() { return kKeys; }
 std::string checkFracture(const scene::Values& v)
 {
     if (v.has("kappa") == v.has("toughness")) return "fracture needs exactly one of kappa and toughness";
+    if (v.text("nucleation") == "inside" && (v.text("driver") != "tension" || v.number("average") == 0))
+        return "fracture.nucleation = \"inside\" goes with driver = \"tension\" and an average";
     if (v.has("strength") && !v.has("toughness")) return "fracture.strength goes with toughness, not with kappa";
     return {};
 }
