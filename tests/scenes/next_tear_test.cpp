@@ -98,9 +98,8 @@ TEST(Nucleation, IsInTheMiddleOfADiscWhereItMayBe)
     };
     const grid::VoxelValues inside = first("nucleation = \"inside\"\n"), surface = first("");
     ASSERT_GT(inside.coords.size(), 0u);
-    ASSERT_GT(surface.coords.size(), 0u);
     for (const Coord& c : inside.coords) EXPECT_LE((.1 * c.toVec()).lpNorm<Eigen::Infinity>(), .4);
-    for (const Coord& c : surface.coords) EXPECT_GT(std::max(std::abs(.1 * c.x), std::abs(.1 * c.z)), 1);
+    EXPECT_TRUE(surface.coords.empty());
     EXPECT_LT(inside.coords.size(), 40u);  // a hole 2.5 voxels wide
 }
 
