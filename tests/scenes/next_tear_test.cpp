@@ -66,7 +66,7 @@ TEST(NextTear, IsWhereAutomaticStepsEnd)
 TEST(NextTear, IsWhereTheMarginIsLargest)
 {
     SceneRun run(bar("grip_margin = 0.125\n"), {"output.vdb=[\"phi\",\"margin\"]"});
-    run.toFrame(2);
+    run.toFrame(3);
     const grid::VoxelValues margins = lab::fieldOf(run, "margin");
     ASSERT_GT(margins.coords.size(), 100u);
     const double expected = std::pow(kRate * run.simulation.time() / kCritical, 2);

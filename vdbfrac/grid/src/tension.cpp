@@ -280,8 +280,8 @@ TensionAbove tensionAbove(double kappa, const Loaded& body, const TensionAverage
     NodalStresses nodes(body.mesh, body.stress, average.counts);
     std::vector<Coord> much;
     std::vector<double> R;
-    // Down to where largestR is: no farther than a hundredth of kappa.
-    constexpr double kSteady = .8, kLower = .3, kFar = .01;
+    // Down to where largestR is, but not so far that bodies with little load are looked at as a whole.
+    constexpr double kSteady = .8, kLower = .3, kFar = .1;
     double look = expected > 0 ? std::min(kappa, kSteady * expected) : kappa;
     for (;; look *= kLower) {
         much = whereMuchIsPossible(look, body, average);

@@ -48,8 +48,8 @@ struct TensionAbove {
     std::vector<double> psi;    ///< J/m^3
     std::vector<double> share;  ///< of the speed that Psi gives the front, in (0, 1]
     std::int64_t stresses = 0;  ///< voxel nodes whose stress it took
-    double largestR = 0;  ///< J/m^3, also below kappa; 0 where it is below a hundredth of it, or without an average
-    Coord where{};        ///< of largestR
+    double largestR = 0;        ///< J/m^3, also below kappa; 0 where it is far below, or without an average
+    Coord where{};              ///< of largestR
 };
 
 /// Where at the front Psi exceeds kappa [J/m^3], and a share is left. Stresses are computed only where it can: first
