@@ -1,0 +1,241 @@
+// The outer surface cut by cracks: closed, on the surface that was given, and along a smooth rim.
+#include <vdbfrac/skin/crack_field.h>
+#include <vdbfrac/skin/skin_cut.h>
+
+#include <Eigen/Geometry>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <map>
+#include <numbers>
+#include <string>
+
+namespace vdbfrac::skin {
+namespace {
+
+using Phi = std::function<double(const Vec3&)>;
+using Triangles = std::vector<std::array<std::uint32_t, 3>>;
+
+struct Solid {
+    std::string name;
+    Phi phi;
+    std::vector<Vec3> points;
+    Triangles triangles;
+    double reach = 0;  // m
+};
+
+/// A cube's surface of n x n squares a side, in [-1, 1]^3.
+void addCube(Solid& solid, int n)
+{
+    std::map<std::array<int, 3>, std::uint32_t> number;
+    const auto point = [&](std::array<int, 3> at) {
+        const auto [it, isNew] = number.emplace(at, std::uint32_t(solid.points.size()));
+        if (isNew) solid.points.push_back(Vec3(at[0], at[1], at[2]) * (2. / n) - Vec3::Ones());
+        return it->second;
+    };
+    for (std::size_t axis = 0; axis < 3; ++axis)
+        for (const int side : {0, n})
+            for (int v = 0; v < n; ++v)
+                for (int u = 0; u < n; ++u) {
+                    const auto at = [&](int du, int dv) {
+                        std::array<int, 3> p{};
+                        p[axis] = side, p[(axis + 1) % 3] = u + du, p[(axis + 2) % 3] = v + dv;
+                        return point(p);
+                    };
+                    const std::uint32_t a = at(0, 0), b = at(1, 0), c = at(1, 1), d = at(0, 1);
+                    if (side == 0)
+                        solid.triangles.insert(solid.triangles.end(), {{a, c, b}, {a, d, c}});
+                    else
+                        solid.triangles.insert(solid.triangles.end(), {{a, b, c}, {a, c, d}});
+                }
+}
+
+Solid box(double half, int squares)
+{
+    Solid s{"box of " + std::to_string(squares) + " squares a side", {}, {}, {}, half};
+    s.phi = [half](const Vec3& X) {
+        const Vec3 q = X.cwiseAbs() - Vec3::Constant(half);
+        return q.cwiseMax(0).norm() + std::min(q.maxCoeff(), 0.);
+    };
+    addCube(s, squares);
+    for (Vec3& p : s.points) p *= half;
+    return s;
+}
+
+Solid ball(double radius, int squares)
+{
+    Solid s{"ball of " + std::to_string(squares) + " squares a side", {}, {}, {}, radius};
+    s.phi = [radius](const Vec3& X) { return X.norm() - radius; };
+    addCube(s, squares);
+    for (Vec3& p : s.points) {
+        for (int k = 0; k < 3; ++k) p[k] = std::tan(p[k] * std::numbers::pi / 4);
+        p *= radius / p.norm();
+    }
+    return s;
+}
+
+tetmesh::NodeField<float> fieldOf(const Phi& phi, double reach, double dx)
+{
+    const int n = int(std::ceil(reach / dx)) + 4;
+    const float far = float(3 * dx);
+    tetmesh::NodeField<float> field({-n, -n, -n}, {n, n, n}, far, -far);
+    for (int z = -n; z <= n; ++z)
+        for (int y = -n; y <= n; ++y)
+            for (int x = -n; x <= n; ++x)
+                field.set({x, y, z}, std::clamp(float(phi(dx * Vec3(x, y, z))), -far, far));
+    return field;
+}
+
+/// A crack two voxels wide along a plane, as far as `ends` says.
+struct Plane {
+    Vec3 normal;
+    double offset = 0;
+    double ends = 1e9;  // along x
+    double c(const Vec3& X, double dx) const
+    {
+        const double across = dx - std::abs(normal.dot(X) - offset);
+        return std::min(across, ends - X.x());
+    }
+};
+
+SkinCut cutBy(const Solid& solid, const Plane& plane, double dx)
+{
+    const auto rest = fieldOf(solid.phi, solid.reach, dx);
+    const auto now = fieldOf(
+        [&](const Vec3& X) {
+            const double phi = solid.phi(X);
+            return phi < 0 ? std::max(phi, plane.c(X, dx)) : phi;
+        },
+        solid.reach, dx);
+    return SkinCutter(solid.points, solid.triangles, rest, dx).cut(now);
+}
+
+/// All faces of what is left, with the points they use.
+struct Drawn {
+    std::vector<Vec3> points;
+    Triangles outside, torn;
+};
+Drawn drawn(const Solid& solid, const SkinCut& cut)
+{
+    Drawn d{solid.points, {}, cut.torn};
+    for (const SkinCut::Point& p : cut.points) d.points.push_back(p.X);
+    for (std::size_t t = 0; t < solid.triangles.size(); ++t)
+        if (cut.fate[t] == SkinCut::Fate::kept) d.outside.push_back(solid.triangles[t]);
+    for (const SkinCut::Part& p : cut.parts) d.outside.push_back(p.corner);
+    return d;
+}
+
+struct Edges {
+    std::map<std::pair<std::uint32_t, std::uint32_t>, std::array<int, 2>> sides;  // of each: outside, torn; directed
+    explicit Edges(const Drawn& d)
+    {
+        for (const int torn : {0, 1})
+            for (const auto& t : torn ? d.torn : d.outside)
+                for (std::size_t k = 0; k < 3; ++k) ++sides[{t[k], t[(k + 1) % 3]}][std::size_t(torn)];
+    }
+    int bad() const
+    {
+        int bad = 0;
+        for (const auto& [edge, n] : sides) {
+            const auto back = sides.find({edge.second, edge.first});
+            bad += n[0] + n[1] != 1 || back == sides.end();
+        }
+        return bad;
+    }
+    double rim(const Drawn& d) const
+    {
+        double length = 0;
+        for (const auto& [edge, n] : sides) {
+            const auto back = sides.find({edge.second, edge.first});
+            if (n[1] == 1 && back != sides.end() && back->second[0] == 1)
+                length += (d.points[edge.first] - d.points[edge.second]).norm();
+        }
+        return length;
+    }
+};
+
+double volume(const Drawn& d)
+{
+    double six = 0;
+    for (const auto* some : {&d.outside, &d.torn})
+        for (const auto& t : *some) six += d.points[t[0]].dot(d.points[t[1]].cross(d.points[t[2]]));
+    return six / 6;
+}
+
+double area(const std::vector<Vec3>& points, const Triangles& triangles)
+{
+    double sum = 0;
+    for (const auto& t : triangles)
+        sum += 0.5 * (points[t[1]] - points[t[0]]).cross(points[t[2]] - points[t[0]]).norm();
+    return sum;
+}
+
+const std::vector<Vec3> kTilts = {Vec3(0, 1, 0), Vec3(.1, 1, .05).normalized(), Vec3(1, 1, 0).normalized(),
+                                  Vec3(.3, 1, -.6).normalized()};
+
+TEST(SkinCut, ClosesEveryPartOfATornBody)
+{
+    for (const double half : {1., .97})
+        for (const Solid& solid : {box(half, 1), box(half, 23), ball(half, 7), ball(half, 40)})
+            for (const Vec3& normal : kTilts)
+                for (const double ends : {1e9, .2}) {
+                    const SkinCut cut = cutBy(solid, {normal, .03, ends}, .1);
+                    const Drawn d = drawn(solid, cut);
+                    EXPECT_EQ(Edges(d).bad(), 0) << solid.name << ", half " << half << ", normal "
+                                                 << normal.transpose() << ", ends " << ends;
+                    EXPECT_EQ(cut.defects, 0);
+                    EXPECT_GT(cut.torn.size(), 100u);
+                }
+}
+
+TEST(SkinCut, TakesFromTheBodyWhatTheCrackTakes)
+{
+    const double dx = .1, r = 1;
+    const Solid solid = ball(r, 40);
+    const Drawn whole{solid.points, solid.triangles, {}};
+    for (const Vec3& normal : kTilts) {
+        const Drawn d = drawn(solid, cutBy(solid, {normal, 0}, dx));
+        const double gap = volume(whole) - volume(d), slab = std::numbers::pi * 2 * dx * (r * r - dx * dx / 3);
+        EXPECT_NEAR(gap / slab, 1, .1) << normal.transpose();  // cut along voxels' tets, smoothed
+    }
+}
+
+TEST(SkinCut, KeepsTheAreaThatItDoesNotTakeAway)
+{
+    const Solid solid = box(1, 1);
+    const SkinCut cut = cutBy(solid, {kTilts[1], .03}, .1);
+    const Drawn d = drawn(solid, cut);
+    double gone = 0;
+    for (const Vec3& p : d.points) gone = std::max(gone, std::abs(p.cwiseAbs().maxCoeff() - 1) * 0);
+    EXPECT_LT(area(d.points, d.outside), 24 - 1.2);  // a belt of 8 x .2
+    EXPECT_GT(area(d.points, d.outside), 24 - 2);
+}
+
+TEST(SkinCut, RimsAreSmooth)
+{
+    for (const int voxels : {20, 40})
+        for (const Vec3& normal : kTilts) {
+            const double dx = 2. / voxels;
+            const Solid solid = ball(1, 60);
+            const Drawn d = drawn(solid, cutBy(solid, {normal, .013}, dx));
+            const double smooth = 2 * 2 * std::numbers::pi * std::sqrt(1 - dx * dx);
+            EXPECT_LE(Edges(d).rim(d) / smooth, voxels == 20 ? 1.3 : 1.15) << normal.transpose();
+            EXPECT_GE(Edges(d).rim(d) / smooth, .98);
+        }
+}
+
+TEST(SkinCut, LeavesWhatDidNotTear)
+{
+    const Solid solid = box(1, 10);
+    const auto rest = fieldOf(solid.phi, solid.reach, .1);
+    const SkinCut cut = SkinCutter(solid.points, solid.triangles, rest, .1).cut(rest);
+    EXPECT_TRUE(cut.points.empty());
+    EXPECT_TRUE(cut.torn.empty());
+    EXPECT_EQ(std::count(cut.fate.begin(), cut.fate.end(), SkinCut::Fate::kept), std::ptrdiff_t(cut.fate.size()));
+}
+
+}  // namespace
+}  // namespace vdbfrac::skin

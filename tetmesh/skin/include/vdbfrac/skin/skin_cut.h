@@ -1,0 +1,66 @@
+// The outer surface of a body cut by its cracks, and the torn faces between.
+//
+// The outer surface S0 is any set of triangles; c comes from crack_field.h. Kept is S0 where c < 0; torn is c = 0
+// inside S0, trimmed by it. Both use the same points along the rim, so what encloses material is closed.
+#pragma once
+
+#include <vdbfrac/base/vec.h>
+#include <vdbfrac/tetmesh/node_field.h>
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace vdbfrac::skin {
+
+struct SkinCut {
+    /// What became of a triangle of the outer surface.
+    enum class Fate : std::uint8_t { kept, gone, cut };
+    /// A point that the cut made.
+    struct Point {
+        Vec3 X = Vec3::Zero();  ///< m, at rest
+        Coord anchor;           ///< voxel node of the side of the crack that it belongs to
+        bool onSkin = false;    ///< on the outer surface
+        Vec3 opens = Vec3::Zero();  ///< direction in which c rises, of length 1: out of the material
+    };
+    /// A part of a triangle that was cut. Corners: points of the outer surface as given, then those of `points`.
+    struct Part {
+        std::uint32_t triangle = 0;
+        std::array<std::uint32_t, 3> corner{};
+    };
+    std::vector<Point> points;
+    std::vector<Fate> fate;                              ///< of each triangle
+    std::vector<Part> parts;                             ///< by triangle
+    std::vector<std::array<std::uint32_t, 3>> torn;      ///< seen from the crack counter-clockwise; numbered alike
+    std::int64_t mixedVoxels = 0;  ///< that a crack's surface goes through
+    std::int64_t defects = 0;      ///< places where rounding left a gap; 0 unless the surface meets itself
+};
+
+struct SkinTopology;
+
+/// Cuts one surface again and again, as cracks grow.
+class SkinCutter {
+public:
+    /// Triangles of `points` [m] with the material on their inner side; points with equal coordinates are one. `rest`:
+    /// phi [m] of the body; dx: voxel size [m].
+    SkinCutter(std::span<const Vec3> points, std::vector<std::array<std::uint32_t, 3>> triangles,
+               tetmesh::NodeField<float> rest, double dx);
+    SkinCutter(SkinCutter&&) noexcept;
+    ~SkinCutter();
+
+    /// `now`: phi [m] at present, on the same box as at rest and nowhere below it.
+    SkinCut cut(const tetmesh::NodeField<float>& now) const;
+    /// Voxel nodes that points of the outer surface belong to, each on the side of the cracks where its point is.
+    std::vector<Coord> anchors(const tetmesh::NodeField<float>& now) const;
+
+private:
+    std::vector<std::array<std::uint32_t, 3>> triangles_;
+    std::unique_ptr<const SkinTopology> topology_;
+    std::vector<std::uint8_t> isInner_;  // of each triangle: it lies in the material, not on its surface
+    tetmesh::NodeField<float> rest_;
+    double dx_;
+};
+
+}  // namespace vdbfrac::skin

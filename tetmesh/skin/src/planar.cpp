@@ -1,0 +1,113 @@
+#include "planar.h"
+
+#include <CGAL/Constrained_Delaunay_triangulation_2.h>
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Triangulation_vertex_base_with_info_2.h>
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+namespace vdbfrac::skin {
+
+namespace {
+
+using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+constexpr std::uint32_t kNew = ~0u;  // a point that the triangulation made, where lines cross
+
+struct PointNumber {
+    std::uint32_t value = kNew;
+};
+using Triangulation = CGAL::Constrained_Delaunay_triangulation_2<
+    Kernel,
+    CGAL::Triangulation_data_structure_2<CGAL::Triangulation_vertex_base_with_info_2<PointNumber, Kernel>,
+                                         CGAL::Constrained_triangulation_face_base_2<Kernel>>,
+    CGAL::Exact_predicates_tag>;
+using Face = Triangulation::Face_handle;
+
+class Divider {
+public:
+    explicit Divider(const PlanarPolygon& polygon) : polygon_(polygon)
+    {
+        for (std::uint32_t i = 0; i < polygon.points.size(); ++i) {
+            const auto& p = polygon.points[i];
+            const auto vertex = cdt_.insert({p[0], p[1]});
+            result_.isSound = result_.isSound && vertex->info().value == kNew;
+            if (vertex->info().value == kNew) vertex->info().value = i;
+            vertex_.push_back(vertex);
+        }
+        for (std::size_t i = 0; i < polygon.outline.size(); ++i) {
+            const std::uint32_t a = polygon.outline[i], b = polygon.outline[(i + 1) % polygon.outline.size()];
+            outline_[std::minmax(a, b)] = polygon.label[i];
+            constrain(a, b);
+        }
+        for (const auto& line : polygon.lines) constrain(line[0], line[1]);
+        result_.isSound = result_.isSound && cdt_.number_of_vertices() == polygon.points.size();
+    }
+
+    PlanarTriangles run()
+    {
+        if (cdt_.dimension() < 2) {
+            result_.isSound = false;
+            return std::move(result_);
+        }
+        visit(cdt_.infinite_face(), kOutside);
+        while (!open_.empty()) {
+            const auto [face, label] = open_.back();
+            open_.pop_back();
+            if (label != kOutside) add(face, label);
+            for (int k = 0; k < 3; ++k) cross(face, k, label);
+        }
+        return std::move(result_);
+    }
+
+private:
+    static constexpr int kOutside = -1;
+
+    void constrain(std::uint32_t a, std::uint32_t b)
+    {
+        if (vertex_[a] != vertex_[b]) cdt_.insert_constraint(vertex_[a], vertex_[b]);
+    }
+
+    void visit(Face face, int label)
+    {
+        if (label_.emplace(face, label).second) open_.push_back({face, label});
+    }
+
+    void cross(Face face, int k, int label)
+    {
+        const Face next = face->neighbor(k);
+        if (!face->is_constrained(k)) return visit(next, label);
+        const std::uint32_t a = face->vertex(Triangulation::cw(k))->info().value;
+        const std::uint32_t b = face->vertex(Triangulation::ccw(k))->info().value;
+        const auto edge = outline_.find(std::minmax(a, b));
+        if (edge == outline_.end()) {
+            if (label != kOutside) visit(next, 1 - label);
+            return;
+        }
+        visit(next, label == kOutside ? edge->second : kOutside);
+    }
+
+    void add(Face face, int label)
+    {
+        const std::array<std::uint32_t, 3> t{face->vertex(0)->info().value, face->vertex(1)->info().value,
+                                             face->vertex(2)->info().value};
+        if (std::find(t.begin(), t.end(), kNew) != t.end()) return;
+        result_.triangles.push_back(t);
+        result_.label.push_back(std::uint8_t(label));
+    }
+
+    const PlanarPolygon& polygon_;
+    Triangulation cdt_;
+    std::vector<Triangulation::Vertex_handle> vertex_;
+    std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint8_t> outline_;
+    std::map<Face, int> label_;
+    std::vector<std::pair<Face, int>> open_;
+    PlanarTriangles result_;
+};
+
+}  // namespace
+
+PlanarTriangles triangulate(const PlanarPolygon& polygon) { return Divider(polygon).run(); }
+
+}  // namespace vdbfrac::skin

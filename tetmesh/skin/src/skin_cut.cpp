@@ -1,0 +1,188 @@
+#include <vdbfrac/skin/skin_cut.h>
+
+#include "crossings.h"
+#include "planar.h"
+#include "torn_faces.h"
+
+#include <vdbfrac/base/parallel.h>
+#include <vdbfrac/skin/crack_field.h>
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+
+namespace vdbfrac::skin {
+
+namespace {
+
+/// Divides triangles that the crack crosses.
+class TriangleDivider {
+public:
+    TriangleDivider(const SkinTopology& skin, const Crossings& crossings, std::span<const std::uint8_t> isOpen)
+        : skin_(skin), crossings_(crossings), isOpen_(isOpen)
+    {
+    }
+
+    /// The parts of a triangle outside of cracks, as numbers of corners 0 to 2 and, from 3 on, of crossings + 3.
+    /// False when rounding left a gap.
+    bool divide(std::uint32_t triangle, std::span<const RimSegment> segments,
+                std::vector<std::array<std::uint32_t, 3>>& kept)
+    {
+        names_.clear();
+        const auto& corner = skin_.triangles[triangle];
+        const Vec3 &a = skin_.points[corner[0]], &b = skin_.points[corner[1]], &c = skin_.points[corner[2]];
+        normal_ = (b - a).cross(c - a);
+        PlanarPolygon polygon;
+        for (std::uint32_t k = 0; k < 3; ++k) {
+            polygon.outline.push_back(add(polygon, k, skin_.points[corner[k]]));
+            std::uint8_t label = isOpen_[corner[k]];
+            polygon.label.push_back(label);
+            for (std::uint32_t crossing : along(triangle, k)) {
+                polygon.outline.push_back(numberOf(crossing, polygon));
+                polygon.label.push_back(label ^= 1);
+            }
+        }
+        for (const RimSegment& s : segments)
+            polygon.lines.push_back({numberOf(s.crossing[0], polygon), numberOf(s.crossing[1], polygon)});
+        const PlanarTriangles divided = triangulate(polygon);
+        for (std::size_t i = 0; i < divided.triangles.size(); ++i) {
+            const auto& t = divided.triangles[i];
+            if (!divided.label[i]) kept.push_back({names_[t[0]], names_[t[1]], names_[t[2]]});
+        }
+        return divided.isSound;
+    }
+
+private:
+    std::uint32_t add(PlanarPolygon& polygon, std::uint32_t name, const Vec3& X)
+    {
+        names_.push_back(name);
+        polygon.points.push_back(flattened(X, normal_));
+        return std::uint32_t(names_.size() - 1);
+    }
+    std::uint32_t numberOf(std::uint32_t crossing, PlanarPolygon& polygon)
+    {
+        const auto at = std::find(names_.begin(), names_.end(), crossing + 3);
+        if (at != names_.end()) return std::uint32_t(at - names_.begin());
+        return add(polygon, crossing + 3, crossings_.points[crossing].X);
+    }
+    /// Crossings on side k of a triangle, in its direction.
+    std::vector<std::uint32_t> along(std::uint32_t triangle, std::uint32_t k) const
+    {
+        const std::uint32_t edge = skin_.edgeOf[triangle][k];
+        const auto& ends = skin_.edges[edge];
+        const Vec3 direction = skin_.points[ends[1]] - skin_.points[ends[0]];
+        const auto isBefore = [](const Crossing& c, std::uint32_t e) { return !c.onEdge || c.skin < e; };
+        auto at = std::lower_bound(crossings_.points.begin(), crossings_.points.end(), edge, isBefore);
+        std::vector<std::pair<double, std::uint32_t>> found;
+        for (; at != crossings_.points.end() && at->skin == edge; ++at)
+            found.push_back({direction.dot(at->X), std::uint32_t(at - crossings_.points.begin())});
+        std::sort(found.begin(), found.end());
+        if (skin_.triangles[triangle][k] != ends[0]) std::reverse(found.begin(), found.end());
+        std::vector<std::uint32_t> order;
+        for (const auto& f : found) order.push_back(f.second);
+        return order;
+    }
+
+    const SkinTopology& skin_;
+    const Crossings& crossings_;
+    std::span<const std::uint8_t> isOpen_;  // of each point of the skin
+    Vec3 normal_ = Vec3::Zero();
+    std::vector<std::uint32_t> names_;
+};
+
+std::vector<std::uint8_t> openPoints(const SkinTopology& skin, const CrackLattice& lattice)
+{
+    std::vector<std::uint8_t> open(skin.points.size());
+    parallelChunks(open.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) open[i] = isOpen(lattice, skin.points[i]);
+    });
+    return open;
+}
+
+/// The segments of a triangle, of all that are sorted by triangle.
+std::span<const RimSegment> segmentsOf(const Crossings& crossings, std::uint32_t triangle)
+{
+    const auto low = std::lower_bound(crossings.segments.begin(), crossings.segments.end(), triangle,
+                                      [](const RimSegment& s, std::uint32_t t) { return s.triangle < t; });
+    const auto high = std::find_if(low, crossings.segments.end(),
+                                   [&](const RimSegment& s) { return s.triangle != triangle; });
+    return {low, high};
+}
+
+}  // namespace
+
+SkinCutter::SkinCutter(std::span<const Vec3> points, std::vector<std::array<std::uint32_t, 3>> triangles,
+                       tetmesh::NodeField<float> rest, double dx)
+    : triangles_(std::move(triangles)),
+      topology_(std::make_unique<const SkinTopology>(topologyOf(points, triangles_))),
+      isInner_(triangles_.size()),
+      rest_(std::move(rest)),
+      dx_(dx)
+{
+    // Sheets deeper than this are no surface of the material: parts of a mesh that reach into each other.
+    constexpr double kDeep = 1;  // voxels
+    parallelChunks(triangles_.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t t = begin; t < end; ++t) {
+            const auto& corner = topology_->triangles[t];
+            Vec3 middle = Vec3::Zero();
+            for (std::uint32_t p : corner) middle += topology_->points[p] / (3 * dx_);
+            const Coord nearest{int(std::lround(middle.x())), int(std::lround(middle.y())),
+                                int(std::lround(middle.z()))};
+            isInner_[t] = rest_(nearest) < -kDeep * dx_;
+        }
+    });
+}
+
+SkinCutter::SkinCutter(SkinCutter&&) noexcept = default;
+SkinCutter::~SkinCutter() = default;
+
+SkinCut SkinCutter::cut(const tetmesh::NodeField<float>& now) const
+{
+    SkinCut cut;
+    cut.fate.assign(triangles_.size(), SkinCut::Fate::kept);
+    const tetmesh::NodeField<float> c = crackField(rest_, now, dx_);
+    const CrackLattice lattice(c, now, dx_);
+    cut.mixedVoxels = std::int64_t(lattice.mixedVoxels().size());
+    if (lattice.mixedVoxels().empty()) return cut;
+    const Crossings crossings = findCrossings(*topology_, lattice);
+    const std::vector<std::uint8_t> open = openPoints(*topology_, lattice);
+    const std::uint32_t given = std::uint32_t(topology_->pointOf.size());
+    for (const Crossing& p : crossings.points) cut.points.push_back({p.X, p.anchor, true, Vec3::Zero()});
+    cut.defects = crossings.defects;
+    TriangleDivider divider(*topology_, crossings, open);
+    std::vector<std::array<std::uint32_t, 3>> kept;
+    for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
+        if (open[topology_->triangles[t][0]]) cut.fate[t] = SkinCut::Fate::gone;
+    }
+    for (std::uint32_t t : crossings.looked) {
+        const std::span<const RimSegment> segments = segmentsOf(crossings, t);
+        if (segments.empty()) continue;
+        cut.fate[t] = SkinCut::Fate::cut;
+        kept.clear();
+        cut.defects += !divider.divide(t, segments, kept);
+        for (const auto& part : kept) {
+            SkinCut::Part p{t, {}};
+            for (std::size_t k = 0; k < 3; ++k)
+                p.corner[k] = part[k] < 3 ? triangles_[t][part[k]] : given + part[k] - 3;
+            cut.parts.push_back(p);
+        }
+    }
+    addTornFaces({lattice, rest_, crossings, isInner_, given}, cut);
+    return cut;
+}
+
+std::vector<Coord> SkinCutter::anchors(const tetmesh::NodeField<float>& now) const
+{
+    const tetmesh::NodeField<float> c = crackField(rest_, now, dx_);
+    const CrackLattice lattice(c, now, dx_);
+    std::vector<Coord> all(topology_->points.size());
+    parallelChunks(all.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) all[i] = anchorOf(lattice, topology_->points[i]);
+    });
+    std::vector<Coord> given(topology_->pointOf.size());
+    for (std::size_t i = 0; i < given.size(); ++i) given[i] = all[topology_->pointOf[i]];
+    return given;
+}
+
+}  // namespace vdbfrac::skin
