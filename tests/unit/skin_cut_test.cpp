@@ -110,7 +110,7 @@ SkinCut cutBy(const Solid& solid, const Plane& plane, double dx)
             return phi < 0 ? std::max(phi, plane.c(X, dx)) : phi;
         },
         solid.reach, dx);
-    return SkinCutter(solid.points, solid.triangles, rest, dx).cut(now);
+    return SkinCutter(solid.points, solid.triangles, rest, dx).cut(rest, now);
 }
 
 /// All faces of what is left, with the points they use.
@@ -231,7 +231,7 @@ TEST(SkinCut, LeavesWhatDidNotTear)
 {
     const Solid solid = box(1, 10);
     const auto rest = fieldOf(solid.phi, solid.reach, .1);
-    const SkinCut cut = SkinCutter(solid.points, solid.triangles, rest, .1).cut(rest);
+    const SkinCut cut = SkinCutter(solid.points, solid.triangles, rest, .1).cut(rest, rest);
     EXPECT_TRUE(cut.points.empty());
     EXPECT_TRUE(cut.torn.empty());
     EXPECT_EQ(std::count(cut.fate.begin(), cut.fate.end(), SkinCut::Fate::kept), std::ptrdiff_t(cut.fate.size()));

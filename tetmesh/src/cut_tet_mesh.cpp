@@ -37,7 +37,7 @@ struct CutTetMesh::Weights {
 
 CutTetMesh::CutTetMesh(const TetMesh& mesh, double spacing, double voxelSize, NodeField<float> phi,
                        const RestShape& shape)
-    : h_(spacing), dx_(voxelSize), phi_(std::move(phi)), weights_(std::make_unique<Weights>())
+    : h_(spacing), dx_(voxelSize), phi_(std::move(phi)), rest_(phi_), weights_(std::make_unique<Weights>())
 {
     sortIntoBlocks(mesh);
     findStars();

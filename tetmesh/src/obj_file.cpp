@@ -29,48 +29,94 @@ std::string objectName(std::uint32_t fragment)
 /// Writes one fragment after the other, with the numbers of the points that are already there.
 class ObjWriter {
 public:
-    explicit ObjWriter(const Surface& surface) : surface_(surface), number_(surface.points.size(), kUnused) {}
-
-    void addFragment(std::span<const std::uint32_t> triangles)
+    ObjWriter(const DrawnTopology& drawn, std::span<const Vec3> points, std::span<const Vec3> normals)
+        : drawn_(drawn),
+          points_(points),
+          normals_(normals),
+          number_(points.size(), kUnused),
+          uvNumber_(drawn.mesh.uvs.size(), kUnused),
+          normalNumber_(normals.size(), kUnused)
     {
-        const std::string name = objectName(surface_.fragment[triangles[0]]);
+    }
+
+    void addFragment(std::span<const std::uint32_t> faces)
+    {
+        const std::string name = objectName(drawn_.fragment[faces[0]]);
         text_ << "o " << name << "\n";
-        addPoints(triangles);
-        addFaces(triangles, 0, name + "_outside\nusemtl outside\n");
-        addFaces(triangles, 1, name + "_inside\nusemtl inside\n");
+        addNumbered("v", points_, number_, written_, faces, &Corner::point);
+        addNumbered("vt", drawn_.mesh.uvs, uvNumber_, uvsWritten_, faces, &Corner::uv);
+        addNumbered("vn", normals_, normalNumber_, normalsWritten_, faces, &Corner::normal);
+        addOutside(faces, name);
+        addInside(faces, name);
     }
     TextWriter& text() { return text_; }
 
 private:
-    void addPoints(std::span<const std::uint32_t> triangles)
+    using Corner = RenderMesh::Corner;
+
+    void addNumbered(std::string_view key, std::span<const Vec3> values, std::vector<std::uint32_t>& number,
+                     std::uint32_t& written, std::span<const std::uint32_t> faces, std::uint32_t Corner::*member)
     {
         used_.clear();
-        for (std::uint32_t t : triangles)
-            used_.insert(used_.end(), surface_.triangles[t].begin(), surface_.triangles[t].end());
+        for (std::uint32_t f : faces)
+            for (const Corner& c : drawn_.mesh.face(f))
+                if (c.*member != RenderMesh::kNone) used_.push_back(c.*member);
         std::sort(used_.begin(), used_.end());
         used_.erase(std::unique(used_.begin(), used_.end()), used_.end());
-        for (std::uint32_t p : used_) {
-            number_[p] = ++written_;
-            const Vec3& x = surface_.points[p];
-            text_.line("v", x.x(), x.y(), x.z());
+        for (std::uint32_t i : used_) {
+            number[i] = ++written;
+            const Vec3& x = values[i];
+            if (key == "vt" && x.z() == 0)
+                text_.line(key, x.x(), x.y());
+            else
+                text_.line(key, x.x(), x.y(), x.z());
         }
     }
-    void addFaces(std::span<const std::uint32_t> triangles, int torn, const std::string& head)
+    void addOutside(std::span<const std::uint32_t> faces, const std::string& name)
+    {
+        const RenderMesh& mesh = drawn_.mesh;
+        std::uint32_t group = kUnused - 1, material = kUnused - 1;  // of no face
+        for (std::uint32_t f : faces) {
+            if (drawn_.torn[f]) continue;
+            if (mesh.group[f] != group) {
+                group = mesh.group[f];
+                text_ << "g " << (group == RenderMesh::kNone ? name + "_outside" : mesh.groups[group]) << "\n";
+            }
+            if (mesh.material[f] != material) {
+                material = mesh.material[f];
+                text_ << "usemtl " << (material == RenderMesh::kNone ? "outside" : mesh.materials[material]) << "\n";
+            }
+            addFace(f);
+        }
+    }
+    void addInside(std::span<const std::uint32_t> faces, const std::string& name)
     {
         bool begun = false;
-        for (std::uint32_t t : triangles) {
-            if ((surface_.torn[t] != 0) != (torn != 0)) continue;
-            if (!begun) text_ << "g " << head;
+        for (std::uint32_t f : faces) {
+            if (!drawn_.torn[f]) continue;
+            if (!begun) text_ << "g " << name << "_inside\nusemtl inside\n";
             begun = true;
-            const auto& corner = surface_.triangles[t];
-            text_.line("f", number_[corner[0]], number_[corner[1]], number_[corner[2]]);
+            addFace(f);
         }
     }
+    void addFace(std::uint32_t f)
+    {
+        text_ << "f";
+        for (const Corner& c : drawn_.mesh.face(f)) {
+            text_ << " " << number_[c.point];
+            if (c.uv == RenderMesh::kNone && c.normal == RenderMesh::kNone) continue;
+            text_ << "/";
+            if (c.uv != RenderMesh::kNone) text_ << uvNumber_[c.uv];
+            if (c.normal != RenderMesh::kNone) text_ << "/" << normalNumber_[c.normal];
+        }
+        text_ << "\n";
+    }
 
-    const Surface& surface_;
-    std::vector<std::uint32_t> number_;  // in the file, of the fragment being written
+    const DrawnTopology& drawn_;
+    std::span<const Vec3> points_, normals_;
+    std::vector<std::uint32_t> number_, uvNumber_, normalNumber_;  // in the file, of the fragment being written
     std::vector<std::uint32_t> used_;
-    std::uint32_t written_ = 0;
+    std::uint32_t written_ = 0, uvsWritten_ = 0, normalsWritten_ = 0;
     TextWriter text_{kDigits};
 };
 
@@ -82,34 +128,46 @@ std::uint32_t fragmentOf(TextReader& in)
     in.fail("object '" + TextReader::shown(name) + "'", "fragment_ and a number");
 }
 
-std::array<std::uint32_t, 3> triangle(TextReader& in, std::size_t points)
+/// Adds a face as the triangles of its fan; of its corners only the points count.
+void addFan(TextReader& in, Surface& surface, std::uint32_t fragment, std::uint8_t torn)
 {
-    std::array<std::uint32_t, 3> corners{};
-    for (std::uint32_t& c : corners) {
-        const std::size_t number = in.index(points + 1, "face corner");
-        if (number == 0) in.fail("face corner 0", "1 to " + std::to_string(points));
-        c = std::uint32_t(number - 1);
+    std::vector<std::uint32_t> corners;
+    for (std::string_view w = in.word(); !w.empty(); w = in.word()) {
+        const auto number = TextReader::parse<std::uint32_t>(w.substr(0, w.find('/')));
+        if (!number || *number == 0 || *number > surface.points.size())
+            in.fail("face corner '" + TextReader::shown(w) + "'", "1 to " + std::to_string(surface.points.size()));
+        corners.push_back(*number - 1);
     }
-    if (!in.word().empty()) in.fail("a face with more than three corners", "triangles");
-    return corners;
+    if (corners.size() < 3) in.fail("a face of " + std::to_string(corners.size()) + " corners", "3 or more");
+    for (std::size_t k = 2; k < corners.size(); ++k) {
+        surface.triangles.push_back({corners[0], corners[k - 1], corners[k]});
+        surface.fragment.push_back(fragment);
+        surface.torn.push_back(torn);
+    }
 }
 
 }  // namespace
 
-void writeObj(const std::filesystem::path& file, const Surface& surface, const std::string& mtlName)
+void writeObjFrame(const std::filesystem::path& file, const DrawnTopology& drawn, std::span<const Vec3> points,
+                   std::span<const Vec3> normals, const std::string& mtlName)
 {
-    assert(surface.fragment.size() == surface.triangles.size() && surface.torn.size() == surface.triangles.size());
-    std::vector<std::uint32_t> order(surface.triangles.size());
+    assert(drawn.fragment.size() == drawn.mesh.faces() && drawn.torn.size() == drawn.mesh.faces());
+    std::vector<std::uint32_t> order(drawn.mesh.faces());
     std::iota(order.begin(), order.end(), 0u);
-    const auto fragment = [&](std::uint32_t t) { return surface.fragment[t]; };
+    const auto fragment = [&](std::uint32_t f) { return drawn.fragment[f]; };
     std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return fragment(a) < fragment(b); });
-    ObjWriter writer(surface);
+    ObjWriter writer(drawn, points, normals);
     if (!mtlName.empty()) writer.text() << "mtllib " << mtlName << "\n";
     for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
         while (end < order.size() && fragment(order[end]) == fragment(order[begin])) ++end;
         writer.addFragment(std::span(order).subspan(begin, end - begin));
     }
     writeText(file, writer.text().text());
+}
+
+void writeObj(const std::filesystem::path& file, const Surface& surface, const std::string& mtlName)
+{
+    writeObjFrame(file, drawnTopology(surface), surface.points, {}, mtlName);
 }
 
 void writeMtl(const std::filesystem::path& file)
@@ -130,9 +188,7 @@ Surface readObjFrame(const std::filesystem::path& file)
         if (key == "v") {
             surface.points.push_back(in.point());
         } else if (key == "f") {
-            surface.triangles.push_back(triangle(in, surface.points.size()));
-            surface.fragment.push_back(fragment);
-            surface.torn.push_back(torn);
+            addFan(in, surface, fragment, torn);
         } else if (key == "o") {
             fragment = fragmentOf(in);
             torn = 0;

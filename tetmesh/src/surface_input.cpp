@@ -6,6 +6,7 @@
 #include "text_reader.h"
 
 #include <vdbfrac/base/atomic_file.h>
+#include <vdbfrac/tetmesh/render_mesh.h>
 
 #include <algorithm>
 #include <bit>
@@ -16,19 +17,6 @@
 namespace vdbfrac::tetmesh {
 
 namespace {
-
-/// One corner of an OBJ face: "7", "-1", "7/1", "7//3", "7/1/3". Only the first number counts.
-std::size_t objIndex(const TextReader& in, std::string_view word, std::size_t points)
-{
-    const std::string_view digits = word.substr(0, word.find('/'));
-    const auto value = TextReader::parse<std::int64_t>(digits.starts_with('+') ? digits.substr(1) : digits);
-    const std::int64_t count = std::int64_t(points);
-    if (!value || *value == 0 || *value > count || *value < -count)
-        in.fail("face corner '" + TextReader::shown(word) + "'", "1 to " + std::to_string(count) + ", or -1 to -" +
-                                                                     std::to_string(count) +
-                                                                     ": the points defined above this line");
-    return std::size_t(*value > 0 ? *value - 1 : count + *value);
-}
 
 constexpr std::size_t kStlHeader = 84;    // 80 bytes of anything, then the count
 constexpr std::size_t kStlTriangle = 50;  // normal, three corners, two bytes of attributes
@@ -132,32 +120,7 @@ std::string extensionOf(const std::filesystem::path& file)
     return e;
 }
 
-PolygonSoup readObj(std::string_view text, const std::string& file)
-{
-    PolygonSoup soup;
-    for (TextReader in(text, file); in.nextLine();) {
-        const std::string_view key = in.word();
-        if (key == "v") {
-            soup.points.push_back(in.point());  // a weight or a colour may follow
-        } else if (key == "f") {
-            std::vector<std::size_t> polygon;
-            for (std::string_view w = in.word(); !w.empty() && w.front() != '#'; w = in.word()) {
-                if (w == "\\")
-                    in.nextLine();
-                else
-                    polygon.push_back(objIndex(in, w, soup.points.size()));
-            }
-            addPolygon(soup, std::move(polygon));
-        } else if (key.find('\0') != std::string_view::npos) {
-            in.fail("zero bytes in the text", "a text file");
-        } else {
-            // What continues a line that is not read is not read either.
-            while (in.restOfLine().ends_with('\\') || in.restOfLine().ends_with("\\\r"))
-                if (!in.nextLine()) break;
-        }
-    }
-    return soup;
-}
+PolygonSoup readObj(std::string_view text, const std::string& file) { return soupOf(readObjMesh(text, file)); }
 
 PolygonSoup readStl(std::string_view bytes, const std::string& file)
 {
@@ -207,6 +170,16 @@ PolygonSoup readSurface(const std::filesystem::path& file, std::uint64_t memoryL
     requireKnown(extension, file.string());
     requireMemory(file, memoryLimit);
     return parseSurface(readText(file), extension, file.string());
+}
+
+RenderMesh readRenderMesh(const std::filesystem::path& file, std::uint64_t memoryLimit)
+{
+    if (extensionOf(file) != ".obj") return renderMesh(readSurface(file, memoryLimit));
+    requireMemory(file, memoryLimit);
+    RenderMesh mesh = readObjMesh(readText(file), file.string());
+    if (mesh.points.empty() || mesh.faces() == 0)
+        throw InputError({file.string(), "holds no faces", "a surface of polygons", ""});
+    return mesh;
 }
 
 PolygonSoup parseSurface(std::string_view bytes, const std::string& extension, const std::string& name)

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <vdbfrac/base/error.h>
+#include <vdbfrac/tetmesh/render_mesh.h>
 #include <vdbfrac/tetmesh/surface.h>
 
 #include <algorithm>
@@ -135,6 +136,7 @@ PolygonSoup parseSurface(std::string_view bytes, const std::string& extension, c
 
 /// The readers of it, for each format.
 PolygonSoup readObj(std::string_view text, const std::string& file);
+RenderMesh readObjMesh(std::string_view text, const std::string& file);
 PolygonSoup readPly(std::string_view bytes, const std::string& file);
 PolygonSoup readStl(std::string_view bytes, const std::string& file);
 PolygonSoup readOff(std::string_view text, const std::string& file);

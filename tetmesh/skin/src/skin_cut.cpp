@@ -113,11 +113,10 @@ std::span<const RimSegment> segmentsOf(const Crossings& crossings, std::uint32_t
 }  // namespace
 
 SkinCutter::SkinCutter(std::span<const Vec3> points, std::vector<std::array<std::uint32_t, 3>> triangles,
-                       tetmesh::NodeField<float> rest, double dx)
+                       const tetmesh::NodeField<float>& rest, double dx)
     : triangles_(std::move(triangles)),
       topology_(std::make_unique<const SkinTopology>(topologyOf(points, triangles_))),
       isInner_(triangles_.size()),
-      rest_(std::move(rest)),
       dx_(dx)
 {
     // Sheets deeper than this are no surface of the material: parts of a mesh that reach into each other.
@@ -129,7 +128,7 @@ SkinCutter::SkinCutter(std::span<const Vec3> points, std::vector<std::array<std:
             for (std::uint32_t p : corner) middle += topology_->points[p] / (3 * dx_);
             const Coord nearest{int(std::lround(middle.x())), int(std::lround(middle.y())),
                                 int(std::lround(middle.z()))};
-            isInner_[t] = rest_(nearest) < -kDeep * dx_;
+            isInner_[t] = rest(nearest) < -kDeep * dx_;
         }
     });
 }
@@ -137,24 +136,24 @@ SkinCutter::SkinCutter(std::span<const Vec3> points, std::vector<std::array<std:
 SkinCutter::SkinCutter(SkinCutter&&) noexcept = default;
 SkinCutter::~SkinCutter() = default;
 
-SkinCut SkinCutter::cut(const tetmesh::NodeField<float>& now) const
+/// Nodes that points of the skin belong to, each on the side of the cracks where its point is.
+std::vector<Coord> SkinCutter::anchors(const CrackLattice& lattice) const
 {
-    SkinCut cut;
-    cut.fate.assign(triangles_.size(), SkinCut::Fate::kept);
-    const tetmesh::NodeField<float> c = crackField(rest_, now, dx_);
-    const CrackLattice lattice(c, now, dx_);
-    cut.mixedVoxels = std::int64_t(lattice.mixedVoxels().size());
-    if (lattice.mixedVoxels().empty()) return cut;
-    const Crossings crossings = findCrossings(*topology_, lattice);
-    const std::vector<std::uint8_t> open = openPoints(*topology_, lattice);
+    std::vector<Coord> all(topology_->points.size());
+    parallelChunks(all.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) all[i] = anchorOf(lattice, topology_->points[i]);
+    });
+    std::vector<Coord> given(topology_->pointOf.size());
+    for (std::size_t i = 0; i < given.size(); ++i) given[i] = all[topology_->pointOf[i]];
+    return given;
+}
+
+/// Divides the triangles that the cracks cross.
+void SkinCutter::divide(const Crossings& crossings, std::span<const std::uint8_t> isOpen, SkinCut& cut) const
+{
     const std::uint32_t given = std::uint32_t(topology_->pointOf.size());
-    for (const Crossing& p : crossings.points) cut.points.push_back({p.X, p.anchor, true, Vec3::Zero()});
-    cut.defects = crossings.defects;
-    TriangleDivider divider(*topology_, crossings, open);
+    TriangleDivider divider(*topology_, crossings, isOpen);
     std::vector<std::array<std::uint32_t, 3>> kept;
-    for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
-        if (open[topology_->triangles[t][0]]) cut.fate[t] = SkinCut::Fate::gone;
-    }
     for (std::uint32_t t : crossings.looked) {
         const std::span<const RimSegment> segments = segmentsOf(crossings, t);
         if (segments.empty()) continue;
@@ -168,21 +167,26 @@ SkinCut SkinCutter::cut(const tetmesh::NodeField<float>& now) const
             cut.parts.push_back(p);
         }
     }
-    addTornFaces({lattice, rest_, crossings, isInner_, given}, cut);
-    return cut;
 }
 
-std::vector<Coord> SkinCutter::anchors(const tetmesh::NodeField<float>& now) const
+SkinCut SkinCutter::cut(const tetmesh::NodeField<float>& rest, const tetmesh::NodeField<float>& now) const
 {
-    const tetmesh::NodeField<float> c = crackField(rest_, now, dx_);
-    const CrackLattice lattice(c, now, dx_);
-    std::vector<Coord> all(topology_->points.size());
-    parallelChunks(all.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) all[i] = anchorOf(lattice, topology_->points[i]);
-    });
-    std::vector<Coord> given(topology_->pointOf.size());
-    for (std::size_t i = 0; i < given.size(); ++i) given[i] = all[topology_->pointOf[i]];
-    return given;
+    SkinCut cut;
+    cut.fate.assign(triangles_.size(), SkinCut::Fate::kept);
+    cut.cracks = crackField(rest, now, dx_);
+    const CrackLattice lattice(cut.cracks, now, dx_);
+    cut.anchor = anchors(lattice);
+    cut.mixedVoxels = std::int64_t(lattice.mixedVoxels().size());
+    if (lattice.mixedVoxels().empty()) return cut;
+    const Crossings crossings = findCrossings(*topology_, lattice);
+    const std::vector<std::uint8_t> open = openPoints(*topology_, lattice);
+    for (const Crossing& p : crossings.points) cut.points.push_back({p.X, p.anchor, true, Vec3::Zero()});
+    cut.defects = crossings.defects;
+    for (std::uint32_t t = 0; t < triangles_.size(); ++t)
+        if (open[topology_->triangles[t][0]]) cut.fate[t] = SkinCut::Fate::gone;
+    divide(crossings, open, cut);
+    addTornFaces({lattice, rest, crossings, isInner_, std::uint32_t(topology_->pointOf.size())}, cut);
+    return cut;
 }
 
 }  // namespace vdbfrac::skin

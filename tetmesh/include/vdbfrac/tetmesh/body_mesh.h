@@ -87,7 +87,8 @@ public:
     /// mesh made from the new phi, to the bit.
     virtual CutUpdate update(std::span<const VoxelPhi> newPhi) = 0;
 
-    virtual const NodeField<float>& phi() const = 0;  ///< on voxels [m]
+    virtual const NodeField<float>& phi() const = 0;      ///< on voxels [m]
+    virtual const NodeField<float>& restPhi() const = 0;  ///< as it was when the mesh was made
     virtual const std::vector<CellElement>& elements() const = 0;
     virtual std::span<const TetGradients> gradients() const
     {

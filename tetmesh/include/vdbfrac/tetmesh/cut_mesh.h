@@ -65,6 +65,7 @@ public:
 
     const Lattice& lattice() const { return lattice_; }
     const NodeField<float>& phi() const override { return phi_; }
+    const NodeField<float>& restPhi() const override { return rest_; }
     /// phi as the cut sees it: snapped to 0 within kSnap dx; of whole tets, -dx or just above 0.
     double seenPhi(Coord voxel) const;
     /// Was the voxel node material when the mesh was made?

@@ -36,6 +36,7 @@ public:
 
     CutUpdate update(std::span<const VoxelPhi> newPhi) override;
     const NodeField<float>& phi() const override { return phi_; }
+    const NodeField<float>& restPhi() const override { return rest_; }
     const std::vector<CellElement>& elements() const override { return elements_; }
     std::span<const TetGradients> gradients() const override { return gradients_; }
     std::size_t nodeCount() const override { return pointOfNode_.size(); }
@@ -82,7 +83,7 @@ private:
                                              const std::vector<std::uint32_t>& oldFirst) const;
 
     double h_ = 1, dx_ = 1;
-    NodeField<float> phi_;
+    NodeField<float> phi_, rest_;
     std::vector<Vec3> points_;
     std::vector<std::array<std::uint32_t, 4>> tets_;
     std::vector<std::uint32_t> patchOfTet_;

@@ -1,9 +1,11 @@
 // Frames of a run as .obj files: an object for each fragment, its torn faces apart from its old skin.
 #pragma once
 
+#include <vdbfrac/tetmesh/render_mesh.h>
 #include <vdbfrac/tetmesh/surface.h>
 
 #include <filesystem>
+#include <span>
 #include <string>
 
 namespace vdbfrac::tetmesh {
@@ -14,10 +16,15 @@ namespace vdbfrac::tetmesh {
 /// `mtlName` is the material library as the file shall name it; empty leaves it out. Throws FileError.
 void writeObj(const std::filesystem::path& file, const Surface& surface, const std::string& mtlName);
 
+/// Writes a frame atomically: fragments as writeObj has them, with texture coordinates and normals, and with the groups
+/// and materials of the mesh where it has them. `points`, `normals`: as deformed. Throws FileError.
+void writeObjFrame(const std::filesystem::path& file, const DrawnTopology& drawn, std::span<const Vec3> points,
+                   std::span<const Vec3> normals, const std::string& mtlName);
+
 /// Writes the material library of the frames: "outside" neutral, "inside" red. Throws FileError.
 void writeMtl(const std::filesystem::path& file);
 
-/// Reads what writeObj wrote: triangles with fragment ids and torn flags. Throws InputError with file:line, FileError.
+/// Reads what these wrote: triangles with fragment ids and torn flags. Throws InputError with file:line, FileError.
 Surface readObjFrame(const std::filesystem::path& file);
 
 }  // namespace vdbfrac::tetmesh

@@ -30,6 +30,8 @@ struct SkinCut {
         std::uint32_t triangle = 0;
         std::array<std::uint32_t, 3> corner{};
     };
+    tetmesh::NodeField<float> cracks;  ///< c [m] (crack_field.h)
+    std::vector<Coord> anchor;         ///< as Point::anchor, of each point that was given and is in no crack
     std::vector<Point> points;
     std::vector<Fate> fate;                              ///< of each triangle
     std::vector<Part> parts;                             ///< by triangle
@@ -39,6 +41,8 @@ struct SkinCut {
 };
 
 struct SkinTopology;
+struct Crossings;
+class CrackLattice;
 
 /// Cuts one surface again and again, as cracks grow.
 class SkinCutter {
@@ -46,20 +50,20 @@ public:
     /// Triangles of `points` [m] with the material on their inner side; points with equal coordinates are one. `rest`:
     /// phi [m] of the body; dx: voxel size [m].
     SkinCutter(std::span<const Vec3> points, std::vector<std::array<std::uint32_t, 3>> triangles,
-               tetmesh::NodeField<float> rest, double dx);
+               const tetmesh::NodeField<float>& rest, double dx);
     SkinCutter(SkinCutter&&) noexcept;
     ~SkinCutter();
 
-    /// `now`: phi [m] at present, on the same box as at rest and nowhere below it.
-    SkinCut cut(const tetmesh::NodeField<float>& now) const;
-    /// Voxel nodes that points of the outer surface belong to, each on the side of the cracks where its point is.
-    std::vector<Coord> anchors(const tetmesh::NodeField<float>& now) const;
+    /// `rest`: as before. `now`: phi [m] at present, on the same box and nowhere below it.
+    SkinCut cut(const tetmesh::NodeField<float>& rest, const tetmesh::NodeField<float>& now) const;
 
 private:
+    std::vector<Coord> anchors(const CrackLattice& lattice) const;
+    void divide(const Crossings& crossings, std::span<const std::uint8_t> isOpen, SkinCut& cut) const;
+
     std::vector<std::array<std::uint32_t, 3>> triangles_;
     std::unique_ptr<const SkinTopology> topology_;
     std::vector<std::uint8_t> isInner_;  // of each triangle: it lies in the material, not on its surface
-    tetmesh::NodeField<float> rest_;
     double dx_;
 };
 

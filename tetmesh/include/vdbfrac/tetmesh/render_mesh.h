@@ -1,0 +1,69 @@
+// A surface with all that a renderer needs of it.
+#pragma once
+
+#include <vdbfrac/base/vec.h>
+#include <vdbfrac/tetmesh/surface.h>
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace vdbfrac::tetmesh {
+
+/// Polygons with texture coordinates, normals, groups and materials, as .obj files have them.
+struct RenderMesh {
+    static constexpr std::uint32_t kNone = 0xffffffff;
+    struct Corner {
+        std::uint32_t point = 0, uv = kNone, normal = kNone;
+    };
+    std::vector<Vec3> points;  ///< m
+    std::vector<Vec3> uvs;     ///< two coordinates, or three
+    std::vector<Vec3> normals;
+    std::vector<Corner> corners;
+    std::vector<std::uint32_t> faceEnd;          ///< of each face: the end of its corners
+    std::vector<std::uint32_t> group, material;  ///< of each face: which name, or kNone
+    std::vector<std::string> groups, materials, libraries;
+
+    std::size_t faces() const { return faceEnd.size(); }
+    std::span<const Corner> face(std::size_t f) const
+    {
+        const std::uint32_t begin = f == 0 ? 0 : faceEnd[f - 1];
+        return std::span(corners).subspan(begin, faceEnd[f] - begin);
+    }
+    void addFace(std::span<const Corner> corners, std::uint32_t group, std::uint32_t material);
+};
+
+/// The triangles of the fans of all faces, and the face of each.
+struct Fans {
+    std::vector<std::array<std::uint32_t, 3>> corners;  ///< places in RenderMesh::corners
+    std::vector<std::uint32_t> face;
+};
+Fans fansOf(const RenderMesh& mesh);
+
+RenderMesh renderMesh(const PolygonSoup& soup);
+PolygonSoup soupOf(const RenderMesh& mesh);
+
+/// Normals of corners: of the faces round a point, weighted by their area, as far as they do not turn by more than
+/// `crease` [degrees] against the face of the corner. Replaces those that there are.
+void setNormals(RenderMesh& mesh, double crease);
+
+/// Reads a surface as readSurface does; of an .obj also texture coordinates, normals, groups, materials and the names
+/// of material libraries. Indices of texture coordinates and normals that are not there count as none. Throws as
+/// readSurface does.
+RenderMesh readRenderMesh(const std::filesystem::path& file, std::uint64_t memoryLimit = ~std::uint64_t{0});
+
+/// What is drawn of one frame: faces of fragments, some of them torn.
+struct DrawnTopology {
+    RenderMesh mesh;                      ///< at rest
+    std::vector<std::uint32_t> fragment;  ///< of each face: the fragment's lasting id
+    std::vector<std::uint8_t> torn;       ///< of each face: 1 on a face made by fracture
+};
+
+DrawnTopology drawnTopology(const Surface& surface);
+/// The triangles of a frame.
+Surface triangleSurface(const DrawnTopology& topology, std::span<const Vec3> points);
+
+}  // namespace vdbfrac::tetmesh

@@ -1,0 +1,58 @@
+// What is drawn of a body: its outer surface, kept as it was given and torn cleanly, riding in the material.
+#pragma once
+
+#include <vdbfrac/skin/skin_cut.h>
+#include <vdbfrac/tetmesh/body_mesh.h>
+#include <vdbfrac/tetmesh/render_mesh.h>
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace vdbfrac::skin {
+
+/// Work of the last follow().
+struct SkinWork {
+    std::int64_t mixedVoxels = 0;  ///< that surfaces of cracks go through
+    std::int64_t cutFaces = 0;     ///< parts of the outer surface that were made
+    std::int64_t tornFaces = 0;
+    std::int64_t defects = 0;  ///< places where rounding left a gap in the surface
+    std::int64_t far = 0;      ///< points more than a cell away from the material that carries them
+};
+
+/// Depends on the mesh and on the body as it is alone, so a run that is resumed draws the same.
+class Skin {
+public:
+    /// `mesh` [m, at rest]: the outer surface of the body.
+    Skin(tetmesh::RenderMesh mesh, const tetmesh::BodyMesh& body);
+
+    /// Cuts the surface by the cracks that the body has now, and takes points along with its nodes as they are numbered
+    /// now.
+    void follow(const tetmesh::BodyMesh& body, std::span<const std::uint32_t> fragmentOfNode);
+
+    /// Does not change once it is handed out.
+    std::shared_ptr<const tetmesh::DrawnTopology> topology() const { return drawn_; }
+    const SkinWork& work() const { return work_; }
+
+    /// Positions [m] or velocities [m/s] of all points, from those of the body's nodes.
+    std::vector<Vec3> carried(std::span<const Vec3> ofNodes) const;
+    /// Normals of topology().mesh: those that were given turn with the material, those of torn faces are made of the
+    /// `points` [m] that carried() gave.
+    std::vector<Vec3> normals(std::span<const Vec3> x, std::span<const Vec3> points) const;
+
+private:
+    void embed(const tetmesh::BodyMesh& body, const SkinCut& cut, const tetmesh::RenderMesh& drawn);
+
+    tetmesh::RenderMesh mesh_;
+    tetmesh::Fans fans_;
+    SkinCutter cutter_;
+    std::shared_ptr<const tetmesh::DrawnTopology> drawn_;
+    std::vector<tetmesh::EmbeddedPoint> points_;
+    std::vector<std::uint32_t> normalPoint_;  // of each normal: the point that it is at
+    std::size_t givenNormals_ = 0;            // the others are those of torn faces
+    std::vector<Vec3> restNormal_;            // given, times the edges of the tet of its point at rest
+    SkinWork work_;
+};
+
+}  // namespace vdbfrac::skin

@@ -1,0 +1,94 @@
+#include "riders.h"
+
+#include <vdbfrac/base/error.h>
+#include <vdbfrac/base/parallel.h>
+
+#include <algorithm>
+#include <numeric>
+#include <set>
+#include <utility>
+
+namespace vdbfrac::skin {
+
+namespace {
+
+using Tets = std::vector<std::pair<std::uint32_t, std::uint32_t>>;  // element, tet
+
+Tets tetsAt(const tetmesh::BodyMesh& body, Coord voxel)
+{
+    Tets tets;
+    if (!(body.phi()(voxel) < 0)) return tets;
+    body.visitTets(voxel, [&](std::uint32_t e, int t, double) { tets.emplace_back(e, std::uint32_t(t)); });
+    std::sort(tets.begin(), tets.end());
+    tets.erase(std::unique(tets.begin(), tets.end()), tets.end());
+    return tets;
+}
+
+/// The tets at a node, or at the first with any that edges lead to without entering a crack.
+Tets tetsFrom(const tetmesh::BodyMesh& body, const tetmesh::NodeField<float>& c, Coord start)
+{
+    constexpr std::size_t kWidest = 4000;  // nodes looked at
+    std::vector<Coord> reached{start};
+    std::set<Coord> seen{start};
+    for (std::size_t i = 0; i < reached.size() && i < kWidest; ++i) {
+        if (Tets tets = tetsAt(body, reached[i]); !tets.empty()) return tets;
+        for (int mask = 1; mask < 8; ++mask)
+            for (const int sign : {1, -1}) {
+                const Coord next = reached[i] + sign * Coord{mask & 1, mask >> 1 & 1, mask >> 2};
+                if (!(c(next) > 0) && seen.insert(next).second) reached.push_back(next);
+            }
+    }
+    return {};
+}
+
+struct Found {
+    tetmesh::EmbeddedPoint point;
+    double least = -1e300;  // smallest weight: below 0 outside of the tet
+};
+
+Found nearest(const tetmesh::BodyMesh& body, const Tets& tets, const Vec3& X)
+{
+    Found best;
+    for (const auto& [e, t] : tets) {
+        const tetmesh::EmbeddedPoint point = body.embed(e, t, X);
+        const double least = *std::min_element(point.weight.begin(), point.weight.end());
+        if (least > best.least) best = {point, least};
+    }
+    return best;
+}
+
+}  // namespace
+
+std::vector<tetmesh::EmbeddedPoint> embedRiders(const tetmesh::BodyMesh& body, const tetmesh::NodeField<float>& c,
+                                                std::span<const Rider> riders, std::int64_t& far)
+{
+    constexpr double kFar = -1;  // weight of a point a tet's height away
+    std::vector<std::uint32_t> order(riders.size());
+    std::iota(order.begin(), order.end(), 0u);
+    std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+        return riders[a].anchor != riders[b].anchor ? riders[a].anchor < riders[b].anchor : a < b;
+    });
+    std::vector<std::size_t> run;  // starts of equal anchors
+    for (std::size_t i = 0; i < order.size(); ++i)
+        if (i == 0 || riders[order[i]].anchor != riders[order[i - 1]].anchor) run.push_back(i);
+    run.push_back(order.size());
+    std::vector<tetmesh::EmbeddedPoint> points(riders.size());
+    const auto sums = orderedSums<2>(run.size() - 1, 64, [&](std::size_t begin, std::size_t end) {
+        std::array<double, 2> count{};
+        for (std::size_t r = begin; r < end; ++r) {
+            const Tets tets = tetsFrom(body, c, riders[order[run[r]]].anchor);
+            for (std::size_t i = run[r]; i < run[r + 1]; ++i) {
+                const Found found = nearest(body, tets, riders[order[i]].X);
+                points[order[i]] = found.point;
+                count[0] += found.least < kFar, count[1] += tets.empty();
+            }
+        }
+        return count;
+    });
+    if (sums[1] > 0)
+        throw Error(std::to_string(int(sums[1])) + " points of the drawn surface are too far from all material");
+    far += std::int64_t(sums[0]);
+    return points;
+}
+
+}  // namespace vdbfrac::skin

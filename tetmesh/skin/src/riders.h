@@ -1,0 +1,24 @@
+// Points of the drawn surface as sums over nodes of the body. Not installed.
+#pragma once
+
+#include <vdbfrac/base/vec.h>
+#include <vdbfrac/tetmesh/body_mesh.h>
+#include <vdbfrac/tetmesh/node_field.h>
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace vdbfrac::skin {
+
+struct Rider {
+    Vec3 X;        ///< m
+    Coord anchor;  ///< voxel node on the side of the cracks that the point belongs to
+};
+
+/// Each rider in a tet that has material at its anchor, or at the nearest node that no crack parts from it: the one it
+/// lies in, or nearest to. `c` [m]: of the cracks. Counts in `far` those more than a tet's size away from theirs.
+std::vector<tetmesh::EmbeddedPoint> embedRiders(const tetmesh::BodyMesh& body, const tetmesh::NodeField<float>& c,
+                                                std::span<const Rider> riders, std::int64_t& far);
+
+}  // namespace vdbfrac::skin

@@ -1,0 +1,251 @@
+#include <vdbfrac/skin/skin.h>
+
+#include "riders.h"
+
+#include <vdbfrac/base/parallel.h>
+
+#include <Eigen/Dense>
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+namespace vdbfrac::skin {
+
+namespace {
+
+using tetmesh::RenderMesh;
+constexpr std::uint32_t kNone = RenderMesh::kNone;
+
+std::vector<std::array<std::uint32_t, 3>> trianglesOf(const RenderMesh& mesh, const tetmesh::Fans& fans)
+{
+    std::vector<std::array<std::uint32_t, 3>> triangles;
+    triangles.reserve(fans.corners.size());
+    for (const auto& c : fans.corners)
+        triangles.push_back({mesh.corners[c[0]].point, mesh.corners[c[1]].point, mesh.corners[c[2]].point});
+    return triangles;
+}
+
+/// Shares of a triangle's corners in a point of it.
+Vec3 sharesOf(const std::array<Vec3, 3>& corner, const Vec3& X)
+{
+    const Vec3 u = corner[1] - corner[0], v = corner[2] - corner[0], w = X - corner[0];
+    const double uu = u.dot(u), uv = u.dot(v), vv = v.dot(v), det = uu * vv - uv * uv;
+    if (!(det > 0)) return {1, 0, 0};
+    const double b = (vv * u.dot(w) - uv * v.dot(w)) / det, c = (uu * v.dot(w) - uv * u.dot(w)) / det;
+    return {1 - b - c, b, c};
+}
+
+/// Each normal of one point only, so that it can turn with it.
+void partNormals(RenderMesh& mesh)
+{
+    std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> number;
+    std::vector<Vec3> normals;
+    for (RenderMesh::Corner& c : mesh.corners) {
+        if (c.normal == kNone) continue;
+        const auto [it, isNew] = number.emplace(std::pair{c.normal, c.point}, std::uint32_t(normals.size()));
+        if (isNew) normals.push_back(mesh.normals[c.normal]);
+        c.normal = it->second;
+    }
+    mesh.normals = std::move(normals);
+}
+
+/// Puts the faces of a frame together.
+class Drawer {
+public:
+    Drawer(const RenderMesh& mesh, const tetmesh::Fans& fans, const SkinCut& cut)
+        : mesh_(mesh), fans_(fans), cut_(cut), now_(drawn.mesh)
+    {
+        now_ = mesh;
+        now_.corners.clear(), now_.faceEnd.clear(), now_.group.clear(), now_.material.clear();
+        for (const SkinCut::Point& p : cut.points) now_.points.push_back(p.X);
+        addKept();
+        addParts();
+        givenNormals = now_.normals.size();
+        addTorn();
+    }
+
+    tetmesh::DrawnTopology drawn;
+    std::size_t givenNormals = 0;
+
+private:
+    using Corner = RenderMesh::Corner;
+
+    void addFace(std::span<const Corner> corners, std::uint32_t like, bool torn)
+    {
+        now_.addFace(corners, like == kNone ? kNone : mesh_.group[like], like == kNone ? kNone : mesh_.material[like]);
+        drawn.torn.push_back(torn);
+    }
+    Corner given(std::size_t triangle, std::size_t k) const { return mesh_.corners[fans_.corners[triangle][k]]; }
+
+    /// Faces as they were given, and of those that a crack meets the triangles that it leaves whole.
+    void addKept()
+    {
+        const auto isKept = [&](std::size_t t) { return cut_.fate[t] == SkinCut::Fate::kept; };
+        for (std::size_t t = 0, end = 0; t < fans_.face.size(); t = end) {
+            const std::uint32_t f = fans_.face[t];
+            bool whole = true;
+            for (end = t; end < fans_.face.size() && fans_.face[end] == f; ++end) whole = whole && isKept(end);
+            if (whole) addFace(mesh_.face(f), f, false);
+            for (std::size_t i = t; i < end && !whole; ++i)
+                if (isKept(i)) addFace(std::array{given(i, 0), given(i, 1), given(i, 2)}, f, false);
+        }
+    }
+
+    void addParts()
+    {
+        std::vector<std::pair<std::uint32_t, Corner>> made;  // of the triangle at hand
+        for (std::size_t i = 0; i < cut_.parts.size(); ++i) {
+            const SkinCut::Part& part = cut_.parts[i];
+            if (i == 0 || cut_.parts[i - 1].triangle != part.triangle) made.clear();
+            std::array<Corner, 3> corners;
+            for (std::size_t k = 0; k < 3; ++k) corners[k] = cornerAt(part.triangle, part.corner[k], made);
+            addFace(corners, fans_.face[part.triangle], false);
+        }
+    }
+    Corner cornerAt(std::uint32_t triangle, std::uint32_t point, std::vector<std::pair<std::uint32_t, Corner>>& made)
+    {
+        for (std::size_t k = 0; k < 3; ++k)
+            if (const Corner c = given(triangle, k); c.point == point) return c;
+        for (const auto& [p, corner] : made)
+            if (p == point) return corner;
+        made.emplace_back(point, between(triangle, point));
+        return made.back().second;
+    }
+    /// A new point of a triangle, with what its corners say there.
+    Corner between(std::uint32_t triangle, std::uint32_t point)
+    {
+        const std::array<Corner, 3> c{given(triangle, 0), given(triangle, 1), given(triangle, 2)};
+        const Vec3 w = sharesOf({mesh_.points[c[0].point], mesh_.points[c[1].point], mesh_.points[c[2].point]},
+                                now_.points[point]);
+        const auto mean = [&](std::vector<Vec3>& values, std::uint32_t Corner::*which) {
+            if (c[0].*which == kNone || c[1].*which == kNone || c[2].*which == kNone) return kNone;
+            values.push_back(w[0] * values[c[0].*which] + w[1] * values[c[1].*which] + w[2] * values[c[2].*which]);
+            return std::uint32_t(values.size() - 1);
+        };
+        Corner made{point, mean(now_.uvs, &Corner::uv), mean(now_.normals, &Corner::normal)};
+        if (made.normal != kNone) now_.normals.back().normalize();
+        return made;
+    }
+
+    /// Torn faces have the place at rest as texture coordinates, and normals where the surface has any.
+    void addTorn()
+    {
+        std::vector<std::uint32_t> corner(now_.points.size(), kNone);
+        std::uint32_t count = 0;
+        const std::size_t firstUv = now_.uvs.size(), firstNormal = now_.normals.size();
+        for (const auto& t : cut_.torn) {
+            std::array<Corner, 3> corners;
+            for (std::size_t k = 0; k < 3; ++k) {
+                if (corner[t[k]] == kNone) {
+                    corner[t[k]] = count++;
+                    now_.uvs.push_back(now_.points[t[k]]);
+                    if (!mesh_.normals.empty()) now_.normals.push_back(Vec3::Zero());
+                }
+                corners[k] = {t[k], std::uint32_t(firstUv + corner[t[k]]),
+                              mesh_.normals.empty() ? kNone : std::uint32_t(firstNormal + corner[t[k]])};
+            }
+            addFace(corners, kNone, true);
+        }
+    }
+
+    const RenderMesh& mesh_;
+    const tetmesh::Fans& fans_;
+    const SkinCut& cut_;
+    RenderMesh& now_;
+};
+
+Mat3 edgesOf(const tetmesh::EmbeddedPoint& point, std::span<const Vec3> x)
+{
+    Mat3 edges;
+    for (std::size_t a = 0; a < 3; ++a) edges.col(int(a)) = x[point.node[a + 1]] - x[point.node[0]];
+    return edges;
+}
+
+}  // namespace
+
+Skin::Skin(RenderMesh mesh, const tetmesh::BodyMesh& body)
+    : mesh_(std::move(mesh)),
+      fans_(tetmesh::fansOf(mesh_)),
+      cutter_(mesh_.points, trianglesOf(mesh_, fans_), body.restPhi(), body.voxelSize())
+{
+    partNormals(mesh_);
+}
+
+void Skin::follow(const tetmesh::BodyMesh& body, std::span<const std::uint32_t> fragmentOfNode)
+{
+    const SkinCut cut = cutter_.cut(body.restPhi(), body.phi());
+    Drawer drawer(mesh_, fans_, cut);
+    work_ = {cut.mixedVoxels, std::int64_t(cut.parts.size()), std::int64_t(cut.torn.size()), cut.defects, 0};
+    givenNormals_ = drawer.givenNormals;
+    embed(body, cut, drawer.drawn.mesh);
+    tetmesh::DrawnTopology& drawn = drawer.drawn;
+    drawn.fragment.reserve(drawn.mesh.faces());
+    for (std::size_t f = 0; f < drawn.mesh.faces(); ++f)
+        drawn.fragment.push_back(fragmentOfNode[points_[drawn.mesh.face(f)[0].point].node[0]]);
+    drawn_ = std::make_shared<const tetmesh::DrawnTopology>(std::move(drawn));
+}
+
+/// Finds what carries the points that faces use.
+void Skin::embed(const tetmesh::BodyMesh& body, const SkinCut& cut, const RenderMesh& drawn)
+{
+    std::vector<std::uint8_t> isUsed(drawn.points.size(), 0);
+    normalPoint_.assign(drawn.normals.size(), 0);
+    for (const RenderMesh::Corner& c : drawn.corners) {
+        isUsed[c.point] = 1;
+        if (c.normal != kNone) normalPoint_[c.normal] = c.point;
+    }
+    std::vector<Rider> riders;
+    std::vector<std::uint32_t> point;
+    const std::size_t given = mesh_.points.size();
+    for (std::uint32_t p = 0; p < isUsed.size(); ++p) {
+        if (!isUsed[p]) continue;
+        riders.push_back({drawn.points[p], p < given ? cut.anchor[p] : cut.points[p - given].anchor});
+        point.push_back(p);
+    }
+    const std::vector<tetmesh::EmbeddedPoint> embedded = embedRiders(body, cut.cracks, riders, work_.far);
+    points_.assign(isUsed.size(), {});
+    for (std::size_t i = 0; i < point.size(); ++i) points_[point[i]] = embedded[i];
+    restNormal_.resize(givenNormals_);
+    for (std::size_t n = 0; n < givenNormals_; ++n) {
+        const tetmesh::EmbeddedPoint& p = points_[normalPoint_[n]];
+        for (std::size_t a = 0; a < 3; ++a)
+            restNormal_[n][int(a)] =
+                drawn.normals[n].dot(body.restPosition(p.node[a + 1]) - body.restPosition(p.node[0]));
+    }
+}
+
+std::vector<Vec3> Skin::carried(std::span<const Vec3> ofNodes) const
+{
+    std::vector<Vec3> at(points_.size());
+    parallelChunks(at.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) at[i] = points_[i].at(ofNodes);
+    });
+    return at;
+}
+
+std::vector<Vec3> Skin::normals(std::span<const Vec3> x, std::span<const Vec3> points) const
+{
+    const RenderMesh& mesh = drawn_->mesh;
+    std::vector<Vec3> normals(mesh.normals.size(), Vec3::Zero());
+    parallelChunks(givenNormals_, kChunk, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t n = begin; n < end; ++n) {
+            // F^-T N = d^-T (D^T N), d and D the edges of the tet now and at rest; d^-T by its cofactors.
+            const Mat3 d = edgesOf(points_[normalPoint_[n]], x);
+            const Vec3& r = restNormal_[n];
+            normals[n] = (r[0] * d.col(1).cross(d.col(2)) + r[1] * d.col(2).cross(d.col(0)) +
+                          r[2] * d.col(0).cross(d.col(1)))
+                             .stableNormalized();
+        }
+    });
+    for (std::size_t f = 0; f < mesh.faces(); ++f) {
+        if (!drawn_->torn[f] || normals.empty()) continue;
+        const auto c = mesh.face(f);
+        const Vec3 area = (points[c[1].point] - points[c[0].point]).cross(points[c[2].point] - points[c[0].point]);
+        for (const RenderMesh::Corner& corner : c) normals[corner.normal] += area;
+    }
+    for (std::size_t n = givenNormals_; n < normals.size(); ++n) normals[n].stableNormalize();
+    return normals;
+}
+
+}  // namespace vdbfrac::skin

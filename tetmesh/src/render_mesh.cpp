@@ -1,0 +1,127 @@
+#include <vdbfrac/tetmesh/render_mesh.h>
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace vdbfrac::tetmesh {
+
+void RenderMesh::addFace(std::span<const Corner> c, std::uint32_t g, std::uint32_t m)
+{
+    corners.insert(corners.end(), c.begin(), c.end());
+    faceEnd.push_back(std::uint32_t(corners.size()));
+    group.push_back(g);
+    material.push_back(m);
+}
+
+Fans fansOf(const RenderMesh& mesh)
+{
+    Fans fans;
+    for (std::uint32_t f = 0; f < mesh.faces(); ++f) {
+        const std::uint32_t begin = f == 0 ? 0 : mesh.faceEnd[f - 1];
+        for (std::uint32_t k = begin + 2; k < mesh.faceEnd[f]; ++k) {
+            fans.corners.push_back({begin, k - 1, k});
+            fans.face.push_back(f);
+        }
+    }
+    return fans;
+}
+
+RenderMesh renderMesh(const PolygonSoup& soup)
+{
+    RenderMesh mesh;
+    mesh.points = soup.points;
+    std::vector<RenderMesh::Corner> corners;
+    for (const std::vector<std::size_t>& polygon : soup.polygons) {
+        corners.clear();
+        for (std::size_t p : polygon) corners.push_back({std::uint32_t(p), RenderMesh::kNone, RenderMesh::kNone});
+        mesh.addFace(corners, RenderMesh::kNone, RenderMesh::kNone);
+    }
+    return mesh;
+}
+
+PolygonSoup soupOf(const RenderMesh& mesh)
+{
+    PolygonSoup soup;
+    soup.points = mesh.points;
+    soup.polygons.reserve(mesh.faces());
+    for (std::size_t f = 0; f < mesh.faces(); ++f) {
+        std::vector<std::size_t>& polygon = soup.polygons.emplace_back();
+        for (const RenderMesh::Corner& c : mesh.face(f)) polygon.push_back(c.point);
+    }
+    return soup;
+}
+
+DrawnTopology drawnTopology(const Surface& surface)
+{
+    DrawnTopology drawn;
+    drawn.mesh.points = surface.points;
+    for (const auto& t : surface.triangles) {
+        const std::array<RenderMesh::Corner, 3> corners{{{t[0]}, {t[1]}, {t[2]}}};
+        drawn.mesh.addFace(corners, RenderMesh::kNone, RenderMesh::kNone);
+    }
+    drawn.fragment = surface.fragment;
+    drawn.torn = surface.torn;
+    return drawn;
+}
+
+namespace {
+
+/// Twice the area vector of a face.
+Vec3 areaVector(const RenderMesh& mesh, std::size_t f)
+{
+    const auto c = mesh.face(f);
+    const Vec3& o = mesh.points[c[0].point];
+    Vec3 sum = Vec3::Zero();
+    for (std::size_t k = 2; k < c.size(); ++k)
+        sum += (mesh.points[c[k - 1].point] - o).cross(mesh.points[c[k].point] - o);
+    return sum;
+}
+
+}  // namespace
+
+void setNormals(RenderMesh& mesh, double crease)
+{
+    const double least = std::cos(crease * std::numbers::pi / 180);
+    std::vector<Vec3> area(mesh.faces());
+    std::vector<std::uint32_t> start(mesh.points.size() + 1, 0), round(mesh.corners.size());
+    for (const auto& c : mesh.corners) ++start[c.point + 1];
+    for (std::size_t p = 0; p < mesh.points.size(); ++p) start[p + 1] += start[p];
+    std::vector<std::uint32_t> at(start.begin(), start.end() - 1);
+    for (std::uint32_t f = 0; f < mesh.faces(); ++f) {
+        area[f] = areaVector(mesh, f);
+        for (const auto& c : mesh.face(f)) round[at[c.point]++] = f;
+    }
+    mesh.normals.clear();
+    for (std::uint32_t f = 0; f < mesh.faces(); ++f) {
+        const std::uint32_t begin = f == 0 ? 0 : mesh.faceEnd[f - 1];
+        for (std::uint32_t k = begin; k < mesh.faceEnd[f]; ++k) {
+            RenderMesh::Corner& corner = mesh.corners[k];
+            Vec3 sum = Vec3::Zero();
+            for (std::uint32_t i = start[corner.point]; i < start[corner.point + 1]; ++i)
+                if (area[round[i]].dot(area[f]) >= least * area[round[i]].norm() * area[f].norm())
+                    sum += area[round[i]];
+            corner.normal = std::uint32_t(mesh.normals.size());
+            mesh.normals.push_back(sum.stableNormalized());
+        }
+    }
+}
+
+Surface triangleSurface(const DrawnTopology& topology, std::span<const Vec3> points)
+{
+    Surface surface;
+    surface.points.assign(points.begin(), points.end());
+    const Fans fans = fansOf(topology.mesh);
+    for (std::size_t i = 0; i < fans.face.size(); ++i) {
+        const auto& c = fans.corners[i];
+        const auto& corner = topology.mesh.corners;
+        surface.triangles.push_back({corner[c[0]].point, corner[c[1]].point, corner[c[2]].point});
+        surface.fragment.push_back(topology.fragment[fans.face[i]]);
+        surface.torn.push_back(topology.torn[fans.face[i]]);
+    }
+    return surface;
+}
+
+}  // namespace vdbfrac::tetmesh
