@@ -47,7 +47,7 @@ void resumeFrom(std::string_view bytes)
     core::loadSteps(archive);
     lab::SceneRun run(kScene);
     run.simulation.restoreFrom(archive);
-    (void)run.simulation.surface();  // no step: from a state that no run leads to, it may take all the tries it has
+    // No step: from a state that no run leads to, it may take all the tries it has.
     (void)run.simulation.stateHash();
 }
 

@@ -133,7 +133,7 @@ protected:
 
     core::RunFolder open(const SceneRun& run, core::ExistingRun existing)
     {
-        return {folder_, run.scene, run.simulation.stages(), existing};
+        return {folder_, run.scene, run.simulation, existing};
     }
     /// Runs to a frame, with a checkpoint at each.
     static void writeTo(SceneRun& run, core::RunFolder& folder, int last)

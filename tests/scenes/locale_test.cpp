@@ -144,7 +144,7 @@ TEST_F(Locales, ARunWritesTheSameFiles)
     expectSame([&] {
         Texts texts;
         SceneRun run(kBar);
-        core::RunFolder out(folder_ / "run", run.scene, run.simulation.stages(), core::ExistingRun::replace);
+        core::RunFolder out(folder_ / "run", run.scene, run.simulation, core::ExistingRun::replace);
         const std::string settings = scene::writeScene(run.scene, effects::vocabulary());
         for (int frame = 1; frame <= run.scene.time.lastFrame; ++frame) {
             run.toFrame(frame);
@@ -174,7 +174,7 @@ TEST_F(Locales, ARunGoesOnFromACheckpointOfAnotherLocale)
     std::uint64_t end = 0;
     {
         SceneRun run(kBar);
-        core::RunFolder out(folder_ / "run", run.scene, run.simulation.stages(), core::ExistingRun::refuse);
+        core::RunFolder out(folder_ / "run", run.scene, run.simulation, core::ExistingRun::refuse);
         out.writeCheckpoint(run.simulation, settings(run));  // of the bodies at rest
         for (int frame = 1; frame <= 3; ++frame) run.toFrame(frame), out.writeFrame(run.simulation, frame);
         for (const core::StepRecord& step : run.steps) out.addStep(step);
@@ -185,7 +185,7 @@ TEST_F(Locales, ARunGoesOnFromACheckpointOfAnotherLocale)
     }
     setCommas();
     SceneRun run(kBar);
-    core::RunFolder out(folder_ / "run", run.scene, run.simulation.stages(), core::ExistingRun::keep);
+    core::RunFolder out(folder_ / "run", run.scene, run.simulation, core::ExistingRun::keep);
     std::vector<std::string> notes;
     ASSERT_TRUE(out.resume(run.simulation, {settings(run)}, notes));
     EXPECT_EQ(run.simulation.framesDone(), 2);

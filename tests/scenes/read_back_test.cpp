@@ -33,7 +33,7 @@ public:
         : folder_(fs::temp_directory_path() / ("vdbfrac-read-back-" + std::to_string(::getpid()))),
           name_(run.scene.name)
     {
-        core::RunFolder folder(folder_, run.scene, run.simulation.stages(), core::ExistingRun::replace);
+        core::RunFolder folder(folder_, run.scene, run.simulation, core::ExistingRun::replace);
         for (const core::StepRecord& step : run.steps) folder.addStep(step);
         folder.writeFrame(run.simulation, 1);
         folder.finish(run.simulation, "done");

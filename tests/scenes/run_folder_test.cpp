@@ -40,7 +40,7 @@ protected:
 
     core::RunFolder open(const SceneRun& run)
     {
-        return {folder_, run.scene, run.simulation.stages(), core::ExistingRun::replace};
+        return {folder_, run.scene, run.simulation, core::ExistingRun::replace};
     }
     /// Runs to a frame and writes each.
     static void writeTo(SceneRun& run, core::RunFolder& folder, int last)

@@ -26,16 +26,23 @@ std::string objectName(std::uint32_t fragment)
     return std::string(kObject) + std::string(digits.size() < 4 ? 4 - digits.size() : 0, '0') + digits;
 }
 
+/// How many of each a file has so far.
+struct Written {
+    std::uint32_t points = 0, uvs = 0, normals = 0;
+};
+
 /// Writes one fragment after the other, with the numbers of the points that are already there.
 class ObjWriter {
 public:
-    ObjWriter(const DrawnTopology& drawn, std::span<const Vec3> points, std::span<const Vec3> normals)
-        : drawn_(drawn),
-          points_(points),
-          normals_(normals),
-          number_(points.size(), kUnused),
-          uvNumber_(drawn.mesh.uvs.size(), kUnused),
-          normalNumber_(normals.size(), kUnused)
+    ObjWriter(const DrawnPart& body, TextWriter& text, Written& written)
+        : drawn_(body.topology),
+          points_(body.points),
+          normals_(body.normals),
+          number_(points_.size(), kUnused),
+          uvNumber_(drawn_.mesh.uvs.size(), kUnused),
+          normalNumber_(normals_.size(), kUnused),
+          written_(written),
+          text_(text)
     {
     }
 
@@ -43,13 +50,12 @@ public:
     {
         const std::string name = objectName(drawn_.fragment[faces[0]]);
         text_ << "o " << name << "\n";
-        addNumbered("v", points_, number_, written_, faces, &Corner::point);
-        addNumbered("vt", drawn_.mesh.uvs, uvNumber_, uvsWritten_, faces, &Corner::uv);
-        addNumbered("vn", normals_, normalNumber_, normalsWritten_, faces, &Corner::normal);
+        addNumbered("v", points_, number_, written_.points, faces, &Corner::point);
+        addNumbered("vt", drawn_.mesh.uvs, uvNumber_, written_.uvs, faces, &Corner::uv);
+        addNumbered("vn", normals_, normalNumber_, written_.normals, faces, &Corner::normal);
         addOutside(faces, name);
         addInside(faces, name);
     }
-    TextWriter& text() { return text_; }
 
 private:
     using Corner = RenderMesh::Corner;
@@ -116,8 +122,8 @@ private:
     std::span<const Vec3> points_, normals_;
     std::vector<std::uint32_t> number_, uvNumber_, normalNumber_;  // in the file, of the fragment being written
     std::vector<std::uint32_t> used_;
-    std::uint32_t written_ = 0, uvsWritten_ = 0, normalsWritten_ = 0;
-    TextWriter text_{kDigits};
+    Written& written_;
+    TextWriter& text_;
 };
 
 std::uint32_t fragmentOf(TextReader& in)
@@ -148,26 +154,32 @@ void addFan(TextReader& in, Surface& surface, std::uint32_t fragment, std::uint8
 
 }  // namespace
 
-void writeObjFrame(const std::filesystem::path& file, const DrawnTopology& drawn, std::span<const Vec3> points,
-                   std::span<const Vec3> normals, const std::string& mtlName)
+void writeObjFrame(const std::filesystem::path& file, std::span<const DrawnPart> bodies, const std::string& mtlName)
 {
-    assert(drawn.fragment.size() == drawn.mesh.faces() && drawn.torn.size() == drawn.mesh.faces());
-    std::vector<std::uint32_t> order(drawn.mesh.faces());
-    std::iota(order.begin(), order.end(), 0u);
-    const auto fragment = [&](std::uint32_t f) { return drawn.fragment[f]; };
-    std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return fragment(a) < fragment(b); });
-    ObjWriter writer(drawn, points, normals);
-    if (!mtlName.empty()) writer.text() << "mtllib " << mtlName << "\n";
-    for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
-        while (end < order.size() && fragment(order[end]) == fragment(order[begin])) ++end;
-        writer.addFragment(std::span(order).subspan(begin, end - begin));
+    TextWriter text{kDigits};
+    if (!mtlName.empty()) text << "mtllib " << mtlName << "\n";
+    Written written;
+    for (const DrawnPart& body : bodies) {
+        const DrawnTopology& drawn = body.topology;
+        assert(drawn.fragment.size() == drawn.mesh.faces() && drawn.torn.size() == drawn.mesh.faces());
+        std::vector<std::uint32_t> order(drawn.mesh.faces());
+        std::iota(order.begin(), order.end(), 0u);
+        const auto fragment = [&](std::uint32_t f) { return drawn.fragment[f]; };
+        std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return fragment(a) < fragment(b); });
+        ObjWriter writer(body, text, written);
+        for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
+            while (end < order.size() && fragment(order[end]) == fragment(order[begin])) ++end;
+            writer.addFragment(std::span(order).subspan(begin, end - begin));
+        }
     }
-    writeText(file, writer.text().text());
+    writeText(file, text.text());
 }
 
 void writeObj(const std::filesystem::path& file, const Surface& surface, const std::string& mtlName)
 {
-    writeObjFrame(file, drawnTopology(surface), surface.points, {}, mtlName);
+    const DrawnTopology drawn = drawnTopology(surface);
+    const DrawnPart body{drawn, surface.points, {}};
+    writeObjFrame(file, {&body, 1}, mtlName);
 }
 
 void writeMtl(const std::filesystem::path& file)

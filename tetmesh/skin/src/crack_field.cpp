@@ -6,6 +6,7 @@
 #include <cmath>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace vdbfrac::skin {
@@ -13,10 +14,14 @@ namespace vdbfrac::skin {
 namespace {
 
 using Field = tetmesh::NodeField<float>;
+using Sides = std::vector<std::pair<Coord, Coord>>;
 
 constexpr double kFar = 3;        // voxels: nothing is known of cracks that are farther
 constexpr double kRaised = 0.25;  // voxels: by less, re-levelling may have moved what did not tear
 constexpr double kNear = 1.5;     // voxels from a crack that its surface may need the values of
+constexpr double kTorn = 1e-3;    // voxels: a node that was inside and is not has torn, unless by rounding
+constexpr double kBeyond = 2.5;   // voxels outside of the body: outer surfaces of any make stay within
+constexpr double kOpened = 0.05;  // voxels: c of a node that has to be open
 constexpr int kReach = 3;         // voxels over which known values are carried on
 
 /// Calls visit(offset) for the nodes of a cube round one.
@@ -35,19 +40,23 @@ public:
     {
     }
 
-    Field run()
+    CrackField run()
     {
         const std::vector<Coord> known = raisedNodes();
         for (Coord n : known) c_.set(n, now_(n));
         carryInside(known);
-        carryOutside();
         smooth();
-        return std::move(c_);
+        const std::vector<Coord> outside = carryOutside();
+        Sides side = keepApart(outside);
+        return {std::move(c_), std::move(side)};
     }
 
 private:
     bool isInside(Coord n) const { return rest_(n) < 0; }
-    bool isRaised(Coord n) const { return isInside(n) && now_(n) > rest_(n) + kRaised * dx_; }
+    bool isRaised(Coord n) const
+    {
+        return isInside(n) && now_(n) > rest_(n) + (now_(n) < 0 ? kRaised : kTorn) * dx_;
+    }
 
     /// The nodes inside, at rest, whose phi a crack has raised.
     std::vector<Coord> raisedNodes() const
@@ -104,22 +113,21 @@ private:
         return now_(n) < 0 ? std::min<double>(middle, now_(n)) : middle;
     }
 
-    /// Outside, the value one voxel below the closest point of the skin.
-    void carryOutside()
+    /// Outside, the value one voxel below the closest point of the skin. Returns the nodes.
+    std::vector<Coord> carryOutside()
     {
-        constexpr double kBeyond = 2.5;  // voxels: outer surfaces of any make stay within
-        const std::vector<Coord> outside =
+        std::vector<Coord> outside =
             nodesRound(near_, kReach, [&](Coord n) { return !isInside(n) && rest_(n) < kBeyond * dx_; });
         std::vector<float> value(outside.size());
         parallelChunks(outside.size(), kChunk / 16, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) {
                 const Coord n = outside[i];
                 const std::optional<Vec3> up = uphill(n);
-                value[i] = up ? float(at(n.toVec() - (rest_(n) / dx_ + 1) * *up)) : c_(n);
+                value[i] = up ? float(off(at(n.toVec() - (rest_(n) / dx_ + 1) * *up))) : c_(n);
             }
         });
         for (std::size_t i = 0; i < outside.size(); ++i) c_.set(outside[i], value[i]);
-        near_.insert(near_.end(), outside.begin(), outside.end());
+        return outside;
     }
     /// Direction in which phi rises at rest.
     std::optional<Vec3> uphill(Coord n) const
@@ -162,10 +170,110 @@ private:
         double sum = 0;
         for (Coord d : kAxes) sum += double(c_(n + d)) + double(c_(n - d));
         const double before = c_(n), smooth = 0.5 * before + sum / 12;
-        const double least = kLeast * dx_;
-        if (isInside(n) && now_(n) < 0) return std::min(smooth < 0 ? smooth : before, -least);
-        if (isRaised(n)) return std::max(smooth > 0 ? smooth : before, least);
-        return smooth < 0 ? std::min(smooth, -least) : std::max(smooth, least);
+        if (now_(n) < 0) return std::min(smooth < 0 ? smooth : before, -kLeast * dx_);
+        if (isRaised(n)) return std::max(smooth > 0 ? smooth : before, kLeast * dx_);
+        return off(smooth);
+    }
+    /// A value as far from 0 as it has to be.
+    double off(double c) const { return c < 0 ? std::min(c, -kLeast * dx_) : std::max(c, kLeast * dx_); }
+
+    /// Opens nodes outside of the body where they would hold together what the crack has parted: a crack much thinner
+    /// than a voxel is lost between the nodes. Returns the nearest material of the others.
+    Sides keepApart(const std::vector<Coord>& outside)
+    {
+        Sides side;
+        for (bool changed = true; changed;) {
+            side = sidesOf(outside);
+            const std::vector<Coord> bridges = bridgesOf(outside, side);
+            for (Coord n : bridges)
+                if (isBridge(n, side)) c_.set(n, float(kOpened * dx_));
+            changed = !bridges.empty();
+        }
+        return side;
+    }
+    Sides sidesOf(const std::vector<Coord>& outside) const
+    {
+        std::vector<std::optional<Coord>> found(outside.size());
+        parallelChunks(outside.size(), kChunk / 16, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i)
+                if (!(c_(outside[i]) > 0)) found[i] = materialFrom(outside[i]);
+        });
+        Sides side;
+        for (std::size_t i = 0; i < outside.size(); ++i)
+            if (found[i]) side.emplace_back(outside[i], *found[i]);
+        return side;
+    }
+    /// Nodes between material that is apart, those nearest to a crack first.
+    std::vector<Coord> bridgesOf(const std::vector<Coord>& outside, const Sides& side) const
+    {
+        std::vector<std::uint8_t> bridges(outside.size());
+        parallelChunks(outside.size(), kChunk / 16, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) bridges[i] = !(c_(outside[i]) > 0) && isBridge(outside[i], side);
+        });
+        std::vector<Coord> nodes;
+        for (std::size_t i = 0; i < outside.size(); ++i)
+            if (bridges[i]) nodes.push_back(outside[i]);
+        std::stable_sort(nodes.begin(), nodes.end(), [&](Coord a, Coord b) { return c_(a) > c_(b); });
+        return nodes;
+    }
+    bool isBridge(Coord n, const Sides& side) const
+    {
+        const std::optional<Coord> own = sideOf(n, side);
+        if (!own) return false;
+        bool bridge = false;
+        forNeighbours(n, [&](Coord m) {
+            if (bridge || c_(m) > 0) return;
+            const std::optional<Coord> other = sideOf(m, side);
+            bridge = other && *other != *own && !areJoined(*own, *other);
+        });
+        return bridge;
+    }
+    std::optional<Coord> sideOf(Coord n, const Sides& side) const
+    {
+        if (now_(n) < 0) return n;
+        const auto at = std::lower_bound(side.begin(), side.end(), n,
+                                         [](const auto& entry, Coord key) { return entry.first < key; });
+        return at != side.end() && at->first == n ? std::optional(at->second) : std::nullopt;
+    }
+    /// The nearest node with material that edges lead to without entering a crack.
+    std::optional<Coord> materialFrom(Coord n) const
+    {
+        constexpr std::size_t kWidest = 300;  // nodes looked at
+        std::vector<Coord> reached{n};
+        for (std::size_t i = 0; i < reached.size() && i < kWidest; ++i) {
+            if (now_(reached[i]) < 0) return reached[i];
+            forNeighbours(reached[i], [&](Coord m) {
+                if (!(c_(m) > 0) && std::find(reached.begin(), reached.end(), m) == reached.end())
+                    reached.push_back(m);
+            });
+        }
+        return std::nullopt;
+    }
+    /// Does material near two nodes join them?
+    bool areJoined(Coord a, Coord b) const
+    {
+        constexpr int kRound = 2;
+        const auto isNear = [&](Coord n) {
+            return n.x >= std::min(a.x, b.x) - kRound && n.x <= std::max(a.x, b.x) + kRound &&
+                   n.y >= std::min(a.y, b.y) - kRound && n.y <= std::max(a.y, b.y) + kRound &&
+                   n.z >= std::min(a.z, b.z) - kRound && n.z <= std::max(a.z, b.z) + kRound;
+        };
+        std::vector<Coord> reached{a};
+        for (std::size_t i = 0; i < reached.size(); ++i) {
+            if (reached[i] == b) return true;
+            forNeighbours(reached[i], [&](Coord m) {
+                if (isNear(m) && now_(m) < 0 && std::find(reached.begin(), reached.end(), m) == reached.end())
+                    reached.push_back(m);
+            });
+        }
+        return false;
+    }
+    /// Calls visit(node) for the ends of the edges at a node.
+    template <class Visit>
+    static void forNeighbours(Coord n, const Visit& visit)
+    {
+        for (int mask = 1; mask < 8; ++mask)
+            for (const int sign : {1, -1}) visit(n + sign * Coord{mask & 1, mask >> 1 & 1, mask >> 2});
     }
 
     const Field &rest_, &now_;
@@ -176,6 +284,6 @@ private:
 
 }  // namespace
 
-Field crackField(const Field& rest, const Field& now, double dx) { return Extension(rest, now, dx).run(); }
+CrackField crackField(const Field& rest, const Field& now, double dx) { return Extension(rest, now, dx).run(); }
 
 }  // namespace vdbfrac::skin

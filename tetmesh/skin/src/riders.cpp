@@ -25,8 +25,11 @@ Tets tetsAt(const tetmesh::BodyMesh& body, Coord voxel)
 }
 
 /// The tets at a node, or at the first with any that edges lead to without entering a crack.
-Tets tetsFrom(const tetmesh::BodyMesh& body, const tetmesh::NodeField<float>& c, Coord start)
+Tets tetsFrom(const tetmesh::BodyMesh& body, const CrackField& cracks, Coord start)
 {
+    const auto side = std::lower_bound(cracks.material.begin(), cracks.material.end(), start,
+                                       [](const auto& entry, Coord n) { return entry.first < n; });
+    if (side != cracks.material.end() && side->first == start) start = side->second;
     constexpr std::size_t kWidest = 4000;  // nodes looked at
     std::vector<Coord> reached{start};
     std::set<Coord> seen{start};
@@ -35,7 +38,7 @@ Tets tetsFrom(const tetmesh::BodyMesh& body, const tetmesh::NodeField<float>& c,
         for (int mask = 1; mask < 8; ++mask)
             for (const int sign : {1, -1}) {
                 const Coord next = reached[i] + sign * Coord{mask & 1, mask >> 1 & 1, mask >> 2};
-                if (!(c(next) > 0) && seen.insert(next).second) reached.push_back(next);
+                if (!(cracks.c(next) > 0) && seen.insert(next).second) reached.push_back(next);
             }
     }
     return {};
@@ -59,7 +62,7 @@ Found nearest(const tetmesh::BodyMesh& body, const Tets& tets, const Vec3& X)
 
 }  // namespace
 
-std::vector<tetmesh::EmbeddedPoint> embedRiders(const tetmesh::BodyMesh& body, const tetmesh::NodeField<float>& c,
+std::vector<tetmesh::EmbeddedPoint> embedRiders(const tetmesh::BodyMesh& body, const CrackField& cracks,
                                                 std::span<const Rider> riders, std::int64_t& far)
 {
     constexpr double kFar = -1;  // weight of a point a tet's height away
@@ -76,7 +79,7 @@ std::vector<tetmesh::EmbeddedPoint> embedRiders(const tetmesh::BodyMesh& body, c
     const auto sums = orderedSums<2>(run.size() - 1, 64, [&](std::size_t begin, std::size_t end) {
         std::array<double, 2> count{};
         for (std::size_t r = begin; r < end; ++r) {
-            const Tets tets = tetsFrom(body, c, riders[order[run[r]]].anchor);
+            const Tets tets = tetsFrom(body, cracks, riders[order[run[r]]].anchor);
             for (std::size_t i = run[r]; i < run[r + 1]; ++i) {
                 const Found found = nearest(body, tets, riders[order[i]].X);
                 points[order[i]] = found.point;

@@ -3,7 +3,7 @@
 
 #include <vdbfrac/base/vec.h>
 #include <vdbfrac/tetmesh/body_mesh.h>
-#include <vdbfrac/tetmesh/node_field.h>
+#include <vdbfrac/skin/crack_field.h>
 
 #include <cstdint>
 #include <span>
@@ -17,8 +17,8 @@ struct Rider {
 };
 
 /// Each rider in a tet that has material at its anchor, or at the nearest node that no crack parts from it: the one it
-/// lies in, or nearest to. `c` [m]: of the cracks. Counts in `far` those more than a tet's size away from theirs.
-std::vector<tetmesh::EmbeddedPoint> embedRiders(const tetmesh::BodyMesh& body, const tetmesh::NodeField<float>& c,
+/// lies in, or nearest to. Counts in `far` those more than a tet's size away from theirs.
+std::vector<tetmesh::EmbeddedPoint> embedRiders(const tetmesh::BodyMesh& body, const CrackField& cracks,
                                                 std::span<const Rider> riders, std::int64_t& far);
 
 }  // namespace vdbfrac::skin

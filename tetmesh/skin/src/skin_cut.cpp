@@ -5,7 +5,6 @@
 #include "torn_faces.h"
 
 #include <vdbfrac/base/parallel.h>
-#include <vdbfrac/skin/crack_field.h>
 
 #include <Eigen/Geometry>
 
@@ -174,7 +173,7 @@ SkinCut SkinCutter::cut(const tetmesh::NodeField<float>& rest, const tetmesh::No
     SkinCut cut;
     cut.fate.assign(triangles_.size(), SkinCut::Fate::kept);
     cut.cracks = crackField(rest, now, dx_);
-    const CrackLattice lattice(cut.cracks, now, dx_);
+    const CrackLattice lattice(cut.cracks.c, now, dx_);
     cut.anchor = anchors(lattice);
     cut.mixedVoxels = std::int64_t(lattice.mixedVoxels().size());
     if (lattice.mixedVoxels().empty()) return cut;

@@ -89,7 +89,7 @@ public:
           settings_(settingsText(scene)),
           simulation_(simulation),
           log_(log),
-          folder_(options.folder, scene, simulation.stages(),
+          folder_(options.folder, scene, simulation,
                   !options.resume.empty() ? core::ExistingRun::keep
                   : options.overwrite     ? core::ExistingRun::replace
                                           : core::ExistingRun::refuse),

@@ -111,6 +111,11 @@ RunState runState(const Simulation& simulation)
     return state;
 }
 
+bool isDrawn(const scene::Output& output)
+{
+    return output.obj || std::any_of(output.vdb.begin(), output.vdb.end(), worldField);
+}
+
 FrameData takeFrame(const Simulation& simulation, const scene::Scene& scene, int frame)
 {
     FrameData data;
@@ -118,7 +123,6 @@ FrameData takeFrame(const Simulation& simulation, const scene::Scene& scene, int
     data.record.time = simulation.time();
     data.record.stateHash = hexadecimal(simulation.stateHash());
     const auto& names = scene.output.vdb;
-    if (scene.output.obj || std::any_of(names.begin(), names.end(), worldField)) data.surface = simulation.surface();
     for (const std::string& name : names) {
         if (const WorldField* field = worldField(name)) {
             data.grids.push_back({name, nullptr, {}, scene.grid.voxelSize, field->unit});
@@ -164,8 +168,10 @@ RunFolder::Writer::~Writer()
 void RunFolder::Writer::writeVdb(FrameData& data)
 {
     grid::WorldFields world;
-    if (std::any_of(scene_.output.vdb.begin(), scene_.output.vdb.end(), worldField))
-        world = grid::worldFields(data.surface.surface, data.surface.velocity, scene_.grid.voxelSize);
+    if (std::any_of(scene_.output.vdb.begin(), scene_.output.vdb.end(), worldField)) {
+        const MovingSurface moving = movingSurface(data.drawn);
+        world = grid::worldFields(moving.surface, moving.velocity, scene_.grid.voxelSize);
+    }
     for (grid::NamedGrid& g : data.grids)
         if (const WorldField* field = worldField(g.name)) field->fill(g, world);
     const grid::Metadata metadata = {
@@ -182,7 +188,9 @@ void RunFolder::Writer::write(FrameData& data)
     if (!scene_.output.vdb.empty()) writeVdb(data);
     if (scene_.output.obj) {
         const std::string relative = sequenceName("obj", data.record.frame, "obj");
-        tetmesh::writeObj(folder_ / relative, data.surface.surface, scene_.name + ".mtl");
+        std::vector<tetmesh::DrawnPart> parts;
+        for (const DrawnBody& body : data.drawn) parts.push_back({*body.topology, body.points, body.normals});
+        tetmesh::writeObjFrame(folder_ / relative, parts, scene_.name + ".mtl");
         note(data.record, relative);
     }
     frames_.push_back(std::move(data.record));

@@ -2,6 +2,7 @@
 // installed.
 #pragma once
 
+#include "drawing.h"
 #include "run_files.h"
 #include "run_records.h"
 
@@ -37,10 +38,13 @@ struct FrameData {
     std::vector<StepRecord> steps;        // since the frame before
     std::list<grid::LevelSet> levelSets;  // what `grids` point to
     std::vector<grid::NamedGrid> grids;   // in the order of the file; those in world space are still empty
-    Simulation::MovingSurface surface;    // when something is made of it
+    DrawnFrame drawn;                     // when something is made of it
     RunState state;
 };
 FrameData takeFrame(const Simulation& simulation, const scene::Scene& scene, int frame);
+
+/// Does a frame hold anything that is made of the drawn surface?
+bool isDrawn(const scene::Output& output);
 
 class RunFolder::Writer {
 public:

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <numbers>
 
 namespace vdbfrac::core {
 
@@ -15,14 +14,6 @@ namespace {
 /// A node counts as inside a region up to this fraction of a cell beyond it: regions that end on a lattice plane hold
 /// it.
 constexpr double kRegionSlack = 1e-3;
-
-Mat3 rotation(const Vec3& degrees)
-{
-    const Vec3 a = degrees * (std::numbers::pi / 180);
-    return (Eigen::AngleAxisd(a.z(), Vec3::UnitZ()) * Eigen::AngleAxisd(a.y(), Vec3::UnitY()) *
-            Eigen::AngleAxisd(a.x(), Vec3::UnitX()))
-        .toRotationMatrix();
-}
 
 scene::PoseKey poseAt(const std::vector<scene::PoseKey>& keys, double time)
 {
@@ -42,7 +33,7 @@ struct TargetAt {
     Vec3 operator()(const scene::Keys& move) const
     {
         const scene::PoseKey pose = poseAt(move.keys, time);
-        return move.pivot + rotation(pose.rotate) * (X - move.pivot) + pose.translate;
+        return move.pivot + scene::rotationOf(pose.rotate) * (X - move.pivot) + pose.translate;
     }
     Vec3 operator()(const scene::Force&) const { return X; }
 };
@@ -55,7 +46,7 @@ struct MotionBetween {
     Motion operator()(const scene::Keys& move) const
     {
         const scene::PoseKey from = poseAt(move.keys, t0), to = poseAt(move.keys, t1);
-        const Mat3 turn = rotation(to.rotate) * rotation(from.rotate).transpose();
+        const Mat3 turn = scene::rotationOf(to.rotate) * scene::rotationOf(from.rotate).transpose();
         return {turn, move.pivot + to.translate - turn * (move.pivot + from.translate)};
     }
     Motion operator()(const scene::Force&) const { return {Mat3::Identity(), Vec3::Zero()}; }

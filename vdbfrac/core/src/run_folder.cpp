@@ -99,13 +99,14 @@ void requireSame(const std::string& settings, const std::string& before)
 
 }  // namespace
 
-RunFolder::RunFolder(fs::path folder, const scene::Scene& scene, const Stages& stages, ExistingRun existing)
+RunFolder::RunFolder(fs::path folder, const scene::Scene& scene, const Simulation& simulation,
+                     ExistingRun existing)
     : folder_(std::move(folder)),
       scene_(scene),
       writer_(std::make_unique<Writer>(folder_, scene)),
       queue_(kWaitingFrames)
 {
-    requireSources(scene, stages);
+    requireSources(scene, simulation.stages());
     lock_ = prepare(folder_, scene, existing);
     // From here on the folder is known to hold a run.
     if (!fs::exists(folder_ / kManifest)) writer_->writeFirstManifest();
@@ -114,6 +115,7 @@ RunFolder::RunFolder(fs::path folder, const scene::Scene& scene, const Stages& s
         fs::create_directory(folder_ / "obj");
         tetmesh::writeMtl(folder_ / "obj" / (scene.name + ".mtl"));
     }
+    if (isDrawn(scene.output)) drawing_ = std::make_unique<Drawing>(scene, simulation);
 }
 
 RunFolder::~RunFolder() = default;
@@ -135,6 +137,7 @@ std::string RunFolder::writeFrame(const Simulation& simulation, int frame)
         data = std::make_shared<FrameData>(takeFrame(simulation, scene_, frame));
         data->steps = newSteps();
     }
+    if (drawing_) data->drawn = drawing_->draw(simulation, work_);
     const std::string hash = data->record.stateHash;
     queue_.push([writer = writer_.get(), data = std::move(data)] { writer->write(*data); });
     return hash;

@@ -285,6 +285,7 @@ void Simulation::recut(StepRecord& record, std::size_t b, const grid::PhiChanges
             carry(*field, body.firstNode, oldCount, update.previousNode);
         elasticEnergy_ -= before - recutEnergy(update, own(), body, h_, elastic_->elasticity());
         body.fragments.update(*body.mesh, update.previousNode, time_, nextFragment_);
+        ++body.revision;
         for (RecutStage* stage : stages_.recut) stage->recut(body, update);
     }
     const StageTimer timer(record.work, "rebuild");
@@ -324,26 +325,6 @@ std::size_t Simulation::fragments() const
     std::size_t sum = 0;
     for (const Body& body : bodies_) sum += body.fragments.alive();
     return sum;
-}
-
-Simulation::MovingSurface Simulation::surface() const
-{
-    MovingSurface all;
-    tetmesh::Surface& sum = all.surface;
-    for (const Body& body : bodies_) {
-        const tetmesh::EmbeddedSurface embedded = body.mesh->surface();
-        const auto own = [&](const std::vector<Vec3>& field) {
-            return std::span<const Vec3>(field.data() + body.firstNode, body.mesh->nodeCount());
-        };
-        const tetmesh::Surface one = tetmesh::deform(embedded, own(state_.x), body.fragments.ofNode());
-        for (const tetmesh::EmbeddedPoint& p : embedded.points) all.velocity.push_back(p.at(own(state_.v)));
-        const std::uint32_t first = std::uint32_t(sum.points.size());
-        sum.points.insert(sum.points.end(), one.points.begin(), one.points.end());
-        for (const auto& t : one.triangles) sum.triangles.push_back({first + t[0], first + t[1], first + t[2]});
-        sum.fragment.insert(sum.fragment.end(), one.fragment.begin(), one.fragment.end());
-        sum.torn.insert(sum.torn.end(), one.torn.begin(), one.torn.end());
-    }
-    return all;
 }
 
 grid::VoxelValues Simulation::energyField(const Body& body) const

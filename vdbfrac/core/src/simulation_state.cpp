@@ -128,6 +128,7 @@ void Simulation::restoreFrom(const Archive& archive)
     for (Body& body : bodies_) {
         (void)body.mesh->update(loadPhi(body, archive));  // equals the mesh of the run, to the bit
         body.fragments = loadFragments(body, archive);
+        ++body.revision;
     }
     nextFragment_ = archive.getOne<std::uint32_t>("next_fragment");
     std::size_t nodes = 0, fragments = 0;

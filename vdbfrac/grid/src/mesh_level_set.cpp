@@ -7,10 +7,7 @@
 
 #include <openvdb/tools/MeshToVolume.h>
 
-#include <Eigen/Geometry>
-
 #include <limits>
-#include <numbers>
 #include <vector>
 
 namespace vdbfrac::grid {
@@ -19,10 +16,7 @@ namespace {
 
 void place(tetmesh::PolygonSoup& soup, const scene::MeshFile& mesh)
 {
-    const Vec3 r = mesh.rotate * (std::numbers::pi / 180);
-    const Mat3 R = (Eigen::AngleAxisd(r.z(), Vec3::UnitZ()) * Eigen::AngleAxisd(r.y(), Vec3::UnitY()) *
-                    Eigen::AngleAxisd(r.x(), Vec3::UnitX()))
-                       .toRotationMatrix();
+    const Mat3 R = scene::rotationOf(mesh.rotate);
     for (Vec3& X : soup.points) X = R * (mesh.scale * X) + mesh.translate;
 }
 

@@ -17,9 +17,8 @@ namespace vdbfrac::tetmesh {
 void writeObj(const std::filesystem::path& file, const Surface& surface, const std::string& mtlName);
 
 /// Writes a frame atomically: fragments as writeObj has them, with texture coordinates and normals, and with the groups
-/// and materials of the mesh where it has them. `points`, `normals`: as deformed. Throws FileError.
-void writeObjFrame(const std::filesystem::path& file, const DrawnTopology& drawn, std::span<const Vec3> points,
-                   std::span<const Vec3> normals, const std::string& mtlName);
+/// and materials of the mesh where it has them; one body after the other. Throws FileError.
+void writeObjFrame(const std::filesystem::path& file, std::span<const DrawnPart> bodies, const std::string& mtlName);
 
 /// Writes the material library of the frames: "outside" neutral, "inside" red. Throws FileError.
 void writeMtl(const std::filesystem::path& file);

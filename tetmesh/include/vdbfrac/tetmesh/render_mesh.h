@@ -62,6 +62,12 @@ struct DrawnTopology {
     std::vector<std::uint8_t> torn;       ///< of each face: 1 on a face made by fracture
 };
 
+/// A body of a frame, as it is deformed.
+struct DrawnPart {
+    const DrawnTopology& topology;
+    std::span<const Vec3> points, normals;  ///< m
+};
+
 DrawnTopology drawnTopology(const Surface& surface);
 /// The triangles of a frame.
 Surface triangleSurface(const DrawnTopology& topology, std::span<const Vec3> points);

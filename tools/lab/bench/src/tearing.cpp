@@ -46,7 +46,7 @@ public:
         : size_(size),
           prepared_(notchedBlock(size.voxels, size.lastFrame)),
           simulation_(prepared_.simulation),
-          folder_(scratch_.path() / "run", prepared_.scene, simulation_.stages(), core::ExistingRun::refuse)
+          folder_(scratch_.path() / "run", prepared_.scene, simulation_, core::ExistingRun::refuse)
     {
     }
 

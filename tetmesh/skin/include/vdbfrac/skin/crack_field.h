@@ -6,13 +6,22 @@
 
 #include <vdbfrac/tetmesh/node_field.h>
 
+#include <utility>
+#include <vector>
+
 namespace vdbfrac::skin {
 
-/// c [m] on voxel nodes: above 0 where a crack has taken the material, below elsewhere, -3 voxels where no crack is
-/// near. `rest` and `now`: phi [m] at the start and at present, on the same box; dx: voxel size [m]. A node that has
-/// material keeps c < 0, one that was torn has c > 0, and no |c| is below kLeast voxels.
-tetmesh::NodeField<float> crackField(const tetmesh::NodeField<float>& rest, const tetmesh::NodeField<float>& now,
-                                     double dx);
+struct CrackField {
+    /// c [m] on voxel nodes: above 0 where a crack has taken the material, below elsewhere, -3 voxels where no crack is
+    /// near. A node that has material has c < 0, one that was torn c > 0, and no |c| is below kLeast voxels.
+    tetmesh::NodeField<float> c;
+    /// Nodes near cracks outside of the body with c < 0, rising, each with the node of the material that it goes with.
+    std::vector<std::pair<Coord, Coord>> material;
+};
+
+/// `rest` and `now`: phi [m] at the start and at present, on the same box; dx: voxel size [m]. Edges between nodes with
+/// c < 0 do not join material that is apart.
+CrackField crackField(const tetmesh::NodeField<float>& rest, const tetmesh::NodeField<float>& now, double dx);
 
 /// In voxels. Keeps crossings apart from the nodes.
 inline constexpr double kLeast = 1e-3;

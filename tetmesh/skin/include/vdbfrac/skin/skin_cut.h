@@ -5,6 +5,7 @@
 #pragma once
 
 #include <vdbfrac/base/vec.h>
+#include <vdbfrac/skin/crack_field.h>
 #include <vdbfrac/tetmesh/node_field.h>
 
 #include <array>
@@ -30,8 +31,8 @@ struct SkinCut {
         std::uint32_t triangle = 0;
         std::array<std::uint32_t, 3> corner{};
     };
-    tetmesh::NodeField<float> cracks;  ///< c [m] (crack_field.h)
-    std::vector<Coord> anchor;         ///< as Point::anchor, of each point that was given and is in no crack
+    CrackField cracks;
+    std::vector<Coord> anchor;  ///< as Point::anchor, of each point that was given and is in no crack
     std::vector<Point> points;
     std::vector<Fate> fate;                              ///< of each triangle
     std::vector<Part> parts;                             ///< by triangle

@@ -17,6 +17,8 @@
 
 namespace vdbfrac::core {
 
+class Drawing;
+
 /// A file of a frame, with what it takes to tell whether it is still the one that was written.
 struct WrittenFile {
     std::string path;  ///< relative to the folder
@@ -47,9 +49,9 @@ enum class ExistingRun { refuse, replace, keep };
 
 class RunFolder {
 public:
-    /// Makes the folder. Throws FileError; InputError for an output field that nothing makes, or where files of the
+    /// Makes the folder for a simulation that has made no step. Throws FileError; InputError for an output field that nothing makes, or where files of the
     /// scene would be lost.
-    RunFolder(std::filesystem::path folder, const scene::Scene& scene, const Stages& stages, ExistingRun existing);
+    RunFolder(std::filesystem::path folder, const scene::Scene& scene, const Simulation& simulation, ExistingRun existing);
 
     const std::filesystem::path& path() const { return folder_; }
 
@@ -77,7 +79,7 @@ public:
     const std::vector<StepRecord>& steps() const { return steps_; }
     /// Frames that are written. After finish only: until then the writer adds to them.
     const std::vector<FrameRecord>& frames() const;
-    /// After finish only. Stages: "snapshot", copying what frames write; "output", making files of it, beside the
+    /// After finish only. Stages: "snapshot", copying what frames write; "draw", the drawn surface; "output", making files of it, beside the
     /// steps; "wait", how long the steps stood still for the writer.
     Ledger work() const;
 
@@ -96,6 +98,7 @@ private:
     int checkpointed_ = -1;       // step of the last checkpoint
     std::string restHash_;        // of the state before the first step
     Ledger work_;
+    std::unique_ptr<Drawing> drawing_;  // when frames hold something drawn
     std::unique_ptr<Writer> writer_;
     BackgroundQueue queue_;  // last: it ends before what its jobs use
 };

@@ -76,12 +76,6 @@ public:
     /// Nodes that a grip holds or pulls, rising; until the next step.
     std::span<const std::uint32_t> gripNodes(std::size_t grip) const;
 
-    /// Deformed surface of all bodies together, with fragment ids; and the velocity [m/s] of its points.
-    struct MovingSurface {
-        tetmesh::Surface surface;
-        std::vector<Vec3> velocity;
-    };
-    MovingSurface surface() const;
     /// Nodal elastic energy density [J/m^3] of a body on its band and inside.
     grid::VoxelValues energyField(const Body& body) const;
     /// Fingerprint of x, v, phi, fragments and time: of what the next step depends on, all but what effects keep to

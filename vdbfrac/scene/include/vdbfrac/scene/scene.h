@@ -39,6 +39,9 @@ struct MeshFile {
     Vec3 translate = Vec3::Zero();  ///< m; applied last
 };
 
+/// The rotation that is told by angles [degrees] about x, then y, then z.
+Mat3 rotationOf(const Vec3& angles);
+
 struct VdbFile {
     std::filesystem::path file;
     std::string grid;  ///< name; empty takes the first level set

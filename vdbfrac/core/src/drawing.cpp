@@ -1,0 +1,92 @@
+#include "drawing.h"
+
+#include <vdbfrac/grid/level_set_surface.h>
+#include <vdbfrac/solids/solid_mesh.h>
+
+#include <utility>
+
+namespace vdbfrac::core {
+
+namespace {
+
+/// A mesh as it is read, where the scene places it.
+tetmesh::RenderMesh placedMesh(const scene::MeshFile& file)
+{
+    tetmesh::RenderMesh mesh = tetmesh::readRenderMesh(file.file);
+    const Mat3 turn = scene::rotationOf(file.rotate);
+    for (Vec3& X : mesh.points) X = turn * (file.scale * X) + file.translate;
+    for (Vec3& n : mesh.normals) n = turn * n;
+    return mesh;
+}
+
+/// The level set's own surface, for bodies that have no other.
+tetmesh::RenderMesh levelSetMesh(const grid::LevelSet& phi)
+{
+    constexpr double kCrease = 60;  // degrees: edges are rounded on voxels
+    tetmesh::RenderMesh mesh = tetmesh::drawnTopology(grid::surfaceOf(phi, 0)).mesh;
+    tetmesh::setNormals(mesh, kCrease);
+    return mesh;
+}
+
+tetmesh::RenderMesh outerSurface(const scene::Body& spec, const Body& body)
+{
+    const bool alone = spec.add.empty() && spec.cut.empty();
+    if (const auto* file = std::get_if<scene::MeshFile>(&spec.shape); file && alone) return placedMesh(*file);
+    if (const auto* solid = std::get_if<Primitive>(&spec.shape))
+        if (auto mesh = solids::solidMesh({*solid, spec.add, spec.cut}, body.phi.voxelSize())) return std::move(*mesh);
+    return levelSetMesh(body.phi);
+}
+
+}  // namespace
+
+Drawing::Drawing(const scene::Scene& scene, const Simulation& simulation)
+{
+    for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+        const Body& body = simulation.bodies()[b];
+        surfaces_.push_back({skin::Skin(outerSurface(scene.bodies[b], body), *body.mesh)});
+    }
+}
+
+DrawnFrame Drawing::draw(const Simulation& simulation, Ledger& work)
+{
+    const StageTimer timer(work, "draw");
+    DrawnFrame frame;
+    for (std::size_t b = 0; b < surfaces_.size(); ++b) {
+        const Body& body = simulation.bodies()[b];
+        auto& [skin, revision] = surfaces_[b];
+        if (revision != body.revision) {
+            skin.follow(*body.mesh, body.fragments.ofNode());
+            revision = body.revision;
+            work.count("draw", "mixed_voxels", skin.work().mixedVoxels);
+            work.count("draw", "cut_faces", skin.work().cutFaces);
+            work.count("draw", "torn_faces", skin.work().tornFaces);
+            work.count("draw", "defects", skin.work().defects);
+            work.count("draw", "far_points", skin.work().far);
+        }
+        const auto own = [&](std::span<const Vec3> field) {
+            return field.subspan(body.firstNode, body.mesh->nodeCount());
+        };
+        DrawnBody drawn{skin.topology(), skin.carried(own(simulation.x())), {}, skin.carried(own(simulation.v()))};
+        drawn.normals = skin.normals(own(simulation.x()), drawn.points);
+        frame.push_back(std::move(drawn));
+    }
+    return frame;
+}
+
+MovingSurface movingSurface(const DrawnFrame& frame)
+{
+    MovingSurface all;
+    tetmesh::Surface& sum = all.surface;
+    for (const DrawnBody& body : frame) {
+        const tetmesh::Surface one = tetmesh::triangleSurface(*body.topology, body.points);
+        const std::uint32_t first = std::uint32_t(sum.points.size());
+        sum.points.insert(sum.points.end(), one.points.begin(), one.points.end());
+        for (const auto& t : one.triangles) sum.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+        sum.fragment.insert(sum.fragment.end(), one.fragment.begin(), one.fragment.end());
+        sum.torn.insert(sum.torn.end(), one.torn.begin(), one.torn.end());
+        all.velocity.insert(all.velocity.end(), body.velocity.begin(), body.velocity.end());
+    }
+    return all;
+}
+
+}  // namespace vdbfrac::core

@@ -1,0 +1,17 @@
+#include <vdbfrac/scene/scene.h>
+
+#include <Eigen/Geometry>
+
+#include <numbers>
+
+namespace vdbfrac::scene {
+
+Mat3 rotationOf(const Vec3& angles)
+{
+    const Vec3 a = angles * (std::numbers::pi / 180);
+    return (Eigen::AngleAxisd(a.z(), Vec3::UnitZ()) * Eigen::AngleAxisd(a.y(), Vec3::UnitY()) *
+            Eigen::AngleAxisd(a.x(), Vec3::UnitX()))
+        .toRotationMatrix();
+}
+
+}  // namespace vdbfrac::scene
