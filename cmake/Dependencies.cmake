@@ -10,6 +10,7 @@ list(APPEND CMAKE_MODULE_PATH /usr/lib/${CMAKE_LIBRARY_ARCHITECTURE}/cmake/OpenV
 find_package(OpenVDB 10 REQUIRED)
 find_package(CGAL 5.5 REQUIRED)
 find_package(PNG REQUIRED)
+find_package(embree 3.12 REQUIRED)
 find_package(ZLIB REQUIRED)
 find_library(VDBFRAC_BLOSC blosc REQUIRED)
 find_package(nlohmann_json 3.11 REQUIRED)

@@ -2,45 +2,52 @@
 #include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/base/parallel.h>
-#include <vdbfrac/grid/png_file.h>
-#include <vdbfrac/grid/render.h>
+#include <vdbfrac/pictures/png_file.h>
+#include <vdbfrac/pictures/render.h>
 
 #include <gtest/gtest.h>
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <filesystem>
+#include <limits>
+#include <vector>
 
 using namespace vdbfrac;
-using namespace vdbfrac::grid;
+using namespace vdbfrac::pictures;
 
 namespace {
 
 /// The cube [0,1]^3, its face at z = 1 torn.
-tetmesh::Surface tornCube()
+tetmesh::DrawnTopology tornCube()
 {
-    tetmesh::Surface s;
-    for (int i = 0; i < 8; ++i) s.points.emplace_back(i & 1, i >> 1 & 1, i >> 2);
+    tetmesh::DrawnTopology drawn;
+    for (int i = 0; i < 8; ++i) drawn.mesh.points.emplace_back(i & 1, i >> 1 & 1, i >> 2);
     const std::array<std::array<std::uint32_t, 4>, 6> quads{
         {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}}};
-    for (std::size_t q = 0; q < quads.size(); ++q)
-        for (int half = 0; half < 2; ++half) {
-            s.triangles.push_back({quads[q][0], quads[q][1 + half], quads[q][2 + half]});
-            s.fragment.push_back(0);
-            s.torn.push_back(q == 1);
-        }
-    return s;
+    for (std::size_t q = 0; q < quads.size(); ++q) {
+        std::vector<tetmesh::RenderMesh::Corner> corners;
+        for (std::uint32_t p : quads[q]) corners.push_back({p});
+        drawn.mesh.addFace(corners, tetmesh::RenderMesh::kNone, tetmesh::RenderMesh::kNone);
+        drawn.fragment.push_back(0);
+        drawn.torn.push_back(q == 1);
+    }
+    return drawn;
+}
+
+Subject subject()
+{
+    const tetmesh::DrawnTopology cube = tornCube();
+    return subjectOf(cube, cube.mesh.points);
 }
 
 View from(const Vec3& direction)
 {
     View view;
-    view.target = Vec3::Constant(0.5);
-    view.direction = direction;
-    view.extent = 0.9;
-    view.width = 161;
-    view.height = 121;
+    view.width = 161, view.height = 121;
+    view.camera = fittingCamera(direction, subject().points, view.width, view.height);
     return view;
 }
 
@@ -53,14 +60,12 @@ std::array<int, 3> pixel(const Image& image, int i, int j)
 bool isRed(const std::array<int, 3>& p) { return p[0] > 2 * p[1] && p[0] > 2 * p[2] && p[0] > 40; }
 bool isGrey(const std::array<int, 3>& p) { return std::abs(p[0] - p[1]) < 25 && std::abs(p[1] - p[2]) < 25; }
 
-constexpr double kVoxel = 0.02;
-
 }  // namespace
 
 TEST(Render, TornFaceIsRedFromItsSideOnly)
 {
-    const Image front = render(tornCube(), from({0, 0, -1}), kVoxel);
-    const Image back = render(tornCube(), from({0, 0, 1}), kVoxel);
+    const Image front = render(subject(), from({0, 0, -1}));
+    const Image back = render(subject(), from({0, 0, 1}));
     for (int i : {65, 80, 95})
         for (int j : {45, 60, 75}) {
             EXPECT_TRUE(isRed(pixel(front, i, j))) << i << " " << j;
@@ -70,34 +75,66 @@ TEST(Render, TornFaceIsRedFromItsSideOnly)
 
 TEST(Render, EmptySpaceShowsTheBackground)
 {
-    const Image cube = render(tornCube(), from({0, 0, -1}), kVoxel);
-    const Image empty = render({}, from({0, 0, -1}), kVoxel);
+    const Image cube = render(subject(), from({0, 0, -1}));
+    const Image empty = render({}, from({0, 0, -1}));
     for (int i : {0, 10, 160})
         for (int j : {0, 60, 120}) {
             EXPECT_EQ(pixel(cube, i, j), pixel(empty, i, j));
             EXPECT_TRUE(isGrey(pixel(cube, i, j)));
-            EXPECT_GT(pixel(cube, i, j)[0], 180);
+            EXPECT_GT(pixel(cube, i, j)[0], 150);
         }
+}
+
+TEST(Render, CameraSeesAllOfItAndNoMoreThanAMargin)
+{
+    for (const Vec3& direction : {Vec3(0, 0, -1), Vec3(-.5, -.35, -1), Vec3(0, -1, 0), Vec3(1, .2, .1)}) {
+        const Image picture = render(subject(), from(direction));
+        const Image empty = render({}, from(direction));
+        int left = 161, right = -1, top = 121, bottom = -1;
+        for (int j = 0; j < 121; ++j)
+            for (int i = 0; i < 161; ++i)
+                if (pixel(picture, i, j) != pixel(empty, i, j)) {
+                    left = std::min(left, i), right = std::max(right, i);
+                    top = std::min(top, j), bottom = std::max(bottom, j);
+                }
+        EXPECT_GT(left, 2);
+        EXPECT_GT(top, 2);
+        EXPECT_LT(right, 158);
+        EXPECT_LT(bottom, 118);
+        EXPECT_TRUE(bottom - top > 95 || right - left > 130) << direction.transpose();
+    }
+}
+
+TEST(Render, AFloorHasAShadowUnderWhatStandsOnIt)
+{
+    View view = from({-.3, -.6, -1});
+    const Image without = render(subject(), view);
+    view.ground = 0;
+    const Image with = render(subject(), view);
+    int darker = 0;
+    for (std::size_t p = 0; p < with.rgb.size(); p += 3) darker += with.rgb[p] + 40 < without.rgb[p];
+    EXPECT_GT(darker, 200);
 }
 
 TEST(Render, LooksFromAboveAndIsTheSameForAnyNumberOfThreads)
 {
-    const Image many = render(tornCube(), from({0, -1, 0}), kVoxel);
+    const Image many = render(subject(), from({0, -1, 0}));
     EXPECT_TRUE(isGrey(pixel(many, 80, 60)));
     const ThreadLimit one(1);
-    EXPECT_EQ(render(tornCube(), from({0, -1, 0}), kVoxel).rgb, many.rgb);
+    EXPECT_EQ(render(subject(), from({0, -1, 0})).rgb, many.rgb);
 }
 
-TEST(Render, RefusesWhatWouldCrashTheConverter)
+TEST(Render, RefusesWhatCannotBeSeen)
 {
-    tetmesh::Surface s = tornCube();
+    Subject s = subject();
     s.points[0].x() = std::numeric_limits<double>::quiet_NaN();
-    EXPECT_THROW(render(s, from({0, 0, 1}), kVoxel), Error);
-    s = tornCube();
+    EXPECT_THROW(render(s, from({0, 0, 1})), Error);
+    s = subject();
     s.triangles[0][0] = 8;
-    EXPECT_THROW(render(s, from({0, 0, 1}), kVoxel), Error);
-    EXPECT_THROW(render(tornCube(), from({0, 0, 1}), 0), Error);
-    EXPECT_THROW(render(tornCube(), from({0, 0, 1}), 1e-12), Error);
+    EXPECT_THROW(render(s, from({0, 0, 1})), Error);
+    View view = from({0, 0, 1});
+    view.samples = 0;
+    EXPECT_THROW(render(subject(), view), Error);
 }
 
 TEST(PngFile, PictureSurvivesWritingAndReading)

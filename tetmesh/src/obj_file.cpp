@@ -126,30 +126,11 @@ private:
     TextWriter& text_;
 };
 
-std::uint32_t fragmentOf(TextReader& in)
+std::uint32_t fragmentOf(const std::string& name, const std::string& file)
 {
-    const std::string_view name = in.word();
     if (name.starts_with(kObject))
-        if (const auto id = TextReader::parse<std::uint32_t>(name.substr(kObject.size()))) return *id;
-    in.fail("object '" + TextReader::shown(name) + "'", "fragment_ and a number");
-}
-
-/// Adds a face as the triangles of its fan; of its corners only the points count.
-void addFan(TextReader& in, Surface& surface, std::uint32_t fragment, std::uint8_t torn)
-{
-    std::vector<std::uint32_t> corners;
-    for (std::string_view w = in.word(); !w.empty(); w = in.word()) {
-        const auto number = TextReader::parse<std::uint32_t>(w.substr(0, w.find('/')));
-        if (!number || *number == 0 || *number > surface.points.size())
-            in.fail("face corner '" + TextReader::shown(w) + "'", "1 to " + std::to_string(surface.points.size()));
-        corners.push_back(*number - 1);
-    }
-    if (corners.size() < 3) in.fail("a face of " + std::to_string(corners.size()) + " corners", "3 or more");
-    for (std::size_t k = 2; k < corners.size(); ++k) {
-        surface.triangles.push_back({corners[0], corners[k - 1], corners[k]});
-        surface.fragment.push_back(fragment);
-        surface.torn.push_back(torn);
-    }
+        if (const auto id = TextReader::parse<std::uint32_t>(std::string_view(name).substr(kObject.size()))) return *id;
+    throw InputError({file, "object '" + TextReader::shown(name) + "'", "fragment_ and a number", ""});
 }
 
 }  // namespace
@@ -189,26 +170,25 @@ void writeMtl(const std::filesystem::path& file)
               "newmtl inside\nKa 0 0 0\nKd 0.80 0.10 0.07\nKs 0.10 0.10 0.10\nNs 60\nillum 2\n");
 }
 
+DrawnTopology readDrawnObj(const std::filesystem::path& file)
+{
+    ObjObjects all = readObjObjects(readText(file), file.string());
+    std::vector<std::uint32_t> ids;
+    for (const std::string& name : all.objects) ids.push_back(fragmentOf(name, file.string()));
+    DrawnTopology drawn;
+    drawn.mesh = std::move(all.mesh);
+    for (std::size_t f = 0; f < drawn.mesh.faces(); ++f) {
+        const std::uint32_t object = all.objectOfFace[f], material = drawn.mesh.material[f];
+        drawn.fragment.push_back(object == RenderMesh::kNone ? 0 : ids[object]);
+        drawn.torn.push_back(material != RenderMesh::kNone && drawn.mesh.materials[material] == "inside");
+    }
+    return drawn;
+}
+
 Surface readObjFrame(const std::filesystem::path& file)
 {
-    const std::string text = readText(file);
-    Surface surface;
-    std::uint32_t fragment = 0;
-    std::uint8_t torn = 0;
-    for (TextReader in(text, file.string()); in.nextLine();) {
-        const std::string_view key = in.word();
-        if (key == "v") {
-            surface.points.push_back(in.point());
-        } else if (key == "f") {
-            addFan(in, surface, fragment, torn);
-        } else if (key == "o") {
-            fragment = fragmentOf(in);
-            torn = 0;
-        } else if (key == "usemtl") {
-            torn = in.word() == "inside";
-        }
-    }
-    return surface;
+    const DrawnTopology drawn = readDrawnObj(file);
+    return triangleSurface(drawn, drawn.mesh.points);
 }
 
 }  // namespace vdbfrac::tetmesh

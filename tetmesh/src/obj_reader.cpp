@@ -11,7 +11,7 @@ class ObjReader {
 public:
     ObjReader(std::string_view text, const std::string& file) : in_(text, file) {}
 
-    RenderMesh run()
+    ObjObjects run()
     {
         while (in_.nextLine()) {
             const std::string_view key = in_.word();
@@ -21,14 +21,14 @@ public:
                 addFace();
             else if (key == "vt" || key == "vn")
                 addAttribute(key == "vt" ? mesh_.uvs : mesh_.normals);
-            else if (key == "g" || key == "usemtl" || key == "mtllib")
+            else if (key == "g" || key == "o" || key == "usemtl" || key == "mtllib")
                 addName(key);
             else if (key.find('\0') != std::string_view::npos)
                 in_.fail("zero bytes in the text", "a text file");
             else
                 skip();
         }
-        return std::move(mesh_);
+        return {std::move(mesh_), std::move(objectOfFace_), std::move(objects_)};
     }
 
 private:
@@ -75,7 +75,9 @@ private:
             else
                 corners_.push_back(corner(w));
         }
-        if (corners_.size() >= 3) mesh_.addFace(corners_, group_, material_);
+        if (corners_.size() < 3) return;
+        mesh_.addFace(corners_, group_, material_);
+        objectOfFace_.push_back(object_);
     }
     /// Two or three numbers. One that cannot be read counts as 0: nothing but looks depends on it.
     void addAttribute(std::vector<Vec3>& to)
@@ -95,6 +97,9 @@ private:
         name.erase(name.find_last_not_of(" \t\r") + 1);
         if (key == "mtllib")
             mesh_.libraries.push_back(name);
+        else if (key == "o")
+            // Where an object has no groups, it is one.
+            object_ = numberOf(name, objects_, objectNumber_), group_ = numberOf(name, mesh_.groups, groupNumber_);
         else if (key == "g")
             group_ = numberOf(name, mesh_.groups, groupNumber_);
         else
@@ -118,12 +123,16 @@ private:
     TextReader in_;
     RenderMesh mesh_;
     std::vector<RenderMesh::Corner> corners_;
-    std::uint32_t group_ = RenderMesh::kNone, material_ = RenderMesh::kNone;
-    std::map<std::string, std::uint32_t> groupNumber_, materialNumber_;
+    std::uint32_t group_ = RenderMesh::kNone, material_ = RenderMesh::kNone, object_ = RenderMesh::kNone;
+    std::vector<std::uint32_t> objectOfFace_;
+    std::vector<std::string> objects_;
+    std::map<std::string, std::uint32_t> groupNumber_, materialNumber_, objectNumber_;
 };
 
 }  // namespace
 
-RenderMesh readObjMesh(std::string_view text, const std::string& file) { return ObjReader(text, file).run(); }
+ObjObjects readObjObjects(std::string_view text, const std::string& file) { return ObjReader(text, file).run(); }
+
+RenderMesh readObjMesh(std::string_view text, const std::string& file) { return readObjObjects(text, file).mesh; }
 
 }  // namespace vdbfrac::tetmesh

@@ -137,6 +137,14 @@ PolygonSoup parseSurface(std::string_view bytes, const std::string& extension, c
 /// The readers of it, for each format.
 PolygonSoup readObj(std::string_view text, const std::string& file);
 RenderMesh readObjMesh(std::string_view text, const std::string& file);
+
+/// The faces of an .obj with the objects that they are of.
+struct ObjObjects {
+    RenderMesh mesh;
+    std::vector<std::uint32_t> objectOfFace;  ///< which name, or RenderMesh::kNone
+    std::vector<std::string> objects;
+};
+ObjObjects readObjObjects(std::string_view text, const std::string& file);
 PolygonSoup readPly(std::string_view bytes, const std::string& file);
 PolygonSoup readStl(std::string_view bytes, const std::string& file);
 PolygonSoup readOff(std::string_view text, const std::string& file);

@@ -3,6 +3,7 @@
 #include <vdbfrac/base/parallel.h>
 
 #include <algorithm>
+#include <bitset>
 #include <cmath>
 #include <optional>
 #include <span>
@@ -32,6 +33,32 @@ void forOffsets(int reach, const Visit& visit)
         for (int y = -reach; y <= reach; ++y)
             for (int x = -reach; x <= reach; ++x) visit(Coord{x, y, z});
 }
+
+/// Nodes round one, each once, in the order in which they are reached.
+class Search {
+public:
+    explicit Search(Coord start) : lower_(start - Coord{kReach, kReach, kReach}) { add(start); }
+    void add(Coord n)
+    {
+        const Coord d = n - lower_;
+        if (d.x < 0 || d.y < 0 || d.z < 0 || d.x >= kSize || d.y >= kSize || d.z >= kSize) return;
+        const std::size_t k = std::size_t((d.z * kSize + d.y) * kSize + d.x);
+        if (seen_[k]) return;
+        seen_[k] = true;
+        reached_.push_back(n);
+    }
+    std::optional<Coord> next()
+    {
+        return at_ < reached_.size() ? std::optional(reached_[at_++]) : std::nullopt;
+    }
+
+private:
+    static constexpr int kReach = 5, kSize = 2 * kReach + 1;
+    Coord lower_;
+    std::bitset<std::size_t(kSize) * kSize * kSize> seen_;
+    std::vector<Coord> reached_;
+    std::size_t at_ = 0;
+};
 
 class Extension {
 public:
@@ -238,13 +265,11 @@ private:
     /// The nearest node with material that edges lead to without entering a crack.
     std::optional<Coord> materialFrom(Coord n) const
     {
-        constexpr std::size_t kWidest = 300;  // nodes looked at
-        std::vector<Coord> reached{n};
-        for (std::size_t i = 0; i < reached.size() && i < kWidest; ++i) {
-            if (now_(reached[i]) < 0) return reached[i];
-            forNeighbours(reached[i], [&](Coord m) {
-                if (!(c_(m) > 0) && std::find(reached.begin(), reached.end(), m) == reached.end())
-                    reached.push_back(m);
+        Search search(n);
+        while (const std::optional<Coord> at = search.next()) {
+            if (now_(*at) < 0) return at;
+            forNeighbours(*at, [&](Coord m) {
+                if (!(c_(m) > 0)) search.add(m);
             });
         }
         return std::nullopt;
@@ -253,17 +278,15 @@ private:
     bool areJoined(Coord a, Coord b) const
     {
         constexpr int kRound = 2;
-        const auto isNear = [&](Coord n) {
-            return n.x >= std::min(a.x, b.x) - kRound && n.x <= std::max(a.x, b.x) + kRound &&
-                   n.y >= std::min(a.y, b.y) - kRound && n.y <= std::max(a.y, b.y) + kRound &&
-                   n.z >= std::min(a.z, b.z) - kRound && n.z <= std::max(a.z, b.z) + kRound;
-        };
-        std::vector<Coord> reached{a};
-        for (std::size_t i = 0; i < reached.size(); ++i) {
-            if (reached[i] == b) return true;
-            forNeighbours(reached[i], [&](Coord m) {
-                if (isNear(m) && now_(m) < 0 && std::find(reached.begin(), reached.end(), m) == reached.end())
-                    reached.push_back(m);
+        const Coord low{std::min(a.x, b.x) - kRound, std::min(a.y, b.y) - kRound, std::min(a.z, b.z) - kRound};
+        const Coord high{std::max(a.x, b.x) + kRound, std::max(a.y, b.y) + kRound, std::max(a.z, b.z) + kRound};
+        Search search(a);
+        while (const std::optional<Coord> at = search.next()) {
+            if (*at == b) return true;
+            forNeighbours(*at, [&](Coord m) {
+                const bool isNear = low.x <= m.x && m.x <= high.x && low.y <= m.y && m.y <= high.y && low.z <= m.z &&
+                                    m.z <= high.z;
+                if (isNear && now_(m) < 0) search.add(m);
             });
         }
         return false;

@@ -3,10 +3,9 @@
 #include "run_frames.h"
 
 #include <vdbfrac/base/error.h>
-#include <vdbfrac/base/primitive.h>
 #include <vdbfrac/cli/commands.h>
-#include <vdbfrac/grid/png_file.h>
-#include <vdbfrac/grid/render.h>
+#include <vdbfrac/pictures/png_file.h>
+#include <vdbfrac/pictures/render.h>
 #include <vdbfrac/tetmesh/obj_file.h>
 
 #include <fmt/format.h>
@@ -14,6 +13,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 
 namespace vdbfrac::cli {
 
@@ -24,7 +24,8 @@ namespace {
 struct PreviewOptions {
     std::string folder;
     std::vector<int> frames;
-    int count = 12, columns = 4, width = 480, height = 480, samples = 4;
+    int count = 12, columns = 4, width = 480, height = 480, samples = 16;
+    std::string colour = "material";
     std::vector<double> direction = {-0.55, -0.35, -1};
 };
 
@@ -59,12 +60,19 @@ std::vector<RunFrame> chosenFrames(const RunFrames& run, const PreviewOptions& o
     return chosen;
 }
 
-void grow(Bounds& bounds, const tetmesh::Surface& surface)
+/// What all pictures have in common: a camera that sees all frames, and a floor under them.
+pictures::View viewOf(const std::vector<pictures::Subject>& subjects, const PreviewOptions& options)
 {
-    for (const Vec3& p : surface.points) {
-        bounds.lower = bounds.lower.cwiseMin(p);
-        bounds.upper = bounds.upper.cwiseMax(p);
-    }
+    const Vec3 direction(options.direction[0], options.direction[1], options.direction[2]);
+    if (!(direction.norm() > 0))
+        throw InputError({"--direction", "0 0 0 has no direction", "a vector with a length above 0", ""});
+    std::vector<Vec3> points;
+    for (const pictures::Subject& s : subjects) points.insert(points.end(), s.points.begin(), s.points.end());
+    pictures::View view;
+    view.camera = pictures::fittingCamera(direction, points, options.width, options.height);
+    view.width = options.width, view.height = options.height, view.samples = options.samples;
+    for (const Vec3& p : points) view.ground = std::min(p.y(), view.ground.value_or(p.y()));
+    return view;
 }
 
 int preview(const PreviewOptions& options)
@@ -72,34 +80,26 @@ int preview(const PreviewOptions& options)
     const fs::path folder = options.folder;
     const RunFrames run = readRun(folder);
     const auto frames = chosenFrames(run, options);
-    Bounds bounds{Vec3::Constant(1e300), Vec3::Constant(-1e300)};
-    std::vector<tetmesh::Surface> surfaces;
+    const auto by = options.colour == "fragment" ? pictures::ColourBy::fragment : pictures::ColourBy::material;
+    std::vector<pictures::Subject> subjects;
+    std::optional<Vec3> origin;  // pictures are made near the origin, wherever the body is
     for (const RunFrame& frame : frames) {
-        surfaces.push_back(tetmesh::readObjFrame(frame.obj));
-        grow(bounds, surfaces.back());
+        tetmesh::DrawnTopology drawn = tetmesh::readDrawnObj(frame.obj);
+        if (!origin && !drawn.mesh.points.empty()) origin = drawn.mesh.points[0];
+        for (Vec3& p : drawn.mesh.points) p -= *origin;
+        subjects.push_back(pictures::subjectOf(drawn, drawn.mesh.points, by));
     }
-    const Vec3 middle = 0.5 * (bounds.lower + bounds.upper);  // pictures are made near the origin, wherever the body is
-    for (tetmesh::Surface& surface : surfaces)
-        for (Vec3& p : surface.points) p -= middle;
-    grid::View view;
-    view.extent = 0.5 * (bounds.upper - bounds.lower).norm();
-    view.direction = Vec3(options.direction[0], options.direction[1], options.direction[2]);
-    if (!(view.direction.norm() > 0))
-        throw InputError({"--direction", "0 0 0 has no direction", "a vector with a length above 0", ""});
-    view.width = options.width, view.height = options.height, view.samples = options.samples;
-
-    // Fine enough to show what the surface resolves, coarse enough for the picture.
-    const double voxel = std::max(0.5 * run.voxelSize, view.extent / options.width);
+    const pictures::View view = viewOf(subjects, options);
     fs::create_directories(folder / "preview");
-    std::vector<grid::Image> images;
+    std::vector<pictures::Image> images;
     for (std::size_t i = 0; i < frames.size(); ++i) {
-        images.push_back(grid::render(surfaces[i], view, voxel));
+        images.push_back(pictures::render(subjects[i], view));
         const fs::path file = folder / "preview" / fmt::format("{}.{:04}.png", run.scene, frames[i].frame);
-        grid::writePng(file, images.back());
+        pictures::writePng(file, images.back());
         std::printf("%s\n", file.c_str());
     }
     const fs::path sheet = folder / "preview" / "contact_sheet.png";
-    grid::writePng(sheet, grid::contactSheet(images, options.columns, 4));
+    pictures::writePng(sheet, pictures::contactSheet(images, options.columns, 4));
     std::printf("%s\n", sheet.c_str());
     return kDone;
 }
@@ -121,6 +121,9 @@ Action addPreview(CLI::App& app)
     c->add_option("--width", o->width, "Pixels")->check(CLI::Range(16, 8192))->capture_default_str();
     c->add_option("--height", o->height, "Pixels")->check(CLI::Range(16, 8192))->capture_default_str();
     c->add_option("--samples", o->samples, "Rays a pixel")->check(CLI::Range(1, 64))->capture_default_str();
+    c->add_option("--colour", o->colour, "What the surface is coloured by; torn faces are red")
+        ->check(CLI::IsMember({"material", "fragment"}))
+        ->capture_default_str();
     c->add_option("--direction", o->direction, "Direction of looking: x y z")->expected(3);
     return [o] { return preview(*o); };
 }

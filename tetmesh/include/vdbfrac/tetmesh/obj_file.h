@@ -23,7 +23,10 @@ void writeObjFrame(const std::filesystem::path& file, std::span<const DrawnPart>
 /// Writes the material library of the frames: "outside" neutral, "inside" red. Throws FileError.
 void writeMtl(const std::filesystem::path& file);
 
-/// Reads what these wrote: triangles with fragment ids and torn flags. Throws InputError with file:line, FileError.
+/// Reads what these wrote, with fragment ids and torn flags; normals are as deformed. Throws InputError with file:line,
+/// FileError.
+DrawnTopology readDrawnObj(const std::filesystem::path& file);
+/// Its triangles.
 Surface readObjFrame(const std::filesystem::path& file);
 
 }  // namespace vdbfrac::tetmesh

@@ -1,12 +1,12 @@
 // Pictures as .png files.
 #pragma once
 
-#include <vdbfrac/grid/render.h>
+#include <vdbfrac/pictures/render.h>
 
 #include <filesystem>
 #include <vector>
 
-namespace vdbfrac::grid {
+namespace vdbfrac::pictures {
 
 /// Writes an 8-bit RGB picture atomically. Throws FileError.
 void writePng(const std::filesystem::path& file, const Image& image);
@@ -18,4 +18,4 @@ Image readPng(const std::filesystem::path& file);
 /// large as the largest picture, which smaller ones share with white. No pictures make an empty image.
 Image contactSheet(const std::vector<Image>& images, int columns, int gap);
 
-}  // namespace vdbfrac::grid
+}  // namespace vdbfrac::pictures

@@ -1,13 +1,13 @@
 #include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
-#include <vdbfrac/grid/png_file.h>
+#include <vdbfrac/pictures/png_file.h>
 
 #include <png.h>
 
 #include <algorithm>
 #include <cstring>
 
-namespace vdbfrac::grid {
+namespace vdbfrac::pictures {
 
 namespace {
 
@@ -87,4 +87,4 @@ Image contactSheet(const std::vector<Image>& images, int columns, int gap)
     return sheet;
 }
 
-}  // namespace vdbfrac::grid
+}  // namespace vdbfrac::pictures

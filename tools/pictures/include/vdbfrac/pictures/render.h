@@ -1,0 +1,54 @@
+// A picture of a surface, lit by a sun with a soft shadow and by the sky, on the ground. Needs no display.
+#pragma once
+
+#include <vdbfrac/base/vec.h>
+#include <vdbfrac/tetmesh/render_mesh.h>
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace vdbfrac::pictures {
+
+struct Image {
+    int width = 0, height = 0;
+    std::vector<std::uint8_t> rgb;  ///< 3 bytes a pixel, rows from the top
+};
+
+using Colour = Eigen::Array3f;  ///< linear red, green, blue in [0, 1]
+
+/// What is looked at.
+struct Subject {
+    std::vector<Vec3> points;                             ///< m
+    std::vector<std::array<std::uint32_t, 3>> triangles;  ///< indices into points
+    std::vector<std::array<Vec3, 3>> normals;             ///< of the corners of each triangle
+    std::vector<Colour> colour;                           ///< of each triangle
+};
+
+/// How a surface is coloured.
+enum class ColourBy { material, fragment };
+
+/// A frame: smooth between creases, torn faces red. Throws Error for faces without points.
+Subject subjectOf(const tetmesh::DrawnTopology& drawn, std::span<const Vec3> points, ColourBy by = ColourBy::material);
+
+struct Camera {
+    Vec3 eye = Vec3::Zero();                 ///< m
+    Vec3 direction = Vec3(-0.5, -0.35, -1);  ///< of looking
+    double angle = 45;                       ///< degrees that the longer side of the picture shows
+};
+/// The nearest place from which all points are seen, with a margin.
+Camera fittingCamera(const Vec3& direction, std::span<const Vec3> points, int width, int height);
+
+struct View {
+    Camera camera;
+    int width = 640, height = 480;
+    int samples = 16;              ///< rays a pixel
+    std::optional<double> ground;  ///< height of a floor [m]
+};
+
+/// The same picture for any number of threads. Throws Error for a view without size and values that are not finite.
+Image render(const Subject& subject, const View& view);
+
+}  // namespace vdbfrac::pictures
