@@ -1,5 +1,7 @@
 #include <vdbfrac/skin/crack_field.h>
 
+#include "trilinear.h"
+
 #include <vdbfrac/base/parallel.h>
 
 #include <algorithm>
@@ -23,6 +25,7 @@ constexpr double kNear = 1.5;     // voxels from a crack that its surface may ne
 constexpr double kTorn = 1e-3;    // voxels: a node that was inside and is not has torn, unless by rounding
 constexpr double kBeyond = 2.5;   // voxels outside of the body: outer surfaces of any make stay within
 constexpr double kOpened = 0.05;  // voxels: c of a node that has to be open
+constexpr double kSmoothed = 0.25;  // share of the neighbours: half of it makes a crack of two voxels a third thinner
 constexpr int kReach = 3;         // voxels over which known values are carried on
 
 /// Calls visit(offset) for the nodes of a cube round one.
@@ -72,9 +75,10 @@ public:
         const std::vector<Coord> known = raisedNodes();
         for (Coord n : known) c_.set(n, now_(n));
         carryInside(known);
-        smooth();
+        smooth(near_, [&](Coord n, double smooth) { return settled(n, smooth); });
         const std::vector<Coord> outside = carryOutside();
         Sides side = keepApart(outside);
+        smooth(outside, [&](Coord n, double smooth) { return (smooth > 0) == (c_(n) > 0) ? off(smooth) : c_(n); });
         return {std::move(c_), std::move(side)};
     }
 
@@ -150,7 +154,7 @@ private:
             for (std::size_t i = begin; i < end; ++i) {
                 const Coord n = outside[i];
                 const std::optional<Vec3> up = uphill(n);
-                value[i] = up ? float(off(at(n.toVec() - (rest_(n) / dx_ + 1) * *up))) : c_(n);
+                value[i] = up ? float(off(trilinear(c_, n.toVec() - (rest_(n) / dx_ + 1) * *up))) : c_(n);
             }
         });
         for (std::size_t i = 0; i < outside.size(); ++i) c_.set(outside[i], value[i]);
@@ -165,38 +169,25 @@ private:
         if (!(length > 0)) return std::nullopt;
         return g / length;
     }
-    /// c between the nodes, trilinear; X in voxels.
-    double at(const Vec3& X) const
-    {
-        const Vec3 low = X.array().floor();
-        const Coord base{int(low.x()), int(low.y()), int(low.z())};
-        const Vec3 f = X - low;
-        double sum = 0;
-        for (int k = 0; k < 8; ++k) {
-            const Coord d{k & 1, k >> 1 & 1, k >> 2};
-            const double w = (d.x ? f.x() : 1 - f.x()) * (d.y ? f.y() : 1 - f.y()) * (d.z ? f.z() : 1 - f.z());
-            if (w > 0) sum += w * c_(base + d);
-        }
-        return sum;
-    }
-
-    /// Half of each value, and half the mean of its neighbours: takes off what is left of the voxels.
-    void smooth()
-    {
-        std::sort(near_.begin(), near_.end());
-        near_.erase(std::unique(near_.begin(), near_.end()), near_.end());
-        std::vector<float> value(near_.size());
-        parallelChunks(near_.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) value[i] = float(settled(near_[i]));
-        });
-        for (std::size_t i = 0; i < near_.size(); ++i) c_.set(near_[i], value[i]);
-    }
-    double settled(Coord n) const
+    /// Takes off what is left of the voxels: mixes each value with the mean of its neighbours, as `settle` allows it.
+    template <class Settle>
+    void smooth(const std::vector<Coord>& nodes, const Settle& settle)
     {
         constexpr Coord kAxes[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-        double sum = 0;
-        for (Coord d : kAxes) sum += double(c_(n + d)) + double(c_(n - d));
-        const double before = c_(n), smooth = 0.5 * before + sum / 12;
+        std::vector<float> value(nodes.size());
+        parallelChunks(nodes.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) {
+                double sum = 0;
+                for (Coord d : kAxes) sum += double(c_(nodes[i] + d)) + double(c_(nodes[i] - d));
+                value[i] = float(settle(nodes[i], (1 - kSmoothed) * c_(nodes[i]) + kSmoothed * sum / 6));
+            }
+        });
+        for (std::size_t i = 0; i < nodes.size(); ++i) c_.set(nodes[i], value[i]);
+    }
+    /// Material stays, and what was torn stays torn.
+    double settled(Coord n, double smooth) const
+    {
+        const double before = c_(n);
         if (now_(n) < 0) return std::min(smooth < 0 ? smooth : before, -kLeast * dx_);
         if (isRaised(n)) return std::max(smooth > 0 ? smooth : before, kLeast * dx_);
         return off(smooth);

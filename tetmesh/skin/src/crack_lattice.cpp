@@ -1,5 +1,7 @@
 #include "crack_lattice.h"
 
+#include "trilinear.h"
+
 #include <vdbfrac/tetmesh/cell.h>
 
 #include <algorithm>
@@ -59,6 +61,8 @@ Vec3 CrackLattice::position(Coord n) const
     const auto part = [&](int k) { return kMoved * (kUnit * double(bits >> (20 * k) & 0xfffff) - 0.5); };
     return dx_ * (n.toVec() + Vec3(part(0), part(1), part(2)));
 }
+
+double CrackLattice::smoothC(const Vec3& X) const { return trilinear(c_, X / dx_); }
 
 bool CrackLattice::isMixed(const LatticeTet& tet) const
 {

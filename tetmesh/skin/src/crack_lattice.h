@@ -6,10 +6,13 @@
 // so crossings need no special cases.
 #pragma once
 
+#include "skin_topology.h"
+
 #include <vdbfrac/base/vec.h>
 #include <vdbfrac/tetmesh/node_field.h>
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -33,6 +36,7 @@ public:
     double voxelSize() const { return dx_; }
     double c(Coord node) const { return c_(node); }
     bool isOpen(Coord node) const { return c_(node) > 0; }  ///< in a crack
+    double smoothC(const Vec3& X) const;                    ///< trilinear between the nodes; X [m]
     Vec3 position(Coord node) const;
     /// Voxels, by their lowest corner, with nodes on both sides of c = 0; in a fixed order.
     const std::vector<Coord>& mixedVoxels() const { return mixed_; }
@@ -59,5 +63,26 @@ private:
     std::vector<Coord> mixed_;
     tetmesh::NodeField<std::uint8_t> isMixed_;
 };
+
+/// Calls visit(voxel) for the voxels that a triangle meets, and a few beside it.
+template <class Visit>
+void forVoxels(const SkinTopology& skin, std::uint32_t triangle, const CrackLattice& lattice, const Visit& visit)
+{
+    constexpr double kMargin = 1e-5;  // voxels: more than the nodes were moved
+    const auto& t = skin.triangles[triangle];
+    const Vec3 &a = skin.points[t[0]], &b = skin.points[t[1]], &c = skin.points[t[2]];
+    const double dx = lattice.voxelSize();
+    const Vec3 low = a.cwiseMin(b).cwiseMin(c) / dx - Vec3::Constant(kMargin);
+    const Vec3 high = a.cwiseMax(b).cwiseMax(c) / dx + Vec3::Constant(kMargin);
+    const Vec3 normal = (b - a).cross(c - a) / dx;
+    const auto floor = [](double v) { return int(std::floor(v)); };
+    for (int z = floor(low.z()); z <= floor(high.z()); ++z)
+        for (int y = floor(low.y()); y <= floor(high.y()); ++y)
+            for (int x = floor(low.x()); x <= floor(high.x()); ++x) {
+                // The plane of the triangle against the voxel.
+                const Vec3 middle = Vec3(x + .5, y + .5, z + .5) - a / dx;
+                if (std::abs(normal.dot(middle)) <= (0.5 + kMargin) * normal.lpNorm<1>()) visit(Coord{x, y, z});
+            }
+}
 
 }  // namespace vdbfrac::skin

@@ -217,28 +217,6 @@ private:
     std::vector<std::uint32_t> ends_;
 };
 
-/// Calls visit(voxel) for mixed voxels that the box of a triangle meets.
-template <class Visit>
-void forMixedVoxels(const SkinTopology& skin, std::uint32_t triangle, const CrackLattice& lattice, const Visit& visit)
-{
-    constexpr double kMargin = 1e-5;  // voxels: more than the nodes were moved
-    const auto& t = skin.triangles[triangle];
-    const Vec3 &a = skin.points[t[0]], &b = skin.points[t[1]], &c = skin.points[t[2]];
-    const double dx = lattice.voxelSize();
-    const Vec3 low = a.cwiseMin(b).cwiseMin(c) / dx - Vec3::Constant(kMargin);
-    const Vec3 high = a.cwiseMax(b).cwiseMax(c) / dx + Vec3::Constant(kMargin);
-    const Vec3 normal = (b - a).cross(c - a) / dx;
-    const auto floor = [](double v) { return int(std::floor(v)); };
-    for (int z = floor(low.z()); z <= floor(high.z()); ++z)
-        for (int y = floor(low.y()); y <= floor(high.y()); ++y)
-            for (int x = floor(low.x()); x <= floor(high.x()); ++x) {
-                if (!lattice.isMixed(Coord{x, y, z})) continue;
-                // The plane of the triangle against the voxel.
-                const Vec3 middle = Vec3(x + .5, y + .5, z + .5) - a / dx;
-                if (std::abs(normal.dot(middle)) <= (0.5 + kMargin) * normal.lpNorm<1>()) visit(Coord{x, y, z});
-            }
-}
-
 auto crossingKey(const Crossing& c) { return std::make_tuple(c.onEdge, c.skin, c.lattice); }
 
 /// Sorts crossings and leaves each once.
@@ -301,7 +279,8 @@ Crossings findCrossings(const SkinTopology& skin, const CrackLattice& lattice)
         for (std::uint32_t t = std::uint32_t(begin); t < end; ++t) {
             TriangleCrossings triangle(skin, lattice, t, found);
             bool looked = false;
-            forMixedVoxels(skin, t, lattice, [&](Coord voxel) {
+            forVoxels(skin, t, lattice, [&](Coord voxel) {
+                if (!lattice.isMixed(voxel)) return;
                 looked = true;
                 for (int k = 0; k < 6; ++k)
                     if (const LatticeTet tet = CrackLattice::tet(voxel, k); lattice.isMixed(tet)) triangle.visit(tet);

@@ -37,7 +37,7 @@ public:
             vertex_.push_back(vertex);
         }
         for (std::size_t i = 0; i < polygon.outline.size(); ++i) {
-            const std::uint32_t a = polygon.outline[i], b = polygon.outline[(i + 1) % polygon.outline.size()];
+            const auto [a, b] = polygon.outline[i];
             outline_[std::minmax(a, b)] = polygon.label[i];
             constrain(a, b);
         }
@@ -107,6 +107,20 @@ private:
 };
 
 }  // namespace
+
+std::array<double, 2> flattened(const Vec3& X, const Vec3& normal)
+{
+    int axis = 0;
+    normal.cwiseAbs().maxCoeff(&axis);
+    const double u = X[(axis + 1) % 3], v = X[(axis + 2) % 3];
+    return normal[axis] > 0 ? std::array{u, v} : std::array{v, u};
+}
+
+void PlanarPolygon::goRound(const std::vector<std::uint32_t>& round, const std::vector<std::uint8_t>& labels)
+{
+    for (std::size_t i = 0; i < round.size(); ++i) outline.push_back({round[i], round[(i + 1) % round.size()]});
+    label.insert(label.end(), labels.begin(), labels.end());
+}
 
 PlanarTriangles triangulate(const PlanarPolygon& polygon) { return Divider(polygon).run(); }
 

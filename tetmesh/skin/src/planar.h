@@ -1,19 +1,24 @@
 // A polygon in a plane, divided into triangles along lines in it. Not installed.
 #pragma once
 
+#include <vdbfrac/base/vec.h>
+
 #include <array>
 #include <cstdint>
 #include <vector>
 
 namespace vdbfrac::skin {
 
-/// The outline goes round points in order, counter-clockwise; lines part the polygon into regions, and a region and the
-/// one beyond a line have opposite labels.
+/// The outline is one closed line or several, one in another where there are holes; lines part the polygon into regions,
+/// and a region and the one beyond a line have opposite labels.
 struct PlanarPolygon {
     std::vector<std::array<double, 2>> points;
-    std::vector<std::uint32_t> outline;               ///< points in order
-    std::vector<std::uint8_t> label;                  ///< beside the outline from each of its points to the next
-    std::vector<std::array<std::uint32_t, 2>> lines;  ///< pairs of points
+    std::vector<std::array<std::uint32_t, 2>> outline;  ///< pairs of points
+    std::vector<std::uint8_t> label;                    ///< inside, beside each edge of the outline
+    std::vector<std::array<std::uint32_t, 2>> lines;    ///< pairs of points
+
+    /// Closes an outline through points in order; `labels`: from each point to the next.
+    void goRound(const std::vector<std::uint32_t>& round, const std::vector<std::uint8_t>& labels);
 };
 
 struct PlanarTriangles {
@@ -24,5 +29,8 @@ struct PlanarTriangles {
 
 /// By a constrained Delaunay triangulation.
 PlanarTriangles triangulate(const PlanarPolygon& polygon);
+
+/// Two coordinates of points in a plane, which keep its orientation: `normal` looks at the viewer.
+std::array<double, 2> flattened(const Vec3& X, const Vec3& normal);
 
 }  // namespace vdbfrac::skin

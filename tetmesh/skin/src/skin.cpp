@@ -164,8 +164,9 @@ Mat3 edgesOf(const tetmesh::EmbeddedPoint& point, std::span<const Vec3> x)
 
 }  // namespace
 
-Skin::Skin(RenderMesh mesh, const tetmesh::BodyMesh& body)
-    : mesh_(std::move(mesh)),
+Skin::Skin(RenderMesh mesh, const tetmesh::BodyMesh& body, Lips lips)
+    : lips_(lips),
+      mesh_(std::move(mesh)),
       fans_(tetmesh::fansOf(mesh_)),
       cutter_(mesh_.points, trianglesOf(mesh_, fans_), body.restPhi(), body.voxelSize())
 {
@@ -174,7 +175,7 @@ Skin::Skin(RenderMesh mesh, const tetmesh::BodyMesh& body)
 
 void Skin::follow(const tetmesh::BodyMesh& body, std::span<const std::uint32_t> fragmentOfNode)
 {
-    const SkinCut cut = cutter_.cut(body.restPhi(), body.phi());
+    const SkinCut cut = cutter_.cut(body.restPhi(), body.phi(), lips_);
     Drawer drawer(mesh_, fans_, cut);
     work_ = {cut.mixedVoxels, std::int64_t(cut.parts.size()), std::int64_t(cut.torn.size()), cut.defects, 0};
     givenNormals_ = drawer.givenNormals;

@@ -1,6 +1,7 @@
 #include <vdbfrac/skin/skin_cut.h>
 
 #include "crossings.h"
+#include "lips.h"
 #include "planar.h"
 #include "torn_faces.h"
 
@@ -33,15 +34,18 @@ public:
         const Vec3 &a = skin_.points[corner[0]], &b = skin_.points[corner[1]], &c = skin_.points[corner[2]];
         normal_ = (b - a).cross(c - a);
         PlanarPolygon polygon;
+        std::vector<std::uint32_t> round;
+        std::vector<std::uint8_t> labels;
         for (std::uint32_t k = 0; k < 3; ++k) {
-            polygon.outline.push_back(add(polygon, k, skin_.points[corner[k]]));
+            round.push_back(add(polygon, k, skin_.points[corner[k]]));
             std::uint8_t label = isOpen_[corner[k]];
-            polygon.label.push_back(label);
+            labels.push_back(label);
             for (std::uint32_t crossing : along(triangle, k)) {
-                polygon.outline.push_back(numberOf(crossing, polygon));
-                polygon.label.push_back(label ^= 1);
+                round.push_back(numberOf(crossing, polygon));
+                labels.push_back(label ^= 1);
             }
         }
+        polygon.goRound(round, labels);
         for (const RimSegment& s : segments)
             polygon.lines.push_back({numberOf(s.crossing[0], polygon), numberOf(s.crossing[1], polygon)});
         const PlanarTriangles divided = triangulate(polygon);
@@ -168,7 +172,7 @@ void SkinCutter::divide(const Crossings& crossings, std::span<const std::uint8_t
     }
 }
 
-SkinCut SkinCutter::cut(const tetmesh::NodeField<float>& rest, const tetmesh::NodeField<float>& now) const
+SkinCut SkinCutter::cut(const tetmesh::NodeField<float>& rest, const tetmesh::NodeField<float>& now, Lips lips) const
 {
     SkinCut cut;
     cut.fate.assign(triangles_.size(), SkinCut::Fate::kept);
@@ -179,12 +183,13 @@ SkinCut SkinCutter::cut(const tetmesh::NodeField<float>& rest, const tetmesh::No
     if (lattice.mixedVoxels().empty()) return cut;
     const Crossings crossings = findCrossings(*topology_, lattice);
     const std::vector<std::uint8_t> open = openPoints(*topology_, lattice);
-    for (const Crossing& p : crossings.points) cut.points.push_back({p.X, p.anchor, true, Vec3::Zero()});
+    for (const Crossing& p : crossings.points) cut.points.push_back({p.X, p.anchor, true, p.onEdge ? p.skin : SkinCut::kNoEdge});
     cut.defects = crossings.defects;
     for (std::uint32_t t = 0; t < triangles_.size(); ++t)
         if (open[topology_->triangles[t][0]]) cut.fate[t] = SkinCut::Fate::gone;
     divide(crossings, open, cut);
     addTornFaces({lattice, rest, crossings, isInner_, std::uint32_t(topology_->pointOf.size())}, cut);
+    if (lips == Lips::closed) closeLips(*topology_, lattice, triangles_, cut);
     return cut;
 }
 

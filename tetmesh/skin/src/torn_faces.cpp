@@ -233,15 +233,18 @@ private:
     PlanarPolygon polygon()
     {
         PlanarPolygon polygon;
+        std::vector<std::uint32_t> round;
+        std::vector<std::uint8_t> labels;
         for (std::size_t k = 0; k < corners_.size(); ++k) {
-            polygon.outline.push_back(addPoint(polygon, nameOf(corners_[k]), corners_[k].X));
+            round.push_back(addPoint(polygon, nameOf(corners_[k]), corners_[k].X));
             std::uint8_t label = isInside_[k];
-            polygon.label.push_back(label);
+            labels.push_back(label);
             for (std::uint32_t crossing : crossingsBetween(k, (k + 1) % corners_.size())) {
-                polygon.outline.push_back(numberOf(crossing, polygon));
-                polygon.label.push_back(label ^= 1);
+                round.push_back(numberOf(crossing, polygon));
+                labels.push_back(label ^= 1);
             }
         }
+        polygon.goRound(round, labels);
         for (const RimSegment& s : segments_)
             polygon.lines.push_back({numberOf(s.crossing[0], polygon), numberOf(s.crossing[1], polygon)});
         return polygon;
@@ -318,7 +321,7 @@ void append(std::vector<TornPart>& parts, const TornSource& source, SkinCut& cut
         std::uint32_t& n = number[std::size_t(at - points.begin())];
         if (n == ~0u) {
             n = source.firstPoint + std::uint32_t(cut.points.size());
-            cut.points.push_back({at->X, at->closed, false, Vec3::Zero()});
+            cut.points.push_back({at->X, at->closed, false, SkinCut::kNoEdge});
         }
         return n;
     };
@@ -333,14 +336,6 @@ void append(std::vector<TornPart>& parts, const TornSource& source, SkinCut& cut
 }
 
 }  // namespace
-
-std::array<double, 2> flattened(const Vec3& X, const Vec3& normal)
-{
-    int axis = 0;
-    normal.cwiseAbs().maxCoeff(&axis);
-    const double u = X[(axis + 1) % 3], v = X[(axis + 2) % 3];
-    return normal[axis] > 0 ? std::array{u, v} : std::array{v, u};
-}
 
 void addTornFaces(const TornSource& source, SkinCut& cut)
 {

@@ -21,7 +21,4 @@ struct TornSource {
 /// Adds torn faces and their points to a cut whose points are the crossings.
 void addTornFaces(const TornSource& source, SkinCut& cut);
 
-/// Two coordinates of points in a plane, which keep its orientation: `normal` looks at the viewer.
-std::array<double, 2> flattened(const Vec3& X, const Vec3& normal);
-
 }  // namespace vdbfrac::skin

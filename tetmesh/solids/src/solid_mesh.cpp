@@ -4,6 +4,8 @@
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Polygon_mesh_processing/corefinement.h>
+#include <CGAL/Polygon_mesh_processing/detect_features.h>
+#include <CGAL/Polygon_mesh_processing/remesh.h>
 #include <CGAL/Surface_mesh.h>
 
 namespace vdbfrac::solids {
@@ -13,6 +15,8 @@ namespace {
 namespace PMP = CGAL::Polygon_mesh_processing;
 using Point = CGAL::Exact_predicates_inexact_constructions_kernel::Point_3;
 using Mesh = CGAL::Surface_mesh<Point>;
+
+constexpr double kCrease = 40;  // degrees: more than between the pieces of any round surface, less than of edges
 
 Mesh meshOf(const Primitive& solid, double edge, const Bounds& within)
 {
@@ -41,13 +45,21 @@ tetmesh::RenderMesh renderMeshOf(Mesh& mesh)
     return result;
 }
 
+/// Corefinement leaves slivers along its lines, which fold over when their surface moves: even triangles instead.
+void even(Mesh& mesh, double edge)
+{
+    const auto isSharp = mesh.add_property_map<Mesh::Edge_index, bool>("e:is_sharp", false).first;
+    PMP::detect_sharp_edges(mesh, kCrease, isSharp);
+    PMP::isotropic_remeshing(mesh.faces(), edge, mesh,
+                             CGAL::parameters::number_of_iterations(3).edge_is_constrained_map(isSharp));
+}
+
 Bounds joined(const Bounds& a, const Bounds& b) { return {a.lower.cwiseMin(b.lower), a.upper.cwiseMax(b.upper)}; }
 
 }  // namespace
 
 std::optional<tetmesh::RenderMesh> solidMesh(const SolidBody& body, double edge)
 {
-    constexpr double kCrease = 40;  // degrees: more than between the pieces of any round surface, less than of edges
     Bounds within = bounds(body.shape);
     for (const Primitive& p : body.add) within = joined(within, bounds(p));
     Mesh mesh = meshOf(body.shape, edge, within);
@@ -59,6 +71,7 @@ std::optional<tetmesh::RenderMesh> solidMesh(const SolidBody& body, double edge)
         Mesh other = meshOf(p, edge, within);
         if (!PMP::corefine_and_compute_difference(mesh, other, mesh)) return std::nullopt;
     }
+    if (!body.add.empty() || !body.cut.empty()) even(mesh, edge);
     tetmesh::RenderMesh result = renderMeshOf(mesh);
     tetmesh::setNormals(result, kCrease);
     return result;

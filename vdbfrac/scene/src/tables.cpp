@@ -246,7 +246,12 @@ std::vector<Key> outputKeys(const Vocabulary::Fields& fields)
              .choices = all},
             {.name = "obj",
              .member = &scene::Output::obj,
-             .doc = "Whether the deformed surface is written as .obj each frame."}};
+             .doc = "Whether the deformed surface is written as .obj each frame."},
+            {.name = "lips",
+             .member = {Type::choice, &scene::Output::lipsClosed},
+             .doc = "Where both sides of a crack are drawn: closed, at the middle of the gap that the crack has made, "
+                    "so that it opens from nothing; or as_simulated, with the gap.",
+             .choices = {{"closed", true}, {"as_simulated", false}}}};
 }
 
 /// The name of an enum's value, by the key that takes it.

@@ -16,15 +16,20 @@
 
 namespace vdbfrac::skin {
 
+/// Where the two sides of a crack are drawn: where they are simulated, which leaves a gap of a voxel or two, or both at
+/// the middle of that gap, so that a crack opens from nothing.
+enum class Lips { closed, asSimulated };
+
 struct SkinCut {
     /// What became of a triangle of the outer surface.
     enum class Fate : std::uint8_t { kept, gone, cut };
+    static constexpr std::uint32_t kNoEdge = 0xffffffff;
     /// A point that the cut made.
     struct Point {
-        Vec3 X = Vec3::Zero();  ///< m, at rest
-        Coord anchor;           ///< voxel node of the side of the crack that it belongs to
-        bool onSkin = false;    ///< on the outer surface
-        Vec3 opens = Vec3::Zero();  ///< direction in which c rises, of length 1: out of the material
+        Vec3 X = Vec3::Zero();             ///< m, at rest
+        Coord anchor;                      ///< voxel node of the side of the crack that it belongs to
+        bool onSkin = false;               ///< on the outer surface
+        std::uint32_t skinEdge = kNoEdge;  ///< on which edge of it
     };
     /// A part of a triangle that was cut. Corners: points of the outer surface as given, then those of `points`.
     struct Part {
@@ -56,7 +61,7 @@ public:
     ~SkinCutter();
 
     /// `rest`: as before. `now`: phi [m] at present, on the same box and nowhere below it.
-    SkinCut cut(const tetmesh::NodeField<float>& rest, const tetmesh::NodeField<float>& now) const;
+    SkinCut cut(const tetmesh::NodeField<float>& rest, const tetmesh::NodeField<float>& now, Lips lips) const;
 
 private:
     std::vector<Coord> anchors(const CrackLattice& lattice) const;

@@ -118,6 +118,7 @@ struct Solver {
 struct Output {
     std::vector<std::string> vdb = {"phi"};  ///< out of Vocabulary::fields
     bool obj = true;
+    bool lipsClosed = true;  ///< lips = "closed"; false is "as_simulated"
 };
 
 /// A table that the scene has, of those that a vocabulary brings.
