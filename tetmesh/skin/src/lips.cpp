@@ -53,9 +53,13 @@ public:
         findSharpEdges();
     }
 
-    /// The closest point of the surface, or of its sharp edges; X itself where there is none near.
-    Vec3 closest(const Vec3& X, bool sharp) const
+    /// The closest point of the smooth face that a point of the surface was on, or of its sharp edges where it was on
+    /// one; where it is itself when there is none near.
+    Vec3 closest(const SkinCut::Point& point) const
     {
+        const Vec3& X = point.X;
+        const bool sharp = point.onEdge && isSharp_[point.skin];
+        const Vec3& normal = point.onEdge ? edgeNormal_[point.skin] : normal_[point.skin];
         Vec3 best = X;
         double nearest = std::numeric_limits<double>::infinity();
         const auto keep = [&](const Vec3& p) {
@@ -67,39 +71,46 @@ public:
                 for (int x = -1; x <= 1; ++x) {
                     const Coord voxel = middle + Coord{x, y, z};
                     auto at = std::lower_bound(entries_.begin(), entries_.end(), std::pair{voxel, std::uint32_t(0)});
-                    for (; at != entries_.end() && at->first == voxel; ++at) visit(at->second, X, sharp, keep);
+                    for (; at != entries_.end() && at->first == voxel; ++at) {
+                        if (sharp)
+                            visitEdges(at->second, X, keep);
+                        else if (normal_[at->second].dot(normal) >= kSharp)
+                            visit(at->second, X, keep);
+                    }
                 }
         return best;
     }
-    bool isSharp(std::uint32_t edge) const { return isSharp_[edge]; }
-
 private:
     template <class Keep>
-    void visit(std::uint32_t t, const Vec3& X, bool sharp, const Keep& keep) const
+    void visit(std::uint32_t t, const Vec3& X, const Keep& keep) const
     {
         const auto& c = skin_.triangles[t];
-        const Vec3 &p = skin_.points[c[0]], &q = skin_.points[c[1]], &r = skin_.points[c[2]];
-        if (!sharp) return keep(closestOn(p, q, r, X));
+        keep(closestOn(skin_.points[c[0]], skin_.points[c[1]], skin_.points[c[2]], X));
+    }
+    template <class Keep>
+    void visitEdges(std::uint32_t t, const Vec3& X, const Keep& keep) const
+    {
+        const auto& c = skin_.triangles[t];
         for (std::size_t k = 0; k < 3; ++k)
-            if (isSharp(skin_.edgeOf[t][k])) {
+            if (isSharp_[skin_.edgeOf[t][k]]) {
                 const Vec3 &a = skin_.points[c[k]], &b = skin_.points[c[(k + 1) % 3]];
                 keep(closestOn(a, b, b, X));
             }
     }
     void findSharpEdges()
     {
-        std::vector<Vec3> first(skin_.edges.size(), Vec3::Zero());
+        edgeNormal_.assign(skin_.edges.size(), Vec3::Zero());
         isSharp_.assign(skin_.edges.size(), false);
         for (std::size_t t = 0; t < skin_.triangles.size(); ++t) {
             const auto& c = skin_.triangles[t];
-            const Vec3 normal = (skin_.points[c[1]] - skin_.points[c[0]])
-                                    .cross(skin_.points[c[2]] - skin_.points[c[0]])
-                                    .stableNormalized();
+            normal_.push_back((skin_.points[c[1]] - skin_.points[c[0]])
+                                  .cross(skin_.points[c[2]] - skin_.points[c[0]])
+                                  .stableNormalized());
             for (std::uint32_t e : skin_.edgeOf[t]) {
-                if (first[e].isZero())
-                    first[e] = normal;
+                if (edgeNormal_[e].isZero())
+                    edgeNormal_[e] = normal_[t];
                 else
-                    isSharp_[e] = first[e].dot(normal) < kSharp;
+                    isSharp_[e] = edgeNormal_[e].dot(normal_[t]) < kSharp;
             }
         }
     }
@@ -107,7 +118,8 @@ private:
     const SkinTopology& skin_;
     double dx_;
     std::vector<std::pair<Coord, std::uint32_t>> entries_;
-    std::vector<bool> isSharp_;
+    std::vector<Vec3> normal_, edgeNormal_;  // of triangles, and of the first triangle at each edge
+    std::vector<bool> isSharp_;              // of each edge
 };
 
 /// Half the way from a lip to the one opposite; none where nothing is opposite.
@@ -289,7 +301,7 @@ void closeLips(const SkinTopology& skin, const CrackLattice& lattice,
             SkinCut::Point& p = cut.points[i];
             if (!way[i]) continue;
             p.X += *way[i];
-            if (p.onSkin) p.X = near.closest(p.X, p.skinEdge != SkinCut::kNoEdge && near.isSharp(p.skinEdge));
+            if (p.skin != SkinCut::kNoSkin) p.X = near.closest(p);
         }
     });
     Redivider(skin, triangles, cut).run();

@@ -183,7 +183,7 @@ SkinCut SkinCutter::cut(const tetmesh::NodeField<float>& rest, const tetmesh::No
     if (lattice.mixedVoxels().empty()) return cut;
     const Crossings crossings = findCrossings(*topology_, lattice);
     const std::vector<std::uint8_t> open = openPoints(*topology_, lattice);
-    for (const Crossing& p : crossings.points) cut.points.push_back({p.X, p.anchor, true, p.onEdge ? p.skin : SkinCut::kNoEdge});
+    for (const Crossing& p : crossings.points) cut.points.push_back({p.X, p.anchor, p.skin, p.onEdge});
     cut.defects = crossings.defects;
     for (std::uint32_t t = 0; t < triangles_.size(); ++t)
         if (open[topology_->triangles[t][0]]) cut.fate[t] = SkinCut::Fate::gone;

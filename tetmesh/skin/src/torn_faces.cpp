@@ -321,7 +321,7 @@ void append(std::vector<TornPart>& parts, const TornSource& source, SkinCut& cut
         std::uint32_t& n = number[std::size_t(at - points.begin())];
         if (n == ~0u) {
             n = source.firstPoint + std::uint32_t(cut.points.size());
-            cut.points.push_back({at->X, at->closed, false, SkinCut::kNoEdge});
+            cut.points.push_back({at->X, at->closed, SkinCut::kNoSkin, false});
         }
         return n;
     };

@@ -23,13 +23,13 @@ enum class Lips { closed, asSimulated };
 struct SkinCut {
     /// What became of a triangle of the outer surface.
     enum class Fate : std::uint8_t { kept, gone, cut };
-    static constexpr std::uint32_t kNoEdge = 0xffffffff;
+    static constexpr std::uint32_t kNoSkin = 0xffffffff;
     /// A point that the cut made.
     struct Point {
-        Vec3 X = Vec3::Zero();             ///< m, at rest
-        Coord anchor;                      ///< voxel node of the side of the crack that it belongs to
-        bool onSkin = false;               ///< on the outer surface
-        std::uint32_t skinEdge = kNoEdge;  ///< on which edge of it
+        Vec3 X = Vec3::Zero();         ///< m, at rest
+        Coord anchor;                  ///< voxel node of the side of the crack that it belongs to
+        std::uint32_t skin = kNoSkin;  ///< edge or triangle of the outer surface that it lies on
+        bool onEdge = false;           ///< on an edge
     };
     /// A part of a triangle that was cut. Corners: points of the outer surface as given, then those of `points`.
     struct Part {
