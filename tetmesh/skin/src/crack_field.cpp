@@ -22,7 +22,7 @@ using Sides = std::vector<std::pair<Coord, Coord>>;
 constexpr double kFar = 3;        // voxels: nothing is known of cracks that are farther
 constexpr double kRaised = 0.25;  // voxels: by less, re-levelling may have moved what did not tear
 constexpr double kNear = 1.5;     // voxels from a crack that its surface may need the values of
-constexpr double kTorn = 1e-3;    // voxels: a node that was inside and is not has torn, unless by rounding
+constexpr double kTorn = 1e-3;    // voxels: by rounding it may rise as much
 constexpr double kBeyond = 2.5;   // voxels outside of the body: outer surfaces of any make stay within
 constexpr double kOpened = 0.05;  // voxels: c of a node that has to be open
 constexpr double kSmoothed = 0.25;  // share of the neighbours: half of it makes a crack of two voxels a third thinner
@@ -84,10 +84,17 @@ public:
 
 private:
     bool isInside(Coord n) const { return rest_(n) < 0; }
+    /// Has phi risen by more than re-levelling may do to what did not tear? Or a little, beside what did.
     bool isRaised(Coord n) const
     {
-        return isInside(n) && now_(n) > rest_(n) + (now_(n) < 0 ? kRaised : kTorn) * dx_;
+        if (!isInside(n) || !(now_(n) > rest_(n) + kTorn * dx_)) return false;
+        if (hasRisen(n)) return true;
+        bool beside = false;
+        if (now_(n) >= 0)
+            forNeighbours(n, [&](Coord m) { beside = beside || (isInside(m) && now_(m) >= 0 && hasRisen(m)); });
+        return beside;
     }
+    bool hasRisen(Coord n) const { return now_(n) > rest_(n) + kRaised * dx_; }
 
     /// The nodes inside, at rest, whose phi a crack has raised.
     std::vector<Coord> raisedNodes() const
