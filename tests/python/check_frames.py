@@ -10,6 +10,7 @@ import re
 import shutil
 import subprocess
 import sys
+import tempfile
 import tomllib
 from pathlib import Path
 
@@ -103,9 +104,10 @@ def check_vdb(path, scene, frame):
 
 
 def check_obj_text(path):
-    """Structure that meshio does not keep: objects, groups, materials. Returns the fragments and the face count."""
+    """Structure that meshio does not keep: objects, groups, materials. Returns the fragments, points and triangles."""
     name = group = material = None
-    points = faces = 0
+    count = {"v": 0, "vt": 0, "vn": 0}
+    triangles = 0
     fragments = []
     library = None
     for number, line in enumerate(path.read_text().splitlines(), 1):
@@ -113,29 +115,36 @@ def check_obj_text(path):
         where = f"{path}:{number}"
         if key == "mtllib":
             library = rest
-        elif key == "v":
-            points += 1
+        elif key in count:
+            count[key] += 1
+            if key == "vn":
+                length = math.hypot(*map(float, rest.split()))
+                require(abs(length - 1) < 1e-6, f"{where}: a normal of length {length}")
         elif key == "o":
             require(re.fullmatch(r"fragment_\d{4,}", rest), f"{where}: object '{rest}'")
             name, group, material = rest, None, None
             fragments.append(int(rest.split("_")[1]))
         elif key == "g":
-            require(name is not None and rest in (name + "_outside", name + "_inside"), f"{where}: group '{rest}'")
-            group, material = rest, None
+            require(name is not None and rest, f"{where}: group '{rest}'")
+            group = rest
         elif key == "usemtl":
-            require(group is not None and group == f"{name}_{rest}", f"{where}: material '{rest}' in group '{group}'")
+            require(group is not None and (rest == "inside") == group.endswith("_inside"),
+                    f"{where}: material '{rest}' in group '{group}'")
             material = rest
         elif key == "f":
             require(material is not None, f"{where}: a face outside of a group with a material")
-            corners = [int(corner.split("/")[0]) for corner in rest.split()]
-            require(len(corners) == 3 and len(set(corners)) == 3, f"{where}: not a triangle: {rest}")
-            require(all(1 <= c <= points for c in corners), f"{where}: index out of 1 to {points}: {rest}")
-            faces += 1
+            corners = [corner.split("/") for corner in rest.split()]
+            require(len(corners) >= 3 and len({c[0] for c in corners}) == len(corners), f"{where}: no polygon: {rest}")
+            for corner in corners:
+                for of, index in zip(("v", "vt", "vn"), corner):
+                    require(not index or 1 <= int(index) <= count[of],
+                            f"{where}: index out of 1 to {count[of]}: {rest}")
+            triangles += len(corners) - 2
         else:
             raise Wrong(f"{where}: unexpected '{line}'")
-    require(fragments == sorted(set(fragments)), f"{path}: objects are not in the order of their ids, each once")
+    require(len(fragments) == len(set(fragments)), f"{path}: an object comes twice")
     require(library and (path.parent / library).is_file(), f"{path}: its material library '{library}' is not there")
-    return fragments, points, faces
+    return fragments, count["v"], triangles
 
 
 def check_obj(path, frame):
@@ -143,14 +152,20 @@ def check_obj(path, frame):
     require(faces > 0 or frame["all_gone"], f"{path}: no faces")
     if faces == 0:
         return set(fragments)
-    mesh = meshio.read(path, file_format="obj")
+    with tempfile.NamedTemporaryFile("w", suffix=".obj") as bare:
+        # meshio takes texture coordinates and normals for values of points.
+        text = re.sub(r"^v[tn] .*\n", "", path.read_text(), flags=re.MULTILINE)
+        bare.write(re.sub(r"(?<=\d)/\S*", "", text))
+        bare.flush()
+        mesh = meshio.read(bare.name, file_format="obj")
     require(len(mesh.points) == points, f"{path}: meshio reads {len(mesh.points)} of {points} points")
     require(np.isfinite(mesh.points).all(), f"{path}: points that are not finite")
-    read = sum(len(block.data) for block in mesh.cells)
-    require(read == faces, f"{path}: meshio reads {read} of {faces} faces")
+    read = 0
     for block in mesh.cells:
-        require(block.type == "triangle", f"{path}: meshio reads cells of type {block.type}")
+        require(block.type in ("triangle", "quad", "polygon"), f"{path}: meshio reads cells of type {block.type}")
+        read += len(block.data) * (block.data.shape[1] - 2)
         require(block.data.min() >= 0 and block.data.max() < points, f"{path}: indices out of range")
+    require(read == faces, f"{path}: meshio reads {read} of {faces} triangles")
     return set(fragments)
 
 

@@ -2,11 +2,18 @@
 
 #include "solid_shapes.h"
 
+#include <Eigen/Geometry>
+
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Polygon_mesh_processing/corefinement.h>
 #include <CGAL/Polygon_mesh_processing/detect_features.h>
-#include <CGAL/Polygon_mesh_processing/remesh.h>
 #include <CGAL/Surface_mesh.h>
+#include <CGAL/boost/graph/Euler_operations.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
 
 namespace vdbfrac::solids {
 
@@ -45,14 +52,97 @@ tetmesh::RenderMesh renderMeshOf(Mesh& mesh)
     return result;
 }
 
-/// Corefinement leaves slivers along its lines, which fold over when their surface moves: even triangles instead.
-void even(Mesh& mesh, double edge)
-{
-    const auto isSharp = mesh.add_property_map<Mesh::Edge_index, bool>("e:is_sharp", false).first;
-    PMP::detect_sharp_edges(mesh, kCrease, isSharp);
-    PMP::isotropic_remeshing(mesh.faces(), edge, mesh,
-                             CGAL::parameters::number_of_iterations(3).edge_is_constrained_map(isSharp));
-}
+/// Corefinement leaves slivers along its lines, which fold over when their surface moves. Joins points that are close to
+/// each other, then turns edges as Delaunay would have them; neither leaves faces or sharp edges. (CGAL's isotropic
+/// remeshing gives other triangles each time it runs.)
+class Tidier {
+public:
+    Tidier(Mesh& mesh, double edge) : mesh_(mesh), shortest_(kShort * edge) {}
+
+    void run()
+    {
+        constexpr int kRounds = 3;
+        for (int round = 0; round < kRounds; ++round) {
+            findSharpEdges();
+            for (const Edge e : edges())
+                if (!mesh_.is_removed(e)) collapse(mesh_.halfedge(e)) || collapse(mesh_.opposite(mesh_.halfedge(e)));
+            for (const Edge e : edges()) flip(e);
+        }
+    }
+
+private:
+    using Edge = Mesh::Edge_index;
+    using Halfedge = Mesh::Halfedge_index;
+    using Vertex = Mesh::Vertex_index;
+    static constexpr double kShort = 0.35;    // of the edges that are wanted
+    static constexpr double kFlat = 0.99999;  // cosine between triangles of one plane
+
+    std::vector<Edge> edges() const { return {mesh_.edges().begin(), mesh_.edges().end()}; }
+    void findSharpEdges()
+    {
+        isSharp_ = mesh_.add_property_map<Edge, bool>("e:is_sharp", false).first;
+        for (const Edge e : mesh_.edges()) isSharp_[e] = false;
+        PMP::detect_sharp_edges(mesh_, kCrease, isSharp_);
+    }
+    Vec3 at(Vertex v) const
+    {
+        const Point& p = mesh_.point(v);
+        return {p.x(), p.y(), p.z()};
+    }
+    Vec3 area(Vertex a, Vertex b, Vertex c) const { return (at(b) - at(a)).cross(at(c) - at(a)); }
+
+    /// Puts the source of an edge onto its target, where the triangles round it stay in their planes.
+    bool collapse(Halfedge h)
+    {
+        const Vertex from = mesh_.source(h), to = mesh_.target(h);
+        if ((at(from) - at(to)).norm() > shortest_) return false;
+        int sharp = 0;
+        for (const Halfedge k : mesh_.halfedges_around_target(mesh_.opposite(h))) sharp += isSharp_[mesh_.edge(k)];
+        if (sharp != 0 && !(sharp == 2 && isSharp_[mesh_.edge(h)] && isStraight(from, to))) return false;
+        for (const Halfedge k : mesh_.halfedges_around_target(mesh_.opposite(h))) {
+            const Vertex a = mesh_.target(mesh_.next(k)), b = mesh_.source(k);
+            if (a == to || b == to) continue;
+            const Vec3 before = area(from, a, b), after = area(to, a, b);
+            if (before.dot(after) <= kFlat * before.norm() * after.norm()) return false;
+        }
+        if (!CGAL::Euler::does_satisfy_link_condition(mesh_.edge(h), mesh_)) return false;
+        CGAL::Euler::collapse_edge(mesh_.edge(h), mesh_, isSharp_);
+        return true;
+    }
+    /// Does the sharp line go straight on behind `from`?
+    bool isStraight(Vertex from, Vertex to) const
+    {
+        for (const Halfedge k : mesh_.halfedges_around_target(mesh_.halfedge(from))) {
+            const Vertex other = mesh_.source(k);
+            if (other == to || !isSharp_[mesh_.edge(k)]) continue;
+            const Vec3 u = (at(from) - at(to)).stableNormalized(), v = (at(other) - at(from)).stableNormalized();
+            if (u.dot(v) < kFlat) return false;
+        }
+        return true;
+    }
+
+    void flip(Edge e)
+    {
+        if (mesh_.is_removed(e) || isSharp_[e]) return;
+        const Halfedge h = mesh_.halfedge(e), o = mesh_.opposite(h);
+        const Vertex a = mesh_.source(h), b = mesh_.target(h), c = mesh_.target(mesh_.next(h)),
+                     d = mesh_.target(mesh_.next(o));
+        const auto cosine = [&](Vertex tip) {
+            return (at(a) - at(tip)).stableNormalized().dot((at(b) - at(tip)).stableNormalized());
+        };
+        constexpr double kClear = 1e-6;  // on squares both ways are as good
+        const double sum = std::acos(std::clamp(cosine(c), -1., 1.)) + std::acos(std::clamp(cosine(d), -1., 1.));
+        if (sum <= std::numbers::pi + kClear || mesh_.halfedge(c, d) != Mesh::null_halfedge()) return;
+        const Vec3 first = area(a, d, c), second = area(b, c, d), whole = area(a, b, c) + area(b, a, d);
+        for (const Vec3& part : {first, second})
+            if (part.dot(whole) <= kFlat * part.norm() * whole.norm()) return;
+        CGAL::Euler::flip_edge(h, mesh_);
+    }
+
+    Mesh& mesh_;
+    double shortest_;
+    Mesh::Property_map<Edge, bool> isSharp_;
+};
 
 Bounds joined(const Bounds& a, const Bounds& b) { return {a.lower.cwiseMin(b.lower), a.upper.cwiseMax(b.upper)}; }
 
@@ -71,7 +161,7 @@ std::optional<tetmesh::RenderMesh> solidMesh(const SolidBody& body, double edge)
         Mesh other = meshOf(p, edge, within);
         if (!PMP::corefine_and_compute_difference(mesh, other, mesh)) return std::nullopt;
     }
-    if (!body.add.empty() || !body.cut.empty()) even(mesh, edge);
+    if (!body.add.empty() || !body.cut.empty()) Tidier(mesh, edge).run();
     tetmesh::RenderMesh result = renderMeshOf(mesh);
     tetmesh::setNormals(result, kCrease);
     return result;
