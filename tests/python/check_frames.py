@@ -10,13 +10,14 @@ import re
 import shutil
 import subprocess
 import sys
-import tempfile
 import tomllib
 from pathlib import Path
 
 import meshio
 import numpy as np
 import pyopenvdb
+
+from obj_frames import read_obj
 
 REST_GRIDS = ("phi", "energy", "arrival")  # one for each body
 LEVEL_SETS = ("phi", "surface")
@@ -152,12 +153,7 @@ def check_obj(path, frame):
     require(faces > 0 or frame["all_gone"], f"{path}: no faces")
     if faces == 0:
         return set(fragments)
-    with tempfile.NamedTemporaryFile("w", suffix=".obj") as bare:
-        # meshio takes texture coordinates and normals for values of points.
-        text = re.sub(r"^v[tn] .*\n", "", path.read_text(), flags=re.MULTILINE)
-        bare.write(re.sub(r"(?<=\d)/\S*", "", text))
-        bare.flush()
-        mesh = meshio.read(bare.name, file_format="obj")
+    mesh = read_obj(path)
     require(len(mesh.points) == points, f"{path}: meshio reads {len(mesh.points)} of {points} points")
     require(np.isfinite(mesh.points).all(), f"{path}: points that are not finite")
     read = 0

@@ -9,6 +9,8 @@ from pathlib import Path
 import meshio
 import numpy as np
 
+from obj_frames import read_obj
+
 PROGRAM, SOURCE = sys.argv[1], Path(sys.argv[2])
 failures = []
 
@@ -110,7 +112,7 @@ def corners_of(read, precision=np.float64):
 
 def check_ply(name, ply, obj_file, precision=np.float64):
     """Faces and fields of a .ply are those of the .obj of the same surface, its points too, in this precision."""
-    obj = meshio.read(obj_file)
+    obj = read_obj(obj_file)
     fields = np.column_stack([np.concatenate(ply.cell_data[field]).ravel() for field in ("fragment", "torn")])
     rows = [np.unique(np.column_stack(both), axis=0)
             for both in ((corners_of(ply, precision), fields), (corners_of(obj, precision), obj_fields(obj_file)))]
@@ -217,11 +219,11 @@ with tempfile.TemporaryDirectory() as temporary:
     check("the frame has fragments and torn faces", len(np.unique(obj_fields(frame_obj), axis=0)) >= 4)
     check_ply(".ply of a frame", read_ply(Path(names[1])), frame_obj)
     mesh(run, "-o", folder / "g.##.stl", "-f", last)
-    check_stl(".stl of a frame", meshio.read(folder / f"g.{last}.stl"), meshio.read(frame_obj))
+    check_stl(".stl of a frame", meshio.read(folder / f"g.{last}.stl"), read_obj(frame_obj))
     mesh(run, "-o", folder / "g.##.obj", "-f", last)
     again = meshio.read(folder / f"g.{last}.obj")
-    check(".obj of a frame is the frame's", np.array_equal(again.points, meshio.read(frame_obj).points)
-          and np.array_equal(triangles_of(again), triangles_of(meshio.read(frame_obj)))
+    check(".obj of a frame is the frame's", np.array_equal(again.points, read_obj(frame_obj).points)
+          and np.array_equal(triangles_of(again), triangles_of(read_obj(frame_obj)))
           and np.array_equal(obj_fields(folder / f"g.{last}.obj"), obj_fields(frame_obj)))
     vdb = next((run / "vdb").glob(f"*.00{last}.vdb"))
     pattern = str(vdb).replace(f".00{last}.", ".$F4.")

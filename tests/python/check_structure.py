@@ -15,9 +15,11 @@ LIBRARIES = {
     "tetmesh": ("tetmesh", ["base"]),
     "mesher": ("tetmesh/mesher", ["tetmesh"]),
     "repair": ("tetmesh/repair", ["tetmesh"]),
+    "solids": ("tetmesh/solids", ["tetmesh"]),
+    "skin": ("tetmesh/skin", ["tetmesh"]),
     "grid": ("vdbfrac/grid", ["scene", "tetmesh"]),
     "solver": ("solver", ["tetmesh"]),
-    "core": ("vdbfrac/core", ["grid", "solver", "mesher"]),
+    "core": ("vdbfrac/core", ["grid", "solver", "mesher", "skin", "solids"]),
     "effects": ("vdbfrac/effects", ["core"]),
     "lab/machine": ("tools/lab/machine", ["base"]),
     "lab/samples": ("tools/lab/samples", ["solver"]),
@@ -25,7 +27,8 @@ LIBRARIES = {
     "lab/study": ("tools/lab/study", ["lab/machine", "lab/scenes"]),
     "lab/verify": ("tools/lab/verify", ["lab/machine", "lab/samples", "lab/scenes"]),
     "lab/bench": ("tools/lab/bench", ["lab/machine", "lab/samples", "lab/scenes"]),
-    "cli": ("tools/cli", ["lab/bench", "lab/study", "lab/verify", "repair"]),
+    "pictures": ("tools/pictures", ["tetmesh"]),
+    "cli": ("tools/cli", ["lab/bench", "lab/study", "lab/verify", "repair", "pictures"]),
 }
 # Of the command line, tests link what reads lists of frames; all else they reach through the program.
 TESTS_OF_CLI = {"tests/unit/frame_list_test.cpp"}

@@ -84,8 +84,7 @@ tetmesh::NodeField<float> fieldOf(const Phi& phi, double reach, double dx)
     tetmesh::NodeField<float> field({-n, -n, -n}, {n, n, n}, far, -far);
     for (int z = -n; z <= n; ++z)
         for (int y = -n; y <= n; ++y)
-            for (int x = -n; x <= n; ++x)
-                field.set({x, y, z}, std::clamp(float(phi(dx * Vec3(x, y, z))), -far, far));
+            for (int x = -n; x <= n; ++x) field.set({x, y, z}, std::clamp(float(phi(dx * Vec3(x, y, z))), -far, far));
     return field;
 }
 
@@ -184,8 +183,8 @@ TEST(SkinCut, ClosesEveryPartOfATornBody)
                 for (const double ends : {1e9, .2}) {
                     const SkinCut cut = cutBy(solid, {normal, .03, ends}, .1);
                     const Drawn d = drawn(solid, cut);
-                    EXPECT_EQ(Edges(d).bad(), 0) << solid.name << ", half " << half << ", normal "
-                                                 << normal.transpose() << ", ends " << ends;
+                    EXPECT_EQ(Edges(d).bad(), 0)
+                        << solid.name << ", half " << half << ", normal " << normal.transpose() << ", ends " << ends;
                     EXPECT_EQ(cut.defects, 0);
                     EXPECT_GT(cut.torn.size(), 100u);
                 }
@@ -215,8 +214,7 @@ TEST(SkinCut, PartsOfATriangleLieInIt)
             const auto& t = solid.triangles[part.triangle];
             const Vec3 u = solid.points[t[1]] - solid.points[t[0]], v = solid.points[t[2]] - solid.points[t[0]];
             const Vec3 normal = u.cross(v).normalized();
-            for (std::uint32_t c : part.corner)
-                EXPECT_NEAR(normal.dot(d.points[c] - solid.points[t[0]]), 0, kRounding);
+            for (std::uint32_t c : part.corner) EXPECT_NEAR(normal.dot(d.points[c] - solid.points[t[0]]), 0, kRounding);
             EXPECT_GE(normal.dot((d.points[part.corner[1]] - d.points[part.corner[0]])
                                      .cross(d.points[part.corner[2]] - d.points[part.corner[0]])),
                       -kRounding);
@@ -233,8 +231,8 @@ TEST(SkinCut, KeepsTheAreaThatTheCrackLeaves)
     for (const Vec3& normal : {kTilts[0], kTilts[1]}) {
         const Drawn d = drawn(solid, cutBy(solid, {normal, .03}, dx));
         // The crack takes a belt from the four sides: 2 dx high across it, higher along a side that it meets aslant.
-        const double belt = 2 * (2 / std::hypot(normal.y(), normal.x()) + 2 / std::hypot(normal.y(), normal.z())) *
-                            (2 * dx) * 1.;
+        const double belt =
+            2 * (2 / std::hypot(normal.y(), normal.x()) + 2 / std::hypot(normal.y(), normal.z())) * (2 * dx) * 1.;
         EXPECT_NEAR(24 - area(d.points, d.outside), belt, .25 * belt) << normal.transpose();
     }
 }

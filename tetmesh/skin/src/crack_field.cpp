@@ -19,14 +19,14 @@ namespace {
 using Field = tetmesh::NodeField<float>;
 using Sides = std::vector<std::pair<Coord, Coord>>;
 
-constexpr double kFar = 3;        // voxels: nothing is known of cracks that are farther
-constexpr double kRaised = 0.25;  // voxels: by less, re-levelling may have moved what did not tear
-constexpr double kNear = 1.5;     // voxels from a crack that its surface may need the values of
-constexpr double kTorn = 1e-3;    // voxels: by rounding it may rise as much
-constexpr double kBeyond = 2.5;   // voxels outside of the body: outer surfaces of any make stay within
-constexpr double kOpened = 0.05;  // voxels: c of a node that has to be open
+constexpr double kFar = 3;          // voxels: nothing is known of cracks that are farther
+constexpr double kRaised = 0.25;    // voxels: by less, re-levelling may have moved what did not tear
+constexpr double kNear = 1.5;       // voxels from a crack that its surface may need the values of
+constexpr double kTorn = 1e-3;      // voxels: by rounding it may rise as much
+constexpr double kBeyond = 2.5;     // voxels outside of the body: outer surfaces of any make stay within
+constexpr double kOpened = 0.05;    // voxels: c of a node that has to be open
 constexpr double kSmoothed = 0.25;  // share of the neighbours: half of it makes a crack of two voxels a third thinner
-constexpr int kReach = 3;         // voxels over which known values are carried on
+constexpr int kReach = 3;           // voxels over which known values are carried on
 
 /// Calls visit(offset) for the nodes of a cube round one.
 template <class Visit>
@@ -50,10 +50,7 @@ public:
         seen_[k] = true;
         reached_.push_back(n);
     }
-    std::optional<Coord> next()
-    {
-        return at_ < reached_.size() ? std::optional(reached_[at_++]) : std::nullopt;
-    }
+    std::optional<Coord> next() { return at_ < reached_.size() ? std::optional(reached_[at_++]) : std::nullopt; }
 
 private:
     static constexpr int kReach = 5, kSize = 2 * kReach + 1;
@@ -282,8 +279,8 @@ private:
         while (const std::optional<Coord> at = search.next()) {
             if (*at == b) return true;
             forNeighbours(*at, [&](Coord m) {
-                const bool isNear = low.x <= m.x && m.x <= high.x && low.y <= m.y && m.y <= high.y && low.z <= m.z &&
-                                    m.z <= high.z;
+                const bool isNear =
+                    low.x <= m.x && m.x <= high.x && low.y <= m.y && m.y <= high.y && low.z <= m.z && m.z <= high.z;
                 if (isNear && now_(m) < 0) search.add(m);
             });
         }

@@ -142,8 +142,7 @@ private:
             if (above[p] == above[q] || passes_[0][e] != passes_[1][e] || passes_[1][e] != passes_[2][e]) continue;
             const double s = share(normal_.dot(tet.X[p] - corner_[0]), normal_.dot(tet.X[q] - corner_[0]));
             pierced_[e] = {tet.X[p] + s * (tet.X[q] - tet.X[p]), tet.c[p] + s * (tet.c[q] - tet.c[p])};
-            found_.piercings.push_back(
-                {lattice_.edgeKey(tet.nodes(), int(p), int(q)), triangle_, pierced_[e]->c > 0});
+            found_.piercings.push_back({lattice_.edgeKey(tet.nodes(), int(p), int(q)), triangle_, pierced_[e]->c > 0});
         }
     }
 

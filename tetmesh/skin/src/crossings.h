@@ -4,9 +4,9 @@
 // lattice. c is linear along E in a tet and on T in a face, so each such pair has one crossing at most:
 //   E in a tet   between the points where E enters and leaves it
 //   T in a face  between two of: an edge of T through the face, an edge of the face through T
-// In a tet, c = 0 cuts T along a segment between two crossings. Which simplices meet is decided exactly (CGAL's filtered
-// predicates), so all tets and triangles round a crossing agree on it, and its coordinates are computed from the pair
-// alone: neighbours find the same bits.
+// In a tet, c = 0 cuts T along a segment between two crossings. Which simplices meet is decided exactly (CGAL's
+// filtered predicates), so all tets and triangles round a crossing agree on it, and its coordinates are computed from
+// the pair alone: neighbours find the same bits.
 #pragma once
 
 #include "crack_lattice.h"

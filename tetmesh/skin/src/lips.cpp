@@ -17,7 +17,8 @@ namespace vdbfrac::skin {
 namespace {
 
 constexpr double kFarthest = 1.5;  // voxels that a lip moves: more is no gap that a crack has made
-constexpr double kSharp = 0.87;  // cosine of the angle between the triangles of an edge that is no part of a smooth face
+constexpr double kSharp =
+    0.87;  // cosine of the angle between the triangles of an edge that is no part of a smooth face
 
 Coord voxelOf(const Vec3& X, double dx)
 {
@@ -80,6 +81,7 @@ public:
                 }
         return best;
     }
+
 private:
     template <class Keep>
     void visit(std::uint32_t t, const Vec3& X, const Keep& keep) const

@@ -9,8 +9,8 @@
 
 namespace vdbfrac::skin {
 
-/// The outline is one closed line or several, one in another where there are holes; lines part the polygon into regions,
-/// and a region and the one beyond a line have opposite labels.
+/// The outline is one closed line or several, one in another where there are holes; lines part the polygon into
+/// regions, and a region and the one beyond a line have opposite labels.
 struct PlanarPolygon {
     std::vector<std::array<double, 2>> points;
     std::vector<std::array<std::uint32_t, 2>> outline;  ///< pairs of points

@@ -234,9 +234,9 @@ std::vector<Vec3> Skin::normals(std::span<const Vec3> x, std::span<const Vec3> p
             // F^-T N = d^-T (D^T N), d and D the edges of the tet now and at rest; d^-T by its cofactors.
             const Mat3 d = edgesOf(points_[normalPoint_[n]], x);
             const Vec3& r = restNormal_[n];
-            normals[n] = (r[0] * d.col(1).cross(d.col(2)) + r[1] * d.col(2).cross(d.col(0)) +
-                          r[2] * d.col(0).cross(d.col(1)))
-                             .stableNormalized();
+            normals[n] =
+                (r[0] * d.col(1).cross(d.col(2)) + r[1] * d.col(2).cross(d.col(0)) + r[2] * d.col(0).cross(d.col(1)))
+                    .stableNormalized();
         }
     });
     for (std::size_t f = 0; f < mesh.faces(); ++f) {

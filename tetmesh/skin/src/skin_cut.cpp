@@ -108,8 +108,8 @@ std::span<const RimSegment> segmentsOf(const Crossings& crossings, std::uint32_t
 {
     const auto low = std::lower_bound(crossings.segments.begin(), crossings.segments.end(), triangle,
                                       [](const RimSegment& s, std::uint32_t t) { return s.triangle < t; });
-    const auto high = std::find_if(low, crossings.segments.end(),
-                                   [&](const RimSegment& s) { return s.triangle != triangle; });
+    const auto high =
+        std::find_if(low, crossings.segments.end(), [&](const RimSegment& s) { return s.triangle != triangle; });
     return {low, high};
 }
 

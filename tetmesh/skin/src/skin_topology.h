@@ -11,8 +11,8 @@
 namespace vdbfrac::skin {
 
 struct SkinTopology {
-    std::vector<Vec3> points;              ///< m; each place once
-    std::vector<std::uint32_t> pointOf;    ///< of each point that was given: its place
+    std::vector<Vec3> points;                             ///< m; each place once
+    std::vector<std::uint32_t> pointOf;                   ///< of each point that was given: its place
     std::vector<std::array<std::uint32_t, 3>> triangles;  ///< indices into points
     std::vector<std::array<std::uint32_t, 3>> edgeOf;     ///< of each triangle: edge k goes from corner k to the next
     std::vector<std::array<std::uint32_t, 2>> edges;      ///< the lower point first

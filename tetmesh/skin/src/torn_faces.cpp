@@ -66,8 +66,8 @@ private:
     }
     const Unsure* find(Coord node) const
     {
-        const auto at = std::lower_bound(unsure_.begin(), unsure_.end(), node,
-                                         [](const Unsure& u, Coord n) { return u.node < n; });
+        const auto at =
+            std::lower_bound(unsure_.begin(), unsure_.end(), node, [](const Unsure& u, Coord n) { return u.node < n; });
         return at != unsure_.end() && at->node == node ? &*at : nullptr;
     }
     void addWay(const LatticeTet& t, int a, int b)
@@ -349,8 +349,7 @@ void addTornFaces(const TornSource& source, SkinCut& cut)
             const SimplexKey key = source.lattice.key(tets[i]);
             const auto low = std::lower_bound(segments.begin(), segments.end(), key,
                                               [](const RimSegment& s, SimplexKey k) { return s.tet < k; });
-            const auto high =
-                std::find_if(low, segments.end(), [&](const RimSegment& s) { return s.tet != key; });
+            const auto high = std::find_if(low, segments.end(), [&](const RimSegment& s) { return s.tet != key; });
             TetFace(source, inner, tets[i], {low, high}, parts[begin / kTets]).add();
         }
     });

@@ -12,10 +12,10 @@ namespace vdbfrac::skin {
 
 struct TornSource {
     const CrackLattice& lattice;
-    const tetmesh::NodeField<float>& rest;    ///< phi [m] at rest
-    const Crossings& crossings;               ///< points 0, 1, ... of `cut` from number `firstPoint` on
-    std::span<const std::uint8_t> isInner;    ///< of each triangle of the skin: it trims nothing
-    std::uint32_t firstPoint = 0;             ///< number of the first point that is not given by the outer surface
+    const tetmesh::NodeField<float>& rest;  ///< phi [m] at rest
+    const Crossings& crossings;             ///< points 0, 1, ... of `cut` from number `firstPoint` on
+    std::span<const std::uint8_t> isInner;  ///< of each triangle of the skin: it trims nothing
+    std::uint32_t firstPoint = 0;           ///< number of the first point that is not given by the outer surface
 };
 
 /// Adds torn faces and their points to a cut whose points are the crossings.

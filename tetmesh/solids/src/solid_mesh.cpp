@@ -52,8 +52,8 @@ tetmesh::RenderMesh renderMeshOf(Mesh& mesh)
     return result;
 }
 
-/// Corefinement leaves slivers along its lines, which fold over when their surface moves. Joins points that are close to
-/// each other, then turns edges as Delaunay would have them; neither leaves faces or sharp edges. (CGAL's isotropic
+/// Corefinement leaves slivers along its lines, which fold over when their surface moves. Joins points that are close
+/// to each other, then turns edges as Delaunay would have them; neither leaves faces or sharp edges. (CGAL's isotropic
 /// remeshing gives other triangles each time it runs.)
 class Tidier {
 public:

@@ -34,8 +34,8 @@ Mat3 frameOf(const Vec3& axis)
     return frame;
 }
 
-/// The same turned about the axis by an angle that nothing else has: else points of round solids fall onto those of boxes
-/// but for their last digits, and their intersection has slivers as thin.
+/// The same turned about the axis by an angle that nothing else has: else points of round solids fall onto those of
+/// boxes but for their last digits, and their intersection has slivers as thin.
 Mat3 turnedFrameOf(const Vec3& axis)
 {
     constexpr double kTurn = 0.2374;  // rad

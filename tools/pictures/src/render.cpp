@@ -36,8 +36,8 @@ public:
                                                                    3 * sizeof(float), subject.points.size()));
         for (const Vec3& p : subject.points)
             for (int k = 0; k < 3; ++k) *points++ = float(p[k]);
-        auto* corners = static_cast<unsigned*>(rtcSetNewGeometryBuffer(
-            mesh, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned), subject.triangles.size()));
+        auto* corners = static_cast<unsigned*>(rtcSetNewGeometryBuffer(mesh, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                                                       3 * sizeof(unsigned), subject.triangles.size()));
         for (const auto& t : subject.triangles)
             for (std::uint32_t c : t) *corners++ = c;
         rtcCommitGeometry(mesh);

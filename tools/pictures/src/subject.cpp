@@ -42,8 +42,7 @@ Subject subjectOf(const tetmesh::DrawnTopology& drawn, std::span<const Vec3> poi
         const auto& c = fans.corners[t];
         const auto at = [&](std::size_t k) -> const tetmesh::RenderMesh::Corner& { return mesh.corners[c[k]]; };
         subject.triangles.push_back({at(0).point, at(1).point, at(2).point});
-        subject.normals.push_back(
-            {mesh.normals[at(0).normal], mesh.normals[at(1).normal], mesh.normals[at(2).normal]});
+        subject.normals.push_back({mesh.normals[at(0).normal], mesh.normals[at(1).normal], mesh.normals[at(2).normal]});
         const std::uint32_t f = fans.face[t];
         const Colour outside = by == ColourBy::fragment ? hueOf(drawn.fragment[f]) : kOutside;
         subject.colour.push_back(drawn.torn[f] ? kInside : outside);
@@ -57,8 +56,8 @@ Camera fittingCamera(const Vec3& direction, std::span<const Vec3> points, int wi
     Camera camera;
     camera.direction = direction.normalized();
     const Vec3 ahead = camera.direction;
-    const Vec3 right = ahead.cross(Vec3::UnitY()).norm() > 1e-6 ? Vec3(ahead.cross(Vec3::UnitY()).normalized())
-                                                                : Vec3(Vec3::UnitX());
+    const Vec3 right =
+        ahead.cross(Vec3::UnitY()).norm() > 1e-6 ? Vec3(ahead.cross(Vec3::UnitY()).normalized()) : Vec3(Vec3::UnitX());
     const Vec3 up = right.cross(ahead);
     const double longer = std::tan(camera.angle * std::acos(-1.) / 360) * (1 - 2 * kMargin);
     const Eigen::Vector2d slope(longer * width / std::max(width, height), longer * height / std::max(width, height));

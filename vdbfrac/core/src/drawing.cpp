@@ -44,7 +44,7 @@ Drawing::Drawing(const scene::Scene& scene, const Simulation& simulation)
     for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
         const Body& body = simulation.bodies()[b];
         surfaces_.push_back({skin::Skin(outerSurface(scene.bodies[b], body), *body.mesh,
-                                       scene.output.lipsClosed ? skin::Lips::closed : skin::Lips::asSimulated)});
+                                        scene.output.lipsClosed ? skin::Lips::closed : skin::Lips::asSimulated)});
     }
 }
 

@@ -99,8 +99,7 @@ void requireSame(const std::string& settings, const std::string& before)
 
 }  // namespace
 
-RunFolder::RunFolder(fs::path folder, const scene::Scene& scene, const Simulation& simulation,
-                     ExistingRun existing)
+RunFolder::RunFolder(fs::path folder, const scene::Scene& scene, const Simulation& simulation, ExistingRun existing)
     : folder_(std::move(folder)),
       scene_(scene),
       writer_(std::make_unique<Writer>(folder_, scene)),

@@ -39,11 +39,11 @@ struct SkinCut {
     CrackField cracks;
     std::vector<Coord> anchor;  ///< as Point::anchor, of each point that was given and is in no crack
     std::vector<Point> points;
-    std::vector<Fate> fate;                              ///< of each triangle
-    std::vector<Part> parts;                             ///< by triangle
-    std::vector<std::array<std::uint32_t, 3>> torn;      ///< seen from the crack counter-clockwise; numbered alike
-    std::int64_t mixedVoxels = 0;  ///< that a crack's surface goes through
-    std::int64_t defects = 0;      ///< places where rounding left a gap; 0 unless the surface meets itself
+    std::vector<Fate> fate;                          ///< of each triangle
+    std::vector<Part> parts;                         ///< by triangle
+    std::vector<std::array<std::uint32_t, 3>> torn;  ///< seen from the crack counter-clockwise; numbered alike
+    std::int64_t mixedVoxels = 0;                    ///< that a crack's surface goes through
+    std::int64_t defects = 0;  ///< places where rounding left a gap; 0 unless the surface meets itself
 };
 
 struct SkinTopology;

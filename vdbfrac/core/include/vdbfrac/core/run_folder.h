@@ -49,9 +49,10 @@ enum class ExistingRun { refuse, replace, keep };
 
 class RunFolder {
 public:
-    /// Makes the folder for a simulation that has made no step. Throws FileError; InputError for an output field that nothing makes, or where files of the
-    /// scene would be lost.
-    RunFolder(std::filesystem::path folder, const scene::Scene& scene, const Simulation& simulation, ExistingRun existing);
+    /// Makes the folder for a simulation that has made no step. Throws FileError; InputError for an output field that
+    /// nothing makes, or where files of the scene would be lost.
+    RunFolder(std::filesystem::path folder, const scene::Scene& scene, const Simulation& simulation,
+              ExistingRun existing);
 
     const std::filesystem::path& path() const { return folder_; }
 
@@ -79,8 +80,8 @@ public:
     const std::vector<StepRecord>& steps() const { return steps_; }
     /// Frames that are written. After finish only: until then the writer adds to them.
     const std::vector<FrameRecord>& frames() const;
-    /// After finish only. Stages: "snapshot", copying what frames write; "draw", the drawn surface; "output", making files of it, beside the
-    /// steps; "wait", how long the steps stood still for the writer.
+    /// After finish only. Stages: "snapshot", copying what frames write; "draw", the drawn surface; "output", making
+    /// files of it, beside the steps; "wait", how long the steps stood still for the writer.
     Ledger work() const;
 
 private:
