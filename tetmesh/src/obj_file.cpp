@@ -46,13 +46,17 @@ public:
     {
     }
 
-    void addFragment(std::span<const std::uint32_t> faces)
+    /// Points, texture coordinates and normals of faces, which come next.
+    void addPoints(std::span<const std::uint32_t> faces)
     {
-        const std::string name = objectName(drawn_.fragment[faces[0]]);
-        text_ << "o " << name << "\n";
         addNumbered("v", points_, number_, written_.points, faces, &Corner::point);
         addNumbered("vt", drawn_.mesh.uvs, uvNumber_, written_.uvs, faces, &Corner::uv);
         addNumbered("vn", normals_, normalNumber_, written_.normals, faces, &Corner::normal);
+    }
+    /// Faces of one fragment.
+    void addFaces(std::span<const std::uint32_t> faces)
+    {
+        const std::string name = objectName(drawn_.fragment[faces[0]]);
         addOutside(faces, name);
         addInside(faces, name);
     }
@@ -135,23 +139,53 @@ std::uint32_t fragmentOf(const std::string& name, const std::string& file)
 
 }  // namespace
 
+namespace {
+
+/// Faces by fragment, each fragment's in their order.
+std::vector<std::vector<std::uint32_t>> facesOfFragments(const DrawnTopology& drawn)
+{
+    assert(drawn.fragment.size() == drawn.mesh.faces() && drawn.torn.size() == drawn.mesh.faces());
+    std::vector<std::uint32_t> order(drawn.mesh.faces());
+    std::iota(order.begin(), order.end(), 0u);
+    const auto fragment = [&](std::uint32_t f) { return drawn.fragment[f]; };
+    std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return fragment(a) < fragment(b); });
+    std::vector<std::vector<std::uint32_t>> all;
+    for (std::uint32_t f : order) {
+        if (all.empty() || fragment(all.back()[0]) != fragment(f)) all.emplace_back();
+        all.back().push_back(f);
+    }
+    return all;
+}
+
+}  // namespace
+
 void writeObjFrame(const std::filesystem::path& file, std::span<const DrawnPart> bodies, const std::string& mtlName)
 {
     TextWriter text{kDigits};
     if (!mtlName.empty()) text << "mtllib " << mtlName << "\n";
     Written written;
     for (const DrawnPart& body : bodies) {
-        const DrawnTopology& drawn = body.topology;
-        assert(drawn.fragment.size() == drawn.mesh.faces() && drawn.torn.size() == drawn.mesh.faces());
-        std::vector<std::uint32_t> order(drawn.mesh.faces());
-        std::iota(order.begin(), order.end(), 0u);
-        const auto fragment = [&](std::uint32_t f) { return drawn.fragment[f]; };
-        std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return fragment(a) < fragment(b); });
         ObjWriter writer(body, text, written);
-        for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
-            while (end < order.size() && fragment(order[end]) == fragment(order[begin])) ++end;
-            writer.addFragment(std::span(order).subspan(begin, end - begin));
+        for (const auto& faces : facesOfFragments(body.topology)) {
+            text << "o " << objectName(body.topology.fragment[faces[0]]) << "\n";
+            writer.addPoints(faces);
+            writer.addFaces(faces);
         }
+    }
+    writeText(file, text.text());
+}
+
+void writeObjWhole(const std::filesystem::path& file, std::span<const DrawnPart> bodies, const std::string& mtlName)
+{
+    TextWriter text{kDigits};
+    if (!mtlName.empty()) text << "mtllib " << mtlName << "\n";
+    Written written;
+    for (const DrawnPart& body : bodies) {
+        ObjWriter writer(body, text, written);
+        std::vector<std::uint32_t> all(body.topology.mesh.faces());
+        std::iota(all.begin(), all.end(), 0u);
+        writer.addPoints(all);
+        for (const auto& faces : facesOfFragments(body.topology)) writer.addFaces(faces);
     }
     writeText(file, text.text());
 }

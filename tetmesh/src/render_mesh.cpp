@@ -109,6 +109,16 @@ void setNormals(RenderMesh& mesh, double crease)
     }
 }
 
+std::vector<std::uint32_t> usedPoints(const RenderMesh& mesh)
+{
+    std::vector<std::uint8_t> isUsed(mesh.points.size(), 0);
+    for (const RenderMesh::Corner& c : mesh.corners) isUsed[c.point] = 1;
+    std::vector<std::uint32_t> used;
+    for (std::uint32_t p = 0; p < isUsed.size(); ++p)
+        if (isUsed[p]) used.push_back(p);
+    return used;
+}
+
 Surface triangleSurface(const DrawnTopology& topology, std::span<const Vec3> points)
 {
     Surface surface;

@@ -63,6 +63,7 @@ int run(int argc, char** argv)
     actions["scene"] = addScene(app);
     actions["mesh"] = addMesh(app);
     actions["preview"] = addPreview(app);
+    actions["embed"] = addEmbed(app);
     actions["bench"] = addBench(app);
     actions["relevel"] = addRelevel(app);
     actions["info"] = addInfo(app);

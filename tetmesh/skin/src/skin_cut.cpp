@@ -137,6 +137,7 @@ SkinCutter::SkinCutter(std::span<const Vec3> points, std::vector<std::array<std:
 }
 
 SkinCutter::SkinCutter(SkinCutter&&) noexcept = default;
+SkinCutter& SkinCutter::operator=(SkinCutter&&) noexcept = default;
 SkinCutter::~SkinCutter() = default;
 
 /// Nodes that points of the skin belong to, each on the side of the cracks where its point is.

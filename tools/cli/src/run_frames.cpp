@@ -25,6 +25,7 @@ RunFrames readRunFrames(const std::filesystem::path& folder)
                 const auto path = file.at("path").get<std::string>();
                 if (path.ends_with(".obj")) f.obj = folder / path;
                 if (path.ends_with(".vdb")) f.vdb = folder / path;
+                if (path.ends_with(".motion")) f.motion = folder / path;
             }
         }
     } catch (const nlohmann::json::exception& e) {

@@ -9,7 +9,7 @@ namespace vdbfrac::cli {
 
 struct RunFrame {
     int frame = 0;
-    std::filesystem::path obj, vdb;  ///< empty where the run wrote none
+    std::filesystem::path obj, vdb, motion;  ///< empty where the run wrote none
 };
 
 struct RunFrames {

@@ -1,4 +1,4 @@
-#include "drawing.h"
+#include <vdbfrac/core/drawing.h>
 
 #include <vdbfrac/grid/level_set_surface.h>
 #include <vdbfrac/solids/solid_mesh.h>
@@ -39,37 +39,60 @@ tetmesh::RenderMesh outerSurface(const scene::Body& spec, const Body& body)
 
 }  // namespace
 
+namespace {
+
+skin::Lips lipsOf(const scene::Scene& scene)
+{
+    return scene.output.lipsClosed ? skin::Lips::closed : skin::Lips::asSimulated;
+}
+
+}  // namespace
+
 Drawing::Drawing(const scene::Scene& scene, const Simulation& simulation)
 {
     for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
         const Body& body = simulation.bodies()[b];
-        surfaces_.push_back({skin::Skin(outerSurface(scene.bodies[b], body), *body.mesh,
-                                        scene.output.lipsClosed ? skin::Lips::closed : skin::Lips::asSimulated)});
+        surfaces_.push_back({skin::Skin(outerSurface(scene.bodies[b], body), *body.mesh, lipsOf(scene))});
     }
 }
 
-DrawnFrame Drawing::draw(const Simulation& simulation, Ledger& work)
+void Drawing::replace(const scene::Scene& scene, const Simulation& simulation, std::size_t body,
+                      tetmesh::RenderMesh mesh)
 {
-    const StageTimer timer(work, "draw");
-    DrawnFrame frame;
+    surfaces_[body] = {skin::Skin(std::move(mesh), *simulation.bodies()[body].mesh, lipsOf(scene))};
+}
+
+void Drawing::follow(const Simulation& simulation, Ledger& work)
+{
     for (std::size_t b = 0; b < surfaces_.size(); ++b) {
         const Body& body = simulation.bodies()[b];
         auto& [skin, revision] = surfaces_[b];
-        if (revision != body.revision) {
-            skin.follow(*body.mesh, body.fragments.ofNode());
-            revision = body.revision;
-            work.count("draw", "mixed_voxels", skin.work().mixedVoxels);
-            work.count("draw", "cut_faces", skin.work().cutFaces);
-            work.count("draw", "torn_faces", skin.work().tornFaces);
-            work.count("draw", "defects", skin.work().defects);
-            work.count("draw", "far_points", skin.work().far);
-        }
-        const auto own = [&](std::span<const Vec3> field) {
-            return field.subspan(body.firstNode, body.mesh->nodeCount());
-        };
-        DrawnBody drawn{skin.topology(), skin.carried(own(simulation.x())), {}, skin.carried(own(simulation.v()))};
-        drawn.normals = skin.normals(own(simulation.x()), drawn.points);
-        frame.push_back(std::move(drawn));
+        if (revision == body.revision) continue;
+        skin.follow(*body.mesh, body.fragments.ofNode());
+        revision = body.revision;
+        work.count("draw", "mixed_voxels", skin.work().mixedVoxels);
+        work.count("draw", "cut_faces", skin.work().cutFaces);
+        work.count("draw", "torn_faces", skin.work().tornFaces);
+        work.count("draw", "defects", skin.work().defects);
+        work.count("draw", "far_points", skin.work().far);
+    }
+}
+
+DrawnBody Drawing::body(std::size_t body, std::span<const Vec3> x, std::span<const Vec3> v) const
+{
+    const skin::Skin& skin = surfaces_[body].skin;
+    DrawnBody drawn{skin.topology(), skin.carried(x), {}, skin.carried(v)};
+    drawn.normals = skin.normals(x, drawn.points);
+    return drawn;
+}
+
+DrawnFrame Drawing::frame(const Simulation& simulation) const
+{
+    DrawnFrame frame;
+    for (std::size_t b = 0; b < surfaces_.size(); ++b) {
+        const Body& own = simulation.bodies()[b];
+        frame.push_back(body(b, simulation.x().subspan(own.firstNode, own.mesh->nodeCount()),
+                             simulation.v().subspan(own.firstNode, own.mesh->nodeCount())));
     }
     return frame;
 }

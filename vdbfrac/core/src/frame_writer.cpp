@@ -116,6 +116,19 @@ bool isDrawn(const scene::Output& output)
     return output.obj || std::any_of(output.vdb.begin(), output.vdb.end(), worldField);
 }
 
+Archive motionOf(const Simulation& simulation)
+{
+    Archive archive;
+    for (std::size_t b = 0; b < simulation.bodies().size(); ++b) {
+        const Body& body = simulation.bodies()[b];
+        const std::string name = "_" + std::to_string(b);
+        archive.put("x" + name, simulation.x().subspan(body.firstNode, body.mesh->nodeCount()));
+        archive.put("v" + name, simulation.v().subspan(body.firstNode, body.mesh->nodeCount()));
+        archive.put("before" + name, simulation.ancestry()->before(b, simulation.framesDone()));
+    }
+    return archive;
+}
+
 FrameData takeFrame(const Simulation& simulation, const scene::Scene& scene, int frame)
 {
     FrameData data;
@@ -135,6 +148,7 @@ FrameData takeFrame(const Simulation& simulation, const scene::Scene& scene, int
             }
         });
     }
+    if (simulation.ancestry()) data.motion = motionOf(simulation);
     data.state = runState(simulation);
     return data;
 }
@@ -191,6 +205,11 @@ void RunFolder::Writer::write(FrameData& data)
         std::vector<tetmesh::DrawnPart> parts;
         for (const DrawnBody& body : data.drawn) parts.push_back({*body.topology, body.points, body.normals});
         tetmesh::writeObjFrame(folder_ / relative, parts, scene_.name + ".mtl");
+        note(data.record, relative);
+    }
+    if (scene_.output.motion) {
+        const std::string relative = sequenceName("motion", data.record.frame, "motion");
+        data.motion.write(folder_ / relative);
         note(data.record, relative);
     }
     frames_.push_back(std::move(data.record));

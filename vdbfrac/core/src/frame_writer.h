@@ -2,10 +2,10 @@
 // installed.
 #pragma once
 
-#include "drawing.h"
 #include "run_files.h"
 #include "run_records.h"
 
+#include <vdbfrac/core/drawing.h>
 #include <vdbfrac/core/run_folder.h>
 #include <vdbfrac/core/simulation.h>
 #include <vdbfrac/scene/scene.h>
@@ -39,6 +39,7 @@ struct FrameData {
     std::list<grid::LevelSet> levelSets;  // what `grids` point to
     std::vector<grid::NamedGrid> grids;   // in the order of the file; those in world space are still empty
     DrawnFrame drawn;                     // when something is made of it
+    Archive motion;                       // of all nodes, when it is asked for
     RunState state;
 };
 FrameData takeFrame(const Simulation& simulation, const scene::Scene& scene, int frame);

@@ -33,6 +33,7 @@ std::vector<std::string> runFiles(const std::string& name)
             "vdb/" + name + ".####.vdb",
             "obj/" + name + ".####.obj",
             "obj/" + name + ".mtl",
+            "motion/" + name + ".####.motion",
             "preview/" + name + ".####.png",
             "preview/contact_sheet.png",
             "stats.csv",

@@ -64,7 +64,7 @@ FolderLock prepare(const fs::path& folder, const scene::Scene& scene, ExistingRu
         std::erase_if(inputs, [&](const fs::path& file) { return fs::equivalent(file, own, error); });
     requireApart(folder, before, inputs, existing == ExistingRun::keep ? "write over" : "remove");
     requireApart(folder, runFiles(scene.name), inputs, "write over");
-    for (const char* place : {"", kCheckpointFolder, "vdb", "obj"}) removeTemporaries(folder / place);
+    for (const char* place : {"", kCheckpointFolder, "vdb", "obj", "motion"}) removeTemporaries(folder / place);
     if (existing == ExistingRun::replace) removeRunFiles(folder, before);
     return lock;
 }
@@ -110,6 +110,7 @@ RunFolder::RunFolder(fs::path folder, const scene::Scene& scene, const Simulatio
     // From here on the folder is known to hold a run.
     if (!fs::exists(folder_ / kManifest)) writer_->writeFirstManifest();
     if (!scene.output.vdb.empty()) fs::create_directory(folder_ / "vdb");
+    if (scene.output.motion) fs::create_directory(folder_ / "motion");
     if (scene.output.obj) {
         fs::create_directory(folder_ / "obj");
         tetmesh::writeMtl(folder_ / "obj" / (scene.name + ".mtl"));
@@ -136,7 +137,11 @@ std::string RunFolder::writeFrame(const Simulation& simulation, int frame)
         data = std::make_shared<FrameData>(takeFrame(simulation, scene_, frame));
         data->steps = newSteps();
     }
-    if (drawing_) data->drawn = drawing_->draw(simulation, work_);
+    if (drawing_) {
+        const StageTimer timer(work_, "draw");
+        drawing_->follow(simulation, work_);
+        data->drawn = drawing_->frame(simulation);
+    }
     const std::string hash = data->record.stateHash;
     queue_.push([writer = writer_.get(), data = std::move(data)] { writer->write(*data); });
     return hash;

@@ -90,6 +90,7 @@ Simulation::Simulation(const scene::Scene& scene, std::span<Effect* const> effec
     for (std::size_t b = 0; b < bodies_.size(); ++b) setInitialVelocity(scene.bodies[b], bodies_[b]);
     if (schemeOf(scene.solver) != solver::Scheme::statics) grips_->setStartVelocities(state_.v);
     fields_ = std::make_unique<StateFields>(*this);
+    if (scene.output.motion) ancestry_ = std::make_unique<Ancestry>(bodies_.size());
     stages_.frames.push_back(fields_.get());
     for (Effect* effect : effects) {
         effect->join(stages_);
@@ -169,6 +170,12 @@ int Simulation::framesDone() const
 {
     constexpr double kRounding = 1e-9;  // frames
     return int(std::floor(time_ * timeSettings_.fps + kRounding));
+}
+
+int Simulation::frameUnderWay() const
+{
+    constexpr double kRounding = 1e-9;  // frames
+    return int(std::ceil(time_ * timeSettings_.fps - kRounding));
 }
 
 std::span<const std::uint32_t> Simulation::gripNodes(std::size_t grip) const { return grips_->nodes(grip); }
@@ -286,6 +293,7 @@ void Simulation::recut(StepRecord& record, std::size_t b, const grid::PhiChanges
         elasticEnergy_ -= before - recutEnergy(update, own(), body, h_, elastic_->elasticity());
         body.fragments.update(*body.mesh, update.previousNode, time_, nextFragment_);
         ++body.revision;
+        if (ancestry_) ancestry_->recut(b, update.previousNode, frameUnderWay());
         for (RecutStage* stage : stages_.recut) stage->recut(body, update);
     }
     const StageTimer timer(record.work, "rebuild");

@@ -121,6 +121,7 @@ void Simulation::save(Archive& archive) const
         saveFragments(body, archive);
     }
     for (const Persistent* p : stages_.persistent) p->save(bodies_, archive);
+    if (ancestry_) ancestry_->save(archive);
 }
 
 void Simulation::restoreFrom(const Archive& archive)
@@ -158,6 +159,7 @@ void Simulation::restoreFrom(const Archive& archive)
     balanced_ = archive.getOne<std::int64_t>("balanced") != 0;
     grips_->restoreFrom(archive);
     for (Persistent* p : stages_.persistent) p->restoreFrom(archive, bodies_);
+    if (ancestry_) ancestry_->restoreFrom(archive);
 }
 
 }  // namespace vdbfrac::core

@@ -247,6 +247,9 @@ std::vector<Key> outputKeys(const Vocabulary::Fields& fields)
             {.name = "obj",
              .member = &scene::Output::obj,
              .doc = "Whether the deformed surface is written as .obj each frame."},
+            {.name = "motion",
+             .member = &scene::Output::motion,
+             .doc = "Whether the positions of all nodes are written each frame, for 'vdbfrac embed'."},
             {.name = "lips",
              .member = {Type::choice, &scene::Output::lipsClosed},
              .doc = "Where both sides of a crack are drawn: closed, at the middle of the gap that the crack has made, "

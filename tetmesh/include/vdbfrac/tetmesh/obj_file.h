@@ -20,6 +20,10 @@ void writeObj(const std::filesystem::path& file, const Surface& surface, const s
 /// and materials of the mesh where it has them; one body after the other. Throws FileError.
 void writeObjFrame(const std::filesystem::path& file, std::span<const DrawnPart> bodies, const std::string& mtlName);
 
+/// The same as one object, without `o`: the points of each body that faces use, in their order (usedPoints), then all
+/// faces in the groups of their fragments. What a file of positions by frames goes with.
+void writeObjWhole(const std::filesystem::path& file, std::span<const DrawnPart> bodies, const std::string& mtlName);
+
 /// Writes the material library of the frames: "outside" neutral, "inside" red. Throws FileError.
 void writeMtl(const std::filesystem::path& file);
 

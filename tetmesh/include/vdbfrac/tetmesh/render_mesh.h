@@ -68,6 +68,9 @@ struct DrawnPart {
     std::span<const Vec3> points, normals;  ///< m
 };
 
+/// The points that faces use, rising.
+std::vector<std::uint32_t> usedPoints(const RenderMesh& mesh);
+
 DrawnTopology drawnTopology(const Surface& surface);
 /// The triangles of a frame.
 Surface triangleSurface(const DrawnTopology& topology, std::span<const Vec3> points);

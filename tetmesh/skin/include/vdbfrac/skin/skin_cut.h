@@ -58,6 +58,7 @@ public:
     SkinCutter(std::span<const Vec3> points, std::vector<std::array<std::uint32_t, 3>> triangles,
                const tetmesh::NodeField<float>& rest, double dx);
     SkinCutter(SkinCutter&&) noexcept;
+    SkinCutter& operator=(SkinCutter&&) noexcept;
     ~SkinCutter();
 
     /// `rest`: as before. `now`: phi [m] at present, on the same box and nowhere below it.

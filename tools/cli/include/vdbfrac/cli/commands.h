@@ -26,6 +26,7 @@ Action addCheck(CLI::App& app);
 Action addScene(CLI::App& app);
 Action addMesh(CLI::App& app);
 Action addPreview(CLI::App& app);
+Action addEmbed(CLI::App& app);
 Action addBench(CLI::App& app);
 Action addRelevel(CLI::App& app);
 Action addInfo(CLI::App& app);

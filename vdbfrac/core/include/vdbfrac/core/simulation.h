@@ -2,6 +2,7 @@
 #pragma once
 
 #include <vdbfrac/base/ledger.h>
+#include <vdbfrac/core/ancestry.h>
 #include <vdbfrac/core/archive.h>
 #include <vdbfrac/core/body.h>
 #include <vdbfrac/core/stages.h>
@@ -89,6 +90,8 @@ public:
     /// bits of those that would have followed save. Throws FileError for what save cannot have written; then the
     /// simulation is of no use.
     void restoreFrom(const Archive& archive);
+    /// Which nodes those of now were a frame ago; null unless output.motion asks for it.
+    const Ancestry* ancestry() const { return ancestry_.get(); }
     double volume() const;  ///< m^3 of material
     double startVolume() const;
     std::size_t fragments() const;
@@ -108,6 +111,7 @@ private:
     void measure(StepRecord& record) const;
     double kineticEnergy(std::span<const Vec3> v) const;
     void warnOfLongSteps();
+    int frameUnderWay() const;  // after the first: that which ends now or next
 
     scene::Time timeSettings_;
     scene::Solver solverSettings_;
@@ -123,6 +127,7 @@ private:
     std::unique_ptr<Grips> grips_;
     std::unique_ptr<StepControl> stepControl_;
     std::unique_ptr<FrameSource> fields_;
+    std::unique_ptr<Ancestry> ancestry_;
     double elasticEnergy_ = 0, kineticEnergy_ = 0;  // J
     double putIn_ = 0, unnamed_ = 0;                // J since the start
     bool balanced_ = false;                         // the state solves the equations of the last step, on this mesh

@@ -118,6 +118,7 @@ struct Solver {
 struct Output {
     std::vector<std::string> vdb = {"phi"};  ///< out of Vocabulary::fields
     bool obj = true;
+    bool motion = false;     ///< positions of all nodes, for surfaces of one topology
     bool lipsClosed = true;  ///< lips = "closed"; false is "as_simulated"
 };
 

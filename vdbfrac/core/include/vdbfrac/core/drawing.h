@@ -1,4 +1,4 @@
-// What frames draw of the bodies: their outer surfaces as the artist gave them, cut by the cracks. Not installed.
+// What frames draw of the bodies: their outer surfaces as the artist gave them, cut by the cracks.
 #pragma once
 
 #include <vdbfrac/base/ledger.h>
@@ -23,11 +23,17 @@ using DrawnFrame = std::vector<DrawnBody>;
 
 class Drawing {
 public:
-    /// The simulation has made no step.
+    /// The simulation has made no step. Throws as reading the bodies' files does.
     Drawing(const scene::Scene& scene, const Simulation& simulation);
+    /// Draws another mesh [m, at rest] for a body; before the first follow().
+    void replace(const scene::Scene& scene, const Simulation& simulation, std::size_t body, tetmesh::RenderMesh mesh);
 
-    /// Cuts what has torn since the last frame. Counts its work, and takes its time, as "draw".
-    DrawnFrame draw(const Simulation& simulation, Ledger& work);
+    /// Cuts what has torn since the last call. Counts its work as "draw".
+    void follow(const Simulation& simulation, Ledger& work);
+    /// The state of the simulation, on the bodies as they were at the last follow().
+    DrawnFrame frame(const Simulation& simulation) const;
+    /// The same for positions [m] and velocities [m/s] of the nodes of a body.
+    DrawnBody body(std::size_t body, std::span<const Vec3> x, std::span<const Vec3> v) const;
 
 private:
     struct Surface {

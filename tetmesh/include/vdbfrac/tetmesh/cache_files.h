@@ -1,0 +1,43 @@
+// Surfaces of one topology over many frames, for programs that play them.
+#pragma once
+
+#include <vdbfrac/tetmesh/render_mesh.h>
+
+#include <filesystem>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace vdbfrac::tetmesh {
+
+/// A frame of a body: positions [m] and velocities [m/s] of the points that its faces use.
+struct CacheFrame {
+    std::vector<Vec3> points, velocities;
+};
+/// Gives the bodies of a frame, asked for in order.
+using CacheFrames = std::function<std::vector<CacheFrame>(std::size_t frame)>;
+
+/// Writes positions as .mdd atomically: big-endian, frames and points (int32), times (float, s), then x y z (float) of
+/// all points of each frame. Throws FileError.
+void writeMdd(const std::filesystem::path& file, std::span<const double> times, std::size_t points,
+              const CacheFrames& frames);
+
+/// Writes bodies as a USD text file atomically: a mesh each, with points and velocities as time samples, texture
+/// coordinates, places at rest, and for each face its fragment and whether it is torn; materials of torn and other
+/// faces. `names`: of the bodies. Frames are numbered from `firstFrame`. Throws FileError.
+struct UsdScene {
+    std::string name;
+    std::vector<std::string> names;
+    double fps = 24;
+    int firstFrame = 1;
+};
+void writeUsda(const std::filesystem::path& file, const UsdScene& scene, std::span<const DrawnTopology* const> bodies,
+               std::size_t frames, const CacheFrames& give);
+
+/// Writes a frame as binary .ply atomically: x y z, vx vy vz, rest_x rest_y rest_z of points as floats, and of faces
+/// `fragment` (int) and `torn` (0 or 1). Throws FileError.
+void writePlyFrame(const std::filesystem::path& file, std::span<const DrawnTopology* const> bodies,
+                   std::span<const CacheFrame> frame);
+
+}  // namespace vdbfrac::tetmesh

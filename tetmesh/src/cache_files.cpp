@@ -1,0 +1,242 @@
+#include <vdbfrac/tetmesh/cache_files.h>
+
+#include "text_writer.h"
+
+#include <vdbfrac/base/atomic_file.h>
+#include <vdbfrac/base/error.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+
+namespace vdbfrac::tetmesh {
+
+namespace {
+
+constexpr int kDigits = 9;  // more than a float holds
+
+/// A file that grows piece by piece.
+class Stream {
+public:
+    explicit Stream(const std::filesystem::path& file) : name_(file.string()), out_(file, std::ios::binary) {}
+    void add(const TextWriter& text)
+    {
+        out_.write(text.text().data(), std::streamsize(text.text().size()));
+        if (!out_) throw FileError(name_, "cannot be written");
+    }
+    void end()
+    {
+        out_.close();
+        if (!out_) throw FileError(name_, "cannot be written");
+    }
+
+private:
+    std::string name_;
+    std::ofstream out_;
+};
+
+/// Numbers of points among those that faces use.
+std::vector<std::uint32_t> numbersOf(const RenderMesh& mesh)
+{
+    std::vector<std::uint32_t> number(mesh.points.size(), RenderMesh::kNone);
+    std::uint32_t count = 0;
+    for (std::uint32_t p : usedPoints(mesh)) number[p] = count++;
+    return number;
+}
+
+void addVectors(TextWriter& out, std::span<const Vec3> vectors)
+{
+    out << "[";
+    for (std::size_t i = 0; i < vectors.size(); ++i) {
+        const Vec3& v = vectors[i];
+        out << (i > 0 ? ", (" : "(") << v.x() << ", " << v.y() << ", " << v.z() << ")";
+    }
+    out << "]";
+}
+
+template <class Value>
+void addList(TextWriter& out, std::string_view name, std::size_t count, const Value& value)
+{
+    out << "        " << name << " = [";
+    for (std::size_t i = 0; i < count; ++i) out << (i > 0 ? ", " : "") << value(i);
+    out << "]";
+}
+
+/// What of a mesh does not change.
+void addTopology(TextWriter& out, const DrawnTopology& drawn)
+{
+    const RenderMesh& mesh = drawn.mesh;
+    const std::vector<std::uint32_t> number = numbersOf(mesh);
+    out << "        uniform token subdivisionScheme = \"none\"\n";
+    addList(out, "int[] faceVertexCounts", mesh.faces(), [&](std::size_t f) { return mesh.face(f).size(); });
+    out << "\n";
+    addList(out, "int[] faceVertexIndices", mesh.corners.size(),
+            [&](std::size_t c) { return number[mesh.corners[c].point]; });
+    out << "\n";
+    addList(out, "int[] primvars:fragment", mesh.faces(), [&](std::size_t f) { return drawn.fragment[f]; });
+    out << " (\n            interpolation = \"uniform\"\n        )\n";
+    addList(out, "int[] primvars:torn", mesh.faces(), [&](std::size_t f) { return int(drawn.torn[f]); });
+    out << " (\n            interpolation = \"uniform\"\n        )\n";
+    std::vector<Vec3> rest;
+    for (std::uint32_t p : usedPoints(mesh)) rest.push_back(mesh.points[p]);
+    out << "        point3f[] primvars:rest = ";
+    addVectors(out, rest);
+    out << " (\n            interpolation = \"vertex\"\n        )\n";
+    if (mesh.uvs.empty()) return;
+    out << "        texCoord2f[] primvars:st = [";
+    for (std::size_t c = 0; c < mesh.corners.size(); ++c) {
+        const std::uint32_t uv = mesh.corners[c].uv;
+        const Vec3 at = uv == RenderMesh::kNone ? Vec3(Vec3::Zero()) : mesh.uvs[uv];
+        out << (c > 0 ? ", (" : "(") << at.x() << ", " << at.y() << ")";
+    }
+    out << "] (\n            interpolation = \"faceVarying\"\n        )\n";
+}
+
+void addSubset(TextWriter& out, const DrawnTopology& drawn, bool torn)
+{
+    const char* name = torn ? "inside" : "outside";
+    std::vector<std::size_t> faces;
+    for (std::size_t f = 0; f < drawn.torn.size(); ++f)
+        if ((drawn.torn[f] != 0) == torn) faces.push_back(f);
+    if (faces.empty()) return;
+    out << "        def GeomSubset \"" << name << "\" (\n            prepend apiSchemas = [\"MaterialBindingAPI\"]\n"
+        << "        )\n        {\n            uniform token elementType = \"face\"\n"
+        << "            uniform token familyName = \"materialBind\"\n    ";
+    addList(out, "int[] indices", faces.size(), [&](std::size_t i) { return faces[i]; });
+    out << "\n            rel material:binding = </World/" << name << ">\n        }\n";
+}
+
+void addMaterial(TextWriter& out, const char* name, const char* colour)
+{
+    out << "    def Material \"" << name << "\"\n    {\n        token outputs:surface.connect = </World/" << name
+        << "/shader.outputs:surface>\n        def Shader \"shader\"\n        {\n"
+        << "            uniform token info:id = \"UsdPreviewSurface\"\n            color3f inputs:diffuseColor = " << colour
+        << "\n            float inputs:roughness = 0.6\n            token outputs:surface\n        }\n    }\n";
+}
+
+/// A name as USD takes it.
+std::string identifier(const std::string& name)
+{
+    std::string id = name;
+    for (char& c : id)
+        if (!((c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9'))) c = '_';
+    if (id.empty() || (id[0] >= '0' && id[0] <= '9')) id = "_" + id;
+    return id;
+}
+
+void addSamples(TextWriter& out, const char* name, const std::vector<std::vector<Vec3>>& samples, int firstFrame)
+{
+    out << "        " << name << ".timeSamples = {\n";
+    for (std::size_t f = 0; f < samples.size(); ++f) {
+        out << "            " << firstFrame + int(f) << ": ";
+        addVectors(out, samples[f]);
+        out << ",\n";
+    }
+    out << "        }\n";
+}
+
+}  // namespace
+
+void writeMdd(const std::filesystem::path& file, std::span<const double> times, std::size_t points,
+              const CacheFrames& frames)
+{
+    constexpr auto kBig = std::endian::big;
+    writeAtomically(
+        file,
+        [&](const std::filesystem::path& temporary) {
+            Stream out(temporary);
+            TextWriter head;
+            head.bytes<kBig>(std::int32_t(times.size()));
+            head.bytes<kBig>(std::int32_t(points));
+            for (double t : times) head.bytes<kBig>(float(t));
+            out.add(head);
+            for (std::size_t f = 0; f < times.size(); ++f) {
+                TextWriter text;
+                for (const CacheFrame& body : frames(f))
+                    for (const Vec3& p : body.points)
+                        for (int k = 0; k < 3; ++k) text.bytes<kBig>(float(p[k]));
+                out.add(text);
+            }
+            out.end();
+        },
+        [&](const std::filesystem::path& temporary) {
+            const std::uintmax_t size = 8 + 4 * times.size() + 12 * points * times.size();
+            if (std::filesystem::file_size(temporary) != size) throw FileError(temporary.string(), "was cut off");
+        });
+}
+
+void writeUsda(const std::filesystem::path& file, const UsdScene& scene, std::span<const DrawnTopology* const> bodies,
+               std::size_t frames, const CacheFrames& give)
+{
+    std::vector<std::vector<std::vector<Vec3>>> points(bodies.size()), velocities(bodies.size());
+    for (std::size_t f = 0; f < frames; ++f) {
+        std::vector<CacheFrame> frame = give(f);
+        for (std::size_t b = 0; b < bodies.size(); ++b) {
+            points[b].push_back(std::move(frame[b].points));
+            velocities[b].push_back(std::move(frame[b].velocities));
+        }
+    }
+    writeAtomically(file, [&](const std::filesystem::path& temporary) {
+        Stream out(temporary);
+        TextWriter head{kDigits};
+        head << "#usda 1.0\n(\n    defaultPrim = \"World\"\n    startTimeCode = " << scene.firstFrame
+             << "\n    endTimeCode = " << scene.firstFrame + int(frames) - 1 << "\n    timeCodesPerSecond = " << scene.fps
+             << "\n    framesPerSecond = " << scene.fps << "\n    metersPerUnit = 1\n    upAxis = \"Y\"\n)\n\n"
+             << "def Xform \"World\" (\n    kind = \"component\"\n)\n{\n";
+        addMaterial(head, "outside", "(0.72, 0.71, 0.68)");
+        addMaterial(head, "inside", "(0.8, 0.1, 0.07)");
+        out.add(head);
+        for (std::size_t b = 0; b < bodies.size(); ++b) {
+            TextWriter text{kDigits};
+            text << "    def Mesh \"" << identifier(scene.names[b])
+                 << "\" (\n        prepend apiSchemas = [\"MaterialBindingAPI\"]\n    )\n    {\n";
+            addTopology(text, *bodies[b]);
+            addSamples(text, "point3f[] points", points[b], scene.firstFrame);
+            addSamples(text, "vector3f[] velocities", velocities[b], scene.firstFrame);
+            addSubset(text, *bodies[b], false);
+            addSubset(text, *bodies[b], true);
+            text << "    }\n";
+            out.add(text);
+        }
+        TextWriter tail;
+        tail << "}\n";
+        out.add(tail);
+        out.end();
+    });
+}
+
+void writePlyFrame(const std::filesystem::path& file, std::span<const DrawnTopology* const> bodies,
+                   std::span<const CacheFrame> frame)
+{
+    constexpr auto kLittle = std::endian::little;
+    std::size_t points = 0, faces = 0;
+    for (const CacheFrame& body : frame) points += body.points.size();
+    for (const DrawnTopology* body : bodies) faces += body->mesh.faces();
+    TextWriter out;
+    out << "ply\nformat binary_little_endian 1.0\nelement vertex " << points << "\n";
+    for (const char* name : {"x", "y", "z", "vx", "vy", "vz", "rest_x", "rest_y", "rest_z"})
+        out << "property float " << name << "\n";
+    out << "element face " << faces
+        << "\nproperty list uchar int vertex_indices\nproperty int fragment\nproperty uchar torn\nend_header\n";
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+        const std::vector<std::uint32_t> used = usedPoints(bodies[b]->mesh);
+        for (std::size_t i = 0; i < used.size(); ++i)
+            for (const Vec3* v : {&frame[b].points[i], &frame[b].velocities[i], &bodies[b]->mesh.points[used[i]]})
+                for (int k = 0; k < 3; ++k) out.bytes<kLittle>(float((*v)[k]));
+    }
+    std::int32_t first = 0;
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+        const RenderMesh& mesh = bodies[b]->mesh;
+        const std::vector<std::uint32_t> number = numbersOf(mesh);
+        for (std::size_t f = 0; f < mesh.faces(); ++f) {
+            out.bytes<kLittle>(std::uint8_t(mesh.face(f).size()));
+            for (const RenderMesh::Corner& c : mesh.face(f)) out.bytes<kLittle>(first + std::int32_t(number[c.point]));
+            out.bytes<kLittle>(std::int32_t(bodies[b]->fragment[f]));
+            out.bytes<kLittle>(bodies[b]->torn[f]);
+        }
+        first += std::int32_t(frame[b].points.size());
+    }
+    writeText(file, out.text());
+}
+
+}  // namespace vdbfrac::tetmesh
