@@ -110,7 +110,8 @@ void addMaterial(TextWriter& out, const char* name, const char* colour)
 {
     out << "    def Material \"" << name << "\"\n    {\n        token outputs:surface.connect = </World/" << name
         << "/shader.outputs:surface>\n        def Shader \"shader\"\n        {\n"
-        << "            uniform token info:id = \"UsdPreviewSurface\"\n            color3f inputs:diffuseColor = " << colour
+        << "            uniform token info:id = \"UsdPreviewSurface\"\n            color3f inputs:diffuseColor = "
+        << colour
         << "\n            float inputs:roughness = 0.6\n            token outputs:surface\n        }\n    }\n";
 }
 
@@ -180,8 +181,9 @@ void writeUsda(const std::filesystem::path& file, const UsdScene& scene, std::sp
         Stream out(temporary);
         TextWriter head{kDigits};
         head << "#usda 1.0\n(\n    defaultPrim = \"World\"\n    startTimeCode = " << scene.firstFrame
-             << "\n    endTimeCode = " << scene.firstFrame + int(frames) - 1 << "\n    timeCodesPerSecond = " << scene.fps
-             << "\n    framesPerSecond = " << scene.fps << "\n    metersPerUnit = 1\n    upAxis = \"Y\"\n)\n\n"
+             << "\n    endTimeCode = " << scene.firstFrame + int(frames) - 1
+             << "\n    timeCodesPerSecond = " << scene.fps << "\n    framesPerSecond = " << scene.fps
+             << "\n    metersPerUnit = 1\n    upAxis = \"Y\"\n)\n\n"
              << "def Xform \"World\" (\n    kind = \"component\"\n)\n{\n";
         addMaterial(head, "outside", "(0.72, 0.71, 0.68)");
         addMaterial(head, "inside", "(0.8, 0.1, 0.07)");

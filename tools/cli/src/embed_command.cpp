@@ -56,7 +56,8 @@ public:
     State state(std::size_t frame, std::size_t body) const
     {
         const core::Archive archive = core::Archive::read(files_[frame]);
-        const auto x = archive.get<Vec3>("x_" + std::to_string(body)), v = archive.get<Vec3>("v_" + std::to_string(body));
+        const auto x = archive.get<Vec3>("x_" + std::to_string(body)),
+                   v = archive.get<Vec3>("v_" + std::to_string(body));
         State state;
         for (std::uint32_t n : node_[frame][body]) {
             if (n >= x.size() || n >= v.size()) archive.complain("has too few nodes for the run's last frame");
@@ -80,7 +81,8 @@ struct LastState {
           drawing(prepared.scene, prepared.simulation)
     {
         if (!prepared.scene.output.motion)
-            throw InputError({folder.string(), "holds no positions of nodes", "", "simulate with output.motion = true"});
+            throw InputError(
+                {folder.string(), "holds no positions of nodes", "", "simulate with output.motion = true"});
         if (!options.mesh.empty()) replace(options);
         const std::vector<fs::path> checkpoints = core::checkpointsIn(folder);
         if (checkpoints.empty()) throw FileError(folder.string(), "holds no checkpoint");
@@ -93,7 +95,8 @@ private:
     void replace(const EmbedOptions& options)
     {
         const auto& bodies = prepared.scene.bodies;
-        const auto named = std::find_if(bodies.begin(), bodies.end(), [&](const auto& b) { return b.name == options.body; });
+        const auto named =
+            std::find_if(bodies.begin(), bodies.end(), [&](const auto& b) { return b.name == options.body; });
         if (!options.body.empty() && named == bodies.end())
             throw InputError({"--body", "there is no body '" + options.body + "'", "", ""});
         if (options.body.empty() && bodies.size() > 1)
@@ -137,7 +140,8 @@ public:
         if (extension == ".obj") return writeObjAndMdd(out);
         if (extension == ".usda") return writeUsd(out);
         if (extension == ".ply") return writePly();
-        throw InputError({options_.out, "'" + extension + "' is not what is written here", ".obj (with .mdd), .usda, .ply", ""});
+        throw InputError(
+            {options_.out, "'" + extension + "' is not what is written here", ".obj (with .mdd), .usda, .ply", ""});
     }
 
 private:
@@ -183,8 +187,8 @@ private:
 
     int writeUsd(const fs::path& out)
     {
-        tetmesh::UsdScene scene{last_.prepared.scene.name, {}, last_.prepared.scene.time.fps,
-                                last_.prepared.scene.time.firstFrame};
+        tetmesh::UsdScene scene{
+            last_.prepared.scene.name, {}, last_.prepared.scene.time.fps, last_.prepared.scene.time.firstFrame};
         for (const scene::Body& body : bodies()) scene.names.push_back(body.name);
         tetmesh::writeUsda(out, scene, topology_, motion_.frames(), [&](std::size_t f) { return frame(f); });
         std::printf("%s\n", out.c_str());
@@ -194,7 +198,8 @@ private:
     int writePly()
     {
         if (!isSequence(options_.out))
-            throw InputError({options_.out, "is one name for all frames", "a place for the frame, as in name.####.ply", ""});
+            throw InputError(
+                {options_.out, "is one name for all frames", "a place for the frame, as in name.####.ply", ""});
         for (std::size_t f = 0; f < motion_.frames(); ++f) {
             const fs::path out = frameName(options_.out, last_.prepared.scene.time.firstFrame + int(f));
             tetmesh::writePlyFrame(out, topology_, frame(f));

@@ -1,0 +1,236 @@
+"""What is drawn: the surface as it was given, closed fragments, and one topology over a run.
+
+Usage: check_drawn.py PROGRAM. A block is given as a mesh of quads with texture coordinates, groups and materials, and is
+torn in two.
+"""
+import json
+import struct
+import subprocess
+import sys
+import tempfile
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+
+PROGRAM = sys.argv[1]
+FRAMES, FPS = 14, 24
+failures = []
+
+
+def check(name, good, detail=""):
+    if not good:
+        failures.append(f"{name}: {detail}")
+
+
+def vdbfrac(*arguments, code=0):
+    run = subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True, timeout=600)
+    check(" ".join(map(str, arguments)), run.returncode == code, f"exit {run.returncode}\n{run.stdout}{run.stderr}")
+    return run.stdout + run.stderr
+
+
+def write_block(file, n):
+    """A block of 1 x .6 x .6 of n quads along x, each side a group with texture coordinates and a material of its own."""
+    size, count = np.array([1, 0.6, 0.6]), np.array([n, n // 2, n // 2])
+    number, lines, faces, uvs = {}, [], [], []
+    for axis in range(3):
+        u, v = (axis + 1) % 3, (axis + 2) % 3
+        for side in (0, 1):
+            faces.append(f"g side_{axis}{side}\nusemtl {'skin' if axis else 'end'}")
+            for j in range(count[v]):
+                for i in range(count[u]):
+                    quad = [(0, 0), (1, 0), (1, 1), (0, 1)]
+                    corners = []
+                    for du, dv in quad if side else reversed(quad):
+                        at = [0, 0, 0]
+                        at[axis], at[u], at[v] = side * count[axis], i + du, j + dv
+                        key = tuple(at)
+                        if key not in number:
+                            number[key] = len(number) + 1
+                            x = (np.array(at) / count - 0.5) * size
+                            x[1:] *= 0.65 + 1.4 * x[0] ** 2  # a waist
+                            lines.append("v " + " ".join(f"{c:.6f}" for c in x))
+                        uvs.append(f"vt {(i + du) / count[u]:.6f} {(j + dv) / count[v]:.6f}")
+                        corners.append(f"{number[key]}/{len(uvs)}")
+                    faces.append("f " + " ".join(corners))
+    file.write_text("mtllib block.mtl\n" + "\n".join(lines + uvs + faces) + "\n")
+
+
+def scene(file, mesh):
+    file.write_text(f"""version = 1
+name = "block"
+time = {{ frames = [1, {FRAMES}], fps = {FPS} }}
+grid = {{ voxel_size = 0.049 }}
+[[body]]
+name = "block"
+shape = {{ mesh = "{mesh}" }}
+cut = []
+material = "gel"
+[material.gel]
+youngs_modulus = 1e5
+poisson_ratio = 0.3
+density = 1000
+[[grip]]
+body = "block"
+region = {{ halfspace = {{ normal = "x", offset = 0.35 }} }}
+move = {{ velocity = [0.4, 0.1, 0] }}
+[[grip]]
+body = "block"
+region = {{ halfspace = {{ normal = [-1, 0, 0], offset = 0.35 }} }}
+move = {{ velocity = [-0.4, 0, 0] }}
+[damping]
+stiffness = 0.002
+[fracture]
+toughness = 25
+[output]
+vdb = []
+motion = true
+""")
+
+
+class Obj:
+    """An .obj with all that a renderer takes of it."""
+
+    def __init__(self, path):
+        self.points, self.uvs, self.faces = [], [], []  # faces: points, uvs, object, group, material
+        obj = group = material = None
+        for line in Path(path).read_text().splitlines():
+            key, _, rest = line.partition(" ")
+            if key == "v":
+                self.points.append([float(x) for x in rest.split()])
+            elif key == "vt":
+                self.uvs.append([float(x) for x in rest.split()])
+            elif key == "o":
+                obj = rest
+            elif key == "g":
+                group = rest
+            elif key == "usemtl":
+                material = rest
+            elif key == "f":
+                corners = [c.split("/") for c in rest.split()]
+                self.faces.append(([int(c[0]) - 1 for c in corners], [int(c[1]) - 1 for c in corners if len(c) > 1], obj, group, material))
+        self.points = np.array(self.points)
+
+    def open_edges(self):
+        """Directed edges without the one that goes back, by object."""
+        edges = Counter()
+        for points, _, obj, _, _ in self.faces:
+            for a, b in zip(points, points[1:] + points[:1]):
+                edges[obj, a, b] += 1
+        return sum(1 for (obj, a, b), n in edges.items() if n != 1 or edges[obj, b, a] != 1)
+
+    def volume(self):
+        return sum(np.dot(self.points[f[0][0]], np.cross(self.points[f[0][k - 1]], self.points[f[0][k]]))
+                   for f in self.faces for k in range(2, len(f[0]))) / 6
+
+
+def check_first_frame(given, drawn):
+    check("points as read", given.points.shape == drawn.points.shape and np.abs(given.points - drawn.points).max() < 1e-12)
+    check("faces as read", [f[0] for f in given.faces] == [f[0] for f in drawn.faces])
+    check("groups and materials as read", [f[3:] for f in given.faces] == [f[3:] for f in drawn.faces])
+    same = all(given.uvs[a] == drawn.uvs[b] for f, g in zip(given.faces, drawn.faces) for a, b in zip(f[1], g[1]))
+    check("texture coordinates as read", same and all(len(f[1]) == len(f[0]) for f in drawn.faces))
+
+
+def check_frames(run, given):
+    """Every fragment is closed; torn faces have the place at rest; what is outside lies on the given surface."""
+    for frame in range(1, FRAMES + 1):
+        drawn = Obj(run / f"obj/block.{frame:04}.obj")
+        check(f"frame {frame} is closed", drawn.open_edges() == 0, drawn.open_edges())
+    check("it is in two", len({f[2] for f in drawn.faces}) == 2)
+    torn = [f for f in drawn.faces if f[4] == "inside"]
+    rest = np.array([drawn.uvs[uv] for f in torn for uv in f[1]])
+    check("torn faces know where they were", len(torn) > 200 and rest.shape[1] == 3 and (np.abs(rest) < [0.3, 0.24, 0.24]).all(), np.abs(rest).max(axis=0))
+    uv = np.array([drawn.uvs[uv][:2] for f in drawn.faces if f[4] != "inside" for uv in f[1]])
+    check("texture coordinates stay on the texture", (uv > -0.2).all() and (uv < 1.2).all(), (uv.min(), uv.max()))
+    check("closed lips lose no volume", abs(drawn.volume() / Obj(given).volume() - 1) < 0.03, drawn.volume())  # as it is deformed
+    return drawn
+
+
+def read_mdd(path):
+    data = path.read_bytes()
+    frames, points = struct.unpack(">ii", data[:8])
+    times = np.frombuffer(data, ">f4", frames, 8)
+    return times, np.frombuffer(data, ">f4", frames * points * 3, 8 + 4 * frames).reshape(frames, points, 3)
+
+
+def check_embedded(folder, run, last):
+    vdbfrac("embed", run, "-o", folder / "e.obj")
+    mesh = Obj(folder / "e.obj")
+    times, positions = read_mdd(folder / "e.mdd")
+    check("a time for each frame", np.allclose(times, np.arange(FRAMES) / FPS))
+    check("the .obj is the first frame", positions.shape[1] == len(mesh.points) and np.abs(positions[0] - mesh.points).max() < 1e-6)
+    check("the one topology is closed", not [1 for n in edge_counts(mesh).values() if n != 2])
+    order = lambda points: points[np.lexsort(np.rint(1e4 * points).T)]
+    apart = np.abs(order(positions[-1].astype(float)) - order(last.points)).max(axis=1)
+    check("the last frame is as it was drawn", (apart < 1e-6).mean() > 0.98, np.sort(apart)[-5:])  # but for ties of rounding
+    # Before anything tears the surface is whole: torn faces lie on each other.
+    lips = sorted({p for f in mesh.faces if f[4] == "inside" for p in f[0]})
+    check("lips start together", np.abs(positions[1][lips] - positions[0][lips]).max() < 0.03)
+
+    (folder / "ply").mkdir()
+    vdbfrac("embed", run, "-o", folder / "ply/e.####.ply")
+    for frame in (1, FRAMES):
+        points, velocities, rest = read_ply(folder / f"ply/e.{frame:04}.ply")
+        check(f".ply of frame {frame}", np.abs(points - positions[frame - 1]).max() < 1e-6)
+        check(f"rest of frame {frame}", np.abs(rest - positions[0]).max() < 1e-6)
+    check("velocities are those of the grips", abs(np.median(velocities[points[:, 0] > 0.6][:, 0]) - 0.4) < 0.05)
+
+    vdbfrac("embed", run, "-o", folder / "e.usda")
+    text = (folder / "e.usda").read_text()
+    counts = text.split("faceVertexCounts = [")[1].split("]")[0].split(",")
+    indices = text.split("faceVertexIndices = [")[1].split("]")[0].split(",")
+    check(".usda has all faces", len(counts) == len(mesh.faces) and sum(map(int, counts)) == len(indices) and max(map(int, indices)) == len(mesh.points) - 1)
+    check(".usda has all frames", text.count(": [(") == 2 * FRAMES and text.count("{") == text.count("}") and text.count("(") == text.count(")"))
+
+
+def edge_counts(mesh):
+    edges = Counter()
+    for f in mesh.faces:
+        for a, b in zip(f[0], f[0][1:] + f[0][:1]):
+            edges[min(a, b), max(a, b)] += 1
+    return edges
+
+
+def read_ply(path):
+    data = path.read_bytes()
+    head, body = data.split(b"end_header\n", 1)
+    count = int(head.split(b"element vertex ")[1].split()[0])
+    values = np.frombuffer(body, "<f4", count * 9).reshape(count, 9)
+    return values[:, :3], values[:, 3:6], values[:, 6:]
+
+
+def main(folder):
+    write_block(folder / "block.obj", 20)
+    write_block(folder / "fine.obj", 60)
+    scene(folder / "s.toml", folder / "block.obj")
+    run = folder / "run"
+    vdbfrac("sim", folder / "s.toml", "-o", run, "-q")
+    check_first_frame(Obj(folder / "block.obj"), Obj(run / "obj/block.0001.obj"))
+    last = check_frames(run, folder / "block.obj")
+    check_embedded(folder, run, last)
+
+    vdbfrac("embed", run, folder / "fine.obj", "-o", folder / "fine_out.obj")
+    check("another mesh rides along", len(Obj(folder / "fine_out.obj").faces) > 7000)
+
+    # The same after a stop, to the byte; and the state does not know what is drawn.
+    half = folder / "half"
+    vdbfrac("sim", folder / "s.toml", "-o", half, "-q", "-f", 6)
+    vdbfrac("sim", folder / "s.toml", "-o", half, "-q", "--resume")
+    vdbfrac("embed", half, "-o", folder / "half.obj")
+    check("embedded alike after a resume", (folder / "half.mdd").read_bytes() == (folder / "e.mdd").read_bytes())
+    check("drawn alike after a resume", (half / f"obj/block.{FRAMES:04}.obj").read_bytes() == (run / f"obj/block.{FRAMES:04}.obj").read_bytes())
+    bare = folder / "bare"
+    said = vdbfrac("sim", folder / "s.toml", "-o", bare, "-j", 1, "--set", "output.obj=false", "--set", "output.motion=false", "--set", 'output.vdb=["phi"]')
+    hashes = [[f["state_hash"] for f in json.loads((r / "run.json").read_text())["frames"]] for r in (run, bare)]
+    check("the state does not know what is drawn", hashes[0] == hashes[1])
+    check("what is not drawn is no work", "\ndraw " not in said)
+    said = vdbfrac("embed", bare, "-o", folder / "no.obj", code=2)
+    check("what lacks is said", "output.motion = true" in said, said)
+
+
+with tempfile.TemporaryDirectory() as name:
+    main(Path(name))
+for failure in failures:
+    print(f"check_drawn: {failure}")
+sys.exit(bool(failures))
