@@ -204,8 +204,12 @@ def main(folder):
     write_block(folder / "block.obj", 20)
     write_block(folder / "fine.obj", 60)
     scene(folder / "s.toml", folder / "block.obj")
+    (folder / "block.mtl").write_text("newmtl skin\nKd 0.2 0.4 0.6\nmap_Kd -s 2 2 1 weave.png\nnewmtl end\nKd 1 1 0\n")
     run = folder / "run"
     vdbfrac("sim", folder / "s.toml", "-o", run, "-q")
+    materials = (run / "obj/block.mtl").read_text()
+    check("materials are those of the mesh", all(f"newmtl {m}\n" in materials for m in ("outside", "inside", "skin", "end")))
+    check("textures are found from anywhere", f"map_Kd -s 2 2 1 {folder}/weave.png\n" in materials, materials)
     check_first_frame(Obj(folder / "block.obj"), Obj(run / "obj/block.0001.obj"))
     last = check_frames(run, folder / "block.obj")
     check_embedded(folder, run, last)

@@ -100,7 +100,8 @@ struct Plane {
     }
 };
 
-SkinCut cutBy(const Solid& solid, const Plane& plane, double dx, Lips lips = Lips::asSimulated)
+SkinCut cutBy(const Solid& solid, const Plane& plane, double dx, Lips lips = Lips::asSimulated,
+              const TornDetail& detail = {})
 {
     const auto rest = fieldOf(solid.phi, solid.reach, dx);
     const auto now = fieldOf(
@@ -109,7 +110,7 @@ SkinCut cutBy(const Solid& solid, const Plane& plane, double dx, Lips lips = Lip
             return phi < 0 ? std::max(phi, plane.c(X, dx)) : phi;
         },
         solid.reach, dx);
-    return SkinCutter(solid.points, solid.triangles, rest, dx).cut(rest, now, lips);
+    return SkinCutter(solid.points, solid.triangles, rest, dx).cut(rest, now, {lips, detail});
 }
 
 /// All faces of what is left, with the points they use.
@@ -250,11 +251,41 @@ TEST(SkinCut, RimsAreSmooth)
         }
 }
 
+TEST(SkinCut, DetailRoughensTornFacesAlikeOnBothLipsAndLeavesRims)
+{
+    const double dx = .1;
+    const Solid solid = ball(1, 40);
+    const TornDetail detail{.05, .3, 7};
+    const SkinCut smooth = cutBy(solid, {kTilts[0], .03}, dx, Lips::closed);
+    const SkinCut rough = cutBy(solid, {kTilts[0], .03}, dx, Lips::closed, detail);
+    ASSERT_EQ(smooth.points.size(), rough.points.size());
+    double sum = 0;
+    std::size_t inside = 0;
+    std::vector<std::pair<Vec3, double>> lips;  // of both, where they are without it, and how far they moved up
+    for (std::size_t i = 0; i < rough.points.size(); ++i) {
+        const Vec3 moved = rough.points[i].X - smooth.points[i].X;
+        if (smooth.points[i].skin != SkinCut::kNoSkin) {
+            EXPECT_EQ(moved, Vec3(Vec3::Zero()));
+            continue;
+        }
+        EXPECT_LE(moved.cwiseAbs().maxCoeff(), 1.75 * detail.amplitude);  // 1 + 1/2 + 1/4
+        sum += moved.squaredNorm(), ++inside;
+        lips.emplace_back(smooth.points[i].X, moved.y());
+    }
+    EXPECT_GT(std::sqrt(sum / double(inside)), .3 * detail.amplitude);
+    for (std::size_t i = 0; i < lips.size(); i += 37)
+        for (const auto& [X, up] : lips)
+            if ((X - lips[i].first).norm() < 1e-3) {
+                EXPECT_NEAR(up, lips[i].second, .02 * detail.amplitude);
+            }
+    EXPECT_NE(cutBy(solid, {kTilts[0], .03}, dx, Lips::closed, {.05, .3, 8}).points[inside].X, rough.points[inside].X);
+}
+
 TEST(SkinCut, LeavesWhatDidNotTear)
 {
     const Solid solid = box(1, 10);
     const auto rest = fieldOf(solid.phi, solid.reach, .1);
-    const SkinCut cut = SkinCutter(solid.points, solid.triangles, rest, .1).cut(rest, rest, Lips::closed);
+    const SkinCut cut = SkinCutter(solid.points, solid.triangles, rest, .1).cut(rest, rest, {});
     EXPECT_TRUE(cut.points.empty());
     EXPECT_TRUE(cut.torn.empty());
     EXPECT_EQ(std::count(cut.fate.begin(), cut.fate.end(), SkinCut::Fate::kept), std::ptrdiff_t(cut.fate.size()));

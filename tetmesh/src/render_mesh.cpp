@@ -104,7 +104,7 @@ void setNormals(RenderMesh& mesh, double crease)
                 if (area[round[i]].dot(area[f]) >= least * area[round[i]].norm() * area[f].norm())
                     sum += area[round[i]];
             corner.normal = std::uint32_t(mesh.normals.size());
-            mesh.normals.push_back(sum.stableNormalized());
+            mesh.normals.push_back(sum.isZero() ? Vec3(Vec3::UnitY()) : Vec3(sum.stableNormalized()));
         }
     }
 }

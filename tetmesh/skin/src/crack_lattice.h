@@ -28,6 +28,9 @@ struct LatticeTet {
     std::array<std::uint8_t, 4> mask{};
 };
 
+/// Well mixed bits of a number (the finalizer of SplitMix64: Steele et al. 2014).
+std::uint64_t mixedBits(std::uint64_t z);
+
 class CrackLattice {
 public:
     /// c [m]; `now`: phi [m] at present; dx: voxel size [m].

@@ -164,8 +164,8 @@ Mat3 edgesOf(const tetmesh::EmbeddedPoint& point, std::span<const Vec3> x)
 
 }  // namespace
 
-Skin::Skin(RenderMesh mesh, const tetmesh::BodyMesh& body, Lips lips)
-    : lips_(lips),
+Skin::Skin(RenderMesh mesh, const tetmesh::BodyMesh& body, const CrackStyle& style)
+    : style_(style),
       mesh_(std::move(mesh)),
       fans_(tetmesh::fansOf(mesh_)),
       cutter_(mesh_.points, trianglesOf(mesh_, fans_), body.restPhi(), body.voxelSize())
@@ -175,7 +175,7 @@ Skin::Skin(RenderMesh mesh, const tetmesh::BodyMesh& body, Lips lips)
 
 void Skin::follow(const tetmesh::BodyMesh& body, std::span<const std::uint32_t> fragmentOfNode)
 {
-    const SkinCut cut = cutter_.cut(body.restPhi(), body.phi(), lips_);
+    const SkinCut cut = cutter_.cut(body.restPhi(), body.phi(), style_);
     Drawer drawer(mesh_, fans_, cut);
     work_ = {cut.mixedVoxels, std::int64_t(cut.parts.size()), std::int64_t(cut.torn.size()), cut.defects, 0};
     givenNormals_ = drawer.givenNormals;
@@ -246,6 +246,8 @@ std::vector<Vec3> Skin::normals(std::span<const Vec3> x, std::span<const Vec3> p
         for (const RenderMesh::Corner& corner : c) normals[corner.normal] += area;
     }
     for (std::size_t n = givenNormals_; n < normals.size(); ++n) normals[n].stableNormalize();
+    for (Vec3& n : normals)
+        if (n.isZero()) n = Vec3::UnitY();  // of faces without area
     return normals;
 }
 

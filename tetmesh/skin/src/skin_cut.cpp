@@ -3,6 +3,7 @@
 #include "crossings.h"
 #include "lips.h"
 #include "planar.h"
+#include "torn_detail.h"
 #include "torn_faces.h"
 
 #include <vdbfrac/base/parallel.h>
@@ -173,7 +174,8 @@ void SkinCutter::divide(const Crossings& crossings, std::span<const std::uint8_t
     }
 }
 
-SkinCut SkinCutter::cut(const tetmesh::NodeField<float>& rest, const tetmesh::NodeField<float>& now, Lips lips) const
+SkinCut SkinCutter::cut(const tetmesh::NodeField<float>& rest, const tetmesh::NodeField<float>& now,
+                        const CrackStyle& style) const
 {
     SkinCut cut;
     cut.fate.assign(triangles_.size(), SkinCut::Fate::kept);
@@ -190,7 +192,8 @@ SkinCut SkinCutter::cut(const tetmesh::NodeField<float>& rest, const tetmesh::No
         if (open[topology_->triangles[t][0]]) cut.fate[t] = SkinCut::Fate::gone;
     divide(crossings, open, cut);
     addTornFaces({lattice, rest, crossings, isInner_, std::uint32_t(topology_->pointOf.size())}, cut);
-    if (lips == Lips::closed) closeLips(*topology_, lattice, triangles_, cut);
+    if (style.lips == Lips::closed) closeLips(*topology_, lattice, triangles_, cut);
+    if (style.detail.amplitude > 0) addTornDetail(style.detail, rest, dx_, cut);
     return cut;
 }
 

@@ -11,8 +11,10 @@
 #include <CGAL/boost/graph/Euler_operations.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <vector>
 
 namespace vdbfrac::solids {
@@ -49,6 +51,34 @@ tetmesh::RenderMesh renderMeshOf(Mesh& mesh)
         for (const auto v : mesh.vertices_around_face(mesh.halfedge(f))) corners[k++].point = std::uint32_t(v);
         result.addFace(corners, tetmesh::RenderMesh::kNone, tetmesh::RenderMesh::kNone);
     }
+    return result;
+}
+
+/// The same mesh with points and faces in the order of their coordinates. Corefinement leaves them in an order that
+/// depends on where things lie in memory.
+Mesh ordered(Mesh& mesh)
+{
+    mesh.collect_garbage();
+    std::vector<std::size_t> order(mesh.number_of_vertices()), rank(order.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    const auto point = [&](std::size_t i) -> const Point& { return mesh.point(Mesh::Vertex_index(unsigned(i))); };
+    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return point(a) < point(b); });
+    Mesh result;
+    for (std::size_t i = 0; i < order.size(); ++i) {
+        rank[order[i]] = i;
+        result.add_vertex(point(order[i]));
+    }
+    std::vector<std::array<std::size_t, 3>> faces;
+    for (const auto f : mesh.faces()) {
+        std::array<std::size_t, 3> t{};
+        std::size_t k = 0;
+        for (const auto v : mesh.vertices_around_face(mesh.halfedge(f))) t[k++] = rank[v];
+        std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
+        faces.push_back(t);
+    }
+    std::sort(faces.begin(), faces.end());
+    const auto vertex = [](std::size_t i) { return Mesh::Vertex_index(unsigned(i)); };
+    for (const auto& t : faces) result.add_face(vertex(t[0]), vertex(t[1]), vertex(t[2]));
     return result;
 }
 
@@ -156,10 +186,12 @@ std::optional<tetmesh::RenderMesh> solidMesh(const SolidBody& body, double edge)
     for (const Primitive& p : body.add) {
         Mesh other = meshOf(p, edge, within);
         if (!PMP::corefine_and_compute_union(mesh, other, mesh)) return std::nullopt;
+        mesh = ordered(mesh);
     }
     for (const Primitive& p : body.cut) {
         Mesh other = meshOf(p, edge, within);
         if (!PMP::corefine_and_compute_difference(mesh, other, mesh)) return std::nullopt;
+        mesh = ordered(mesh);
     }
     if (!body.add.empty() || !body.cut.empty()) Tidier(mesh, edge).run();
     tetmesh::RenderMesh result = renderMeshOf(mesh);

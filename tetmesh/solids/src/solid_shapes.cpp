@@ -112,7 +112,8 @@ Triangles round(const Primitive& solid, double length, bool ball, double edge)
 {
     using Name = std::array<int, 3>;  // i, j on the square of a cap or its rim; k along the tube
     const double r = solid.radius;
-    const int n = std::max(2, pieces(kPi / 2 * r, edgeOn(r, edge)));  // squares on a cap's side
+    const double stretched = ball ? 1.5 : 1;  // edges near the corners of the square, on a half ball
+    const int n = std::max(2, pieces(stretched * kPi / 2 * r, edgeOn(r, edge)));  // squares on a cap's side
     const int stacks = length > 0 ? pieces(length, edge) : 0;
     const Mat3 frame = turnedFrameOf(solid.axis);
     const auto onRim = [&](int i, int j) { return i == 0 || j == 0 || i == n || j == n; };
@@ -134,7 +135,11 @@ Triangles round(const Primitive& solid, double length, bool ball, double edge)
             for (int i = 0; i < n; ++i) {
                 const Name a = name(i, j, top), b = name(i + 1, j, top), c = name(i + 1, j + 1, top),
                            d = name(i, j + 1, top);
-                top ? builder.square(a, b, c, d) : builder.square(a, d, c, b);
+                // The diagonal of a corner goes to the corner: no triangle has all its points on the rim.
+                if ((i == 0) == (j == 0) || (i > 0 && i < n - 1) || (j > 0 && j < n - 1))
+                    top ? builder.square(a, b, c, d) : builder.square(a, d, c, b);
+                else
+                    top ? builder.square(b, c, d, a) : builder.square(b, a, d, c);
             }
     std::vector<std::array<int, 2>> rim;  // counter-clockwise
     for (int i = 0; i < n; ++i) rim.push_back({i, 0});

@@ -176,7 +176,7 @@ private:
             points += used_[b].size();
         }
         const fs::path mtl = fs::path(out).replace_extension(".mtl"), mdd = fs::path(out).replace_extension(".mdd");
-        tetmesh::writeMtl(mtl);
+        tetmesh::writeMtl(mtl, last_.drawing.materials());
         tetmesh::writeObjWhole(out, parts, mtl.filename().string());
         std::vector<double> times;
         for (std::size_t f = 0; f < motion_.frames(); ++f) times.push_back(double(f) / last_.prepared.scene.time.fps);

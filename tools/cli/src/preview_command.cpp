@@ -2,6 +2,7 @@
 #include "options.h"
 #include "run_frames.h"
 
+#include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/cli/commands.h>
 #include <vdbfrac/pictures/png_file.h>
@@ -25,6 +26,7 @@ struct PreviewOptions {
     std::string folder;
     std::vector<int> frames;
     int count = 12, columns = 4, width = 480, height = 480, samples = 16;
+    int turntable = 0;
     std::string colour = "material";
     std::vector<double> direction = {-0.55, -0.35, -1};
 };
@@ -75,6 +77,26 @@ pictures::View viewOf(const std::vector<pictures::Subject>& subjects, const Prev
     return view;
 }
 
+/// Pictures of one frame from all round.
+int turn(const pictures::Subject& subject, pictures::View view, const PreviewOptions& options)
+{
+    const Vec3 direction(options.direction[0], options.direction[1], options.direction[2]);
+    std::vector<pictures::Image> images;
+    for (int i = 0; i < options.turntable; ++i) {
+        const double angle = 2 * std::acos(-1.) * i / options.turntable, c = std::cos(angle), s = std::sin(angle);
+        const Vec3 turned(c * direction.x() + s * direction.z(), direction.y(), c * direction.z() - s * direction.x());
+        view.camera = pictures::fittingCamera(turned, subject.points, options.width, options.height);
+        images.push_back(pictures::render(subject, view));
+        const fs::path file = fs::path(options.folder) / "preview" / fmt::format("turn.{:04}.png", i + 1);
+        pictures::writePng(file, images.back());
+        std::printf("%s\n", file.c_str());
+    }
+    const fs::path sheet = fs::path(options.folder) / "preview" / "contact_sheet.png";
+    pictures::writePng(sheet, pictures::contactSheet(images, options.columns, 4));
+    std::printf("%s\n", sheet.c_str());
+    return kDone;
+}
+
 int preview(const PreviewOptions& options)
 {
     const fs::path folder = options.folder;
@@ -82,15 +104,18 @@ int preview(const PreviewOptions& options)
     const auto frames = chosenFrames(run, options);
     const auto by = options.colour == "fragment" ? pictures::ColourBy::fragment : pictures::ColourBy::material;
     std::vector<pictures::Subject> subjects;
+    const fs::path mtl = folder / "obj" / (run.scene + ".mtl");
+    const auto materials = fs::exists(mtl) ? tetmesh::diffuseColours(readText(mtl)) : pictures::MaterialColours{};
     std::optional<Vec3> origin;  // pictures are made near the origin, wherever the body is
     for (const RunFrame& frame : frames) {
         tetmesh::DrawnTopology drawn = tetmesh::readDrawnObj(frame.obj);
         if (!origin && !drawn.mesh.points.empty()) origin = drawn.mesh.points[0];
         for (Vec3& p : drawn.mesh.points) p -= *origin;
-        subjects.push_back(pictures::subjectOf(drawn, drawn.mesh.points, by));
+        subjects.push_back(pictures::subjectOf(drawn, drawn.mesh.points, materials, by));
     }
     const pictures::View view = viewOf(subjects, options);
     fs::create_directories(folder / "preview");
+    if (options.turntable > 0) return turn(subjects.back(), view, options);
     std::vector<pictures::Image> images;
     for (std::size_t i = 0; i < frames.size(); ++i) {
         images.push_back(pictures::render(subjects[i], view));
@@ -121,6 +146,8 @@ Action addPreview(CLI::App& app)
     c->add_option("--width", o->width, "Pixels")->check(CLI::Range(16, 8192))->capture_default_str();
     c->add_option("--height", o->height, "Pixels")->check(CLI::Range(16, 8192))->capture_default_str();
     c->add_option("--samples", o->samples, "Rays a pixel")->check(CLI::Range(1, 64))->capture_default_str();
+    c->add_option("--turntable", o->turntable, "Pictures from all round, this many, of the last of the frames")
+        ->check(CLI::Range(1, 10000));
     c->add_option("--colour", o->colour, "What the surface is coloured by; torn faces are red")
         ->check(CLI::IsMember({"material", "fragment"}))
         ->capture_default_str();

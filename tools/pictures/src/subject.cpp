@@ -24,9 +24,20 @@ Colour hueOf(std::uint32_t number)
     return {part(0), part(4), part(2)};
 }
 
+/// The colour of a face's material.
+Colour materialColour(const tetmesh::RenderMesh& mesh, std::size_t face, const MaterialColours& materials)
+{
+    if (mesh.material[face] == tetmesh::RenderMesh::kNone) return kOutside;
+    const auto found = materials.find(mesh.materials[mesh.material[face]]);
+    if (found == materials.end()) return kOutside;
+    constexpr float kGamma = 2.2f;  // of .mtl files, which tell what a screen shows
+    return found->second.cast<float>().array().max(0.f).pow(kGamma);
+}
+
 }  // namespace
 
-Subject subjectOf(const tetmesh::DrawnTopology& drawn, std::span<const Vec3> points, ColourBy by)
+Subject subjectOf(const tetmesh::DrawnTopology& drawn, std::span<const Vec3> points, const MaterialColours& materials,
+                  ColourBy by)
 {
     tetmesh::RenderMesh mesh = drawn.mesh;
     mesh.points.assign(points.begin(), points.end());
@@ -44,7 +55,7 @@ Subject subjectOf(const tetmesh::DrawnTopology& drawn, std::span<const Vec3> poi
         subject.triangles.push_back({at(0).point, at(1).point, at(2).point});
         subject.normals.push_back({mesh.normals[at(0).normal], mesh.normals[at(1).normal], mesh.normals[at(2).normal]});
         const std::uint32_t f = fans.face[t];
-        const Colour outside = by == ColourBy::fragment ? hueOf(drawn.fragment[f]) : kOutside;
+        const Colour outside = by == ColourBy::fragment ? hueOf(drawn.fragment[f]) : materialColour(mesh, f, materials);
         subject.colour.push_back(drawn.torn[f] ? kInside : outside);
     }
     return subject;

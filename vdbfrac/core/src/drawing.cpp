@@ -2,6 +2,10 @@
 
 #include <vdbfrac/grid/level_set_surface.h>
 #include <vdbfrac/solids/solid_mesh.h>
+#include <vdbfrac/tetmesh/obj_file.h>
+
+#include <filesystem>
+#include <string>
 
 #include <utility>
 
@@ -41,9 +45,20 @@ tetmesh::RenderMesh outerSurface(const scene::Body& spec, const Body& body)
 
 namespace {
 
-skin::Lips lipsOf(const scene::Scene& scene)
+std::string materialsOf(const tetmesh::RenderMesh& mesh, const std::filesystem::path& folder)
 {
-    return scene.output.lipsClosed ? skin::Lips::closed : skin::Lips::asSimulated;
+    std::string text;
+    for (const std::string& library : mesh.libraries)
+        if (std::filesystem::is_regular_file(folder / library)) text += '\n' + tetmesh::readMtl(folder / library);
+    return text;
+}
+
+skin::CrackStyle styleOf(const scene::Scene& scene)
+{
+    const scene::Output& output = scene.output;
+    return {output.lipsClosed ? skin::Lips::closed : skin::Lips::asSimulated,
+            {output.tornDetail, output.tornDetailSize > 0 ? output.tornDetailSize : 3 * scene.grid.voxelSize,
+             std::uint64_t(output.tornDetailSeed)}};
 }
 
 }  // namespace
@@ -52,14 +67,17 @@ Drawing::Drawing(const scene::Scene& scene, const Simulation& simulation)
 {
     for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
         const Body& body = simulation.bodies()[b];
-        surfaces_.push_back({skin::Skin(outerSurface(scene.bodies[b], body), *body.mesh, lipsOf(scene))});
+        tetmesh::RenderMesh mesh = outerSurface(scene.bodies[b], body);
+        if (const auto* file = std::get_if<scene::MeshFile>(&scene.bodies[b].shape))
+            materials_ += materialsOf(mesh, file->file.parent_path());
+        surfaces_.push_back({skin::Skin(std::move(mesh), *body.mesh, styleOf(scene))});
     }
 }
 
 void Drawing::replace(const scene::Scene& scene, const Simulation& simulation, std::size_t body,
                       tetmesh::RenderMesh mesh)
 {
-    surfaces_[body] = {skin::Skin(std::move(mesh), *simulation.bodies()[body].mesh, lipsOf(scene))};
+    surfaces_[body] = {skin::Skin(std::move(mesh), *simulation.bodies()[body].mesh, styleOf(scene))};
 }
 
 void Drawing::follow(const Simulation& simulation, Ledger& work)

@@ -35,6 +35,7 @@ std::vector<std::string> runFiles(const std::string& name)
             "obj/" + name + ".mtl",
             "motion/" + name + ".####.motion",
             "preview/" + name + ".####.png",
+            "preview/turn.####.png",
             "preview/contact_sheet.png",
             "stats.csv",
             "run.log",

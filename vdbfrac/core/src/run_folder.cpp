@@ -111,11 +111,11 @@ RunFolder::RunFolder(fs::path folder, const scene::Scene& scene, const Simulatio
     if (!fs::exists(folder_ / kManifest)) writer_->writeFirstManifest();
     if (!scene.output.vdb.empty()) fs::create_directory(folder_ / "vdb");
     if (scene.output.motion) fs::create_directory(folder_ / "motion");
+    if (isDrawn(scene.output)) drawing_ = std::make_unique<Drawing>(scene, simulation);
     if (scene.output.obj) {
         fs::create_directory(folder_ / "obj");
-        tetmesh::writeMtl(folder_ / "obj" / (scene.name + ".mtl"));
+        tetmesh::writeMtl(folder_ / "obj" / (scene.name + ".mtl"), drawing_->materials());
     }
-    if (isDrawn(scene.output)) drawing_ = std::make_unique<Drawing>(scene, simulation);
 }
 
 RunFolder::~RunFolder() = default;

@@ -239,22 +239,39 @@ std::vector<Key> outputKeys(const Vocabulary::Fields& fields)
 {
     std::vector<Choice> all(fields.rest.begin(), fields.rest.end());
     all.insert(all.end(), fields.deformed.begin(), fields.deformed.end());
-    return {{.name = "vdb",
-             .member = {Type::choices, &scene::Output::vdb},
-             .doc = "Grids written each frame: " + joined(fields.rest, "and") + " at rest, " +
-                    joined(fields.deformed, "and") + " as deformed.",
-             .choices = all},
-            {.name = "obj",
-             .member = &scene::Output::obj,
-             .doc = "Whether the deformed surface is written as .obj each frame."},
-            {.name = "motion",
-             .member = &scene::Output::motion,
-             .doc = "Whether the positions of all nodes are written each frame, for 'vdbfrac embed'."},
-            {.name = "lips",
-             .member = {Type::choice, &scene::Output::lipsClosed},
-             .doc = "Where both sides of a crack are drawn: closed, at the middle of the gap that the crack has made, "
-                    "so that it opens from nothing; or as_simulated, with the gap.",
-             .choices = {{"closed", true}, {"as_simulated", false}}}};
+    return {
+        {.name = "vdb",
+         .member = {Type::choices, &scene::Output::vdb},
+         .doc = "Grids written each frame: " + joined(fields.rest, "and") + " at rest, " +
+                joined(fields.deformed, "and") + " as deformed.",
+         .choices = all},
+        {.name = "obj",
+         .member = &scene::Output::obj,
+         .doc = "Whether the deformed surface is written as .obj each frame."},
+        {.name = "motion",
+         .member = &scene::Output::motion,
+         .doc = "Whether the positions of all nodes are written each frame, for 'vdbfrac embed'."},
+        {.name = "lips",
+         .member = {Type::choice, &scene::Output::lipsClosed},
+         .doc = "Where both sides of a crack are drawn: closed, at the middle of the gap that the crack has made, "
+                "so that it opens from nothing; or as_simulated, with the gap.",
+         .choices = {{"closed", true}, {"as_simulated", false}}},
+        {.name = "torn_detail",
+         .member = &scene::Output::tornDetail,
+         .unit = "m",
+         .doc =
+             "How far torn faces are moved by noise, as roughness that the voxels do not resolve; none at their rims.",
+         .min = 0},
+        {.name = "torn_detail_size",
+         .member = &scene::Output::tornDetailSize,
+         .unit = "m",
+         .doc = "Size of the largest features of that noise; 0 takes three voxels.",
+         .min = 0},
+        {.name = "torn_detail_seed",
+         .member = &scene::Output::tornDetailSeed,
+         .doc = "Another number gives other noise.",
+         .min = 0,
+         .max = 1e9}};
 }
 
 /// The name of an enum's value, by the key that takes it.

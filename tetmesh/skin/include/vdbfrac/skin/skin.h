@@ -25,7 +25,7 @@ struct SkinWork {
 class Skin {
 public:
     /// `mesh` [m, at rest]: the outer surface of the body.
-    Skin(tetmesh::RenderMesh mesh, const tetmesh::BodyMesh& body, Lips lips);
+    Skin(tetmesh::RenderMesh mesh, const tetmesh::BodyMesh& body, const CrackStyle& style);
 
     /// Cuts the surface by the cracks that the body has now, and takes points along with its nodes as they are numbered
     /// now.
@@ -44,7 +44,7 @@ public:
 private:
     void embed(const tetmesh::BodyMesh& body, const SkinCut& cut, const tetmesh::RenderMesh& drawn);
 
-    Lips lips_;
+    CrackStyle style_;
     tetmesh::RenderMesh mesh_;
     tetmesh::Fans fans_;
     SkinCutter cutter_;

@@ -20,6 +20,19 @@ namespace vdbfrac::skin {
 /// the middle of that gap, so that a crack opens from nothing.
 enum class Lips { closed, asSimulated };
 
+/// Roughness of torn faces that the simulation does not resolve.
+struct TornDetail {
+    double amplitude = 0;    ///< m; 0: none
+    double size = 1;         ///< m, of its largest features
+    std::uint64_t seed = 0;  ///< another one looks different
+};
+
+/// How cracks are drawn.
+struct CrackStyle {
+    Lips lips = Lips::closed;
+    TornDetail detail;
+};
+
 struct SkinCut {
     /// What became of a triangle of the outer surface.
     enum class Fate : std::uint8_t { kept, gone, cut };
@@ -62,7 +75,8 @@ public:
     ~SkinCutter();
 
     /// `rest`: as before. `now`: phi [m] at present, on the same box and nowhere below it.
-    SkinCut cut(const tetmesh::NodeField<float>& rest, const tetmesh::NodeField<float>& now, Lips lips) const;
+    SkinCut cut(const tetmesh::NodeField<float>& rest, const tetmesh::NodeField<float>& now,
+                const CrackStyle& style) const;
 
 private:
     std::vector<Coord> anchors(const CrackLattice& lattice) const;

@@ -6,8 +6,10 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace vdbfrac::pictures {
@@ -30,8 +32,13 @@ struct Subject {
 /// How a surface is coloured.
 enum class ColourBy { material, fragment };
 
-/// A frame: smooth between creases, torn faces red. Throws Error for faces without points.
-Subject subjectOf(const tetmesh::DrawnTopology& drawn, std::span<const Vec3> points, ColourBy by = ColourBy::material);
+/// Colours of materials, as .mtl files have them.
+using MaterialColours = std::map<std::string, Vec3>;
+
+/// A frame: smooth between creases; torn faces red, others by their material or their fragment. Throws Error for faces
+/// without points.
+Subject subjectOf(const tetmesh::DrawnTopology& drawn, std::span<const Vec3> points,
+                  const MaterialColours& materials = {}, ColourBy by = ColourBy::material);
 
 struct Camera {
     Vec3 eye = Vec3::Zero();                 ///< m

@@ -28,6 +28,9 @@ public:
     /// Draws another mesh [m, at rest] for a body; before the first follow().
     void replace(const scene::Scene& scene, const Simulation& simulation, std::size_t body, tetmesh::RenderMesh mesh);
 
+    /// Material libraries of the bodies' meshes, as one text; those that are not there are left out.
+    const std::string& materials() const { return materials_; }
+
     /// Cuts what has torn since the last call. Counts its work as "draw".
     void follow(const Simulation& simulation, Ledger& work);
     /// The state of the simulation, on the bodies as they were at the last follow().
@@ -41,6 +44,7 @@ private:
         std::int64_t revision = -1;  // of the body that the skin was cut for
     };
     std::vector<Surface> surfaces_;
+    std::string materials_;
 };
 
 /// All bodies of a frame as triangles, and the velocity [m/s] of their points.
