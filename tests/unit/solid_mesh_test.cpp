@@ -55,7 +55,7 @@ double volume(const RenderMesh& mesh)
 
 TEST(SolidMesh, OfEachSolidIsClosedAndOnItsSurface)
 {
-    constexpr double kEdge = .1, kOff = kEdge / 50, kRounding = 1e-9;
+    constexpr double kEdge = .1, kOff = kEdge / 20, kRounding = 1e-9;
     std::vector<Primitive> all = {cube(1.03)};
     for (const auto kind : {sphere, cylinder, capsule, torus}) all.push_back(solid(kind, Vec3(.1, -.2, .3), .6, .8));
     for (const Primitive& p : all) {
@@ -72,7 +72,7 @@ TEST(SolidMesh, OfEachSolidIsClosedAndOnItsSurface)
                 const Vec3& normal = mesh->normals[corner.normal];
                 EXPECT_GT(signedDistance(p, mesh->points[corner.point] + .01 * normal), .005);
             }
-            EXPECT_NEAR(signedDistance(p, middle), 0, 2 * kOff) << int(p.kind);  // off by as much along both curves
+            EXPECT_NEAR(signedDistance(p, middle), 0, kOff) << int(p.kind);
         }
     }
 }

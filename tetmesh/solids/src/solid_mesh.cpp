@@ -92,6 +92,7 @@ public:
     void run()
     {
         constexpr int kRounds = 3;
+        for (int round = 0; round < kRounds; ++round) removeFlatFaces();
         for (int round = 0; round < kRounds; ++round) {
             findSharpEdges();
             for (const Edge e : edges())
@@ -106,6 +107,32 @@ private:
     using Vertex = Mesh::Vertex_index;
     static constexpr double kShort = 0.35;    // of the edges that are wanted
     static constexpr double kFlat = 0.99999;  // cosine between triangles of one plane
+
+    /// Faces without area, where lines of the solids lay on each other: their edges would count as sharp.
+    void removeFlatFaces()
+    {
+        constexpr double kNothing = 1e-7;  // of the shortest edge
+        const double nothing = kNothing * shortest_;
+        for (const Edge e : edges()) {
+            if (mesh_.is_removed(e)) continue;
+            const Halfedge h = mesh_.halfedge(e);
+            const bool isNothing = (at(mesh_.source(h)) - at(mesh_.target(h))).norm() < nothing;
+            if (isNothing && CGAL::Euler::does_satisfy_link_condition(e, mesh_)) CGAL::Euler::collapse_edge(e, mesh_);
+        }
+        for (const Edge e : edges()) {
+            if (mesh_.is_removed(e)) continue;
+            for (const Halfedge h : {mesh_.halfedge(e), mesh_.opposite(mesh_.halfedge(e))}) {
+                const Vertex a = mesh_.source(h), b = mesh_.target(h), c = mesh_.target(mesh_.next(h)),
+                             d = mesh_.target(mesh_.next(mesh_.opposite(h)));
+                const Vec3 along = at(b) - at(a);
+                const double share = along.dot(at(c) - at(a)) / along.squaredNorm();
+                if (share <= 0 || share >= 1 || area(a, b, c).norm() > nothing * along.norm()) continue;
+                if (mesh_.halfedge(c, d) != Mesh::null_halfedge()) continue;
+                CGAL::Euler::flip_edge(h, mesh_);
+                break;
+            }
+        }
+    }
 
     std::vector<Edge> edges() const { return {mesh_.edges().begin(), mesh_.edges().end()}; }
     void findSharpEdges()

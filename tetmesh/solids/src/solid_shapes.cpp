@@ -70,22 +70,17 @@ private:
     std::map<Name, std::uint32_t> number_;
 };
 
-/// A box with its axes along those of `frame`, divided into n[k] pieces along axis k.
-Triangles box(const Vec3& center, const Mat3& frame, const Vec3& size, const std::array<int, 3>& n)
+/// The surface of n[0] x n[1] x n[2] cells, whose corners (i, j, k) are where `place` says.
+Triangles surfaceOfCells(const std::array<int, 3>& n, std::function<Vec3(const std::array<int, 3>&)> place)
 {
-    using Name = std::array<int, 3>;
-    Builder<Name> builder([&](const Name& at) -> Vec3 {
-        Vec3 local;
-        for (std::size_t k = 0; k < 3; ++k) local[int(k)] = size[int(k)] * (double(at[k]) / n[k] - 0.5);
-        return center + frame * local;
-    });
+    Builder<std::array<int, 3>> builder(std::move(place));
     for (std::size_t axis = 0; axis < 3; ++axis) {
         const std::size_t u = (axis + 1) % 3, v = (axis + 2) % 3;
         for (const int side : {0, n[axis]})
             for (int j = 0; j < n[v]; ++j)
                 for (int i = 0; i < n[u]; ++i) {
                     const auto at = [&](int di, int dj) {
-                        Name name{};
+                        std::array<int, 3> name{};
                         name[axis] = side, name[u] = i + di, name[v] = j + dj;
                         return name;
                     };
@@ -98,6 +93,33 @@ Triangles box(const Vec3& center, const Mat3& frame, const Vec3& size, const std
     return std::move(builder.result);
 }
 
+/// A box with its axes along those of `frame`, divided into n[k] pieces along axis k.
+Triangles box(const Vec3& center, const Mat3& frame, const Vec3& size, const std::array<int, 3>& n)
+{
+    return surfaceOfCells(n, [&](const std::array<int, 3>& at) -> Vec3 {
+        Vec3 local;
+        for (std::size_t k = 0; k < 3; ++k) local[int(k)] = size[int(k)] * (double(at[k]) / n[k] - 0.5);
+        return center + frame * local;
+    });
+}
+
+/// Two half balls with a tube of a length between them; a cube blown up to a ball, its upper half lifted.
+Triangles capsule(const Primitive& solid, double length, double edge)
+{
+    const double r = solid.radius;
+    const int half = std::max(1, pieces(kPi / 4 * r, edgeOn(r, edge))), n = 2 * half;
+    const int stacks = length > 0 ? pieces(length, edge) : 0;
+    const Mat3 frame = turnedFrameOf(solid.axis);
+    return surfaceOfCells({n, n, n + stacks}, [&](const std::array<int, 3>& at) -> Vec3 {
+        const int along = std::clamp(at[2] - half, 0, stacks);  // layers of the tube below
+        Vec3 onCube;
+        for (std::size_t k = 0; k < 3; ++k)  // even on the ball, nearly
+            onCube[int(k)] = std::tan(kPi / 4 * (double(at[k] - (k == 2 ? along : 0)) / half - 1));
+        const double lift = stacks > 0 ? length * (double(along) / stacks - 0.5) : 0;
+        return solid.center + frame * (r * onCube.normalized() + lift * Vec3::UnitZ());
+    });
+}
+
 /// A point of the unit disk for one of the square [-1, 1]^2, with little distortion. Source: Shirley, Chiu 1997.
 std::array<double, 2> onDisk(double u, double v)
 {
@@ -107,34 +129,23 @@ std::array<double, 2> onDisk(double u, double v)
     return {r * std::cos(angle), r * std::sin(angle)};
 }
 
-/// A tube along an axis between two caps, flat or half balls; a ball is one of no length.
-Triangles round(const Primitive& solid, double length, bool ball, double edge)
+/// A tube along an axis between two disks.
+Triangles cylinder(const Primitive& solid, double length, double edge)
 {
-    using Name = std::array<int, 3>;  // i, j on the square of a cap or its rim; k along the tube
+    using Name = std::array<int, 3>;  // i, j on the square of a disk or its rim; k along the tube
     const double r = solid.radius;
-    const double stretched = ball ? 1.5 : 1;  // edges near the corners of the square, on a half ball
-    const int n = std::max(2, pieces(stretched * kPi / 2 * r, edgeOn(r, edge)));  // squares on a cap's side
-    const int stacks = length > 0 ? pieces(length, edge) : 0;
+    const int n = std::max(2, pieces(kPi / 2 * r, edgeOn(r, edge))), stacks = pieces(length, edge);
     const Mat3 frame = turnedFrameOf(solid.axis);
-    const auto onRim = [&](int i, int j) { return i == 0 || j == 0 || i == n || j == n; };
     Builder<Name> builder([&](const Name& name) -> Vec3 {
         const auto [i, j, k] = name;
         const auto d = onDisk(2. * i / n - 1, 2. * j / n - 1);
-        double z = k < 0 ? -length / 2 : k > stacks ? length / 2 : length * (stacks > 0 ? double(k) / stacks - .5 : 0);
-        double rho = std::hypot(d[0], d[1]);
-        const double scale = ball && rho > 0 ? std::sin(kPi / 2 * rho) / rho : 1;
-        if (ball && !onRim(i, j)) z += (k < 0 ? -r : r) * std::cos(kPi / 2 * rho);
-        return solid.center + frame * Vec3(r * scale * d[0], r * scale * d[1], z);
+        return solid.center + frame * Vec3(r * d[0], r * d[1], length * (double(k) / stacks - 0.5));
     });
-    // Points inside a cap have a k of their own; the rims of the caps are those of the tube.
-    const auto name = [&](int i, int j, bool top) {
-        return Name{i, j, onRim(i, j) ? (top ? stacks : 0) : (top ? stacks + 1 : -1)};
-    };
     for (const bool top : {false, true})
         for (int j = 0; j < n; ++j)
             for (int i = 0; i < n; ++i) {
-                const Name a = name(i, j, top), b = name(i + 1, j, top), c = name(i + 1, j + 1, top),
-                           d = name(i, j + 1, top);
+                const int k = top ? stacks : 0;
+                const Name a{i, j, k}, b{i + 1, j, k}, c{i + 1, j + 1, k}, d{i, j + 1, k};
                 // The diagonal of a corner goes to the corner: no triangle has all its points on the rim.
                 if ((i == 0) == (j == 0) || (i > 0 && i < n - 1) || (j > 0 && j < n - 1))
                     top ? builder.square(a, b, c, d) : builder.square(a, d, c, b);
@@ -195,14 +206,14 @@ Triangles trianglesOf(const Primitive& solid, double edge, const Bounds& within)
         for (std::size_t k = 0; k < 3; ++k) n[k] = pieces(solid.size[int(k)], edge);
         return solids::box(solid.center, Mat3::Identity(), solid.size, n);
     }
-    case sphere: return round(solid, 0, true, edge);
-    case capsule: return round(solid, solid.height, true, edge);
+    case sphere: return solids::capsule(solid, 0, edge);
+    case capsule: return solids::capsule(solid, solid.height, edge);
     case cylinder: {
-        if (solid.height > 0) return round(solid, solid.height, false, edge);
+        if (solid.height > 0) return solids::cylinder(solid, solid.height, edge);
         Primitive bounded = solid;
         const Vec3 axis = solid.axis.normalized(), middle = 0.5 * (within.lower + within.upper);
         bounded.center += axis * axis.dot(middle - solid.center);
-        return round(bounded, (within.upper - within.lower).norm() + 4 * edge, false, edge);
+        return solids::cylinder(bounded, (within.upper - within.lower).norm() + 4 * edge, edge);
     }
     case torus: return solids::torus(solid, edge);
     case halfspace: break;
