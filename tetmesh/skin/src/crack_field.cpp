@@ -62,8 +62,12 @@ private:
 
 class Extension {
 public:
-    Extension(const Field& rest, const Field& now, double dx)
-        : rest_(rest), now_(now), dx_(dx), c_(rest.lower(), rest.upper(), float(-kFar * dx), float(-kFar * dx))
+    Extension(const Field& rest, const Field& now, double dx, const FragmentAt& fragment)
+        : rest_(rest),
+          now_(now),
+          dx_(dx),
+          fragment_(fragment),
+          c_(rest.lower(), rest.upper(), float(-kFar * dx), float(-kFar * dx))
     {
     }
 
@@ -73,6 +77,7 @@ public:
         for (Coord n : known) c_.set(n, now_(n));
         carryInside(known);
         smooth(near_, [&](Coord n, double smooth) { return settled(n, smooth); });
+        if (fragment_) openBetweenFragments();
         const std::vector<Coord> outside = carryOutside();
         Sides side = keepApart(outside);
         smooth(outside, [&](Coord n, double smooth) { return (smooth > 0) == (c_(n) > 0) ? off(smooth) : c_(n); });
@@ -164,6 +169,31 @@ private:
         for (std::size_t i = 0; i < outside.size(); ++i) c_.set(outside[i], value[i]);
         return outside;
     }
+    /// Has it material that is drawn?
+    bool isMaterial(Coord n) const { return now_(n) < 0 && !(c_(n) > 0); }
+
+    /// Opens nodes with material where an edge leads to another fragment: of both the one nearer to a crack.
+    void openBetweenFragments()
+    {
+        std::vector<Coord> nodes;
+        for (Coord n : near_)
+            if (isMaterial(n) && c_(n) > -kNear * dx_) nodes.push_back(n);
+        std::sort(nodes.begin(), nodes.end());
+        std::vector<std::optional<std::uint32_t>> fragment(nodes.size());
+        parallelChunks(nodes.size(), 64, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) fragment[i] = fragment_(nodes[i]);
+        });
+        const auto of = [&](Coord n) {
+            const auto at = std::lower_bound(nodes.begin(), nodes.end(), n);
+            return at != nodes.end() && *at == n ? fragment[std::size_t(at - nodes.begin())] : fragment_(n);
+        };
+        for (std::size_t i = 0; i < nodes.size(); ++i)
+            forNeighbours(nodes[i], [&](Coord m) {
+                if (!isMaterial(nodes[i]) || !isMaterial(m) || of(m) == fragment[i]) return;
+                c_.set(c_(m) > c_(nodes[i]) ? m : nodes[i], float(kOpened * dx_));
+            });
+    }
+
     /// Direction in which phi rises at rest.
     std::optional<Vec3> uphill(Coord n) const
     {
@@ -252,7 +282,7 @@ private:
     }
     std::optional<Coord> sideOf(Coord n, const Sides& side) const
     {
-        if (now_(n) < 0) return n;
+        if (isMaterial(n)) return n;
         const auto at = std::lower_bound(side.begin(), side.end(), n,
                                          [](const auto& entry, Coord key) { return entry.first < key; });
         return at != side.end() && at->first == n ? std::optional(at->second) : std::nullopt;
@@ -262,7 +292,7 @@ private:
     {
         Search search(n);
         while (const std::optional<Coord> at = search.next()) {
-            if (now_(*at) < 0) return at;
+            if (isMaterial(*at)) return at;
             forNeighbours(*at, [&](Coord m) {
                 if (!(c_(m) > 0)) search.add(m);
             });
@@ -281,7 +311,7 @@ private:
             forNeighbours(*at, [&](Coord m) {
                 const bool isNear =
                     low.x <= m.x && m.x <= high.x && low.y <= m.y && m.y <= high.y && low.z <= m.z && m.z <= high.z;
-                if (isNear && now_(m) < 0) search.add(m);
+                if (isNear && isMaterial(m)) search.add(m);
             });
         }
         return false;
@@ -296,12 +326,16 @@ private:
 
     const Field &rest_, &now_;
     double dx_;
+    const FragmentAt& fragment_;
     Field c_;
     std::vector<Coord> near_;  // nodes that were given a value
 };
 
 }  // namespace
 
-CrackField crackField(const Field& rest, const Field& now, double dx) { return Extension(rest, now, dx).run(); }
+CrackField crackField(const Field& rest, const Field& now, double dx, const FragmentAt& fragment)
+{
+    return Extension(rest, now, dx, fragment).run();
+}
 
 }  // namespace vdbfrac::skin

@@ -14,18 +14,32 @@ namespace {
 
 using Tets = std::vector<std::pair<std::uint32_t, std::uint32_t>>;  // element, tet
 
-Tets tetsAt(const tetmesh::BodyMesh& body, Coord voxel)
+/// The body, and which of its tets near a voxel node are on the side of it.
+struct Carrier {
+    const tetmesh::BodyMesh& body;
+    const FragmentAt& fragment;
+    std::span<const std::uint32_t> fragmentOfNode;
+};
+
+Tets tetsAt(const Carrier& carrier, Coord voxel)
 {
+    const tetmesh::BodyMesh& body = carrier.body;
     Tets tets;
     if (!(body.phi()(voxel) < 0)) return tets;
-    body.visitTets(voxel, [&](std::uint32_t e, int t, double) { tets.emplace_back(e, std::uint32_t(t)); });
+    const auto fragment = carrier.fragment ? carrier.fragment(voxel) : std::nullopt;
+    body.visitTets(voxel, [&](std::uint32_t e, int t, double) {
+        const tetmesh::CellElement& element = body.elements()[e];
+        const int corner = tetmesh::cellTets(element.shape).corner[std::size_t(t)][0];
+        if (!fragment || carrier.fragmentOfNode[element.node[std::size_t(corner)]] == *fragment)
+            tets.emplace_back(e, std::uint32_t(t));
+    });
     std::sort(tets.begin(), tets.end());
     tets.erase(std::unique(tets.begin(), tets.end()), tets.end());
     return tets;
 }
 
 /// The tets at a node, or at the first with any that edges lead to without entering a crack.
-Tets tetsFrom(const tetmesh::BodyMesh& body, const CrackField& cracks, Coord start)
+Tets tetsFrom(const Carrier& carrier, const CrackField& cracks, Coord start)
 {
     const auto side = std::lower_bound(cracks.material.begin(), cracks.material.end(), start,
                                        [](const auto& entry, Coord n) { return entry.first < n; });
@@ -34,7 +48,7 @@ Tets tetsFrom(const tetmesh::BodyMesh& body, const CrackField& cracks, Coord sta
     std::vector<Coord> reached{start};
     std::set<Coord> seen{start};
     for (std::size_t i = 0; i < reached.size() && i < kWidest; ++i) {
-        if (Tets tets = tetsAt(body, reached[i]); !tets.empty()) return tets;
+        if (Tets tets = tetsAt(carrier, reached[i]); !tets.empty()) return tets;
         for (int mask = 1; mask < 8; ++mask)
             for (const int sign : {1, -1}) {
                 const Coord next = reached[i] + sign * Coord{mask & 1, mask >> 1 & 1, mask >> 2};
@@ -63,8 +77,10 @@ Found nearest(const tetmesh::BodyMesh& body, const Tets& tets, const Vec3& X)
 }  // namespace
 
 std::vector<tetmesh::EmbeddedPoint> embedRiders(const tetmesh::BodyMesh& body, const CrackField& cracks,
-                                                std::span<const Rider> riders, std::int64_t& far)
+                                                std::span<const Rider> riders, const FragmentAt& fragment,
+                                                std::span<const std::uint32_t> fragmentOfNode, std::int64_t& far)
 {
+    const Carrier carrier{body, fragment, fragmentOfNode};
     constexpr double kFar = -1;  // weight of a point a tet's height away
     std::vector<std::uint32_t> order(riders.size());
     std::iota(order.begin(), order.end(), 0u);
@@ -79,7 +95,7 @@ std::vector<tetmesh::EmbeddedPoint> embedRiders(const tetmesh::BodyMesh& body, c
     const auto sums = orderedSums<2>(run.size() - 1, 64, [&](std::size_t begin, std::size_t end) {
         std::array<double, 2> count{};
         for (std::size_t r = begin; r < end; ++r) {
-            const Tets tets = tetsFrom(body, cracks, riders[order[run[r]]].anchor);
+            const Tets tets = tetsFrom(carrier, cracks, riders[order[run[r]]].anchor);
             for (std::size_t i = run[r]; i < run[r + 1]; ++i) {
                 const Found found = nearest(body, tets, riders[order[i]].X);
                 points[order[i]] = found.point;

@@ -17,8 +17,10 @@ struct Rider {
 };
 
 /// Each rider in a tet that has material at its anchor, or at the nearest node that no crack parts from it: the one it
-/// lies in, or nearest to. Counts in `far` those more than a tet's size away from theirs.
+/// lies in, or nearest to. `fragment`: where it is given, a tet is of that of its anchor, by `fragmentOfNode`. Counts
+/// in `far` those more than a tet's size away from theirs.
 std::vector<tetmesh::EmbeddedPoint> embedRiders(const tetmesh::BodyMesh& body, const CrackField& cracks,
-                                                std::span<const Rider> riders, std::int64_t& far);
+                                                std::span<const Rider> riders, const FragmentAt& fragment,
+                                                std::span<const std::uint32_t> fragmentOfNode, std::int64_t& far);
 
 }  // namespace vdbfrac::skin

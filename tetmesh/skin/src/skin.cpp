@@ -175,11 +175,18 @@ Skin::Skin(RenderMesh mesh, const tetmesh::BodyMesh& body, const CrackStyle& sty
 
 void Skin::follow(const tetmesh::BodyMesh& body, std::span<const std::uint32_t> fragmentOfNode)
 {
-    const SkinCut cut = cutter_.cut(body.restPhi(), body.phi(), style_);
+    // A lattice is cut along phi's own nodes; another mesh has to be asked.
+    FragmentAt fragment;
+    if (body.latticeCoords().empty())
+        fragment = [&](Coord voxel) -> std::optional<std::uint32_t> {
+            const auto found = body.locate(body.voxelSize() * voxel.toVec());
+            return found ? std::optional(fragmentOfNode[found->point.node[0]]) : std::nullopt;
+        };
+    const SkinCut cut = cutter_.cut(body.restPhi(), body.phi(), style_, fragment);
     Drawer drawer(mesh_, fans_, cut);
     work_ = {cut.mixedVoxels, std::int64_t(cut.parts.size()), std::int64_t(cut.torn.size()), cut.defects, 0};
     givenNormals_ = drawer.givenNormals;
-    embed(body, cut, drawer.drawn.mesh);
+    embed({body, cut, drawer.drawn.mesh, fragment, fragmentOfNode});
     tetmesh::DrawnTopology& drawn = drawer.drawn;
     drawn.fragment.reserve(drawn.mesh.faces());
     for (std::size_t f = 0; f < drawn.mesh.faces(); ++f)
@@ -188,8 +195,9 @@ void Skin::follow(const tetmesh::BodyMesh& body, std::span<const std::uint32_t> 
 }
 
 /// Finds what carries the points that faces use.
-void Skin::embed(const tetmesh::BodyMesh& body, const SkinCut& cut, const RenderMesh& drawn)
+void Skin::embed(const Embedding& what)
 {
+    const auto& [body, cut, drawn, fragment, fragmentOfNode] = what;
     std::vector<std::uint8_t> isUsed(drawn.points.size(), 0);
     normalPoint_.assign(drawn.normals.size(), 0);
     for (const RenderMesh::Corner& c : drawn.corners) {
@@ -204,7 +212,8 @@ void Skin::embed(const tetmesh::BodyMesh& body, const SkinCut& cut, const Render
         riders.push_back({drawn.points[p], p < given ? cut.anchor[p] : cut.points[p - given].anchor});
         point.push_back(p);
     }
-    const std::vector<tetmesh::EmbeddedPoint> embedded = embedRiders(body, cut.cracks, riders, work_.far);
+    const std::vector<tetmesh::EmbeddedPoint> embedded =
+        embedRiders(body, cut.cracks, riders, fragment, fragmentOfNode, work_.far);
     points_.assign(isUsed.size(), {});
     for (std::size_t i = 0; i < point.size(); ++i) points_[point[i]] = embedded[i];
     restNormal_.resize(givenNormals_);

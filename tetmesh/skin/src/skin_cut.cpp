@@ -175,11 +175,11 @@ void SkinCutter::divide(const Crossings& crossings, std::span<const std::uint8_t
 }
 
 SkinCut SkinCutter::cut(const tetmesh::NodeField<float>& rest, const tetmesh::NodeField<float>& now,
-                        const CrackStyle& style) const
+                        const CrackStyle& style, const FragmentAt& fragment) const
 {
     SkinCut cut;
     cut.fate.assign(triangles_.size(), SkinCut::Fate::kept);
-    cut.cracks = crackField(rest, now, dx_);
+    cut.cracks = crackField(rest, now, dx_, fragment);
     const CrackLattice lattice(cut.cracks.c, now, dx_);
     cut.anchor = anchors(lattice);
     cut.mixedVoxels = std::int64_t(lattice.mixedVoxels().size());

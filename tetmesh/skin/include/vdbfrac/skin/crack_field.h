@@ -6,6 +6,9 @@
 
 #include <vdbfrac/tetmesh/node_field.h>
 
+#include <cstdint>
+#include <functional>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -19,9 +22,14 @@ struct CrackField {
     std::vector<std::pair<Coord, Coord>> material;
 };
 
+/// The fragment of the material at a voxel node; none where there is no material. Called from any thread.
+using FragmentAt = std::function<std::optional<std::uint32_t>(Coord voxel)>;
+
 /// `rest` and `now`: phi [m] at the start and at present, on the same box; dx: voxel size [m]. Edges between nodes with
-/// c < 0 do not join material that is apart.
-CrackField crackField(const tetmesh::NodeField<float>& rest, const tetmesh::NodeField<float>& now, double dx);
+/// c < 0 do not join material that is apart: as the nodes of phi are joined, which is what a lattice of six tets to a
+/// cell cuts by, and as `fragment` says, where it is given, for a mesh that is cut otherwise.
+CrackField crackField(const tetmesh::NodeField<float>& rest, const tetmesh::NodeField<float>& now, double dx,
+                      const FragmentAt& fragment = {});
 
 /// In voxels. Keeps crossings apart from the nodes.
 inline constexpr double kLeast = 1e-3;

@@ -42,7 +42,14 @@ public:
     std::vector<Vec3> normals(std::span<const Vec3> x, std::span<const Vec3> points) const;
 
 private:
-    void embed(const tetmesh::BodyMesh& body, const SkinCut& cut, const tetmesh::RenderMesh& drawn);
+    struct Embedding {
+        const tetmesh::BodyMesh& body;
+        const SkinCut& cut;
+        const tetmesh::RenderMesh& drawn;
+        const FragmentAt& fragment;
+        std::span<const std::uint32_t> fragmentOfNode;
+    };
+    void embed(const Embedding& what);
 
     CrackStyle style_;
     tetmesh::RenderMesh mesh_;

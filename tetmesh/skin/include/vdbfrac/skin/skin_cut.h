@@ -74,9 +74,10 @@ public:
     SkinCutter& operator=(SkinCutter&&) noexcept;
     ~SkinCutter();
 
-    /// `rest`: as before. `now`: phi [m] at present, on the same box and nowhere below it.
-    SkinCut cut(const tetmesh::NodeField<float>& rest, const tetmesh::NodeField<float>& now,
-                const CrackStyle& style) const;
+    /// `rest`: as before. `fragment`: as crackField takes it. `now`: phi [m] at present, on the same box and nowhere
+    /// below it.
+    SkinCut cut(const tetmesh::NodeField<float>& rest, const tetmesh::NodeField<float>& now, const CrackStyle& style,
+                const FragmentAt& fragment = {}) const;
 
 private:
     std::vector<Coord> anchors(const CrackLattice& lattice) const;
