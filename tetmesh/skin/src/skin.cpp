@@ -3,6 +3,7 @@
 #include "riders.h"
 
 #include <vdbfrac/base/parallel.h>
+#include <vdbfrac/tetmesh/cut_mesh.h>
 
 #include <Eigen/Dense>
 
@@ -175,9 +176,10 @@ Skin::Skin(RenderMesh mesh, const tetmesh::BodyMesh& body, const CrackStyle& sty
 
 void Skin::follow(const tetmesh::BodyMesh& body, std::span<const std::uint32_t> fragmentOfNode)
 {
-    // A lattice is cut along phi's own nodes; another mesh has to be asked.
+    // Lattices are cut along phi's own nodes; other meshes have to be asked, and those whose tets stay whole.
+    const auto* lattice = dynamic_cast<const tetmesh::CutMesh*>(&body);
     FragmentAt fragment;
-    if (body.latticeCoords().empty())
+    if (!lattice || lattice->lattice().wholeTets)
         fragment = [&](Coord voxel) -> std::optional<std::uint32_t> {
             const auto found = body.locate(body.voxelSize() * voxel.toVec());
             return found ? std::optional(fragmentOfNode[found->point.node[0]]) : std::nullopt;
