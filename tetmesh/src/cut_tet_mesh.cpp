@@ -9,6 +9,7 @@
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/base/number_text.h>
 #include <vdbfrac/base/parallel.h>
+#include <vdbfrac/tetmesh/trilinear.h>
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
@@ -25,8 +26,6 @@ namespace vdbfrac::tetmesh {
 namespace {
 
 constexpr std::uint8_t kNone = 255;  // no label: the tet has no material
-
-Coord floorOf(const Vec3& v) { return {int(std::floor(v.x())), int(std::floor(v.y())), int(std::floor(v.z()))}; }
 
 }  // namespace
 
@@ -135,15 +134,7 @@ void CutTetMesh::measureShapes()
 
 double CutTetMesh::phiAt(const Vec3& X) const
 {
-    const Vec3 voxels = X / dx_;
-    const Coord base = floorOf(voxels);
-    const Vec3 t = voxels - base.toVec();
-    double sum = 0;
-    for (int c = 0; c < kCorners; ++c) {
-        const Coord o = cornerOffset(c);
-        sum +=
-            (o.x ? t.x() : 1 - t.x()) * (o.y ? t.y() : 1 - t.y()) * (o.z ? t.z() : 1 - t.z()) * double(phi_(base + o));
-    }
+    const double sum = trilinear(phi_, X / dx_);
     return std::abs(sum) < kSnap * dx_ ? 0 : sum;
 }
 

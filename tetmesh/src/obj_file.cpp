@@ -157,37 +157,42 @@ std::vector<std::vector<std::uint32_t>> facesOfFragments(const DrawnTopology& dr
     return all;
 }
 
-}  // namespace
-
-void writeObjFrame(const std::filesystem::path& file, std::span<const DrawnPart> bodies, const std::string& mtlName)
+/// Writes bodies one after the other: what add(writer, text, drawn) makes of each.
+template <class Add>
+void writeBodies(const std::filesystem::path& file, std::span<const DrawnPart> bodies, const std::string& mtlName,
+                 const Add& add)
 {
     TextWriter text{kDigits};
     if (!mtlName.empty()) text << "mtllib " << mtlName << "\n";
     Written written;
     for (const DrawnPart& body : bodies) {
         ObjWriter writer(body, text, written);
-        for (const auto& faces : facesOfFragments(body.topology)) {
-            text << "o " << objectName(body.topology.fragment[faces[0]]) << "\n";
-            writer.addPoints(faces);
-            writer.addFaces(faces);
-        }
+        add(writer, text, body.topology);
     }
     writeText(file, text.text());
 }
 
+}  // namespace
+
+void writeObjFrame(const std::filesystem::path& file, std::span<const DrawnPart> bodies, const std::string& mtlName)
+{
+    writeBodies(file, bodies, mtlName, [](ObjWriter& writer, TextWriter& text, const DrawnTopology& drawn) {
+        for (const auto& faces : facesOfFragments(drawn)) {
+            text << "o " << objectName(drawn.fragment[faces[0]]) << "\n";
+            writer.addPoints(faces);
+            writer.addFaces(faces);
+        }
+    });
+}
+
 void writeObjWhole(const std::filesystem::path& file, std::span<const DrawnPart> bodies, const std::string& mtlName)
 {
-    TextWriter text{kDigits};
-    if (!mtlName.empty()) text << "mtllib " << mtlName << "\n";
-    Written written;
-    for (const DrawnPart& body : bodies) {
-        ObjWriter writer(body, text, written);
-        std::vector<std::uint32_t> all(body.topology.mesh.faces());
+    writeBodies(file, bodies, mtlName, [](ObjWriter& writer, TextWriter&, const DrawnTopology& drawn) {
+        std::vector<std::uint32_t> all(drawn.mesh.faces());
         std::iota(all.begin(), all.end(), 0u);
         writer.addPoints(all);
-        for (const auto& faces : facesOfFragments(body.topology)) writer.addFaces(faces);
-    }
-    writeText(file, text.text());
+        for (const auto& faces : facesOfFragments(drawn)) writer.addFaces(faces);
+    });
 }
 
 void writeObj(const std::filesystem::path& file, const Surface& surface, const std::string& mtlName)

@@ -10,21 +10,6 @@ namespace vdbfrac::tetmesh {
 
 namespace {
 
-/// For every point the lowest number of a point with equal coordinates.
-std::vector<std::size_t> joined(const std::vector<Vec3>& points)
-{
-    const auto before = [&](std::size_t a, std::size_t b) {
-        const Vec3 &p = points[a], &q = points[b];
-        return std::lexicographical_compare(p.data(), p.data() + 3, q.data(), q.data() + 3);
-    };
-    std::vector<std::size_t> order(points.size()), first(points.size());
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    std::stable_sort(order.begin(), order.end(), before);
-    for (std::size_t i = 0; i < order.size(); ++i)
-        first[order[i]] = i > 0 && points[order[i]] == points[order[i - 1]] ? first[order[i - 1]] : order[i];
-    return first;
-}
-
 /// Its points, the lower first, and whether the face goes from the lower to the higher.
 struct Edge {
     std::size_t lower, higher;
@@ -74,11 +59,25 @@ bool repeats(const std::vector<std::size_t>& polygon, const std::vector<std::siz
 
 }  // namespace
 
+std::vector<std::size_t> equalPoints(std::span<const Vec3> points)
+{
+    const auto before = [&](std::size_t a, std::size_t b) {
+        const Vec3 &p = points[a], &q = points[b];
+        return std::lexicographical_compare(p.data(), p.data() + 3, q.data(), q.data() + 3);
+    };
+    std::vector<std::size_t> order(points.size()), first(points.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::stable_sort(order.begin(), order.end(), before);
+    for (std::size_t i = 0; i < order.size(); ++i)
+        first[order[i]] = i > 0 && points[order[i]] == points[order[i - 1]] ? first[order[i - 1]] : order[i];
+    return first;
+}
+
 SurfaceReport examine(const PolygonSoup& soup)
 {
     SurfaceReport report;
     if (soup.polygons.empty()) return report;
-    const std::vector<std::size_t> first = joined(soup.points);
+    const std::vector<std::size_t> first = equalPoints(soup.points);
     const Vec3 origin = soup.points[soup.polygons[0][0]];  // near the surface, so volumes keep their digits
     report.lower = report.upper = origin;
     std::vector<Edge> edges;

@@ -1,8 +1,9 @@
 #include <vdbfrac/skin/crack_field.h>
 
-#include "trilinear.h"
+#include "crack_lattice.h"
 
 #include <vdbfrac/base/parallel.h>
+#include <vdbfrac/tetmesh/trilinear.h>
 
 #include <algorithm>
 #include <bitset>
@@ -163,7 +164,7 @@ private:
             for (std::size_t i = begin; i < end; ++i) {
                 const Coord n = outside[i];
                 const std::optional<Vec3> up = uphill(n);
-                value[i] = up ? float(off(trilinear(c_, n.toVec() - (rest_(n) / dx_ + 1) * *up))) : c_(n);
+                value[i] = up ? float(off(tetmesh::trilinear(c_, n.toVec() - (rest_(n) / dx_ + 1) * *up))) : c_(n);
             }
         });
         for (std::size_t i = 0; i < outside.size(); ++i) c_.set(outside[i], value[i]);
@@ -315,13 +316,6 @@ private:
             });
         }
         return false;
-    }
-    /// Calls visit(node) for the ends of the edges at a node.
-    template <class Visit>
-    static void forNeighbours(Coord n, const Visit& visit)
-    {
-        for (int mask = 1; mask < 8; ++mask)
-            for (const int sign : {1, -1}) visit(n + sign * Coord{mask & 1, mask >> 1 & 1, mask >> 2});
     }
 
     const Field &rest_, &now_;

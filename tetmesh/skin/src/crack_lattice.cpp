@@ -1,8 +1,7 @@
 #include "crack_lattice.h"
 
-#include "trilinear.h"
-
 #include <vdbfrac/tetmesh/cell.h>
+#include <vdbfrac/tetmesh/trilinear.h>
 
 #include <algorithm>
 #include <bit>
@@ -12,8 +11,6 @@ namespace vdbfrac::skin {
 namespace {
 
 constexpr int kBits = 18;  // of a coordinate in a key
-
-Coord offset(int mask) { return {mask & 1, mask >> 1 & 1, mask >> 2 & 1}; }
 
 /// Corners of Kuhn's tets along their chains.
 std::array<std::array<std::uint8_t, 4>, 6> chains()
@@ -45,7 +42,7 @@ CrackLattice::CrackLattice(const tetmesh::NodeField<float>& c, const tetmesh::No
     c.forEachBlock([&](Coord low) {
         tetmesh::NodeField<float>::forEachNode(low, [&](Coord v) {
             int open = 0;
-            for (int k = 0; k < 8; ++k) open += c_(v + offset(k)) > 0;
+            for (int k = 0; k < 8; ++k) open += c_(v + tetmesh::cornerOffset(k)) > 0;
             if (open == 0 || open == 8 || !isMixed_.contains(v)) return;
             mixed_.push_back(v);
             isMixed_.set(v, 1);
@@ -61,7 +58,7 @@ Vec3 CrackLattice::position(Coord n) const
     return dx_ * (n.toVec() + Vec3(part(0), part(1), part(2)));
 }
 
-double CrackLattice::smoothC(const Vec3& X) const { return trilinear(c_, X / dx_); }
+double CrackLattice::smoothC(const Vec3& X) const { return tetmesh::trilinear(c_, X / dx_); }
 
 bool CrackLattice::isMixed(const LatticeTet& tet) const
 {
@@ -74,7 +71,7 @@ LatticeTet CrackLattice::tet(Coord voxel, int k)
     static const auto kChains = chains();
     LatticeTet t;
     t.mask = kChains[std::size_t(k)];
-    for (std::size_t a = 0; a < 4; ++a) t.node[a] = voxel + offset(t.mask[a]);
+    for (std::size_t a = 0; a < 4; ++a) t.node[a] = voxel + tetmesh::cornerOffset(t.mask[a]);
     return t;
 }
 
@@ -82,13 +79,6 @@ SimplexKey CrackLattice::nodeKey(Coord n) const
 {
     const Coord d = n - lower_;
     return (SimplexKey(d.z) << 2 * kBits | SimplexKey(d.y) << kBits | SimplexKey(d.x)) << 9;
-}
-
-Coord CrackLattice::nodeOf(SimplexKey key) const
-{
-    constexpr SimplexKey kAll = (1u << kBits) - 1;
-    key >>= 9;
-    return lower_ + Coord{int(key & kAll), int(key >> kBits & kAll), int(key >> 2 * kBits & kAll)};
 }
 
 SimplexKey CrackLattice::keyOf(const LatticeTet& tet, std::array<int, 4> nodes, int count) const

@@ -10,6 +10,7 @@
 
 #include <vdbfrac/base/vec.h>
 #include <vdbfrac/tetmesh/node_field.h>
+#include <vdbfrac/tetmesh/stencil.h>
 
 #include <array>
 #include <cmath>
@@ -27,6 +28,14 @@ struct LatticeTet {
     std::array<Coord, 4> node;
     std::array<std::uint8_t, 4> mask{};
 };
+
+/// Calls visit(node) for the ends of the edges at a node.
+template <class Visit>
+void forNeighbours(Coord n, const Visit& visit)
+{
+    for (int mask = 1; mask < 8; ++mask)
+        for (const int sign : {1, -1}) visit(n + sign * tetmesh::cornerOffset(mask));
+}
 
 /// Well mixed bits of a number (the finalizer of SplitMix64: Steele et al. 2014).
 std::uint64_t mixedBits(std::uint64_t z);
@@ -52,7 +61,6 @@ public:
     SimplexKey edgeKey(const LatticeTet& tet, int a, int b) const { return keyOf(tet, {a, b, 0, 0}, 2); }
     SimplexKey faceKey(const LatticeTet& tet, int a, int b, int c) const { return keyOf(tet, {a, b, c, 0}, 3); }
     SimplexKey nodeKey(Coord node) const;
-    Coord nodeOf(SimplexKey nodeKey) const;
 
     /// Of the nodes that are not open, the one deepest in the material at present.
     Coord anchor(std::span<const Coord> nodes) const;

@@ -1,6 +1,7 @@
 #include "crossings.h"
 
 #include <vdbfrac/base/parallel.h>
+#include <vdbfrac/tetmesh/trilinear.h>
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 
@@ -250,8 +251,7 @@ void unite(Crossings& all)
 /// The tet that X lies in, of its voxel or the next.
 LatticeTet tetRound(const CrackLattice& lattice, const Vec3& X)
 {
-    const Vec3 v = X / lattice.voxelSize();
-    const Coord voxel{int(std::floor(v.x())), int(std::floor(v.y())), int(std::floor(v.z()))};
+    const Coord voxel = tetmesh::floorOf(X / lattice.voxelSize());
     for (int reach = 0; reach <= 1; ++reach)
         for (int z = -reach; z <= reach; ++z)
             for (int y = -reach; y <= reach; ++y)
@@ -304,8 +304,7 @@ Crossings findCrossings(const SkinTopology& skin, const CrackLattice& lattice)
 
 bool isOpen(const CrackLattice& lattice, const Vec3& X)
 {
-    const Vec3 v = X / lattice.voxelSize();
-    const Coord voxel{int(std::floor(v.x())), int(std::floor(v.y())), int(std::floor(v.z()))};
+    const Coord voxel = tetmesh::floorOf(X / lattice.voxelSize());
     if (!lattice.isMixed(voxel)) return lattice.isOpen(voxel);
     const LatticeTet nodes = tetRound(lattice, X);
     return Tet(lattice, nodes).at(X) > 0;
@@ -313,11 +312,10 @@ bool isOpen(const CrackLattice& lattice, const Vec3& X)
 
 Coord anchorOf(const CrackLattice& lattice, const Vec3& X)
 {
-    const Vec3 v = X / lattice.voxelSize();
-    const Coord voxel{int(std::floor(v.x())), int(std::floor(v.y())), int(std::floor(v.z()))};
+    const Coord voxel = tetmesh::floorOf(X / lattice.voxelSize());
     if (lattice.isMixed(voxel)) return lattice.anchor(tetRound(lattice, X).node);
     std::array<Coord, 8> corners;
-    for (int k = 0; k < 8; ++k) corners[std::size_t(k)] = voxel + Coord{k & 1, k >> 1 & 1, k >> 2};
+    for (int k = 0; k < 8; ++k) corners[std::size_t(k)] = voxel + tetmesh::cornerOffset(k);
     return lattice.anchor(corners);
 }
 

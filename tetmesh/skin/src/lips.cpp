@@ -3,6 +3,8 @@
 #include "planar.h"
 
 #include <vdbfrac/base/parallel.h>
+#include <vdbfrac/base/triangle.h>
+#include <vdbfrac/tetmesh/trilinear.h>
 
 #include <Eigen/Geometry>
 
@@ -17,29 +19,6 @@ namespace vdbfrac::skin {
 namespace {
 
 constexpr double kFarthest = 1.5;  // voxels that a lip moves: more is no gap that a crack has made
-constexpr double kSharp =
-    0.87;  // cosine of the angle between the triangles of an edge that is no part of a smooth face
-
-Coord voxelOf(const Vec3& X, double dx)
-{
-    return {int(std::floor(X.x() / dx)), int(std::floor(X.y() / dx)), int(std::floor(X.z() / dx))};
-}
-
-/// The closest point of a triangle. Source: Ericson, Real-Time Collision Detection (2005), 5.1.5.
-Vec3 closestOn(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& p)
-{
-    const Vec3 ab = b - a, ac = c - a, ap = p - a, bp = p - b, cp = p - c;
-    const double d1 = ab.dot(ap), d2 = ac.dot(ap), d3 = ab.dot(bp), d4 = ac.dot(bp), d5 = ab.dot(cp), d6 = ac.dot(cp);
-    if (d1 <= 0 && d2 <= 0) return a;
-    if (d3 >= 0 && d4 <= d3) return b;
-    if (d6 >= 0 && d5 <= d6) return c;
-    const double vc = d1 * d4 - d3 * d2, vb = d5 * d2 - d1 * d6, va = d3 * d6 - d5 * d4;
-    if (vc <= 0 && d1 >= 0 && d3 <= 0) return a + d1 / (d1 - d3) * ab;
-    if (vb <= 0 && d2 >= 0 && d6 <= 0) return a + d2 / (d2 - d6) * ac;
-    if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) return b + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (c - b);
-    const double sum = va + vb + vc;
-    return sum > 0 ? Vec3(a + vb / sum * ab + vc / sum * ac) : a;
-}
 
 /// The triangles of the outer surface in and beside cracks, by voxel.
 class SkinNearCracks {
@@ -51,7 +30,6 @@ public:
                 if (lattice.isMixed(voxel) || lattice.isOpen(voxel)) entries_.emplace_back(voxel, t);
             });
         std::sort(entries_.begin(), entries_.end());
-        findSharpEdges();
     }
 
     /// The closest point of the smooth face that a point of the surface was on, or of its sharp edges where it was on
@@ -59,14 +37,14 @@ public:
     Vec3 closest(const SkinCut::Point& point) const
     {
         const Vec3& X = point.X;
-        const bool sharp = point.onEdge && isSharp_[point.skin];
-        const Vec3& normal = point.onEdge ? edgeNormal_[point.skin] : normal_[point.skin];
+        const bool sharp = point.onEdge && skin_.isSharp[point.skin];
+        const Vec3& normal = point.onEdge ? skin_.edgeNormal[point.skin] : skin_.normal[point.skin];
         Vec3 best = X;
         double nearest = std::numeric_limits<double>::infinity();
         const auto keep = [&](const Vec3& p) {
             if (const double d = (p - X).squaredNorm(); d < nearest) nearest = d, best = p;
         };
-        const Coord middle = voxelOf(X, dx_);
+        const Coord middle = tetmesh::floorOf(X / dx_);
         for (int z = -1; z <= 1; ++z)
             for (int y = -1; y <= 1; ++y)
                 for (int x = -1; x <= 1; ++x) {
@@ -75,7 +53,7 @@ public:
                     for (; at != entries_.end() && at->first == voxel; ++at) {
                         if (sharp)
                             visitEdges(at->second, X, keep);
-                        else if (normal_[at->second].dot(normal) >= kSharp)
+                        else if (skin_.normal[at->second].dot(normal) >= kSameFace)
                             visit(at->second, X, keep);
                     }
                 }
@@ -87,41 +65,21 @@ private:
     void visit(std::uint32_t t, const Vec3& X, const Keep& keep) const
     {
         const auto& c = skin_.triangles[t];
-        keep(closestOn(skin_.points[c[0]], skin_.points[c[1]], skin_.points[c[2]], X));
+        keep(closestPoint({skin_.points[c[0]], skin_.points[c[1]], skin_.points[c[2]]}, X).at);
     }
     template <class Keep>
     void visitEdges(std::uint32_t t, const Vec3& X, const Keep& keep) const
     {
         const auto& c = skin_.triangles[t];
         for (std::size_t k = 0; k < 3; ++k)
-            if (isSharp_[skin_.edgeOf[t][k]]) {
+            if (skin_.isSharp[skin_.edgeOf[t][k]]) {
                 const Vec3 &a = skin_.points[c[k]], &b = skin_.points[c[(k + 1) % 3]];
-                keep(closestOn(a, b, b, X));
+                keep(closestPoint({a, b, b}, X).at);
             }
     }
-    void findSharpEdges()
-    {
-        edgeNormal_.assign(skin_.edges.size(), Vec3::Zero());
-        isSharp_.assign(skin_.edges.size(), false);
-        for (std::size_t t = 0; t < skin_.triangles.size(); ++t) {
-            const auto& c = skin_.triangles[t];
-            normal_.push_back((skin_.points[c[1]] - skin_.points[c[0]])
-                                  .cross(skin_.points[c[2]] - skin_.points[c[0]])
-                                  .stableNormalized());
-            for (std::uint32_t e : skin_.edgeOf[t]) {
-                if (edgeNormal_[e].isZero())
-                    edgeNormal_[e] = normal_[t];
-                else
-                    isSharp_[e] = edgeNormal_[e].dot(normal_[t]) < kSharp;
-            }
-        }
-    }
-
     const SkinTopology& skin_;
     double dx_;
     std::vector<std::pair<Coord, std::uint32_t>> entries_;
-    std::vector<Vec3> normal_, edgeNormal_;  // of triangles, and of the first triangle at each edge
-    std::vector<bool> isSharp_;              // of each edge
 };
 
 /// Half the way from a lip to the one opposite; none where nothing is opposite.
@@ -191,10 +149,7 @@ std::vector<std::optional<Vec3>> evened(const std::vector<std::optional<Vec3>>& 
 /// Divides what triangles keep anew, after its points have moved: a division that was good may fold over.
 class Redivider {
 public:
-    Redivider(const SkinTopology& skin, std::span<const std::array<std::uint32_t, 3>> triangles, SkinCut& cut)
-        : skin_(skin), triangles_(triangles), cut_(cut)
-    {
-    }
+    Redivider(const SkinTopology& skin, SkinCut& cut) : skin_(skin), cut_(cut) {}
     void run()
     {
         const std::vector<SkinCut::Part> parts = std::move(cut_.parts);
@@ -246,23 +201,16 @@ private:
     {
         const auto& t = skin_.triangles[piece[0].triangle];
         const Vec3 normal = (skin_.points[t[1]] - skin_.points[t[0]]).cross(skin_.points[t[2]] - skin_.points[t[0]]);
-        std::vector<std::uint32_t> names;
-        PlanarPolygon polygon;
-        const auto numberOf = [&](std::uint32_t point) {
-            const auto at = std::find(names.begin(), names.end(), point);
-            if (at != names.end()) return std::uint32_t(at - names.begin());
-            names.push_back(point);
-            polygon.points.push_back(flattened(place(point), normal));
-            return std::uint32_t(names.size() - 1);
-        };
+        NamedPolygon<std::uint32_t> named(normal);
+        const auto numberOf = [&](std::uint32_t point) { return named.number(point, place(point)); };
+        PlanarPolygon& polygon = named.polygon;
         for (const auto& [a, b] : borderOf(piece)) {
             polygon.outline.push_back({numberOf(a), numberOf(b)});
             polygon.label.push_back(0);
         }
         const PlanarTriangles divided = triangulate(polygon);
         Parts now;
-        for (const auto& d : divided.triangles)
-            now.push_back({piece[0].triangle, {names[d[0]], names[d[1]], names[d[2]]}});
+        for (const auto& d : divided.triangles) now.push_back({piece[0].triangle, named.names(d)});
         // Where the border crosses itself the division stays as it was.
         const Parts& kept = divided.isSound && borderOf(now) == borderOf(piece) ? now : piece;
         cut_.parts.insert(cut_.parts.end(), kept.begin(), kept.end());
@@ -281,14 +229,12 @@ private:
     }
 
     const SkinTopology& skin_;
-    std::span<const std::array<std::uint32_t, 3>> triangles_;
     SkinCut& cut_;
 };
 
 }  // namespace
 
-void closeLips(const SkinTopology& skin, const CrackLattice& lattice,
-               std::span<const std::array<std::uint32_t, 3>> triangles, SkinCut& cut)
+void closeLips(const SkinTopology& skin, const CrackLattice& lattice, SkinCut& cut)
 {
     constexpr int kRounds = 3;
     const SkinNearCracks near(skin, lattice);
@@ -306,7 +252,7 @@ void closeLips(const SkinTopology& skin, const CrackLattice& lattice,
             if (p.skin != SkinCut::kNoSkin) p.X = near.closest(p);
         }
     });
-    Redivider(skin, triangles, cut).run();
+    Redivider(skin, cut).run();
 }
 
 }  // namespace vdbfrac::skin

@@ -8,9 +8,7 @@
 
 namespace vdbfrac::skin {
 
-/// Moves the points of a cut. Those of the outer surface stay on it, those of its sharp edges on these. `triangles`: of
-/// the outer surface, by points as they were given.
-void closeLips(const SkinTopology& skin, const CrackLattice& lattice,
-               std::span<const std::array<std::uint32_t, 3>> triangles, SkinCut& cut);
+/// Moves the points of a cut. Those of the outer surface stay on it, those of its sharp edges on these.
+void closeLips(const SkinTopology& skin, const CrackLattice& lattice, SkinCut& cut);
 
 }  // namespace vdbfrac::skin

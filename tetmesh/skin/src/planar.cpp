@@ -116,6 +116,15 @@ std::array<double, 2> flattened(const Vec3& X, const Vec3& normal)
     return normal[axis] > 0 ? std::array{u, v} : std::array{v, u};
 }
 
+std::vector<std::uint32_t> inOrder(std::vector<std::pair<double, std::uint32_t>> placed, bool turned)
+{
+    std::sort(placed.begin(), placed.end());
+    if (turned) std::reverse(placed.begin(), placed.end());
+    std::vector<std::uint32_t> order;
+    for (const auto& p : placed) order.push_back(p.second);
+    return order;
+}
+
 void PlanarPolygon::goRound(const std::vector<std::uint32_t>& round, const std::vector<std::uint8_t>& labels)
 {
     for (std::size_t i = 0; i < round.size(); ++i) outline.push_back({round[i], round[(i + 1) % round.size()]});

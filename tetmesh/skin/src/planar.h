@@ -3,8 +3,10 @@
 
 #include <vdbfrac/base/vec.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 namespace vdbfrac::skin {
@@ -32,5 +34,35 @@ PlanarTriangles triangulate(const PlanarPolygon& polygon);
 
 /// Two coordinates of points in a plane, which keep its orientation: `normal` looks at the viewer.
 std::array<double, 2> flattened(const Vec3& X, const Vec3& normal);
+
+/// A polygon of points in space that have names, each once.
+template <class Name>
+class NamedPolygon {
+public:
+    explicit NamedPolygon(const Vec3& normal) : normal_(normal) {}
+
+    /// Number of the point of a name, which lies at X.
+    std::uint32_t number(const Name& name, const Vec3& X)
+    {
+        const auto at = std::find(names_.begin(), names_.end(), name);
+        if (at != names_.end()) return std::uint32_t(at - names_.begin());
+        names_.push_back(name);
+        polygon.points.push_back(flattened(X, normal_));
+        return std::uint32_t(names_.size() - 1);
+    }
+    std::array<Name, 3> names(const std::array<std::uint32_t, 3>& triangle) const
+    {
+        return {names_[triangle[0]], names_[triangle[1]], names_[triangle[2]]};
+    }
+
+    PlanarPolygon polygon;
+
+private:
+    Vec3 normal_;
+    std::vector<Name> names_;
+};
+
+/// Things by their places along a line, the last first if it is `turned`.
+std::vector<std::uint32_t> inOrder(std::vector<std::pair<double, std::uint32_t>> placed, bool turned);
 
 }  // namespace vdbfrac::skin

@@ -1,5 +1,7 @@
 #include "riders.h"
 
+#include "crack_lattice.h"
+
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/base/parallel.h>
 
@@ -49,11 +51,9 @@ Tets tetsFrom(const Carrier& carrier, const CrackField& cracks, Coord start)
     std::set<Coord> seen{start};
     for (std::size_t i = 0; i < reached.size() && i < kWidest; ++i) {
         if (Tets tets = tetsAt(carrier, reached[i]); !tets.empty()) return tets;
-        for (int mask = 1; mask < 8; ++mask)
-            for (const int sign : {1, -1}) {
-                const Coord next = reached[i] + sign * Coord{mask & 1, mask >> 1 & 1, mask >> 2};
-                if (!(cracks.c(next) > 0) && seen.insert(next).second) reached.push_back(next);
-            }
+        forNeighbours(reached[i], [&](Coord next) {
+            if (!(cracks.c(next) > 0) && seen.insert(next).second) reached.push_back(next);
+        });
     }
     return {};
 }

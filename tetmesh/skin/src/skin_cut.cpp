@@ -30,46 +30,34 @@ public:
     bool divide(std::uint32_t triangle, std::span<const RimSegment> segments,
                 std::vector<std::array<std::uint32_t, 3>>& kept)
     {
-        names_.clear();
         const auto& corner = skin_.triangles[triangle];
         const Vec3 &a = skin_.points[corner[0]], &b = skin_.points[corner[1]], &c = skin_.points[corner[2]];
-        normal_ = (b - a).cross(c - a);
-        PlanarPolygon polygon;
+        NamedPolygon<std::uint32_t> named((b - a).cross(c - a));
+        const auto numberOf = [&](std::uint32_t crossing) {
+            return named.number(crossing + 3, crossings_.points[crossing].X);
+        };
+        PlanarPolygon& polygon = named.polygon;
         std::vector<std::uint32_t> round;
         std::vector<std::uint8_t> labels;
         for (std::uint32_t k = 0; k < 3; ++k) {
-            round.push_back(add(polygon, k, skin_.points[corner[k]]));
+            round.push_back(named.number(k, skin_.points[corner[k]]));
             std::uint8_t label = isOpen_[corner[k]];
             labels.push_back(label);
             for (std::uint32_t crossing : along(triangle, k)) {
-                round.push_back(numberOf(crossing, polygon));
+                round.push_back(numberOf(crossing));
                 labels.push_back(label ^= 1);
             }
         }
         polygon.goRound(round, labels);
         for (const RimSegment& s : segments)
-            polygon.lines.push_back({numberOf(s.crossing[0], polygon), numberOf(s.crossing[1], polygon)});
+            polygon.lines.push_back({numberOf(s.crossing[0]), numberOf(s.crossing[1])});
         const PlanarTriangles divided = triangulate(polygon);
-        for (std::size_t i = 0; i < divided.triangles.size(); ++i) {
-            const auto& t = divided.triangles[i];
-            if (!divided.label[i]) kept.push_back({names_[t[0]], names_[t[1]], names_[t[2]]});
-        }
+        for (std::size_t i = 0; i < divided.triangles.size(); ++i)
+            if (!divided.label[i]) kept.push_back(named.names(divided.triangles[i]));
         return divided.isSound;
     }
 
 private:
-    std::uint32_t add(PlanarPolygon& polygon, std::uint32_t name, const Vec3& X)
-    {
-        names_.push_back(name);
-        polygon.points.push_back(flattened(X, normal_));
-        return std::uint32_t(names_.size() - 1);
-    }
-    std::uint32_t numberOf(std::uint32_t crossing, PlanarPolygon& polygon)
-    {
-        const auto at = std::find(names_.begin(), names_.end(), crossing + 3);
-        if (at != names_.end()) return std::uint32_t(at - names_.begin());
-        return add(polygon, crossing + 3, crossings_.points[crossing].X);
-    }
     /// Crossings on side k of a triangle, in its direction.
     std::vector<std::uint32_t> along(std::uint32_t triangle, std::uint32_t k) const
     {
@@ -81,18 +69,12 @@ private:
         std::vector<std::pair<double, std::uint32_t>> found;
         for (; at != crossings_.points.end() && at->skin == edge; ++at)
             found.push_back({direction.dot(at->X), std::uint32_t(at - crossings_.points.begin())});
-        std::sort(found.begin(), found.end());
-        if (skin_.triangles[triangle][k] != ends[0]) std::reverse(found.begin(), found.end());
-        std::vector<std::uint32_t> order;
-        for (const auto& f : found) order.push_back(f.second);
-        return order;
+        return inOrder(std::move(found), skin_.triangles[triangle][k] != ends[0]);
     }
 
     const SkinTopology& skin_;
     const Crossings& crossings_;
     std::span<const std::uint8_t> isOpen_;  // of each point of the skin
-    Vec3 normal_ = Vec3::Zero();
-    std::vector<std::uint32_t> names_;
 };
 
 std::vector<std::uint8_t> openPoints(const SkinTopology& skin, const CrackLattice& lattice)
@@ -107,11 +89,7 @@ std::vector<std::uint8_t> openPoints(const SkinTopology& skin, const CrackLattic
 /// The segments of a triangle, of all that are sorted by triangle.
 std::span<const RimSegment> segmentsOf(const Crossings& crossings, std::uint32_t triangle)
 {
-    const auto low = std::lower_bound(crossings.segments.begin(), crossings.segments.end(), triangle,
-                                      [](const RimSegment& s, std::uint32_t t) { return s.triangle < t; });
-    const auto high =
-        std::find_if(low, crossings.segments.end(), [&](const RimSegment& s) { return s.triangle != triangle; });
-    return {low, high};
+    return std::ranges::equal_range(crossings.segments, triangle, {}, &RimSegment::triangle);
 }
 
 }  // namespace
@@ -192,7 +170,7 @@ SkinCut SkinCutter::cut(const tetmesh::NodeField<float>& rest, const tetmesh::No
         if (open[topology_->triangles[t][0]]) cut.fate[t] = SkinCut::Fate::gone;
     divide(crossings, open, cut);
     addTornFaces({lattice, rest, crossings, isInner_, std::uint32_t(topology_->pointOf.size())}, cut);
-    if (style.lips == Lips::closed) closeLips(*topology_, lattice, triangles_, cut);
+    if (style.lips == Lips::closed) closeLips(*topology_, lattice, cut);
     if (style.detail.amplitude > 0) addTornDetail(style.detail, rest, dx_, cut);
     return cut;
 }

@@ -1,7 +1,10 @@
 #include "skin_topology.h"
 
+#include <vdbfrac/tetmesh/surface_input.h>
+
+#include <Eigen/Geometry>
+
 #include <algorithm>
-#include <numeric>
 #include <tuple>
 
 namespace vdbfrac::skin {
@@ -10,17 +13,7 @@ namespace {
 
 void joinPoints(std::span<const Vec3> points, SkinTopology& topology)
 {
-    std::vector<std::uint32_t> order(points.size());
-    std::iota(order.begin(), order.end(), 0u);
-    std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-        const Vec3 &p = points[a], &q = points[b];
-        for (int k = 0; k < 3; ++k)
-            if (p[k] != q[k]) return p[k] < q[k];
-        return a < b;
-    });
-    std::vector<std::uint32_t> first(points.size());
-    for (std::size_t i = 0; i < order.size(); ++i)
-        first[order[i]] = i > 0 && points[order[i]] == points[order[i - 1]] ? first[order[i - 1]] : order[i];
+    const std::vector<std::size_t> first = tetmesh::equalPoints(points);
     topology.pointOf.resize(points.size());
     for (std::uint32_t i = 0; i < points.size(); ++i) {
         if (first[i] == i) {
@@ -55,6 +48,23 @@ void numberEdges(SkinTopology& topology)
     }
 }
 
+void findSharpEdges(SkinTopology& topology)
+{
+    topology.edgeNormal.assign(topology.edges.size(), Vec3::Zero());
+    topology.isSharp.assign(topology.edges.size(), false);
+    for (std::size_t t = 0; t < topology.triangles.size(); ++t) {
+        const auto& c = topology.triangles[t];
+        const Vec3 &p = topology.points[c[0]], &q = topology.points[c[1]], &r = topology.points[c[2]];
+        topology.normal.push_back((q - p).cross(r - p).stableNormalized());
+        for (std::uint32_t e : topology.edgeOf[t]) {
+            if (topology.edgeNormal[e].isZero())
+                topology.edgeNormal[e] = topology.normal[t];
+            else
+                topology.isSharp[e] = topology.edgeNormal[e].dot(topology.normal[t]) < kSameFace;
+        }
+    }
+}
+
 }  // namespace
 
 SkinTopology topologyOf(std::span<const Vec3> points, std::span<const std::array<std::uint32_t, 3>> triangles)
@@ -65,6 +75,7 @@ SkinTopology topologyOf(std::span<const Vec3> points, std::span<const std::array
     for (const auto& t : triangles)
         topology.triangles.push_back({topology.pointOf[t[0]], topology.pointOf[t[1]], topology.pointOf[t[2]]});
     numberEdges(topology);
+    findSharpEdges(topology);
     return topology;
 }
 

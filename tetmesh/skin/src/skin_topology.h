@@ -10,12 +10,17 @@
 
 namespace vdbfrac::skin {
 
+/// Least cosine of the angle between triangles of one smooth face.
+inline constexpr double kSameFace = 0.87;
+
 struct SkinTopology {
     std::vector<Vec3> points;                             ///< m; each place once
     std::vector<std::uint32_t> pointOf;                   ///< of each point that was given: its place
     std::vector<std::array<std::uint32_t, 3>> triangles;  ///< indices into points
     std::vector<std::array<std::uint32_t, 3>> edgeOf;     ///< of each triangle: edge k goes from corner k to the next
     std::vector<std::array<std::uint32_t, 2>> edges;      ///< the lower point first
+    std::vector<Vec3> normal, edgeNormal;                 ///< of each triangle; of each edge: of its first triangle
+    std::vector<bool> isSharp;                            ///< of each edge: its triangles are no one smooth face
 };
 
 /// Joins points with equal coordinates.

@@ -1,8 +1,7 @@
 #include "torn_detail.h"
 
-#include "trilinear.h"
-
 #include <vdbfrac/base/parallel.h>
+#include <vdbfrac/tetmesh/trilinear.h>
 
 #include <algorithm>
 #include <cmath>
@@ -22,16 +21,12 @@ double valueAt(Coord c, std::uint64_t seed)
 /// Smooth noise in [-1, 1] that changes over a length of 1. Source: value noise, Perlin's fade of 2002.
 double noise(const Vec3& X, std::uint64_t seed)
 {
-    const Vec3 low = X.array().floor();
-    const Coord base{int(low.x()), int(low.y()), int(low.z())};
-    Vec3 f = X - low;
+    const Coord base = tetmesh::floorOf(X);
+    Vec3 f = X - base.toVec();
     for (int k = 0; k < 3; ++k) f[k] = f[k] * f[k] * f[k] * (f[k] * (6 * f[k] - 15) + 10);
     double sum = 0;
-    for (int k = 0; k < 8; ++k) {
-        const Coord d{k & 1, k >> 1 & 1, k >> 2};
-        const double w = (d.x ? f.x() : 1 - f.x()) * (d.y ? f.y() : 1 - f.y()) * (d.z ? f.z() : 1 - f.z());
-        sum += w * valueAt(base + d, seed);
-    }
+    for (int c = 0; c < tetmesh::kCorners; ++c)
+        sum += tetmesh::trilinearShare(c, f) * valueAt(base + tetmesh::cornerOffset(c), seed);
     return sum;
 }
 
@@ -45,7 +40,7 @@ void addTornDetail(const TornDetail& detail, const tetmesh::NodeField<float>& re
         for (std::size_t i = begin; i < end; ++i) {
             SkinCut::Point& p = cut.points[i];
             if (p.skin != SkinCut::kNoSkin) continue;
-            const double depth = -trilinear(rest, p.X / dx) / dx;
+            const double depth = -tetmesh::trilinear(rest, p.X / dx) / dx;
             const double fade = std::clamp((depth - kFadeFrom) / kFadeOver, 0., 1.);
             Vec3 moved = Vec3::Zero();
             for (int octave = 0; octave < kOctaves; ++octave)

@@ -150,13 +150,11 @@ public:
             if (isInside_[0]) addWhole();
             return;
         }
-        const PlanarTriangles divided = triangulate(polygon());
+        const NamedPolygon<TornCorner> named = polygon();
+        const PlanarTriangles divided = triangulate(named.polygon);
         part_.defects += !divided.isSound;
         for (std::size_t i = 0; i < divided.triangles.size(); ++i)
-            if (divided.label[i]) {
-                const auto& t = divided.triangles[i];
-                addFace({names_[t[0]], names_[t[1]], names_[t[2]]});
-            }
+            if (divided.label[i]) addFace(named.names(divided.triangles[i]));
     }
 
 private:
@@ -216,38 +214,28 @@ private:
         if (face[0] != face[1] && face[1] != face[2] && face[2] != face[0]) part_.faces.push_back(face);
     }
 
-    std::uint32_t addPoint(PlanarPolygon& polygon, const TornCorner& name, const Vec3& X)
-    {
-        names_.push_back(name);
-        polygon.points.push_back(flattened(X, normal_));
-        return std::uint32_t(names_.size() - 1);
-    }
-    std::uint32_t numberOf(std::uint32_t crossing, PlanarPolygon& polygon)
-    {
-        const TornCorner name{false, crossing};
-        const auto at = std::find(names_.begin(), names_.end(), name);
-        if (at != names_.end()) return std::uint32_t(at - names_.begin());
-        return addPoint(polygon, name, source_.crossings.points[crossing].X);
-    }
     /// The corners, on each side between them the crossings of the skin with it, and the lines that the skin cuts.
-    PlanarPolygon polygon()
+    NamedPolygon<TornCorner> polygon()
     {
-        PlanarPolygon polygon;
+        NamedPolygon<TornCorner> named(normal_);
+        const auto numberOf = [&](std::uint32_t crossing) {
+            return named.number({false, crossing}, source_.crossings.points[crossing].X);
+        };
         std::vector<std::uint32_t> round;
         std::vector<std::uint8_t> labels;
         for (std::size_t k = 0; k < corners_.size(); ++k) {
-            round.push_back(addPoint(polygon, nameOf(corners_[k]), corners_[k].X));
+            round.push_back(named.number(nameOf(corners_[k]), corners_[k].X));
             std::uint8_t label = isInside_[k];
             labels.push_back(label);
             for (std::uint32_t crossing : crossingsBetween(k, (k + 1) % corners_.size())) {
-                round.push_back(numberOf(crossing, polygon));
+                round.push_back(numberOf(crossing));
                 labels.push_back(label ^= 1);
             }
         }
-        polygon.goRound(round, labels);
+        named.polygon.goRound(round, labels);
         for (const RimSegment& s : segments_)
-            polygon.lines.push_back({numberOf(s.crossing[0], polygon), numberOf(s.crossing[1], polygon)});
-        return polygon;
+            named.polygon.lines.push_back({numberOf(s.crossing[0]), numberOf(s.crossing[1])});
+        return named;
     }
     /// Crossings in the face of the tet that holds two corners, from the one to the other.
     std::vector<std::uint32_t> crossingsBetween(std::size_t k, std::size_t next) const
@@ -263,11 +251,7 @@ private:
             for (std::uint32_t c : s.crossing)
                 if (const Crossing& p = source_.crossings.points[c]; !p.onEdge && p.lattice == face)
                     found.push_back({along.dot(p.X), c});
-        std::sort(found.begin(), found.end());
-        if (turned) std::reverse(found.begin(), found.end());
-        std::vector<std::uint32_t> order;
-        for (const auto& f : found) order.push_back(f.second);
-        return order;
+        return inOrder(std::move(found), turned);
     }
 
     const TornSource& source_;
@@ -279,7 +263,6 @@ private:
     std::vector<std::array<int, 2>> ends_;  // of each corner: the nodes of its edge, in a crack and not
     std::vector<std::uint8_t> isInside_;
     Vec3 normal_ = Vec3::Zero();
-    std::vector<TornCorner> names_;  // of the points of the polygon
 };
 
 /// Segments that trim, by tet.
@@ -347,10 +330,8 @@ void addTornFaces(const TornSource& source, SkinCut& cut)
     parallelChunks(tets.size(), kTets, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             const SimplexKey key = source.lattice.key(tets[i]);
-            const auto low = std::lower_bound(segments.begin(), segments.end(), key,
-                                              [](const RimSegment& s, SimplexKey k) { return s.tet < k; });
-            const auto high = std::find_if(low, segments.end(), [&](const RimSegment& s) { return s.tet != key; });
-            TetFace(source, inner, tets[i], {low, high}, parts[begin / kTets]).add();
+            const auto own = std::ranges::equal_range(segments, key, {}, &RimSegment::tet);
+            TetFace(source, inner, tets[i], own, parts[begin / kTets]).add();
         }
     });
     append(parts, source, cut);

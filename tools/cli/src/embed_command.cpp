@@ -34,16 +34,20 @@ struct EmbedOptions {
 class Motion {
 public:
     Motion(std::vector<fs::path> files, std::size_t bodies, std::span<const std::size_t> lastNodes)
-        : files_(std::move(files)), node_(files_.size(), std::vector<std::vector<std::uint32_t>>(bodies))
+        : files_(std::move(files)), node_(files_.size())
     {
+        std::vector<std::vector<std::uint32_t>> node(bodies);
         for (std::size_t b = 0; b < bodies; ++b) {
-            std::vector<std::uint32_t> node(lastNodes[b]);
-            std::iota(node.begin(), node.end(), 0u);
-            for (std::size_t f = files_.size(); f-- > 0;) {
-                node_[f][b] = node;
-                const auto before = core::Archive::read(files_[f]).get<std::uint32_t>("before_" + std::to_string(b));
+            node[b].resize(lastNodes[b]);
+            std::iota(node[b].begin(), node[b].end(), 0u);
+        }
+        for (std::size_t f = files_.size(); f-- > 0;) {
+            node_[f] = node;
+            const core::Archive archive = core::Archive::read(files_[f]);
+            for (std::size_t b = 0; b < bodies; ++b) {
+                const auto before = archive.get<std::uint32_t>("before_" + std::to_string(b));
                 if (before.empty()) continue;
-                for (std::uint32_t& n : node) n = before[n];
+                for (std::uint32_t& n : node[b]) n = before[n];
             }
         }
     }
@@ -53,9 +57,17 @@ public:
     struct State {
         std::vector<Vec3> x, v;
     };
-    State state(std::size_t frame, std::size_t body) const
+    std::vector<State> states(std::size_t frame) const
     {
         const core::Archive archive = core::Archive::read(files_[frame]);
+        std::vector<State> bodies;
+        for (std::size_t b = 0; b < node_[frame].size(); ++b) bodies.push_back(state(archive, frame, b));
+        return bodies;
+    }
+
+private:
+    State state(const core::Archive& archive, std::size_t frame, std::size_t body) const
+    {
         const auto x = archive.get<Vec3>("x_" + std::to_string(body)),
                    v = archive.get<Vec3>("v_" + std::to_string(body));
         State state;
@@ -66,7 +78,6 @@ public:
         return state;
     }
 
-private:
     std::vector<fs::path> files_;
     std::vector<std::vector<std::vector<std::uint32_t>>> node_;  // of each frame and body
 };
@@ -125,9 +136,9 @@ public:
           last_(folder_, options, limit),
           motion_(motionFiles(readRunFrames(folder_), last_.prepared.simulation, folder_), bodies().size(), nodes())
     {
+        const std::vector<Motion::State> rest = motion_.states(0);
         for (std::size_t b = 0; b < bodies().size(); ++b) {
-            const Motion::State rest = motion_.state(0, b);
-            drawn_.push_back(last_.drawing.body(b, rest.x, rest.v));
+            drawn_.push_back(last_.drawing.body(b, rest[b].x, rest[b].v));
             topology_.push_back(drawn_.back().topology.get());
             used_.push_back(tetmesh::usedPoints(topology_.back()->mesh));
         }
@@ -155,9 +166,9 @@ private:
     std::vector<tetmesh::CacheFrame> frame(std::size_t f) const
     {
         std::vector<tetmesh::CacheFrame> all;
+        const std::vector<Motion::State> states = motion_.states(f);
         for (std::size_t b = 0; b < used_.size(); ++b) {
-            const Motion::State state = motion_.state(f, b);
-            const core::DrawnBody body = last_.drawing.body(b, state.x, state.v);
+            const core::DrawnBody body = last_.drawing.body(b, states[b].x, states[b].v);
             tetmesh::CacheFrame& one = all.emplace_back();
             for (std::uint32_t p : used_[b]) {
                 one.points.push_back(body.points[p]);

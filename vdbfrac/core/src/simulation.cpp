@@ -25,6 +25,7 @@ namespace vdbfrac::core {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kRounding = 1e-9;  // frames
 
 /// Takes one body's part of a field along to its new nodes; `first`: where the part begins.
 void carry(std::vector<Vec3>& field, std::size_t first, std::size_t oldCount,
@@ -166,17 +167,9 @@ void Simulation::rebuild()
     grips_->rebuild(bodies_, *elastic_);
 }
 
-int Simulation::framesDone() const
-{
-    constexpr double kRounding = 1e-9;  // frames
-    return int(std::floor(time_ * timeSettings_.fps + kRounding));
-}
+int Simulation::framesDone() const { return int(std::floor(time_ * timeSettings_.fps + kRounding)); }
 
-int Simulation::frameUnderWay() const
-{
-    constexpr double kRounding = 1e-9;  // frames
-    return int(std::ceil(time_ * timeSettings_.fps - kRounding));
-}
+int Simulation::frameUnderWay() const { return int(std::ceil(time_ * timeSettings_.fps - kRounding)); }
 
 std::span<const std::uint32_t> Simulation::gripNodes(std::size_t grip) const { return grips_->nodes(grip); }
 

@@ -84,20 +84,7 @@ bool crosses(const Triangles& triangles, std::uint32_t n, const Vec3& from, cons
 
 ClosestPoint closestPoint(const Triangles& triangles, std::size_t triangle, const Vec3& X)
 {
-    using On = ClosestPoint::On;
-    const auto [a, b, c] = cornersOf(triangles, triangle);
-    const Vec3 ab = b - a, ac = c - a, ap = X - a, bp = X - b, cp = X - c;
-    const double d1 = ab.dot(ap), d2 = ac.dot(ap), d3 = ab.dot(bp), d4 = ac.dot(bp), d5 = ab.dot(cp), d6 = ac.dot(cp);
-    if (d1 <= 0 && d2 <= 0) return {a, On::corner, 0};
-    if (d3 >= 0 && d4 <= d3) return {b, On::corner, 1};
-    const double vc = d1 * d4 - d3 * d2;
-    if (vc <= 0 && d1 >= 0 && d3 <= 0) return {a + d1 / (d1 - d3) * ab, On::edge, 0};
-    if (d6 >= 0 && d5 <= d6) return {c, On::corner, 2};
-    const double vb = d5 * d2 - d1 * d6;
-    if (vb <= 0 && d2 >= 0 && d6 <= 0) return {a + d2 / (d2 - d6) * ac, On::edge, 2};
-    const double va = d3 * d6 - d5 * d4;
-    if (va <= 0 && d4 >= d3 && d5 >= d6) return {b + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (c - b), On::edge, 1};
-    return {a + (vb * ab + vc * ac) / (va + vb + vc), On::face, 0};
+    return vdbfrac::closestPoint(cornersOf(triangles, triangle), X);
 }
 
 TriangleTree::TriangleTree(const Triangles& triangles) : triangles_(triangles), order_(mortonOrder(triangles))

@@ -1,6 +1,7 @@
 // The triangles of a closed surface, what they cross, and on which side of them a point lies. Not installed.
 #pragma once
 
+#include <vdbfrac/base/triangle.h>
 #include <vdbfrac/base/vec.h>
 
 #include <openvdb/openvdb.h>
@@ -35,14 +36,7 @@ struct Voxelized {
 };
 Voxelized voxelize(const Triangles& triangles, double voxelSize, float halfWidth, int flags);
 
-/// The point of a triangle that is closest to another, and the part of the triangle it lies on.
-struct ClosestPoint {
-    enum class On { face, edge, corner };
-    Vec3 at;
-    On on = On::face;
-    int number = 0;  ///< of the corner, or of the edge from this corner to the next
-};
-/// Ericson 2005, Real-Time Collision Detection, 5.1.5.
+/// Of a triangle among others.
 ClosestPoint closestPoint(const Triangles& triangles, std::size_t triangle, const Vec3& X);
 
 /// Boxes round the triangles in a binary tree, to find those that a short segment crosses. Triangles are in the order

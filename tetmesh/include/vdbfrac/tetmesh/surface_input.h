@@ -7,6 +7,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <span>
+#include <vector>
 
 namespace vdbfrac::tetmesh {
 
@@ -17,6 +19,9 @@ namespace vdbfrac::tetmesh {
 /// Throws InputError with file:line (text) or file and element (binary); FileError when the file cannot be read;
 /// LimitError, before anything is read, when a file of its size may take more than `memoryLimit` bytes.
 PolygonSoup readSurface(const std::filesystem::path& file, std::uint64_t memoryLimit = ~std::uint64_t{0});
+
+/// For every point the lowest number of a point with equal coordinates.
+std::vector<std::size_t> equalPoints(std::span<const Vec3> points);
 
 /// What a soup looks like as the boundary of a solid. Points with equal coordinates count as one, so seams that
 /// only split the vertices of a file do not open the surface.
