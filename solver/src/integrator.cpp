@@ -49,7 +49,7 @@ public:
     using Implicit::Implicit;
     const StepReport& step(State& state, double dt, const StepLoads& loads) override
     {
-        const StepReport& report = newton_.step(state, dt, {loads.potentials, loads.boundary(1)});
+        const StepReport& report = newton_.step(state, dt, {loads.potentials, loads.boundary(1), loads.time + dt});
         if (loads.origin) {
             beginEnergy(loads);
             pass(loads, {loads.origin->state.x, state.x, state.x});
@@ -73,11 +73,11 @@ public:
         elastic_ = &elastic;
     }
 
-    const StepReport& step(State& state, double, const StepLoads& loads) override
+    const StepReport& step(State& state, double dt, const StepLoads& loads) override
     {
         state.v.assign(state.v.size(), Vec3::Zero());
-        const StepReport& report =
-            newton_.step(state, std::numeric_limits<double>::infinity(), {loads.potentials, loads.boundary(1)});
+        const StepReport& report = newton_.step(state, std::numeric_limits<double>::infinity(),
+                                                {loads.potentials, loads.boundary(1), loads.time + dt});
         if (loads.origin) book(state, loads);
         return report;
     }
@@ -153,7 +153,7 @@ public:
         middle_ = loads.boundary(0.5);
         eachNode<double>(targets_.size(),
                          [&](std::size_t i) { middle_.target[i] = 0.5 * (start_.x[i] + targets_[i]); });
-        report_ = newton_.step(state, 0.5 * dt, {loads.potentials, middle_});
+        report_ = newton_.step(state, 0.5 * dt, {loads.potentials, middle_, loads.time + 0.5 * dt});
         if (loads.origin) at_ = state.x;
         extrapolate(start_, 2, state);
         // What is held has the velocity of its step: doubling it would ring on, and load the grips with it.
@@ -166,7 +166,7 @@ public:
         report_.elasticEnergy = elastic_->evaluate(state.x, {}, nullptr);
         if (loads.origin) {
             beginEnergy(loads);
-            pass(loads, {start_.x, state.x, at_});
+            pass(loads, {start_.x, state.x, at_, 2});
             energy_.loss = heldLoss + 2 * report_.elasticWork + loads.origin->elasticEnergy - report_.elasticEnergy;
             energy_.legs.push_back({start_.x, state.x, report_.reaction, 0.5});
         }
@@ -194,15 +194,15 @@ public:
         constexpr double gamma = 1 - std::numbers::sqrt2 / 2;
         start_ = state;
         constexpr double beyond = (1 - gamma) / gamma;
-        first_ = newton_.step(state, gamma * dt, {loads.potentials, loads.boundary(gamma)});
+        first_ = newton_.step(state, gamma * dt, {loads.potentials, loads.boundary(gamma), loads.time + gamma * dt});
         if (loads.origin) at_ = state.x;
         extrapolate(start_, beyond, state);
         if (loads.origin) {
             between_ = state.x;
             beginEnergy(loads);
-            pass(loads, {start_.x, between_, at_});
+            pass(loads, {start_.x, between_, at_, beyond});
         }
-        report_ = newton_.step(state, gamma * dt, {loads.potentials, loads.boundary(1)});
+        report_ = newton_.step(state, gamma * dt, {loads.potentials, loads.boundary(1), loads.time + dt});
         if (loads.origin) {
             pass(loads, {between_, state.x, state.x});
             energy_.loss = report_.inertialLoss - first_.inertialLoss + beyond * first_.elasticWork +
@@ -273,7 +273,7 @@ public:
     {
         if (!evaluated_) evaluate(state.x);
         const Boundary& boundary = loads.boundary(1);
-        addOuter(state, dt, loads.potentials);
+        addOuter(state, dt, loads);
         const double loss = move(state, dt, boundary);
         evaluate(state.x);
         report_.elasticEnergy = elasticEnergy_;
@@ -297,13 +297,13 @@ private:
         evaluated_ = true;
     }
 
-    void addOuter(const State& state, double dt, std::span<Potential* const> potentials)
+    void addOuter(const State& state, double dt, const StepLoads& loads)
     {
         predicted_.resize(state.x.size());
         outer_.assign(state.x.size(), Vec3::Zero());
         eachNode<double>(state.x.size(), [&](std::size_t i) { predicted_[i] = state.x[i] + dt * state.v[i]; });
-        for (Potential* potential : potentials) {
-            potential->begin({state.x, state.v, dt, *elastic_});
+        for (Potential* potential : loads.potentials) {
+            potential->begin({state.x, state.v, dt, *elastic_, loads.time + dt});
             (void)potential->evaluate(predicted_, outer_);
         }
     }

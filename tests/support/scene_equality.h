@@ -29,6 +29,23 @@ inline void expectEqual(const std::vector<Primitive>& a, const std::vector<Primi
     for (std::size_t i = 0; i < a.size(); ++i) expectEqual(a[i], b[i]);
 }
 
+inline void expectEqual(const decltype(scene::Body::shape)& a, const decltype(scene::Body::shape)& b)
+{
+    ASSERT_EQ(a.index(), b.index());
+    if (const auto* solid = std::get_if<Primitive>(&a)) expectEqual(*solid, std::get<Primitive>(b));
+    if (const auto* mesh = std::get_if<scene::MeshFile>(&a)) {
+        const scene::MeshFile& other = std::get<scene::MeshFile>(b);
+        EXPECT_EQ(mesh->file, other.file);
+        EXPECT_EQ(mesh->scale, other.scale);
+        EXPECT_EQ(mesh->rotate, other.rotate);
+        EXPECT_EQ(mesh->translate, other.translate);
+    }
+    if (const auto* vdb = std::get_if<scene::VdbFile>(&a)) {
+        EXPECT_EQ(vdb->file, std::get<scene::VdbFile>(b).file);
+        EXPECT_EQ(vdb->grid, std::get<scene::VdbFile>(b).grid);
+    }
+}
+
 inline void expectEqual(const scene::Body& a, const scene::Body& b)
 {
     EXPECT_EQ(a.name, b.name);
@@ -37,36 +54,19 @@ inline void expectEqual(const scene::Body& a, const scene::Body& b)
     EXPECT_EQ(a.angularVelocity, b.angularVelocity);
     expectEqual(a.add, b.add);
     expectEqual(a.cut, b.cut);
-    ASSERT_EQ(a.shape.index(), b.shape.index());
-    if (const auto* solid = std::get_if<Primitive>(&a.shape)) expectEqual(*solid, std::get<Primitive>(b.shape));
-    if (const auto* mesh = std::get_if<scene::MeshFile>(&a.shape)) {
-        const scene::MeshFile& other = std::get<scene::MeshFile>(b.shape);
-        EXPECT_EQ(mesh->file, other.file);
-        EXPECT_EQ(mesh->scale, other.scale);
-        EXPECT_EQ(mesh->rotate, other.rotate);
-        EXPECT_EQ(mesh->translate, other.translate);
-    }
-    if (const auto* vdb = std::get_if<scene::VdbFile>(&a.shape)) {
-        EXPECT_EQ(vdb->file, std::get<scene::VdbFile>(b.shape).file);
-        EXPECT_EQ(vdb->grid, std::get<scene::VdbFile>(b.shape).grid);
-    }
+    expectEqual(a.shape, b.shape);
 }
 
-inline void expectEqual(const scene::Grip& a, const scene::Grip& b)
+/// Of a grip or a collider.
+template <class Motion>
+void expectEqualMotion(const Motion& a, const Motion& b)
 {
-    EXPECT_EQ(a.name, b.name);
-    EXPECT_EQ(a.body, b.body);
-    expectEqual(a.region, b.region);
-    ASSERT_EQ(a.move.index(), b.move.index());
-    if (const auto* m = std::get_if<scene::Velocity>(&a.move)) {
-        EXPECT_EQ(m->velocity, std::get<scene::Velocity>(b.move).velocity);
+    ASSERT_EQ(a.index(), b.index());
+    if (const auto* m = std::get_if<scene::Velocity>(&a)) {
+        EXPECT_EQ(m->velocity, std::get<scene::Velocity>(b).velocity);
     }
-    if (const auto* m = std::get_if<scene::Force>(&a.move)) {
-        EXPECT_EQ(m->force, std::get<scene::Force>(b.move).force);
-        EXPECT_EQ(m->ramp, std::get<scene::Force>(b.move).ramp);
-    }
-    if (const auto* m = std::get_if<scene::Keys>(&a.move)) {
-        const scene::Keys& other = std::get<scene::Keys>(b.move);
+    if (const auto* m = std::get_if<scene::Keys>(&a)) {
+        const scene::Keys& other = std::get<scene::Keys>(b);
         EXPECT_EQ(m->pivot, other.pivot);
         ASSERT_EQ(m->keys.size(), other.keys.size());
         for (std::size_t i = 0; i < m->keys.size(); ++i) {
@@ -75,6 +75,26 @@ inline void expectEqual(const scene::Grip& a, const scene::Grip& b)
             EXPECT_EQ(m->keys[i].rotate, other.keys[i].rotate);
         }
     }
+}
+
+inline void expectEqual(const scene::Grip& a, const scene::Grip& b)
+{
+    EXPECT_EQ(a.name, b.name);
+    EXPECT_EQ(a.body, b.body);
+    expectEqual(a.region, b.region);
+    expectEqualMotion(a.move, b.move);
+    if (const auto* m = std::get_if<scene::Force>(&a.move)) {
+        EXPECT_EQ(m->force, std::get<scene::Force>(b.move).force);
+        EXPECT_EQ(m->ramp, std::get<scene::Force>(b.move).ramp);
+    }
+}
+
+inline void expectEqual(const scene::Collider& a, const scene::Collider& b)
+{
+    EXPECT_EQ(a.name, b.name);
+    EXPECT_EQ(a.friction, b.friction);
+    expectEqual(a.shape, b.shape);
+    expectEqualMotion(a.move, b.move);
 }
 
 inline void expectEqualSettings(const scene::Scene& a, const scene::Scene& b)
@@ -123,6 +143,8 @@ inline void expectEqual(const scene::Scene& a, const scene::Scene& b)
     for (std::size_t i = 0; i < a.bodies.size(); ++i) expectEqual(a.bodies[i], b.bodies[i]);
     ASSERT_EQ(a.grips.size(), b.grips.size());
     for (std::size_t i = 0; i < a.grips.size(); ++i) expectEqual(a.grips[i], b.grips[i]);
+    ASSERT_EQ(a.colliders.size(), b.colliders.size());
+    for (std::size_t i = 0; i < a.colliders.size(); ++i) expectEqual(a.colliders[i], b.colliders[i]);
     ASSERT_EQ(a.materials.size(), b.materials.size());
     for (std::size_t i = 0; i < a.materials.size(); ++i) {
         EXPECT_EQ(a.materials[i].name, b.materials[i].name);

@@ -32,7 +32,8 @@ inline std::string checkPull(const scene::Values& v)
 
 inline const scene::Vocabulary kVocabulary = {
     .tables = {{"pull", "Pulls.", kPullKeys, checkPull}, {"drag", "Drags.", kDragKeys}},
-    .fields = {{"phi", "energy"}, {"surface", "vel", "fragment_id"}}};
+    .fields = {{"phi", "energy"}, {"surface", "vel", "fragment_id"}},
+    .colliders = true};
 
 // Line numbers in the tests below count from here.
 inline const std::string kGood = R"(version = 1
@@ -100,6 +101,16 @@ name = "pull"
 body = "d"
 region.halfspace = { normal = [0.3, -0.1, 0.7], offset = -0.1 }
 move = { force = [0, -10, 0], ramp = 0.25 }
+[[collider]]
+shape.halfspace.normal = [0, -1, 0]
+[[collider]]
+name = "post"
+friction = 0
+shape.mesh = "post.obj"
+move = { keys = [{ time = 0 }, { time = 0.5, rotate = [0, 90, 0] }], pivot = [0, 1, 0] }
+[[collider]]
+shape.vdb = { file = "ground.vdb", grid = "earth" }
+move.velocity = [0.1, 0, 0]
 [pull]
 rate = 2
 limit = 0.1

@@ -151,5 +151,33 @@ TEST(SceneVocabulary, RulesComplainAtTheirPlaces)
     EXPECT_EQ(onlyError(kGood + "[[partly]]\n", "dir/s.toml:20:3", kWithParty).hint, "did you mean 'party'?");
 }
 
+TEST(Colliders, AreSolidsOfAnyKindThatMoveAlongPaths)
+{
+    const Scene s = parse(kRich);
+    ASSERT_EQ(s.colliders.size(), 3u);
+    EXPECT_EQ(s.colliders[0].name, "collider1");
+    EXPECT_EQ(s.colliders[2].name, "collider3");
+    EXPECT_EQ(std::get<Velocity>(s.colliders[0].move).velocity, Vec3::Zero());
+    EXPECT_EQ(std::get<MeshFile>(s.colliders[1].shape).file.filename(), "post.obj");
+    const std::string collider = kGood + "[[collider]]\n";
+    EXPECT_TRUE(contains(onlyError(collider, "dir/s.toml:20:1").what, "lacks the key 'shape'"));
+    const auto forced = onlyError(collider + "shape.sphere.radius = 1\nmove.force = [1, 0, 0]\n", "dir/s.toml:22:6");
+    EXPECT_TRUE(contains(forced.allowed, "velocity, keys"));
+    EXPECT_TRUE(contains(onlyError(collider + "shape.sphere.radius = 1\nfriction = -1\n", "dir/s.toml:22:12").allowed,
+                         "not less than 0"));
+}
+
+/// Where nobody knows them they are a table like any other that is unknown.
+TEST(Colliders, AreUnknownWithoutAnEffectForThem)
+{
+    const Vocabulary none;
+    EXPECT_TRUE(contains(onlyError(kGood + "[[collider]]\nshape.sphere.radius = 1\n", "dir/s.toml:20:3", none).what,
+                         "unknown key \"collider\""));
+    EXPECT_FALSE(contains(defaultsText(none), "collider"));
+    EXPECT_FALSE(contains(schemaText(none), "\"collider\""));
+    EXPECT_TRUE(contains(defaultsText(kVocabulary), "#[[collider]]"));
+    EXPECT_TRUE(contains(schemaText(kVocabulary), "\"collider\""));
+}
+
 }  // namespace
 }  // namespace vdbfrac::scene

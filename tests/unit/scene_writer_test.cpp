@@ -61,7 +61,7 @@ TEST(SceneTexts, TheSchemaHasEveryTable)
 {
     const std::string text = schemaText(kVocabulary);
     for (const char* name : {"\"version\"", "\"time\"", "\"grid\"", "\"body\"", "\"material\"", "\"grip\"",
-                             "\"solver\"", "\"output\"", "\"pull\"", "\"drag\"", "\"halfspace\""})
+                             "\"collider\"", "\"solver\"", "\"output\"", "\"pull\"", "\"drag\"", "\"halfspace\""})
         EXPECT_TRUE(contains(text, name)) << name;
     EXPECT_TRUE(contains(text, "http://json-schema.org/draft-07/schema#"));
 }

@@ -157,10 +157,12 @@ EmbeddedSurface surfaceOf(const BodyMesh& mesh, const CutPolygons& soup,
         std::fill_n(polygonOfCorner.begin() + soup.polygons[p].firstCorner, soup.polygons[p].size, std::uint32_t(p));
     EmbeddedSurface surface;
     surface.points.resize(welded.cornerOfPoint.size());
+    surface.key.resize(surface.points.size());
     parallelChunks(surface.points.size(), kChunk, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             const std::uint32_t corner = welded.cornerOfPoint[i];
             surface.points[i] = place(soup.polygons[polygonOfCorner[corner]], corner);
+            surface.key[i] = soup.key[corner];
         }
     });
     surface.triangles.reserve(2 * surface.points.size());

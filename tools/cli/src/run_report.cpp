@@ -111,10 +111,11 @@ std::string planText(const scene::Scene& scene, const core::SceneEstimate& estim
     text += scene.grips.empty() ? "  grips         off  no [[grip]] in the scene\n"
                                 : fmt::format("  grips         on   {} of them\n", scene.grips.size());
     for (const effects::EffectInfo& info : effects::effectList()) {
-        const bool named = std::any_of(scene.tables.begin(), scene.tables.end(),
-                                       [&](const scene::NamedValues& t) { return t.name == info.table.name; });
-        text += named ? fmt::format("  {:<13} on   joins: {}\n", info.table.name, info.stages)
-                      : fmt::format("  {:<13} off  no [{}] in the scene\n", info.table.name, info.table.name);
+        const std::string table =
+            info.inScene ? fmt::format("[[{}]]", info.table.name) : fmt::format("[{}]", info.table.name);
+        text += effects::isNamed(info, scene)
+                    ? fmt::format("  {:<13} on   joins: {}\n", info.table.name, info.stages)
+                    : fmt::format("  {:<13} off  no {} in the scene\n", info.table.name, table);
     }
     if (!simulation)
         return text +

@@ -1,5 +1,7 @@
 #include <vdbfrac/base/primitive.h>
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -49,6 +51,73 @@ double signedDistance(const Primitive& s, const Vec3& X)
         return std::hypot(p.radial - s.radius, p.along) - s.tube;
     }
     case Primitive::Kind::halfspace: return s.offset - s.axis.dot(X);
+    }
+    return kInfinity;
+}
+
+namespace {
+
+/// What grows the distance beyondFaces() tells fastest.
+template <class V>
+V awayFromFaces(const V& q)
+{
+    const V beyond = q.cwiseMax(0.);
+    if (beyond.norm() > 0) return beyond.normalized();
+    typename V::Index nearest;
+    q.maxCoeff(&nearest);
+    return V::Unit(nearest);
+}
+
+/// A direction of the plane of an axis and a point, in world space: `d` as (radial, along).
+Vec3 fromAxisPlane(const Primitive& s, const Vec3& X, const Eigen::Vector2d& d)
+{
+    const Vec3 offset = X - s.center, across = offset - offset.dot(s.axis) * s.axis;
+    const Vec3 radial = across.norm() > 0 ? across.normalized() : s.axis.unitOrthogonal();
+    return d.x() * radial + d.y() * s.axis;
+}
+
+Vec3 gradientOf(const Primitive& s, const Vec3& X)
+{
+    const AxisPoint p = toAxis(s, X);
+    const double side = p.along < 0 ? -1 : 1, excess = std::abs(p.along) - 0.5 * s.height;
+    const auto unit = [](double radial, double along) {
+        const Eigen::Vector2d v(radial, along);
+        return v.norm() > 0 ? v.normalized().eval() : Eigen::Vector2d(1, 0);
+    };
+    switch (s.kind) {
+    case Primitive::Kind::box: {
+        const Vec3 d = X - s.center, away = awayFromFaces<Vec3>(d.cwiseAbs() - 0.5 * s.size);
+        return away.binaryExpr(d, [](double a, double c) { return c < 0 ? -a : a; });
+    }
+    case Primitive::Kind::sphere: {
+        const Vec3 d = X - s.center;
+        return d.norm() > 0 ? d.normalized().eval() : Vec3::UnitY().eval();
+    }
+    case Primitive::Kind::cylinder: {
+        if (s.height == 0) return fromAxisPlane(s, X, {1, 0});
+        const Eigen::Vector2d away = awayFromFaces<Eigen::Vector2d>({p.radial - s.radius, excess});
+        return fromAxisPlane(s, X, {away.x(), side * away.y()});
+    }
+    case Primitive::Kind::capsule: return fromAxisPlane(s, X, unit(p.radial, side * std::max(0., excess)));
+    case Primitive::Kind::torus: return fromAxisPlane(s, X, unit(p.radial - s.radius, p.along));
+    case Primitive::Kind::halfspace: break;
+    }
+    return -s.axis;
+}
+
+}  // namespace
+
+DistanceSample sampleDistance(const Primitive& s, const Vec3& X) { return {signedDistance(s, X), gradientOf(s, X)}; }
+
+double halfThickness(const Primitive& s)
+{
+    switch (s.kind) {
+    case Primitive::Kind::box: return 0.5 * s.size.minCoeff();
+    case Primitive::Kind::cylinder: return s.height > 0 ? std::min(s.radius, 0.5 * s.height) : s.radius;
+    case Primitive::Kind::sphere:
+    case Primitive::Kind::capsule: return s.radius;
+    case Primitive::Kind::torus: return s.tube;
+    case Primitive::Kind::halfspace: break;
     }
     return kInfinity;
 }

@@ -1,6 +1,7 @@
 #include "grips.h"
 
 #include <vdbfrac/base/error.h>
+#include <vdbfrac/scene/placement.h>
 
 #include <Eigen/Geometry>
 
@@ -15,27 +16,15 @@ namespace {
 /// it.
 constexpr double kRegionSlack = 1e-3;
 
-scene::PoseKey poseAt(const std::vector<scene::PoseKey>& keys, double time)
-{
-    const auto after =
-        std::upper_bound(keys.begin(), keys.end(), time, [](double t, const scene::PoseKey& k) { return t < k.time; });
-    if (after == keys.begin()) return keys.front();
-    if (after == keys.end()) return keys.back();
-    const scene::PoseKey &a = after[-1], &b = after[0];
-    const double s = (time - a.time) / (b.time - a.time);
-    return {time, (1 - s) * a.translate + s * b.translate, (1 - s) * a.rotate + s * b.rotate};
-}
-
 struct TargetAt {
     double time;
     const Vec3& X;
-    Vec3 operator()(const scene::Velocity& move) const { return X + time * move.velocity; }
-    Vec3 operator()(const scene::Keys& move) const
-    {
-        const scene::PoseKey pose = poseAt(move.keys, time);
-        return move.pivot + scene::rotationOf(pose.rotate) * (X - move.pivot) + pose.translate;
-    }
     Vec3 operator()(const scene::Force&) const { return X; }
+    template <class Move>
+    Vec3 operator()(const Move& move) const
+    {
+        return scene::placementAt(move, time)(X);
+    }
 };
 
 /// x1 = turn x0 + shift for what a grip holds.
@@ -45,9 +34,9 @@ struct MotionBetween {
     Motion operator()(const scene::Velocity& move) const { return {Mat3::Identity(), (t1 - t0) * move.velocity}; }
     Motion operator()(const scene::Keys& move) const
     {
-        const scene::PoseKey from = poseAt(move.keys, t0), to = poseAt(move.keys, t1);
-        const Mat3 turn = scene::rotationOf(to.rotate) * scene::rotationOf(from.rotate).transpose();
-        return {turn, move.pivot + to.translate - turn * (move.pivot + from.translate)};
+        const scene::Placement from = scene::placementAt(move, t0), to = scene::placementAt(move, t1);
+        const Mat3 turn = to.turn * from.turn.transpose();
+        return {turn, move.pivot + to.shift - turn * (move.pivot + from.shift)};
     }
     Motion operator()(const scene::Force&) const { return {Mat3::Identity(), Vec3::Zero()}; }
 };

@@ -198,7 +198,7 @@ void Simulation::solve(StepRecord& record, double until)
         return grips_->boundary(time_ + share * dt);
     };
     for (;; dt *= 0.5, ++record.cutbacks, state_ = saved_) {
-        report = &integrator_->step(state_, dt, {stages_.solve, boundaryAt, &origin});
+        report = &integrator_->step(state_, dt, {stages_.solve, boundaryAt, &origin, time_});
         record.newtonIterations += report->newtonIterations;
         record.linearIterations += report->linearIterations;
         record.projections += report->projections;

@@ -20,6 +20,10 @@ scene::Vocabulary vocabulary()
 {
     scene::Vocabulary all{.fields = core::outputFields()};
     for (const EffectInfo& e : effectList()) {
+        if (e.inScene) {
+            all.colliders = true;
+            continue;
+        }
         all.tables.push_back(e.table);
         all.tables.back().kind = "Effect";
         all.fields.rest.insert(all.fields.rest.end(), e.fields.begin(), e.fields.end());
@@ -39,18 +43,25 @@ const scene::NamedValues* tableOf(const EffectInfo& info, const scene::Scene& sc
 
 }  // namespace
 
+bool isNamed(const EffectInfo& effect, const scene::Scene& scene)
+{
+    return effect.inScene ? effect.inScene(scene) : tableOf(effect, scene) != nullptr;
+}
+
 bool canTear(const scene::Scene& scene)
 {
     const auto list = effectList();
     return std::any_of(list.begin(), list.end(),
-                       [&](const EffectInfo& info) { return info.tears && tableOf(info, scene); });
+                       [&](const EffectInfo& info) { return info.tears && isNamed(info, scene); });
 }
 
 std::vector<std::unique_ptr<core::Effect>> makeEffects(const scene::Scene& scene)
 {
     std::vector<std::unique_ptr<core::Effect>> effects;
-    for (const EffectInfo& info : effectList())
-        if (const scene::NamedValues* table = tableOf(info, scene)) effects.push_back(info.make(table->values, scene));
+    for (const EffectInfo& info : effectList()) {
+        const scene::NamedValues* const table = tableOf(info, scene);
+        if (isNamed(info, scene)) effects.push_back(info.make(table ? table->values : scene::Values(), scene));
+    }
     return effects;
 }
 

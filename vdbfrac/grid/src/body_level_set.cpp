@@ -1,9 +1,9 @@
 #include "body_sources.h"
-#include "interpolant.h"
 #include "sample_leaves.h"
 
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/grid/body_level_set.h>
+#include <vdbfrac/grid/phi_sampler.h>
 
 #include <algorithm>
 #include <cmath>
@@ -211,12 +211,17 @@ tetmesh::RestShape restShape(const scene::Body& body, const LevelSet& phi)
         return [body, solid = *solid](std::span<const Vec3> X, std::span<double> values) {
             for (std::size_t i = 0; i < X.size(); ++i) values[i] = combine(signedDistance(solid, X[i]), body, X[i]);
         };
-    return [body, grid = openvdb::FloatGrid::ConstPtr(phi.grid().grid)](std::span<const Vec3> X,
-                                                                        std::span<double> values) {
-        Interpolant voxels(*grid);
-        const double dx = grid->voxelSize()[0];
-        for (std::size_t i = 0; i < X.size(); ++i) values[i] = combine(voxels.valueAt(X[i] / dx), body, X[i]);
+    return [body, sample = cubicPhiSampler(phi)](std::span<const Vec3> X, std::span<double> values) {
+        sample(X, values);
+        for (std::size_t i = 0; i < X.size(); ++i) values[i] = combine(values[i], body, X[i]);
     };
+}
+
+LevelSet makeLevelSet(const scene::Collider& collider, const scene::Grid& grid, std::uint64_t memoryLimit)
+{
+    scene::Body body;
+    body.shape = collider.shape;
+    return build(body, {grid, memoryLimit, collider.place, "collider '" + collider.name + "'"});
 }
 
 LevelSet makeOutline(const scene::Body& body, const scene::Grid& grid, int across, std::uint64_t memoryLimit)

@@ -1,5 +1,6 @@
 #include <vdbfrac/grid/phi_sampler.h>
 
+#include "interpolant.h"
 #include "openvdb_access.h"
 
 #include <vdbfrac/grid/phi_nodes.h>
@@ -15,6 +16,15 @@ std::function<double(const Vec3&)> phiSampler(const LevelSet& phi)
         // An accessor that the tree does not know costs nothing to make, and each call has its own.
         const openvdb::FloatGrid::ConstUnsafeAccessor voxels(grid->tree());
         return openvdb::tools::BoxSampler::sample(voxels, openvdb::Vec3d(X.x(), X.y(), X.z()) * scale);
+    };
+}
+
+std::function<void(std::span<const Vec3> X, std::span<double> phi)> cubicPhiSampler(const LevelSet& phi)
+{
+    return [grid = openvdb::FloatGrid::ConstPtr(phi.grid().grid)](std::span<const Vec3> X, std::span<double> values) {
+        Interpolant voxels(*grid);
+        const double dx = grid->voxelSize()[0];
+        for (std::size_t i = 0; i < X.size(); ++i) values[i] = voxels.valueAt(X[i] / dx);
     };
 }
 

@@ -101,7 +101,7 @@ std::string defaultsText(const Vocabulary& vocabulary)
 {
     std::string text = kPreamble + std::string("\n") + keysOf(tables::root(), false);
     const tables::Output output(vocabulary.fields);
-    for (const tables::Section& section : tables::sections(output)) text += sectionText(section);
+    for (const tables::Section& section : tables::sections(output, vocabulary)) text += sectionText(section);
     const std::vector<TableSpec> brought = vocabulary.all();
     for (const TableSpec& spec : brought) text += optionalText(spec);
     return text + innerTables(brought);

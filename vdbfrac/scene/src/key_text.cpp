@@ -62,9 +62,12 @@ std::string formText(const Key& key)
     case Type::tables: return "tables [[" + std::string(key.table->name) + "]]";
     case Type::entries: return "a list of tables {" + joined(tables::namesOf(key.table->keys)) + "}";
     case Type::shape: return "a table with exactly one of box, sphere, cylinder, capsule, torus, mesh, vdb";
+    case Type::anyShape:
+        return "a table with exactly one of box, sphere, cylinder, capsule, torus, halfspace, mesh, vdb";
     case Type::solid: return "a table with exactly one of box, sphere, cylinder, capsule, torus, halfspace";
     case Type::solids: return "a list of tables, each with one of box, sphere, cylinder, capsule, torus, halfspace";
     case Type::motion: return "a table with exactly one of velocity, keys, force";
+    case Type::path: return "a table with exactly one of velocity, keys";
     case Type::poses: return "a list of tables {time, translate, rotate}, times rising";
     }
     return "";

@@ -111,7 +111,7 @@ std::vector<Primitive> readSolids(const Item& item, bool bounded, Context& conte
     return solids;
 }
 
-decltype(Body::shape) readShape(const Item& item, Context& context)
+decltype(Collider::shape) readAnyShape(const Item& item, Context& context)
 {
     std::vector<std::string> kinds = tables::namesOf(tables::solids());
     kinds.insert(kinds.end(), {"mesh", "vdb"});
@@ -121,15 +121,27 @@ decltype(Body::shape) readShape(const Item& item, Context& context)
     const Item inner = item.child(member->key, member->value);
     if (member->key == "mesh") return readFile<MeshFile>(inner, tables::meshFile(), context);
     if (member->key == "vdb") return readFile<VdbFile>(inner, tables::vdbFile(), context);
-    const std::size_t before = context.complaints.count();
-    const Primitive solid = readMember(item, *member, context);
-    if (context.complaints.count() == before) checkBounded(inner, solid, context);
-    return solid;
+    return readMember(item, *member, context);
 }
 
-decltype(Grip::move) readMotion(const Item& item, Context& context)
+decltype(Body::shape) readShape(const Item& item, Context& context)
 {
-    const auto specs = tables::motions();
+    const std::size_t before = context.complaints.count();
+    const decltype(Body::shape) shape = readAnyShape(item, context);
+    const Primitive* const solid = std::get_if<Primitive>(&shape);
+    if (solid && context.complaints.count() == before) {
+        const KeyValue& member = item.node.table()->members.front();
+        checkBounded(item.child(member.key, member.value), *solid, context);
+    }
+    return shape;
+}
+
+namespace {
+
+/// One of the first `kinds` motions.
+decltype(Grip::move) readMotion(const Item& item, std::size_t kinds, Context& context)
+{
+    const auto specs = tables::motions().first(kinds);
     const KeyValue* member = onlyMember(item, tables::namesOf(specs), context.complaints);
     if (!member) return {};
     decltype(Grip::move) motion;
@@ -138,6 +150,20 @@ decltype(Grip::move) readMotion(const Item& item, Context& context)
     std::visit([&](auto& m) { readInto(m, item, specs[motion.index()], context.complaints); }, motion);
     if (Keys* keyed = std::get_if<Keys>(&motion)) keyed->keys = readPoses(item.child("keys", member->value), context);
     return motion;
+}
+
+}  // namespace
+
+decltype(Grip::move) readMotion(const Item& item, Context& context)
+{
+    return readMotion(item, tables::motions().size(), context);
+}
+
+Path readPath(const Item& item, Context& context)
+{
+    const decltype(Grip::move) motion = readMotion(item, std::variant_size_v<Path>, context);
+    if (const Keys* keyed = std::get_if<Keys>(&motion)) return *keyed;
+    return std::get<Velocity>(motion);
 }
 
 }  // namespace vdbfrac::scene

@@ -22,6 +22,11 @@ std::vector<Primitive> readSolids(const Item& item, bool bounded, Context& conte
 /// A bounded solid or a file.
 decltype(Body::shape) readShape(const Item& item, Context& context);
 
+/// Any solid or a file.
+decltype(Collider::shape) readAnyShape(const Item& item, Context& context);
+
 decltype(Grip::move) readMotion(const Item& item, Context& context);
+
+Path readPath(const Item& item, Context& context);
 
 }  // namespace vdbfrac::scene

@@ -75,6 +75,12 @@ PartTexts partTexts(const Body& b)
     return {{"shape", std::visit(ShapeText{}, b.shape)}, {"add", solidsText(b.add)}, {"cut", solidsText(b.cut)}};
 }
 
+PartTexts partTexts(const Collider& c)
+{
+    const TableSpec& motion = tables::motions()[c.move.index()];
+    return {{"shape", std::visit(ShapeText{}, c.shape)}, {"move", std::visit(MotionText{motion}, c.move)}};
+}
+
 PartTexts partTexts(const Grip& g)
 {
     const TableSpec& motion = tables::motions()[g.move.index()];

@@ -1,4 +1,4 @@
-// The parts of a body or a grip as TOML text.
+// The parts of a body, a grip or a collider as TOML text.
 #pragma once
 
 #include "toml_text.h"
@@ -9,5 +9,6 @@ namespace vdbfrac::scene {
 
 PartTexts partTexts(const Body& body);
 PartTexts partTexts(const Grip& grip);
+PartTexts partTexts(const Collider& collider);
 
 }  // namespace vdbfrac::scene

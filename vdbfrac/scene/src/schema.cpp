@@ -116,6 +116,8 @@ Json typeSchema(const Key& key)
     case Type::solid: return reference("solid");
     case Type::solids: return listOf(reference("solid"));
     case Type::motion: return reference("motion");
+    case Type::anyShape: return oneOf({reference("solid"), reference("file")});
+    case Type::path: return reference("path");
     case Type::poses: {
         Json schema = listOf(reference("pose"));
         schema["minItems"] = 1;
@@ -179,14 +181,16 @@ Json definitions(const Vocabulary& vocabulary)
         solids.push_back(only(spec.name, tableSchema(spec)));
         if (std::string(spec.name) != "halfspace") shapes.push_back(solids.back());
     }
-    shapes.push_back(fileSchema(tables::meshFile()));
-    shapes.push_back(fileSchema(tables::vdbFile()));
-    Json motions = Json::array();
-    for (const TableSpec& spec : tables::motions()) motions.push_back(tableSchema(spec));
-    Json all = {{"solid", {{"oneOf", solids}}},
-                {"shape", {{"oneOf", shapes}}},
-                {"motion", {{"oneOf", motions}}},
-                {"pose", tableSchema(tables::pose())}};
+    Json files = Json::array();
+    for (const TableSpec* spec : {&tables::meshFile(), &tables::vdbFile()}) files.push_back(fileSchema(*spec));
+    shapes.insert(shapes.end(), files.begin(), files.end());
+    Json motions = Json::array(), paths = Json::array();
+    for (const TableSpec& spec : tables::motions()) {
+        motions.push_back(tableSchema(spec));
+        if (motions.size() <= std::variant_size_v<Path>) paths.push_back(motions.back());
+    }
+    Json all = {{"solid", {{"oneOf", solids}}}, {"shape", {{"oneOf", shapes}}}, {"motion", {{"oneOf", motions}}},
+                {"file", {{"oneOf", files}}},   {"path", {{"oneOf", paths}}},   {"pose", tableSchema(tables::pose())}};
     for (const TableSpec& spec : vocabulary.all()) addDefinitions(spec, all);
     return all;
 }
@@ -211,7 +215,7 @@ std::string schemaText(const Vocabulary& vocabulary)
     schema["description"] = "A scene: SI units, y up.";
     Json& properties = schema["properties"];
     const tables::Output output(vocabulary.fields);
-    for (const tables::Section& section : tables::sections(output)) {
+    for (const tables::Section& section : tables::sections(output, vocabulary)) {
         properties[section.spec.name] = sectionSchema(section);
         if (section.required) schema["required"].push_back(section.spec.name);
     }

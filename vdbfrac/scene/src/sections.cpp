@@ -31,6 +31,7 @@ public:
         readMaterials();
         readBodies();
         forEach(tables::grip(), [&](const Item& item) { readGrip(item); });
+        if (vocabulary_.colliders) forEach(tables::collider(), [&](const Item& item) { readCollider(item); });
         readSection(tables::solver(), scene_.solver);
         readSection(output_.spec(), scene_.output);
         scene_.notes = readBrought(vocabulary_.notes);
@@ -44,7 +45,7 @@ private:
     void checkTopLevel()
     {
         std::vector<std::string> known = tables::namesOf(tables::root().keys);
-        for (const tables::Section& s : tables::sections(output_)) {
+        for (const tables::Section& s : tables::sections(output_, vocabulary_)) {
             known.emplace_back(s.spec.name);
             if (s.required && !table_.find(s.spec.name)) complainMissing(s);
         }
@@ -134,7 +135,7 @@ private:
     void readGrip(const Item& item)
     {
         Grip grip;
-        grip.name = freeGripName();
+        grip.name = freeName("grip", scene_.grips.size(), gripNames_);
         readInto(grip, item, tables::grip(), complaints());
         grip.place = complaints().placeText(item.node.place);
         if (const Node* region = item.member("region"))
@@ -146,11 +147,25 @@ private:
         scene_.grips.push_back(std::move(grip));
     }
 
-    std::string freeGripName() const
+    void readCollider(const Item& item)
     {
-        std::size_t number = scene_.grips.size() + 1;
-        while (gripNames_.count("grip" + std::to_string(number))) ++number;
-        return "grip" + std::to_string(number);
+        Collider collider;
+        collider.name = freeName("collider", scene_.colliders.size(), colliderNames_);
+        readInto(collider, item, tables::collider(), complaints());
+        collider.place = complaints().placeText(item.node.place);
+        if (const Node* shape = item.member("shape"))
+            collider.shape = readAnyShape(item.child("shape", *shape), context_);
+        if (const Node* move = item.member("move")) collider.move = readPath(item.child("move", *move), context_);
+        checkNew(item, colliderNames_);
+        colliderNames_.insert(collider.name);
+        scene_.colliders.push_back(std::move(collider));
+    }
+
+    static std::string freeName(const std::string& kind, std::size_t before, const Names& taken)
+    {
+        std::size_t number = before + 1;
+        while (taken.count(kind + std::to_string(number))) ++number;
+        return kind + std::to_string(number);
     }
 
     /// The name given must not be among those of the tables before.
@@ -178,7 +193,7 @@ private:
     const tables::Output output_;
     Context& context_;
     Scene scene_;
-    Names materialNames_, bodyNames_, gripNames_;
+    Names materialNames_, bodyNames_, gripNames_, colliderNames_;
 };
 
 }  // namespace

@@ -144,6 +144,25 @@ const Key kGrip[] = {
     {.name = "move", .member = Type::motion, .doc = "A velocity, keyed poses, or a force.", .defaultText = kRequired},
 };
 
+const Key kCollider[] = {
+    {.name = "name",
+     .member = {Type::label, &Collider::name},
+     .doc = "Name in the output; \"collider1\", \"collider2\", ... without one.",
+     .defaultText = kOptional},
+    {.name = "shape",
+     .member = Type::anyShape,
+     .doc = "The solid as it is at t = 0: a floor at y = 0 is { halfspace = { normal = [0, -1, 0] } }.",
+     .defaultText = kRequired},
+    {.name = "move",
+     .member = Type::path,
+     .doc = "A velocity or keyed poses; stands still without.",
+     .defaultText = "{ velocity = [0, 0, 0] }"},
+    {.name = "friction",
+     .member = &Collider::friction,
+     .doc = "Coulomb's coefficient between it and the bodies.",
+     .min = 0},
+};
+
 const Key kSolver[] = {
     {.name = "integrator",
      .member = &Solver::integrator,
@@ -233,6 +252,7 @@ const TableSpec kGridSpec = {"grid", "Resolution of the level set and of the lat
 const TableSpec kBodySpec = {"body", "A solid; one table each.", kBody};
 const TableSpec kMaterialSpec = {"material", "An elastic material; bodies name it.", kMaterial};
 const TableSpec kGripSpec = {"grip", "Holds or pulls a part of a body; any number of tables.", kGrip};
+const TableSpec kColliderSpec = {"collider", "A solid that bodies bump into; any number of tables.", kCollider};
 const TableSpec kSolverSpec = {"solver", "How time steps are made, and when one counts as solved.", kSolver};
 
 std::vector<Key> outputKeys(const Vocabulary::Fields& fields)
@@ -289,6 +309,7 @@ const TableSpec& grid() { return kGridSpec; }
 const TableSpec& body() { return kBodySpec; }
 const TableSpec& material() { return kMaterialSpec; }
 const TableSpec& grip() { return kGripSpec; }
+const TableSpec& collider() { return kColliderSpec; }
 const TableSpec& solver() { return kSolverSpec; }
 
 Output::Output(const Vocabulary::Fields& fields)
@@ -296,11 +317,15 @@ Output::Output(const Vocabulary::Fields& fields)
 {
 }
 
-std::vector<Section> sections(const Output& output)
+std::vector<Section> sections(const Output& output, const Vocabulary& vocabulary)
 {
     using enum Section::Form;
-    return {{time()},   {grid(), single, true}, {body(), list, true}, {material(), byName}, {grip(), list},
-            {solver()}, {output.spec()}};
+    std::vector<Section> all{
+        {time()}, {grid(), single, true}, {body(), list, true}, {material(), byName}, {grip(), list}};
+    if (vocabulary.colliders) all.push_back({collider(), list});
+    all.push_back({solver()});
+    all.push_back({output.spec()});
+    return all;
 }
 
 std::vector<std::string> namesOf(std::span<const TableSpec> specs)

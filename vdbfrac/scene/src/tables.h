@@ -28,6 +28,7 @@ const TableSpec& grid();
 const TableSpec& body();
 const TableSpec& material();
 const TableSpec& grip();
+const TableSpec& collider();
 const TableSpec& solver();
 
 /// The table whose choices the vocabulary brings.
@@ -44,7 +45,7 @@ private:
 };
 
 /// From time to output, in the order in which they are written.
-std::vector<Section> sections(const Output& output);
+std::vector<Section> sections(const Output& output, const Vocabulary& vocabulary);
 
 /// Inner tables.
 std::span<const TableSpec> solids();  ///< indexed by Primitive::Kind

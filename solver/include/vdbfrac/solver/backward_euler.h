@@ -74,6 +74,7 @@ struct StepReport {
 struct System {
     std::span<Potential* const> potentials;
     const Boundary& boundary;
+    double time = 0;  ///< s: where forces are taken
 };
 
 /// Keeps its memory from step to step: after the first step of an operator nothing is allocated.

@@ -37,6 +37,7 @@ struct StepLoads {
     /// Boundary at the start of the step plus `share` of it. The result holds until the next call.
     std::function<const Boundary&(double share)> boundary;
     const StepOrigin* origin = nullptr;  ///< null: nobody asks what becomes of the energy
+    double time = 0;                     ///< s: when the step sets off
 };
 
 /// A leg of a step and what pushes held nodes along it.

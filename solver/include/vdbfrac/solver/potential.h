@@ -15,6 +15,7 @@ struct StepStart {
     std::span<const Vec3> v;  ///< [m/s]
     double dt = 0;            ///< s
     const ElasticOperator& elastic;
+    double time = 0;  ///< s: where forces are taken
 };
 
 /// The Hessian of a potential as the tangent takes it in: `mass` times the lumped mass [1/s^2] and `stiffness` times
@@ -33,6 +34,8 @@ struct RayleighDamping {
 struct Leg {
     std::span<const Vec3> from, to;  ///< m
     std::span<const Vec3> at;        ///< m: where the forces of potentials are taken
+    /// How many times as long it is as the solve that they are of, which sets off where it does.
+    double length = 1;
 };
 
 /// What something has done to the energy of the simulation.

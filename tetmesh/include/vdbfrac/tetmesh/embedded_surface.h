@@ -27,6 +27,7 @@ struct EmbeddedPoint {
 /// Closed surface of the material, normals outward. Vertices are shared along every edge the cut crosses.
 struct EmbeddedSurface {
     std::vector<EmbeddedPoint> points;
+    std::vector<std::uint64_t> key;  ///< of each point: names the edge it lies on, the same in all cuts of the body
     std::vector<std::array<std::uint32_t, 3>> triangles;
     std::vector<std::uint8_t> torn;  ///< of each triangle: most of it lies where material was at rest
     double cutArea = 0;              ///< area in the rest configuration [m^2]

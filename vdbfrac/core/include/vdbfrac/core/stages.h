@@ -7,6 +7,7 @@
 #include <vdbfrac/core/body.h>
 #include <vdbfrac/grid/phi_nodes.h>
 #include <vdbfrac/grid/vdb_file.h>
+#include <vdbfrac/solver/backward_euler.h>
 #include <vdbfrac/solver/potential.h>
 
 #include <array>
@@ -24,7 +25,7 @@ namespace vdbfrac::core {
 class StepLimit {
 public:
     virtual ~StepLimit() = default;
-    virtual double largestStep() const = 0;  ///< s; infinity for none
+    virtual double largestStep(const solver::State& state) = 0;  ///< s; infinity for none
 };
 
 /// A step whose equations are solved, on the mesh they were solved on.

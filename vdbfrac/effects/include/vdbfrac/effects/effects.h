@@ -19,6 +19,8 @@ struct EffectInfo {
     std::unique_ptr<core::Effect> (*make)(const scene::Values& values, const scene::Scene& scene);
     bool tears = false;                    ///< can it take a body apart?
     std::vector<std::string> fields = {};  ///< that output.vdb can list: the names of its field sources
+    /// Where its tables are the scene's own and `table` is but their name: does the scene have any?
+    bool (*inScene)(const scene::Scene& scene) = nullptr;
 };
 
 /// All effects of this build, in the order in which they join. Empty in a build without effects.
@@ -26,6 +28,9 @@ std::span<const EffectInfo> effectList();
 
 /// What scenes of this build can say: the tables of the effects, the fields of the core and of the effects.
 scene::Vocabulary vocabulary();
+
+/// Does the scene name an effect?
+bool isNamed(const EffectInfo& effect, const scene::Scene& scene);
 
 /// Does the scene name an effect that can take a body apart?
 bool canTear(const scene::Scene& scene);

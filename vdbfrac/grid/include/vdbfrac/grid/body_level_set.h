@@ -22,6 +22,9 @@ namespace vdbfrac::grid {
 LevelSet makeLevelSet(const scene::Body& body, const scene::Grid& grid, std::uint64_t memoryLimit,
                       std::vector<std::string>* notes = nullptr);
 
+/// The band of a collider that was read from a file.
+LevelSet makeLevelSet(const scene::Collider& collider, const scene::Grid& grid, std::uint64_t memoryLimit);
+
 /// The same with voxels no smaller than the longest side over `across`: what it looks like, at a bounded cost.
 LevelSet makeOutline(const scene::Body& body, const scene::Grid& grid, int across, std::uint64_t memoryLimit);
 

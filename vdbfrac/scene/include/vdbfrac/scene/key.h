@@ -77,6 +77,7 @@ struct Vocabulary {
     std::vector<TableSpec> tables = {};  ///< parts of what is simulated; each can be left out
     std::vector<TableSpec> notes = {};   ///< the same, but a simulation takes no notice of them
     Fields fields = {};                  ///< that output.vdb can list
+    bool colliders = false;              ///< does anyone know what [[collider]] means?
 
     std::vector<TableSpec> all() const;  ///< notes, then tables: as the manual and the schema have them
 };

@@ -29,11 +29,13 @@ enum class Type {
     tables,   ///< [[table.key]]
     entries,  ///< a list of inline tables
     // Inner tables of the scene's own; they are not kept in Values.
-    shape,   ///< a solid or a file
-    solid,   ///< one Primitive
-    solids,  ///< a list of them
-    motion,  ///< what a grip does
-    poses,   ///< a list of PoseKey
+    shape,     ///< a bounded solid or a file
+    anyShape,  ///< a solid or a file
+    solid,     ///< one Primitive
+    solids,    ///< a list of them
+    motion,    ///< what a grip does
+    path,      ///< the same without forces
+    poses,     ///< a list of PoseKey
 };
 
 /// A member of a struct that the tables of keys do not know.

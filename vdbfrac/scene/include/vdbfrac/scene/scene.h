@@ -83,11 +83,23 @@ struct Force {
     double ramp = 0;            ///< s from 0 to the full force
 };
 
+/// How a region or a collider goes through space.
+using Path = std::variant<Velocity, Keys>;
+
 struct Grip {
     std::string name;  ///< given, or "grip1", "grip2", ...
     std::string body;
     Primitive region;
     std::variant<Velocity, Keys, Force> move;
+    std::string place;
+};
+
+/// A solid that bodies cannot enter. It moves by itself and is not moved.
+struct Collider {
+    std::string name;  ///< given, or "collider1", "collider2", ...
+    std::variant<Primitive, MeshFile, VdbFile> shape;
+    Path move;
+    double friction = 0.5;  ///< Coulomb's coefficient
     std::string place;
 };
 
@@ -138,6 +150,7 @@ struct Scene {
     std::vector<Body> bodies;
     std::vector<Material> materials;
     std::vector<Grip> grips;
+    std::vector<Collider> colliders;
     Solver solver;
     Output output;
     std::vector<NamedValues> tables;  ///< of Vocabulary::tables, in their order

@@ -1,0 +1,288 @@
+// Bodies against colliders: forces against differences of the energy, and motion against closed forms.
+#include <vdbfrac/effects/effects.h>
+#include <vdbfrac/lab/scenes/scene_run.h>
+#include <vdbfrac/solver/linear_solver.h>
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+#include <string>
+
+using namespace vdbfrac;
+using lab::SceneRun;
+
+namespace {
+
+constexpr double kG = 9.81, kE = 1e5, kDensity = 1000;  // m/s^2, Pa, kg/m^3
+constexpr double kBeta = 10, kGap = 0.25;               // as [[collider]] has them: stiffness, and voxels of gap
+
+std::string number(double v) { return std::to_string(v); }
+std::string vector(const Vec3& v) { return "[" + number(v.x()) + ", " + number(v.y()) + ", " + number(v.z()) + "]"; }
+
+/// A block at rest on y = 0, 8 voxels wide and 4 high, faces on planes of nodes.
+struct Sled {
+    static constexpr double kDx = 0.05, kHeight = 0.2, kWidth = 0.4;  // m: voxels unless told otherwise
+    Vec3 gravity{0, -kG, 0};
+    double start = 0;  // m/s along x
+    double friction = 0.3;
+    double lift = 0;  // m
+    double youngsModulus = kE;
+    int fps = 24, frames = 48;
+    double voxel = kDx;  // m
+    std::string move = {}, lattice = "six", solver = {}, more = {};
+
+    std::string text() const
+    {
+        return "version = 1\nname = \"sled\"\n[time]\nframes = [1, " + std::to_string(frames + 1) +
+               "]\nfps = " + std::to_string(fps) + "\nsubsteps = 1\n[grid]\nvoxel_size = " + number(voxel) +
+               "\nlattice = \"" + lattice + "\"\n[solver]\n" + solver +
+               "newton_tolerance = 1e-7\nlinear_tolerance = 1e-6\n[[body]]\nname = \"block\"\n"
+               "material = \"gel\"\nshape = { box = { size = [0.4, 0.2, 0.4], center = [0, " +
+               number(kHeight / 2 + lift) + ", 0] } }\nvelocity = [" + number(start) +
+               ", 0, 0]\n[material.gel]\nyoungs_modulus = " + number(youngsModulus) +
+               "\npoisson_ratio = 0\ndensity = 1000\n[gravity]\nacceleration = " + vector(gravity) +
+               "\n[[collider]]\nname = \"floor\"\nshape = { halfspace = { normal = [0, -1, 0] } }\nfriction = " +
+               number(friction) + "\n" + (move.empty() ? "" : "move = " + move + "\n") + more;
+    }
+};
+
+Vec3 mean(const core::Simulation& s, std::span<const Vec3> of)
+{
+    Vec3 sum = Vec3::Zero();
+    double total = 0;
+    for (std::size_t i = 0; i < of.size(); ++i) sum += s.elastic().mass()[i] * of[i], total += s.elastic().mass()[i];
+    return sum / total;
+}
+Vec3 velocity(const core::Simulation& s) { return mean(s, s.v()); }
+
+/// Gravity on a slope, in the frame of the slope.
+Vec3 onSlope(double angle) { return kG * Vec3(std::sin(angle), -std::cos(angle), 0); }
+
+TEST(Collider, ForcesAndTheirDerivativeAreThoseOfTheEnergy)
+{
+    constexpr double kStep = 1e-6, kError = 1e-5;  // of central differences, and of weights kept as floats
+    const std::string obstacles =
+        "[[collider]]\nshape = { sphere = { radius = 0.3, center = [0.2, -0.2, 0.1] } }\n"
+        "move = { keys = [{ time = 0 }, { time = 1, translate = [0.3, 0.2, 0], rotate = [10, 20, 30] }] }\n"
+        "[[collider]]\nshape = { capsule = { axis = [1, 1, 0], radius = 0.1, height = 0.4, center = [-0.1, 0.02, 0] } "
+        "}\n";
+    SceneRun run(Sled{.start = 0.5, .more = obstacles}.text());
+    for (int i = 0; i < 3; ++i) run.step();
+    const core::Simulation& s = run.simulation;
+    solver::Potential& potential = *s.stages().solve.back();
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> any(-1, 1);
+    const auto randoms = [&](double size) {
+        std::vector<Vec3> u(s.x().size());
+        for (Vec3& v : u) v = size * Vec3(any(random), any(random), any(random));
+        return u;
+    };
+    const auto sum = [](std::span<const Vec3> a, double f, std::span<const Vec3> b) {
+        std::vector<Vec3> r(a.begin(), a.end());
+        for (std::size_t i = 0; i < r.size(); ++i) r[i] += f * b[i];
+        return r;
+    };
+    potential.begin({s.x(), s.v(), .05, s.elastic(), s.time() + .05});
+    const std::vector<Vec3> u = randoms(1), x = sum(s.x(), .004, randoms(1));
+    const auto gradientAt = [&](const std::vector<Vec3>& at, double& energy) {
+        std::vector<Vec3> gradient(at.size(), Vec3::Zero());
+        energy = potential.evaluate(at, gradient);
+        return gradient;
+    };
+    double here = 0, plus = 0, minus = 0;
+    const std::vector<Vec3> gradient = gradientAt(x, here), after = gradientAt(sum(x, kStep, u), plus),
+                            before = gradientAt(sum(x, -kStep, u), minus);
+    ASSERT_GT(here, 0);
+    EXPECT_NEAR((plus - minus) / (2 * kStep), solver::dot(gradient, u), kError * std::abs(solver::dot(gradient, u)));
+    std::vector<solver::Coupling> couplings;
+    potential.linearize(x, couplings);
+    double tangent = 0;
+    for (const solver::Coupling& c : couplings) {
+        EXPECT_TRUE(c.isExternal());
+        Vec3 v = Vec3::Zero();
+        for (std::size_t a = 0; a < 4; ++a) v += double(c.weight[a]) * u[c.node[a]];
+        tangent += v.dot(solver::multiply(c.Q, v));
+    }
+    // The curvature of round colliders is left out: it is negative, by depth over radius.
+    constexpr double kCurvature = 0.05;
+    const double exact = (solver::dot(after, u) - solver::dot(before, u)) / (2 * kStep);
+    EXPECT_GT(tangent, exact * (1 - kError));
+    EXPECT_LT(tangent, exact * (1 + kCurvature));
+}
+
+/// k s^2 / (2 s1) = p: how far a block sinks that touched and had no weight. The cut takes half a cell off each edge,
+/// and what is left carries all.
+TEST(Collider, CarriesAWeightAtTheDepthOfItsStiffness)
+{
+    constexpr double kSmooth = 0.02, kWithin = 0.015, kDx = 0.025;  // of a cell; relative; m
+    constexpr double kStiff = 1e7;                                  // Pa: so stiff that it keeps its shape
+    for (const char* lattice : {"six", "five"}) {
+        SceneRun run(
+            Sled{.friction = 0, .youngsModulus = kStiff, .frames = 24, .voxel = kDx, .lattice = lattice}.text());
+        const std::vector<Vec3> start(run.simulation.x().begin(), run.simulation.x().end());
+        run.toEnd();
+        std::vector<double> sunk;
+        for (std::size_t i = 0; i < start.size(); ++i)
+            if (std::abs(start[i].y()) < .1 * kDx) sunk.push_back(start[i].y() - run.simulation.x()[i].y());
+        std::nth_element(sunk.begin(), sunk.begin() + std::ptrdiff_t(sunk.size() / 2), sunk.end());
+        const double left = 1 - kDx / Sled::kWidth, p = kDensity * kG * Sled::kHeight / (left * left),
+                     k = kBeta * kStiff / kDx;
+        EXPECT_NEAR(sunk[sunk.size() / 2] / std::sqrt(2 * kSmooth * kDx * p / k), 1, kWithin) << lattice;
+    }
+}
+
+/// What was tangled when a scene began is left as deep as it was, not thrown out.
+TEST(Collider, DoesNotThrowOutWhatBeganInsideIt)
+{
+    SceneRun run(Sled{.gravity = {0, 0, 0}, .lift = -.08}.text());
+    for (int i = 0; i < 10; ++i) EXPECT_LT(run.step().kineticEnergy, 1e-30);
+    SceneRun pressed(Sled{.lift = -.08}.text());
+    pressed.toEnd();
+    const double sunk = Sled::kHeight / 2 - .08 - mean(pressed.simulation, pressed.simulation.x()).y();
+    EXPECT_GT(sunk, 0);
+    EXPECT_LT(sunk, .1 * Sled::kDx);
+}
+
+TEST(Friction, HoldsOnASlopeThatIsNotTooSteep)
+{
+    constexpr double kCreep = 1e-9;  // m in a second
+    const double steep = std::atan(.3);
+    SceneRun run(Sled{.gravity = onSlope(.9 * steep), .frames = 72}.text());
+    run.toFrame(49);
+    const Vec3 settled = mean(run.simulation, run.simulation.x());
+    run.toEnd();
+    EXPECT_LT((mean(run.simulation, run.simulation.x()) - settled).norm(), kCreep);
+}
+
+TEST(Friction, LetsSlideOnASteeperOne)
+{
+    constexpr double kWithin = 0.01, angle = .5;
+    SceneRun run(Sled{.gravity = onSlope(angle), .frames = 36}.text());
+    run.toFrame(13);
+    const double early = velocity(run.simulation).x();
+    run.toEnd();
+    const double acceleration = (velocity(run.simulation).x() - early) / 1.;
+    EXPECT_NEAR(acceleration / (kG * (std::sin(angle) - .3 * std::cos(angle))), 1, kWithin);
+}
+
+/// v0^2 / (2 mu g), less v0 dt / 2 by backward Euler. The first step knows of no normal force yet: v0 dt more.
+TEST(Friction, StopsWhatSlides)
+{
+    constexpr double kStart = 2, kWithin = 0.01;
+    for (int fps : {24, 240}) {
+        SceneRun run(Sled{.start = kStart, .fps = fps, .frames = fps}.text());
+        run.toEnd();
+        const double way = kStart * kStart / (2 * .3 * kG) + kStart / fps / 2;
+        EXPECT_NEAR(mean(run.simulation, run.simulation.x()).x() / way, 1, kWithin) << fps;
+        EXPECT_LT(velocity(run.simulation).norm(), .01 * kStart) << fps;
+    }
+}
+
+TEST(Friction, OfAConveyorCarriesAlong)
+{
+    constexpr double kSpeed = 1.5, kWithin = 0.02;
+    SceneRun run(Sled{.frames = 24, .move = "{ velocity = [1.5, 0, 0] }"}.text());
+    run.toEnd();
+    const double slipped = kSpeed * 1 - mean(run.simulation, run.simulation.x()).x();
+    EXPECT_NEAR(velocity(run.simulation).x(), kSpeed, 1e-3 * kSpeed);
+    EXPECT_NEAR(slipped / (kSpeed * kSpeed / (2 * .3 * kG)), 1, kWithin + kSpeed / 24 / 2 / slipped);
+}
+
+/// A bar that hits a wall with v: the pressure is rho c v for 2 L / c; then it leaves with -v.
+TEST(Collider, SendsABarBackAsWavesDo)
+{
+    constexpr double kV = .1, kLength = 1, kWithin = .03;
+    const double c = std::sqrt(kE / kDensity);
+    SceneRun run(
+        "version = 1\nname = \"bar\"\n[time]\nframes = [1, 600]\nfps = 1200\nsubsteps = 1\n[grid]\nvoxel_size = "
+        "0.025\n[solver]\nintegrator = \"midpoint\"\nnewton_tolerance = 1e-6\n[[body]]\nname = \"bar\"\nmaterial "
+        "= \"gel\"\nshape = { box = { size = [0.2, 1, 0.2], center = [0, 0.52, 0] } }\nvelocity = [0, -0.1, 0]\n"
+        "[material.gel]\nyoungs_modulus = 1e5\npoisson_ratio = 0\ndensity = 1000\n"
+        "[[collider]]\nfriction = 0\nshape = { halfspace = { normal = [0, -1, 0] } }\n");
+    double first = 0, last = 0, impulse = 0, before = -kV;
+    const double mass = kDensity * kLength * .04;
+    double plateau = 0;
+    int counted = 0;
+    while (!run.atEnd()) {
+        run.step();
+        const double v = velocity(run.simulation).y(), t = run.simulation.time(), force = mass * (v - before) * 1200;
+        before = v;
+        if (force > .5 * kDensity * c * kV * .04) {
+            if (first == 0) first = t;
+            last = t;
+        }
+        impulse += force / 1200;
+        if (first > 0 && t > first + .05 && t < first + .15) plateau += force / .04, ++counted;
+    }
+    EXPECT_NEAR(plateau / counted / (kDensity * c * kV), 1, kWithin);
+    EXPECT_NEAR((last - first) / (2 * kLength / c), 1, kWithin);
+    EXPECT_NEAR(velocity(run.simulation).y() / kV, 1, kWithin);
+    EXPECT_NEAR(impulse / (2 * mass * kV), 1, kWithin);
+}
+
+/// Nothing comes through a plate of less than a cell at five cells a frame.
+TEST(Collider, LetsNothingThrough)
+{
+    const std::string plate = "[[collider]]\nshape = { box = { size = [2, 0.03, 2], center = [0, -0.4, 0] } }\n";
+    std::string text = Sled{.gravity = {0, 0, 0}, .fps = 24, .frames = 20, .more = plate}.text();
+    text.replace(text.find("velocity = [0.000000, 0, 0]"), 27, "velocity = [0, -6, 0]");
+    text.replace(text.find("normal = [0, -1, 0]"), 19, "normal = [0, -1, 0], offset = 5");
+    text.replace(text.find("substeps = 1"), 12, "substeps = \"auto\"");
+    SceneRun run(text);
+    run.toEnd();
+    for (const Vec3& x : run.simulation.x()) EXPECT_GT(x.y(), -.41);
+    EXPECT_GT(velocity(run.simulation).y(), 0);
+}
+
+/// What pushes the lower half of a body up [N].
+double pushFromBelow(core::Simulation& s)
+{
+    solver::Potential& potential = *s.stages().solve.back();
+    std::vector<Vec3> gradient(s.x().size(), Vec3::Zero());
+    potential.begin({s.x(), s.v(), std::numeric_limits<double>::infinity(), s.elastic(), s.time()});
+    potential.evaluate(s.x(), gradient);
+    double force = 0;
+    for (std::size_t i = 0; i < gradient.size(); ++i)
+        if (s.x()[i].y() < 0) force -= gradient[i].y();
+    return force;
+}
+
+/// F = 4/3 E / (1 - nu^2) sqrt(R) delta^1.5: a ball between two plates, static.
+TEST(Collider, PressesABallAsHertzSays)
+{
+    constexpr double kR = .1, kNu = .3, kSpeed = .01;  // m, 1, m/s
+    constexpr double kSolved = .02;                    // there is no telling which of two is nearer
+    // At .02 a contact is as wide as one cell at 8 of them a radius.
+    struct Pressed {
+        double depth, within[2];
+    };
+    for (const auto& [depth, bounds] : {Pressed{.02, {.3, .22}}, Pressed{.05, {.2, .14}}}) {
+        double before = 1e9;
+        for (int cells : {8, 12}) {
+            const double dx = kR / cells, within = bounds[cells > 8];
+            const auto plate = [&](double side) {
+                return "[[collider]]\nfriction = 0\nshape = { halfspace = { normal = [0, " + number(side) +
+                       ", 0], offset = " + number(kR + kGap * dx) + " } }\nmove = { velocity = [0, " +
+                       number(-kSpeed * side) + ", 0] }\n";
+            };
+            SceneRun run("version = 1\nname = \"ball\"\n[time]\nframes = [1, 100]\nfps = " +
+                         number(kSpeed / kR / depth * 2) + "\nsubsteps = 1\n[grid]\nvoxel_size = " + number(dx) +
+                         "\n[solver]\nintegrator = \"static\"\n[[body]]\nname = \"ball\"\nmaterial = \"gel\"\n"
+                         "shape = { sphere = { radius = 0.1 } }\n[material.gel]\nyoungs_modulus = 1e5\n"
+                         "poisson_ratio = 0.3\ndensity = 1000\n" +
+                         plate(1) + plate(-1));
+            run.toFrame(3);
+            const double delta = depth * kR,
+                         hertz = 4. / 3 * kE / (1 - kNu * kNu) * std::sqrt(kR) * std::pow(delta, 1.5);
+            const double ratio = pushFromBelow(run.simulation) / hertz;
+            RecordProperty("F/Hertz at " + number(depth) + " and " + std::to_string(cells), number(ratio));
+            EXPECT_NEAR(ratio, 1, within) << cells;
+            EXPECT_LT(std::abs(ratio - 1), std::max(before, kSolved)) << cells;
+            before = std::abs(ratio - 1);
+        }
+    }
+}
+
+}  // namespace

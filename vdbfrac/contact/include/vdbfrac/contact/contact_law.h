@@ -1,0 +1,107 @@
+// What a touch costs: the energies of contact and friction that bodies and colliders share.
+//
+// Contact is a penalty on the depth s of a sample of the surface, an energy per area. It is finite at any depth, so a
+// step may start from tangled material. With k = beta E / h the depth under a pressure p is (p / E) / beta of a cell:
+// 1 / beta of the strain of the cell beside it, below what the cells resolve.
+// Friction is elastic slip: a touch sticks as on a spring as stiff as contact itself, and slides where that is
+// stretched to its limit. What it is stretched by lives on from step to step, so what sticks does not creep (Mindlin
+// 1949 for the picture; the smooth step between both as in Li et al. 2020, Incremental Potential Contact, section 5.2).
+#pragma once
+
+#include <vdbfrac/base/vec.h>
+#include <vdbfrac/solver/coupling.h>
+
+#include <algorithm>
+
+namespace vdbfrac::contact {
+
+/// Energy [J/m^2] of a depth s [m]: k s^3 / (6 s1) up to s1, k ((s - s1/2)^2 / 2 + s1^2 / 24) beyond.
+class Penalty {
+public:
+    /// k [Pa/m], s1 [m].
+    Penalty(double k, double s1) : k_(k), s1_(s1) {}
+
+    double energy(double s) const
+    {
+        if (s <= 0) return 0;
+        const double d = s - s1_ / 2;
+        return s <= s1_ ? k_ * s * s * s / (6 * s1_) : k_ * (d * d / 2 + s1_ * s1_ / 24);
+    }
+    double pressure(double s) const  ///< Pa
+    {
+        return s <= 0 ? 0 : s <= s1_ ? k_ * s * s / (2 * s1_) : k_ * (s - s1_ / 2);
+    }
+    double stiffness(double s) const { return s <= 0 ? 0 : k_ * std::min(1., s / s1_); }  ///< Pa/m
+    double k() const { return k_; }
+
+private:
+    double k_, s1_;
+};
+
+/// One touch that may slide, as it was when the step began.
+struct Rub {
+    Vec3 normal;       ///< unit length
+    double limit = 0;  ///< friction coefficient times normal force [N]
+    double eps = 0;    ///< slip [m] at which it slides
+    Vec3 stretch;      ///< m: elastic slip from the steps before
+
+    /// Slip along the surface, with what there was; `u`: way since the step began [m].
+    Vec3 slip(const Vec3& u) const
+    {
+        const Vec3 t = u + stretch;
+        return t - normal.dot(t) * normal;
+    }
+    double energy(const Vec3& slip) const  ///< J
+    {
+        const double r = slip.norm();
+        return limit * (r < eps ? r * r / eps - r * r * r / (3 * eps * eps) + eps / 3 : r);
+    }
+    Vec3 force(const Vec3& slip) const  ///< N, against it
+    {
+        const double r = slip.norm();
+        if (!(r > 0)) return Vec3::Zero();
+        return -limit * (r < eps ? 2 / eps - r / (eps * eps) : 1 / r) * slip;
+    }
+    /// Its second derivative, which is positive semidefinite [N/m].
+    Mat3 stiffness(const Vec3& slip) const
+    {
+        const Mat3 P = Mat3::Identity() - normal * normal.transpose();
+        const double r = slip.norm();
+        if (!(r > 0)) return 2 * limit / eps * P;
+        const Vec3 t = slip / r;
+        const double across = r < eps ? 2 / eps - r / (eps * eps) : 1 / r,
+                     along = r < eps ? 2 * (1 - r / eps) / eps : 0;
+        return limit * (across * (P - t * t.transpose()) + along * t * t.transpose());
+    }
+    /// What it stays stretched by after the step.
+    Vec3 kept(const Vec3& slip) const
+    {
+        const double r = slip.norm();
+        return r > eps ? Vec3(eps / r * slip) : slip;
+    }
+};
+
+/// What a scene says of all touches.
+struct ContactSettings {
+    double stiffness = 10;  ///< beta: k = beta E / h
+    double gap = 0.25;      ///< between surfaces that touch [voxels]
+
+    Penalty penaltyOf(double youngsModulus, double h) const
+    {
+        constexpr double kSmooth = 0.02;  // of a cell: how deep a touch sets in
+        return {stiffness * youngsModulus / h, kSmooth * h};
+    }
+};
+
+/// Of force limit `limit` [N] and stiffness `k` [N/m]. The force of a small slip grows with 2 limit / eps = k.
+inline Rub makeRub(const Vec3& normal, double limit, double k, const Vec3& stretch)
+{
+    return {normal, limit, 2 * limit / k, stretch};
+}
+
+inline solver::SymmetricBlock blockOf(const Mat3& Q)
+{
+    return {float(Q(0, 0)), float(Q(1, 1)), float(Q(2, 2)), float(Q(1, 2)), float(Q(2, 0)), float(Q(0, 1))};
+}
+
+}  // namespace vdbfrac::contact

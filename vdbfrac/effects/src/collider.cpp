@@ -1,0 +1,334 @@
+// Colliders: solids that push bodies out, and rub against them.
+//
+//   U(x) = sum over samples s and colliders c of A_s psi(-g - a_s),  g = d_c(T_c^-1 y_s)
+//   y_s  a point of the surface, moved outward by the gap; A_s its area at rest
+//   d_c  signed distance of a collider where it was at t = 0, T_c where it is when the forces are taken
+//   a_s  allowance: how deep a sample already was when it was first seen. What is born tangled is not thrown out, but
+//        goes no deeper; it only falls.
+// Friction is that of contact/contact_law.h, against the motion of the collider; normal forces and directions are those
+// of the start of the step.
+#include "all.h"
+
+#include <vdbfrac/base/parallel.h>
+#include <vdbfrac/contact/contact_law.h>
+#include <vdbfrac/contact/touching_surface.h>
+#include <vdbfrac/grid/distance_field.h>
+#include <vdbfrac/scene/placement.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+namespace vdbfrac::effects {
+
+namespace {
+
+using contact::ContactSettings;
+using contact::Penalty;
+using contact::Rub;
+using contact::TouchingSurface;
+using contact::TouchMemory;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr std::uint64_t kFileMemory = std::uint64_t{4} << 30;  // bytes that the level set of one file may take
+
+/// A collider as it is at t = 0.
+class Obstacle {
+public:
+    Obstacle(const scene::Collider& collider, const scene::Grid& grid) : collider_(collider)
+    {
+        if (!std::holds_alternative<Primitive>(collider_.shape)) field_.emplace(collider_, grid, kFileMemory);
+        thickness_ = field_ ? field_->deepest() : vdbfrac::halfThickness(std::get<Primitive>(collider_.shape));
+    }
+    const scene::Collider& collider() const { return collider_; }
+    double halfThickness() const { return thickness_; }  ///< m; infinity: nothing comes through
+    DistanceSample at(const Vec3& X) const
+    {
+        return field_ ? field_->at(X) : sampleDistance(std::get<Primitive>(collider_.shape), X);
+    }
+    std::size_t bytes() const { return field_ ? field_->bytes() : 0; }
+
+private:
+    scene::Collider collider_;
+    std::optional<grid::DistanceField> field_;
+    double thickness_;
+};
+
+/// Where all colliders are at a time.
+using Places = std::vector<scene::Placement>;
+
+/// A sample in a collider.
+struct Touch {
+    std::uint32_t sample = 0, collider = 0;
+    double depth = 0;  ///< beyond its allowance [m]
+    Vec3 outward;      ///< gradient of the distance
+};
+
+/// The strongest touch of a sample when the step began.
+struct Held {
+    std::uint32_t sample = 0, collider = 0;
+    Rub rub;
+    Vec3 carried;  ///< m: where the collider has taken the sample's place since
+};
+
+class Colliders : public core::Effect,
+                  public solver::Potential,
+                  public core::StepLimit,
+                  public core::RecutStage,
+                  public core::Persistent {
+public:
+    Colliders(const ContactSettings& settings, const scene::Scene& scene)
+        : settings_(settings), dx_(scene.grid.voxelSize), h_(scene.grid.coarsening * dx_)
+    {
+        for (const scene::Collider& c : scene.colliders) obstacles_.emplace_back(c, scene.grid);
+    }
+
+    std::string name() const override { return "collider"; }
+    void join(core::Stages& stages) override
+    {
+        stages.solve.push_back(this);
+        stages.limits.push_back(this);
+        stages.recut.push_back(this);
+        stages.persistent.push_back(this);
+    }
+    void start(std::span<const core::Body> bodies, std::vector<std::string>&) override
+    {
+        surface_.start(bodies, settings_.gap * dx_);
+        for (const core::Body& body : bodies) law_.push_back(settings_.penaltyOf(body.material.youngsModulus(), h_));
+    }
+
+    void begin(const solver::StepStart& start) override;
+    double evaluate(std::span<const Vec3> x, std::span<Vec3> gradient) const override;
+    void linearize(std::span<const Vec3> x, std::vector<solver::Coupling>& couplings) const override;
+    solver::EnergyFlow flow(const solver::Leg& leg) const override;
+    void accept(std::span<const Vec3> x, double dt) override;
+    double largestStep(const solver::State& state) override;
+
+    void recut(const core::Body& body, const tetmesh::CutUpdate&) override { surface_.recut(body); }
+    void save(std::span<const core::Body>, core::Archive& archive) const override
+    {
+        surface_.save("collider", archive);
+        archive.putOne("collider.time", now_);
+    }
+    void restoreFrom(const core::Archive& archive, std::span<const core::Body>) override
+    {
+        surface_.restoreFrom("collider", archive);
+        now_ = archive.getOne<double>("collider.time");
+        if (!std::isfinite(now_)) archive.complain("the time of the colliders is not a number");
+    }
+    std::size_t bytes() const override
+    {
+        std::size_t sum = surface_.bytes() + held_.capacity() * sizeof(Held);
+        for (const Obstacle& o : obstacles_) sum += o.bytes();
+        return sum;
+    }
+
+private:
+    Places placesAt(double time) const
+    {
+        Places places;
+        for (const Obstacle& o : obstacles_) places.push_back(scene::placementAt(o.collider().move, time));
+        return places;
+    }
+    DistanceSample distanceAt(const Vec3& y, std::size_t collider, const Places& places) const
+    {
+        const DistanceSample d = obstacles_[collider].at(places[collider].inverse(y));
+        return {d.value, places[collider].turn * d.gradient};
+    }
+    std::vector<Touch> touches(std::span<const Vec3> x, const Places& places) const;
+    const Penalty& lawOf(std::uint32_t sample) const { return law_[surface_.body(sample)]; }
+    double energyOf(const Touch& t) const { return surface_.area(t.sample) * lawOf(t.sample).energy(t.depth); }
+    Vec3 forceOf(const Touch& t) const
+    {
+        return surface_.area(t.sample) * lawOf(t.sample).pressure(t.depth) * t.outward;
+    }
+    Vec3 slipOf(const Held& h, std::span<const Vec3> x) const
+    {
+        return h.rub.slip(surface_.at(h.sample, x) - h.carried);
+    }
+    double deepest(std::uint32_t sample, std::span<const Vec3> x, const Places& places) const
+    {
+        double depth = 0;
+        for (std::size_t c = 0; c < obstacles_.size(); ++c)
+            depth = std::max(depth, -distanceAt(surface_.at(sample, x), c, places).value);
+        return depth;
+    }
+    void hold(std::span<const Vec3> x);
+
+    ContactSettings settings_;
+    double dx_, h_;  // m
+    std::vector<Obstacle> obstacles_;
+    std::vector<Penalty> law_;  // of each body
+    TouchingSurface surface_;
+    double now_ = 0;  // s: end of the last step that was kept
+
+    // Of the step at hand.
+    double from_ = 0, length_ = 0;  // s
+    Places start_, places_;         // when it begins; when forces are taken
+    std::vector<Held> held_;        // by rising sample
+};
+
+/// Samples that are deeper than they may be, by rising sample.
+std::vector<Touch> Colliders::touches(std::span<const Vec3> x, const Places& places) const
+{
+    const std::size_t n = surface_.size();
+    std::vector<std::vector<Touch>> part((n + kChunk - 1) / kChunk);
+    parallelChunks(n, kChunk, [&](std::size_t begin, std::size_t end) {
+        for (std::uint32_t i = std::uint32_t(begin); i < end; ++i) {
+            const Vec3 y = surface_.at(i, x);
+            for (std::uint32_t c = 0; c < obstacles_.size(); ++c) {
+                const DistanceSample d = distanceAt(y, c, places);
+                const double depth = -d.value - surface_.memory(i).allowance;
+                if (depth > 0) part[begin / kChunk].push_back({i, c, depth, d.gradient});
+            }
+        }
+    });
+    std::vector<Touch> all;
+    for (const auto& p : part) all.insert(all.end(), p.begin(), p.end());
+    return all;
+}
+
+void Colliders::begin(const solver::StepStart& start)
+{
+    surface_.settle();
+    length_ = std::isfinite(start.dt) ? start.dt : start.time - now_;
+    from_ = start.time - length_;
+    start_ = placesAt(from_);
+    places_ = placesAt(start.time);
+    parallelChunks(surface_.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+        for (std::uint32_t i = std::uint32_t(begin); i < end; ++i)
+            if (double& allowance = surface_.memory(i).allowance; allowance == TouchMemory::kUnseen)
+                allowance = deepest(i, start.x, start_);
+    });
+    hold(start.x);
+}
+
+/// What each sample rubs on: where the step begins, what pushes it most.
+void Colliders::hold(std::span<const Vec3> x)
+{
+    held_.clear();
+    for (const Touch& t : touches(x, start_)) {
+        const double push = forceOf(t).norm(), friction = obstacles_[t.collider].collider().friction;
+        if (!(friction * push > 0)) continue;
+        const Rub rub =
+            contact::makeRub(t.outward.normalized(), friction * push, surface_.area(t.sample) * lawOf(t.sample).k(),
+                             surface_.memory(t.sample).stretch);
+        const Vec3 carried = places_[t.collider](start_[t.collider].inverse(surface_.at(t.sample, x)));
+        const bool again = !held_.empty() && held_.back().sample == t.sample;
+        if (!again)
+            held_.push_back({t.sample, t.collider, rub, carried});
+        else if (rub.limit > held_.back().rub.limit)
+            held_.back() = {t.sample, t.collider, rub, carried};
+    }
+}
+
+double Colliders::evaluate(std::span<const Vec3> x, std::span<Vec3> gradient) const
+{
+    const std::vector<Touch> now = touches(x, places_);
+    if (now.empty() && held_.empty()) return 0;
+    std::vector<Vec3> force(surface_.size(), Vec3::Zero());
+    double energy = 0;
+    for (const Touch& t : now) {
+        energy += energyOf(t);
+        force[t.sample] += forceOf(t);
+    }
+    for (const Held& h : held_) {
+        const Vec3 slip = slipOf(h, x);
+        energy += h.rub.energy(slip);
+        force[h.sample] += h.rub.force(slip);
+    }
+    surface_.addForces(force, gradient);
+    return energy;
+}
+
+void Colliders::linearize(std::span<const Vec3> x, std::vector<solver::Coupling>& couplings) const
+{
+    const auto add = [&](std::uint32_t sample, const Mat3& Q) {
+        solver::Coupling c;
+        const tetmesh::EmbeddedPoint& p = surface_.point(sample);
+        for (std::size_t a = 0; a < 4; ++a) c.node[a] = p.node[a], c.weight[a] = float(p.weight[a]);
+        c.Q = contact::blockOf(Q);
+        couplings.push_back(c);
+    };
+    for (const Touch& t : touches(x, places_))
+        add(t.sample, surface_.area(t.sample) * lawOf(t.sample).stiffness(t.depth) * t.outward * t.outward.transpose());
+    for (const Held& h : held_) add(h.sample, h.rub.stiffness(slipOf(h, x)));
+}
+
+/// Contact holds energy, and colliders that move bring some; friction takes it, but for what stretches slip.
+solver::EnergyFlow Colliders::flow(const solver::Leg& leg) const
+{
+    const Places end = placesAt(from_ + leg.length * length_);
+    double before = 0, after = 0, along = 0, brought = 0, stretched = 0, rubbed = 0;
+    for (const Touch& t : touches(leg.from, start_)) before += energyOf(t);
+    for (const Touch& t : touches(leg.to, end)) after += energyOf(t);
+    const auto push = [&](std::uint32_t sample, std::uint32_t collider, const Vec3& force) {
+        const Vec3 y0 = surface_.at(sample, leg.from), way = surface_.at(sample, leg.to) - y0,
+                   carried = end[collider](start_[collider].inverse(y0)) - y0;
+        along += force.dot(way);
+        brought += force.dot(carried);
+        return Vec3(way - carried);
+    };
+    for (const Touch& t : touches(leg.at, places_)) push(t.sample, t.collider, forceOf(t));
+    for (const Held& h : held_) {
+        const Vec3 slip = slipOf(h, leg.at), force = h.rub.force(slip), way = push(h.sample, h.collider, force);
+        stretched += force.dot(h.rub.kept(slip) - h.rub.stretch);
+        rubbed -= force.dot(way);
+    }
+    const double work = before - after + brought + stretched, dissipated = rubbed + stretched;
+    return {work, dissipated, work - dissipated - along};
+}
+
+void Colliders::accept(std::span<const Vec3> x, double dt)
+{
+    now_ += dt;
+    const Places places = placesAt(now_);
+    std::vector<Vec3> stretch(surface_.size(), Vec3::Zero());
+    for (const Held& h : held_) stretch[h.sample] = h.rub.kept(slipOf(h, x));
+    parallelChunks(surface_.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+        for (std::uint32_t i = std::uint32_t(begin); i < end; ++i) {
+            TouchMemory& m = surface_.memory(i);
+            const double depth = deepest(i, x, places);
+            m = {std::min(m.allowance, depth), depth > 0 ? stretch[i] : Vec3::Zero()};
+        }
+    });
+}
+
+/// No sample passes more than half a collider in a step, so none comes out on the other side.
+double Colliders::largestStep(const solver::State& state)
+{
+    constexpr double kShort = 1e-6;  // s: in which a collider's speed is measured
+    surface_.settle();
+    const Places now = placesAt(now_), soon = placesAt(now_ + kShort);
+    const double rate = orderedMax(surface_.size(), kChunk, 0, [&](std::size_t begin, std::size_t end) {
+        double most = 0;
+        for (std::uint32_t i = std::uint32_t(begin); i < end; ++i) {
+            const Vec3 y = surface_.at(i, state.x), v = surface_.at(i, state.v);
+            for (std::size_t c = 0; c < obstacles_.size(); ++c) {
+                const double room = obstacles_[c].halfThickness();
+                if (!std::isfinite(room)) continue;
+                const Vec3 carried = (soon[c](now[c].inverse(y)) - y) / kShort;
+                most = std::max(most, (v - carried).norm() / (room + std::max(0., distanceAt(y, c, now).value)));
+            }
+        }
+        return most;
+    });
+    return rate > 0 ? 1 / rate : kInfinity;
+}
+
+std::unique_ptr<core::Effect> make(const scene::Values&, const scene::Scene& scene)
+{
+    return std::make_unique<Colliders>(ContactSettings{}, scene);
+}
+
+bool inScene(const scene::Scene& scene) { return !scene.colliders.empty(); }
+
+}  // namespace
+
+EffectInfo collider()
+{
+    return {.table = {"collider", "", {}}, .stages = "solve, limit on the time step", .make = make, .inScene = inScene};
+}
+
+}  // namespace vdbfrac::effects

@@ -1,0 +1,32 @@
+// The distance to a solid that was read from a file, all the way to its middle.
+#pragma once
+
+#include <vdbfrac/base/primitive.h>
+#include <vdbfrac/scene/scene.h>
+
+#include <cstdint>
+#include <memory>
+
+namespace vdbfrac::grid {
+
+/// Owner of a level set whose band reaches through the whole inside; the middle is where it is deepest.
+class DistanceField {
+public:
+    /// Of a collider that is a mesh or a level set, in the voxels of the scene. Errors as makeLevelSet().
+    DistanceField(const scene::Collider& collider, const scene::Grid& grid, std::uint64_t memoryLimit);
+    DistanceField(DistanceField&&) noexcept;
+    ~DistanceField();
+
+    /// Trilinear between voxels, with the gradient of that. Beyond the band outside its width, and no gradient. May be
+    /// called from any number of threads.
+    DistanceSample at(const Vec3& X) const;
+    double deepest() const { return deepest_; }  ///< m inside
+    std::size_t bytes() const;
+
+private:
+    struct Data;
+    std::unique_ptr<Data> data_;
+    double deepest_ = 0;
+};
+
+}  // namespace vdbfrac::grid

@@ -1,0 +1,70 @@
+#include <vdbfrac/grid/distance_field.h>
+
+#include "openvdb_access.h"
+
+#include <vdbfrac/grid/body_level_set.h>
+
+#include <openvdb/tools/FastSweeping.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace vdbfrac::grid {
+
+struct DistanceField::Data {
+    openvdb::FloatGrid::Ptr phi;
+    double dx;
+};
+
+namespace {
+
+/// Carries phi on from its band to the middle, by fast sweeping.
+openvdb::FloatGrid::Ptr filled(const openvdb::FloatGrid& band)
+{
+    const openvdb::Coord across = materialVoxels(band).dim();
+    const int halfAcross = std::min({across.x(), across.y(), across.z()}) / 2 + 1;
+    return openvdb::tools::dilateSdf(band, halfAcross, openvdb::tools::NN_FACE, 1,
+                                     openvdb::tools::FastSweepingDomain::SWEEP_LESS_THAN_ISOVALUE);
+}
+
+double deepestOf(const openvdb::FloatGrid& phi)
+{
+    float least = 0;
+    for (auto leaf = phi.tree().cbeginLeaf(); leaf; ++leaf)
+        for (auto v = leaf->cbeginValueOn(); v; ++v) least = std::min(least, *v);
+    return -double(least);
+}
+
+}  // namespace
+
+DistanceField::DistanceField(const scene::Collider& collider, const scene::Grid& grid, std::uint64_t memoryLimit)
+{
+    LevelSet band = makeLevelSet(collider, grid, memoryLimit);
+    data_ = std::make_unique<Data>(Data{filled(*band.grid().grid), grid.voxelSize});
+    deepest_ = deepestOf(*data_->phi);
+}
+DistanceField::DistanceField(DistanceField&&) noexcept = default;
+DistanceField::~DistanceField() = default;
+
+DistanceSample DistanceField::at(const Vec3& X) const
+{
+    const openvdb::FloatGrid::ConstUnsafeAccessor voxels(data_->phi->tree());
+    const Vec3 at = X / data_->dx, low = at.array().floor(), t = at - low;
+    double value = 0;
+    Vec3 gradient = Vec3::Zero();
+    for (int c = 0; c < 8; ++c) {
+        const Vec3 side(c & 1, c >> 1 & 1, c >> 2);
+        const Vec3 share = side.cwiseProduct(t) + (Vec3::Ones() - side).cwiseProduct(Vec3::Ones() - t);
+        const Vec3 slope = 2 * side - Vec3::Ones();
+        const double phi =
+            voxels.getValue(toVdb({int((low + side).x()), int((low + side).y()), int((low + side).z())}));
+        value += share.prod() * phi;
+        gradient += phi * Vec3(slope.x() * share.y() * share.z(), slope.y() * share.z() * share.x(),
+                               slope.z() * share.x() * share.y());
+    }
+    return {value, gradient / data_->dx};
+}
+
+std::size_t DistanceField::bytes() const { return data_->phi->memUsage(); }
+
+}  // namespace vdbfrac::grid
