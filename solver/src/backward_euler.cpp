@@ -62,6 +62,7 @@ private:
     }
     static double relative(const Point& p) { return relative(p, p.norm); }
     void lift();
+    void descendToRest();
     enum class Search { accepted, failed, crease };
     bool improve();
     bool descend();
@@ -307,6 +308,7 @@ const StepReport& BackwardEuler::Newton::run(State& state)
 {
     // Of a cell: strains for which the linearised body is a better start than one at rest.
     constexpr double kJump = 0.1;
+    constexpr int kMostRefreshes = 3;  // what alternates between two states is left in one of them
     if (objective_.jump() > kJump * objective_.elastic().h()) {
         lift();
     } else {
@@ -314,16 +316,28 @@ const StepReport& BackwardEuler::Newton::run(State& state)
         objective_.evaluate(here_);
     }
     report_.minResidual = relative(here_);
+    descendToRest();
+    for (int n = 0; n < kMostRefreshes && report_.status == StepStatus::converged; ++n) {
+        if (!objective_.refresh(here_.x)) break;
+        objective_.evaluate(here_);
+        crease_ = -1;
+        descendToRest();
+    }
+    finish(state);
+    return report_;
+}
+
+void BackwardEuler::Newton::descendToRest()
+{
+    const int most = report_.newtonIterations + settings_.iterations;
     while (!isConverged(here_) && crease_ < 0) {
-        if (report_.newtonIterations == settings_.iterations || !improve()) {
+        if (report_.newtonIterations >= most || !improve()) {
             report_.status = StepStatus::capped;
             break;
         }
         ++report_.newtonIterations;
         report_.minResidual = std::min(report_.minResidual, relative(here_));
     }
-    finish(state);
-    return report_;
 }
 
 BackwardEuler::BackwardEuler(const ElasticOperator& elastic, const NewtonSettings& settings)

@@ -97,6 +97,13 @@ void Objective::evaluate(Point& p)
     measureForces(p, phiScale - std::abs(p.elastic));
 }
 
+bool Objective::refresh(std::span<const Vec3> x)
+{
+    bool changed = false;
+    for (Potential* potential : potentials_) changed = potential->refresh(x) || changed;
+    return changed;
+}
+
 /// Adds inertia and outer forces to the gradient, which holds the elastic ones, and measures all of them in one pass.
 /// `outerEnergy`: magnitude of what potentials have added to phi [J].
 void Objective::measureForces(Point& p, double outerEnergy)

@@ -40,6 +40,8 @@ public:
 
     /// All about p.x; system() and addProduct() belong to this x then.
     void evaluate(Point& p);
+    /// Lets potentials bring themselves up to date at a solution; has one changed?
+    bool refresh(std::span<const Vec3> x);
     /// J that the elastic forces at the x last evaluated take along the way from `from`; `gradient`: of Phi there.
     double elasticWork(std::span<const Vec3> x, std::span<const Vec3> gradient, std::span<const Vec3> from) const;
     /// Takes the held nodes to their targets.

@@ -83,22 +83,27 @@ TEST_P(Resumed, StepsHaveTheBitsOfARunThatWasNeverInterrupted)
 
 INSTANTIATE_TEST_SUITE_P(
     Settings, Resumed,
-    testing::Values(std::vector<std::string>{}, std::vector<std::string>{"solver.linear_solver=\"multigrid\""},
-                    std::vector<std::string>{"solver.linear_solver=\"direct\""},
-                    std::vector<std::string>{"solver.integrator=\"midpoint\""},
-                    std::vector<std::string>{"solver.integrator=\"sdirk2\""},
-                    std::vector<std::string>{"solver.integrator=\"static\""},
-                    std::vector<std::string>{"grid.lattice=\"five\""},
-                    std::vector<std::string>{"grid.lattice=\"delaunay\""},
-                    std::vector<std::string>{"grid.coarsening=2", "fracture.grip_margin=0.1", "fracture.toughness=20"},
-                    std::vector<std::string>{"fracture.relevel_every=3"}, std::vector<std::string>{"grid.half_width=8"},
-                    std::vector<std::string>{"body.0.shape={ box = { size = [0.8, 1, 0.8] } }", "grid.voxel_size=0.1"},
-                    std::vector<std::string>{"solver.precision=\"double\""},
-                    std::vector<std::string>{
-                        "collider=[{ shape = { halfspace = { normal = [0, 0, -1], offset = 0.21 } }, "
-                        "move = { velocity = [0, 0, 0.04] } }]"},
-                    std::vector<std::string>{"solver.integrator=\"symplectic_euler\"", "time.frames=[1,2]",
-                                             "damping.stiffness=0"}));
+    testing::Values(
+        std::vector<std::string>{}, std::vector<std::string>{"solver.linear_solver=\"multigrid\""},
+        std::vector<std::string>{"solver.linear_solver=\"direct\""},
+        std::vector<std::string>{"solver.integrator=\"midpoint\""},
+        std::vector<std::string>{"solver.integrator=\"sdirk2\""},
+        std::vector<std::string>{"solver.integrator=\"static\""}, std::vector<std::string>{"grid.lattice=\"five\""},
+        std::vector<std::string>{"grid.lattice=\"delaunay\""},
+        std::vector<std::string>{"grid.coarsening=2", "fracture.grip_margin=0.1", "fracture.toughness=20"},
+        std::vector<std::string>{"fracture.relevel_every=3"}, std::vector<std::string>{"grid.half_width=8"},
+        std::vector<std::string>{"body.0.shape={ box = { size = [0.8, 1, 0.8] } }", "grid.voxel_size=0.1"},
+        std::vector<std::string>{"solver.precision=\"double\""},
+        std::vector<std::string>{"collider=[{ shape = { halfspace = { normal = [0, 0, -1], offset = 0.21 } }, "
+                                 "move = { velocity = [0, 0, 0.04] } }]"},
+        std::vector<std::string>{"contact={}", "body.1.shape.box.center=[0.41, 0, 0]"},
+        std::vector<std::string>{"contact={}", "body.1.shape.box.center=[0.41, 0, 0]", "time.substeps=3"},
+        std::vector<std::string>{"contact={}", "body.1.shape.box.center=[0.41, 0, 0]", "time.frames=[1,2]",
+                                 "damping.stiffness=0", "solver.integrator=\"symplectic_euler\"",
+                                 "collider=[{ shape = { halfspace = { normal = [0, 0, -1], offset = 0.21 } }, "
+                                 "move = { velocity = [0, 0, 0.04] } }]"},
+        std::vector<std::string>{"solver.integrator=\"symplectic_euler\"", "time.frames=[1,2]",
+                                 "damping.stiffness=0"}));
 
 TEST(Checkpoint, HoldsTheStateToTheBit)
 {

@@ -23,7 +23,7 @@ std::string vector(const Vec3& v) { return "[" + number(v.x()) + ", " + number(v
 
 /// A block at rest on y = 0, 8 voxels wide and 4 high, faces on planes of nodes.
 struct Sled {
-    static constexpr double kDx = 0.05, kHeight = 0.2, kWidth = 0.4;  // m: voxels unless told otherwise
+    static constexpr double kDx = 0.05, kHeight = 0.2;  // m: voxels unless told otherwise
     Vec3 gravity{0, -kG, 0};
     double start = 0;  // m/s along x
     double friction = 0.3;
@@ -112,12 +112,11 @@ TEST(Collider, ForcesAndTheirDerivativeAreThoseOfTheEnergy)
     EXPECT_LT(tangent, exact * (1 + kCurvature));
 }
 
-/// k s^2 / (2 s1) = p: how far a block sinks that touched and had no weight. The cut takes half a cell off each edge,
-/// and what is left carries all.
+/// k s^2 / (2 s1) = p: how far a block sinks that touched and had no weight.
 TEST(Collider, CarriesAWeightAtTheDepthOfItsStiffness)
 {
-    constexpr double kSmooth = 0.02, kWithin = 0.015, kDx = 0.025;  // of a cell; relative; m
-    constexpr double kStiff = 1e7;                                  // Pa: so stiff that it keeps its shape
+    constexpr double kSmooth = 0.02, kWithin = 0.01, kDx = 0.025;  // of a cell; relative; m
+    constexpr double kStiff = 1e7;                                 // Pa: so stiff that it keeps its shape
     for (const char* lattice : {"six", "five"}) {
         SceneRun run(
             Sled{.friction = 0, .youngsModulus = kStiff, .frames = 24, .voxel = kDx, .lattice = lattice}.text());
@@ -127,8 +126,7 @@ TEST(Collider, CarriesAWeightAtTheDepthOfItsStiffness)
         for (std::size_t i = 0; i < start.size(); ++i)
             if (std::abs(start[i].y()) < .1 * kDx) sunk.push_back(start[i].y() - run.simulation.x()[i].y());
         std::nth_element(sunk.begin(), sunk.begin() + std::ptrdiff_t(sunk.size() / 2), sunk.end());
-        const double left = 1 - kDx / Sled::kWidth, p = kDensity * kG * Sled::kHeight / (left * left),
-                     k = kBeta * kStiff / kDx;
+        const double p = kDensity * kG * Sled::kHeight, k = kBeta * kStiff / kDx;
         EXPECT_NEAR(sunk[sunk.size() / 2] / std::sqrt(2 * kSmooth * kDx * p / k), 1, kWithin) << lattice;
     }
 }
@@ -232,7 +230,8 @@ TEST(Collider, LetsNothingThrough)
     text.replace(text.find("substeps = 1"), 12, "substeps = \"auto\"");
     SceneRun run(text);
     run.toEnd();
-    for (const Vec3& x : run.simulation.x()) EXPECT_GT(x.y(), -.41);
+    constexpr double kThrough = -.385 - .05;  // m: a cell below the top of the plate, as nodes of cut cells may be
+    for (const Vec3& x : run.simulation.x()) EXPECT_GT(x.y(), kThrough);
     EXPECT_GT(velocity(run.simulation).y(), 0);
 }
 

@@ -4,6 +4,10 @@
 
 #include <vdbfrac/base/parallel.h>
 
+#include <Eigen/Dense>
+
+#include <algorithm>
+
 namespace vdbfrac::tetmesh {
 
 namespace {
@@ -91,5 +95,69 @@ EmbeddedSurface extractSurface(const CutMesh& mesh)
 }
 
 EmbeddedSurface CutMesh::surface() const { return extractSurface(*this); }
+
+namespace {
+
+/// Barycentric coordinates in the parts of a stencil from those in their tets.
+std::vector<TetMatrix> insideParts(const CutMesh& mesh, CellShape shape)
+{
+    const CellStencil& stencil = mesh.stencil(shape);
+    CellElement unit;
+    unit.shape = shape;
+    std::vector<TetMatrix> inside;
+    for (const SubTet& sub : stencil.subTets) {
+        Eigen::Matrix4d corners;  // in the tet, a column each
+        for (int k = 0; k < 4; ++k) {
+            const EmbeddedPoint p = embed(mesh, unit, sub.parent, stencil.vertices[sub.vertex[std::size_t(k)]].toVec());
+            for (int a = 0; a < 4; ++a) corners(a, k) = p.weight[std::size_t(a)];
+        }
+        const Eigen::Matrix4d back = corners.inverse();
+        inside.emplace_back();
+        for (int k = 0; k < 4; ++k)
+            for (int a = 0; a < 4; ++a) inside.back()[std::size_t(k)][std::size_t(a)] = back(k, a);
+    }
+    return inside;
+}
+
+}  // namespace
+
+PhiTets CutMesh::phiTets(double depth) const
+{
+    constexpr CellShape kShapes[] = {CellShape::six, CellShape::fiveEven, CellShape::fiveOdd};
+    PhiTets result;
+    result.inside.push_back({{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}}});
+    std::array<std::uint32_t, 3> first{};
+    for (CellShape shape : kShapes) {
+        if ((shape == CellShape::six) != (lattice_.kind == Lattice::Kind::six)) continue;
+        first[std::size_t(shape)] = std::uint32_t(result.inside.size());
+        for (const TetMatrix& m : insideParts(*this, shape)) result.inside.push_back(m);
+    }
+    std::vector<double> phi;
+    const auto add = [&](std::uint32_t element, std::size_t subTet) {
+        const CellElement& e = elements_[element];
+        const SubTet& sub = stencil(e.shape).subTets[subTet];
+        std::array<double, 4> value;
+        for (std::size_t k = 0; k < 4; ++k) value[k] = phi[sub.vertex[k]];
+        if (*std::max_element(value.begin(), value.end()) < -depth) return;
+        if (*std::min_element(value.begin(), value.end()) >= 0) return;  // attached: it has no surface
+        const std::uint32_t part = first[std::size_t(e.shape)] + std::uint32_t(subTet);
+        PhiTet tet{element, lattice_.coarsening > 1 ? part : 0, {}, {}};
+        for (std::size_t a = 0; a < 4; ++a) {
+            tet.node[a] = e.node[std::size_t(cellTets(e.shape).corner[sub.parent][a])];
+            double sum = 0;
+            for (std::size_t k = 0; k < 4; ++k) sum += result.inside[part][k][a] * value[k];
+            tet.phi[a] = float(sum);
+        }
+        result.tets.push_back(tet);
+    };
+    for (const Cell& cell : cells_) {
+        const CellStencil& s = stencil(lattice_.shapeOf(cell.coord));
+        seenPhi(lattice_.coarsening * cell.coord, s.vertices, phi);
+        if (cell.whole && *std::max_element(phi.begin(), phi.end()) < -depth) continue;
+        for (std::size_t n = 0; cell.whole && n < s.subTets.size(); ++n) add(cell.firstElement, n);
+        for (const Piece& piece : cell.pieces) add(cell.firstElement + piece.element, piece.subTet);
+    }
+    return result;
+}
 
 }  // namespace vdbfrac::tetmesh

@@ -323,6 +323,20 @@ EmbeddedSurface CutTetMesh::surface() const
     });
 }
 
+PhiTets CutTetMesh::phiTets(double depth) const
+{
+    PhiTets result;
+    result.inside.push_back({{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}}});
+    for (std::uint32_t e = 0; e < elements_.size(); ++e) {
+        PhiTet tet{e, 0, {}, {}};
+        std::copy_n(elements_[e].node.begin(), 4, tet.node.begin());
+        for (std::size_t a = 0; a < 4; ++a) tet.phi[a] = float(seen_[tets_[tetOfElement_[e]][a]]);
+        const auto [least, most] = std::minmax_element(tet.phi.begin(), tet.phi.end());
+        if (double(*most) >= -depth && *least < 0) result.tets.push_back(tet);
+    }
+    return result;
+}
+
 /// A scene without fracture never needs them.
 const NodalWeights& CutTetMesh::weights() const
 {

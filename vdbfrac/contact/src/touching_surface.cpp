@@ -4,7 +4,7 @@
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/grid/phi_sampler.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cmath>
@@ -19,18 +19,7 @@ using tetmesh::EmbeddedPoint;
 /// Voxels that the cut may be off the surface.
 constexpr double kOffSurface = 0.1;
 
-/// The point of the nodes' tet that is at X at rest, inside or not.
-EmbeddedPoint movedTo(const Vec3& X, const EmbeddedPoint& point, const tetmesh::BodyMesh& mesh)
-{
-    std::array<Vec3, 4> corner;
-    for (std::size_t a = 0; a < 4; ++a) corner[a] = mesh.restPosition(point.node[a]);
-    Mat3 edges;
-    edges << corner[1] - corner[0], corner[2] - corner[0], corner[3] - corner[0];
-    const Vec3 b = edges.inverse() * (X - corner[0]);
-    return {point.node, {1 - b.sum(), b.x(), b.y(), b.z()}};
-}
-
-Vec3 restPosition(const EmbeddedPoint& point, const tetmesh::BodyMesh& mesh)
+Vec3 atRest(const EmbeddedPoint& point, const tetmesh::BodyMesh& mesh)
 {
     Vec3 X = Vec3::Zero();
     for (std::size_t a = 0; a < 4; ++a) X += point.weight[a] * mesh.restPosition(point.node[a]);
@@ -55,10 +44,13 @@ TouchingSurface::Own TouchingSurface::samplesOf(const core::Body& body) const
     const tetmesh::BodyMesh& mesh = *body.mesh;
     tetmesh::EmbeddedSurface surface = mesh.surface();
     const std::size_t count = surface.points.size();
-    Own own{std::move(surface.points), std::vector<double>(count), std::move(surface.key)};
+    Own own;
+    own.point = std::move(surface.points);
+    own.key = std::move(surface.key);
+    own.area.resize(count), own.reach.resize(count), own.rest.resize(count);
     std::vector<Vec3> X(count), normal(count, Vec3::Zero());
     parallelChunks(count, kChunk, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) X[i] = restPosition(own.point[i], mesh);
+        for (std::size_t i = begin; i < end; ++i) X[i] = atRest(own.point[i], mesh);
     });
     for (const auto& t : surface.triangles) {
         const Vec3 twice = (X[t[1]] - X[t[0]]).cross(X[t[2]] - X[t[0]]);
@@ -73,15 +65,14 @@ TouchingSurface::Own TouchingSurface::samplesOf(const core::Body& body) const
         std::vector<double> value(at.size());
         phi(at, value);
         for (std::size_t i = 0; i < at.size(); ++i) {
+            const double off = std::clamp(value[i], -farthest, farthest);
             own.area[begin + i] = out[i].norm() / 6;
-            out[i].stableNormalize();
-            at[i] += (gap_ - std::clamp(value[i], -farthest, farthest)) * out[i];
+            own.reach[begin + i] = -off;
+            own.rest[begin + i] = {at[i], out[i].stableNormalized()};
+            at[i] += (gap_ - off) * own.rest[begin + i].normal;
         }
         phi(at, value);
-        for (std::size_t i = 0; i < at.size(); ++i) {
-            const Vec3 sample = at[i] - std::clamp(gap_ - value[i], 0., gap_) * out[i];
-            own.point[begin + i] = movedTo(sample, own.point[begin + i], mesh);
-        }
+        for (std::size_t i = 0; i < at.size(); ++i) own.reach[begin + i] += std::clamp(value[i], 0., gap_);
     });
     return own;
 }
@@ -89,6 +80,7 @@ TouchingSurface::Own TouchingSurface::samplesOf(const core::Body& body) const
 void TouchingSurface::recut(const core::Body& body)
 {
     isSettled_ = false;
+    point_.clear();  // nodes are numbered anew
     const std::size_t b = std::size_t(&body - bodies_.data());
     const Own before = std::move(own_[b]);
     own_[b] = samplesOf(body);
@@ -111,7 +103,7 @@ void TouchingSurface::settle()
 {
     if (isSettled_) return;
     isSettled_ = true;
-    point_.clear(), area_.clear(), body_.clear();
+    point_.clear(), area_.clear(), reach_.clear(), rest_.clear(), body_.clear();
     std::size_t nodes = 0;
     for (std::size_t b = 0; b < bodies_.size(); ++b) {
         for (EmbeddedPoint p : own_[b].point) {
@@ -119,6 +111,8 @@ void TouchingSurface::settle()
             point_.push_back(p);
         }
         area_.insert(area_.end(), own_[b].area.begin(), own_[b].area.end());
+        reach_.insert(reach_.end(), own_[b].reach.begin(), own_[b].reach.end());
+        rest_.insert(rest_.end(), own_[b].rest.begin(), own_[b].rest.end());
         body_.resize(point_.size(), std::uint16_t(b));
         nodes = std::max(nodes, bodies_[b].firstNode + bodies_[b].mesh->nodeCount());
     }
@@ -165,6 +159,7 @@ void TouchingSurface::save(const std::string& name, core::Archive& archive) cons
 void TouchingSurface::restoreFrom(const std::string& name, const core::Archive& archive)
 {
     isSettled_ = false;
+    point_.clear();
     for (std::size_t b = 0, first = 0; b < bodies_.size(); first += own_[b++].key.size()) {
         own_[b] = samplesOf(bodies_[b]);
         own_[b].first = first;
@@ -184,10 +179,10 @@ std::size_t TouchingSurface::bytes() const
 {
     std::size_t own = 0;
     for (const Own& o : own_)
-        own += o.point.capacity() * sizeof(EmbeddedPoint) + o.area.capacity() * sizeof(double) +
+        own += o.point.capacity() * sizeof(EmbeddedPoint) + (o.area.capacity() + o.reach.capacity()) * sizeof(double) +
                o.key.capacity() * sizeof(std::uint64_t);
-    return own + memory_.capacity() * sizeof(TouchMemory) + point_.capacity() * sizeof(EmbeddedPoint) +
-           area_.capacity() * sizeof(double) + body_.capacity() * sizeof(std::uint16_t) +
+    return 2 * own + memory_.capacity() * sizeof(TouchMemory) + point_.capacity() * sizeof(EmbeddedPoint) +
+           (area_.capacity() + reach_.capacity()) * sizeof(double) + body_.capacity() * sizeof(std::uint16_t) +
            (node_.capacity() + start_.capacity()) * sizeof(std::uint32_t) + share_.capacity() * sizeof(Share);
 }
 

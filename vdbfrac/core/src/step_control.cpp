@@ -49,8 +49,8 @@ double StepControl::limit(double spread, const StepOutlook& outlook) const
     double limit = 1 / settings_.fps;
     if (settings_.substeps > 0) return limit / settings_.substeps;
     if (spread > 0) limit = std::min(limit, settings_.nodeCfl * h_ / spread);
-    limit = std::min(limit, outlook.integrator.largestStep(outlook.stages.solve, outlook.state.x));
     for (StepLimit* l : outlook.stages.limits) limit = std::min(limit, l->largestStep(outlook.state));
+    limit = std::min(limit, outlook.integrator.largestStep(outlook.stages.solve, outlook.state.x));
     return limit;
 }
 

@@ -1,7 +1,7 @@
 // Colliders: solids that push bodies out, and rub against them.
 //
-//   U(x) = sum over samples s and colliders c of A_s psi(-g - a_s),  g = d_c(T_c^-1 y_s)
-//   y_s  a point of the surface, moved outward by the gap; A_s its area at rest
+//   U(x) = sum over samples s and colliders c of A_s psi(-g - a_s),  g = d_c(T_c^-1 y_s) - r_s
+//   y_s  a point of the surface; A_s its area at rest, r_s its reach
 //   d_c  signed distance of a collider where it was at t = 0, T_c where it is when the forces are taken
 //   a_s  allowance: how deep a sample already was when it was first seen. What is born tangled is not thrown out, but
 //        goes no deeper; it only falls.
@@ -24,12 +24,12 @@ namespace vdbfrac::effects {
 
 namespace {
 
-using contact::ContactSettings;
 using contact::Penalty;
 using contact::Rub;
 using contact::TouchingSurface;
 using contact::TouchMemory;
 
+constexpr double kGap = 0.25;  // voxels that surfaces stay away, where there is as much room at rest
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::uint64_t kFileMemory = std::uint64_t{4} << 30;  // bytes that the level set of one file may take
 
@@ -78,8 +78,7 @@ class Colliders : public core::Effect,
                   public core::RecutStage,
                   public core::Persistent {
 public:
-    Colliders(const ContactSettings& settings, const scene::Scene& scene)
-        : settings_(settings), dx_(scene.grid.voxelSize), h_(scene.grid.coarsening * dx_)
+    explicit Colliders(const scene::Scene& scene) : dx_(scene.grid.voxelSize), h_(scene.grid.coarsening * dx_)
     {
         for (const scene::Collider& c : scene.colliders) obstacles_.emplace_back(c, scene.grid);
     }
@@ -94,8 +93,9 @@ public:
     }
     void start(std::span<const core::Body> bodies, std::vector<std::string>&) override
     {
-        surface_.start(bodies, settings_.gap * dx_);
-        for (const core::Body& body : bodies) law_.push_back(settings_.penaltyOf(body.material.youngsModulus(), h_));
+        surface_.start(bodies, kGap * dx_);
+        for (const core::Body& body : bodies)
+            law_.push_back(contact::penaltyOf(contact::kBeta, body.material.youngsModulus(), h_));
     }
 
     void begin(const solver::StepStart& start) override;
@@ -151,12 +151,12 @@ private:
     {
         double depth = 0;
         for (std::size_t c = 0; c < obstacles_.size(); ++c)
-            depth = std::max(depth, -distanceAt(surface_.at(sample, x), c, places).value);
+            depth = std::max(depth, surface_.reach(sample) - distanceAt(surface_.at(sample, x), c, places).value);
         return depth;
     }
+    void see(std::span<const Vec3> x, const Places& places);
     void hold(std::span<const Vec3> x);
 
-    ContactSettings settings_;
     double dx_, h_;  // m
     std::vector<Obstacle> obstacles_;
     std::vector<Penalty> law_;  // of each body
@@ -179,7 +179,7 @@ std::vector<Touch> Colliders::touches(std::span<const Vec3> x, const Places& pla
             const Vec3 y = surface_.at(i, x);
             for (std::uint32_t c = 0; c < obstacles_.size(); ++c) {
                 const DistanceSample d = distanceAt(y, c, places);
-                const double depth = -d.value - surface_.memory(i).allowance;
+                const double depth = surface_.reach(i) - d.value - surface_.memory(i).allowance;
                 if (depth > 0) part[begin / kChunk].push_back({i, c, depth, d.gradient});
             }
         }
@@ -196,12 +196,18 @@ void Colliders::begin(const solver::StepStart& start)
     from_ = start.time - length_;
     start_ = placesAt(from_);
     places_ = placesAt(start.time);
+    see(start.x, start_);
+    hold(start.x);
+}
+
+/// Samples that are new may be as deep as they are.
+void Colliders::see(std::span<const Vec3> x, const Places& places)
+{
     parallelChunks(surface_.size(), kChunk, [&](std::size_t begin, std::size_t end) {
         for (std::uint32_t i = std::uint32_t(begin); i < end; ++i)
             if (double& allowance = surface_.memory(i).allowance; allowance == TouchMemory::kUnseen)
-                allowance = deepest(i, start.x, start_);
+                allowance = deepest(i, x, places);
     });
-    hold(start.x);
 }
 
 /// What each sample rubs on: where the step begins, what pushes it most.
@@ -301,6 +307,9 @@ double Colliders::largestStep(const solver::State& state)
     constexpr double kShort = 1e-6;  // s: in which a collider's speed is measured
     surface_.settle();
     const Places now = placesAt(now_), soon = placesAt(now_ + kShort);
+    start_ = places_ = now;
+    see(state.x, now);
+    hold(state.x);
     const double rate = orderedMax(surface_.size(), kChunk, 0, [&](std::size_t begin, std::size_t end) {
         double most = 0;
         for (std::uint32_t i = std::uint32_t(begin); i < end; ++i) {
@@ -319,7 +328,7 @@ double Colliders::largestStep(const solver::State& state)
 
 std::unique_ptr<core::Effect> make(const scene::Values&, const scene::Scene& scene)
 {
-    return std::make_unique<Colliders>(ContactSettings{}, scene);
+    return std::make_unique<Colliders>(scene);
 }
 
 bool inScene(const scene::Scene& scene) { return !scene.colliders.empty(); }

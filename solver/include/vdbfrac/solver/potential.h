@@ -62,6 +62,9 @@ public:
     /// Adds what couples nodes at x to `couplings`: the rest of the Hessian, positive semidefinite. Where forces have
     /// no share in the tangent, nothing.
     virtual void linearize(std::span<const Vec3> /*x*/, std::vector<Coupling>& /*couplings*/) const {}
+    /// The step is solved at x. What holds for this step only may be brought up to date there: is that enough of a
+    /// change to solve on?
+    virtual bool refresh(std::span<const Vec3> /*x*/) { return false; }
     /// A step of `dt` [s] has come to its end at x, and is kept.
     virtual void accept(std::span<const Vec3> /*x*/, double /*dt*/) {}
     /// What it did along a leg of the step that begin() was told of; before accept(). The columns of the effect.

@@ -5,6 +5,7 @@
 #include <vdbfrac/tetmesh/cell.h>
 #include <vdbfrac/tetmesh/embedded_surface.h>
 #include <vdbfrac/tetmesh/node_field.h>
+#include <vdbfrac/tetmesh/phi_tets.h>
 
 #include <array>
 #include <cstdint>
@@ -106,6 +107,8 @@ public:
 
     /// Closed surface of the material, normals outward.
     virtual EmbeddedSurface surface() const = 0;
+    /// The tets with material that are no deeper below the surface than `depth` [m] with all of their corners.
+    virtual PhiTets phiTets(double depth) const = 0;
 
     /// Voxel nodes of all tets whose energy density exceeds `threshold`, sorted, each once. No other voxel node can
     /// have a nodal energy above it. `density`: entry 6 e + t for tet t of element e.

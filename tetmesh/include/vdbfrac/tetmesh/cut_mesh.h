@@ -87,6 +87,7 @@ public:
     using BodyMesh::volume;
     double volume() const override { return volume_; }
     EmbeddedSurface surface() const override;
+    PhiTets phiTets(double depth) const override;
     std::vector<Coord> voxelsAbove(std::span<const double> density, double threshold) const override;
     void visitTets(Coord voxel, const TetVisit& visit) const override;
 

@@ -81,17 +81,14 @@ struct Rub {
     }
 };
 
-/// What a scene says of all touches.
-struct ContactSettings {
-    double stiffness = 10;  ///< beta: k = beta E / h
-    double gap = 0.25;      ///< between surfaces that touch [voxels]
+/// Of a touch: k = beta E / h, beta [1] as a scene gives it.
+inline Penalty penaltyOf(double beta, double youngsModulus, double h)
+{
+    constexpr double kSmooth = 0.02;  // of a cell: how deep a touch sets in
+    return {beta * youngsModulus / h, kSmooth * h};
+}
 
-    Penalty penaltyOf(double youngsModulus, double h) const
-    {
-        constexpr double kSmooth = 0.02;  // of a cell: how deep a touch sets in
-        return {stiffness * youngsModulus / h, kSmooth * h};
-    }
-};
+inline constexpr double kBeta = 10;  ///< unless a scene says otherwise
 
 /// Of force limit `limit` [N] and stiffness `k` [N/m]. The force of a small slip grows with 2 limit / eps = k.
 inline Rub makeRub(const Vec3& normal, double limit, double k, const Vec3& stretch)

@@ -19,8 +19,9 @@ struct TouchMemory {
     Vec3 stretch = Vec3::Zero();  ///< elastic slip [m]
 };
 
-/// A sample is a point of the cut surface, moved outward by the gap that touching surfaces keep where there is as much
-/// room at rest. It is a sum over the nodes of its tet, beyond which their weights go on.
+/// A sample is a point of the cut surface with a reach: it touches what is that near. Forces act where the cut has its
+/// point, as tractions on the material do: farther out, at nodes that thin cut tets hardly hold, they would crush
+/// those.
 class TouchingSurface {
 public:
     /// `gap`: m. The bodies have to live as long.
@@ -34,7 +35,12 @@ public:
     const tetmesh::EmbeddedPoint& point(std::size_t i) const { return point_[i]; }  ///< in nodes of the system
     /// At rest [m^2]: a third of the triangles round it, added up as vectors.
     double area(std::size_t i) const { return area_[i]; }
+    /// m: the gap that touching surfaces keep, where there is as much room at rest, and what the cut is off the
+    /// surface.
+    double reach(std::size_t i) const { return reach_[i]; }
     std::size_t body(std::size_t i) const { return body_[i]; }
+    const Vec3& restPosition(std::size_t i) const { return rest_[i].at; }  ///< m
+    const Vec3& restNormal(std::size_t i) const { return rest_[i].normal; }
     Vec3 at(std::size_t i, std::span<const Vec3> x) const { return point_[i].at(x); }
     TouchMemory& memory(std::size_t i) { return memory_[i]; }
     const TouchMemory& memory(std::size_t i) const { return memory_[i]; }
@@ -47,10 +53,14 @@ public:
     std::size_t bytes() const;
 
 private:
+    struct AtRest {
+        Vec3 at, normal;
+    };
     /// The samples of one body, in its own nodes.
     struct Own {
         std::vector<tetmesh::EmbeddedPoint> point;
-        std::vector<double> area;
+        std::vector<double> area, reach;
+        std::vector<AtRest> rest;
         std::vector<std::uint64_t> key;  // names the place at rest
         std::size_t first = 0;           // of its samples among all
     };
@@ -68,7 +78,8 @@ private:
 
     bool isSettled_ = false;
     std::vector<tetmesh::EmbeddedPoint> point_;
-    std::vector<double> area_;
+    std::vector<double> area_, reach_;
+    std::vector<AtRest> rest_;
     std::vector<std::uint16_t> body_;
     std::vector<std::uint32_t> node_;   // those that samples depend on, rising
     std::vector<std::uint32_t> start_;  // of each of them in share_, and the end

@@ -21,7 +21,8 @@
 
 namespace vdbfrac::core {
 
-/// A limit on the time step ("auto" substeps).
+/// A limit on the time step ("auto" substeps). Asked before the stability of an explicit integrator is, for which a
+/// potential can take note of the couplings there are.
 class StepLimit {
 public:
     virtual ~StepLimit() = default;

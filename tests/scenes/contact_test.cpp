@@ -1,0 +1,185 @@
+// Bodies and fragments that touch: forces against differences of the energy, momentum, energy, and what lasts.
+#include <vdbfrac/effects/effects.h>
+#include <vdbfrac/lab/scenes/scene_run.h>
+#include <vdbfrac/solver/linear_solver.h>
+
+#include <Eigen/Geometry>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <string>
+
+using namespace vdbfrac;
+using lab::SceneRun;
+
+namespace {
+
+constexpr double kDx = 0.05;  // m
+
+/// Two blocks of 10 voxels, the upper one coming down; `more` tables.
+std::string blocks(const std::string& more, const std::string& upper = "[0.1, 0.54, 0.03]", const char* lattice = "six")
+{
+    return std::string(
+               "version = 1\nname = \"blocks\"\n[time]\nframes = [1, 25]\n[grid]\nvoxel_size = 0.05\nlattice = \"") +
+           lattice +
+           "\"\n[solver]\nnewton_tolerance = 1e-5\n[material.gel]\nyoungs_modulus = 1e5\npoisson_ratio = 0.3\n"
+           "density = 1000\n[[body]]\nname = \"lower\"\nmaterial = \"gel\"\nshape = { box = { size = [0.5, 0.5, 0.5] } "
+           "}\n"
+           "[[body]]\nname = \"upper\"\nmaterial = \"gel\"\nvelocity = [0.1, -1, 0]\n"
+           "shape = { box = { size = [0.5, 0.5, 0.5], center = " +
+           upper + " } }\n" + more;
+}
+
+struct Momentum {
+    Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
+    double size = 0;
+};
+Momentum momentumOf(const core::Simulation& s)
+{
+    Momentum m;
+    for (std::size_t i = 0; i < s.x().size(); ++i) {
+        const Vec3 p = s.elastic().mass()[i] * s.v()[i];
+        m.linear += p, m.angular += s.x()[i].cross(p), m.size += p.norm();
+    }
+    return m;
+}
+
+std::vector<Vec3> sum(std::span<const Vec3> a, double f, std::span<const Vec3> b)
+{
+    std::vector<Vec3> r(a.begin(), a.end());
+    for (std::size_t i = 0; i < r.size(); ++i) r[i] += f * b[i];
+    return r;
+}
+
+class OnLattice : public testing::TestWithParam<const char*> {};
+
+TEST_P(OnLattice, ForcesAreThoseOfTheEnergyAndCancel)
+{
+    constexpr double kStep = 1e-7, kError = 1e-4;  // m; of differences, and of weights kept as floats
+    constexpr double kRounding = 1e-11;
+    SceneRun run(blocks("[contact]\n", "[0.1, 0.54, 0.03]", GetParam()));
+    run.toFrame(4);
+    const core::Simulation& s = run.simulation;
+    solver::Potential& potential = *s.stages().solve.back();
+    potential.begin({s.x(), s.v(), 1. / 24, s.elastic(), s.time() + 1. / 24});
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> any(-1, 1);
+    std::vector<Vec3> u(s.x().size()), x = sum(s.x(), 1. / 96, s.v());
+    for (Vec3& v : u) v = Vec3(any(random), any(random), any(random));
+    const auto gradientAt = [&](const std::vector<Vec3>& at, double& energy) {
+        std::vector<Vec3> gradient(at.size(), Vec3::Zero());
+        energy = potential.evaluate(at, gradient);
+        return gradient;
+    };
+    double here = 0, plus = 0, minus = 0;
+    const std::vector<Vec3> gradient = gradientAt(x, here), after = gradientAt(sum(x, kStep, u), plus),
+                            before = gradientAt(sum(x, -kStep, u), minus);
+    ASSERT_GT(here, 0);
+    const double slope = solver::dot(gradient, u);
+    double forces = 0;
+    Vec3 force = Vec3::Zero(), moment = Vec3::Zero();
+    for (std::size_t i = 0; i < x.size(); ++i) {
+        forces += gradient[i].norm();
+        force += gradient[i], moment += x[i].cross(gradient[i]);
+    }
+    EXPECT_NEAR((plus - minus) / (2 * kStep), slope, kError * forces);
+    // Friction holds on to the start of the step, so only contact has no moment.
+    EXPECT_LT(force.norm(), kRounding * forces);
+    std::vector<solver::Coupling> couplings;
+    potential.linearize(x, couplings);
+    double tangent = 0;
+    for (const solver::Coupling& c : couplings) {
+        EXPECT_FALSE(c.isExternal());
+        Vec3 v = Vec3::Zero();
+        for (std::size_t a = 0; a < solver::Coupling::kNodes; ++a) v += double(c.weight[a]) * u[c.node[a]];
+        tangent += v.dot(solver::multiply(c.Q, v));
+    }
+    // What is left out of the tangent is smaller by the depth over a cell.
+    constexpr double kLeftOut = 0.1;
+    EXPECT_NEAR(tangent, (solver::dot(after, u) - solver::dot(before, u)) / (2 * kStep), kLeftOut * tangent);
+}
+
+TEST_P(OnLattice, MomentumOfACollisionStays)
+{
+    constexpr double kDrift = 1e-10, kSolved = 1e-6;
+    SceneRun run(blocks("[contact]\nfriction = 0\n", "[0.1, 0.54, 0.03]", GetParam()),
+                 {"solver.newton_tolerance=1e-8"});
+    const core::Simulation& s = run.simulation;
+    const Momentum start = momentumOf(s);
+    while (!run.atEnd()) {
+        const Momentum before = momentumOf(s);
+        const std::vector<Vec3> v(s.v().begin(), s.v().end());
+        const double dt = run.step().dt;
+        const Momentum now = momentumOf(s);
+        ASSERT_LT((now.linear - start.linear).norm(), kDrift * start.size);
+        // Without moments backward Euler makes L1 = L0 + dt sum m v1 x v0.
+        Vec3 expected = before.angular;
+        for (std::size_t i = 0; i < v.size(); ++i) expected += dt * s.elastic().mass()[i] * s.v()[i].cross(v[i]);
+        ASSERT_LT((now.angular - expected).norm(), kSolved * start.size);
+    }
+    EXPECT_GT(run.work.countOf("solve", "couplings"), 0);
+}
+
+TEST_P(OnLattice, EnergyOfACollisionDoesNotGrow)
+{
+    SceneRun run(blocks("[contact]\n", "[0.1, 0.54, 0.03]", GetParam()));
+    const double start = .5 * 1000 * .125 * 1.01;
+    double elastic = 0;
+    while (!run.atEnd()) {
+        const core::StepRecord& r = run.step();
+        elastic = std::max(elastic, r.elasticEnergy);
+        ASSERT_LT(r.kineticEnergy + r.elasticEnergy, start * (1 + 1e-3));
+        ASSERT_LT(r.unnamedShare, 1e-3);
+    }
+    EXPECT_GT(elastic, .05 * start);
+}
+
+INSTANTIATE_TEST_SUITE_P(Contact, OnLattice, testing::Values("six", "five", "delaunay"));
+
+/// How far the lower face of the upper block is above the upper face of the lower one at their middles [m].
+double gapOf(const core::Simulation& s)
+{
+    double top = -1e9, bottom = 1e9;
+    for (const core::Body& body : s.bodies()) {
+        const tetmesh::EmbeddedSurface surface = body.mesh->surface();
+        for (const tetmesh::EmbeddedPoint& p : surface.points) {
+            const Vec3 y = p.at(s.x().subspan(body.firstNode));
+            if (std::hypot(y.x(), y.z()) > .15) continue;
+            if (body.name == "lower") top = std::max(top, y.y());
+            if (body.name == "upper") bottom = std::min(bottom, y.y());
+        }
+    }
+    return bottom - top;
+}
+
+TEST(Contact, KeepsBlocksApart)
+{
+    SceneRun run(blocks("[contact]\nfriction = 0\n", "[0, 0.53, 0]"), {"body.1.velocity=[0,-1,0]"});
+    double least = 1;
+    while (!run.atEnd()) {
+        run.step();
+        least = std::min(least, gapOf(run.simulation));
+    }
+    EXPECT_GT(least, -.1 * kDx);
+    EXPECT_LT(least, .1 * kDx);
+    EXPECT_GT(momentumOf(run.simulation).size, 1);
+}
+
+/// What was tangled when a scene began is left as deep as it was, not thrown out.
+TEST(Contact, DoesNotThrowApartWhatBeganTangled)
+{
+    SceneRun run(blocks("[contact]\n", "[0.1, 0.48, 0.03]"), {"body.1.velocity=[0,0,0]"});
+    while (!run.atEnd()) EXPECT_LT(run.step().kineticEnergy, 1e-20);
+}
+
+TEST(Contact, NamedWithNothingNearChangesNoBit)
+{
+    const std::string apart = "[0.1, 2, 0.03]";
+    SceneRun with(blocks("[contact]\n", apart)), without(blocks("", apart));
+    with.toFrame(6), without.toFrame(6);
+    EXPECT_EQ(with.simulation.stateHash(), without.simulation.stateHash());
+}
+
+}  // namespace

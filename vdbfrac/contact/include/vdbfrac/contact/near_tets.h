@@ -1,0 +1,80 @@
+// Which samples of the surface may come to lie in which tets in a step.
+#pragma once
+
+#include <vdbfrac/contact/touching_surface.h>
+#include <vdbfrac/core/body.h>
+#include <vdbfrac/tetmesh/phi_tets.h>
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace vdbfrac::contact {
+
+/// A part of a tet near the surface, in nodes of the system.
+struct Target {
+    std::array<std::uint32_t, 4> node{};
+    std::array<float, 4> phi{};               ///< at these nodes [m]
+    float restVolume = 0;                     ///< of the whole tet, times six [m^3]
+    Eigen::Vector3f restMiddle, restOutward;  ///< m, unit length: where it is at rest, and where out is
+    std::uint32_t inside = 0;                 ///< into Targets::inside
+    std::uint32_t fragment = 0;
+    std::uint16_t body = 0;
+};
+
+/// Where a point is, as a target sees it: linear all over space.
+struct InTarget {
+    /// Of its barycentric coordinates in the part: it is inside from 0 on. -infinity: the tet is flat or turned over,
+    /// and sees nothing.
+    double least = -std::numeric_limits<double>::infinity();
+    std::array<double, 4> share{};  ///< barycentric in the whole tet
+    double phi = 0;                 ///< m: as at rest
+    Vec3 outward = Vec3::Zero();    ///< gradient of phi in space
+};
+
+/// All targets of a scene.
+class Targets {
+public:
+    void set(std::span<const core::Body> bodies, double depth);
+
+    std::size_t size() const { return target_.size(); }
+    const Target& operator[](std::size_t i) const { return target_[i]; }
+    /// Those of one element come one after another: a group of `groups()`.
+    std::size_t groups() const { return group_.size() - 1; }
+    std::pair<std::uint32_t, std::uint32_t> group(std::size_t g) const { return {group_[g], group_[g + 1]}; }
+    InTarget locate(std::size_t target, const Vec3& y, std::span<const Vec3> x) const;
+    std::size_t bytes() const;
+
+private:
+    std::vector<Target> target_;
+    std::vector<std::uint32_t> group_{0};  // first target of each, and the end
+    std::vector<tetmesh::TetMatrix> inside_;
+};
+
+/// Targets that each sample may reach: its way and theirs over the step come near each other. A sample does not see its
+/// own neighbourhood, the targets with which it shares a node and those that are near it at rest and do not face it; so
+/// both lips of a crack see each other once they have parted.
+class NearTets {
+public:
+    /// From x to `ahead` [m]; ways are widened by `margin` [m].
+    void find(const TouchingSurface& surface, const Targets& targets, std::span<const Vec3> x,
+              std::span<const Vec3> ahead, double margin);
+
+    std::size_t samples() const { return sample_.size(); }
+    std::uint32_t sample(std::size_t i) const { return sample_[i]; }  ///< rising
+    /// By rising fragment, then target.
+    std::span<const std::uint32_t> targets(std::size_t i) const
+    {
+        return std::span(target_).subspan(start_[i], start_[i + 1] - start_[i]);
+    }
+    std::size_t pairs() const { return target_.size(); }
+    std::size_t bytes() const;
+
+private:
+    std::vector<std::uint32_t> sample_, start_, target_;
+};
+
+}  // namespace vdbfrac::contact

@@ -1,0 +1,224 @@
+#include <vdbfrac/contact/near_tets.h>
+
+#include <vdbfrac/base/parallel.h>
+
+#include <Eigen/Dense>
+#include <tbb/parallel_sort.h>
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+#include <utility>
+
+namespace vdbfrac::contact {
+
+namespace {
+
+constexpr std::size_t kSamples = 512;  // a chunk: finding what is near takes a microsecond each
+
+struct Box {
+    Vec3 lower, upper;
+
+    bool meets(const Box& other) const
+    {
+        return (lower.array() <= other.upper.array()).all() && (other.lower.array() <= upper.array()).all();
+    }
+};
+
+Box around(std::span<const Vec3> points, double margin)
+{
+    Box box{points[0], points[0]};
+    for (const Vec3& p : points) box = {box.lower.cwiseMin(p), box.upper.cwiseMax(p)};
+    return {box.lower - Vec3::Constant(margin), box.upper + Vec3::Constant(margin)};
+}
+
+/// Cells of a grid over space, by a hash of their coordinates.
+class Bins {
+public:
+    explicit Bins(double size) : size_(size) {}
+    /// Calls visit(bin) for each that a box meets.
+    template <class Visit>
+    void visit(const Box& box, const Visit& visit) const
+    {
+        const std::array<long long, 3> low = cellOf(box.lower), high = cellOf(box.upper);
+        for (long long z = low[2]; z <= high[2]; ++z)
+            for (long long y = low[1]; y <= high[1]; ++y)
+                for (long long x = low[0]; x <= high[0]; ++x)
+                    visit((std::uint64_t(z) & kMask) << 42 | (std::uint64_t(y) & kMask) << 21 |
+                          (std::uint64_t(x) & kMask));
+    }
+
+private:
+    static constexpr std::uint64_t kMask = (1u << 21) - 1;
+    std::array<long long, 3> cellOf(const Vec3& p) const
+    {
+        constexpr double kFarthest = 1e15;  // what flies off to infinity meets nothing
+        const auto one = [&](double v) { return (long long)std::clamp(std::floor(v / size_), -kFarthest, kFarthest); };
+        return {one(p.x()), one(p.y()), one(p.z())};
+    }
+    double size_;
+};
+
+using Entry = std::pair<std::uint64_t, std::uint32_t>;  // bin, group
+
+constexpr double kBin = 2;  // cells: most groups lie in eight of them or fewer
+
+double spacingOf(const Targets& targets)
+{
+    double sum = 0;
+    for (std::size_t t = 0; t < targets.size(); ++t) sum += std::cbrt(double(targets[t].restVolume));
+    return sum / double(targets.size());
+}
+
+std::vector<Box> waysOf(const Targets& targets, std::span<const Vec3> x, std::span<const Vec3> ahead, double margin)
+{
+    std::vector<Box> boxes(targets.size());
+    parallelChunks(targets.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t t = begin; t < end; ++t) {
+            std::array<Vec3, 8> points;
+            for (std::size_t a = 0; a < 4; ++a)
+                points[a] = x[targets[t].node[a]], points[4 + a] = ahead[targets[t].node[a]];
+            boxes[t] = around(points, margin);
+        }
+    });
+    return boxes;
+}
+
+std::vector<Box> groupBoxes(const Targets& targets, const std::vector<Box>& boxes)
+{
+    std::vector<Box> groups(targets.groups());
+    for (std::size_t g = 0; g < groups.size(); ++g) {
+        const auto [first, last] = targets.group(g);
+        groups[g] = boxes[first];
+        for (std::uint32_t t = first; t < last; ++t)
+            groups[g] = {groups[g].lower.cwiseMin(boxes[t].lower), groups[g].upper.cwiseMax(boxes[t].upper)};
+    }
+    return groups;
+}
+
+bool isNeighbourhood(const TouchingSurface& surface, std::size_t sample, const Target& target)
+{
+    constexpr double kNear = 2.5;    // cells
+    constexpr double kFacing = -.3;  // cosine of the angle between the directions outward, at the most
+    if (surface.body(sample) != target.body) return false;
+    for (std::uint32_t n : surface.point(sample).node)
+        if (std::find(target.node.begin(), target.node.end(), n) != target.node.end()) return true;
+    const Vec3 away = surface.restPosition(sample) - target.restMiddle.cast<double>();
+    return away.norm() < kNear * std::cbrt(double(target.restVolume)) &&
+           surface.restNormal(sample).dot(target.restOutward.cast<double>()) > kFacing;
+}
+
+}  // namespace
+
+void Targets::set(std::span<const core::Body> bodies, double depth)
+{
+    target_.clear(), inside_.clear(), group_.clear();
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+        const core::Body& body = bodies[b];
+        const tetmesh::PhiTets tets = body.mesh->phiTets(depth);
+        for (std::size_t i = 0; i < tets.tets.size(); ++i) {
+            const tetmesh::PhiTet& t = tets.tets[i];
+            if (i == 0 || t.element != tets.tets[i - 1].element) group_.push_back(std::uint32_t(target_.size()));
+            std::array<Vec3, 4> X;
+            for (std::size_t a = 0; a < 4; ++a) X[a] = body.mesh->restPosition(t.node[a]);
+            const Vec3 e1 = X[1] - X[0], e2 = X[2] - X[0], e3 = X[3] - X[0];
+            const Vec3 outward = double(t.phi[1] - t.phi[0]) * e2.cross(e3) +
+                                 double(t.phi[2] - t.phi[0]) * e3.cross(e1) +
+                                 double(t.phi[3] - t.phi[0]) * e1.cross(e2);
+            Target target;
+            target.node = t.node, target.phi = t.phi;
+            target.restVolume = float(std::abs(e1.cross(e2).dot(e3)));
+            target.restMiddle = (0.25 * (X[0] + X[1] + X[2] + X[3])).cast<float>();
+            target.restOutward = outward.stableNormalized().cast<float>();
+            target.inside = t.part + std::uint32_t(inside_.size());
+            target.fragment = body.fragments.ofNode()[t.node[0]];
+            target.body = std::uint16_t(b);
+            for (std::uint32_t& n : target.node) n += body.firstNode;
+            target_.push_back(target);
+        }
+        inside_.insert(inside_.end(), tets.inside.begin(), tets.inside.end());
+    }
+    group_.push_back(std::uint32_t(target_.size()));
+}
+
+InTarget Targets::locate(std::size_t n, const Vec3& y, std::span<const Vec3> x) const
+{
+    constexpr double kFlat = 0.05;  // of the volume at rest
+    const Target& t = target_[n];
+    const Vec3& z0 = x[t.node[0]];
+    const Vec3 e1 = x[t.node[1]] - z0, e2 = x[t.node[2]] - z0, e3 = x[t.node[3]] - z0, d = y - z0;
+    const Vec3 n1 = e2.cross(e3), n2 = e3.cross(e1), n3 = e1.cross(e2);
+    const double volume = e1.dot(n1);
+    InTarget in;
+    if (!(volume > kFlat * double(t.restVolume))) return in;
+    in.share = {0, d.dot(n1) / volume, d.dot(n2) / volume, d.dot(n3) / volume};
+    in.share[0] = 1 - in.share[1] - in.share[2] - in.share[3];
+    in.least = 1;
+    for (const auto& row : inside_[t.inside]) {
+        double share = 0;
+        for (std::size_t a = 0; a < 4; ++a) share += row[a] * in.share[a];
+        in.least = std::min(in.least, share);
+    }
+    for (std::size_t a = 0; a < 4; ++a) in.phi += in.share[a] * double(t.phi[a]);
+    in.outward =
+        (double(t.phi[1] - t.phi[0]) * n1 + double(t.phi[2] - t.phi[0]) * n2 + double(t.phi[3] - t.phi[0]) * n3) /
+        volume;
+    return in;
+}
+
+std::size_t Targets::bytes() const { return target_.capacity() * sizeof(Target); }
+
+void NearTets::find(const TouchingSurface& surface, const Targets& targets, std::span<const Vec3> x,
+                    std::span<const Vec3> ahead, double margin)
+{
+    sample_.clear(), target_.clear(), start_.assign(1, 0);
+    if (targets.size() == 0 || surface.size() == 0) return;
+    const std::vector<Box> boxes = waysOf(targets, x, ahead, margin);
+    const Bins bins(kBin * spacingOf(targets));
+    const std::vector<Box> groups = groupBoxes(targets, boxes);
+    std::vector<std::vector<Entry>> part((groups.size() + kChunk - 1) / kChunk);
+    parallelChunks(groups.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t g = begin; g < end; ++g)
+            bins.visit(groups[g], [&](std::uint64_t bin) { part[begin / kChunk].emplace_back(bin, std::uint32_t(g)); });
+    });
+    std::vector<Entry> entries;
+    for (const auto& p : part) entries.insert(entries.end(), p.begin(), p.end());
+    tbb::parallel_sort(entries.begin(), entries.end());
+    // What each sample meets there.
+    std::vector<std::vector<std::pair<std::uint32_t, std::uint32_t>>> found((surface.size() + kSamples - 1) / kSamples);
+    parallelChunks(surface.size(), kSamples, [&](std::size_t begin, std::size_t end) {
+        std::vector<std::uint32_t> near;
+        for (std::size_t i = begin; i < end; ++i) {
+            const std::array<Vec3, 2> way{surface.at(i, x), surface.at(i, ahead)};
+            const Box box = around(way, 0);
+            near.clear();
+            bins.visit(box, [&](std::uint64_t bin) {
+                for (auto e = std::lower_bound(entries.begin(), entries.end(), Entry(bin, 0));
+                     e != entries.end() && e->first == bin; ++e) {
+                    if (!groups[e->second].meets(box)) continue;
+                    const auto [first, last] = targets.group(e->second);
+                    for (std::uint32_t t = first; t < last; ++t)
+                        if (boxes[t].meets(box) && !isNeighbourhood(surface, i, targets[t])) near.push_back(t);
+                }
+            });
+            std::sort(near.begin(), near.end(), [&](std::uint32_t a, std::uint32_t b) {
+                return std::pair(targets[a].fragment, a) < std::pair(targets[b].fragment, b);
+            });
+            near.erase(std::unique(near.begin(), near.end()), near.end());
+            for (std::uint32_t t : near) found[begin / kSamples].emplace_back(std::uint32_t(i), t);
+        }
+    });
+    for (const auto& chunk : found)
+        for (const auto& [sample, target] : chunk) {
+            if (sample_.empty() || sample_.back() != sample) sample_.push_back(sample), start_.push_back(start_.back());
+            target_.push_back(target);
+            ++start_.back();
+        }
+}
+
+std::size_t NearTets::bytes() const
+{
+    return (sample_.capacity() + start_.capacity() + target_.capacity()) * sizeof(std::uint32_t);
+}
+
+}  // namespace vdbfrac::contact

@@ -1,0 +1,417 @@
+// Contact of bodies and their fragments with each other, and of each with itself.
+//
+//   U(x) = sum over samples s of 1/2 A_s psi(-g_s - a_s),  g_s = sum_a b_a phi_a
+//   b    barycentric coordinates, in a tet T, of a point y_s of the surface, moved outward by the gap; phi_a: phi at
+//   the
+//        corners of T, as the cut of its own piece of material sees it; half, as both sides sample each other
+//   a_s  allowance: how deep a sample already was when it was first seen. What is born tangled is not thrown out, but
+//        goes no deeper; it only falls.
+// Because y = sum_a b_a z_a in T, forces and their moments on both sides cancel exactly. Fisher, Lin 2001 (distance
+// carried along by tets); Gast et al. 2015, section 6 (as a penalty in the minimisation of backward Euler).
+// Friction is that of contact/contact_law.h.
+// The gradient of g jumps from tet to tet. So within a solve each sample keeps its tet, in which g is linear all over
+// space; where the solution lies in others, those are taken and it is solved on. Normal forces of friction are brought
+// up to date with them.
+#include "all.h"
+
+#include <vdbfrac/base/parallel.h>
+#include <vdbfrac/contact/contact_law.h>
+#include <vdbfrac/contact/near_tets.h>
+#include <vdbfrac/contact/touching_surface.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace vdbfrac::effects {
+
+namespace {
+
+using contact::InTarget;
+using contact::Penalty;
+using contact::Rub;
+using contact::Target;
+using contact::TouchMemory;
+using scene::Key;
+using scene::Type;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kDepth = 2;       // voxels below the surface in which samples are found
+constexpr double kMargin = 0.5;    // cells that a step may end beside the way it was expected to take
+constexpr double kReach = 0.1;     // how far outside of its tet a sample may be, in barycentric coordinates
+constexpr double kChanged = 0.02;  // of all forces: no need to solve on for less
+
+const Key kKeys[] = {
+    {"friction", Type::number, "", "Coulomb's coefficient", "0.5", 0},
+    {"stiffness", Type::number, "", "of a touch, over that of a cell: E / h times this, for each metre of depth", "10",
+     0, kInfinity, true},
+    {"gap", Type::number, "voxels", "that surfaces which touch keep; thin cut tets are crushed where it is large", "0",
+     0, 1},
+};
+
+/// A sample and the target that it is seen in.
+struct Pair {
+    std::uint32_t sample = 0, target = 0;
+};
+
+/// A sample in a target.
+struct Touch {
+    std::uint32_t sample = 0, target = 0;
+    double depth = 0;  ///< beyond its allowance [m]
+    std::array<double, 4> share{};
+    Vec3 outward;
+};
+
+/// The strongest touch of a sample.
+struct Held {
+    std::uint32_t sample = 0, target = 0;
+    std::array<double, 4> share{};
+    Rub rub;
+    Vec3 apart;  ///< m: from the point of the target to the sample, when the step began
+};
+
+class Contact : public core::Effect,
+                public solver::Potential,
+                public core::StepLimit,
+                public core::RecutStage,
+                public core::Persistent {
+public:
+    Contact(const scene::Values& values, const scene::Scene& scene)
+        : friction_(values.number("friction")),
+          beta_(values.number("stiffness")),
+          gap_(values.number("gap")),
+          dx_(scene.grid.voxelSize),
+          h_(scene.grid.coarsening * dx_),
+          frame_(1 / scene.time.fps)
+    {
+    }
+
+    std::string name() const override { return "contact"; }
+    void join(core::Stages& stages) override
+    {
+        stages.solve.push_back(this);
+        stages.limits.push_back(this);
+        stages.recut.push_back(this);
+        stages.persistent.push_back(this);
+    }
+    void start(std::span<const core::Body> bodies, std::vector<std::string>&) override
+    {
+        bodies_ = bodies;
+        surface_.start(bodies, gap_ * dx_);
+    }
+
+    void begin(const solver::StepStart& start) override;
+    double evaluate(std::span<const Vec3> x, std::span<Vec3> gradient) const override;
+    void linearize(std::span<const Vec3> x, std::vector<solver::Coupling>& couplings) const override;
+    solver::EnergyFlow flow(const solver::Leg& leg) const override;
+    bool refresh(std::span<const Vec3> x) override;
+    void accept(std::span<const Vec3> x, double dt) override;
+    double largestStep(const solver::State& state) override;
+
+    void recut(const core::Body& body, const tetmesh::CutUpdate&) override
+    {
+        surface_.recut(body);
+        forget();
+    }
+    void save(std::span<const core::Body>, core::Archive& archive) const override { surface_.save("contact", archive); }
+    void restoreFrom(const core::Archive& archive, std::span<const core::Body>) override
+    {
+        surface_.restoreFrom("contact", archive);
+        forget();
+    }
+    std::size_t bytes() const override { return surface_.bytes() + targets_.bytes() + near_.bytes(); }
+
+private:
+    void settle();
+    /// The mesh is another one: numbers of samples, targets and nodes no longer hold.
+    void forget()
+    {
+        isSettled_ = false;
+        start_.clear(), pairs_.clear(), held_.clear();
+    }
+    void look(std::span<const Vec3> x, std::span<const Vec3> v, double dt);
+    std::vector<Pair> pairsAt(std::span<const Vec3> x) const;
+    std::vector<Touch> touches(std::span<const Pair> pairs, std::span<const Vec3> x) const;
+    std::vector<Touch> touches(std::span<const Vec3> x) const { return touches(pairs_, x); }
+    std::vector<Held> heldAt(std::span<const Vec3> x) const;
+    std::vector<double> deepest(std::span<const Vec3> x) const;
+    /// Is most of what this list says of samples, by `forceOf`, what the other says?
+    template <class T, class ForceOf>
+    bool changed(const std::vector<T>& before, const std::vector<T>& now, const ForceOf& forceOf) const;
+
+    Penalty lawOf(std::uint32_t sample, std::uint32_t target) const
+    {
+        const double a = youngsModulus(surface_.body(sample)), b = youngsModulus(targets_[target].body);
+        return contact::penaltyOf(beta_, 2 * a * b / (a + b), h_);
+    }
+    double youngsModulus(std::size_t body) const { return bodies_[body].material.youngsModulus(); }
+    double energyOf(const Touch& t) const
+    {
+        return 0.5 * surface_.area(t.sample) * lawOf(t.sample, t.target).energy(t.depth);
+    }
+    Vec3 forceOf(const Touch& t) const
+    {
+        return 0.5 * surface_.area(t.sample) * lawOf(t.sample, t.target).pressure(t.depth) * t.outward;
+    }
+    Vec3 apart(std::uint32_t sample, std::uint32_t target, const std::array<double, 4>& share,
+               std::span<const Vec3> x) const
+    {
+        Vec3 d = surface_.at(sample, x);
+        for (std::size_t a = 0; a < 4; ++a) d -= share[a] * x[targets_[target].node[a]];
+        return d;
+    }
+    Vec3 slipOf(const Held& h, std::span<const Vec3> x) const
+    {
+        return h.rub.slip(apart(h.sample, h.target, h.share, x) - h.apart);
+    }
+    /// gradient -= what a force [N] on a sample, and its opposite on a target, do at the nodes.
+    template <class T>
+    void addForce(const T& t, const Vec3& force, std::span<Vec3> gradient) const
+    {
+        const tetmesh::EmbeddedPoint& p = surface_.point(t.sample);
+        for (std::size_t a = 0; a < 4; ++a) {
+            gradient[p.node[a]] -= p.weight[a] * force;
+            gradient[targets_[t.target].node[a]] += t.share[a] * force;
+        }
+    }
+
+    double friction_, beta_, gap_;
+    double dx_, h_;  // m
+    double frame_;   // s
+    std::span<const core::Body> bodies_;
+    contact::TouchingSurface surface_;
+    contact::Targets targets_;
+    bool isSettled_ = false;
+
+    // Of the step at hand.
+    std::vector<Vec3> start_, ahead_;  // m: of all nodes; where they would go by themselves
+    double foundFor_ = 0;              // s: how far ahead of start_ near_ looks
+    contact::NearTets near_;
+    std::vector<Pair> pairs_;  // by rising sample
+    std::vector<Held> held_;   // by rising sample
+};
+
+void Contact::settle()
+{
+    if (isSettled_) return;
+    surface_.settle();
+    targets_.set(bodies_, kDepth * dx_);
+    isSettled_ = true;
+}
+
+/// In each fragment the target that a sample lies in, or nearly so.
+std::vector<Pair> Contact::pairsAt(std::span<const Vec3> x) const
+{
+    const std::size_t n = near_.samples();
+    std::vector<std::vector<Pair>> part((n + kChunk - 1) / kChunk);
+    parallelChunks(n, kChunk, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            const std::uint32_t sample = near_.sample(i);
+            const Vec3 y = surface_.at(sample, x);
+            std::uint32_t fragment = ~0u;
+            double best = 0;
+            for (std::uint32_t t : near_.targets(i)) {
+                const double least = targets_.locate(t, y, x).least;
+                const bool next = targets_[t].fragment != fragment;
+                if (least < -kReach || (!next && least <= best)) continue;
+                if (next) part[begin / kChunk].push_back({sample, t});
+                part[begin / kChunk].back().target = t;
+                fragment = targets_[t].fragment, best = least;
+            }
+        }
+    });
+    std::vector<Pair> all;
+    for (const auto& p : part) all.insert(all.end(), p.begin(), p.end());
+    return all;
+}
+
+/// Samples that are deeper than they may be, by rising sample.
+std::vector<Touch> Contact::touches(std::span<const Pair> pairs, std::span<const Vec3> x) const
+{
+    std::vector<std::vector<Touch>> part((pairs.size() + kChunk - 1) / kChunk);
+    parallelChunks(pairs.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+        for (const Pair& p : pairs.subspan(begin, end - begin)) {
+            const InTarget in = targets_.locate(p.target, surface_.at(p.sample, x), x);
+            const double depth = surface_.reach(p.sample) - in.phi - surface_.memory(p.sample).allowance;
+            if (depth > 0) part[begin / kChunk].push_back({p.sample, p.target, depth, in.share, in.outward});
+        }
+    });
+    std::vector<Touch> all;
+    for (const auto& p : part) all.insert(all.end(), p.begin(), p.end());
+    return all;
+}
+
+/// How deep each sample is [m], 0 where it touches nothing.
+std::vector<double> Contact::deepest(std::span<const Vec3> x) const
+{
+    std::vector<double> depth(surface_.size(), 0);
+    for (const Pair& p : pairsAt(x)) {
+        const InTarget in = targets_.locate(p.target, surface_.at(p.sample, x), x);
+        depth[p.sample] = std::max(depth[p.sample], surface_.reach(p.sample) - in.phi);
+    }
+    return depth;
+}
+
+/// What samples rub on: the target that pushes each most.
+std::vector<Held> Contact::heldAt(std::span<const Vec3> x) const
+{
+    std::vector<Held> all;
+    for (const Touch& t : touches(x)) {
+        const double push = forceOf(t).norm();
+        if (!(friction_ * push > 0)) continue;
+        const double k = 0.5 * surface_.area(t.sample) * lawOf(t.sample, t.target).k();
+        const Held held{
+            t.sample, t.target, t.share,
+            contact::makeRub(t.outward.normalized(), friction_ * push, k, surface_.memory(t.sample).stretch),
+            apart(t.sample, t.target, t.share, start_)};
+        if (all.empty() || all.back().sample != t.sample)
+            all.push_back(held);
+        else if (held.rub.limit > all.back().rub.limit)
+            all.back() = held;
+    }
+    return all;
+}
+
+/// Finds what may touch within `dt` [s] from x, and what does so at first; lists that were found for more serve too.
+void Contact::look(std::span<const Vec3> x, std::span<const Vec3> v, double dt)
+{
+    constexpr double kFarthest = 8;  // cells that a node is followed in a step
+    settle();
+    ahead_.assign(x.begin(), x.end());
+    for (std::size_t i = 0; std::isfinite(dt) && i < ahead_.size(); ++i) {
+        const Vec3 way = dt * v[i];
+        ahead_[i] += std::min(1., kFarthest * h_ / std::max(way.norm(), h_ * 1e-9)) * way;
+    }
+    const bool known = dt <= foundFor_ && std::equal(x.begin(), x.end(), start_.begin(), start_.end());
+    if (!known) {
+        start_.assign(x.begin(), x.end());
+        foundFor_ = dt;
+        near_.find(surface_, targets_, start_, ahead_, kMargin * h_);
+        const std::vector<double> depth = deepest(start_);
+        for (std::size_t i = 0; i < surface_.size(); ++i)
+            if (double& a = surface_.memory(i).allowance; a == TouchMemory::kUnseen) a = depth[i];
+    }
+    pairs_ = pairsAt(ahead_);
+    held_ = heldAt(start_);
+}
+
+void Contact::begin(const solver::StepStart& start) { look(start.x, start.v, start.dt); }
+
+template <class T, class ForceOf>
+bool Contact::changed(const std::vector<T>& before, const std::vector<T>& now, const ForceOf& forceOf) const
+{
+    std::vector<Vec3> difference(surface_.size(), Vec3::Zero());
+    double all = 0, change = 0;
+    for (const T& t : now) difference[t.sample] += forceOf(t), all += forceOf(t).norm();
+    for (const T& t : before) difference[t.sample] -= forceOf(t);
+    for (const Vec3& d : difference) change += d.norm();
+    return change > kChanged * all;
+}
+
+bool Contact::refresh(std::span<const Vec3> x)
+{
+    std::vector<Pair> pairs = pairsAt(x);
+    const bool moved = changed(touches(x), touches(pairs, x), [&](const Touch& t) { return forceOf(t); });
+    if (moved) pairs_ = std::move(pairs);
+    std::vector<Held> held = heldAt(x);
+    const bool rubs = changed(held_, held, [&](const Held& h) { return Vec3(h.rub.limit * h.rub.normal); });
+    if (moved || rubs) held_ = std::move(held);
+    return moved || rubs;
+}
+
+double Contact::evaluate(std::span<const Vec3> x, std::span<Vec3> gradient) const
+{
+    double energy = 0;
+    for (const Touch& t : touches(x)) {
+        energy += energyOf(t);
+        addForce(t, forceOf(t), gradient);
+    }
+    for (const Held& h : held_) {
+        const Vec3 slip = slipOf(h, x);
+        energy += h.rub.energy(slip);
+        addForce(h, h.rub.force(slip), gradient);
+    }
+    return energy;
+}
+
+void Contact::linearize(std::span<const Vec3> x, std::vector<solver::Coupling>& couplings) const
+{
+    const auto add = [&](const auto& t, const Mat3& Q) {
+        solver::Coupling c;
+        const tetmesh::EmbeddedPoint& p = surface_.point(t.sample);
+        for (std::size_t a = 0; a < 4; ++a) {
+            c.node[a] = p.node[a], c.weight[a] = float(p.weight[a]);
+            c.node[4 + a] = targets_[t.target].node[a], c.weight[4 + a] = -float(t.share[a]);
+        }
+        c.Q = contact::blockOf(Q);
+        couplings.push_back(c);
+    };
+    for (const Touch& t : touches(x))
+        add(t, 0.5 * surface_.area(t.sample) * lawOf(t.sample, t.target).stiffness(t.depth) * t.outward *
+                   t.outward.transpose());
+    for (const Held& h : held_) add(h, h.rub.stiffness(slipOf(h, x)));
+}
+
+/// Contact holds energy; friction takes it, but for what stretches slip.
+solver::EnergyFlow Contact::flow(const solver::Leg& leg) const
+{
+    double before = 0, after = 0, along = 0, stretched = 0, rubbed = 0;
+    for (const Touch& t : touches(leg.from)) before += energyOf(t);
+    for (const Touch& t : touches(leg.to)) after += energyOf(t);
+    const auto wayOf = [&](const auto& t) {
+        return Vec3(apart(t.sample, t.target, t.share, leg.to) - apart(t.sample, t.target, t.share, leg.from));
+    };
+    for (const Touch& t : touches(leg.at)) along += forceOf(t).dot(wayOf(t));
+    for (const Held& h : held_) {
+        const Vec3 slip = slipOf(h, leg.at), force = h.rub.force(slip);
+        along += force.dot(wayOf(h));
+        rubbed -= force.dot(wayOf(h));
+        stretched += force.dot(h.rub.kept(slip) - h.rub.stretch);
+    }
+    const double work = before - after + stretched, dissipated = rubbed + stretched;
+    return {work, dissipated, work - dissipated - along};
+}
+
+void Contact::accept(std::span<const Vec3> x, double)
+{
+    const std::vector<double> depth = deepest(x);
+    std::vector<Vec3> stretch(surface_.size(), Vec3::Zero());
+    for (const Held& h : held_)
+        if (depth[h.sample] > 0) stretch[h.sample] = h.rub.kept(slipOf(h, x));
+    for (std::size_t i = 0; i < surface_.size(); ++i) {
+        TouchMemory& m = surface_.memory(i);
+        m = {std::min(m.allowance, depth[i]), stretch[i]};
+    }
+}
+
+/// No sample comes nearer to a target than three quarters of the depth in which samples are found, in one step.
+double Contact::largestStep(const solver::State& state)
+{
+    look(state.x, state.v, frame_);
+    const double fastest = orderedMax(near_.samples(), kChunk, 0, [&](std::size_t begin, std::size_t end) {
+        double most = 0;
+        for (std::size_t i = begin; i < end; ++i) {
+            const Vec3 v = surface_.at(near_.sample(i), state.v);
+            for (std::uint32_t t : near_.targets(i))
+                for (std::uint32_t n : targets_[t].node) most = std::max(most, (v - state.v[n]).squaredNorm());
+        }
+        return most;
+    });
+    return fastest > 0 ? 0.75 * kDepth * dx_ / std::sqrt(fastest) : kInfinity;
+}
+
+std::unique_ptr<core::Effect> make(const scene::Values& values, const scene::Scene& scene)
+{
+    return std::make_unique<Contact>(values, scene);
+}
+
+}  // namespace
+
+EffectInfo contact()
+{
+    return {{"contact", "Bodies and fragments touch each other and themselves.", kKeys},
+            "solve, limit on the time step",
+            make};
+}
+
+}  // namespace vdbfrac::effects
