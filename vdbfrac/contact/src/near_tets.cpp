@@ -1,11 +1,12 @@
 #include <vdbfrac/contact/near_tets.h>
 
+#include <vdbfrac/base/grouping.h>
 #include <vdbfrac/base/parallel.h>
 
 #include <Eigen/Dense>
-#include <tbb/parallel_sort.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <tuple>
 #include <utility>
@@ -32,24 +33,29 @@ Box around(std::span<const Vec3> points, double margin)
     return {box.lower - Vec3::Constant(margin), box.upper + Vec3::Constant(margin)};
 }
 
-/// Cells of a grid over space, by a hash of their coordinates.
+/// Cells of a grid over space, in bins by a hash of their coordinates.
 class Bins {
 public:
-    explicit Bins(double size) : size_(size) {}
-    /// Calls visit(bin) for each that a box meets.
+    Bins(double size, std::size_t things) : size_(size), bits_(std::bit_width(2 * things)) {}
+    std::size_t count() const { return std::size_t{1} << bits_; }
+    /// Calls visit(bin) for each cell that a box meets.
     template <class Visit>
     void visit(const Box& box, const Visit& visit) const
     {
         const std::array<long long, 3> low = cellOf(box.lower), high = cellOf(box.upper);
         for (long long z = low[2]; z <= high[2]; ++z)
             for (long long y = low[1]; y <= high[1]; ++y)
-                for (long long x = low[0]; x <= high[0]; ++x)
-                    visit((std::uint64_t(z) & kMask) << 42 | (std::uint64_t(y) & kMask) << 21 |
-                          (std::uint64_t(x) & kMask));
+                for (long long x = low[0]; x <= high[0]; ++x) visit(binOf(x, y, z));
     }
 
 private:
-    static constexpr std::uint64_t kMask = (1u << 21) - 1;
+    std::size_t binOf(long long x, long long y, long long z) const
+    {
+        // Teschner et al. 2003, Optimized spatial hashing, section 4.1; its upper bits are the well mixed ones.
+        const std::uint64_t mixed =
+            std::uint64_t(x) * 73856093u ^ std::uint64_t(y) * 19349663u ^ std::uint64_t(z) * 83492791u;
+        return std::size_t(mixed * 0x9e3779b97f4a7c15u >> (64 - bits_));
+    }
     std::array<long long, 3> cellOf(const Vec3& p) const
     {
         constexpr double kFarthest = 1e15;  // what flies off to infinity meets nothing
@@ -57,9 +63,8 @@ private:
         return {one(p.x()), one(p.y()), one(p.z())};
     }
     double size_;
+    int bits_;
 };
-
-using Entry = std::pair<std::uint64_t, std::uint32_t>;  // bin, group
 
 constexpr double kBin = 2;  // cells: most groups lie in eight of them or fewer
 
@@ -86,26 +91,32 @@ std::vector<Box> waysOf(const Targets& targets, std::span<const Vec3> x, std::sp
 
 std::vector<Box> groupBoxes(const Targets& targets, const std::vector<Box>& boxes)
 {
-    std::vector<Box> groups(targets.groups());
+    std::vector<Box> groups(targets.groups().size());
     for (std::size_t g = 0; g < groups.size(); ++g) {
-        const auto [first, last] = targets.group(g);
-        groups[g] = boxes[first];
-        for (std::uint32_t t = first; t < last; ++t)
+        const Targets::Group& group = targets.groups()[g];
+        groups[g] = boxes[group.first];
+        for (std::uint32_t t = group.first; t < group.end; ++t)
             groups[g] = {groups[g].lower.cwiseMin(boxes[t].lower), groups[g].upper.cwiseMax(boxes[t].upper)};
     }
     return groups;
 }
 
-bool isNeighbourhood(const TouchingSurface& surface, std::size_t sample, const Target& target)
+bool sharesNode(const tetmesh::EmbeddedPoint& point, const Target& target)
+{
+    for (std::uint32_t n : point.node)
+        if (std::find(target.node.begin(), target.node.end(), n) != target.node.end()) return true;
+    return false;
+}
+
+/// Is a group near a sample at rest, and does not face it?
+bool isBeside(const TouchingSurface& surface, std::size_t sample, const Targets::Group& group)
 {
     constexpr double kNear = 2.5;    // cells
     constexpr double kFacing = -.3;  // cosine of the angle between the directions outward, at the most
-    if (surface.body(sample) != target.body) return false;
-    for (std::uint32_t n : surface.point(sample).node)
-        if (std::find(target.node.begin(), target.node.end(), n) != target.node.end()) return true;
-    const Vec3 away = surface.restPosition(sample) - target.restMiddle.cast<double>();
-    return away.norm() < kNear * std::cbrt(double(target.restVolume)) &&
-           surface.restNormal(sample).dot(target.restOutward.cast<double>()) > kFacing;
+    if (surface.body(sample) != group.body) return false;
+    const Vec3 away = surface.restPosition(sample) - group.X.cast<double>();
+    return away.squaredNorm() < kNear * kNear * double(group.size) * double(group.size) &&
+           surface.restNormal(sample).dot(group.outward.cast<double>()) > kFacing;
 }
 
 }  // namespace
@@ -118,7 +129,6 @@ void Targets::set(std::span<const core::Body> bodies, double depth)
         const tetmesh::PhiTets tets = body.mesh->phiTets(depth);
         for (std::size_t i = 0; i < tets.tets.size(); ++i) {
             const tetmesh::PhiTet& t = tets.tets[i];
-            if (i == 0 || t.element != tets.tets[i - 1].element) group_.push_back(std::uint32_t(target_.size()));
             std::array<Vec3, 4> X;
             for (std::size_t a = 0; a < 4; ++a) X[a] = body.mesh->restPosition(t.node[a]);
             const Vec3 e1 = X[1] - X[0], e2 = X[2] - X[0], e3 = X[3] - X[0];
@@ -128,17 +138,22 @@ void Targets::set(std::span<const core::Body> bodies, double depth)
             Target target;
             target.node = t.node, target.phi = t.phi;
             target.restVolume = float(std::abs(e1.cross(e2).dot(e3)));
-            target.restMiddle = (0.25 * (X[0] + X[1] + X[2] + X[3])).cast<float>();
-            target.restOutward = outward.stableNormalized().cast<float>();
             target.inside = t.part + std::uint32_t(inside_.size());
             target.fragment = body.fragments.ofNode()[t.node[0]];
             target.body = std::uint16_t(b);
             for (std::uint32_t& n : target.node) n += body.firstNode;
+            if (i == 0 || t.element != tets.tets[i - 1].element)
+                group_.push_back({std::uint32_t(target_.size()), 0, target.body, std::cbrt(target.restVolume),
+                                  Eigen::Vector3f::Zero(), Eigen::Vector3f::Zero()});
             target_.push_back(target);
+            Group& group = group_.back();
+            group.end = std::uint32_t(target_.size());
+            group.X += (0.25 * (X[0] + X[1] + X[2] + X[3])).cast<float>();
+            group.outward += outward.stableNormalized().cast<float>();
         }
         inside_.insert(inside_.end(), tets.inside.begin(), tets.inside.end());
     }
-    group_.push_back(std::uint32_t(target_.size()));
+    for (Group& group : group_) group.X /= float(group.end - group.first), group.outward.stableNormalize();
 }
 
 InTarget Targets::locate(std::size_t n, const Vec3& y, std::span<const Vec3> x) const
@@ -174,16 +189,11 @@ void NearTets::find(const TouchingSurface& surface, const Targets& targets, std:
     sample_.clear(), target_.clear(), start_.assign(1, 0);
     if (targets.size() == 0 || surface.size() == 0) return;
     const std::vector<Box> boxes = waysOf(targets, x, ahead, margin);
-    const Bins bins(kBin * spacingOf(targets));
     const std::vector<Box> groups = groupBoxes(targets, boxes);
-    std::vector<std::vector<Entry>> part((groups.size() + kChunk - 1) / kChunk);
-    parallelChunks(groups.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t g = begin; g < end; ++g)
-            bins.visit(groups[g], [&](std::uint64_t bin) { part[begin / kChunk].emplace_back(bin, std::uint32_t(g)); });
+    const Bins bins(kBin * spacingOf(targets), groups.size());
+    const Groups inBin = groupItems(bins.count(), [&](const auto& add) {
+        for (std::uint32_t g = 0; g < groups.size(); ++g) bins.visit(groups[g], [&](std::size_t bin) { add(bin, g); });
     });
-    std::vector<Entry> entries;
-    for (const auto& p : part) entries.insert(entries.end(), p.begin(), p.end());
-    tbb::parallel_sort(entries.begin(), entries.end());
     // What each sample meets there.
     std::vector<std::vector<std::pair<std::uint32_t, std::uint32_t>>> found((surface.size() + kSamples - 1) / kSamples);
     parallelChunks(surface.size(), kSamples, [&](std::size_t begin, std::size_t end) {
@@ -192,13 +202,12 @@ void NearTets::find(const TouchingSurface& surface, const Targets& targets, std:
             const std::array<Vec3, 2> way{surface.at(i, x), surface.at(i, ahead)};
             const Box box = around(way, 0);
             near.clear();
-            bins.visit(box, [&](std::uint64_t bin) {
-                for (auto e = std::lower_bound(entries.begin(), entries.end(), Entry(bin, 0));
-                     e != entries.end() && e->first == bin; ++e) {
-                    if (!groups[e->second].meets(box)) continue;
-                    const auto [first, last] = targets.group(e->second);
-                    for (std::uint32_t t = first; t < last; ++t)
-                        if (boxes[t].meets(box) && !isNeighbourhood(surface, i, targets[t])) near.push_back(t);
+            bins.visit(box, [&](std::size_t bin) {
+                for (std::uint32_t g : inBin[bin]) {
+                    const Targets::Group& group = targets.groups()[g];
+                    if (!groups[g].meets(box) || isBeside(surface, i, group)) continue;
+                    for (std::uint32_t t = group.first; t < group.end; ++t)
+                        if (boxes[t].meets(box) && !sharesNode(surface.point(i), targets[t])) near.push_back(t);
                 }
             });
             std::sort(near.begin(), near.end(), [&](std::uint32_t a, std::uint32_t b) {
@@ -214,6 +223,30 @@ void NearTets::find(const TouchingSurface& surface, const Targets& targets, std:
             target_.push_back(target);
             ++start_.back();
         }
+}
+
+std::vector<Pair> NearTets::seenAt(const TouchingSurface& surface, const Targets& targets, std::span<const Vec3> x,
+                                   double reach) const
+{
+    std::vector<std::vector<Pair>> part((samples() + kSamples - 1) / kSamples);
+    parallelChunks(samples(), kSamples, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+            const Vec3 y = surface.at(sample_[i], x);
+            std::uint32_t fragment = ~0u;
+            double best = 0;
+            for (std::uint32_t t : this->targets(i)) {
+                const double least = targets.locate(t, y, x).least;
+                const bool next = targets[t].fragment != fragment;
+                if (least < -reach || (!next && least <= best)) continue;
+                if (next) part[begin / kSamples].push_back({sample_[i], t});
+                part[begin / kSamples].back().target = t;
+                fragment = targets[t].fragment, best = least;
+            }
+        }
+    });
+    std::vector<Pair> all;
+    for (const auto& p : part) all.insert(all.end(), p.begin(), p.end());
+    return all;
 }
 
 std::size_t NearTets::bytes() const

@@ -71,6 +71,7 @@ TouchingSurface::Own TouchingSurface::samplesOf(const core::Body& body) const
             own.rest[begin + i] = {at[i], out[i].stableNormalized()};
             at[i] += (gap_ - off) * own.rest[begin + i].normal;
         }
+        if (gap_ == 0) return;
         phi(at, value);
         for (std::size_t i = 0; i < at.size(); ++i) own.reach[begin + i] += std::clamp(value[i], 0., gap_);
     });

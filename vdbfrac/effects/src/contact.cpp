@@ -28,6 +28,7 @@ namespace vdbfrac::effects {
 namespace {
 
 using contact::InTarget;
+using contact::Pair;
 using contact::Penalty;
 using contact::Rub;
 using contact::Target;
@@ -47,11 +48,6 @@ const Key kKeys[] = {
      0, kInfinity, true},
     {"gap", Type::number, "voxels", "that surfaces which touch keep; thin cut tets are crushed where it is large", "0",
      0, 1},
-};
-
-/// A sample and the target that it is seen in.
-struct Pair {
-    std::uint32_t sample = 0, target = 0;
 };
 
 /// A sample in a target.
@@ -130,7 +126,7 @@ private:
         start_.clear(), pairs_.clear(), held_.clear();
     }
     void look(std::span<const Vec3> x, std::span<const Vec3> v, double dt);
-    std::vector<Pair> pairsAt(std::span<const Vec3> x) const;
+    std::vector<Pair> pairsAt(std::span<const Vec3> x) const { return near_.seenAt(surface_, targets_, x, kReach); }
     std::vector<Touch> touches(std::span<const Pair> pairs, std::span<const Vec3> x) const;
     std::vector<Touch> touches(std::span<const Vec3> x) const { return touches(pairs_, x); }
     std::vector<Held> heldAt(std::span<const Vec3> x) const;
@@ -197,32 +193,6 @@ void Contact::settle()
     surface_.settle();
     targets_.set(bodies_, kDepth * dx_);
     isSettled_ = true;
-}
-
-/// In each fragment the target that a sample lies in, or nearly so.
-std::vector<Pair> Contact::pairsAt(std::span<const Vec3> x) const
-{
-    const std::size_t n = near_.samples();
-    std::vector<std::vector<Pair>> part((n + kChunk - 1) / kChunk);
-    parallelChunks(n, kChunk, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-            const std::uint32_t sample = near_.sample(i);
-            const Vec3 y = surface_.at(sample, x);
-            std::uint32_t fragment = ~0u;
-            double best = 0;
-            for (std::uint32_t t : near_.targets(i)) {
-                const double least = targets_.locate(t, y, x).least;
-                const bool next = targets_[t].fragment != fragment;
-                if (least < -kReach || (!next && least <= best)) continue;
-                if (next) part[begin / kChunk].push_back({sample, t});
-                part[begin / kChunk].back().target = t;
-                fragment = targets_[t].fragment, best = least;
-            }
-        }
-    });
-    std::vector<Pair> all;
-    for (const auto& p : part) all.insert(all.end(), p.begin(), p.end());
-    return all;
 }
 
 /// Samples that are deeper than they may be, by rising sample.

@@ -17,10 +17,9 @@ namespace vdbfrac::contact {
 /// A part of a tet near the surface, in nodes of the system.
 struct Target {
     std::array<std::uint32_t, 4> node{};
-    std::array<float, 4> phi{};               ///< at these nodes [m]
-    float restVolume = 0;                     ///< of the whole tet, times six [m^3]
-    Eigen::Vector3f restMiddle, restOutward;  ///< m, unit length: where it is at rest, and where out is
-    std::uint32_t inside = 0;                 ///< into Targets::inside
+    std::array<float, 4> phi{};  ///< at these nodes [m]
+    float restVolume = 0;        ///< of the whole tet, times six [m^3]
+    std::uint32_t inside = 0;    ///< into Targets::inside
     std::uint32_t fragment = 0;
     std::uint16_t body = 0;
 };
@@ -42,16 +41,26 @@ public:
 
     std::size_t size() const { return target_.size(); }
     const Target& operator[](std::size_t i) const { return target_[i]; }
-    /// Those of one element come one after another: a group of `groups()`.
-    std::size_t groups() const { return group_.size() - 1; }
-    std::pair<std::uint32_t, std::uint32_t> group(std::size_t g) const { return {group_[g], group_[g + 1]}; }
+    /// Those of one element, one after another.
+    struct Group {
+        std::uint32_t first = 0, end = 0;
+        std::uint16_t body = 0;
+        float size = 0;              ///< of its cell [m]
+        Eigen::Vector3f X, outward;  ///< m: its middle at rest, and where out is there (unit length)
+    };
+    const std::vector<Group>& groups() const { return group_; }
     InTarget locate(std::size_t target, const Vec3& y, std::span<const Vec3> x) const;
     std::size_t bytes() const;
 
 private:
     std::vector<Target> target_;
-    std::vector<std::uint32_t> group_{0};  // first target of each, and the end
+    std::vector<Group> group_;
     std::vector<tetmesh::TetMatrix> inside_;
+};
+
+/// A sample and the target that it is seen in.
+struct Pair {
+    std::uint32_t sample = 0, target = 0;
 };
 
 /// Targets that each sample may reach: its way and theirs over the step come near each other. A sample does not see its
@@ -63,6 +72,11 @@ public:
     void find(const TouchingSurface& surface, const Targets& targets, std::span<const Vec3> x,
               std::span<const Vec3> ahead, double margin);
 
+    /// In each fragment the target that a sample lies in, or nearest to which it is: no farther outside than `reach`,
+    /// in barycentric coordinates. By rising sample.
+    std::vector<Pair> seenAt(const TouchingSurface& surface, const Targets& targets, std::span<const Vec3> x,
+                             double reach) const;
+
     std::size_t samples() const { return sample_.size(); }
     std::uint32_t sample(std::size_t i) const { return sample_[i]; }  ///< rising
     /// By rising fragment, then target.
@@ -70,7 +84,6 @@ public:
     {
         return std::span(target_).subspan(start_[i], start_[i + 1] - start_[i]);
     }
-    std::size_t pairs() const { return target_.size(); }
     std::size_t bytes() const;
 
 private:
