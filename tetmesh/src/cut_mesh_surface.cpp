@@ -125,7 +125,6 @@ PhiTets CutMesh::phiTets(double depth) const
 {
     constexpr CellShape kShapes[] = {CellShape::six, CellShape::fiveEven, CellShape::fiveOdd};
     PhiTets result;
-    result.inside.push_back({{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}}});
     std::array<std::uint32_t, 3> first{};
     for (CellShape shape : kShapes) {
         if ((shape == CellShape::six) != (lattice_.kind == Lattice::Kind::six)) continue;

@@ -42,13 +42,12 @@ std::vector<Coord> CutMesh::voxelsAbove(std::span<const double> density, double 
 {
     constexpr std::size_t kElements = 4096, kRow = 8;
     const std::size_t elements = elements_.size();
-    std::vector<std::vector<Coord>> part((elements + kElements - 1) / kElements);
     const auto anyAbove = [&](std::size_t begin, std::size_t end) {
         std::int64_t above = 0;  // no early way out: this runs through all tets of a body, and a plain loop is fastest
         for (std::size_t i = begin * kMaxTets; i < end * kMaxTets; ++i) above += density[i] > threshold;
         return above > 0;
     };
-    parallelChunks(elements, kElements, [&](std::size_t begin, std::size_t end) {
+    const auto add = [&](std::size_t begin, std::size_t end, std::vector<Coord>& above) {
         if (!anyAbove(begin, end)) return;  // nearly always
         std::vector<std::uint8_t> marks;
         for (std::size_t row = begin; row < end; row += kRow) {
@@ -58,13 +57,12 @@ std::vector<Coord> CutMesh::voxelsAbove(std::span<const double> density, double 
                 const Cell& cell = cellOf(*this, e);
                 const auto own = density.subspan(tetEntry(cell.firstElement, 0), tetEntry(cell.elements, 0));
                 if (anyAbove(cell.firstElement, cell.firstElement + cell.elements))
-                    addVoxelsAbove(*this, cell, own, threshold, marks, part[begin / kElements]);
+                    addVoxelsAbove(*this, cell, own, threshold, marks, above);
                 e = cell.firstElement + cell.elements;
             }
         }
-    });
-    std::vector<Coord> voxels;
-    for (const auto& p : part) voxels.insert(voxels.end(), p.begin(), p.end());
+    };
+    std::vector<Coord> voxels = gatherChunks<Coord>(elements, kElements, add);
     sortUniqueCoords(voxels);
     return voxels;
 }

@@ -326,7 +326,6 @@ EmbeddedSurface CutTetMesh::surface() const
 PhiTets CutTetMesh::phiTets(double depth) const
 {
     PhiTets result;
-    result.inside.push_back({{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}}});
     for (std::uint32_t e = 0; e < elements_.size(); ++e) {
         PhiTet tet{e, 0, {}, {}};
         std::copy_n(elements_[e].node.begin(), 4, tet.node.begin());

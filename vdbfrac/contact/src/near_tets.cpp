@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <tuple>
 #include <utility>
 
 namespace vdbfrac::contact {
@@ -101,6 +100,13 @@ std::vector<Box> groupBoxes(const Targets& targets, const std::vector<Box>& boxe
     return groups;
 }
 
+/// The gradient of what has the values phi at the corners of a tet, times the determinant of its edges, whose cross
+/// products are n: of the second and third, of the third and first, of the first and second.
+Vec3 gradientTimesVolume(const std::array<float, 4>& phi, const std::array<Vec3, 3>& n)
+{
+    return double(phi[1] - phi[0]) * n[0] + double(phi[2] - phi[0]) * n[1] + double(phi[3] - phi[0]) * n[2];
+}
+
 bool sharesNode(const tetmesh::EmbeddedPoint& point, const Target& target)
 {
     for (std::uint32_t n : point.node)
@@ -132,16 +138,14 @@ void Targets::set(std::span<const core::Body> bodies, double depth)
             std::array<Vec3, 4> X;
             for (std::size_t a = 0; a < 4; ++a) X[a] = body.mesh->restPosition(t.node[a]);
             const Vec3 e1 = X[1] - X[0], e2 = X[2] - X[0], e3 = X[3] - X[0];
-            const Vec3 outward = double(t.phi[1] - t.phi[0]) * e2.cross(e3) +
-                                 double(t.phi[2] - t.phi[0]) * e3.cross(e1) +
-                                 double(t.phi[3] - t.phi[0]) * e1.cross(e2);
+            const std::array<Vec3, 3> n{e2.cross(e3), e3.cross(e1), e1.cross(e2)};
             Target target;
             target.node = t.node, target.phi = t.phi;
-            target.restVolume = float(std::abs(e1.cross(e2).dot(e3)));
+            target.restVolume = float(std::abs(n[2].dot(e3)));
             target.inside = t.part + std::uint32_t(inside_.size());
             target.fragment = body.fragments.ofNode()[t.node[0]];
             target.body = std::uint16_t(b);
-            for (std::uint32_t& n : target.node) n += body.firstNode;
+            for (std::uint32_t& node : target.node) node += body.firstNode;
             if (i == 0 || t.element != tets.tets[i - 1].element)
                 group_.push_back({std::uint32_t(target_.size()), 0, target.body, std::cbrt(target.restVolume),
                                   Eigen::Vector3f::Zero(), Eigen::Vector3f::Zero()});
@@ -149,7 +153,7 @@ void Targets::set(std::span<const core::Body> bodies, double depth)
             Group& group = group_.back();
             group.end = std::uint32_t(target_.size());
             group.X += (0.25 * (X[0] + X[1] + X[2] + X[3])).cast<float>();
-            group.outward += outward.stableNormalized().cast<float>();
+            group.outward += gradientTimesVolume(t.phi, n).stableNormalized().cast<float>();
         }
         inside_.insert(inside_.end(), tets.inside.begin(), tets.inside.end());
     }
@@ -162,11 +166,11 @@ InTarget Targets::locate(std::size_t n, const Vec3& y, std::span<const Vec3> x) 
     const Target& t = target_[n];
     const Vec3& z0 = x[t.node[0]];
     const Vec3 e1 = x[t.node[1]] - z0, e2 = x[t.node[2]] - z0, e3 = x[t.node[3]] - z0, d = y - z0;
-    const Vec3 n1 = e2.cross(e3), n2 = e3.cross(e1), n3 = e1.cross(e2);
-    const double volume = e1.dot(n1);
+    const std::array<Vec3, 3> normal{e2.cross(e3), e3.cross(e1), e1.cross(e2)};
+    const double volume = e1.dot(normal[0]);
     InTarget in;
     if (!(volume > kFlat * double(t.restVolume))) return in;
-    in.share = {0, d.dot(n1) / volume, d.dot(n2) / volume, d.dot(n3) / volume};
+    in.share = {0, d.dot(normal[0]) / volume, d.dot(normal[1]) / volume, d.dot(normal[2]) / volume};
     in.share[0] = 1 - in.share[1] - in.share[2] - in.share[3];
     in.least = 1;
     for (const auto& row : inside_[t.inside]) {
@@ -175,13 +179,15 @@ InTarget Targets::locate(std::size_t n, const Vec3& y, std::span<const Vec3> x) 
         in.least = std::min(in.least, share);
     }
     for (std::size_t a = 0; a < 4; ++a) in.phi += in.share[a] * double(t.phi[a]);
-    in.outward =
-        (double(t.phi[1] - t.phi[0]) * n1 + double(t.phi[2] - t.phi[0]) * n2 + double(t.phi[3] - t.phi[0]) * n3) /
-        volume;
+    in.outward = gradientTimesVolume(t.phi, normal) / volume;
     return in;
 }
 
-std::size_t Targets::bytes() const { return target_.capacity() * sizeof(Target); }
+std::size_t Targets::bytes() const
+{
+    return target_.capacity() * sizeof(Target) + group_.capacity() * sizeof(Group) +
+           inside_.capacity() * sizeof(tetmesh::TetMatrix);
+}
 
 void NearTets::find(const TouchingSurface& surface, const Targets& targets, std::span<const Vec3> x,
                     std::span<const Vec3> ahead, double margin)
@@ -194,9 +200,7 @@ void NearTets::find(const TouchingSurface& surface, const Targets& targets, std:
     const Groups inBin = groupItems(bins.count(), [&](const auto& add) {
         for (std::uint32_t g = 0; g < groups.size(); ++g) bins.visit(groups[g], [&](std::size_t bin) { add(bin, g); });
     });
-    // What each sample meets there.
-    std::vector<std::vector<std::pair<std::uint32_t, std::uint32_t>>> found((surface.size() + kSamples - 1) / kSamples);
-    parallelChunks(surface.size(), kSamples, [&](std::size_t begin, std::size_t end) {
+    const auto meet = [&](std::size_t begin, std::size_t end, std::vector<Pair>& found) {
         std::vector<std::uint32_t> near;
         for (std::size_t i = begin; i < end; ++i) {
             const std::array<Vec3, 2> way{surface.at(i, x), surface.at(i, ahead)};
@@ -214,22 +218,20 @@ void NearTets::find(const TouchingSurface& surface, const Targets& targets, std:
                 return std::pair(targets[a].fragment, a) < std::pair(targets[b].fragment, b);
             });
             near.erase(std::unique(near.begin(), near.end()), near.end());
-            for (std::uint32_t t : near) found[begin / kSamples].emplace_back(std::uint32_t(i), t);
+            for (std::uint32_t t : near) found.push_back({std::uint32_t(i), t});
         }
-    });
-    for (const auto& chunk : found)
-        for (const auto& [sample, target] : chunk) {
-            if (sample_.empty() || sample_.back() != sample) sample_.push_back(sample), start_.push_back(start_.back());
-            target_.push_back(target);
-            ++start_.back();
-        }
+    };
+    for (const Pair& p : gatherChunks<Pair>(surface.size(), kSamples, meet)) {
+        if (sample_.empty() || sample_.back() != p.sample) sample_.push_back(p.sample), start_.push_back(start_.back());
+        target_.push_back(p.target);
+        ++start_.back();
+    }
 }
 
 std::vector<Pair> NearTets::seenAt(const TouchingSurface& surface, const Targets& targets, std::span<const Vec3> x,
                                    double reach) const
 {
-    std::vector<std::vector<Pair>> part((samples() + kSamples - 1) / kSamples);
-    parallelChunks(samples(), kSamples, [&](std::size_t begin, std::size_t end) {
+    return gatherChunks<Pair>(samples(), kSamples, [&](std::size_t begin, std::size_t end, std::vector<Pair>& seen) {
         for (std::size_t i = begin; i < end; ++i) {
             const Vec3 y = surface.at(sample_[i], x);
             std::uint32_t fragment = ~0u;
@@ -238,15 +240,12 @@ std::vector<Pair> NearTets::seenAt(const TouchingSurface& surface, const Targets
                 const double least = targets.locate(t, y, x).least;
                 const bool next = targets[t].fragment != fragment;
                 if (least < -reach || (!next && least <= best)) continue;
-                if (next) part[begin / kSamples].push_back({sample_[i], t});
-                part[begin / kSamples].back().target = t;
+                if (next) seen.push_back({sample_[i], t});
+                seen.back().target = t;
                 fragment = targets[t].fragment, best = least;
             }
         }
     });
-    std::vector<Pair> all;
-    for (const auto& p : part) all.insert(all.end(), p.begin(), p.end());
-    return all;
 }
 
 std::size_t NearTets::bytes() const

@@ -16,14 +16,13 @@ namespace {
 /// it.
 constexpr double kRegionSlack = 1e-3;
 
-struct TargetAt {
+struct PlacementAt {
     double time;
-    const Vec3& X;
-    Vec3 operator()(const scene::Force&) const { return X; }
+    scene::Placement operator()(const scene::Force&) const { return {}; }
     template <class Move>
-    Vec3 operator()(const Move& move) const
+    scene::Placement operator()(const Move& move) const
     {
-        return scene::placementAt(move, time)(X);
+        return scene::placementAt(move, time);
     }
 };
 
@@ -47,7 +46,7 @@ struct StartVelocity {
     Vec3 operator()(const scene::Keys& move) const
     {
         constexpr double kShort = 1e-6;  // s: as good as no turn, and far above rounding
-        return (TargetAt{kShort, X}(move)-TargetAt{0, X}(move)) / kShort;
+        return (scene::placementAt(move, kShort)(X) - scene::placementAt(move, 0)(X)) / kShort;
     }
     Vec3 operator()(const scene::Force&) const { return Vec3::Zero(); }
 };
@@ -130,16 +129,18 @@ const solver::Boundary& Simulation::Grips::boundary(double time)
 {
     for (const Held& held : held_)
         for (std::uint32_t node : held.nodes) boundary_.force[node].setZero();
-    for (const Held& held : held_)
+    for (const Held& held : held_) {
+        const scene::Placement place = std::visit(PlacementAt{time}, held.grip->move);
         for (std::size_t i = 0; i < held.nodes.size(); ++i) {
             const std::uint32_t node = held.nodes[i];
             if (const auto* force = std::get_if<scene::Force>(&held.grip->move)) {
                 boundary_.force[node] += held.share[i] * forceAt(*force, time);
             } else {
                 boundary_.fixed[node] = 1;
-                boundary_.target[node] = std::visit(TargetAt{time, held.rest[i]}, held.grip->move);
+                boundary_.target[node] = place(held.rest[i]);
             }
         }
+    }
     return boundary_;
 }
 

@@ -172,21 +172,17 @@ private:
 /// Samples that are deeper than they may be, by rising sample.
 std::vector<Touch> Colliders::touches(std::span<const Vec3> x, const Places& places) const
 {
-    const std::size_t n = surface_.size();
-    std::vector<std::vector<Touch>> part((n + kChunk - 1) / kChunk);
-    parallelChunks(n, kChunk, [&](std::size_t begin, std::size_t end) {
+    const auto add = [&](std::size_t begin, std::size_t end, std::vector<Touch>& all) {
         for (std::uint32_t i = std::uint32_t(begin); i < end; ++i) {
             const Vec3 y = surface_.at(i, x);
             for (std::uint32_t c = 0; c < obstacles_.size(); ++c) {
                 const DistanceSample d = distanceAt(y, c, places);
                 const double depth = surface_.reach(i) - d.value - surface_.memory(i).allowance;
-                if (depth > 0) part[begin / kChunk].push_back({i, c, depth, d.gradient});
+                if (depth > 0) all.push_back({i, c, depth, d.gradient});
             }
         }
-    });
-    std::vector<Touch> all;
-    for (const auto& p : part) all.insert(all.end(), p.begin(), p.end());
-    return all;
+    };
+    return gatherChunks<Touch>(surface_.size(), kChunk, add);
 }
 
 void Colliders::begin(const solver::StepStart& start)
@@ -205,8 +201,7 @@ void Colliders::see(std::span<const Vec3> x, const Places& places)
 {
     parallelChunks(surface_.size(), kChunk, [&](std::size_t begin, std::size_t end) {
         for (std::uint32_t i = std::uint32_t(begin); i < end; ++i)
-            if (double& allowance = surface_.memory(i).allowance; allowance == TouchMemory::kUnseen)
-                allowance = deepest(i, x, places);
+            if (TouchMemory& m = surface_.memory(i); m.allowance == TouchMemory::kUnseen) m.see(deepest(i, x, places));
     });
 }
 
@@ -221,30 +216,22 @@ void Colliders::hold(std::span<const Vec3> x)
             contact::makeRub(t.outward.normalized(), friction * push, surface_.area(t.sample) * lawOf(t.sample).k(),
                              surface_.memory(t.sample).stretch);
         const Vec3 carried = places_[t.collider](start_[t.collider].inverse(surface_.at(t.sample, x)));
-        const bool again = !held_.empty() && held_.back().sample == t.sample;
-        if (!again)
-            held_.push_back({t.sample, t.collider, rub, carried});
-        else if (rub.limit > held_.back().rub.limit)
-            held_.back() = {t.sample, t.collider, rub, carried};
+        contact::addStrongest(Held{t.sample, t.collider, rub, carried}, held_);
     }
 }
 
 double Colliders::evaluate(std::span<const Vec3> x, std::span<Vec3> gradient) const
 {
-    const std::vector<Touch> now = touches(x, places_);
-    if (now.empty() && held_.empty()) return 0;
-    std::vector<Vec3> force(surface_.size(), Vec3::Zero());
     double energy = 0;
-    for (const Touch& t : now) {
+    for (const Touch& t : touches(x, places_)) {
         energy += energyOf(t);
-        force[t.sample] += forceOf(t);
+        surface_.addForce(t.sample, forceOf(t), gradient);
     }
     for (const Held& h : held_) {
         const Vec3 slip = slipOf(h, x);
         energy += h.rub.energy(slip);
-        force[h.sample] += h.rub.force(slip);
+        surface_.addForce(h.sample, h.rub.force(slip), gradient);
     }
-    surface_.addForces(force, gradient);
     return energy;
 }
 
@@ -252,8 +239,7 @@ void Colliders::linearize(std::span<const Vec3> x, std::vector<solver::Coupling>
 {
     const auto add = [&](std::uint32_t sample, const Mat3& Q) {
         solver::Coupling c;
-        const tetmesh::EmbeddedPoint& p = surface_.point(sample);
-        for (std::size_t a = 0; a < 4; ++a) c.node[a] = p.node[a], c.weight[a] = float(p.weight[a]);
+        surface_.couple(sample, c);
         c.Q = contact::blockOf(Q);
         couplings.push_back(c);
     };
@@ -294,9 +280,7 @@ void Colliders::accept(std::span<const Vec3> x, double dt)
     for (const Held& h : held_) stretch[h.sample] = h.rub.kept(slipOf(h, x));
     parallelChunks(surface_.size(), kChunk, [&](std::size_t begin, std::size_t end) {
         for (std::uint32_t i = std::uint32_t(begin); i < end; ++i) {
-            TouchMemory& m = surface_.memory(i);
-            const double depth = deepest(i, x, places);
-            m = {std::min(m.allowance, depth), depth > 0 ? stretch[i] : Vec3::Zero()};
+            surface_.memory(i).keep(deepest(i, x, places), stretch[i]);
         }
     });
 }

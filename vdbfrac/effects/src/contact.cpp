@@ -1,9 +1,9 @@
 // Contact of bodies and their fragments with each other, and of each with itself.
 //
-//   U(x) = sum over samples s of 1/2 A_s psi(-g_s - a_s),  g_s = sum_a b_a phi_a
-//   b    barycentric coordinates, in a tet T, of a point y_s of the surface, moved outward by the gap; phi_a: phi at
-//   the
-//        corners of T, as the cut of its own piece of material sees it; half, as both sides sample each other
+//   U(x) = sum over samples s of 1/2 A_s psi(-g_s - a_s),  g_s = sum_a b_a phi_a - r_s
+//   b    barycentric coordinates, in a tet T, of a point y_s of the surface; phi_a: phi at the corners of T, as the cut
+//        of its own piece of material sees it; half, as both sides sample each other
+//   r_s  reach of the sample
 //   a_s  allowance: how deep a sample already was when it was first seen. What is born tangled is not thrown out, but
 //        goes no deeper; it only falls.
 // Because y = sum_a b_a z_a in T, forces and their moments on both sides cancel exactly. Fisher, Lin 2001 (distance
@@ -31,8 +31,6 @@ using contact::InTarget;
 using contact::Pair;
 using contact::Penalty;
 using contact::Rub;
-using contact::Target;
-using contact::TouchMemory;
 using scene::Key;
 using scene::Type;
 
@@ -131,7 +129,7 @@ private:
     std::vector<Touch> touches(std::span<const Vec3> x) const { return touches(pairs_, x); }
     std::vector<Held> heldAt(std::span<const Vec3> x) const;
     std::vector<double> deepest(std::span<const Vec3> x) const;
-    /// Is most of what this list says of samples, by `forceOf`, what the other says?
+    /// Do two lists differ in what they say of samples by `forceOf`, by so much that it matters?
     template <class T, class ForceOf>
     bool changed(const std::vector<T>& before, const std::vector<T>& now, const ForceOf& forceOf) const;
 
@@ -164,11 +162,8 @@ private:
     template <class T>
     void addForce(const T& t, const Vec3& force, std::span<Vec3> gradient) const
     {
-        const tetmesh::EmbeddedPoint& p = surface_.point(t.sample);
-        for (std::size_t a = 0; a < 4; ++a) {
-            gradient[p.node[a]] -= p.weight[a] * force;
-            gradient[targets_[t.target].node[a]] += t.share[a] * force;
-        }
+        surface_.addForce(t.sample, force, gradient);
+        for (std::size_t a = 0; a < 4; ++a) gradient[targets_[t.target].node[a]] += t.share[a] * force;
     }
 
     double friction_, beta_, gap_;
@@ -198,17 +193,14 @@ void Contact::settle()
 /// Samples that are deeper than they may be, by rising sample.
 std::vector<Touch> Contact::touches(std::span<const Pair> pairs, std::span<const Vec3> x) const
 {
-    std::vector<std::vector<Touch>> part((pairs.size() + kChunk - 1) / kChunk);
-    parallelChunks(pairs.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+    const auto add = [&](std::size_t begin, std::size_t end, std::vector<Touch>& all) {
         for (const Pair& p : pairs.subspan(begin, end - begin)) {
             const InTarget in = targets_.locate(p.target, surface_.at(p.sample, x), x);
             const double depth = surface_.reach(p.sample) - in.phi - surface_.memory(p.sample).allowance;
-            if (depth > 0) part[begin / kChunk].push_back({p.sample, p.target, depth, in.share, in.outward});
+            if (depth > 0) all.push_back({p.sample, p.target, depth, in.share, in.outward});
         }
-    });
-    std::vector<Touch> all;
-    for (const auto& p : part) all.insert(all.end(), p.begin(), p.end());
-    return all;
+    };
+    return gatherChunks<Touch>(pairs.size(), kChunk, add);
 }
 
 /// How deep each sample is [m], 0 where it touches nothing.
@@ -230,14 +222,9 @@ std::vector<Held> Contact::heldAt(std::span<const Vec3> x) const
         const double push = forceOf(t).norm();
         if (!(friction_ * push > 0)) continue;
         const double k = 0.5 * surface_.area(t.sample) * lawOf(t.sample, t.target).k();
-        const Held held{
-            t.sample, t.target, t.share,
-            contact::makeRub(t.outward.normalized(), friction_ * push, k, surface_.memory(t.sample).stretch),
-            apart(t.sample, t.target, t.share, start_)};
-        if (all.empty() || all.back().sample != t.sample)
-            all.push_back(held);
-        else if (held.rub.limit > all.back().rub.limit)
-            all.back() = held;
+        const Rub rub =
+            contact::makeRub(t.outward.normalized(), friction_ * push, k, surface_.memory(t.sample).stretch);
+        contact::addStrongest(Held{t.sample, t.target, t.share, rub, apart(t.sample, t.target, t.share, start_)}, all);
     }
     return all;
 }
@@ -258,8 +245,7 @@ void Contact::look(std::span<const Vec3> x, std::span<const Vec3> v, double dt)
         foundFor_ = dt;
         near_.find(surface_, targets_, start_, ahead_, kMargin * h_);
         const std::vector<double> depth = deepest(start_);
-        for (std::size_t i = 0; i < surface_.size(); ++i)
-            if (double& a = surface_.memory(i).allowance; a == TouchMemory::kUnseen) a = depth[i];
+        for (std::size_t i = 0; i < surface_.size(); ++i) surface_.memory(i).see(depth[i]);
     }
     pairs_ = pairsAt(ahead_);
     held_ = heldAt(start_);
@@ -308,11 +294,9 @@ void Contact::linearize(std::span<const Vec3> x, std::vector<solver::Coupling>& 
 {
     const auto add = [&](const auto& t, const Mat3& Q) {
         solver::Coupling c;
-        const tetmesh::EmbeddedPoint& p = surface_.point(t.sample);
-        for (std::size_t a = 0; a < 4; ++a) {
-            c.node[a] = p.node[a], c.weight[a] = float(p.weight[a]);
+        surface_.couple(t.sample, c);
+        for (std::size_t a = 0; a < 4; ++a)
             c.node[4 + a] = targets_[t.target].node[a], c.weight[4 + a] = -float(t.share[a]);
-        }
         c.Q = contact::blockOf(Q);
         couplings.push_back(c);
     };
@@ -346,12 +330,8 @@ void Contact::accept(std::span<const Vec3> x, double)
 {
     const std::vector<double> depth = deepest(x);
     std::vector<Vec3> stretch(surface_.size(), Vec3::Zero());
-    for (const Held& h : held_)
-        if (depth[h.sample] > 0) stretch[h.sample] = h.rub.kept(slipOf(h, x));
-    for (std::size_t i = 0; i < surface_.size(); ++i) {
-        TouchMemory& m = surface_.memory(i);
-        m = {std::min(m.allowance, depth[i]), stretch[i]};
-    }
+    for (const Held& h : held_) stretch[h.sample] = h.rub.kept(slipOf(h, x));
+    for (std::size_t i = 0; i < surface_.size(); ++i) surface_.memory(i).keep(depth[i], stretch[i]);
 }
 
 /// No sample comes nearer to a target than three quarters of the depth in which samples are found, in one step.

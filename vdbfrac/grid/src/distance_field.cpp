@@ -3,6 +3,7 @@
 #include "openvdb_access.h"
 
 #include <vdbfrac/grid/body_level_set.h>
+#include <vdbfrac/tetmesh/trilinear.h>
 
 #include <openvdb/tools/FastSweeping.h>
 
@@ -49,16 +50,16 @@ DistanceField::~DistanceField() = default;
 DistanceSample DistanceField::at(const Vec3& X) const
 {
     const openvdb::FloatGrid::ConstUnsafeAccessor voxels(data_->phi->tree());
-    const Vec3 at = X / data_->dx, low = at.array().floor(), t = at - low;
+    const Vec3 at = X / data_->dx;
+    const Coord low = tetmesh::floorOf(at);
+    const Vec3 t = at - low.toVec();
     double value = 0;
     Vec3 gradient = Vec3::Zero();
-    for (int c = 0; c < 8; ++c) {
-        const Vec3 side(c & 1, c >> 1 & 1, c >> 2);
-        const Vec3 share = side.cwiseProduct(t) + (Vec3::Ones() - side).cwiseProduct(Vec3::Ones() - t);
-        const Vec3 slope = 2 * side - Vec3::Ones();
-        const double phi =
-            voxels.getValue(toVdb({int((low + side).x()), int((low + side).y()), int((low + side).z())}));
-        value += share.prod() * phi;
+    for (int c = 0; c < tetmesh::kCorners; ++c) {
+        const Coord side = tetmesh::cornerOffset(c);
+        const double phi = voxels.getValue(toVdb(low + side));
+        value += tetmesh::trilinearShare(c, t) * phi;
+        const Vec3 slope = 2 * side.toVec() - Vec3::Ones(), share = slope.cwiseProduct(t) + Vec3::Ones() - side.toVec();
         gradient += phi * Vec3(slope.x() * share.y() * share.z(), slope.y() * share.z() * share.x(),
                                slope.z() * share.x() * share.y());
     }

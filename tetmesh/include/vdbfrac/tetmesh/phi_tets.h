@@ -22,7 +22,7 @@ struct PhiTets {
     std::vector<PhiTet> tets;  ///< by rising element
     /// Of each kind of part: times barycentric coordinates in the tet it gives those in the part. The first is a whole
     /// tet.
-    std::vector<TetMatrix> inside;
+    std::vector<TetMatrix> inside{{{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}}}};
 };
 
 }  // namespace vdbfrac::tetmesh

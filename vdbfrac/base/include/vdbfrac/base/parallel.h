@@ -32,6 +32,17 @@ private:
 /// number of threads. body must only write what belongs to its chunk.
 void parallelChunks(std::size_t count, std::size_t chunk, ChunkBody<void> body);
 
+/// What fill(begin, end, list) puts into a list for each chunk, in chunk order.
+template <class T, class Fill>
+std::vector<T> gatherChunks(std::size_t count, std::size_t chunk, const Fill& fill)
+{
+    std::vector<std::vector<T>> part((count + chunk - 1) / chunk);
+    parallelChunks(count, chunk, [&](std::size_t begin, std::size_t end) { fill(begin, end, part[begin / chunk]); });
+    std::vector<T> all;
+    for (const auto& p : part) all.insert(all.end(), p.begin(), p.end());
+    return all;
+}
+
 /// Sum over [0, count) of what term(begin, end) returns for each chunk, added in chunk order.
 double orderedSum(std::size_t count, std::size_t chunk, ChunkBody<double> term);
 

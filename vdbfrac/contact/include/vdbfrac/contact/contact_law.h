@@ -12,6 +12,7 @@
 #include <vdbfrac/solver/coupling.h>
 
 #include <algorithm>
+#include <vector>
 
 namespace vdbfrac::contact {
 
@@ -38,7 +39,7 @@ private:
     double k_, s1_;
 };
 
-/// One touch that may slide, as it was when the step began.
+/// One touch that may slide.
 struct Rub {
     Vec3 normal;       ///< unit length
     double limit = 0;  ///< friction coefficient times normal force [N]
@@ -94,6 +95,16 @@ inline constexpr double kBeta = 10;  ///< unless a scene says otherwise
 inline Rub makeRub(const Vec3& normal, double limit, double k, const Vec3& stretch)
 {
     return {normal, limit, 2 * limit / k, stretch};
+}
+
+/// Adds what a sample rubs on to those that are known, by rising sample: of several the one that holds most.
+template <class Held>
+void addStrongest(const Held& held, std::vector<Held>& all)
+{
+    if (all.empty() || all.back().sample != held.sample)
+        all.push_back(held);
+    else if (held.rub.limit > all.back().rub.limit)
+        all.back() = held;
 }
 
 inline solver::SymmetricBlock blockOf(const Mat3& Q)

@@ -3,8 +3,10 @@
 
 #include <vdbfrac/core/archive.h>
 #include <vdbfrac/core/body.h>
+#include <vdbfrac/solver/coupling.h>
 #include <vdbfrac/tetmesh/embedded_surface.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -17,6 +19,18 @@ struct TouchMemory {
     static constexpr double kUnseen = -1;
     double allowance = kUnseen;   ///< how deep it may be without being pushed [m]; unseen: nobody has looked yet
     Vec3 stretch = Vec3::Zero();  ///< elastic slip [m]
+
+    /// It is at this depth [m] when it is looked at: what is new may be as deep as it is.
+    void see(double depth)
+    {
+        if (allowance == kUnseen) allowance = depth;
+    }
+    /// A step has left it at this depth, with this slip if it still touches.
+    void keep(double depth, const Vec3& slip)
+    {
+        allowance = std::min(allowance, depth);
+        stretch = depth > 0 ? slip : Vec3::Zero();
+    }
 };
 
 /// A sample is a point of the cut surface with a reach: it touches what is that near. Forces act where the cut has its
@@ -31,22 +45,31 @@ public:
     void recut(const core::Body& body);
     void settle();
 
-    std::size_t size() const { return point_.size(); }
-    const tetmesh::EmbeddedPoint& point(std::size_t i) const { return point_[i]; }  ///< in nodes of the system
+    std::size_t size() const { return all_.point.size(); }
+    const tetmesh::EmbeddedPoint& point(std::size_t i) const { return all_.point[i]; }  ///< in nodes of the system
     /// At rest [m^2]: a third of the triangles round it, added up as vectors.
-    double area(std::size_t i) const { return area_[i]; }
+    double area(std::size_t i) const { return all_.area[i]; }
     /// m: the gap that touching surfaces keep, where there is as much room at rest, and what the cut is off the
     /// surface.
-    double reach(std::size_t i) const { return reach_[i]; }
+    double reach(std::size_t i) const { return all_.reach[i]; }
     std::size_t body(std::size_t i) const { return body_[i]; }
-    const Vec3& restPosition(std::size_t i) const { return rest_[i].at; }  ///< m
-    const Vec3& restNormal(std::size_t i) const { return rest_[i].normal; }
-    Vec3 at(std::size_t i, std::span<const Vec3> x) const { return point_[i].at(x); }
+    const Vec3& restPosition(std::size_t i) const { return all_.rest[i].at; }  ///< m
+    const Vec3& restNormal(std::size_t i) const { return all_.rest[i].normal; }
+    Vec3 at(std::size_t i, std::span<const Vec3> x) const { return all_.point[i].at(x); }
     TouchMemory& memory(std::size_t i) { return memory_[i]; }
     const TouchMemory& memory(std::size_t i) const { return memory_[i]; }
 
-    /// gradient -= what a force [N] on each sample does at the nodes, added up by rising sample.
-    void addForces(std::span<const Vec3> force, std::span<Vec3> gradient) const;
+    /// gradient -= what a force [N] on a sample does at its nodes.
+    void addForce(std::size_t i, const Vec3& force, std::span<Vec3> gradient) const
+    {
+        for (std::size_t a = 0; a < 4; ++a) gradient[all_.point[i].node[a]] -= all_.point[i].weight[a] * force;
+    }
+    /// Writes the nodes and weights of a sample into a coupling.
+    void couple(std::size_t i, solver::Coupling& coupling) const
+    {
+        for (std::size_t a = 0; a < 4; ++a)
+            coupling.node[a] = all_.point[i].node[a], coupling.weight[a] = float(all_.point[i].weight[a]);
+    }
 
     void save(const std::string& name, core::Archive& archive) const;
     void restoreFrom(const std::string& name, const core::Archive& archive);
@@ -56,34 +79,26 @@ private:
     struct AtRest {
         Vec3 at, normal;
     };
-    /// The samples of one body, in its own nodes.
-    struct Own {
+    /// The samples of one body, in its own nodes, or of all of them.
+    struct Samples {
         std::vector<tetmesh::EmbeddedPoint> point;
         std::vector<double> area, reach;
         std::vector<AtRest> rest;
         std::vector<std::uint64_t> key;  // names the place at rest
-        std::size_t first = 0;           // of its samples among all
+
+        std::size_t bytes() const;
     };
-    struct Share {
-        std::uint32_t sample;
-        double weight;
-    };
-    Own samplesOf(const core::Body& body) const;
-    void collectShares(std::size_t nodes);
+    Samples samplesOf(const core::Body& body) const;
+    /// Where the memory of a body's samples begins.
+    std::size_t firstOf(std::size_t body) const;
 
     std::span<const core::Body> bodies_;
     double gap_ = 0;
-    std::vector<Own> own_;
-    std::vector<TouchMemory> memory_;
-
+    std::vector<Samples> own_;         // of each body
+    std::vector<TouchMemory> memory_;  // of all
     bool isSettled_ = false;
-    std::vector<tetmesh::EmbeddedPoint> point_;
-    std::vector<double> area_, reach_;
-    std::vector<AtRest> rest_;
+    Samples all_;  // in nodes of the system, without keys
     std::vector<std::uint16_t> body_;
-    std::vector<std::uint32_t> node_;   // those that samples depend on, rising
-    std::vector<std::uint32_t> start_;  // of each of them in share_, and the end
-    std::vector<Share> share_;
 };
 
 }  // namespace vdbfrac::contact
