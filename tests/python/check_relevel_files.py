@@ -50,7 +50,7 @@ def write_ball(file, rings_left_out=0):
         faces += [(at[k], at[k] + FACETS, at[(k + 1) % FACETS] + FACETS, at[(k + 1) % FACETS]) for k in range(FACETS)]
     last = 1 + (rings - 2) * FACETS
     faces += [(bottom, last + (k + 1) % FACETS, last + k) for k in range(FACETS)]
-    file.write_text("".join(f"v {x:.17g} {y:.17g} {z:.17g}\n" for x, y, z in points) + "".join("f " + " ".join(map(str, f)) + "\n" for f in faces))
+    file.write_text("".join(f"v {x:.6f} {y:.6f} {z:.6f}\n" for x, y, z in points) + "".join("f " + " ".join(map(str, f)) + "\n" for f in faces))
 
 
 def check_distances(name, grid, said, most):

@@ -89,7 +89,7 @@ public:
           tree_(triangles),
           dx_(phi.voxelSize()[0])
     {
-        for (auto leaf = phi.tree().beginLeaf(); leaf; ++leaf) leaves_.push_back(&*leaf);
+        listLeaves();
     }
 
     std::int64_t settle()
@@ -114,8 +114,14 @@ private:
     std::uint32_t triangleAt(const View& v, const Voxel& c) const { return std::uint32_t(v.closest.getValue(c)); }
     bool isKnown(std::uint32_t triangle) const { return triangle < triangles_.corners.size(); }
 
+    void listLeaves()
+    {
+        leaves_.clear();
+        for (auto leaf = phi_.tree().beginLeaf(); leaf; ++leaf) leaves_.push_back(&*leaf);
+    }
+
     /// Where meshToVolume widens its band it takes triangles that are near the closest one, which can be half a voxel
-    /// off: the triangles of neighbours know better.
+    /// off: the triangles of neighbours know better. What it put beyond the band for that comes back.
     void refine()
     {
         struct Change {
@@ -129,10 +135,17 @@ private:
                     if (std::abs(*at) <= far) continue;
                     const float nearer = float(distanceByNeighbours(v, at.getCoord(), std::abs(*at)) * dx_);
                     if (nearer < std::abs(*at)) out.push_back({at.getCoord(), std::copysign(nearer, *at)});
+                    for (const Voxel& step : kFaces)
+                        if (const Voxel beside = at.getCoord() + step; !v.phi.isValueOn(beside)) {
+                            const float value = v.phi.getValue(beside), edge = std::abs(value);
+                            const float found = float(distanceByNeighbours(v, beside, edge) * dx_);
+                            if (found < edge) out.push_back({beside, std::copysign(found, value)});
+                        }
                 }
             };
         });
-        for (const Change& c : changes) phi_.tree().probeLeaf(c.at)->setValueOnly(c.at, c.value);
+        for (const Change& c : changes) phi_.tree().setValueOn(c.at, c.value);
+        listLeaves();
     }
 
     /// The least distance [voxels] to the triangles of those neighbours that are nearer to the surface.
