@@ -51,9 +51,9 @@ public:
 
 private:
     /// Not where forces overflow: there any x would look solved.
-    bool isConverged(const Point& p) const
+    static bool isConverged(const Point& p, double tolerance)
     {
-        return p.norm <= settings_.tolerance * p.forceScale + p.noise && std::isfinite(p.forceScale + p.noise);
+        return p.norm <= tolerance * p.forceScale + p.noise && std::isfinite(p.forceScale + p.noise);
     }
     static double relative(const Point& p, double norm)
     {
@@ -62,7 +62,7 @@ private:
     }
     static double relative(const Point& p) { return relative(p, p.norm); }
     void lift();
-    void descendToRest();
+    void descendToRest(double tolerance);
     enum class Search { accepted, failed, crease };
     bool improve();
     bool descend();
@@ -89,6 +89,7 @@ private:
     std::vector<Vec3> combined_;  // the shortest mean of their gradients
 
     // Of the step at hand.
+    int most_ = 0;           // iterations after which it is given up
     bool prepared_ = false;  // there is a preconditioner of this step
     double reach_ = 0;       // m: no farther away a gradient that no longer descends is taken for one beyond a crease
     // N: size of the shortest mean of gradients where here_ is a minimum at a crease, or below 0.
@@ -308,6 +309,7 @@ const StepReport& BackwardEuler::Newton::run(State& state)
 {
     // Of a cell: strains for which the linearised body is a better start than one at rest.
     constexpr double kJump = 0.1;
+    constexpr double kLoose = 0.03;    // how well to solve for what is brought up to date then
     constexpr int kMostRefreshes = 3;  // what alternates between two states is left in one of them
     if (objective_.jump() > kJump * objective_.elastic().h()) {
         lift();
@@ -316,22 +318,26 @@ const StepReport& BackwardEuler::Newton::run(State& state)
         objective_.evaluate(here_);
     }
     report_.minResidual = relative(here_);
-    descendToRest();
-    for (int n = 0; n < kMostRefreshes && report_.status == StepStatus::converged; ++n) {
-        if (!objective_.refresh(here_.x)) break;
-        objective_.evaluate(here_);
-        crease_ = -1;
-        descendToRest();
+    most_ = settings_.iterations;
+    const double loose = std::max(kLoose, settings_.tolerance);
+    for (double tolerance : {loose, settings_.tolerance}) {
+        descendToRest(tolerance);
+        for (int n = 0; n < kMostRefreshes && report_.status == StepStatus::converged; ++n) {
+            if (!objective_.refresh(here_.x)) break;
+            objective_.evaluate(here_);
+            crease_ = -1;
+            most_ = report_.newtonIterations + settings_.iterations;
+            descendToRest(tolerance);
+        }
     }
     finish(state);
     return report_;
 }
 
-void BackwardEuler::Newton::descendToRest()
+void BackwardEuler::Newton::descendToRest(double tolerance)
 {
-    const int most = report_.newtonIterations + settings_.iterations;
-    while (!isConverged(here_) && crease_ < 0) {
-        if (report_.newtonIterations >= most || !improve()) {
+    while (report_.status == StepStatus::converged && !isConverged(here_, tolerance) && crease_ < 0) {
+        if (report_.newtonIterations >= most_ || !improve()) {
             report_.status = StepStatus::capped;
             break;
         }

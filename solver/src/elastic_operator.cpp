@@ -11,6 +11,7 @@
 #include <atomic>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <numeric>
 #include <type_traits>
 
@@ -129,6 +130,30 @@ std::span<const double> ElasticOperator::mass() const { return data_->mass; }
 std::span<const double> ElasticOperator::stiffness() const { return data_->stiffness; }
 const ElasticWork& ElasticOperator::work() const { return data_->work; }
 
+void ElasticOperator::setAsleep(std::span<const std::uint8_t> nodes)
+{
+    Data& d = *data_;
+    const std::vector<std::uint8_t> before = std::move(d.asleep);
+    d.asleep.clear();
+    d.tetsAsleep = 0;
+    if (nodes.empty()) return;
+    d.asleep.resize(d.p.patches.size());
+    d.energyAsleep.resize(d.p.patches.size());
+    for (std::size_t i = 0; i < d.p.patches.size(); ++i) {
+        const Patch& patch = d.p.patches[i];
+        const std::span runs = std::span(d.p.runs).subspan(patch.firstRun, patch.runs);
+        const bool asleep = std::all_of(runs.begin(), runs.end(), [&](const NodeRun& run) {
+            const auto own = nodes.subspan(run.node, run.count);
+            return std::all_of(own.begin(), own.end(), [](std::uint8_t mark) { return mark != 0; });
+        });
+        d.asleep[i] = asleep;
+        if (asleep) d.tetsAsleep += patch.tets;
+        if (before.empty() || !before[i]) d.energyAsleep[i] = std::numeric_limits<double>::quiet_NaN();
+    }
+}
+
+bool ElasticOperator::hasAsleep() const { return data_->tetsAsleep > 0; }
+
 std::size_t ElasticOperator::bytes() const
 {
     const Data& d = *data_;
@@ -166,16 +191,16 @@ double ElasticOperator::evaluate(std::span<const Vec3> x, std::span<Vec3> gradie
     if (!gradient.empty()) addSums(d.sums<Vec3>(), gradient);
     d.work.robustTets += robust;
     d.work.evaluations += 1;
-    d.work.evaluatedTets += d.p.tets;
-    return d.totalEnergy();
+    d.work.evaluatedTets += d.tetsAwake();
+    return d.totalEnergy() + d.asleepEnergy(x);
 }
 
-void ElasticOperator::energyDensities(std::span<const Vec3> x, std::vector<double>& density) const
+void ElasticOperator::energyDensities(std::span<const Vec3> x, std::vector<double>& density, bool all) const
 {
     const Data& d = *data_;
     constexpr std::size_t kTets = tetmesh::kMaxTets;
     density.resize(d.elements * kTets);
-    d.eachPatch(x, nullptr, [&](std::size_t i, PatchData patch, const double* in, double* out) {
+    d.eachPatch(x, nullptr, all, [&](std::size_t i, PatchData patch, const double* in, double* out) {
         const Patch& range = d.p.patches[i];
         std::vector<double>& psi = d.psi[std::size_t(threadSlot())];
         psi.resize(std::max(psi.size(), range.batches * kTets * kLanes));
@@ -189,19 +214,50 @@ void ElasticOperator::energyDensities(std::span<const Vec3> x, std::vector<doubl
                                              : 0;
         }
     });
+    for (std::size_t i = 0; i < d.p.patches.size() && !all; ++i)
+        if (const Patch& patch = d.p.patches[i]; d.isAsleep(i))
+            std::fill_n(density.begin() + std::ptrdiff_t(patch.firstElement * kTets), patch.elements * kTets, 0.);
     std::size_t entry = 0;  // what the kernel has is over the stiffness
     for (const ElementSet& set : d.sets) {
         for (std::size_t i = 0; i < set.stiffness.size(); ++i) density[entry + i] *= double(set.stiffness[i]);
         entry += set.elements.size() * kTets;
     }
     d.work.evaluations += 1;
-    d.work.evaluatedTets += d.p.tets;
+    d.work.evaluatedTets += all ? d.p.tets : d.tetsAwake();
+}
+
+/// Energy of the patches that are left out [J]; it is found once.
+double ElasticOperator::Data::asleepEnergy(std::span<const Vec3> x) const
+{
+    parallelChunks(asleep.size(), 1, [&](std::size_t i, std::size_t) {
+        if (!asleep[i] || !std::isnan(energyAsleep[i])) return;
+        const PatchData patch = patchData(i, nullptr);
+        double* const own = in[std::size_t(threadSlot())].as<double>();
+        double* const unused = out[std::size_t(threadSlot())].as<double>();
+        kernel().of<double>().read(patch, x.data()->data(), own);
+        std::fill_n(unused, 3 * patch.stride, 0.);
+        energyAsleep[i] = kernel().evaluate(patch, kRobust, own, unused).energy;
+    });
+    double sum = 0;
+    for (std::size_t i = 0; i < asleep.size(); ++i) sum += asleep[i] ? energyAsleep[i] : 0;
+    return sum;
+}
+
+/// A tangent for the cells of a patch that is left out: no rotation, no stiffness.
+void ElasticOperator::Data::clearTangents(std::size_t patch, TetTangent* cells) const
+{
+    for (std::size_t b = p.patches[patch].firstBatch; b < p.patches[patch].firstBatch + p.patches[patch].batches; ++b)
+        for (std::size_t l = 0; l < kLanes; ++l) {
+            for (int k = 0; k < 9; ++k) cells[b].R[k][l] = k % 4 == 0;
+            for (int k = 0; k < 6; ++k) cells[b].T[k][l] = 0;
+        }
 }
 
 template <class F>
 void ElasticOperator::Data::eachTet(TetTangent* tangents, const F& f) const
 {
     parallelChunks(p.patches.size(), 1, [&](std::size_t i, std::size_t) {
+        if (isAsleep(i)) return;
         const Patch& patch = p.patches[i];
         for (std::size_t b = patch.firstBatch; b < patch.firstBatch + patch.batches; ++b)
             for (std::size_t t = 0; t < p.tangentsOf(b); ++t)
@@ -218,6 +274,10 @@ void ElasticOperator::averageTets(const Tangent& tangent, Tangent& cells) const
     cells.ofCells_ = true;
     cells.share_ = tangent.share_;
     parallelChunks(d.p.patches.size(), 1, [&](std::size_t i, std::size_t) {
+        if (d.isAsleep(i)) {
+            d.clearTangents(i, cells.tets_.get());
+            return;
+        }
         kernel().averageTets(d.patchData(i, &tangent), kRobust, cells.tets_.get() + d.p.patches[i].firstBatch);
     });
 }
@@ -255,7 +315,7 @@ Product<V> ElasticOperator::multiply(const Tangent& tangent, std::span<const V> 
         d.patchEnergy[i] = kernel().of<Real>().product(patch, in, out);
     });
     d.work.products += 1;
-    d.work.productTets += d.p.tets;
+    d.work.productTets += d.tetsAwake();
     double energy = d.totalEnergy();
     if (blocks)
         energy += blocks->multiply(u, [&](std::uint32_t node, const V& sum) {
@@ -278,6 +338,10 @@ NodeSums<ElasticOperator::PackedBlock> ElasticOperator::diagonal(const Tangent& 
     const Data& d = *data_;
     PackedBlock* const slot = d.slots.as<PackedBlock>();
     parallelChunks(d.p.patches.size(), 1, [&](std::size_t i, std::size_t) {
+        if (d.isAsleep(i)) {
+            d.clearSlots<double>(i, kDiagonalRows);
+            return;
+        }
         const Patch& patch = d.p.patches[i];
         const std::size_t stride = patch.stride();
         double* const out = d.out[std::size_t(threadSlot())].as<double>();

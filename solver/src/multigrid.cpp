@@ -147,6 +147,8 @@ bool Multigrid::setUp(const LinearSystem& system)
         level.elastic->averageCells(*fine.elastic, fine.tangent, fine.coarser.finer, level.tangent);
         restrictHolds(fine.fixed, fine.spring, fine.elastic->stiffness(), fine.coarser.parents, level.fixed,
                       level.spring);
+        if (top.elastic->hasAsleep() || level.own->hasAsleep())
+            level.own->setAsleep(top.elastic->hasAsleep() ? level.fixed : std::span<const std::uint8_t>());
     }
     return couple(system);
 }

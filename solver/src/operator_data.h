@@ -57,6 +57,9 @@ struct ElasticOperator::Data {
     std::vector<ElementSet> sets;
     mutable ElasticWork work;
     mutable std::vector<double> patchEnergy;  // of the last pass
+    std::vector<std::uint8_t> asleep;         // is a patch left out? Empty: none is
+    std::int64_t tetsAsleep = 0;
+    mutable std::vector<double> energyAsleep;  // of such a patch [J]; NaN: not yet known
     // Scratch, made once: what each patch adds to each of its nodes, and vectors of the patch that a thread works on.
     Scratch slots{0};
     std::vector<Scratch> in, out;
@@ -89,12 +92,23 @@ struct ElasticOperator::Data {
     }
 
     /// Calls f(patch number, patch, in, out) for every patch, with scratch of its own: `in` holds x, `out` three rows
-    /// of zeros; then puts `out` into the patch's slots.
+    /// of zeros; then puts `out` into the patch's slots. Those of patches that are left out are 0, as is their energy.
     template <class V, class F>
     void eachPatch(std::span<const V> x, const Tangent* tangent, const F& f) const
     {
+        eachPatch(x, tangent, false, f);
+    }
+    /// Of those that are left out too, with `all`.
+    template <class V, class F>
+    void eachPatch(std::span<const V> x, const Tangent* tangent, bool all, const F& f) const
+    {
         using Real = typename V::Scalar;
         parallelChunks(p.patches.size(), 1, [&](std::size_t i, std::size_t) {
+            if (!all && isAsleep(i)) {
+                patchEnergy[i] = 0;
+                clearSlots<Real>(i, 3);
+                return;
+            }
             const PatchData patch = patchData(i, tangent);
             [[maybe_unused]] const FlushFor<Real> flush{};
             Real* const u = in[std::size_t(threadSlot())].template as<Real>();
@@ -119,6 +133,13 @@ struct ElasticOperator::Data {
         return p.slotStart[node] < p.slotStart[node + 1] ? slots.as<V>() + p.slots[p.slotStart[node]] : nullptr;
     }
 
+    bool isAsleep(std::size_t patch) const { return !asleep.empty() && asleep[patch]; }
+    std::int64_t tetsAwake() const { return p.tets - tetsAsleep; }
+    template <class Real>
+    void clearSlots(std::size_t patch, std::size_t rows) const
+    {
+        std::fill_n(slots.as<Real>() + rows * p.patches[patch].firstSlot, rows * p.patches[patch].slots(), Real(0));
+    }
     double totalEnergy() const { return std::accumulate(patchEnergy.begin(), patchEnergy.end(), 0.); }
 
     /// Material volume of a tet over h^3, times its stiffness; 0 in a lane that is not used.
@@ -173,6 +194,9 @@ struct ElasticOperator::Data {
         if (!tangent.ofCells_) return {R, T};
         return {R, law->ofTet(R, shearShare(batch, t, l) * T)};
     }
+
+    double asleepEnergy(std::span<const Vec3> x) const;
+    void clearTangents(std::size_t patch, TetTangent* cells) const;
 
     /// Calls f(tangent, lane, mu V / h^2) for every tet with material and every mean, each with its part of mu.
     template <class F>

@@ -270,7 +270,8 @@ Patches layOut(const std::vector<Range>& ranges, const std::vector<Built>& built
         const Material& m = ranges[i].set->material;
         p.patches.push_back({std::uint32_t(batches), std::uint32_t(built[i].batches.size()), std::uint32_t(p.slotCount),
                              built[i].nodes, std::uint32_t(runs), std::uint32_t(built[i].runs.size()),
-                             std::uint32_t(elements), std::uint32_t(built[i].laneOfElement.size()), m.mu, m.lambda});
+                             std::uint32_t(elements), std::uint32_t(built[i].laneOfElement.size()), m.mu, m.lambda,
+                             built[i].tets});
         elements += built[i].laneOfElement.size();
         batches += built[i].batches.size();
         runs += built[i].runs.size();

@@ -18,6 +18,7 @@ struct Patch {
     std::uint32_t firstRun = 0, runs = 0;
     std::uint32_t firstElement = 0, elements = 0;
     double mu = 0, lambda = 0;  ///< Pa
+    std::int64_t tets = 0;      ///< with material
     /// One a node, and some that fill it up.
     std::size_t slots() const { return (nodes + kLanes - 1) / kLanes * kLanes; }
     std::size_t stride() const { return slots() + kLanes; }

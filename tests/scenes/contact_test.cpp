@@ -174,6 +174,20 @@ TEST(Contact, DoesNotThrowApartWhatBeganTangled)
     while (!run.atEnd()) EXPECT_LT(run.step().kineticEnergy, 1e-20);
 }
 
+/// They part about as fast as they are told to, and no faster.
+TEST(Contact, PushesApartWhatBeganTangled)
+{
+    constexpr double kSpeed = .06, kTime = .4, kLeast = .7;  // m/s, s, 1
+    SceneRun run(blocks("[contact]\nuntangle_speed = 0.06\n", "[0.1, 0.46, 0.03]"), {"body.1.velocity=[0,0,0]"});
+    const double start = gapOf(run.simulation);
+    while (run.simulation.time() < kTime) EXPECT_LT(run.step().unnamedShare, 1e-3);
+    EXPECT_GT(gapOf(run.simulation) - start, kLeast * kSpeed * run.simulation.time());
+    EXPECT_LT(gapOf(run.simulation) - start, kSpeed * run.simulation.time());
+    run.toEnd();
+    EXPECT_GT(gapOf(run.simulation), -.01 * kDx);
+    EXPECT_LT(momentumOf(run.simulation).size, 2 * 125 * kSpeed);
+}
+
 TEST(Contact, NamedWithNothingNearChangesNoBit)
 {
     const std::string apart = "[0.1, 2, 0.03]";

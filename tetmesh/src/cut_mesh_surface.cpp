@@ -131,8 +131,8 @@ PhiTets CutMesh::phiTets(double depth) const
         first[std::size_t(shape)] = std::uint32_t(result.inside.size());
         for (const TetMatrix& m : insideParts(*this, shape)) result.inside.push_back(m);
     }
-    std::vector<double> phi;
-    const auto add = [&](std::uint32_t element, std::size_t subTet) {
+    const auto add = [&](std::uint32_t element, std::size_t subTet, const std::vector<double>& phi,
+                         std::vector<PhiTet>& tets) {
         const CellElement& e = elements_[element];
         const SubTet& sub = stencil(e.shape).subTets[subTet];
         std::array<double, 4> value;
@@ -147,15 +147,22 @@ PhiTets CutMesh::phiTets(double depth) const
             for (std::size_t k = 0; k < 4; ++k) sum += result.inside[part][k][a] * value[k];
             tet.phi[a] = float(sum);
         }
-        result.tets.push_back(tet);
+        tets.push_back(tet);
     };
-    for (const Cell& cell : cells_) {
-        const CellStencil& s = stencil(lattice_.shapeOf(cell.coord));
-        seenPhi(lattice_.coarsening * cell.coord, s.vertices, phi);
-        if (cell.whole && *std::max_element(phi.begin(), phi.end()) < -depth) continue;
-        for (std::size_t n = 0; cell.whole && n < s.subTets.size(); ++n) add(cell.firstElement, n);
-        for (const Piece& piece : cell.pieces) add(cell.firstElement + piece.element, piece.subTet);
-    }
+    result.tets = gatherChunks<PhiTet>(cells_.size(), kCellChunk,
+                                       [&](std::size_t begin, std::size_t end, std::vector<PhiTet>& tets) {
+                                           std::vector<double> phi;
+                                           for (const Cell& cell : std::span(cells_).subspan(begin, end - begin)) {
+                                               const CellStencil& s = stencil(lattice_.shapeOf(cell.coord));
+                                               seenPhi(lattice_.coarsening * cell.coord, s.vertices, phi);
+                                               if (cell.whole && *std::max_element(phi.begin(), phi.end()) < -depth)
+                                                   continue;
+                                               for (std::size_t n = 0; cell.whole && n < s.subTets.size(); ++n)
+                                                   add(cell.firstElement, n, phi, tets);
+                                               for (const Piece& piece : cell.pieces)
+                                                   add(cell.firstElement + piece.element, piece.subTet, phi, tets);
+                                           }
+                                       });
     return result;
 }
 

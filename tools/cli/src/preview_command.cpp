@@ -1,12 +1,15 @@
 // vdbfrac preview: pictures of a run, and a contact sheet of them.
+#include "drawn_colliders.h"
 #include "options.h"
 #include "run_frames.h"
 
 #include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/cli/commands.h>
+#include <vdbfrac/lab/study/study_table.h>
 #include <vdbfrac/pictures/png_file.h>
 #include <vdbfrac/pictures/render.h>
+#include <vdbfrac/scene/reader.h>
 #include <vdbfrac/tetmesh/obj_file.h>
 
 #include <fmt/format.h>
@@ -77,15 +80,27 @@ pictures::View viewOf(const std::vector<pictures::Subject>& subjects, const Prev
     return view;
 }
 
-/// Pictures of one frame from all round.
-int turn(const pictures::Subject& subject, pictures::View view, const PreviewOptions& options)
+/// Puts the colliders of the run's scene into the pictures of its frames.
+void addColliders(std::vector<pictures::Subject>& subjects, pictures::View& view, const std::vector<RunFrame>& frames,
+                  const fs::path& folder, const Vec3& origin)
+{
+    const scene::Scene scene = scene::readScene(folder / "scene.toml", lab::study::vocabulary());
+    const DrawnColliders colliders(scene);
+    if (colliders.floor()) view.ground = *colliders.floor() - origin.y();
+    for (std::size_t i = 0; i < subjects.size(); ++i)
+        colliders.addTo(subjects[i], (frames[i].frame - scene.time.firstFrame) / scene.time.fps, origin);
+}
+
+/// Pictures of one frame from all round what is `seen` in it.
+int turn(const pictures::Subject& subject, std::span<const Vec3> seen, pictures::View view,
+         const PreviewOptions& options)
 {
     const Vec3 direction(options.direction[0], options.direction[1], options.direction[2]);
     std::vector<pictures::Image> images;
     for (int i = 0; i < options.turntable; ++i) {
         const double angle = 2 * std::acos(-1.) * i / options.turntable, c = std::cos(angle), s = std::sin(angle);
         const Vec3 turned(c * direction.x() + s * direction.z(), direction.y(), c * direction.z() - s * direction.x());
-        view.camera = pictures::fittingCamera(turned, subject.points, options.width, options.height);
+        view.camera = pictures::fittingCamera(turned, seen, options.width, options.height);
         images.push_back(pictures::render(subject, view));
         const fs::path file = fs::path(options.folder) / "preview" / fmt::format("turn.{:04}.png", i + 1);
         pictures::writePng(file, images.back());
@@ -113,9 +128,11 @@ int preview(const PreviewOptions& options)
         for (Vec3& p : drawn.mesh.points) p -= *origin;
         subjects.push_back(pictures::subjectOf(drawn, drawn.mesh.points, materials, by));
     }
-    const pictures::View view = viewOf(subjects, options);
+    pictures::View view = viewOf(subjects, options);
+    const std::vector<Vec3> seen = subjects.back().points;
+    addColliders(subjects, view, frames, folder, origin.value_or(Vec3::Zero()));
     fs::create_directories(folder / "preview");
-    if (options.turntable > 0) return turn(subjects.back(), view, options);
+    if (options.turntable > 0) return turn(subjects.back(), seen, view, options);
     std::vector<pictures::Image> images;
     for (std::size_t i = 0; i < frames.size(); ++i) {
         images.push_back(pictures::render(subjects[i], view));

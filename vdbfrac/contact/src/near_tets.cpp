@@ -8,29 +8,33 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
+#include <tuple>
 #include <utility>
 
 namespace vdbfrac::contact {
 
 namespace {
 
-constexpr std::size_t kSamples = 512;  // a chunk: finding what is near takes a microsecond each
+constexpr std::size_t kSamples = 512;   // a chunk: what they lie in takes a microsecond each
+constexpr std::size_t kClusters = 128;  // a chunk of those
 
 struct Box {
     Vec3 lower, upper;
 
+    static Box none()
+    {
+        return {Vec3::Constant(std::numeric_limits<double>::infinity()),
+                Vec3::Constant(-std::numeric_limits<double>::infinity())};
+    }
+    static Box of(const Vec3& point) { return {point, point}; }
+    Box with(const Vec3& point) const { return {lower.cwiseMin(point), upper.cwiseMax(point)}; }
+    Box wider(double margin) const { return {lower - Vec3::Constant(margin), upper + Vec3::Constant(margin)}; }
     bool meets(const Box& other) const
     {
         return (lower.array() <= other.upper.array()).all() && (other.lower.array() <= upper.array()).all();
     }
 };
-
-Box around(std::span<const Vec3> points, double margin)
-{
-    Box box{points[0], points[0]};
-    for (const Vec3& p : points) box = {box.lower.cwiseMin(p), box.upper.cwiseMax(p)};
-    return {box.lower - Vec3::Constant(margin), box.upper + Vec3::Constant(margin)};
-}
 
 /// Cells of a grid over space, in bins by a hash of their coordinates.
 class Bins {
@@ -67,37 +71,24 @@ private:
 
 constexpr double kBin = 2;  // cells: most groups lie in eight of them or fewer
 
-double spacingOf(const Targets& targets)
+/// Round the ways of some nodes.
+Box wayOf(std::span<const std::uint32_t> nodes, std::span<const Vec3> x, std::span<const Vec3> ahead, double margin)
 {
-    double sum = 0;
-    for (std::size_t t = 0; t < targets.size(); ++t) sum += std::cbrt(double(targets[t].restVolume));
-    return sum / double(targets.size());
+    Box box = Box::none();
+    for (std::uint32_t n : nodes) box = box.with(x[n]).with(ahead[n]);
+    return box.wider(margin);
 }
 
 std::vector<Box> waysOf(const Targets& targets, std::span<const Vec3> x, std::span<const Vec3> ahead, double margin)
 {
-    std::vector<Box> boxes(targets.size());
-    parallelChunks(targets.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t t = begin; t < end; ++t) {
-            std::array<Vec3, 8> points;
-            for (std::size_t a = 0; a < 4; ++a)
-                points[a] = x[targets[t].node[a]], points[4 + a] = ahead[targets[t].node[a]];
-            boxes[t] = around(points, margin);
+    std::vector<Box> boxes(targets.groups().size());
+    parallelChunks(boxes.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t g = begin; g < end; ++g) {
+            const Targets::Group& group = targets.groups()[g];
+            boxes[g] = wayOf(std::span(group.node).first(group.nodes), x, ahead, margin);
         }
     });
     return boxes;
-}
-
-std::vector<Box> groupBoxes(const Targets& targets, const std::vector<Box>& boxes)
-{
-    std::vector<Box> groups(targets.groups().size());
-    for (std::size_t g = 0; g < groups.size(); ++g) {
-        const Targets::Group& group = targets.groups()[g];
-        groups[g] = boxes[group.first];
-        for (std::uint32_t t = group.first; t < group.end; ++t)
-            groups[g] = {groups[g].lower.cwiseMin(boxes[t].lower), groups[g].upper.cwiseMax(boxes[t].upper)};
-    }
-    return groups;
 }
 
 /// The gradient of what has the values phi at the corners of a tet, times the determinant of its edges, whose cross
@@ -105,6 +96,23 @@ std::vector<Box> groupBoxes(const Targets& targets, const std::vector<Box>& boxe
 Vec3 gradientTimesVolume(const std::array<float, 4>& phi, const std::array<Vec3, 3>& n)
 {
     return double(phi[1] - phi[0]) * n[0] + double(phi[2] - phi[0]) * n[1] + double(phi[3] - phi[0]) * n[2];
+}
+
+/// Finishes a target, in nodes of its body until now, and adds it to its group.
+void gather(Target& target, const core::Body& body, Targets::Group& group)
+{
+    std::array<Vec3, 4> X;
+    for (std::size_t a = 0; a < 4; ++a) X[a] = body.mesh->restPosition(target.node[a]);
+    const Vec3 e1 = X[1] - X[0], e2 = X[2] - X[0], e3 = X[3] - X[0];
+    const std::array<Vec3, 3> n{e2.cross(e3), e3.cross(e1), e1.cross(e2)};
+    target.restVolume = float(std::abs(n[2].dot(e3)));
+    for (std::uint32_t& node : target.node) {
+        node += body.firstNode;
+        const auto end = group.node.begin() + group.nodes;
+        if (std::find(group.node.begin(), end, node) == end) group.node[group.nodes++] = node;
+    }
+    group.X += (0.25 * (X[0] + X[1] + X[2] + X[3])).cast<float>();
+    group.outward += gradientTimesVolume(target.phi, n).stableNormalized().cast<float>();
 }
 
 bool sharesNode(const tetmesh::EmbeddedPoint& point, const Target& target)
@@ -130,34 +138,42 @@ bool isBeside(const TouchingSurface& surface, std::size_t sample, const Targets:
 void Targets::set(std::span<const core::Body> bodies, double depth)
 {
     target_.clear(), inside_.clear(), group_.clear();
-    for (std::size_t b = 0; b < bodies.size(); ++b) {
-        const core::Body& body = bodies[b];
-        const tetmesh::PhiTets tets = body.mesh->phiTets(depth);
-        for (std::size_t i = 0; i < tets.tets.size(); ++i) {
-            const tetmesh::PhiTet& t = tets.tets[i];
-            std::array<Vec3, 4> X;
-            for (std::size_t a = 0; a < 4; ++a) X[a] = body.mesh->restPosition(t.node[a]);
-            const Vec3 e1 = X[1] - X[0], e2 = X[2] - X[0], e3 = X[3] - X[0];
-            const std::array<Vec3, 3> n{e2.cross(e3), e3.cross(e1), e1.cross(e2)};
-            Target target;
-            target.node = t.node, target.phi = t.phi;
-            target.restVolume = float(std::abs(n[2].dot(e3)));
-            target.inside = t.part + std::uint32_t(inside_.size());
-            target.fragment = body.fragments.ofNode()[t.node[0]];
-            target.body = std::uint16_t(b);
-            for (std::uint32_t& node : target.node) node += body.firstNode;
-            if (i == 0 || t.element != tets.tets[i - 1].element)
-                group_.push_back({std::uint32_t(target_.size()), 0, target.body, std::cbrt(target.restVolume),
-                                  Eigen::Vector3f::Zero(), Eigen::Vector3f::Zero()});
-            target_.push_back(target);
-            Group& group = group_.back();
-            group.end = std::uint32_t(target_.size());
-            group.X += (0.25 * (X[0] + X[1] + X[2] + X[3])).cast<float>();
-            group.outward += gradientTimesVolume(t.phi, n).stableNormalized().cast<float>();
+    for (std::size_t b = 0; b < bodies.size(); ++b) add(bodies[b], std::uint16_t(b), depth);
+    spacing_ = 0;
+    for (const Group& group : group_) spacing_ += double(group.size) / double(group_.size());
+}
+
+void Targets::add(const core::Body& body, std::uint16_t number, double depth)
+{
+    const tetmesh::PhiTets tets = body.mesh->phiTets(depth);
+    const std::size_t first = target_.size(), firstGroup = group_.size();
+    target_.resize(first + tets.tets.size());
+    for (std::size_t i = 0; i < tets.tets.size(); ++i) {
+        if (i == 0 || tets.tets[i].element != tets.tets[i - 1].element) {
+            group_.emplace_back();
+            group_.back().first = std::uint32_t(first + i);
+            group_.back().body = number;
         }
-        inside_.insert(inside_.end(), tets.inside.begin(), tets.inside.end());
+        group_.back().end = std::uint32_t(first + i + 1);
     }
-    for (Group& group : group_) group.X /= float(group.end - group.first), group.outward.stableNormalize();
+    parallelChunks(group_.size() - firstGroup, kChunk, [&](std::size_t begin, std::size_t end) {
+        for (Group& group : std::span(group_).subspan(firstGroup + begin, end - begin)) {
+            for (std::uint32_t t = group.first; t < group.end; ++t) {
+                const tetmesh::PhiTet& tet = tets.tets[t - first];
+                target_[t] = {tet.node,
+                              tet.phi,
+                              0,
+                              tet.part + std::uint32_t(inside_.size()),
+                              body.fragments.ofNode()[tet.node[0]],
+                              number};
+                gather(target_[t], body, group);
+            }
+            group.X /= float(group.end - group.first);
+            group.outward.stableNormalize();
+            group.size = std::cbrt(target_[group.first].restVolume);
+        }
+    });
+    inside_.insert(inside_.end(), tets.inside.begin(), tets.inside.end());
 }
 
 InTarget Targets::locate(std::size_t n, const Vec3& y, std::span<const Vec3> x) const
@@ -194,34 +210,43 @@ void NearTets::find(const TouchingSurface& surface, const Targets& targets, std:
 {
     sample_.clear(), target_.clear(), start_.assign(1, 0);
     if (targets.size() == 0 || surface.size() == 0) return;
-    const std::vector<Box> boxes = waysOf(targets, x, ahead, margin);
-    const std::vector<Box> groups = groupBoxes(targets, boxes);
-    const Bins bins(kBin * spacingOf(targets), groups.size());
+    const std::vector<Box> groups = waysOf(targets, x, ahead, margin);
+    const Bins bins(kBin * targets.spacing(), groups.size());
     const Groups inBin = groupItems(bins.count(), [&](const auto& add) {
         for (std::uint32_t g = 0; g < groups.size(); ++g) bins.visit(groups[g], [&](std::size_t bin) { add(bin, g); });
     });
     const auto meet = [&](std::size_t begin, std::size_t end, std::vector<Pair>& found) {
         std::vector<std::uint32_t> near;
-        for (std::size_t i = begin; i < end; ++i) {
-            const std::array<Vec3, 2> way{surface.at(i, x), surface.at(i, ahead)};
-            const Box box = around(way, 0);
+        std::vector<Box> ways;
+        for (std::size_t c = begin; c < end; ++c) {
+            const auto cluster = surface.cluster(c);
+            Box all = Box::none();
+            ways.clear();
+            for (std::uint32_t i : cluster) ways.push_back(Box::of(surface.at(i, x)).with(surface.at(i, ahead)));
+            for (const Box& way : ways) all = all.with(way.lower).with(way.upper);
             near.clear();
-            bins.visit(box, [&](std::size_t bin) {
-                for (std::uint32_t g : inBin[bin]) {
+            bins.visit(all, [&](std::size_t bin) {
+                for (std::uint32_t g : inBin[bin])
+                    if (groups[g].meets(all)) near.push_back(g);
+            });
+            sortUnique(near);
+            for (std::size_t s = 0; s < cluster.size(); ++s)
+                for (std::uint32_t g : near) {
                     const Targets::Group& group = targets.groups()[g];
-                    if (!groups[g].meets(box) || isBeside(surface, i, group)) continue;
+                    if (!groups[g].meets(ways[s]) || isBeside(surface, cluster[s], group)) continue;
                     for (std::uint32_t t = group.first; t < group.end; ++t)
-                        if (boxes[t].meets(box) && !sharesNode(surface.point(i), targets[t])) near.push_back(t);
+                        if (wayOf(targets[t].node, x, ahead, margin).meets(ways[s]) &&
+                            !sharesNode(surface.point(cluster[s]), targets[t]))
+                            found.push_back({cluster[s], t});
                 }
-            });
-            std::sort(near.begin(), near.end(), [&](std::uint32_t a, std::uint32_t b) {
-                return std::pair(targets[a].fragment, a) < std::pair(targets[b].fragment, b);
-            });
-            near.erase(std::unique(near.begin(), near.end()), near.end());
-            for (std::uint32_t t : near) found.push_back({std::uint32_t(i), t});
         }
     };
-    for (const Pair& p : gatherChunks<Pair>(surface.size(), kSamples, meet)) {
+    std::vector<Pair> pairs = gatherChunks<Pair>(surface.clusters(), kClusters, meet);
+    std::sort(pairs.begin(), pairs.end(), [&](const Pair& a, const Pair& b) {
+        return std::tuple(a.sample, targets[a.target].fragment, a.target) <
+               std::tuple(b.sample, targets[b.target].fragment, b.target);
+    });
+    for (const Pair& p : pairs) {
         if (sample_.empty() || sample_.back() != p.sample) sample_.push_back(p.sample), start_.push_back(start_.back());
         target_.push_back(p.target);
         ++start_.back();

@@ -25,6 +25,20 @@ Vec3 atRest(const EmbeddedPoint& point, const tetmesh::BodyMesh& mesh)
     return X;
 }
 
+/// By their first node: the tets of a cell of the lattice share it.
+Groups clustersOf(std::span<const EmbeddedPoint> points)
+{
+    std::uint32_t last = 0;
+    for (const EmbeddedPoint& p : points) last = std::max(last, p.node[0]);
+    const Groups byNode = groupItems(last + 1, [&](const auto& add) {
+        for (std::uint32_t i = 0; i < points.size(); ++i) add(points[i].node[0], i);
+    });
+    Groups clusters{{0}, byNode.item};
+    for (std::size_t n = 0; n <= last; ++n)
+        if (byNode.start[n + 1] > clusters.start.back()) clusters.start.push_back(byNode.start[n + 1]);
+    return clusters;
+}
+
 }  // namespace
 
 void TouchingSurface::start(std::span<const core::Body> bodies, double gap)
@@ -115,6 +129,7 @@ void TouchingSurface::settle()
         append(all_.rest, own_[b].rest);
         body_.resize(size(), std::uint16_t(b));
     }
+    cluster_ = clustersOf(all_.point);
 }
 
 void TouchingSurface::save(const std::string& name, core::Archive& archive) const
@@ -150,8 +165,8 @@ std::size_t TouchingSurface::Samples::bytes() const
 
 std::size_t TouchingSurface::bytes() const
 {
-    std::size_t sum =
-        all_.bytes() + memory_.capacity() * sizeof(TouchMemory) + body_.capacity() * sizeof(std::uint16_t);
+    std::size_t sum = all_.bytes() + cluster_.bytes() + memory_.capacity() * sizeof(TouchMemory) +
+                      body_.capacity() * sizeof(std::uint16_t);
     for (const Samples& own : own_) sum += own.bytes();
     return sum;
 }

@@ -1,12 +1,12 @@
 #include <vdbfrac/core/drawing.h>
 
+#include <vdbfrac/grid/body_level_set.h>
 #include <vdbfrac/grid/level_set_surface.h>
 #include <vdbfrac/solids/solid_mesh.h>
 #include <vdbfrac/tetmesh/obj_file.h>
 
 #include <filesystem>
 #include <string>
-
 #include <utility>
 
 namespace vdbfrac::core {
@@ -42,6 +42,20 @@ tetmesh::RenderMesh outerSurface(const scene::Body& spec, const Body& body)
 }
 
 }  // namespace
+
+tetmesh::RenderMesh surfaceOf(const scene::Collider& collider, const scene::Grid& grid)
+{
+    constexpr double kLong = 40;  // radii of a cylinder
+    if (const auto* file = std::get_if<scene::MeshFile>(&collider.shape)) return placedMesh(*file);
+    if (const auto* solid = std::get_if<Primitive>(&collider.shape)) {
+        Primitive shape = *solid;
+        if (shape.kind == Primitive::Kind::halfspace) return {};
+        if (shape.kind == Primitive::Kind::cylinder && shape.height == 0) shape.height = kLong * shape.radius;
+        if (auto mesh = solids::solidMesh({shape, {}, {}}, grid.voxelSize)) return std::move(*mesh);
+        return {};
+    }
+    return levelSetMesh(grid::makeLevelSet(collider, grid, ~std::uint64_t{0}));
+}
 
 namespace {
 

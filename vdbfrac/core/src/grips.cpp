@@ -125,6 +125,14 @@ void Simulation::Grips::requireNodes() const
                               "a region that contains lattice nodes of the body", "move or enlarge the region"});
 }
 
+std::vector<std::uint8_t> Simulation::Grips::heldFragments(std::size_t fragments) const
+{
+    std::vector<std::uint8_t> held(fragments, 0);
+    for (const Held& h : held_)
+        for (std::uint32_t node : h.nodes) held[boundary_.part[node]] = 1;
+    return held;
+}
+
 const solver::Boundary& Simulation::Grips::boundary(double time)
 {
     for (const Held& held : held_)

@@ -29,6 +29,12 @@ public:
     /// would have to accelerate them, with a load that grows as it gets shorter.
     void setStartVelocities(std::span<Vec3> v) const;
 
+    /// Holds nodes where they are beside those of the grips, until the next rebuild().
+    void hold(std::uint32_t node, const Vec3& x) { boundary_.fixed[node] = 1, boundary_.target[node] = x; }
+
+    /// Does a grip hold or pull at a fragment, by its id?
+    std::vector<std::uint8_t> heldFragments(std::size_t fragments) const;
+
     /// Prescribed positions at a time and forces until then. Holds until the next call.
     const solver::Boundary& boundary(double time);
 

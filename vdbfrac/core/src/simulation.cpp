@@ -100,6 +100,7 @@ Simulation::Simulation(const scene::Scene& scene, std::span<Effect* const> effec
     stepControl_ = std::make_unique<StepControl>(scene.time, h_);
     noteRestState(scene, bodies_, h_, stages_.notes);
     warnOfLongSteps();
+    if (!stages_.pieces.empty()) asleep_.resize(nextFragment_);
     for (Effect* effect : effects) effect->start(bodies_, stages_.notes);
     beginEnergy();
 }
@@ -165,6 +166,7 @@ void Simulation::rebuild()
     else
         integrator_ = solver::makeIntegrator(schemeOf(solverSettings_), *elastic_, newtonSettingsOf(solverSettings_));
     grips_->rebuild(bodies_, *elastic_);
+    if (!asleep_.empty()) holdAsleep();
 }
 
 int Simulation::framesDone() const { return int(std::floor(time_ * timeSettings_.fps + kRounding)); }
@@ -231,6 +233,13 @@ void Simulation::solve(StepRecord& record, double until)
     record.work.count("solve", "newton_iterations", record.newtonIterations);
     record.work.count("solve", "linear_iterations", record.linearIterations);
     if (report->couplings > 0) record.work.count("solve", "couplings", std::int64_t(report->couplings));
+    if (!stages_.pieces.empty()) putToSleep(record, balanced_);
+    for (Reporter* reporter : stages_.reporters) {
+        Ledger own;
+        reporter->report(own, record.measured);
+        record.work.add(own);
+        for (const StageWork& stage : own.stages()) record.work.addSeconds("solve", -stage.seconds);
+    }
 }
 
 void Simulation::updateGrid(StepRecord& record)
@@ -243,8 +252,10 @@ void Simulation::updateGrid(StepRecord& record)
     context.tetEnergy = [&]() -> std::span<const double> {
         if (!computed) {
             const StageTimer timer(record.work, "energy");
+            const std::int64_t before = elastic_->work().evaluatedTets;
             elastic_->energyDensities(state_.x, density_);
-            record.work.count("energy", "tets", elastic_->tetCount());
+            record.work.count("energy", "tets", elastic_->work().evaluatedTets - before);
+            clearAsleep(density_);
             computed = true;
         }
         return density_;
@@ -287,6 +298,7 @@ void Simulation::recut(StepRecord& record, std::size_t b, const grid::PhiChanges
         body.fragments.update(*body.mesh, update.previousNode, time_, nextFragment_);
         ++body.revision;
         if (ancestry_) ancestry_->recut(b, update.previousNode, frameUnderWay());
+        if (!asleep_.empty()) wakeRecut(body, update);
         for (RecutStage* stage : stages_.recut) stage->recut(body, update);
     }
     const StageTimer timer(record.work, "rebuild");
@@ -331,7 +343,7 @@ std::size_t Simulation::fragments() const
 grid::VoxelValues Simulation::energyField(const Body& body) const
 {
     std::vector<double> density;
-    elastic_->energyDensities(state_.x, density);
+    elastic_->energyDensities(state_.x, density, true);
     return grid::nodalEnergies(*body.mesh, [&](std::uint32_t e, int t) {
         return density[tetmesh::tetEntry(body.firstElement + e, std::size_t(t))];
     });

@@ -103,6 +103,7 @@ std::uint64_t Simulation::stateHash() const
         });
         add(body.fragments.ofNode());
     }
+    if (fragmentsAsleep() > 0) add(asleep_);
     return hash;
 }
 
@@ -113,6 +114,7 @@ void Simulation::save(Archive& archive) const
     archive.putOne("next_fragment", nextFragment_);
     archive.put("energy", std::vector<double>{elasticEnergy_, putIn_, unnamed_});
     archive.putOne<std::int64_t>("balanced", balanced_);
+    if (!asleep_.empty()) archive.put("asleep", std::vector<std::uint32_t>(asleep_.begin(), asleep_.end()));
     grips_->save(archive);
     archive.put("x", state_.x);
     archive.put("v", state_.v);
@@ -142,6 +144,12 @@ void Simulation::restoreFrom(const Archive& archive)
     if (fragments != nextFragment_) archive.complain("some of its fragments are missing");
     state_.x = loadNodes("x", nodes, archive);
     state_.v = loadNodes("v", nodes, archive);
+    if (!stages_.pieces.empty()) {
+        const auto asleep = archive.get<std::uint32_t>("asleep", fragments);
+        if (std::any_of(asleep.begin(), asleep.end(), [](std::uint32_t a) { return a > 1; }))
+            archive.complain("'asleep' has a value that is neither 0 nor 1");
+        asleep_.assign(asleep.begin(), asleep.end());
+    }
     rebuild();
     const std::vector<double> time = archive.get<double>("time", 2);
     const std::int64_t step = archive.getOne<std::int64_t>("step");

@@ -63,6 +63,11 @@ StepControl::Choice StepControl::next(double left, const StepOutlook& outlook) c
     Choice choice;
     const double spread = fastestSpread(outlook.bodies, outlook.state.v);
     double longest = limit(spread, outlook);
+    if (settings_.substeps > 0)
+        for (StepLimit* l : outlook.stages.limits) {
+            const double largest = l->cutsBack() ? l->largestStep(outlook.state) : longest;
+            for (; longest > largest && choice.halvings < kMaxCutbacks; ++choice.halvings) longest *= 0.5;
+        }
     // An explicit scheme that flies apart shall do so at once.
     for (; !outlook.integrator.isExplicit() && longest * spread > kHopeless * h_ && choice.halvings < kMaxCutbacks;
          ++choice.halvings)

@@ -4,9 +4,9 @@
 //   y_s  a point of the surface; A_s its area at rest, r_s its reach
 //   d_c  signed distance of a collider where it was at t = 0, T_c where it is when the forces are taken
 //   a_s  allowance: how deep a sample already was when it was first seen. What is born tangled is not thrown out, but
-//        goes no deeper; it only falls.
-// Friction is that of contact/contact_law.h, against the motion of the collider; normal forces and directions are those
-// of the start of the step.
+//        goes no deeper; it only falls, by untangle_speed too.
+// Friction is that of contact/contact_law.h, against the motion of the collider; normal forces and directions are
+// brought up to date where a step is solved.
 #include "all.h"
 
 #include <vdbfrac/base/parallel.h>
@@ -65,16 +65,18 @@ struct Touch {
     Vec3 outward;      ///< gradient of the distance
 };
 
-/// The strongest touch of a sample when the step began.
+/// The strongest touch of a sample.
 struct Held {
     std::uint32_t sample = 0, collider = 0;
     Rub rub;
     Vec3 carried;  ///< m: where the collider has taken the sample's place since
+    mutable contact::Dual dual = rub.dual();
 };
 
 class Colliders : public core::Effect,
                   public solver::Potential,
                   public core::StepLimit,
+                  public core::Reporter,
                   public core::RecutStage,
                   public core::Persistent {
 public:
@@ -88,6 +90,7 @@ public:
     {
         stages.solve.push_back(this);
         stages.limits.push_back(this);
+        stages.reporters.push_back(this);
         stages.recut.push_back(this);
         stages.persistent.push_back(this);
     }
@@ -104,6 +107,9 @@ public:
     solver::EnergyFlow flow(const solver::Leg& leg) const override;
     void accept(std::span<const Vec3> x, double dt) override;
     double largestStep(const solver::State& state) override;
+    bool cutsBack() const override { return true; }
+    bool refresh(std::span<const Vec3> x) override;
+    void report(Ledger& work, std::map<std::string, double>& measured) override;
 
     void recut(const core::Body& body, const tetmesh::CutUpdate&) override { surface_.recut(body); }
     void save(std::span<const core::Body>, core::Archive& archive) const override
@@ -147,15 +153,22 @@ private:
     {
         return h.rub.slip(surface_.at(h.sample, x) - h.carried);
     }
-    double deepest(std::uint32_t sample, std::span<const Vec3> x, const Places& places) const
+    struct Depth {
+        double value = 0;  // m
+        std::size_t collider = 0;
+    };
+    Depth deepest(std::uint32_t sample, std::span<const Vec3> x, const Places& places) const
     {
-        double depth = 0;
-        for (std::size_t c = 0; c < obstacles_.size(); ++c)
-            depth = std::max(depth, surface_.reach(sample) - distanceAt(surface_.at(sample, x), c, places).value);
-        return depth;
+        Depth most;
+        for (std::size_t c = 0; c < obstacles_.size(); ++c) {
+            const double depth = surface_.reach(sample) - distanceAt(surface_.at(sample, x), c, places).value;
+            if (depth > most.value) most = {depth, c};
+        }
+        return most;
     }
     void see(std::span<const Vec3> x, const Places& places);
-    void hold(std::span<const Vec3> x);
+    void setOff(std::span<const Vec3> x);
+    std::vector<Held> heldAt(std::span<const Vec3> x, const Places& places) const;
 
     double dx_, h_;  // m
     std::vector<Obstacle> obstacles_;
@@ -164,9 +177,13 @@ private:
     double now_ = 0;  // s: end of the last step that was kept
 
     // Of the step at hand.
-    double from_ = 0, length_ = 0;  // s
-    Places start_, places_;         // when it begins; when forces are taken
-    std::vector<Held> held_;        // by rising sample
+    double begin_ = 0, length_ = 0;  // s
+    Places start_, places_;          // when it begins; when forces are taken
+    std::vector<Vec3> from_;         // m: of all samples, when it begins
+    std::vector<Held> held_;         // by rising sample
+    double deepest_ = 0;             // m
+    std::size_t active_ = 0;         // samples that touched in the last step
+    mutable Ledger work_;
 };
 
 /// Samples that are deeper than they may be, by rising sample.
@@ -187,13 +204,21 @@ std::vector<Touch> Colliders::touches(std::span<const Vec3> x, const Places& pla
 
 void Colliders::begin(const solver::StepStart& start)
 {
+    const StageTimer timer(work_, "collider");
     surface_.settle();
     length_ = std::isfinite(start.dt) ? start.dt : start.time - now_;
-    from_ = start.time - length_;
-    start_ = placesAt(from_);
+    begin_ = start.time - length_;
+    start_ = placesAt(begin_);
     places_ = placesAt(start.time);
-    see(start.x, start_);
-    hold(start.x);
+    setOff(start.x);
+}
+
+void Colliders::setOff(std::span<const Vec3> x)
+{
+    see(x, start_);
+    from_.resize(surface_.size());
+    for (std::size_t i = 0; i < from_.size(); ++i) from_[i] = surface_.at(i, x);
+    held_ = heldAt(x, start_);
 }
 
 /// Samples that are new may be as deep as they are.
@@ -201,27 +226,39 @@ void Colliders::see(std::span<const Vec3> x, const Places& places)
 {
     parallelChunks(surface_.size(), kChunk, [&](std::size_t begin, std::size_t end) {
         for (std::uint32_t i = std::uint32_t(begin); i < end; ++i)
-            if (TouchMemory& m = surface_.memory(i); m.allowance == TouchMemory::kUnseen) m.see(deepest(i, x, places));
+            if (TouchMemory& m = surface_.memory(i); m.allowance == TouchMemory::kUnseen)
+                m.see(deepest(i, x, places).value);
     });
 }
 
-/// What each sample rubs on: where the step begins, what pushes it most.
-void Colliders::hold(std::span<const Vec3> x)
+/// What each sample rubs on: what pushes it most.
+std::vector<Held> Colliders::heldAt(std::span<const Vec3> x, const Places& places) const
 {
-    held_.clear();
-    for (const Touch& t : touches(x, start_)) {
+    std::vector<Held> all;
+    for (const Touch& t : touches(x, places)) {
         const double push = forceOf(t).norm(), friction = obstacles_[t.collider].collider().friction;
         if (!(friction * push > 0)) continue;
         const Rub rub =
             contact::makeRub(t.outward.normalized(), friction * push, surface_.area(t.sample) * lawOf(t.sample).k(),
                              surface_.memory(t.sample).stretch);
-        const Vec3 carried = places_[t.collider](start_[t.collider].inverse(surface_.at(t.sample, x)));
-        contact::addStrongest(Held{t.sample, t.collider, rub, carried}, held_);
+        const Vec3 carried = places_[t.collider](start_[t.collider].inverse(from_[t.sample]));
+        contact::addStrongest(Held{t.sample, t.collider, rub, carried}, all);
     }
+    return all;
+}
+
+bool Colliders::refresh(std::span<const Vec3> x)
+{
+    const StageTimer timer(work_, "collider");
+    std::vector<Held> held = heldAt(x, places_);
+    const bool rubs = contact::haveChanged<Held>(held_, held, [](const Held& h) { return h.rub.push(); });
+    if (rubs) held_ = std::move(held);
+    return rubs;
 }
 
 double Colliders::evaluate(std::span<const Vec3> x, std::span<Vec3> gradient) const
 {
+    const StageTimer timer(work_, "collider");
     double energy = 0;
     for (const Touch& t : touches(x, places_)) {
         energy += energyOf(t);
@@ -237,6 +274,7 @@ double Colliders::evaluate(std::span<const Vec3> x, std::span<Vec3> gradient) co
 
 void Colliders::linearize(std::span<const Vec3> x, std::vector<solver::Coupling>& couplings) const
 {
+    const StageTimer timer(work_, "collider");
     const auto add = [&](std::uint32_t sample, const Mat3& Q) {
         solver::Coupling c;
         surface_.couple(sample, c);
@@ -245,13 +283,18 @@ void Colliders::linearize(std::span<const Vec3> x, std::vector<solver::Coupling>
     };
     for (const Touch& t : touches(x, places_))
         add(t.sample, surface_.area(t.sample) * lawOf(t.sample).stiffness(t.depth) * t.outward * t.outward.transpose());
-    for (const Held& h : held_) add(h.sample, h.rub.stiffness(slipOf(h, x)));
+    for (const Held& h : held_) {
+        const Vec3 slip = slipOf(h, x);
+        h.rub.follow(slip, h.dual);
+        add(h.sample, h.rub.stiffness(slip, h.dual));
+    }
 }
 
 /// Contact holds energy, and colliders that move bring some; friction takes it, but for what stretches slip.
 solver::EnergyFlow Colliders::flow(const solver::Leg& leg) const
 {
-    const Places end = placesAt(from_ + leg.length * length_);
+    const Places end = placesAt(begin_ + leg.length * length_);
+    const StageTimer timer(work_, "collider");
     double before = 0, after = 0, along = 0, brought = 0, stretched = 0, rubbed = 0;
     for (const Touch& t : touches(leg.from, start_)) before += energyOf(t);
     for (const Touch& t : touches(leg.to, end)) after += energyOf(t);
@@ -274,26 +317,41 @@ solver::EnergyFlow Colliders::flow(const solver::Leg& leg) const
 
 void Colliders::accept(std::span<const Vec3> x, double dt)
 {
+    const StageTimer timer(work_, "collider");
     now_ += dt;
     const Places places = placesAt(now_);
     std::vector<Vec3> stretch(surface_.size(), Vec3::Zero());
+    std::vector<double> depth(surface_.size());
     for (const Held& h : held_) stretch[h.sample] = h.rub.kept(slipOf(h, x));
     parallelChunks(surface_.size(), kChunk, [&](std::size_t begin, std::size_t end) {
         for (std::uint32_t i = std::uint32_t(begin); i < end; ++i) {
-            surface_.memory(i).keep(deepest(i, x, places), stretch[i]);
+            const Depth most = deepest(i, x, places);
+            depth[i] = most.value;
+            surface_.memory(i).keep(depth[i], stretch[i], dt * obstacles_[most.collider].collider().untangleSpeed);
         }
     });
+    deepest_ = 0, active_ = 0;
+    for (double d : depth) deepest_ = std::max(deepest_, d), active_ += d > 0;
+}
+
+void Colliders::report(Ledger& work, std::map<std::string, double>& measured)
+{
+    work_.count("collider", "samples", std::int64_t(surface_.size()));
+    work_.count("collider", "active", std::int64_t(active_));
+    measured["collider_depth_m"] = deepest_;
+    work.add(work_);
+    work_.clear();
 }
 
 /// No sample passes more than half a collider in a step, so none comes out on the other side.
 double Colliders::largestStep(const solver::State& state)
 {
     constexpr double kShort = 1e-6;  // s: in which a collider's speed is measured
+    const StageTimer timer(work_, "collider");
     surface_.settle();
     const Places now = placesAt(now_), soon = placesAt(now_ + kShort);
     start_ = places_ = now;
-    see(state.x, now);
-    hold(state.x);
+    setOff(state.x);
     const double rate = orderedMax(surface_.size(), kChunk, 0, [&](std::size_t begin, std::size_t end) {
         double most = 0;
         for (std::uint32_t i = std::uint32_t(begin); i < end; ++i) {

@@ -35,10 +35,9 @@ using scene::Key;
 using scene::Type;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kDepth = 2;       // voxels below the surface in which samples are found
-constexpr double kMargin = 0.5;    // cells that a step may end beside the way it was expected to take
-constexpr double kReach = 0.1;     // how far outside of its tet a sample may be, in barycentric coordinates
-constexpr double kChanged = 0.02;  // of all forces: no need to solve on for less
+constexpr double kDepth = 2;     // voxels below the surface in which samples are found
+constexpr double kMargin = 0.5;  // cells that a step may end beside the way it was expected to take
+constexpr double kReach = 0.1;   // how far outside of its tet a sample may be, in barycentric coordinates
 
 const Key kKeys[] = {
     {"friction", Type::number, "", "Coulomb's coefficient", "0.5", 0},
@@ -46,6 +45,7 @@ const Key kKeys[] = {
      0, kInfinity, true},
     {"gap", Type::number, "voxels", "that surfaces which touch keep; thin cut tets are crushed where it is large", "0",
      0, 1},
+    {"untangle_speed", Type::number, "m/s", "at which what was tangled when it was first seen is pushed apart", "0", 0},
 };
 
 /// A sample in a target.
@@ -62,11 +62,13 @@ struct Held {
     std::array<double, 4> share{};
     Rub rub;
     Vec3 apart;  ///< m: from the point of the target to the sample, when the step began
+    mutable contact::Dual dual = rub.dual();
 };
 
 class Contact : public core::Effect,
                 public solver::Potential,
                 public core::StepLimit,
+                public core::Reporter,
                 public core::RecutStage,
                 public core::Persistent {
 public:
@@ -74,9 +76,10 @@ public:
         : friction_(values.number("friction")),
           beta_(values.number("stiffness")),
           gap_(values.number("gap")),
+          untangleSpeed_(values.number("untangle_speed")),
           dx_(scene.grid.voxelSize),
           h_(scene.grid.coarsening * dx_),
-          frame_(1 / scene.time.fps)
+          longest_(1 / (scene.time.fps * std::max(1, scene.time.substeps)))
     {
     }
 
@@ -85,6 +88,7 @@ public:
     {
         stages.solve.push_back(this);
         stages.limits.push_back(this);
+        stages.reporters.push_back(this);
         stages.recut.push_back(this);
         stages.persistent.push_back(this);
     }
@@ -101,6 +105,8 @@ public:
     bool refresh(std::span<const Vec3> x) override;
     void accept(std::span<const Vec3> x, double dt) override;
     double largestStep(const solver::State& state) override;
+    bool cutsBack() const override { return true; }
+    void report(Ledger& work, std::map<std::string, double>& measured) override;
 
     void recut(const core::Body& body, const tetmesh::CutUpdate&) override
     {
@@ -129,9 +135,6 @@ private:
     std::vector<Touch> touches(std::span<const Vec3> x) const { return touches(pairs_, x); }
     std::vector<Held> heldAt(std::span<const Vec3> x) const;
     std::vector<double> deepest(std::span<const Vec3> x) const;
-    /// Do two lists differ in what they say of samples by `forceOf`, by so much that it matters?
-    template <class T, class ForceOf>
-    bool changed(const std::vector<T>& before, const std::vector<T>& now, const ForceOf& forceOf) const;
 
     Penalty lawOf(std::uint32_t sample, std::uint32_t target) const
     {
@@ -166,9 +169,9 @@ private:
         for (std::size_t a = 0; a < 4; ++a) gradient[targets_[t.target].node[a]] += t.share[a] * force;
     }
 
-    double friction_, beta_, gap_;
-    double dx_, h_;  // m
-    double frame_;   // s
+    double friction_, beta_, gap_, untangleSpeed_;
+    double dx_, h_;   // m
+    double longest_;  // s
     std::span<const core::Body> bodies_;
     contact::TouchingSurface surface_;
     contact::Targets targets_;
@@ -180,6 +183,8 @@ private:
     contact::NearTets near_;
     std::vector<Pair> pairs_;  // by rising sample
     std::vector<Held> held_;   // by rising sample
+    double deepest_ = 0;       // m
+    mutable Ledger work_;
 };
 
 void Contact::settle()
@@ -244,6 +249,7 @@ void Contact::look(std::span<const Vec3> x, std::span<const Vec3> v, double dt)
         start_.assign(x.begin(), x.end());
         foundFor_ = dt;
         near_.find(surface_, targets_, start_, ahead_, kMargin * h_);
+        work_.count("contact", "searches", 1);
         const std::vector<double> depth = deepest(start_);
         for (std::size_t i = 0; i < surface_.size(); ++i) surface_.memory(i).see(depth[i]);
     }
@@ -251,32 +257,28 @@ void Contact::look(std::span<const Vec3> x, std::span<const Vec3> v, double dt)
     held_ = heldAt(start_);
 }
 
-void Contact::begin(const solver::StepStart& start) { look(start.x, start.v, start.dt); }
-
-template <class T, class ForceOf>
-bool Contact::changed(const std::vector<T>& before, const std::vector<T>& now, const ForceOf& forceOf) const
+void Contact::begin(const solver::StepStart& start)
 {
-    std::vector<Vec3> difference(surface_.size(), Vec3::Zero());
-    double all = 0, change = 0;
-    for (const T& t : now) difference[t.sample] += forceOf(t), all += forceOf(t).norm();
-    for (const T& t : before) difference[t.sample] -= forceOf(t);
-    for (const Vec3& d : difference) change += d.norm();
-    return change > kChanged * all;
+    const StageTimer timer(work_, "contact");
+    look(start.x, start.v, start.dt);
 }
 
 bool Contact::refresh(std::span<const Vec3> x)
 {
+    const StageTimer timer(work_, "contact");
     std::vector<Pair> pairs = pairsAt(x);
-    const bool moved = changed(touches(x), touches(pairs, x), [&](const Touch& t) { return forceOf(t); });
+    const bool moved =
+        contact::haveChanged<Touch>(touches(x), touches(pairs, x), [&](const Touch& t) { return forceOf(t); });
     if (moved) pairs_ = std::move(pairs);
     std::vector<Held> held = heldAt(x);
-    const bool rubs = changed(held_, held, [&](const Held& h) { return Vec3(h.rub.limit * h.rub.normal); });
+    const bool rubs = contact::haveChanged<Held>(held_, held, [](const Held& h) { return h.rub.push(); });
     if (moved || rubs) held_ = std::move(held);
     return moved || rubs;
 }
 
 double Contact::evaluate(std::span<const Vec3> x, std::span<Vec3> gradient) const
 {
+    const StageTimer timer(work_, "contact");
     double energy = 0;
     for (const Touch& t : touches(x)) {
         energy += energyOf(t);
@@ -292,6 +294,7 @@ double Contact::evaluate(std::span<const Vec3> x, std::span<Vec3> gradient) cons
 
 void Contact::linearize(std::span<const Vec3> x, std::vector<solver::Coupling>& couplings) const
 {
+    const StageTimer timer(work_, "contact");
     const auto add = [&](const auto& t, const Mat3& Q) {
         solver::Coupling c;
         surface_.couple(t.sample, c);
@@ -303,12 +306,17 @@ void Contact::linearize(std::span<const Vec3> x, std::vector<solver::Coupling>& 
     for (const Touch& t : touches(x))
         add(t, 0.5 * surface_.area(t.sample) * lawOf(t.sample, t.target).stiffness(t.depth) * t.outward *
                    t.outward.transpose());
-    for (const Held& h : held_) add(h, h.rub.stiffness(slipOf(h, x)));
+    for (const Held& h : held_) {
+        const Vec3 slip = slipOf(h, x);
+        h.rub.follow(slip, h.dual);
+        add(h, h.rub.stiffness(slip, h.dual));
+    }
 }
 
 /// Contact holds energy; friction takes it, but for what stretches slip.
 solver::EnergyFlow Contact::flow(const solver::Leg& leg) const
 {
+    const StageTimer timer(work_, "contact");
     double before = 0, after = 0, along = 0, stretched = 0, rubbed = 0;
     for (const Touch& t : touches(leg.from)) before += energyOf(t);
     for (const Touch& t : touches(leg.to)) after += energyOf(t);
@@ -326,18 +334,23 @@ solver::EnergyFlow Contact::flow(const solver::Leg& leg) const
     return {work, dissipated, work - dissipated - along};
 }
 
-void Contact::accept(std::span<const Vec3> x, double)
+void Contact::accept(std::span<const Vec3> x, double dt)
 {
+    const StageTimer timer(work_, "contact");
     const std::vector<double> depth = deepest(x);
+    deepest_ = 0;
+    for (double d : depth) deepest_ = std::max(deepest_, d);
     std::vector<Vec3> stretch(surface_.size(), Vec3::Zero());
     for (const Held& h : held_) stretch[h.sample] = h.rub.kept(slipOf(h, x));
-    for (std::size_t i = 0; i < surface_.size(); ++i) surface_.memory(i).keep(depth[i], stretch[i]);
+    for (std::size_t i = 0; i < surface_.size(); ++i)
+        surface_.memory(i).keep(depth[i], stretch[i], untangleSpeed_ * dt);
 }
 
 /// No sample comes nearer to a target than three quarters of the depth in which samples are found, in one step.
 double Contact::largestStep(const solver::State& state)
 {
-    look(state.x, state.v, frame_);
+    const StageTimer timer(work_, "contact");
+    look(state.x, state.v, longest_);
     const double fastest = orderedMax(near_.samples(), kChunk, 0, [&](std::size_t begin, std::size_t end) {
         double most = 0;
         for (std::size_t i = begin; i < end; ++i) {
@@ -348,6 +361,16 @@ double Contact::largestStep(const solver::State& state)
         return most;
     });
     return fastest > 0 ? 0.75 * kDepth * dx_ / std::sqrt(fastest) : kInfinity;
+}
+
+void Contact::report(Ledger& work, std::map<std::string, double>& measured)
+{
+    work_.count("contact", "samples", std::int64_t(surface_.size()));
+    work_.count("contact", "listed", std::int64_t(near_.pairs()));
+    work_.count("contact", "active", std::int64_t(pairs_.size()));
+    measured["contact_depth_m"] = deepest_;
+    work.add(work_);
+    work_.clear();
 }
 
 std::unique_ptr<core::Effect> make(const scene::Values& values, const scene::Scene& scene)

@@ -161,6 +161,11 @@ const Key kCollider[] = {
      .member = &Collider::friction,
      .doc = "Coulomb's coefficient between it and the bodies.",
      .min = 0},
+    {.name = "untangle_speed",
+     .member = &Collider::untangleSpeed,
+     .unit = "m/s",
+     .doc = "At which what was in it when it was first seen is pushed out.",
+     .min = 0},
 };
 
 const Key kSolver[] = {

@@ -135,13 +135,19 @@ public:
     /// (Irons & Treharne 1971). Explicit schemes are stable up to the time step 2 over it.
     double highestFrequency() const;
 
+    /// Leaves out the patches all of whose nodes are marked, until the next call; empty: none. Marked nodes neither
+    /// move nor answer: the energy of these patches stays what it is, their gradient and products are 0.
+    void setAsleep(std::span<const std::uint8_t> nodes);
+    bool hasAsleep() const;  ///< is a patch left out?
+
     /// Elastic energy [J] at x [m]; adds its gradient [N] to `gradient` and keeps the exact tangent in `tangent`
     /// where these are given (not empty, not null). The tangent then also has `share` times linear elasticity in the
     /// rotated frame of each tet, which costs a product nothing.
     double evaluate(std::span<const Vec3> x, std::span<Vec3> gradient, Tangent* tangent, double share = 0) const;
     /// Energy density of every tet [J/m^3]: entry 6 e + t for tet t of element e (elements counted through all sets); 0
-    /// for a tet without material. `density` is given its size.
-    void energyDensities(std::span<const Vec3> x, std::vector<double>& density) const;
+    /// for a tet without material. `density` is given its size. Those of patches that are left out are 0, or what
+    /// they are with `all`.
+    void energyDensities(std::span<const Vec3> x, std::vector<double>& density, bool all = false) const;
 
     /// Makes the tangent positive semidefinite: clamps the twist eigenvalues (Smith et al. 2019, section 4).
     void project(Tangent& tangent) const;

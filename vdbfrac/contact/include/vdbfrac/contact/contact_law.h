@@ -12,6 +12,9 @@
 #include <vdbfrac/solver/coupling.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <span>
 #include <vector>
 
 namespace vdbfrac::contact {
@@ -39,6 +42,14 @@ private:
     double k_, s1_;
 };
 
+/// The force of friction over its limit, w, as Newton's method has it: rho w = t is solved along with the rest, where w
+/// = t / rho would be put in. A slip t that is far from where it comes to lie is then no longer taken for one that goes
+/// on in its direction (Chan, Golub, Mulet 1999, section 3, for total variation).
+struct Dual {
+    Vec3 w = Vec3::Zero();   ///< at most 1
+    Vec3 at = Vec3::Zero();  ///< m: slip that it was last brought up to
+};
+
 /// One touch that may slide.
 struct Rub {
     Vec3 normal;       ///< unit length
@@ -46,6 +57,7 @@ struct Rub {
     double eps = 0;    ///< slip [m] at which it slides
     Vec3 stretch;      ///< m: elastic slip from the steps before
 
+    Vec3 push() const { return limit * normal; }
     /// Slip along the surface, with what there was; `u`: way since the step began [m].
     Vec3 slip(const Vec3& u) const
     {
@@ -59,20 +71,34 @@ struct Rub {
     }
     Vec3 force(const Vec3& slip) const  ///< N, against it
     {
-        const double r = slip.norm();
-        if (!(r > 0)) return Vec3::Zero();
-        return -limit * (r < eps ? 2 / eps - r / (eps * eps) : 1 / r) * slip;
+        return -limit / rhoOf(slip.norm()) * slip;
     }
-    /// Its second derivative, which is positive semidefinite [N/m].
-    Mat3 stiffness(const Vec3& slip) const
+    /// Of a slip of size r: over rho it is the force over its limit. With its derivative.
+    double rhoOf(double r) const { return r < eps ? eps * eps / (2 * eps - r) : r; }
+    double slopeOf(double r) const { return r < eps ? std::pow(eps / (2 * eps - r), 2) : 1; }
+    /// Near its second derivative, and positive semidefinite [N/m]: see Dual.
+    Mat3 stiffness(const Vec3& slip, const Dual& dual) const
     {
         const Mat3 P = Mat3::Identity() - normal * normal.transpose();
-        const double r = slip.norm();
-        if (!(r > 0)) return 2 * limit / eps * P;
-        const Vec3 t = slip / r;
-        const double across = r < eps ? 2 / eps - r / (eps * eps) : 1 / r,
-                     along = r < eps ? 2 * (1 - r / eps) / eps : 0;
-        return limit * (across * (P - t * t.transpose()) + along * t * t.transpose());
+        const double r = slip.norm(), rho = rhoOf(r);
+        if (!(r > 0)) return limit / rho * P;
+        const Mat3 mixed = slopeOf(r) / r * dual.w * slip.transpose();
+        return limit / rho * (P - 0.5 * (mixed + mixed.transpose()));
+    }
+    /// As a step begins: what was stretched goes on to be.
+    Dual dual() const
+    {
+        const Vec3 slip = this->slip(Vec3::Zero());
+        return {slip / rhoOf(slip.norm()), slip};
+    }
+    /// Takes w along to a new slip.
+    void follow(const Vec3& slip, Dual& dual) const
+    {
+        const double r = dual.at.norm(), rho = rhoOf(r);
+        const Vec3 turn = slip - dual.at;
+        dual.w = (slip - (r > 0 ? slopeOf(r) / r * dual.at.dot(turn) : 0) * dual.w) / rho;
+        dual.w /= std::max(1., dual.w.norm());
+        dual.at = slip;
     }
     /// What it stays stretched by after the step.
     Vec3 kept(const Vec3& slip) const
@@ -105,6 +131,23 @@ void addStrongest(const Held& held, std::vector<Held>& all)
         all.push_back(held);
     else if (held.rub.limit > all.back().rub.limit)
         all.back() = held;
+}
+
+/// Do two lists, by rising sample, differ in what they say of samples by `forceOf`, by so much that it is worth solving
+/// on?
+template <class T, class ForceOf>
+bool haveChanged(std::span<const T> before, std::span<const T> now, const ForceOf& forceOf)
+{
+    constexpr double kChanged = 0.02;  // of all forces
+    double all = 0, change = 0;
+    for (auto a = before.begin(), b = now.begin(); a != before.end() || b != now.end();) {
+        const std::uint32_t sample = std::min(a != before.end() ? a->sample : ~0u, b != now.end() ? b->sample : ~0u);
+        Vec3 difference = Vec3::Zero();
+        for (; a != before.end() && a->sample == sample; ++a) difference -= forceOf(*a);
+        for (; b != now.end() && b->sample == sample; ++b) difference += forceOf(*b), all += forceOf(*b).norm();
+        change += difference.norm();
+    }
+    return change > kChanged * all;
 }
 
 inline solver::SymmetricBlock blockOf(const Mat3& Q)

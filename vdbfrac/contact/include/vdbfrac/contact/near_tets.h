@@ -43,18 +43,24 @@ public:
     /// Those of one element, one after another.
     struct Group {
         std::uint32_t first = 0, end = 0;
-        std::uint16_t body = 0;
-        float size = 0;              ///< of its cell [m]
-        Eigen::Vector3f X, outward;  ///< m: its middle at rest, and where out is there (unit length)
+        std::uint16_t body = 0, nodes = 0;
+        std::array<std::uint32_t, tetmesh::kCorners> node{};  ///< all that its targets have
+        float size = 0;                                       ///< of its cell [m]
+        /// m: its middle at rest, and where out is there (unit length).
+        Eigen::Vector3f X = Eigen::Vector3f::Zero(), outward = Eigen::Vector3f::Zero();
     };
     const std::vector<Group>& groups() const { return group_; }
+    double spacing() const { return spacing_; }  ///< m: a typical size
     InTarget locate(std::size_t target, const Vec3& y, std::span<const Vec3> x) const;
     std::size_t bytes() const;
 
 private:
+    void add(const core::Body& body, std::uint16_t number, double depth);
+
     std::vector<Target> target_;
     std::vector<Group> group_;
     std::vector<tetmesh::TetMatrix> inside_;
+    double spacing_ = 0;
 };
 
 /// A sample and the target that it is seen in.
@@ -76,6 +82,7 @@ public:
     std::vector<Pair> seenAt(const TouchingSurface& surface, const Targets& targets, std::span<const Vec3> x,
                              double reach) const;
 
+    std::size_t pairs() const { return target_.size(); }
     std::size_t samples() const { return sample_.size(); }
     std::uint32_t sample(std::size_t i) const { return sample_[i]; }  ///< rising
     /// By rising fragment, then target.

@@ -1,6 +1,7 @@
 // The surfaces of all bodies as samples that can touch, and what each of them keeps from step to step.
 #pragma once
 
+#include <vdbfrac/base/grouping.h>
 #include <vdbfrac/core/archive.h>
 #include <vdbfrac/core/body.h>
 #include <vdbfrac/solver/coupling.h>
@@ -25,10 +26,10 @@ struct TouchMemory {
     {
         if (allowance == kUnseen) allowance = depth;
     }
-    /// A step has left it at this depth, with this slip if it still touches.
-    void keep(double depth, const Vec3& slip)
+    /// A step has left it at this depth, with this slip if it still touches. `out`: m that it may be less deep then.
+    void keep(double depth, const Vec3& slip, double out)
     {
-        allowance = std::min(allowance, depth);
+        allowance = std::max(0., std::min(allowance, depth) - out);
         stretch = depth > 0 ? slip : Vec3::Zero();
     }
 };
@@ -56,6 +57,9 @@ public:
     const Vec3& restPosition(std::size_t i) const { return all_.rest[i].at; }  ///< m
     const Vec3& restNormal(std::size_t i) const { return all_.rest[i].normal; }
     Vec3 at(std::size_t i, std::span<const Vec3> x) const { return all_.point[i].at(x); }
+    /// Samples that lie near each other: most of those in a cell.
+    std::size_t clusters() const { return cluster_.start.size() - 1; }
+    std::span<const std::uint32_t> cluster(std::size_t c) const { return cluster_[c]; }
     TouchMemory& memory(std::size_t i) { return memory_[i]; }
     const TouchMemory& memory(std::size_t i) const { return memory_[i]; }
 
@@ -99,6 +103,7 @@ private:
     bool isSettled_ = false;
     Samples all_;  // in nodes of the system, without keys
     std::vector<std::uint16_t> body_;
+    Groups cluster_{{0}, {}};
 };
 
 }  // namespace vdbfrac::contact

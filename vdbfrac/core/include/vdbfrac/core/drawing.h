@@ -21,6 +21,9 @@ struct DrawnBody {
 };
 using DrawnFrame = std::vector<DrawnBody>;
 
+/// Surface of a collider where it is at t = 0: for pictures. Cylinders without end are long, halfspaces have none.
+tetmesh::RenderMesh surfaceOf(const scene::Collider& collider, const scene::Grid& grid);
+
 class Drawing {
 public:
     /// The simulation has made no step. Throws as reading the bodies' files does.

@@ -95,6 +95,7 @@ public:
     double volume() const;  ///< m^3 of material
     double startVolume() const;
     std::size_t fragments() const;
+    std::size_t fragmentsAsleep() const;
 
 private:
     class Grips;
@@ -105,6 +106,10 @@ private:
     void solve(StepRecord& record, double until);
     void beginEnergy();
     void book(StepRecord& record, const solver::StepReport& report);
+    void putToSleep(StepRecord& record, bool converged);
+    void holdAsleep();
+    void wakeRecut(const Body& body, const tetmesh::CutUpdate& update);
+    void clearAsleep(std::vector<double>& density) const;
     void updateGrid(StepRecord& record);
     void recut(StepRecord& record, std::size_t body, const grid::PhiChanges& changes);
     void rebuild();
@@ -121,6 +126,7 @@ private:
     Stages stages_;
     std::vector<std::string> potentialNames_;  // of the effects that stages_.solve are of
     solver::State state_, saved_;              // now, and at the start of the step
+    std::vector<std::uint8_t> asleep_;         // of each fragment, by its id; empty: nobody decides
     std::vector<double> density_;              // J/m^3, of all tets; kept for its memory
     std::unique_ptr<solver::ElasticOperator> elastic_;
     std::unique_ptr<solver::Integrator> integrator_;

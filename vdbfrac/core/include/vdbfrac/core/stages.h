@@ -27,6 +27,8 @@ class StepLimit {
 public:
     virtual ~StepLimit() = default;
     virtual double largestStep(const solver::State& state) = 0;  ///< s; infinity for none
+    /// Where the scene fixes the steps: are those that are longer cut back?
+    virtual bool cutsBack() const { return false; }
 };
 
 /// A step whose equations are solved, on the mesh they were solved on.
@@ -62,6 +64,32 @@ public:
     virtual ~GridStage() = default;
     /// Changes the phi grid of one body, and returns the new values; its mesh still has the old ones.
     virtual grid::PhiChanges update(const GridContext& context, const Body& body, grid::LevelSet& phi) = 0;
+};
+
+/// What there is to know of the pieces when a step is solved. Fragments are numbered by their ids.
+struct PieceContext : SolvedStep {
+    std::span<const Body> bodies;
+    std::span<const Vec3> v;             ///< m/s, all nodes of the system
+    std::span<const double> mass;        ///< kg
+    std::span<const std::uint8_t> held;  ///< of each fragment: does a grip hold it or pull at it?
+    bool converged = false;              ///< was the step solved to its tolerance?
+    std::span<solver::Potential* const> potentials;
+};
+
+/// Decides which fragments are asleep: they stay where they are, and nothing of them is evaluated.
+class PieceStage {
+public:
+    virtual ~PieceStage() = default;
+    /// `asleep`: of each fragment. Those that are cut again are woken after this.
+    virtual void decide(const PieceContext& context, std::span<std::uint8_t> asleep) = 0;
+};
+
+/// Tells what it did while a step was solved: work under stages of its own, which is then no longer that of the solve,
+/// and columns of stats.csv with their units at the end.
+class Reporter {
+public:
+    virtual ~Reporter() = default;
+    virtual void report(Ledger& work, std::map<std::string, double>& measured) = 0;
 };
 
 /// Takes its own data along when a body is cut again.
@@ -103,6 +131,8 @@ struct Stages {
     std::vector<StepLimit*> limits;
     std::vector<Observer*> observers;
     std::vector<GridStage*> grid;
+    std::vector<Reporter*> reporters;
+    std::vector<PieceStage*> pieces;
     std::vector<RecutStage*> recut;
     std::vector<FrameSource*> frames;
     std::vector<Persistent*> persistent;

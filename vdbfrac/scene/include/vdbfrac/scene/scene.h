@@ -99,7 +99,8 @@ struct Collider {
     std::string name;  ///< given, or "collider1", "collider2", ...
     std::variant<Primitive, MeshFile, VdbFile> shape;
     Path move;
-    double friction = 0.5;  ///< Coulomb's coefficient
+    double friction = 0.5;     ///< Coulomb's coefficient
+    double untangleSpeed = 0;  ///< m/s
     std::string place;
 };
 

@@ -1,0 +1,176 @@
+// Fragments that lie still fall asleep: they cost nothing, stay where they are, and wake when something pushes them.
+#include <vdbfrac/base/parallel.h>
+#include <vdbfrac/lab/scenes/scene_run.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+using namespace vdbfrac;
+using lab::SceneRun;
+
+namespace {
+
+constexpr double kH = 0.05;  // m
+
+const std::string kFloor = "[gravity]\n[[collider]]\nshape = { halfspace = { normal = [0, -1, 0] } }\n";
+
+std::string scene(const std::string& bodies, const std::string& more)
+{
+    return "version = 1\nname = \"rest\"\n[time]\nframes = [1, 97]\n[grid]\nvoxel_size = 0.05\n"
+           "[material.gel]\nyoungs_modulus = 1e6\npoisson_ratio = 0.3\ndensity = 1000\n" +
+           bodies + more;
+}
+
+std::string block(const std::string& name, const std::string& center, const std::string& more = "")
+{
+    return "[[body]]\nname = \"" + name +
+           "\"\nmaterial = \"gel\"\nshape = { box = { size = [0.31, 0.31, 0.31], center = " + center + " } }\n" + more;
+}
+
+/// A slab that cuts divide into n x n pieces of three cells, a little above the floor.
+std::string tiles(int n)
+{
+    const double step = .3, size = n * step;
+    const std::string wide = std::to_string(size + 1);
+    std::string cuts;
+    for (int i = 1; i < n; ++i) {
+        const std::string at = std::to_string(i * step - size / 2 + .01);
+        cuts += "{ box = { size = [0.12, 1, " + wide + "], center = [" + at + ", 0, 0] } },\n";
+        cuts += "{ box = { size = [" + wide + ", 1, 0.12], center = [0, 0, " + at + "] } },\n";
+    }
+    const std::string edge = std::to_string(size);
+    return "[[body]]\nname = \"tiles\"\nmaterial = \"gel\"\nshape = { box = { size = [" + edge + ", 0.16, " + edge +
+           "], center = [0.01, 0.1, 0.01] } }\ncut = [" + cuts + "]\n";
+}
+
+double asleep(const core::StepRecord& r) { return r.measured.at("asleep"); }
+
+/// Runs until that many fragments are asleep.
+const core::StepRecord& untilAsleep(SceneRun& run, double count)
+{
+    while (!run.atEnd() && (run.steps.empty() || asleep(run.steps.back()) < count)) run.step();
+    return run.steps.back();
+}
+
+TEST(Sleep, HundredPiecesAtRestAreNotEvaluated)
+{
+    SceneRun run(scene(tiles(10), kFloor + "[contact]\n[sleep]\n"));
+    ASSERT_EQ(asleep(untilAsleep(run, 100)), 100);
+    EXPECT_GE(run.simulation.time(), .5);
+    run.step();  // in which their energy is taken once
+    const std::vector<Vec3> x(run.simulation.x().begin(), run.simulation.x().end());
+    for (int i = 0; i < 3; ++i) {
+        const core::StepRecord& r = run.step();
+        EXPECT_EQ(r.work.countOf("solve", "evaluated_tets"), 0);
+        EXPECT_EQ(r.work.countOf("solve", "product_tets"), 0);
+        EXPECT_EQ(r.kineticEnergy, 0);
+        EXPECT_GT(r.elasticEnergy, 0);
+        EXPECT_EQ(asleep(r), 100);
+    }
+    EXPECT_TRUE(std::equal(x.begin(), x.end(), run.simulation.x().begin()));
+}
+
+/// No more than what the speed limit says is lost, and it is in the accounts.
+TEST(Sleep, TakesOnlyTheEnergyOfSlowMotion)
+{
+    const double limit = .01 * std::sqrt(9.81 * kH), mass = 1000 * .31 * .31 * .31;
+    SceneRun run(scene(block("a", "[0, 0.2, 0]"), kFloor + "[sleep]\n"));
+    const core::StepRecord& r = untilAsleep(run, 1);
+    ASSERT_EQ(asleep(r), 1);
+    EXPECT_GE(r.energyFlow.at("sleep_dissipated"), 0);
+    EXPECT_LE(r.energyFlow.at("sleep_dissipated"), .5 * mass * limit * limit);
+    EXPECT_LT(run.steps.back().unnamedShare, .01);
+}
+
+/// Asleep and awake agree.
+TEST(Sleep, LeavesPiecesWhereTheyWouldLie)
+{
+    constexpr double kApart = .01;  // cells
+    const std::string bodies = block("a", "[0, 0.17, 0]") + block("b", "[0.02, 0.5, 0.01]");
+    SceneRun with(scene(bodies, kFloor + "[contact]\n[sleep]\n")), without(scene(bodies, kFloor + "[contact]\n"));
+    with.toFrame(60), without.toFrame(60);
+    EXPECT_EQ(asleep(with.steps.back()), 2);
+    for (std::size_t i = 0; i < with.simulation.x().size(); ++i)
+        ASSERT_LT((with.simulation.x()[i] - without.simulation.x()[i]).norm(), kApart * kH);
+}
+
+/// A block and one far from it, on the floor, and a ball that falls on the first.
+std::string ballOnBlock()
+{
+    const std::string ball =
+        "[[body]]\nname = \"ball\"\nmaterial = \"gel\"\nshape = { sphere = { radius = 0.15, center = [0.02, 4, 0] } "
+        "}\n";
+    return scene(block("a", "[0, 0.16, 0]") + block("far", "[2, 0.16, 0]") + ball, kFloor + "[contact]\n[sleep]\n");
+}
+
+/// What falls on a sleeping piece wakes it, and no other.
+TEST(Sleep, EndsWithAPush)
+{
+    SceneRun run(ballOnBlock());
+    ASSERT_EQ(asleep(untilAsleep(run, 2)), 2);
+    const std::size_t far = run.simulation.bodies()[1].firstNode;
+    const Vec3 lies = run.simulation.x()[far];
+    double fastest = 0;
+    while (!run.atEnd() && asleep(run.steps.back()) == 2) run.step();
+    EXPECT_EQ(asleep(run.steps.back()), 1);
+    EXPECT_LT(run.simulation.time(), 1.2);
+    run.step();
+    for (std::size_t i = 0; i < run.simulation.bodies()[0].mesh->nodeCount(); ++i)
+        fastest = std::max(fastest, run.simulation.v()[i].norm());
+    EXPECT_GT(fastest, .1);
+    EXPECT_EQ(run.simulation.x()[far], lies);
+}
+
+TEST(Sleep, GoesOnAfterAResumeToTheBit)
+{
+    const std::vector<std::string> short_{"time.frames=[1,30]"};
+    SceneRun whole(ballOnBlock(), short_);
+    std::vector<std::uint64_t> expected;
+    while (!whole.atEnd()) whole.step(), expected.push_back(whole.simulation.stateHash());
+    std::size_t first = 0;  // step after which some sleep
+    while (asleep(whole.steps[first]) == 0) ++first;
+    for (const std::size_t steps : {first - 3, first + 1, first + 2}) {
+        core::Archive archive;
+        {
+            SceneRun before(ballOnBlock(), short_);
+            for (std::size_t i = 0; i < steps; ++i) before.step();
+            before.simulation.save(archive);
+        }
+        const ThreadLimit one(1);
+        SceneRun after(ballOnBlock(), short_);
+        after.simulation.restoreFrom(archive);
+        for (std::size_t i = steps; i < expected.size(); ++i) {
+            const core::StepRecord& r = after.step();
+            ASSERT_EQ(after.simulation.stateHash(), expected[i]) << steps << ", " << i;
+            ASSERT_EQ(r.elasticEnergy, whole.steps[i].elasticEnergy);
+            ASSERT_EQ(asleep(r), asleep(whole.steps[i]));
+        }
+    }
+    EXPECT_EQ(asleep(whole.steps[first + 2]), 2);
+}
+
+TEST(Sleep, EndsWhenTheGroundGoes)
+{
+    SceneRun run(
+        scene(block("a", "[0, 0.16, 0]"),
+              "[gravity]\n[[collider]]\nshape = { box = { size = [1, 0.4, 1], center = [0, -0.2, 0] } }\n"
+              "move = { keys = [{ time = 0 }, { time = 1.5 }, { time = 1.6, translate = [0, -3, 0] }] }\n[sleep]\n"));
+    ASSERT_EQ(asleep(untilAsleep(run, 1)), 1);
+    EXPECT_LT(run.simulation.time(), 1.5);
+    while (run.simulation.time() < 1.7) run.step();
+    EXPECT_EQ(asleep(run.steps.back()), 0);
+    EXPECT_LT(run.simulation.v()[0].y(), -.3);
+}
+
+TEST(Sleep, NamedWhereNothingRestsChangesNoBit)
+{
+    const std::string fall = block("a", "[0, 40, 0]");
+    SceneRun with(scene(fall, kFloor + "[sleep]\n")), without(scene(fall, kFloor));
+    with.toFrame(30), without.toFrame(30);
+    EXPECT_EQ(with.simulation.stateHash(), without.simulation.stateHash());
+}
+
+}  // namespace

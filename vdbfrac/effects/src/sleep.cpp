@@ -1,0 +1,229 @@
+// Sleep: fragments that lie still are no longer solved for, until something pushes them.
+//
+// Islands are fragments that contact joins. An island falls asleep when none of its nodes has been faster than v_s for
+// a while; what it still moves with is lost, m v_s^2 / 2 at most. A fragment wakes when the forces on it, their sum or
+// their moments, differ from those in the first step of its sleep by more than what would bring it to v_s within a
+// frame, and when it is cut again.
+#include "all.h"
+
+#include <vdbfrac/base/disjoint_sets.h>
+#include <vdbfrac/base/error.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace vdbfrac::effects {
+
+namespace {
+
+using scene::Key;
+using scene::Type;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+const Key kKeys[] = {
+    {"speed", Type::number, "m/s",
+     "below which a fragment may fall asleep; if not given, .01 sqrt(g h) with gravity g and spacing h",
+     scene::kOptional, 0, kInfinity, true},
+    {"after", Type::number, "s", "how long it has to be as slow as that", "0.5", 0, kInfinity, true},
+};
+
+/// What pushes a fragment from outside.
+struct Push {
+    Vec3 force = Vec3::Zero();   // N, sum of f
+    Mat3 moment = Mat3::Zero();  // N m, sum of f (x - center)^T
+};
+
+/// Below which a fragment may fall asleep [m/s].
+double speedOf(const scene::Values& values, const scene::Scene& scene)
+{
+    if (values.has("speed")) return values.number("speed");
+    for (const scene::NamedValues& table : scene.tables)
+        if (const double g = table.name == "gravity" ? table.values.vector("acceleration").norm() : 0; g > 0)
+            return 0.01 * std::sqrt(g * scene.grid.coarsening * scene.grid.voxelSize);
+    throw InputError({scene.file.string() + ": [sleep]", "no speed is given, and there is no gravity to tell one by",
+                      "", "add speed, in m/s"});
+}
+
+/// What is kept of each fragment.
+struct Quiet {
+    double time = 0;                     // s: since when it is slow
+    bool asleep = false, known = false;  // when the last step ended; has it been for a step, with this push?
+    Push push;
+};
+
+/// What a fragment is at the end of a step.
+struct Piece {
+    double mass = 0, fastest2 = 0, inertia = 0;  // kg, m^2/s^2, kg m^2
+    Vec3 center = Vec3::Zero();
+    Push push;
+};
+
+class Sleep : public core::Effect, public core::PieceStage, public core::Persistent {
+public:
+    Sleep(const scene::Values& values, const scene::Scene& scene)
+        : speed_(speedOf(values, scene)), after_(values.number("after")), frame_(1 / scene.time.fps)
+    {
+    }
+
+    std::string name() const override { return "sleep"; }
+    void join(core::Stages& stages) override
+    {
+        stages.pieces.push_back(this);
+        stages.persistent.push_back(this);
+    }
+    void decide(const core::PieceContext& context, std::span<std::uint8_t> asleep) override;
+    void save(std::span<const core::Body>, core::Archive& archive) const override;
+    void restoreFrom(const core::Archive& archive, std::span<const core::Body>) override;
+
+private:
+    std::vector<Piece> measure(const core::PieceContext& context, std::size_t fragments, bool pushes) const;
+    bool isPushed(const Push& now, const Push& before, const Piece& piece) const;
+    void forgetWoken(std::span<const std::uint8_t> asleep);
+    void wake(const std::vector<Piece>& pieces, std::span<std::uint8_t> asleep);
+    void fallAsleep(const core::PieceContext& context, std::span<std::uint8_t> asleep);
+
+    double speed_, after_, frame_;  // m/s, s, s
+    std::vector<Quiet> quiet_;      // of each fragment
+};
+
+template <class F>
+void eachNode(std::span<const core::Body> bodies, const F& f)
+{
+    for (std::size_t b = 0; b < bodies.size(); ++b)
+        for (std::size_t i = 0; i < bodies[b].fragments.ofNode().size(); ++i)
+            f(bodies[b].firstNode + i, bodies[b].fragments.ofNode()[i]);
+}
+
+/// With `pushes`, what potentials do to each fragment too.
+std::vector<Piece> Sleep::measure(const core::PieceContext& context, std::size_t fragments, bool pushes) const
+{
+    std::vector<Piece> pieces(fragments);
+    eachNode(context.bodies, [&](std::size_t n, std::uint32_t f) {
+        pieces[f].mass += context.mass[n];
+        pieces[f].center += context.mass[n] * context.x[n];
+        pieces[f].fastest2 = std::max(pieces[f].fastest2, context.v[n].squaredNorm());
+    });
+    if (!pushes) return pieces;
+    for (Piece& p : pieces)
+        if (p.mass > 0) p.center /= p.mass;
+    std::vector<Vec3> gradient(context.x.size(), Vec3::Zero());
+    for (const solver::Potential* potential : context.potentials) (void)potential->evaluate(context.x, gradient);
+    eachNode(context.bodies, [&](std::size_t n, std::uint32_t f) {
+        const Vec3 arm = context.x[n] - pieces[f].center;
+        pieces[f].push.force -= gradient[n];
+        pieces[f].push.moment -= gradient[n] * arm.transpose();
+        pieces[f].inertia += context.mass[n] * arm.squaredNorm();
+    });
+    return pieces;
+}
+
+void Sleep::decide(const core::PieceContext& context, std::span<std::uint8_t> asleep)
+{
+    forgetWoken(asleep);
+    const bool sleeping = std::any_of(asleep.begin(), asleep.end(), [](std::uint8_t a) { return a != 0; });
+    const std::vector<Piece> pieces = measure(context, asleep.size(), sleeping);
+    if (sleeping) wake(pieces, asleep);
+    bool tired = false;
+    for (std::size_t f = 0; f < asleep.size(); ++f) {
+        const bool slow = pieces[f].mass > 0 && pieces[f].fastest2 < speed_ * speed_ && !context.held[f];
+        quiet_[f].time = slow && context.converged ? quiet_[f].time + context.dt : 0;
+        tired = tired || (!asleep[f] && quiet_[f].time >= after_);
+    }
+    if (tired) fallAsleep(context, asleep);
+    for (std::size_t f = 0; f < asleep.size(); ++f) quiet_[f].asleep = asleep[f];
+}
+
+/// What was cut again while it slept has been woken, and is another piece now.
+void Sleep::forgetWoken(std::span<const std::uint8_t> asleep)
+{
+    quiet_.resize(asleep.size());
+    for (std::size_t f = 0; f < asleep.size(); ++f)
+        if (quiet_[f].asleep && !asleep[f]) quiet_[f] = {};
+}
+
+bool Sleep::isPushed(const Push& now, const Push& before, const Piece& piece) const
+{
+    const double arm = std::sqrt(piece.inertia / piece.mass);
+    const double change = (now.force - before.force).norm() + (arm > 0 ? (now.moment - before.moment).norm() / arm : 0);
+    return change * frame_ > piece.mass * speed_;
+}
+
+void Sleep::wake(const std::vector<Piece>& pieces, std::span<std::uint8_t> asleep)
+{
+    for (std::size_t f = 0; f < asleep.size(); ++f) {
+        Quiet& quiet = quiet_[f];
+        if (!asleep[f]) {
+            quiet.known = false;
+        } else if (!quiet.known) {
+            quiet.known = true, quiet.push = pieces[f].push;
+        } else if (isPushed(pieces[f].push, quiet.push, pieces[f])) {
+            asleep[f] = 0, quiet = {};
+        }
+    }
+}
+
+/// Puts the islands to sleep all of whose fragments are tired. What a grip holds joins none: it does not move by
+/// itself.
+void Sleep::fallAsleep(const core::PieceContext& context, std::span<std::uint8_t> asleep)
+{
+    std::vector<solver::Coupling> couplings;
+    for (const solver::Potential* potential : context.potentials) potential->linearize(context.x, couplings);
+    std::vector<std::uint32_t> fragmentOf(context.x.size());
+    eachNode(context.bodies, [&](std::size_t n, std::uint32_t f) { fragmentOf[n] = f; });
+    DisjointSets islands(asleep.size());
+    for (const solver::Coupling& c : couplings) {
+        std::uint32_t first = ~0u;
+        for (std::size_t a = 0; a < solver::Coupling::kNodes; ++a) {
+            const std::uint32_t f = fragmentOf[c.node[a]];
+            if (c.weight[a] == 0 || context.held[f]) continue;
+            if (first == ~0u) first = f;
+            islands.join(first, f);
+        }
+    }
+    std::vector<std::uint8_t> awake(asleep.size(), 0);
+    for (std::uint32_t f = 0; f < asleep.size(); ++f)
+        if (!asleep[f] && quiet_[f].time < after_) awake[islands.find(f)] = 1;
+    for (std::uint32_t f = 0; f < asleep.size(); ++f)
+        if (!awake[islands.find(f)]) asleep[f] = 1;
+}
+
+void Sleep::save(std::span<const core::Body>, core::Archive& archive) const
+{
+    std::vector<double> numbers;
+    for (const Quiet& q : quiet_) {
+        numbers.insert(numbers.end(), {q.time, double(q.asleep), double(q.known)});
+        numbers.insert(numbers.end(), q.push.force.begin(), q.push.force.end());
+        numbers.insert(numbers.end(), q.push.moment.data(), q.push.moment.data() + 9);
+    }
+    archive.put("sleep.quiet", numbers);
+}
+
+void Sleep::restoreFrom(const core::Archive& archive, std::span<const core::Body>)
+{
+    constexpr std::size_t kNumbers = 15;
+    const auto numbers = archive.get<double>("sleep.quiet");
+    if (numbers.size() % kNumbers != 0 ||
+        !std::all_of(numbers.begin(), numbers.end(), [](double n) { return std::isfinite(n); }))
+        archive.complain("what fragments keep for sleep is out of range");
+    quiet_.assign(numbers.size() / kNumbers, {});
+    for (std::size_t f = 0; f < quiet_.size(); ++f) {
+        const double* const own = numbers.data() + kNumbers * f;
+        quiet_[f] = {own[0], own[1] != 0, own[2] != 0, {Vec3(own + 3), Mat3(own + 6)}};
+    }
+}
+
+std::unique_ptr<core::Effect> make(const scene::Values& values, const scene::Scene& scene)
+{
+    if (scene.solver.integrator == scene::Integrator::statics)
+        throw InputError({scene.file.string() + ": [sleep]", "nothing moves under integrator = \"static\"", "",
+                          "leave out [sleep], or take another integrator"});
+    return std::make_unique<Sleep>(values, scene);
+}
+
+}  // namespace
+
+EffectInfo sleep() { return {{"sleep", "Fragments that lie still are not solved for.", kKeys}, "pieces", make}; }
+
+}  // namespace vdbfrac::effects
