@@ -40,22 +40,30 @@ Tets tetsAt(const Carrier& carrier, Coord voxel)
     return tets;
 }
 
-/// The tets at a node, or at the first with any that edges lead to without entering a crack.
-Tets tetsFrom(const Carrier& carrier, const CrackField& cracks, Coord start)
+/// The tets at a node, or at the first with any that edges lead to: without entering a crack, or through all.
+Tets tetsReached(const Carrier& carrier, const CrackField& cracks, Coord start, bool throughCracks)
 {
-    const auto side = std::lower_bound(cracks.material.begin(), cracks.material.end(), start,
-                                       [](const auto& entry, Coord n) { return entry.first < n; });
-    if (side != cracks.material.end() && side->first == start) start = side->second;
     constexpr std::size_t kWidest = 4000;  // nodes looked at
     std::vector<Coord> reached{start};
     std::set<Coord> seen{start};
     for (std::size_t i = 0; i < reached.size() && i < kWidest; ++i) {
         if (Tets tets = tetsAt(carrier, reached[i]); !tets.empty()) return tets;
         forNeighbours(reached[i], [&](Coord next) {
-            if (!(cracks.c(next) > 0) && seen.insert(next).second) reached.push_back(next);
+            if ((throughCracks || !(cracks.c(next) > 0)) && seen.insert(next).second) reached.push_back(next);
         });
     }
     return {};
+}
+
+/// What cracks have closed off on all sides and eaten up goes along with what is beyond them, whatever its fragment.
+Tets tetsFrom(const Carrier& carrier, const CrackField& cracks, Coord start)
+{
+    const auto side = std::lower_bound(cracks.material.begin(), cracks.material.end(), start,
+                                       [](const auto& entry, Coord n) { return entry.first < n; });
+    if (side != cracks.material.end() && side->first == start) start = side->second;
+    const Tets tets = tetsReached(carrier, cracks, start, false);
+    const FragmentAt anyFragment;
+    return tets.empty() ? tetsReached({carrier.body, anyFragment, carrier.fragmentOfNode}, cracks, start, true) : tets;
 }
 
 struct Found {
