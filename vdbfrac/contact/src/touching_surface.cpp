@@ -49,6 +49,17 @@ void TouchingSurface::start(std::span<const core::Body> bodies, double gap)
     memory_.resize(firstOf(own_.size()));
 }
 
+void TouchingSurface::bury(double depth)
+{
+    if (bodies_.size() < 2) return;
+    settle();
+    for (std::size_t b = 0; b < bodies_.size(); ++b) {
+        const auto phi = grid::phiSampler(bodies_[b].phi);
+        for (std::size_t i = 0; i < size(); ++i)
+            if (body(i) != b && phi(restPosition(i)) < -depth) memory_[i].allowance = TouchMemory::kBuried;
+    }
+}
+
 std::size_t TouchingSurface::firstOf(std::size_t body) const
 {
     std::size_t first = 0;
@@ -150,8 +161,7 @@ void TouchingSurface::restoreFrom(const std::string& name, const core::Archive& 
     const auto allowance = archive.get<double>(name + ".allowance", memory_.size());
     const auto stretch = archive.get<Vec3>(name + ".stretch", memory_.size());
     for (std::size_t i = 0; i < memory_.size(); ++i) {
-        if (!(allowance[i] >= 0 || allowance[i] == TouchMemory::kUnseen) || !std::isfinite(allowance[i]) ||
-            !stretch[i].allFinite())
+        if (!(allowance[i] >= 0 || allowance[i] == TouchMemory::kUnseen) || !stretch[i].allFinite())
             archive.complain("what a sample of the surface keeps for " + name + " is out of range");
         memory_[i] = {allowance[i], stretch[i]};
     }

@@ -98,7 +98,8 @@ public:
     {
         surface_.start(bodies, kGap * dx_);
         for (const core::Body& body : bodies)
-            law_.push_back(contact::penaltyOf(contact::kBeta, body.material.youngsModulus(), h_));
+            for (const Obstacle& o : obstacles_)
+                law_.push_back(contact::penaltyOf(o.collider().stiffness, body.material.youngsModulus(), h_));
     }
 
     void begin(const solver::StepStart& start) override;
@@ -143,12 +144,12 @@ private:
         return {d.value, places[collider].turn * d.gradient};
     }
     std::vector<Touch> touches(std::span<const Vec3> x, const Places& places) const;
-    const Penalty& lawOf(std::uint32_t sample) const { return law_[surface_.body(sample)]; }
-    double energyOf(const Touch& t) const { return surface_.area(t.sample) * lawOf(t.sample).energy(t.depth); }
-    Vec3 forceOf(const Touch& t) const
+    const Penalty& lawOf(const Touch& t) const
     {
-        return surface_.area(t.sample) * lawOf(t.sample).pressure(t.depth) * t.outward;
+        return law_[surface_.body(t.sample) * obstacles_.size() + t.collider];
     }
+    double energyOf(const Touch& t) const { return surface_.area(t.sample) * lawOf(t).energy(t.depth); }
+    Vec3 forceOf(const Touch& t) const { return surface_.area(t.sample) * lawOf(t).pressure(t.depth) * t.outward; }
     Vec3 slipOf(const Held& h, std::span<const Vec3> x) const
     {
         return h.rub.slip(surface_.at(h.sample, x) - h.carried);
@@ -172,7 +173,7 @@ private:
 
     double dx_, h_;  // m
     std::vector<Obstacle> obstacles_;
-    std::vector<Penalty> law_;  // of each body
+    std::vector<Penalty> law_;  // of each body, with each collider
     TouchingSurface surface_;
     double now_ = 0;  // s: end of the last step that was kept
 
@@ -238,9 +239,8 @@ std::vector<Held> Colliders::heldAt(std::span<const Vec3> x, const Places& place
     for (const Touch& t : touches(x, places)) {
         const double push = forceOf(t).norm(), friction = obstacles_[t.collider].collider().friction;
         if (!(friction * push > 0)) continue;
-        const Rub rub =
-            contact::makeRub(t.outward.normalized(), friction * push, surface_.area(t.sample) * lawOf(t.sample).k(),
-                             surface_.memory(t.sample).stretch);
+        const Rub rub = contact::makeRub(t.outward.normalized(), friction * push,
+                                         surface_.area(t.sample) * lawOf(t).k(), surface_.memory(t.sample).stretch);
         const Vec3 carried = places_[t.collider](start_[t.collider].inverse(from_[t.sample]));
         contact::addStrongest(Held{t.sample, t.collider, rub, carried}, all);
     }
@@ -282,7 +282,7 @@ void Colliders::linearize(std::span<const Vec3> x, std::vector<solver::Coupling>
         couplings.push_back(c);
     };
     for (const Touch& t : touches(x, places_))
-        add(t.sample, surface_.area(t.sample) * lawOf(t.sample).stiffness(t.depth) * t.outward * t.outward.transpose());
+        add(t.sample, surface_.area(t.sample) * lawOf(t).stiffness(t.depth) * t.outward * t.outward.transpose());
     for (const Held& h : held_) {
         const Vec3 slip = slipOf(h, x);
         h.rub.follow(slip, h.dual);

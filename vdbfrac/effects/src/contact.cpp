@@ -13,6 +13,7 @@
 // space; where the solution lies in others, those are taken and it is solved on. Normal forces of friction are brought
 // up to date with them.
 #include "all.h"
+#include "contact_touch.h"
 
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/contact/contact_law.h>
@@ -31,12 +32,14 @@ using contact::InTarget;
 using contact::Pair;
 using contact::Penalty;
 using contact::Rub;
+using contact::TouchMemory;
 using scene::Key;
 using scene::Type;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kDepth = 2;     // voxels below the surface in which samples are found
 constexpr double kMargin = 0.5;  // cells that a step may end beside the way it was expected to take
+constexpr double kGrowth = 4;    // of a step over the last one
 constexpr double kReach = 0.1;   // how far outside of its tet a sample may be, in barycentric coordinates
 
 const Key kKeys[] = {
@@ -46,23 +49,6 @@ const Key kKeys[] = {
     {"gap", Type::number, "voxels", "that surfaces which touch keep; thin cut tets are crushed where it is large", "0",
      0, 1},
     {"untangle_speed", Type::number, "m/s", "at which what was tangled when it was first seen is pushed apart", "0", 0},
-};
-
-/// A sample in a target.
-struct Touch {
-    std::uint32_t sample = 0, target = 0;
-    double depth = 0;  ///< beyond its allowance [m]
-    std::array<double, 4> share{};
-    Vec3 outward;
-};
-
-/// The strongest touch of a sample.
-struct Held {
-    std::uint32_t sample = 0, target = 0;
-    std::array<double, 4> share{};
-    Rub rub;
-    Vec3 apart;  ///< m: from the point of the target to the sample, when the step began
-    mutable contact::Dual dual = rub.dual();
 };
 
 class Contact : public core::Effect,
@@ -96,6 +82,7 @@ public:
     {
         bodies_ = bodies;
         surface_.start(bodies, gap_ * dx_);
+        surface_.bury(kDepth * dx_);
     }
 
     void begin(const solver::StepStart& start) override;
@@ -113,15 +100,22 @@ public:
         surface_.recut(body);
         forget();
     }
-    void save(std::span<const core::Body>, core::Archive& archive) const override { surface_.save("contact", archive); }
+    void save(std::span<const core::Body>, core::Archive& archive) const override
+    {
+        surface_.save("contact", archive);
+        archive.putOne("contact.step", last_);
+    }
     void restoreFrom(const core::Archive& archive, std::span<const core::Body>) override
     {
         surface_.restoreFrom("contact", archive);
+        last_ = archive.getOne<double>("contact.step");
+        if (!(last_ > 0)) archive.complain("the last step of contact is not above 0");
         forget();
     }
     std::size_t bytes() const override { return surface_.bytes() + targets_.bytes() + near_.bytes(); }
 
 private:
+    void buryWhatSank(std::span<const double> depth, std::span<const Vec3> x);
     void settle();
     /// The mesh is another one: numbers of samples, targets and nodes no longer hold.
     void forget()
@@ -170,8 +164,9 @@ private:
     }
 
     double friction_, beta_, gap_, untangleSpeed_;
-    double dx_, h_;   // m
-    double longest_;  // s
+    double dx_, h_;            // m
+    double longest_;           // s: that a step can be
+    double last_ = kInfinity;  // s: how long the last step was
     std::span<const core::Body> bodies_;
     contact::TouchingSurface surface_;
     contact::Targets targets_;
@@ -186,6 +181,15 @@ private:
     double deepest_ = 0;       // m
     mutable Ledger work_;
 };
+
+/// What a step has taken deeper than samples are found shall not be thrown out when it comes up: it was in a target,
+/// and now is in none. `depth`: of all.
+void Contact::buryWhatSank(std::span<const double> depth, std::span<const Vec3> x)
+{
+    for (const Pair& p : pairs_)
+        if (depth[p.sample] == 0 && targets_.locate(p.target, surface_.at(p.sample, x), x).phi < -0.5 * kDepth * dx_)
+            surface_.memory(p.sample).allowance = TouchMemory::kBuried;
+}
 
 void Contact::settle()
 {
@@ -337,6 +341,7 @@ solver::EnergyFlow Contact::flow(const solver::Leg& leg) const
 void Contact::accept(std::span<const Vec3> x, double dt)
 {
     const StageTimer timer(work_, "contact");
+    last_ = dt;
     const std::vector<double> depth = deepest(x);
     deepest_ = 0;
     for (double d : depth) deepest_ = std::max(deepest_, d);
@@ -344,13 +349,16 @@ void Contact::accept(std::span<const Vec3> x, double dt)
     for (const Held& h : held_) stretch[h.sample] = h.rub.kept(slipOf(h, x));
     for (std::size_t i = 0; i < surface_.size(); ++i)
         surface_.memory(i).keep(depth[i], stretch[i], untangleSpeed_ * dt);
+    buryWhatSank(depth, x);
 }
 
-/// No sample comes nearer to a target than three quarters of the depth in which samples are found, in one step.
+/// No sample comes nearer to a target than three quarters of the depth in which samples are found, in one step. Looks
+/// as far ahead as the next step may be long: lists for a whole frame would be endless where steps are short.
 double Contact::largestStep(const solver::State& state)
 {
     const StageTimer timer(work_, "contact");
-    look(state.x, state.v, longest_);
+    const double ahead = std::min(longest_, kGrowth * last_);
+    look(state.x, state.v, ahead);
     const double fastest = orderedMax(near_.samples(), kChunk, 0, [&](std::size_t begin, std::size_t end) {
         double most = 0;
         for (std::size_t i = begin; i < end; ++i) {
@@ -360,7 +368,8 @@ double Contact::largestStep(const solver::State& state)
         }
         return most;
     });
-    return fastest > 0 ? 0.75 * kDepth * dx_ / std::sqrt(fastest) : kInfinity;
+    const double largest = fastest > 0 ? 0.75 * kDepth * dx_ / std::sqrt(fastest) : kInfinity;
+    return ahead < longest_ ? std::min(largest, ahead) : largest;
 }
 
 void Contact::report(Ledger& work, std::map<std::string, double>& measured)

@@ -58,6 +58,8 @@ Measurements thousandfoldSpeed(Extent);
 Measurements foam(Extent);
 Measurements unbreakable(Extent);
 Measurements notFinite(Extent);
+// tangles.cpp
+Measurements tangledContact(Extent);
 // torture.cpp
 Measurements jerkedGrips(Extent);
 Measurements resistanceGone(Extent);

@@ -22,7 +22,7 @@ constexpr HardCase kCases[] = {
     {13, "single_tets", "fragments of one tet", "massless nodes, NaN", singleTets},
     {14, "long_steps", "time steps of 0.1, 1, 30 s", "never converges", longSteps},
     {15, "fast", "velocity 1000 times that of waves", "inversions, caps hit", thousandfoldSpeed},
-    {16, "contact", "tangled contact", "ping-pong", nullptr},
+    {16, "contact", "tangled contact", "ping-pong", tangledContact},
     {17, "foam", "kappa near 0: foam", "everything erodes at once, mass is lost track of", foam},
     {18, "unbreakable", "kappa = 1e300", "an effect that cannot act changes the result", unbreakable},
     {19, "not_finite", "NaN or infinity in the input", "silently wrong solid", notFinite},

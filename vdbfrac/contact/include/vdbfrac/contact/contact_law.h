@@ -115,8 +115,6 @@ inline Penalty penaltyOf(double beta, double youngsModulus, double h)
     return {beta * youngsModulus / h, kSmooth * h};
 }
 
-inline constexpr double kBeta = 10;  ///< unless a scene says otherwise
-
 /// Of force limit `limit` [N] and stiffness `k` [N/m]. The force of a small slip grows with 2 limit / eps = k.
 inline Rub makeRub(const Vec3& normal, double limit, double k, const Vec3& stretch)
 {

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <string>
 #include <vector>
@@ -18,7 +19,9 @@ namespace vdbfrac::contact {
 /// What a sample keeps from step to step.
 struct TouchMemory {
     static constexpr double kUnseen = -1;
-    double allowance = kUnseen;   ///< how deep it may be without being pushed [m]; unseen: nobody has looked yet
+    static constexpr double kBuried = std::numeric_limits<double>::infinity();
+    double allowance = kUnseen;   ///< how deep it may be without being pushed [m]; unseen: nobody has looked yet;
+                                  ///< buried: too deep to be found, until it comes up
     Vec3 stretch = Vec3::Zero();  ///< elastic slip [m]
 
     /// It is at this depth [m] when it is looked at: what is new may be as deep as it is.
@@ -29,7 +32,7 @@ struct TouchMemory {
     /// A step has left it at this depth, with this slip if it still touches. `out`: m that it may be less deep then.
     void keep(double depth, const Vec3& slip, double out)
     {
-        allowance = std::max(0., std::min(allowance, depth) - out);
+        if (allowance < kBuried || depth > 0) allowance = std::max(0., std::min(allowance, depth) - out);
         stretch = depth > 0 ? slip : Vec3::Zero();
     }
 };
@@ -41,6 +44,8 @@ class TouchingSurface {
 public:
     /// `gap`: m. The bodies have to live as long.
     void start(std::span<const core::Body> bodies, double gap);
+    /// Samples that are deeper than `depth` [m] in other bodies at rest are buried.
+    void bury(double depth);
     /// A body has been cut again. Samples where the surface was before keep their memory; nodes of the system are known
     /// again after settle().
     void recut(const core::Body& body);

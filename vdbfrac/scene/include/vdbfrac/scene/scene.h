@@ -100,6 +100,7 @@ struct Collider {
     std::variant<Primitive, MeshFile, VdbFile> shape;
     Path move;
     double friction = 0.5;     ///< Coulomb's coefficient
+    double stiffness = 10;     ///< of a touch, over that of a cell
     double untangleSpeed = 0;  ///< m/s
     std::string place;
 };
