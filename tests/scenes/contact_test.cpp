@@ -167,6 +167,22 @@ TEST(Contact, KeepsBlocksApart)
     EXPECT_GT(momentumOf(run.simulation).size, 1);
 }
 
+/// At five cells a step nothing is passed: steps are cut back.
+TEST(Contact, KeepsFastBlocksApart)
+{
+    SceneRun run(blocks("[contact]\nfriction = 0\n", "[0, 0.7, 0]"),
+                 {"body.1.velocity=[0,-6,0]", "time.substeps=1", "time.frames=[1,6]"});
+    double least = 1;
+    int cut = 0;
+    while (!run.atEnd()) {
+        cut += run.step().cutbacks;
+        least = std::min(least, gapOf(run.simulation));
+    }
+    EXPECT_GT(cut, 0);
+    EXPECT_GT(least, -.2 * kDx);
+    EXPECT_LT(least, .2 * kDx);
+}
+
 /// What was tangled when a scene began is left as deep as it was, not thrown out.
 TEST(Contact, DoesNotThrowApartWhatBeganTangled)
 {

@@ -1,4 +1,5 @@
 // Fragments that lie still fall asleep: they cost nothing, stay where they are, and wake when something pushes them.
+#include <vdbfrac/base/error.h>
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/lab/scenes/scene_run.h>
 
@@ -171,6 +172,26 @@ TEST(Sleep, NamedWhereNothingRestsChangesNoBit)
     SceneRun with(scene(fall, kFloor + "[sleep]\n")), without(scene(fall, kFloor));
     with.toFrame(30), without.toFrame(30);
     EXPECT_EQ(with.simulation.stateHash(), without.simulation.stateHash());
+}
+
+/// Where there is nothing to tell a speed by, or nothing moves.
+TEST(Sleep, RefusesScenesThatItHasNoMeaningIn)
+{
+    const auto refusal = [](const std::string& tables, const std::string& solver) {
+        try {
+            SceneRun run("version = 1\nname = \"s\"\n[time]\nframes = [1, 2]\n[grid]\nvoxel_size = 0.1\n[solver]\n" +
+                         solver +
+                         "[[body]]\nname = \"b\"\nmaterial = \"m\"\nshape = { box = { size = [0.4, 0.4, 0.4] } }\n"
+                         "[material.m]\nyoungs_modulus = 1e5\npoisson_ratio = 0.3\ndensity = 1000\n" +
+                         tables);
+        } catch (const InputError& error) {
+            return std::string(error.what());
+        }
+        return std::string();
+    };
+    EXPECT_NE(refusal("[sleep]\n", "").find("add speed"), std::string::npos);
+    EXPECT_NE(refusal("[sleep]\n[gravity]\n", "integrator = \"static\"\n").find("static"), std::string::npos);
+    EXPECT_EQ(refusal("[sleep]\nspeed = 0.01\n", ""), "");
 }
 
 }  // namespace
