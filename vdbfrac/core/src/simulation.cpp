@@ -225,6 +225,7 @@ void Simulation::solve(StepRecord& record, double until)
     balanced_ = report->status == solver::StepStatus::converged;
     record.gripLoad = grips_->loads(report->reaction);
     book(record, *report);
+    for (Observer* observer : stages_.observers) observer->observe({state_.x, time_, dt});
     for (solver::Potential* potential : stages_.solve) potential->accept(state_.x, dt);
     const solver::ElasticWork& after = elastic_->work();
     record.work.count("solve", "evaluated_tets", after.evaluatedTets - before.evaluatedTets);
@@ -245,7 +246,6 @@ void Simulation::solve(StepRecord& record, double until)
 void Simulation::updateGrid(StepRecord& record)
 {
     const SolvedStep solved{state_.x, time_, record.dt};
-    for (Observer* observer : stages_.observers) observer->observe(solved);
     bool computed = false;
     GridContext context{solved, {}, {}, {}, record.work, record.measured};
     context.gripDistance = [this](const Body& body, const Vec3& X) { return grips_->distance(body, X); };

@@ -135,7 +135,8 @@ void EnergyWitness::observe(const core::SolvedStep& step)
     balance_.growth = balance_.kinetic - kineticBefore + balance_.elastic - elasticBefore + potential - work;
     balance_.turnover =
         balance_.kinetic + kineticBefore + balance_.elastic + elasticBefore + magnitude + std::abs(work);
-    balance_.nonconvex = std::max(0., balance_.elastic - elasticBefore - slope);
+    balance_.nonconvex =
+        std::max(0., balance_.elastic - elasticBefore - slope) + std::max(0., potential - dot(outer, moved));
     balance_.openWork = std::max({norm(freeForces[0]), norm(freeForces[1]), norm(freeForces[2])}) * norm(freeMove);
     balance_.forceRounding = kForceRounding * std::sqrt(noise * double(count));
     balance_.rounding = kEnergyRounding * (balance_.turnover + std::abs(slope)) +

@@ -14,7 +14,7 @@ std::string velocity(const Vec3& v) { return "velocity = " + list(v); }
 
 class Generator {
 public:
-    explicit Generator(std::uint64_t seed) : dice_(seed)
+    explicit Generator(std::uint64_t seed) : dice_(seed), touching_(seed ^ kTouching)
     {
         text_ = format("# Seed %llu of 'vdbfrac verify --random'.\n", static_cast<unsigned long long>(seed));
     }
@@ -45,9 +45,13 @@ private:
     void effects(const Body& b);
     void fracture(const Body& b);
     void solver();
+    void touch(const Body& b);
     double span() const { return steps_ * dt_; }
 
-    Dice dice_;
+    static constexpr std::uint64_t kTouching = 0x746f756368;
+
+    Dice dice_, touching_;  // the second for what touches: without that, scenes are what the first makes
+    bool touches_ = touching_.chance(.4);
     std::string text_;
     double size_ = 1, dx_ = 1, h_ = 1, dt_ = 1;  // m, s
     int across_ = 8, coarsening_ = 1, steps_ = 60;
@@ -91,7 +95,7 @@ void Generator::grid()
 
 void Generator::body(Body& b)
 {
-    b.center[0] = 3 * size_ * b.number;                       // there is no contact
+    b.center[0] = (touches_ ? 1.2 : 3) * size_ * b.number;
     if (dice_.chance(.7)) b.center += dice_.inBox(.5 * dx_);  // else faces lie on nodes
     b.axis = dice_.below(3);
     const SolidFrame frame{b.center, b.axis, size_, h_};
@@ -236,10 +240,29 @@ void Generator::solver()
 {
     text_ += "[solver]\n";
     if (dice_.chance(.3)) text_ += "volumetric = \"none\"\n";
-    const int methods = size_ <= 8 * h_ ? 3 : 2;  // direct is for the small
+    const int methods = size_ <= 8 * h_ && !touches_ ? 3 : 2;  // direct is for the small and for few couplings
     const int method = dice_.below(10);
     if (method < methods)
         text_ += format("linear_solver = \"%s\"\n", method == 0 ? "jacobi" : method == 1 ? "multigrid" : "direct");
+}
+
+/// Bodies side by side that see each other and themselves, and a wall or a ball that comes from below.
+void Generator::touch(const Body& b)
+{
+    Dice& dice = touching_;
+    const bool sees = dice.chance(.7), met = !sees || dice.chance(.5);
+    if (sees)
+        text_ += format("[contact]\nfriction = %.4f\nstiffness = %.4g\n", dice.uniform(0, 1), dice.decades(1, 30));
+    if (!met) return;
+    const double gap = dice.uniform(.1, 2) * dx_, radius = size_ * dice.uniform(.1, 1);
+    text_ += "[[collider]]\nshape = { ";
+    if (dice.chance(.5))
+        text_ += format("halfspace = { normal = [0, -1, 0], offset = %.6g } }\n", size_ / 2 + gap);
+    else
+        text_ += format("sphere = { radius = %.6g, center = ", radius) +
+                 list(b.center - (size_ / 2 + gap + radius) * Vec3::UnitY()) + " } }\n";
+    const double speed = std::min(dice.decades(1e-3, .3) * b.sound, size_ / span());
+    text_ += format("friction = %.4f\nmove = { velocity = [0, %.6g, 0] }\n", dice.uniform(0, 1), speed);
 }
 
 std::string Generator::scene()
@@ -257,6 +280,7 @@ std::string Generator::scene()
     for (int n = 0; n < bodies; ++n) grips(b[n]);
     effects(b[0]);
     solver();
+    if (touches_) touch(b[0]);
     return text_;
 }
 

@@ -25,6 +25,7 @@ constexpr double kSumRounding = 1e-12;
 constexpr double kResidualSlack = 3;
 /// After so many products and evaluations of tets, or Newton iterations, a scene is left: some seconds of one core.
 constexpr std::int64_t kMaxTets = 200'000'000, kMaxIterations = 1500;
+constexpr std::int64_t kTetsOfSample = 1;  // what a pair that may touch takes, about
 
 struct Broken {
     std::string what;
@@ -72,7 +73,8 @@ private:
            : record.outcome == core::Outcome::cutback ? outcome_.cutback
                                                       : outcome_.capped);
         iterations_ += record.newtonIterations;
-        tets_ += record.work.countOf("solve", "evaluated_tets") + record.work.countOf("solve", "product_tets");
+        tets_ += record.work.countOf("solve", "evaluated_tets") + record.work.countOf("solve", "product_tets") +
+                 kTetsOfSample * record.work.countOf("contact", "listed") * record.work.countOf("contact", "calls");
         outcome_.cutShort = tets_ > kMaxTets || iterations_ > kMaxIterations;
     }
 

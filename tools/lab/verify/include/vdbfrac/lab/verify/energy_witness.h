@@ -14,7 +14,7 @@ struct StepBalance {
     double kinetic = 0, elastic = 0;  ///< at the end
     double growth = 0;                ///< of kinetic, elastic and potential energy, beyond the work of grips and forces
     double turnover = 0;              ///< sum of the magnitudes that growth was added from
-    double nonconvex = 0;             ///< how far E(x0) lies below the tangent plane of E at x1, at least 0
+    double nonconvex = 0;             ///< how far E(x0) and the potentials at x0 lie below their tangent planes at x1
     double openWork = 0;              ///< what free nodes may have moved against a residual of tolerance 1
     double rounding = 0;              ///< of growth
     double forceRounding = 0;         ///< N, of a sum of forces
