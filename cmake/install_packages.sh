@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
-# Installs what is missing of cmake/packages.txt. Does nothing, quickly, when nothing is.
+# Installs what is missing of a list of packages: cmake/packages.txt, or the one beside it that is named. Does nothing,
+# quickly, when nothing is.
 set -euo pipefail
 
-list="$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)/packages.txt"
+list="$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)/${1:-packages.txt}"
 mapfile -t packages < <(sed -e 's/#.*//' -e 's/[[:space:]]//g' -e '/^$/d' "$list")
 
 fail() {

@@ -29,7 +29,9 @@ LIBRARIES = {
     "lab/verify": ("tools/lab/verify", ["lab/machine", "lab/samples", "lab/scenes"]),
     "lab/bench": ("tools/lab/bench", ["lab/machine", "lab/samples", "lab/scenes"]),
     "pictures": ("tools/pictures", ["tetmesh"]),
-    "cli": ("tools/cli", ["lab/bench", "lab/study", "lab/verify", "repair", "pictures"]),
+    "report": ("tools/report", ["tetmesh"]),
+    "farm": ("tools/farm", ["lab/study"]),
+    "cli": ("tools/cli", ["farm", "lab/bench", "lab/study", "lab/verify", "repair", "report", "pictures"]),
 }
 # Of the command line, tests link what reads lists of frames; all else they reach through the program.
 TESTS_OF_CLI = {"tests/unit/drawn_colliders_test.cpp", "tests/unit/frame_list_test.cpp"}

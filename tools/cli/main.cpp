@@ -70,6 +70,8 @@ int run(int argc, char** argv)
     actions["verify"] = addVerify(app);
     actions["study"] = addStudy(app);
     actions["calibrate"] = addCalibrate(app);
+    actions["report"] = addReport(app);
+    actions["wedge"] = addWedge(app);
     if (argc > 1 && argv[1][0] != '-' && !actions.contains(argv[1]))
         throw InputError({"vdbfrac", std::string("there is no command '") + argv[1] + "'", listOf(actions), ""});
     try {

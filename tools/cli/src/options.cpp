@@ -19,8 +19,9 @@ void addCommonOptions(CLI::App& command, CommonOptions& options)
     command.add_flag("-q,--quiet", options.quiet, "Say only what went wrong");
     command.add_option("--log-file", options.logFile, "Write the log to this file too")->type_name("FILE");
     command
-        .add_option("--progress", options.progress, "How to show progress: a bar on a terminal, plain lines in a log")
-        ->check(CLI::IsMember({"auto", "bar", "plain", "none"}))
+        .add_option("--progress", options.progress,
+                    "How to show progress: a bar on a terminal, plain lines in a log; or as render managers read it")
+        ->check(CLI::IsMember({"auto", "bar", "plain", "none", "openjd", "alf"}))
         ->capture_default_str();
 }
 

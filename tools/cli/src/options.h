@@ -15,7 +15,7 @@ namespace vdbfrac::cli {
 struct CommonOptions {
     bool verbose = false, quiet = false;
     std::string logFile;
-    std::string progress = "auto";  ///< auto, bar, plain, none
+    std::string progress = "auto";  ///< auto, bar, plain, none, openjd, alf
 };
 void addCommonOptions(CLI::App& command, CommonOptions& options);
 

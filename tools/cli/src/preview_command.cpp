@@ -1,23 +1,16 @@
 // vdbfrac preview: pictures of a run, and a contact sheet of them.
-#include "drawn_colliders.h"
 #include "options.h"
-#include "run_frames.h"
+#include "run_pictures.h"
 
-#include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/cli/commands.h>
-#include <vdbfrac/lab/study/study_table.h>
 #include <vdbfrac/pictures/png_file.h>
-#include <vdbfrac/pictures/render.h>
-#include <vdbfrac/scene/reader.h>
-#include <vdbfrac/tetmesh/obj_file.h>
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <optional>
 
 namespace vdbfrac::cli {
 
@@ -34,17 +27,6 @@ struct PreviewOptions {
     std::vector<double> direction = {-0.55, -0.35, -1};
 };
 
-/// The run, with those of its frames that have an .obj.
-RunFrames readRun(const fs::path& folder)
-{
-    RunFrames run = readRunFrames(folder);
-    std::erase_if(run.frames, [](const RunFrame& f) { return f.obj.empty(); });
-    if (run.frames.empty())
-        throw InputError(
-            {folder.string(), "holds no .obj frames to make pictures of", "", "simulate with output.obj = true"});
-    return run;
-}
-
 /// The frames asked for, or `count` of them spread over the run with the first and the last.
 std::vector<RunFrame> chosenFrames(const RunFrames& run, const PreviewOptions& options)
 {
@@ -56,52 +38,20 @@ std::vector<RunFrame> chosenFrames(const RunFrames& run, const PreviewOptions& o
             throw InputError({options.folder, "has no frame " + std::to_string(wanted), "", ""});
         chosen.push_back(*it);
     }
-    if (!chosen.empty()) return chosen;
-    const int n = std::min<int>(options.count, int(run.frames.size()));
-    for (int i = 0; i < n; ++i)
-        chosen.push_back(
-            run.frames[n == 1 ? run.frames.size() - 1
-                              : std::size_t(std::lround(double(i) * double(run.frames.size() - 1) / (n - 1)))]);
-    return chosen;
+    return chosen.empty() ? spread(run.frames, options.count) : chosen;
 }
 
-/// What all pictures have in common: a camera that sees all frames, and a floor under them.
-pictures::View viewOf(const std::vector<pictures::Subject>& subjects, const PreviewOptions& options)
+/// Pictures of the last frame from all round what is seen in it.
+int turn(const Scenery& scenery, const PreviewOptions& options)
 {
     const Vec3 direction(options.direction[0], options.direction[1], options.direction[2]);
-    if (!(direction.norm() > 0))
-        throw InputError({"--direction", "0 0 0 has no direction", "a vector with a length above 0", ""});
-    std::vector<Vec3> points;
-    for (const pictures::Subject& s : subjects) points.insert(points.end(), s.points.begin(), s.points.end());
-    pictures::View view;
-    view.camera = pictures::fittingCamera(direction, points, options.width, options.height);
-    view.width = options.width, view.height = options.height, view.samples = options.samples;
-    for (const Vec3& p : points) view.ground = std::min(p.y(), view.ground.value_or(p.y()));
-    return view;
-}
-
-/// Puts the colliders of the run's scene into the pictures of its frames.
-void addColliders(std::vector<pictures::Subject>& subjects, pictures::View& view, const std::vector<RunFrame>& frames,
-                  const fs::path& folder, const Vec3& origin)
-{
-    const scene::Scene scene = scene::readScene(folder / "scene.toml", lab::study::vocabulary());
-    const DrawnColliders colliders(scene);
-    if (colliders.floor()) view.ground = *colliders.floor() - origin.y();
-    for (std::size_t i = 0; i < subjects.size(); ++i)
-        colliders.addTo(subjects[i], (frames[i].frame - scene.time.firstFrame) / scene.time.fps, origin);
-}
-
-/// Pictures of one frame from all round what is `seen` in it.
-int turn(const pictures::Subject& subject, std::span<const Vec3> seen, pictures::View view,
-         const PreviewOptions& options)
-{
-    const Vec3 direction(options.direction[0], options.direction[1], options.direction[2]);
+    pictures::View view = scenery.view;
     std::vector<pictures::Image> images;
     for (int i = 0; i < options.turntable; ++i) {
         const double angle = 2 * std::acos(-1.) * i / options.turntable, c = std::cos(angle), s = std::sin(angle);
         const Vec3 turned(c * direction.x() + s * direction.z(), direction.y(), c * direction.z() - s * direction.x());
-        view.camera = pictures::fittingCamera(turned, seen, options.width, options.height);
-        images.push_back(pictures::render(subject, view));
+        view.camera = pictures::fittingCamera(turned, scenery.seen, options.width, options.height);
+        images.push_back(pictures::render(scenery.subjects.back(), view));
         const fs::path file = fs::path(options.folder) / "preview" / fmt::format("turn.{:04}.png", i + 1);
         pictures::writePng(file, images.back());
         std::printf("%s\n", file.c_str());
@@ -115,27 +65,17 @@ int turn(const pictures::Subject& subject, std::span<const Vec3> seen, pictures:
 int preview(const PreviewOptions& options)
 {
     const fs::path folder = options.folder;
-    const RunFrames run = readRun(folder);
+    const RunFrames run = readDrawnRun(folder);
     const auto frames = chosenFrames(run, options);
     const auto by = options.colour == "fragment" ? pictures::ColourBy::fragment : pictures::ColourBy::material;
-    std::vector<pictures::Subject> subjects;
-    const fs::path mtl = folder / "obj" / (run.scene + ".mtl");
-    const auto materials = fs::exists(mtl) ? tetmesh::diffuseColours(readText(mtl)) : pictures::MaterialColours{};
-    std::optional<Vec3> origin;  // pictures are made near the origin, wherever the body is
-    for (const RunFrame& frame : frames) {
-        tetmesh::DrawnTopology drawn = tetmesh::readDrawnObj(frame.obj);
-        if (!origin && !drawn.mesh.points.empty()) origin = drawn.mesh.points[0];
-        for (Vec3& p : drawn.mesh.points) p -= *origin;
-        subjects.push_back(pictures::subjectOf(drawn, drawn.mesh.points, materials, by));
-    }
-    pictures::View view = viewOf(subjects, options);
-    const std::vector<Vec3> seen = subjects.back().points;
-    addColliders(subjects, view, frames, folder, origin.value_or(Vec3::Zero()));
+    const Vec3 direction(options.direction[0], options.direction[1], options.direction[2]);
+    const Scenery scenery =
+        sceneryOf(folder, run, frames, {options.width, options.height, options.samples, direction, by});
     fs::create_directories(folder / "preview");
-    if (options.turntable > 0) return turn(subjects.back(), seen, view, options);
+    if (options.turntable > 0) return turn(scenery, options);
     std::vector<pictures::Image> images;
     for (std::size_t i = 0; i < frames.size(); ++i) {
-        images.push_back(pictures::render(subjects[i], view));
+        images.push_back(pictures::render(scenery.subjects[i], scenery.view));
         const fs::path file = folder / "preview" / fmt::format("{}.{:04}.png", run.scene, frames[i].frame);
         pictures::writePng(file, images.back());
         std::printf("%s\n", file.c_str());

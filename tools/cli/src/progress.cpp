@@ -44,6 +44,8 @@ Progress::Progress(const std::string& mode, int total, int begun) : total_(std::
     const bool terminal = isatty(STDERR_FILENO) != 0;
     mode_ = mode == "none"                 ? Mode::none
             : mode == "bar"                ? Mode::bar
+            : mode == "openjd"             ? Mode::openjd
+            : mode == "alf"                ? Mode::alf
             : mode == "plain" || !terminal ? Mode::plain
                                            : Mode::bar;
 }
@@ -75,6 +77,11 @@ void Progress::update(double done, const std::string& detail)
 
 void Progress::frame(int frame, double done, const std::string& detail)
 {
+    const double percent = 100 * std::clamp(done / total_, 0., 1.);
+    if (mode_ == Mode::openjd)
+        std::printf("openjd_progress: %.1f\nopenjd_status: frame %d, %s\n", percent, frame, detail.c_str());
+    if (mode_ == Mode::alf) std::printf("ALF_PROGRESS %.0f%%\n", percent);
+    std::fflush(stdout);
     if (mode_ == Mode::plain) std::fprintf(stderr, "frame %d  %s  %s\n", frame, detail.c_str(), status(done).c_str());
     drawn_ = {};
     update(done, detail);

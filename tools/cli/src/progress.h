@@ -8,8 +8,9 @@ namespace vdbfrac::cli {
 
 class Progress {
 public:
-    /// `mode`: auto (bar on a terminal, else plain), bar, plain or none. `total`: frames in all; `begun`: of them done
-    /// before.
+    /// `mode`: auto (bar on a terminal, else plain), bar, plain, none; openjd or alf: lines on standard output that
+    /// render managers understand (Open Job Description; Alfred and Tractor). `total`: frames in all; `begun`: of them
+    /// done before.
     Progress(const std::string& mode, int total, int begun);
     ~Progress();
     Progress(const Progress&) = delete;
@@ -23,7 +24,7 @@ public:
 private:
     std::string status(double done) const;
 
-    enum class Mode { none, plain, bar } mode_;
+    enum class Mode { none, plain, bar, openjd, alf } mode_;
     double total_, begun_;
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
     std::chrono::steady_clock::time_point drawn_{};

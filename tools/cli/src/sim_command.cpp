@@ -2,6 +2,7 @@
 #include "accuracy.h"
 #include "options.h"
 #include "progress.h"
+#include "report_files.h"
 #include "run_report.h"
 #include "stop_request.h"
 #include <vdbfrac/lab/study/study_table.h>
@@ -34,7 +35,7 @@ struct SimOptions {
     std::string scene, folder, frames, accuracy, timeLimit;
     std::string resume;  // empty: no; "latest"; or the last frame to keep
     std::vector<std::string> set;
-    bool overwrite = false, plan = false, strict = false;
+    bool overwrite = false, plan = false, strict = false, report = false;
     int threads = 0, checkpointEvery = 1;
     double maxMemory = 0;  // GiB; 0: 80 % of what is available
 };
@@ -95,6 +96,7 @@ public:
                                           : core::ExistingRun::refuse),
           lastWritten_(scene.time.firstFrame - 1)
     {
+        if (options.report) report_.emplace(folder_.path());
     }
 
     void begin();
@@ -104,6 +106,10 @@ public:
 
 private:
     std::string toFrame(int frame, const StopRequest& stop, Progress& progress);
+    void tellOfReport(const std::string& wrong) const
+    {
+        if (!wrong.empty()) log_.warn("report.html: {}", wrong);
+    }
     void warnOfUnnamed(const core::StepRecord& step);
 
     const SimOptions& options_;
@@ -113,6 +119,7 @@ private:
     spdlog::logger& log_;
     core::RunFolder folder_;
     int lastWritten_;  // frame
+    std::optional<LiveReport> report_;
     bool toldOfUnnamed_ = false;
 };
 
@@ -197,6 +204,7 @@ std::string Run::toLastFrame(const StopRequest& stop)
         progress.frame(
             frame, frame - first + 1,
             std::to_string(simulation_.fragments()) + (simulation_.fragments() == 1 ? " fragment" : " fragments"));
+        if (report_ && frame != last) tellOfReport(report_->update());
     }
     return "";
 }
@@ -212,6 +220,7 @@ int Run::end(const std::string& stopped)
     Ledger work = folder_.work();
     for (const core::StepRecord& step : folder_.steps()) work.add(step.work);
     log_.info("{}", summaryText(simulation_, folder_, work));
+    if (report_) tellOfReport(report_->finish());
     if (!stopped.empty()) {
         if (stopped == kStuck) {
             log_.error(
@@ -293,6 +302,7 @@ Action addSim(CLI::App& app)
         ->check(CLI::IsMember(accuracyLevels()));
     auto* plan = c->add_flag("-n,--plan", o->plan,
                              "Only say what would run: sizes, memory, the stages and why the others are off");
+    c->add_flag("--report", o->report, "Keep a page on the run in DIR/report.html, also while it goes on");
     c->add_flag("--strict", o->strict, "Exit with 3 when a step did not converge");
     addMaxMemory(*c, o->maxMemory, "the run");
     addCommonOptions(*c, o->common);

@@ -11,6 +11,7 @@
 #include <vdbfrac/core/version.h>
 #include <vdbfrac/lab/bench/bench.h>
 #include <vdbfrac/lab/machine/memory.h>
+#include <vdbfrac/lab/machine/process.h>
 #include <vdbfrac/lab/study/one_run.h>
 #include <vdbfrac/lab/study/output.h>
 #include <vdbfrac/lab/study/plan.h>
@@ -55,7 +56,7 @@ std::string programFingerprint()
 /// This program and what makes the same study again.
 std::vector<std::string> ownCommand(const StudyOptions& o)
 {
-    std::vector<std::string> command = {fs::read_symlink("/proc/self/exe").string(), "study", o.plan.scene.string(),
+    std::vector<std::string> command = {lab::ownProgram().string(), "study", o.plan.scene.string(),
                                         "--output=" + o.folder};
     const auto add = [&](const char* option, const std::vector<std::string>& values) {
         for (const std::string& v : values) command.push_back(option + v);

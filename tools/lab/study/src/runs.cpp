@@ -2,10 +2,10 @@
 
 #include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
+#include <vdbfrac/lab/machine/process.h>
 #include <vdbfrac/lab/study/one_run.h>
 
 #include <fmt/format.h>
-#include <spawn.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -13,10 +13,8 @@
 #include <cstring>
 #include <map>
 
-#include <fcntl.h>
 #include <sys/wait.h>
-
-extern char** environ;
+#include <unistd.h>
 
 namespace vdbfrac::lab::study {
 
@@ -49,19 +47,7 @@ pid_t start(const Job& job, const RunSettings& settings)
     arguments.push_back("--round=" + std::to_string(job.round));
     arguments.push_back("--threads=" + std::to_string(job.threads));
     arguments.push_back("--parent=" + std::to_string(getpid()));
-    std::vector<char*> pointers;
-    for (std::string& a : arguments) pointers.push_back(a.data());
-    pointers.push_back(nullptr);
-    const std::string log = resultFile(settings.folder, job.run, job.round).replace_extension(".log").string();
-    posix_spawn_file_actions_t actions;
-    posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_addopen(&actions, 1, log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666);
-    posix_spawn_file_actions_adddup2(&actions, 1, 2);
-    pid_t process = 0;
-    const int error = posix_spawn(&process, pointers[0], &actions, nullptr, pointers.data(), environ);
-    posix_spawn_file_actions_destroy(&actions);
-    if (error != 0) throw FileError(pointers[0], std::string("cannot be started: ") + std::strerror(error));
-    return process;
+    return startProgram(arguments, resultFile(settings.folder, job.run, job.round).replace_extension(".log"));
 }
 
 /// Why a process left no result.

@@ -1,4 +1,5 @@
 #include <vdbfrac/lab/study/study_table.h>
+#include <vdbfrac/lab/study/wedge_table.h>
 
 #include <vdbfrac/effects/effects.h>
 #include <vdbfrac/scene/review.h>
@@ -238,7 +239,7 @@ const TableSpec kStudySpec = {.name = "study",
 scene::Vocabulary vocabulary()
 {
     scene::Vocabulary all = effects::vocabulary();
-    all.notes = {kStudySpec};
+    all.notes = {kStudySpec, wedgeTable()};
     return all;
 }
 

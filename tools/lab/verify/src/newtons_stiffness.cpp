@@ -3,6 +3,8 @@
 
 #include <vdbfrac/solver/linear_solver.h>
 
+#include <Eigen/Geometry>
+
 #include <array>
 #include <cmath>
 #include <map>

@@ -33,5 +33,7 @@ Action addInfo(CLI::App& app);
 Action addVerify(CLI::App& app);
 Action addStudy(CLI::App& app);
 Action addCalibrate(CLI::App& app);
+Action addReport(CLI::App& app);
+Action addWedge(CLI::App& app);
 
 }  // namespace vdbfrac::cli

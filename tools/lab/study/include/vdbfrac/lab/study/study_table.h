@@ -46,7 +46,7 @@ struct Spec {
     std::vector<Measure> measures;
 };
 
-/// What the programs of this build read in a scene: that of the effects, and [study].
+/// What the programs of this build read in a scene: that of the effects, [study] and [wedge].
 scene::Vocabulary vocabulary();
 
 /// Of a scene that was read with it; none without a table [study].

@@ -1,0 +1,133 @@
+"""Wedges as a user meets them: lists, runs side by side, stopping and going on, tables, bad input; and what render managers read.
+
+Usage: check_wedge.py PROGRAM SOURCE_FOLDER
+"""
+import csv
+import json
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+PROGRAM, SOURCE = sys.argv[1], Path(sys.argv[2])
+SCENE = SOURCE / "data/scenes/dog_bone.toml"
+COARSE = ["--set", "grid.voxel_size=0.06", "--set", "time.frames=[1, 4]"]
+failures = []
+
+
+def check(name, holds, told=""):
+    if not holds:
+        failures.append(f"{name}: {told}")
+
+
+def tool(*arguments, timeout=200):
+    return subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True, timeout=timeout)
+
+
+def expect(name, code, texts, *arguments):
+    run = tool(*arguments)
+    said = run.stdout + run.stderr
+    check(name, run.returncode == code and all(t in said for t in texts), f"exit {run.returncode}, expected {code} and {texts} in:\n{said}")
+    return run
+
+
+def states(folder):
+    """State hashes of all frames of all runs."""
+    return {run.name: [f["state_hash"] for f in json.loads((run / "run.json").read_text())["frames"]]
+            for run in sorted(folder.glob("0???"))}
+
+
+def table(folder):
+    with open(folder / "table.csv", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def check_list():
+    run = expect("list", 0, ["fracture.toughness", "material.rubber.youngs_modulus", "GiB"], "wedge", SCENE, "--list")
+    rows = [line.split()[:3] for line in run.stdout.splitlines()[1:]]
+    expected = [[f"{k:04}", t, e] for k, (t, e) in enumerate((t, e) for t in ("400", "800") for e in ("1e+05", "2e+05", "4e+05"))]
+    check("list", rows == expected, rows)
+    run = expect("list of pairs", 0, [], "wedge", SCENE, "--list", "--together", "--vary", "fracture.toughness=1,2", "--vary", "time.fps=24,25")
+    check("list of pairs", [line.split()[:3] for line in run.stdout.splitlines()[1:]] == [["0000", "1", "24"], ["0001", "2", "25"]], run.stdout)
+
+
+def check_local(top):
+    """Six runs of the scene's own wedge: stopped, gone on with, and each as `sim` makes it."""
+    folder = top / "wedge"
+    command = ["wedge", SCENE, "--local", "-j", "2", "--threads", "1", "-o", folder, *COARSE]
+    begun = subprocess.Popen([PROGRAM, *map(str, command)], stderr=subprocess.PIPE, text=True)
+    for _ in range(2000):
+        if list(folder.glob("0001/obj/*.obj")) or begun.poll() is not None:
+            break
+        time.sleep(.01)
+    begun.send_signal(signal.SIGTERM)
+    said = begun.communicate(timeout=100)[1]
+    check("stopped", begun.returncode == 75 and "stopped" in said, f"exit {begun.returncode}: {said}")
+    expect("gone on with", 0, ["done"], *command)
+    expect("all are done", 0, ["was done"], *command)
+    alone = top / "alone"
+    expect("alone", 0, [], "sim", SCENE, "-o", alone, "-q", *COARSE, "--set", "fracture.toughness=800", "--set", "material.rubber.youngs_modulus=1e5")
+    all_states = states(folder)
+    check("states", len(all_states) == 6 and len({tuple(s) for s in all_states.values()}) >= 4, f"{all_states}")
+    check("states", all_states["0003"] == [f["state_hash"] for f in json.loads((alone / "run.json").read_text())["frames"]],
+          "run 0003 is not what sim makes of its settings")
+    check_table(folder)
+    for name in ("contact_sheet.png", "report.html", "0005/report.html", "logs/0005.log", "scenes/0005.toml"):
+        check("files", (folder / name).stat().st_size > 0, name)
+    expect("other values", 2, ["holds another wedge"], *command, "--vary", "time.fps=24,25")
+    return folder
+
+
+def check_table(folder):
+    rows = table(folder)
+    check("table", [(r["run"], float(r["fracture.toughness"]), float(r["material.rubber.youngs_modulus"]), r["status"], int(r["Frames"])) for r in rows]
+          == [(f"{k:04}", t, e, "done", 4) for k, (t, e) in enumerate((t, e) for t in (400, 800) for e in (1e5, 2e5, 4e5))], rows)
+    # Before anything tears the load goes with Young's modulus.
+    loads = [float(r["Peak load on top [N]"]) for r in rows]
+    check("table", all(abs(b / a - 2) < .2 for a, b in zip(loads, loads[1:]) if b > a), loads)
+    with open(folder / "0002/stats.csv", newline="") as file:
+        steps = list(csv.DictReader(file))
+    peak = max(sum(float(s[f"load_top_{k}_N"]) ** 2 for k in "xyz") ** .5 for s in steps)
+    check("table", abs(loads[2] / peak - 1) < 1e-9 and int(rows[2]["Steps"]) == len(steps), (loads[2], peak))
+
+
+def check_bad_input(top, wedge):
+    expect("nothing varied", 2, ["nothing is varied", "--vary"], "wedge", SOURCE / "data/scenes/bar.toml", "--list")
+    expect("no way to run", 2, [], "wedge", SCENE)
+    expect("bad values of all runs", 2, ["run 0000", "run 0001", "poisson_ratio"], "wedge", SCENE, "--list", "--vary", "material.rubber.poisson_ratio=.6,.7")
+    expect("pairs that do not pair", 2, ["has 2 values", "has 3"], "wedge", SCENE, "--list", "--together", "--vary", "time.fps=1,2,3", "--vary", "fracture.toughness=1,2")
+    expect("too many", 2, ["10000"], "wedge", SCENE, "--list", *(a for k in ("fps", "node_cfl") for a in ("--vary", f"time.{k}=" + ",".join(map(str, range(1, 102))))))
+    other = top / "other"
+    other.mkdir()
+    (other / "mine.txt").write_text("mine")
+    expect("a folder of something else", 2, ["holds no wedge"], "wedge", SCENE, "--local", "-o", other)
+    check("a folder of something else", [p.name for p in other.iterdir()] == ["mine.txt"], "it was touched")
+    expect("no such run", 2, ["0 to 5"], "wedge", "-o", wedge, "--run", "6")
+    expect("no sbatch", 4, ["sbatch"], "wedge", SCENE, "--slurm", "-o", top / "slurm") if not has_slurm() else None
+    script = (top / "slurm" / "array.sh") if not has_slurm() else None
+    if script:
+        check("array.sh", re.search(r"--array=0-5\n.*--mem=\d+M\n", script.read_text(), re.S), script.read_text())
+
+
+def has_slurm():
+    return subprocess.run(["sh", "-c", "command -v sbatch"], capture_output=True).returncode == 0
+
+
+def check_progress(top):
+    """Percentages that rise to 100 on stdout."""
+    for kind, pattern in (("openjd", r"^openjd_progress: (\d+(?:\.\d+)?)$"), ("alf", r"^ALF_PROGRESS (\d+)%$")):
+        run = tool("sim", SOURCE / "data/scenes/bar.toml", "-o", top / kind, "-f", "5", "--progress", kind)
+        told = [float(m) for m in re.findall(pattern, run.stdout, re.M)]
+        check(kind, told and told == sorted(told) and told[-1] == 100 and len(told) >= 5, run.stdout)
+
+
+with tempfile.TemporaryDirectory() as temporary:
+    check_list()
+    wedge_folder = check_local(Path(temporary))
+    check_bad_input(Path(temporary), wedge_folder)
+    check_progress(Path(temporary))
+print("\n".join(failures) or "wedges are as they should be")
+sys.exit(1 if failures else 0)

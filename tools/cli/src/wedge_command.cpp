@@ -1,0 +1,208 @@
+// vdbfrac wedge: a scene with many settings, here or on a cluster.
+#include "options.h"
+#include "report_files.h"
+#include "stop_request.h"
+
+#include <vdbfrac/base/error.h>
+#include <vdbfrac/cli/commands.h>
+#include <vdbfrac/core/estimate.h>
+#include <vdbfrac/farm/local.h>
+#include <vdbfrac/farm/slurm.h>
+#include <vdbfrac/farm/wedge.h>
+#include <vdbfrac/lab/machine/memory.h>
+#include <vdbfrac/lab/machine/process.h>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <thread>
+
+namespace vdbfrac::cli {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+struct WedgeOptions {
+    CommonOptions common;
+    farm::WedgeInput input;
+    std::string folder, time;
+    bool list = false, local = false, slurm = false, collect = false;
+    int run = -1;
+    int sideBySide = 0, threads = 0;  // 0: as the cores allow
+    int memory = 0;                   // MiB; 0: estimated
+    std::vector<std::string> sim, sbatch;
+};
+
+int cores() { return int(std::max(1u, std::thread::hardware_concurrency())); }
+
+/// The largest that a run may need [bytes].
+double largestEstimate(const farm::WedgePlan& plan)
+{
+    double most = 0;
+    for (const scene::Scene& scene : plan.scenes)
+        most = std::max(most, core::estimateScene(scene, lab::defaultMemoryLimit()).bytes);
+    return most;
+}
+
+int list(const farm::WedgePlan& plan)
+{
+    std::string head = "run ";
+    for (const std::string& key : plan.wedge.keys) head += fmt::format("  {:>24}", key);
+    std::printf("%s  %10s  %10s\n", head.c_str(), "nodes", "GiB");
+    for (std::size_t r = 0; r < plan.scenes.size(); ++r) {
+        const core::SceneEstimate e = core::estimateScene(plan.scenes[r], lab::defaultMemoryLimit());
+        std::string row = plan.wedge.runs[r].name;
+        for (const std::string& value : plan.wedge.runs[r].values) row += fmt::format("  {:>24}", value);
+        std::printf("%s  %10.0f  %10.2f\n", row.c_str(), e.nodes, e.bytes / lab::kGiB);
+    }
+    return kDone;
+}
+
+/// Absolute, since tasks may begin elsewhere.
+fs::path folderOf(const WedgeOptions& o, const std::string& name)
+{
+    return fs::absolute(o.folder.empty() ? "wedge_" + name : o.folder).lexically_normal();
+}
+
+farm::LocalSettings settingsOf(const WedgeOptions& o, const fs::path& folder, const StopRequest& stop)
+{
+    farm::LocalSettings s;
+    s.folder = folder;
+    s.sideBySide = o.sideBySide > 0 ? o.sideBySide : 1;
+    s.threads = o.threads > 0 ? o.threads : std::max(1, cores() / s.sideBySide);
+    s.arguments = o.sim;
+    s.arguments.push_back("--report");
+    s.stop = [&stop] {
+        const std::string reason = stop.reason();
+        return reason.empty() ? 0 : reason == "SIGUSR1" ? SIGUSR1 : SIGTERM;
+    };
+    return s;
+}
+
+int runLocal(const WedgeOptions& o, const farm::WedgePlan& plan)
+{
+    const auto log = makeLog(o.common);
+    const fs::path folder = folderOf(o, plan.wedge.name);
+    farm::layOut(plan, folder);
+    int code = kDone;
+    {
+        const StopRequest stop(std::chrono::steady_clock::now(), INFINITY);
+        farm::LocalSettings settings = settingsOf(o, folder, stop);
+        settings.say = [&](const std::string& line) { log->info("{}", line); };
+        log->info("{} runs, {} at a time on {} thread{} each, in {}", plan.wedge.runs.size(), settings.sideBySide,
+                  settings.threads, settings.threads == 1 ? "" : "s", folder.string());
+        code = farm::runHere(plan.wedge, settings);
+    }
+    log->info("written to {}", writeReport(folder).string());
+    return code;
+}
+
+/// A quarter more than is estimated, and what pages and pictures take.
+std::uint64_t memoryToAskFor(const WedgeOptions& o, const farm::WedgePlan& plan)
+{
+    constexpr double kMiB = 1024 * 1024, kMore = 1.25, kPages = 256 * kMiB;
+    return std::uint64_t(o.memory > 0 ? o.memory * kMiB : kMore * largestEstimate(plan) + kPages);
+}
+
+int runOnSlurm(const WedgeOptions& o, const farm::WedgePlan& plan)
+{
+    const fs::path folder = folderOf(o, plan.wedge.name);
+    farm::layOut(plan, folder);
+    const std::string program = lab::ownProgram().string();
+    farm::SlurmJob job;
+    job.name = plan.wedge.name;
+    job.tasks = plan.wedge.runs.size();
+    job.threads = o.threads > 0 ? o.threads : 1;
+    job.command = {program, "wedge", "--output=" + folder.string(), "--threads=" + std::to_string(job.threads)};
+    for (const std::string& option : o.sim) job.command.push_back("--sim=" + option);
+    job.command.push_back("--run");
+    job.afterwards = {program, "wedge", "--output=" + folder.string(), "--collect"};
+    job.folder = folder;
+    job.bytes = memoryToAskFor(o, plan);
+    job.seconds = o.time.empty() ? 0 : parseDuration("--time", o.time);
+    job.more = o.sbatch;
+    const std::string number = farm::submit(job);
+    std::printf("job %s: %zu tasks; logs in %s, pages in %s when all have ended\n", number.c_str(), job.tasks,
+                (folder / "logs").c_str(), folder.c_str());
+    return kDone;
+}
+
+/// A task: simulates a run, and queues itself again where Slurm told it to stop.
+int runTask(const WedgeOptions& o)
+{
+    const fs::path folder = folderOf(o, "");
+    const farm::Wedge wedge = farm::readWedge(folder);
+    if (std::size_t(o.run) >= wedge.runs.size())
+        throw InputError(
+            {"--run", "there is no run " + std::to_string(o.run), "0 to " + std::to_string(wedge.runs.size() - 1), ""});
+    const StopRequest stop(std::chrono::steady_clock::now(), INFINITY);
+    const int code = farm::runOne(settingsOf(o, folder, stop), wedge.runs[std::size_t(o.run)]);
+    if (code == kStopped && stop.reason() == "SIGUSR1") farm::requeueThisTask();
+    return code;
+}
+
+int wedge(const WedgeOptions& o)
+{
+    const bool begun = o.run >= 0 || o.collect;
+    if (begun && o.folder.empty())
+        throw InputError({"vdbfrac wedge", "no folder", "-o DIR, the folder of the wedge", ""});
+    if (!begun && o.input.scene.empty()) throw InputError({"vdbfrac wedge", "no scene", "SCENE", ""});
+    if (o.run >= 0) return runTask(o);
+    if (o.collect) {
+        std::printf("%s\n", writeReport(o.folder).c_str());
+        return kDone;
+    }
+    const farm::WedgePlan plan = farm::planWedge(o.input);
+    return o.list ? list(plan) : o.slurm ? runOnSlurm(o, plan) : runLocal(o, plan);
+}
+
+}  // namespace
+
+Action addWedge(CLI::App& app)
+{
+    auto o = std::make_shared<WedgeOptions>();
+    CLI::App* c = app.add_subcommand("wedge", "Simulate a scene with many settings, here or on a Slurm cluster");
+    c->add_option("SCENE", o->input.scene, "Scene file (TOML), with [wedge] or with --vary");
+    c->add_option("-o,--output", o->folder, "Folder of the wedge (default: wedge_NAME)")->type_name("DIR");
+    auto* how = c->add_option_group("How");
+    how->add_flag("--list", o->list, "Only list the runs, with their sizes");
+    how->add_flag("--local", o->local, "Simulate them on this machine; goes on where it was stopped");
+    how->add_flag("--slurm", o->slurm, "Hand them to Slurm as an array job");
+    how->add_option("--run", o->run, "Simulate this one of the folder's runs, here: what a task of the job does")
+        ->type_name("K")
+        ->check(CLI::Range(0, 1000000));
+    how->add_flag("--collect", o->collect, "Make report.html, table.csv and contact_sheet.png of what there is");
+    how->require_option(1);
+    c->add_option("--vary", o->input.vary,
+                  "Values of a key, in place of [wedge]; may be given several times: every value with every other")
+        ->type_name("KEY=V1,V2,...")
+        ->allow_extra_args(false);
+    c->add_flag("--together", o->input.together, "With --vary: the first value of each key, then the second, ...");
+    c->add_option("--set", o->input.set, "Change a key of the scene in all runs")->type_name("KEY=VALUE");
+    c->add_option("-j,--jobs", o->sideBySide, "With --local: runs at a time (default: 1)")
+        ->check(CLI::Range(1, 1024))
+        ->type_name("N");
+    c->add_option("--threads", o->threads, "Of a run (default: the cores shared out; 1 with --slurm)")
+        ->check(CLI::Range(0, 1024))
+        ->type_name("N");
+    c->add_option("--sim", o->sim, "A further option of 'vdbfrac sim', as --sim=--checkpoint-every=5")
+        ->type_name("OPTION")
+        ->allow_extra_args(false);
+    c->add_option("--time", o->time,
+                  "With --slurm: wall time of a task, as 4h; it is stopped with a checkpoint before, and queued again")
+        ->type_name("TIME");
+    c->add_option("--memory", o->memory, "With --slurm: MiB of a task (default: by its size)")
+        ->check(CLI::Range(1, 100'000'000))
+        ->type_name("MIB");
+    c->add_option("--sbatch", o->sbatch, "With --slurm: a further option of sbatch, as --sbatch=--partition=long")
+        ->type_name("OPTION")
+        ->allow_extra_args(false);
+    addCommonOptions(*c, o->common);
+    return [o] { return wedge(*o); };
+}
+
+}  // namespace vdbfrac::cli

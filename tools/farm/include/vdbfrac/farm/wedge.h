@@ -1,0 +1,60 @@
+// A wedge: a scene that is simulated with many settings, each in a folder of its own.
+//
+//   DIR/wedge.json        what is varied, and the runs
+//   DIR/scenes/NAME.toml  the scene of each run, as it was when the wedge was made: what a run reads
+//   DIR/NAME/             the run
+//   DIR/logs/NAME.log     what it said
+#pragma once
+
+#include <vdbfrac/scene/scene.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace vdbfrac::farm {
+
+struct WedgeRun {
+    std::string name;                 ///< "0000", "0001", ...
+    std::vector<std::string> values;  ///< TOML texts, one for each key
+};
+
+struct Wedge {
+    std::string name;  ///< of the scene
+    std::vector<std::string> keys;
+    std::vector<WedgeRun> runs;
+};
+
+/// What a wedge is made of.
+struct WedgeInput {
+    std::filesystem::path scene;
+    std::vector<std::string> set;   ///< --set, in all runs
+    std::vector<std::string> vary;  ///< "key=value,value": in place of the scene's own
+    bool together = false;          ///< with `vary`: the first value of each key, then the second of each, ...
+};
+
+struct WedgePlan {
+    Wedge wedge;
+    std::vector<scene::Scene> scenes;  ///< of the runs
+};
+
+/// Reads the scene with the settings of each run. Throws InputError where nothing is varied, for values that do not
+/// pair, and with all complaints of all runs for settings that are no valid scene.
+WedgePlan planWedge(const WedgeInput& input);
+
+/// Writes wedge.json and the scenes. A folder that holds the same wedge is left as it is; one that holds another, or
+/// anything else, is refused. Throws InputError, FileError.
+void layOut(const WedgePlan& plan, const std::filesystem::path& folder);
+
+/// Throws InputError, FileError.
+Wedge readWedge(const std::filesystem::path& folder);
+
+std::filesystem::path sceneFile(const std::filesystem::path& folder, const WedgeRun& run);
+std::filesystem::path logFile(const std::filesystem::path& folder, const WedgeRun& run);
+
+/// "running", "done", ... as run.json says; "waiting" where there is none.
+std::string statusOf(const std::filesystem::path& runFolder);
+/// Has it all its frames?
+bool isDone(const std::string& status);
+
+}  // namespace vdbfrac::farm

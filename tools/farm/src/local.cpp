@@ -1,0 +1,126 @@
+#include <vdbfrac/farm/local.h>
+
+#include <vdbfrac/base/atomic_file.h>
+#include <vdbfrac/base/error.h>
+#include <vdbfrac/lab/machine/process.h>
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <csignal>
+#include <map>
+#include <thread>
+
+#include <sys/wait.h>
+
+namespace vdbfrac::farm {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr int kStopped = 75;  // of 'vdbfrac sim': stopped with a checkpoint
+constexpr std::chrono::milliseconds kLook{50};
+
+/// The last line of a log that is not empty.
+std::string lastLine(const fs::path& log)
+{
+    std::string text = fs::exists(log) ? readText(log) : "";
+    while (!text.empty() && text.back() == '\n') text.pop_back();
+    return text.substr(text.rfind('\n') + 1);
+}
+
+/// Runs in processes, and a signal for all of them.
+class Runs {
+public:
+    Runs(const Wedge& wedge, const LocalSettings& settings) : wedge_(wedge), settings_(settings) {}
+
+    int all()
+    {
+        std::size_t next = 0;
+        while (true) {
+            for (; next < wedge_.runs.size() && !signal_ && int(running_.size()) < settings_.sideBySide; ++next)
+                begin(wedge_.runs[next]);
+            if (running_.empty()) break;
+            if (!collect()) std::this_thread::sleep_for(kLook);
+            passSignal();
+        }
+        return failed_ ? failed_ : stopped_ || signal_ ? kStopped : 0;
+    }
+
+private:
+    void begin(const WedgeRun& run)
+    {
+        if (isDone(statusOf(settings_.folder / run.name))) return say(run, "was done");
+        running_.emplace(lab::startProgram(simCommand(settings_, run), logFile(settings_.folder, run), true), &run);
+    }
+
+    /// Takes note of a process that has ended; false when none has.
+    bool collect()
+    {
+        for (const auto& [process, run] : running_) {
+            int status = 0;
+            if (waitpid(process, &status, WNOHANG) != process) continue;
+            const int code = lab::exitCodeOf(status);
+            if (code == kStopped)
+                stopped_ = true;
+            else if (code != 0 && !failed_)
+                failed_ = code;
+            say(*run, code == 0 ? statusOf(settings_.folder / run->name)
+                      : code == kStopped
+                          ? "stopped; the same command goes on"
+                          : fmt::format("ended with {}: {}", code, lastLine(logFile(settings_.folder, *run))));
+            running_.erase(process);
+            return true;
+        }
+        return false;
+    }
+
+    void passSignal()
+    {
+        if (signal_ || !(signal_ = settings_.stop())) return;
+        for (const auto& [process, run] : running_) kill(process, signal_);
+    }
+
+    void say(const WedgeRun& run, const std::string& what)
+    {
+        std::string values;
+        for (std::size_t k = 0; k < run.values.size(); ++k)
+            values += fmt::format("{}{} = {}", k > 0 ? ", " : "", wedge_.keys[k], run.values[k]);
+        settings_.say(fmt::format("{}  {}: {}", run.name, values, what));
+    }
+
+    const Wedge& wedge_;
+    const LocalSettings& settings_;
+    std::map<pid_t, const WedgeRun*> running_;
+    bool stopped_ = false;
+    int failed_ = 0, signal_ = 0;
+};
+
+}  // namespace
+
+std::vector<std::string> simCommand(const LocalSettings& settings, const WedgeRun& run)
+{
+    std::vector<std::string> command = {lab::ownProgram().string(),
+                                        "sim",
+                                        sceneFile(settings.folder, run).string(),
+                                        "--output=" + (settings.folder / run.name).string(),
+                                        "--resume",
+                                        "--threads=" + std::to_string(settings.threads),
+                                        "--progress=none"};
+    command.insert(command.end(), settings.arguments.begin(), settings.arguments.end());
+    return command;
+}
+
+int runOne(const LocalSettings& settings, const WedgeRun& run)
+{
+    const pid_t process = lab::startProgram(simCommand(settings, run));
+    int status = 0;
+    for (int passed = 0; waitpid(process, &status, WNOHANG) != process; std::this_thread::sleep_for(kLook))
+        if (const int signal = settings.stop(); signal != passed) kill(process, passed = signal);
+    return lab::exitCodeOf(status);
+}
+
+int runHere(const Wedge& wedge, const LocalSettings& settings) { return Runs(wedge, settings).all(); }
+
+}  // namespace vdbfrac::farm

@@ -1,0 +1,178 @@
+#include <vdbfrac/farm/wedge.h>
+
+#include <vdbfrac/base/atomic_file.h>
+#include <vdbfrac/base/error.h>
+#include <vdbfrac/lab/study/study_table.h>
+#include <vdbfrac/lab/study/vary.h>
+#include <vdbfrac/lab/study/wedge_table.h>
+#include <vdbfrac/scene/reader.h>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+
+namespace vdbfrac::farm {
+
+namespace fs = std::filesystem;
+namespace study = lab::study;
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+using study::Varied;
+
+constexpr std::size_t kMaxRuns = 10000;
+
+std::vector<Varied> variedBy(const study::WedgeSpec& spec)
+{
+    std::vector<Varied> all;
+    for (const auto& v : spec.vary) {
+        all.push_back({v.key, v.values});
+        for (int n = 1; n <= v.count; ++n) all.back().values.push_back(std::to_string(n));
+    }
+    return all;
+}
+
+/// The values of each run.
+std::vector<std::vector<std::string>> valuesOf(const std::vector<Varied>& varied, bool together,
+                                               const std::string& place)
+{
+    const std::size_t count = varied[0].values.size();
+    std::size_t all = together ? count : 1;
+    for (const Varied& v : varied) {
+        if (together && v.values.size() != count)
+            throw InputError(
+                {place, fmt::format("{} has {} values, and {} has {}", v.key, v.values.size(), varied[0].key, count),
+                 "as many values of each key", "or combine = \"grid\": every value with every other"});
+        if (!together) all *= std::min(v.values.size(), kMaxRuns + 1);
+        if (all > kMaxRuns) throw InputError({place, "makes too many runs", fmt::format("at most {}", kMaxRuns), ""});
+    }
+    std::vector<std::vector<std::string>> runs(all);
+    for (std::size_t r = 0; r < all; ++r) {
+        std::size_t rest = r;
+        for (std::size_t k = varied.size(); k-- > 0;) {
+            const auto& values = varied[k].values;
+            runs[r].insert(runs[r].begin(), values[together ? r : rest % values.size()]);
+            rest /= values.size();
+        }
+    }
+    return runs;
+}
+
+/// The scene of a run: what it would say without the wedge.
+scene::Scene sceneOf(const std::string& text, const WedgeInput& input, const Wedge& wedge, const WedgeRun& run)
+{
+    std::vector<std::string> set = input.set;
+    for (std::size_t k = 0; k < wedge.keys.size(); ++k) set.push_back(wedge.keys[k] + "=" + run.values[k]);
+    scene::Scene scene = scene::parseScene(text, input.scene, study::vocabulary(), set);
+    scene.notes.clear();
+    return scene;
+}
+
+Json toJson(const Wedge& wedge)
+{
+    Json runs = Json::array();
+    for (const WedgeRun& run : wedge.runs) runs.push_back({{"name", run.name}, {"values", run.values}});
+    return {{"wedge", wedge.name}, {"keys", wedge.keys}, {"runs", runs}};
+}
+
+std::string sceneText(const scene::Scene& scene) { return scene::writeScene(scene, study::vocabulary()); }
+
+/// Holds the folder this wedge? Throws where it holds something else.
+bool holds(const fs::path& folder, const WedgePlan& plan)
+{
+    if (!fs::exists(folder) || fs::is_empty(folder)) return false;
+    if (!fs::exists(folder / "wedge.json"))
+        throw InputError(
+            {folder.string(), "is not empty and holds no wedge", "a new folder, or that of this wedge", ""});
+    bool same = toJson(readWedge(folder)) == toJson(plan.wedge);
+    for (std::size_t r = 0; same && r < plan.scenes.size(); ++r) {
+        const fs::path file = sceneFile(folder, plan.wedge.runs[r]);
+        same = fs::exists(file) && readText(file) == sceneText(plan.scenes[r]);
+    }
+    if (!same)
+        throw InputError({folder.string(), "holds another wedge: other values, or another scene", "a new folder",
+                          "a wedge keeps the scene as it was when it was made"});
+    return true;
+}
+
+}  // namespace
+
+WedgePlan planWedge(const WedgeInput& input)
+{
+    const std::string text = readText(input.scene);
+    const scene::Scene base = scene::parseScene(text, input.scene, study::vocabulary(), input.set);
+    std::vector<Varied> varied;
+    for (const std::string& v : input.vary) varied.push_back(study::parseVary(v));
+    bool together = input.together;
+    if (const auto spec = study::wedgeOf(base); spec && varied.empty())
+        varied = variedBy(*spec), together = spec->combine == "list";
+    if (varied.empty())
+        throw InputError({input.scene.string(), "nothing is varied", "a table [wedge] with [[wedge.vary]]",
+                          "or --vary KEY=VALUE,VALUE,..."});
+    WedgePlan plan;
+    plan.wedge.name = base.name;
+    for (const Varied& v : varied) plan.wedge.keys.push_back(v.key);
+    std::vector<InputError::Detail> complaints;
+    for (auto& values : valuesOf(varied, together, input.scene.string())) {
+        WedgeRun& run = plan.wedge.runs.emplace_back();
+        run = {fmt::format("{:04}", plan.wedge.runs.size() - 1), std::move(values)};
+        try {
+            plan.scenes.push_back(sceneOf(text, input, plan.wedge, run));
+        } catch (const InputError& e) {
+            for (InputError::Detail d : e.details()) {
+                d.place = "run " + run.name + ": " + d.place;
+                complaints.push_back(d);
+            }
+        }
+    }
+    if (!complaints.empty()) throw InputError(complaints);
+    return plan;
+}
+
+void layOut(const WedgePlan& plan, const fs::path& folder)
+{
+    if (holds(folder, plan)) return;
+    fs::create_directories(folder / "scenes");
+    fs::create_directories(folder / "logs");
+    for (std::size_t r = 0; r < plan.scenes.size(); ++r)
+        writeText(sceneFile(folder, plan.wedge.runs[r]), sceneText(plan.scenes[r]));
+    writeText(folder / "wedge.json", toJson(plan.wedge).dump(1) + "\n");  // last: with it the wedge is whole
+}
+
+Wedge readWedge(const fs::path& folder)
+{
+    const fs::path file = folder / "wedge.json";
+    Wedge wedge;
+    try {
+        const Json json = Json::parse(readText(file));
+        wedge.name = json.at("wedge").get<std::string>();
+        wedge.keys = json.at("keys").get<std::vector<std::string>>();
+        for (const Json& run : json.at("runs")) {
+            WedgeRun& r = wedge.runs.emplace_back();
+            r = {run.at("name").get<std::string>(), run.at("values").get<std::vector<std::string>>()};
+            if (r.values.size() != wedge.keys.size() || r.name.find_first_not_of("0123456789") != std::string::npos)
+                throw InputError({file.string(), "run '" + r.name + "' does not fit the keys", "", ""});
+        }
+    } catch (const nlohmann::json::exception& e) {
+        throw InputError({file.string(), std::string("is not the plan of a wedge: ") + e.what(), "",
+                          "give the folder that 'vdbfrac wedge -o' wrote"});
+    }
+    return wedge;
+}
+
+fs::path sceneFile(const fs::path& folder, const WedgeRun& run) { return folder / "scenes" / (run.name + ".toml"); }
+fs::path logFile(const fs::path& folder, const WedgeRun& run) { return folder / "logs" / (run.name + ".log"); }
+
+std::string statusOf(const fs::path& runFolder)
+{
+    const fs::path file = runFolder / "run.json";
+    if (!fs::exists(file)) return "waiting";
+    const Json json = Json::parse(readText(file), nullptr, false);
+    return json.is_object() && json.contains("status") ? json["status"].get<std::string>() : "damaged";
+}
+
+bool isDone(const std::string& status) { return status.starts_with("done"); }
+
+}  // namespace vdbfrac::farm

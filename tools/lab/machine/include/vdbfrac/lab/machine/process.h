@@ -1,0 +1,34 @@
+// Programs that are started beside this one.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <sys/types.h>
+
+namespace vdbfrac::lab {
+
+/// This program.
+std::filesystem::path ownProgram();
+
+/// Starts a program, found along PATH where its name has no slash, and does not wait for it. What it says goes to
+/// `log`, which is emptied, or extended where `append` is set; without one to where this program's goes. Throws
+/// FileError.
+pid_t startProgram(const std::vector<std::string>& command, const std::filesystem::path& log = {}, bool append = false);
+
+/// Its exit code; 128 and the number of the signal that ended it.
+int waitFor(pid_t process);
+int exitCodeOf(int status);
+
+/// What a program says on standard output, and its exit code. Throws FileError where it cannot be started.
+struct Said {
+    int code = 0;
+    std::string text;
+};
+Said ask(const std::vector<std::string>& command);
+
+/// As a shell reads it back.
+std::string quoted(const std::string& word);
+
+}  // namespace vdbfrac::lab

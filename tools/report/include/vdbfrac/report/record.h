@@ -1,0 +1,40 @@
+// What the folder of a run says of it: run.json, stats.csv, scene.toml.
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace vdbfrac::report {
+
+using Json = nlohmann::ordered_json;
+
+struct Record {
+    std::filesystem::path folder;
+    Json manifest;                                       ///< run.json
+    std::string scene;                                   ///< scene.toml, empty where there is none
+    std::map<std::string, std::vector<double>> columns;  ///< of stats.csv, a value a step; NaN where there is none
+
+    bool has(const std::string& column) const { return columns.count(column) != 0; }
+    const std::vector<double>& operator[](const std::string& column) const { return columns.at(column); }
+    std::size_t steps() const { return columns.empty() ? 0 : columns.begin()->second.size(); }
+    double sum(const std::string& column) const;  ///< 0 where there is no such column
+    /// Names of the columns that begin and end so.
+    std::vector<std::string> named(const std::string& begin, const std::string& end) const;
+};
+
+/// Throws InputError, FileError. A run without steps has columns without values.
+Record readRecord(const std::filesystem::path& folder);
+
+/// Of a grip's load in each step [N].
+std::vector<double> loadOf(const Record& record, const std::string& grip);
+/// The grips that have one.
+std::vector<std::string> gripsOf(const Record& record);
+
+/// What runs are told apart by, by name: frames, steps, time, fragments, peak loads and so on.
+Json numbersOf(const Record& record);
+
+}  // namespace vdbfrac::report

@@ -1,0 +1,145 @@
+#include <vdbfrac/report/record.h>
+
+#include <vdbfrac/base/atomic_file.h>
+#include <vdbfrac/base/error.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <sstream>
+
+namespace vdbfrac::report {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+std::vector<std::string> cells(const std::string& line)
+{
+    std::vector<std::string> all(1);
+    for (const char c : line)
+        if (c == ',')
+            all.emplace_back();
+        else
+            all.back() += c;
+    return all;
+}
+
+double numberOf(const std::string& text)
+{
+    double value = kNone;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    return error == std::errc{} && end == text.data() + text.size() ? value : kNone;
+}
+
+/// Numbers by column. A last line that is still being written is left out.
+std::map<std::string, std::vector<double>> readColumns(const fs::path& file)
+{
+    std::map<std::string, std::vector<double>> columns;
+    if (!fs::exists(file)) return columns;
+    std::istringstream text(readText(file));
+    std::string line;
+    std::getline(text, line);
+    const std::vector<std::string> names = cells(line);
+    while (std::getline(text, line)) {
+        const std::vector<std::string> row = cells(line);
+        if (row.size() != names.size()) continue;
+        for (std::size_t k = 0; k < names.size(); ++k) columns[names[k]].push_back(numberOf(row[k]));
+    }
+    return columns;
+}
+
+double largest(const std::vector<double>& values)
+{
+    double most = 0;
+    for (double v : values)
+        if (v > most) most = v;
+    return most;
+}
+
+}  // namespace
+
+double Record::sum(const std::string& column) const
+{
+    double sum = 0;
+    if (const auto it = columns.find(column); it != columns.end())
+        for (double v : it->second)
+            if (std::isfinite(v)) sum += v;
+    return sum;
+}
+
+std::vector<std::string> Record::named(const std::string& begin, const std::string& end) const
+{
+    std::vector<std::string> names;
+    for (const auto& [name, values] : columns)
+        if (name.size() >= begin.size() + end.size() && name.starts_with(begin) && name.ends_with(end))
+            names.push_back(name);
+    return names;
+}
+
+Record readRecord(const fs::path& folder)
+{
+    const fs::path manifest = folder / "run.json";
+    if (fs::is_directory(folder) && !fs::exists(manifest))
+        throw FileError(folder.string(),
+                        "holds no run: it has no run.json; give the folder that 'vdbfrac sim -o' wrote");
+    Record record{.folder = folder, .manifest = {}, .scene = {}, .columns = {}};
+    try {
+        record.manifest = Json::parse(readText(manifest));
+        for (const char* key : {"creator", "scene", "status", "frame_range", "frames", "fragments", "fps"})
+            record.manifest.at(key);
+    } catch (const nlohmann::json::exception& e) {
+        throw InputError({manifest.string(), std::string("is not the manifest of a run: ") + e.what(), "",
+                          "give the folder that 'vdbfrac sim -o' wrote"});
+    }
+    if (const fs::path scene = folder / "scene.toml"; fs::exists(scene)) record.scene = readText(scene);
+    record.columns = readColumns(folder / "stats.csv");
+    return record;
+}
+
+std::vector<std::string> gripsOf(const Record& record)
+{
+    std::vector<std::string> grips;
+    for (const std::string& name : record.named("load_", "_x_N")) grips.push_back(name.substr(5, name.size() - 9));
+    return grips;
+}
+
+std::vector<double> loadOf(const Record& record, const std::string& grip)
+{
+    const std::string name = "load_" + grip;
+    const auto &x = record[name + "_x_N"], &y = record[name + "_y_N"], &z = record[name + "_z_N"];
+    std::vector<double> load(x.size());
+    for (std::size_t i = 0; i < load.size(); ++i) load[i] = std::hypot(x[i], y[i], z[i]);
+    return load;
+}
+
+Json numbersOf(const Record& record)
+{
+    const Json &manifest = record.manifest, &range = manifest["frame_range"];
+    Json numbers;
+    numbers["Frames"] = manifest["frames"].size();
+    numbers["Frames asked for"] = range[1].get<int>() - range[0].get<int>() + 1;
+    numbers["Steps"] = record.steps();
+    if (record.steps() == 0) return numbers;
+    double seconds = 0;
+    for (const std::string& stage : record.named("", "_s"))
+        if (stage != "time_s" && stage != "dt_s") seconds += record.sum(stage);
+    numbers["Time in steps [s]"] = seconds;
+    numbers["Nodes"] = record["nodes"].back();
+    numbers["Fragments"] = record["fragments"].back();
+    const double start = manifest.value("start_volume", 0.), now = manifest.value("volume", start);
+    numbers["Material lost [%]"] = start > 0 ? 100 * (1 - now / start) : 0;
+    for (const std::string& grip : gripsOf(record))
+        numbers["Peak load on " + grip + " [N]"] = largest(loadOf(record, grip));
+    numbers["Energy taken by cracks [J]"] = record.sum("removed_J");
+    numbers["Energy without account [%]"] = 100 * record["unnamed_share"].back();
+    numbers["Steps cut back"] =
+        std::count_if(record["cutbacks"].begin(), record["cutbacks"].end(), [](double n) { return n > 0; });
+    numbers["Newton iterations a step"] = record.sum("newton_iterations") / double(record.steps());
+    return numbers;
+}
+
+}  // namespace vdbfrac::report
