@@ -21,7 +21,6 @@ using Field = tetmesh::NodeField<float>;
 using Sides = std::vector<std::pair<Coord, Coord>>;
 
 constexpr double kFar = 3;          // voxels: nothing is known of cracks that are farther
-constexpr double kRaised = 0.25;    // voxels: by less, re-levelling may have moved what did not tear
 constexpr double kNear = 1.5;       // voxels from a crack that its surface may need the values of
 constexpr double kTorn = 1e-3;      // voxels: by rounding it may rise as much
 constexpr double kBeyond = 2.5;     // voxels outside of the body: outer surfaces of any make stay within

@@ -1,9 +1,10 @@
-#include "riders.h"
+#include <vdbfrac/skin/riders.h>
 
 #include "crack_lattice.h"
 
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/base/parallel.h>
+#include <vdbfrac/tetmesh/cut_mesh.h>
 
 #include <algorithm>
 #include <numeric>
@@ -83,6 +84,16 @@ Found nearest(const tetmesh::BodyMesh& body, const Tets& tets, const Vec3& X)
 }
 
 }  // namespace
+
+FragmentAt fragmentsAt(const tetmesh::BodyMesh& body, std::span<const std::uint32_t> fragmentOfNode)
+{
+    const auto* lattice = dynamic_cast<const tetmesh::CutMesh*>(&body);
+    if (lattice && !lattice->lattice().wholeTets) return {};
+    return [&body, fragmentOfNode](Coord voxel) -> std::optional<std::uint32_t> {
+        const auto found = body.locate(body.voxelSize() * voxel.toVec());
+        return found ? std::optional(fragmentOfNode[found->point.node[0]]) : std::nullopt;
+    };
+}
 
 std::vector<tetmesh::EmbeddedPoint> embedRiders(const tetmesh::BodyMesh& body, const CrackField& cracks,
                                                 std::span<const Rider> riders, const FragmentAt& fragment,

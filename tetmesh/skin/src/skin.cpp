@@ -1,9 +1,8 @@
 #include <vdbfrac/skin/skin.h>
 
-#include "riders.h"
+#include <vdbfrac/skin/riders.h>
 
 #include <vdbfrac/base/parallel.h>
-#include <vdbfrac/tetmesh/cut_mesh.h>
 
 #include <Eigen/Dense>
 
@@ -176,14 +175,7 @@ Skin::Skin(RenderMesh mesh, const tetmesh::BodyMesh& body, const CrackStyle& sty
 
 void Skin::follow(const tetmesh::BodyMesh& body, std::span<const std::uint32_t> fragmentOfNode)
 {
-    // Lattices are cut along phi's own nodes; other meshes have to be asked, and those whose tets stay whole.
-    const auto* lattice = dynamic_cast<const tetmesh::CutMesh*>(&body);
-    FragmentAt fragment;
-    if (!lattice || lattice->lattice().wholeTets)
-        fragment = [&](Coord voxel) -> std::optional<std::uint32_t> {
-            const auto found = body.locate(body.voxelSize() * voxel.toVec());
-            return found ? std::optional(fragmentOfNode[found->point.node[0]]) : std::nullopt;
-        };
+    const FragmentAt fragment = fragmentsAt(body, fragmentOfNode);
     const SkinCut cut = cutter_.cut(body.restPhi(), body.phi(), style_, fragment);
     Drawer drawer(mesh_, fans_, cut);
     work_ = {cut.mixedVoxels, std::int64_t(cut.parts.size()), std::int64_t(cut.torn.size()), cut.defects, 0};

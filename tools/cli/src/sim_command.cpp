@@ -34,8 +34,10 @@ struct SimOptions {
     CommonOptions common;
     std::string scene, folder, frames, accuracy, timeLimit;
     std::string resume;  // empty: no; "latest"; or the last frame to keep
+    std::string branch;  // folder of the run that this one branches from
+    int at = 0;          // the last frame to keep of it; 0: all
     std::vector<std::string> set;
-    bool overwrite = false, plan = false, strict = false, report = false;
+    bool overwrite = false, plan = false, strict = false, report = false, keepCheckpoints = false;
     int threads = 0, checkpointEvery = 1;
     double maxMemory = 0;  // GiB; 0: 80 % of what is available
 };
@@ -71,6 +73,7 @@ int lastToKeep(const std::string& resume)
 /// What is in the files shows in the bodies at rest.
 std::string settingsText(scene::Scene scene)
 {
+    scene.notes.clear();  // of studies and wedges
     scene.time.lastFrame = scene.time.firstFrame;
     for (scene::Body& body : scene.bodies) {
         if (auto* mesh = std::get_if<scene::MeshFile>(&body.shape)) mesh->file = mesh->file.filename();
@@ -97,6 +100,7 @@ public:
           lastWritten_(scene.time.firstFrame - 1)
     {
         if (options.report) report_.emplace(folder_.path());
+        if (options.keepCheckpoints) folder_.keepCheckpoints();
     }
 
     void begin();
@@ -105,6 +109,7 @@ public:
     int end(const std::string& stopped);
 
 private:
+    bool takeUp(std::vector<std::string>& notes);
     std::string toFrame(int frame, const StopRequest& stop, Progress& progress);
     void tellOfReport(const std::string& wrong) const
     {
@@ -123,20 +128,36 @@ private:
     bool toldOfUnnamed_ = false;
 };
 
+/// Goes on with an earlier run, this one or another, where that is asked for and there is one.
+bool Run::takeUp(std::vector<std::string>& notes)
+{
+    std::optional<lab::PreparedScene> wider;
+    core::Resume how{settings_, scene_.time.lastFrame, memoryLimitOf(options_.maxMemory),
+                     false, [&]() -> auto& {scene::Scene scene = scene_;
+    scene.grid.voxelSize *= 2;
+    return wider.emplace(std::move(scene), memoryLimitOf(options_.maxMemory)).simulation;
+}
+};  // namespace
+if (!options_.resume.empty()) {
+    core::Resume own = how;
+    own.lastFrame = std::min(lastToKeep(options_.resume), scene_.time.lastFrame);
+    own.mayBranch = options_.resume != "latest";
+    if (folder_.resume(simulation_, own, notes)) return true;
+}
+if (options_.branch.empty()) return false;
+if (options_.at > 0) how.lastFrame = std::min(options_.at, how.lastFrame);
+how.mayBranch = true;
+if (folder_.branchFrom(options_.branch, simulation_, how, notes)) return true;
+throw FileError(options_.branch, "holds no run to branch from");
+}  // namespace vdbfrac::cli
+
 /// Goes on with an earlier run where that is asked for, and says what runs.
 void Run::begin()
 {
     std::vector<std::string> notes = simulation_.stages().notes;
-    bool resumed = false;
-    if (!options_.resume.empty()) {
-        const core::Resume how{settings_, std::min(lastToKeep(options_.resume), scene_.time.lastFrame),
-                               memoryLimitOf(options_.maxMemory)};
-        resumed = folder_.resume(simulation_, how, notes);
-    }
-    if (resumed)
-        lastWritten_ += int(folder_.frames().size());
-    else
-        folder_.writeCheckpoint(simulation_, settings_);  // from here on there is always one
+    const bool resumed = takeUp(notes);
+    if (resumed) lastWritten_ += int(folder_.frames().size());
+    folder_.writeCheckpoint(simulation_, settings_);  // from here on there is always one of these settings
     std::error_code none;
     // What the user gave stays.
     if (const auto own = folder_.path() / "scene.toml"; !std::filesystem::equivalent(own, scene_.file, none))
@@ -282,9 +303,17 @@ Action addSim(CLI::App& app)
     auto* overwrite = c->add_flag("--overwrite", o->overwrite, "Replace an earlier run in the folder");
     c->add_flag("--resume{latest}", o->resume,
                 "Go on with the run in the folder from its newest checkpoint, or with --resume=FRAME from the newest "
-                "up to that frame; "
-                "starts where no run is yet")
+                "up to that frame, also with other settings; starts where no run is yet")
         ->excludes(overwrite);
+    auto* branch = c->add_option("--branch", o->branch,
+                                 "Where no run is yet: go on from a checkpoint of this other run, with other settings; "
+                                 "its frames up to there are copied")
+                       ->type_name("RUN");
+    c->add_option("--at", o->at, "With --branch: the last frame to keep of the other run (default: its newest)")
+        ->type_name("FRAME")
+        ->needs(branch);
+    c->add_flag("--keep-checkpoints", o->keepCheckpoints,
+                "Keep all checkpoints, so that any can be branched from; else the last two");
     c->add_option(
          "--checkpoint-every", o->checkpointEvery,
          "Frames from one checkpoint to the next; 0: only at the start, at the end, and when the run is stopped")

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <unordered_map>
 
 namespace vdbfrac::contact {
@@ -45,8 +46,17 @@ void TouchingSurface::start(std::span<const core::Body> bodies, double gap)
 {
     bodies_ = bodies;
     gap_ = gap;
-    for (const core::Body& body : bodies) own_.push_back(samplesOf(body));
-    memory_.resize(firstOf(own_.size()));
+    takeSamples();
+}
+
+/// Of the bodies as they are; nobody has looked at any of them.
+void TouchingSurface::takeSamples()
+{
+    isSettled_ = false;
+    all_ = {};
+    own_.clear();
+    for (const core::Body& body : bodies_) own_.push_back(samplesOf(body));
+    memory_.assign(firstOf(own_.size()), {});
 }
 
 void TouchingSurface::bury(double depth)
@@ -154,16 +164,45 @@ void TouchingSurface::save(const std::string& name, core::Archive& archive) cons
 
 void TouchingSurface::restoreFrom(const std::string& name, const core::Archive& archive)
 {
-    isSettled_ = false;
-    all_ = {};
-    for (std::size_t b = 0; b < bodies_.size(); ++b) own_[b] = samplesOf(bodies_[b]);
-    memory_.assign(firstOf(own_.size()), {});
+    takeSamples();
     const auto allowance = archive.get<double>(name + ".allowance", memory_.size());
     const auto stretch = archive.get<Vec3>(name + ".stretch", memory_.size());
     for (std::size_t i = 0; i < memory_.size(); ++i) {
         if (!(allowance[i] >= 0 || allowance[i] == TouchMemory::kUnseen) || !stretch[i].allFinite())
             archive.complain("what a sample of the surface keeps for " + name + " is out of range");
         memory_[i] = {allowance[i], stretch[i]};
+    }
+}
+
+void TouchingSurface::refineFrom(const std::string& name, const core::Refinement& wide)
+{
+    constexpr double kFaces = 0.5;  // cosine between normals of one and the same surface
+    TouchingSurface before;
+    before.start(wide.bodies, gap_);
+    before.restoreFrom(name, wide.archive);
+    before.settle();
+    takeSamples();
+    settle();
+    const double near = 2 * wide.bodies[0].phi.voxelSize();  // m; samples of the wide surface lie a voxel apart
+    const auto cellOf = [&](const Vec3& X) {
+        const Vec3 c = X / near;
+        return Coord{int(std::floor(c.x())), int(std::floor(c.y())), int(std::floor(c.z()))};
+    };
+    std::map<Coord, std::vector<std::uint32_t>> cells;
+    for (std::uint32_t i = 0; i < before.size(); ++i) cells[cellOf(before.restPosition(i))].push_back(i);
+    for (std::size_t i = 0; i < size(); ++i) {
+        double least = near;
+        for (int k = 0; k < 27; ++k) {
+            const auto found = cells.find(cellOf(restPosition(i)) + Coord{k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1});
+            if (found == cells.end()) continue;
+            for (const std::uint32_t j : found->second) {
+                const double distance = (before.restPosition(j) - restPosition(i)).norm();
+                if (before.body(j) != body(i) || before.restNormal(j).dot(restNormal(i)) < kFaces ||
+                    !(distance < least))
+                    continue;
+                least = distance, memory_[i] = before.memory(j);
+            }
+        }
     }
 }
 

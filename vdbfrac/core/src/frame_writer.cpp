@@ -68,6 +68,8 @@ constexpr std::size_t kKeptCheckpoints = 2;
 /// part of the time.
 constexpr double kShareOfTables = 0.02;
 
+std::string checksumOf(const std::string& content) { return hexadecimal(hashBytes(content.data(), content.size())); }
+
 }  // namespace
 
 std::vector<fs::path> checkpointsIn(const fs::path& folder)
@@ -163,7 +165,7 @@ std::string RunFolder::Writer::sequenceName(const char* kind, int frame, const c
 void RunFolder::Writer::note(FrameRecord& record, const std::string& relative)
 {
     const std::string content = readText(folder_ / relative);
-    record.files.push_back({relative, content.size(), hexadecimal(hashBytes(content.data(), content.size()))});
+    record.files.push_back({relative, content.size(), checksumOf(content)});
 }
 
 RunFolder::Writer::Writer(fs::path folder, const scene::Scene& scene)
@@ -245,10 +247,33 @@ RecordLog::Records RunFolder::Writer::readRecords(const Archive& archive)
 
 void RunFolder::Writer::goOnFrom(const std::string& checkpoint, RecordLog::Records records)
 {
-    checkpoints_ = {checkpoint};
+    checkpoints_.clear();
+    for (const fs::path& file : checkpointsIn(folder_)) {
+        const bool isIt = file.filename() == checkpoint;
+        if (keepsCheckpoints_ || isIt) checkpoints_.push_back(file.filename());
+        if (isIt) break;
+    }
     steps_ = std::move(records.steps);
     frames_ = std::move(records.frames);
     loggedSteps_ = steps_.size(), loggedFrames_ = frames_.size();
+}
+
+void RunFolder::Writer::takeOver(const fs::path& run, RecordLog::Records records)
+{
+    for (const FrameRecord& frame : records.frames)
+        for (const WrittenFile& file : frame.files) {
+            const fs::path from = run / file.path, to = folder_ / file.path;
+            const auto isWhole = [&](const fs::path& copy) {
+                if (const std::string content = readText(copy); checksumOf(content) != file.checksum)
+                    throw Error("is not what the run in " + run.string() + " wrote");
+            };
+            fs::create_directories(to.parent_path());
+            writeAtomically(
+                to, [&](const fs::path& copy) { fs::copy_file(from, copy, fs::copy_options::overwrite_existing); },
+                isWhole);
+        }
+    steps_ = std::move(records.steps);
+    frames_ = std::move(records.frames);
 }
 
 void RunFolder::Writer::writeCheckpoint(Archive& archive, const std::vector<StepRecord>& steps)
@@ -264,13 +289,14 @@ void RunFolder::Writer::writeCheckpoint(Archive& archive, const std::vector<Step
         log_.append(std::span(steps_).subspan(loggedSteps_), std::span(frames_).subspan(loggedFrames_));
     loggedSteps_ = steps_.size(), loggedFrames_ = frames_.size();
     archive.put("records", std::vector<std::uint64_t>{mark.bytes, mark.hash});
-    checkpoints_.push_back(scene_.name + name + kCheckpointExtension);
-    archive.write(folder / checkpoints_.back());
-    if (checkpoints_.size() > kKeptCheckpoints) checkpoints_.erase(checkpoints_.begin());
-    for (const fs::path& file : checkpointsIn(folder_))
+    const std::string file = scene_.name + name + kCheckpointExtension;
+    archive.write(folder / file);
+    if (checkpoints_.empty() || checkpoints_.back() != file) checkpoints_.push_back(file);  // not that of a branch
+    if (!keepsCheckpoints_ && checkpoints_.size() > kKeptCheckpoints) checkpoints_.erase(checkpoints_.begin());
+    for (const fs::path& other : checkpointsIn(folder_))
         // Or it stays.
-        if (std::find(checkpoints_.begin(), checkpoints_.end(), file.filename()) == checkpoints_.end())
-            fs::remove(file, error);
+        if (std::find(checkpoints_.begin(), checkpoints_.end(), other.filename()) == checkpoints_.end())
+            fs::remove(other, error);
 }
 
 void RunFolder::Writer::writeManifest(const RunState& state, const std::string& status) const
@@ -282,21 +308,22 @@ void RunFolder::Writer::writeManifest(const RunState& state, const std::string& 
         entry["parent"] = f.parent < 0 ? json() : json(f.parent);
         fragments.push_back(entry);
     }
-    const json manifest = {{"creator", kCreator},
-                           {"scene", scene_.name},
-                           {"status", status},
-                           {"fps", scene_.time.fps},
-                           {"units", {{"length", "m"}, {"mass", "kg"}, {"time", "s"}}},
-                           {"up_axis", "y"},
-                           {"voxel_size", scene_.grid.voxelSize},
-                           {"frame_range", {scene_.time.firstFrame, scene_.time.lastFrame}},
-                           {"steps", steps_.size()},
-                           {"start_volume", state.startVolume},
-                           {"volume", state.volume},
-                           {"max_unnamed_share", maxUnnamedShare(steps_)},
-                           {"writes", runFiles(scene_.name)},
-                           {"frames", framesJson(frames_)},
-                           {"fragments", fragments}};
+    json manifest = {{"creator", kCreator},
+                     {"scene", scene_.name},
+                     {"status", status},
+                     {"fps", scene_.time.fps},
+                     {"units", {{"length", "m"}, {"mass", "kg"}, {"time", "s"}}},
+                     {"up_axis", "y"},
+                     {"voxel_size", scene_.grid.voxelSize},
+                     {"frame_range", {scene_.time.firstFrame, scene_.time.lastFrame}},
+                     {"steps", steps_.size()},
+                     {"start_volume", state.startVolume},
+                     {"volume", state.volume},
+                     {"max_unnamed_share", maxUnnamedShare(steps_)},
+                     {"writes", runFiles(scene_.name)},
+                     {"frames", framesJson(frames_)},
+                     {"fragments", fragments}};
+    if (!branches_.empty()) manifest["branches"] = branchesJson(branches_);
     writeText(folder_ / kManifest, manifest.dump(1) + "\n");
 }
 

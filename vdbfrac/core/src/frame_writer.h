@@ -66,6 +66,10 @@ public:
     RecordLog::Records readRecords(const Archive& archive);
     /// Goes on from them. `checkpoint`: the file's name.
     void goOnFrom(const std::string& checkpoint, RecordLog::Records records);
+    /// Copies the frames of another run into this folder, checks them, and goes on from its records. Throws FileError.
+    void takeOver(const std::filesystem::path& run, RecordLog::Records records);
+    void setBranches(std::vector<BranchRecord> branches) { branches_ = std::move(branches); }
+    void keepCheckpoints() { keepsCheckpoints_ = true; }
 
     const std::vector<FrameRecord>& frames() const { return frames_; }
 
@@ -86,7 +90,9 @@ private:
     RunState state_;  // of the last frame
     RecordLog log_;
     std::size_t loggedSteps_ = 0, loggedFrames_ = 0;
+    std::vector<BranchRecord> branches_;
     std::vector<std::string> checkpoints_;             // names of those to keep
+    bool keepsCheckpoints_ = false;                    // all of them
     bool behind_ = false;                              // tables lack frames or steps
     std::chrono::steady_clock::time_point written_{};  // when the tables were
     std::chrono::duration<double> took_{0};            // how long that took

@@ -1,6 +1,7 @@
 #include "grips.h"
 
 #include <vdbfrac/base/error.h>
+#include <vdbfrac/base/number_text.h>
 #include <vdbfrac/scene/placement.h>
 
 #include <Eigen/Geometry>
@@ -123,6 +124,28 @@ void Simulation::Grips::requireNodes() const
             throw InputError({held.grip->place,
                               "grip '" + held.grip->name + "' holds nothing of body '" + held.grip->body + "'",
                               "a region that contains lattice nodes of the body", "move or enlarge the region"});
+}
+
+void Simulation::Grips::requireNear(std::span<const Vec3> x, double time, double distance) const
+{
+    for (const Held& held : held_) {
+        if (std::holds_alternative<scene::Force>(held.grip->move)) continue;
+        const scene::Placement place = std::visit(PlacementAt{time}, held.grip->move);
+        double farthest = 0;
+        Vec3 moved = Vec3::Zero();
+        for (std::size_t i = 0; i < held.nodes.size(); ++i) {
+            farthest = std::max(farthest, held.share[i] * (place(held.rest[i]) - x[held.nodes[i]]).norm());
+            moved += (x[held.nodes[i]] - held.rest[i]) / double(held.nodes.size());
+        }
+        if (farthest <= distance) continue;
+        throw InputError({held.grip->place + ".move",
+                          "grip '" + held.grip->name + "' would jump by " + shortNumber(farthest, 3) + " m at " +
+                              shortNumber(time, 6) + " s, where the run goes on",
+                          "at most " + shortNumber(distance, 3) + " m, half a cell",
+                          "what it holds has moved by [" + shortNumber(moved.x(), 6) + ", " +
+                              shortNumber(moved.y(), 6) + ", " + shortNumber(moved.z(), 6) +
+                              "] m by then: give it keys that pass through that"});
+    }
 }
 
 std::vector<std::uint8_t> Simulation::Grips::heldFragments(std::size_t fragments) const

@@ -25,6 +25,9 @@ public:
     /// Throws InputError when a grip holds no node.
     void requireNodes() const;
 
+    /// Throws InputError for a grip that at a time would hold a node farther than `distance` [m] from where it is.
+    void requireNear(std::span<const Vec3> x, double time, double distance) const;
+
     /// Gives the nodes that are held the velocities [m/s] with which they set off at t = 0; otherwise the first step
     /// would have to accelerate them, with a load that grows as it gets shorter.
     void setStartVelocities(std::span<Vec3> v) const;

@@ -5,6 +5,7 @@
 #include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/base/hash.h>
+#include <vdbfrac/base/number_text.h>
 #include <vdbfrac/core/version.h>
 #include <vdbfrac/tetmesh/obj_file.h>
 
@@ -93,7 +94,8 @@ void requireSame(const std::string& settings, const std::string& before)
                           "the scene is not that of the run: " + table +
                               (more ? "'" + line + "'" : std::string("its end")) + " was " +
                               (had ? "'" + was + "'" : std::string("its end")),
-                          "the scene of the run; only its last frame may differ", "or start again with --overwrite"});
+                          "the scene of the run; only its last frame may differ",
+                          "--resume=FRAME goes on with other settings from there; --overwrite starts again"});
     }
 }
 
@@ -152,13 +154,15 @@ void RunFolder::writeCheckpoint(const Simulation& simulation, const std::string&
     if (simulation.steps() == checkpointed_) return;
     checkpointed_ = simulation.steps();
     const std::string hash = hexadecimal(simulation.stateHash());
-    if (simulation.steps() == 0) restHash_ = hash;
+    if (simulation.steps() == 0) restHash_ = hash, bodiesHash_ = hexadecimal(simulation.bodiesHash());
     auto archive = std::make_shared<Archive>();
     {
         const StageTimer timer(work_, "snapshot");
         archive->putText("creator", kCreator);
         archive->putText("settings", settings);
         archive->putText("rest_hash", restHash_);
+        archive->putText("bodies_hash", bodiesHash_);
+        archive->putText("branches", branchesJson(branches_).dump());
         archive->putText("state_hash", hash);
         simulation.save(*archive);
     }
@@ -167,57 +171,129 @@ void RunFolder::writeCheckpoint(const Simulation& simulation, const std::string&
     });
 }
 
-bool RunFolder::resume(Simulation& simulation, const Resume& how, std::vector<std::string>& notes)
+/// A checkpoint of a run, and what belongs to it.
+struct RunFolder::Found {
+    fs::path run, file;
+    Archive archive;
+    RecordLog::Records records;
+};
+
+/// The newest whole one that `how` allows; none where there is neither a checkpoint nor a frame.
+std::optional<RunFolder::Found> RunFolder::newestIn(const fs::path& run, const Resume& how,
+                                                    std::vector<std::string>& notes)
 {
-    std::vector<fs::path> checkpoints = checkpointsIn(folder_);
+    std::vector<fs::path> checkpoints = checkpointsIn(run);
     if (checkpoints.empty()) {
-        if (!hasFrames(folder_)) return false;
-        throw FileError(folder_.string(),
+        if (!hasFrames(run)) return {};
+        throw FileError(run.string(),
                         "holds frames but no checkpoint; use --overwrite to start again, or another folder");
     }
     std::string passed;
     for (std::reverse(checkpoints.begin(), checkpoints.end()); const fs::path& file : checkpoints) {
-        Archive archive;
-        RecordLog::Records records;
+        Found found{run, file, {}, {}};
         try {
-            archive = Archive::read(file, how.memoryLimit);
-            records = writer_->readRecords(archive);
+            found.archive = Archive::read(file, how.memoryLimit);
+            found.records = run == folder_ ? writer_->readRecords(found.archive) : recordsOf(file, found.archive);
         } catch (const FileError& e) {
             passed += std::string("; ") + e.what();
             continue;
         }
-        if (!records.frames.empty() && records.frames.back().frame > how.lastFrame) continue;
-        steps_ = records.steps;
-        goOn(simulation, how.settings, archive, records.frames);
-        writer_->goOnFrom(file.filename(), std::move(records));
+        if (!found.records.frames.empty() && found.records.frames.back().frame > how.lastFrame) continue;
         if (!passed.empty()) notes.push_back("an older checkpoint is taken" + passed);
-        return true;
+        return found;
     }
-    throw FileError((folder_ / kCheckpointFolder).string(),
+    throw FileError((run / kCheckpointFolder).string(),
                     "has no whole checkpoint up to frame " + std::to_string(how.lastFrame) + passed);
 }
 
-void RunFolder::goOn(Simulation& simulation, const std::string& settings, const Archive& archive,
-                     const std::vector<FrameRecord>& frames)
+bool RunFolder::resume(Simulation& simulation, const Resume& how, std::vector<std::string>& notes)
 {
+    std::optional<Found> found = newestIn(folder_, how, notes);
+    if (!found) return false;
+    goOn(simulation, how, *found, notes);
+    writer_->goOnFrom(found->file.filename(), std::move(found->records));
+    return true;
+}
+
+bool RunFolder::branchFrom(const fs::path& run, Simulation& simulation, const Resume& how,
+                           std::vector<std::string>& notes)
+{
+    std::optional<Found> found = newestIn(run, how, notes);
+    if (!found) return false;
+    goOn(simulation, how, *found, notes);
+    writer_->takeOver(run, std::move(found->records));
+    return true;
+}
+
+void RunFolder::goOn(Simulation& simulation, const Resume& how, const Found& found, std::vector<std::string>& notes)
+{
+    const Archive& archive = found.archive;
     const auto refuse = [](const std::string& what) {
         throw InputError({"--resume", what, "", "start again with --overwrite, or in another folder"});
     };
     if (const std::string creator = archive.getText("creator"); creator != kCreator)
         refuse("the run was made by " + creator + ", this is " + kCreator);
-    requireSame(settings, archive.getText("settings"));
-    restHash_ = archive.getText("rest_hash");
-    if (restHash_ != hexadecimal(simulation.stateHash()))
+    if (!how.mayBranch) requireSame(how.settings, archive.getText("settings"));
+    const Branch branch = branchBetween(archive.getText("settings"), how.settings);
+    restHash_ = hexadecimal(simulation.stateHash()), bodiesHash_ = hexadecimal(simulation.bodiesHash());
+    const bool isBranch = !branch.changes.empty();
+    if (!branch.isFiner && bodiesHash_ != archive.getText("bodies_hash"))
         refuse("the bodies at rest are not those of the run: a mesh, a .vdb file or the program has changed since");
-    simulation.restoreFrom(archive);
-    if (archive.getText("state_hash") != hexadecimal(simulation.stateHash()))
-        archive.complain("the state it leads to is not the one that was saved");
+    if (!isBranch && restHash_ != archive.getText("rest_hash"))
+        refuse("the start is not that of the run: the program has changed since");
+    takeState(simulation, how, archive, branch, notes);
+    const auto& frames = found.records.frames;
+    steps_ = found.records.steps;
     bool sound = int(steps_.size()) == simulation.steps() && int(frames.size()) <= simulation.framesDone() + 1;
     for (std::size_t i = 0; i < frames.size(); ++i) sound = sound && frames[i].frame == scene_.time.firstFrame + int(i);
     if (!sound) archive.complain("its steps and frames do not match");
     handedOver_ = steps_.size();
-    checkpointed_ = simulation.steps();
+    branches_ = branchesOf(archive);
+    if (isBranch || found.run != folder_) noteBranch(branch, found, simulation, notes);
+    checkpointed_ = isBranch || found.run != folder_ ? -1 : simulation.steps();
+    writer_->setBranches(branches_);
 }
+
+void RunFolder::takeState(Simulation& simulation, const Resume& how, const Archive& archive, const Branch& branch,
+                          std::vector<std::string>& notes)
+{
+    if (branch.changes.empty()) {
+        simulation.restoreFrom(archive);
+        if (archive.getText("state_hash") != hexadecimal(simulation.stateHash()))
+            archive.complain("the state it leads to is not the one that was saved");
+        return;
+    }
+    if (!branch.isFiner) return simulation.branchFrom(archive);
+    Simulation& wide = how.wider();
+    if (hexadecimal(wide.bodiesHash()) != archive.getText("bodies_hash"))
+        throw InputError({"--resume", "the bodies with voxels twice as wide are not those of the run", "", ""});
+    wide.branchFrom(archive);
+    simulation.refineFrom(wide, archive);
+    const Simulation::Totals before = wide.totals(), now = simulation.totals();
+    const auto told = [](const std::string& what, double from, double to, const char* unit) {
+        const double percent = from != 0 ? 100 * (to / from - 1) : 0;
+        return what + " " + shortNumber(to, 6) + unit + ", was " + shortNumber(from, 6) + " (" +
+               (percent < 0 ? "" : "+") + shortNumber(percent, 2) + " %); ";
+    };
+    notes.push_back("on the finer lattice: " + told("volume", before.volume, now.volume, " m^3") +
+                    told("elastic energy", before.elasticEnergy, now.elasticEnergy, " J") +
+                    told("kinetic energy", before.kineticEnergy, now.kineticEnergy, " J") +
+                    std::to_string(simulation.fragments()) + " fragments, were " + std::to_string(wide.fragments()));
+}
+
+void RunFolder::noteBranch(const Branch& branch, const Found& found, const Simulation& simulation,
+                           std::vector<std::string>& notes)
+{
+    const auto& frames = found.records.frames;
+    const int last = frames.empty() ? scene_.time.firstFrame - 1 : frames.back().frame;
+    const bool other = found.run != folder_;
+    branches_.push_back({last, simulation.steps(), other ? found.run.string() : "", branch.changes});
+    notes.push_back("branches after frame " + std::to_string(last) + (other ? " of " + found.run.string() : "") +
+                    (branch.changes.empty() ? "; nothing is changed" : ":"));
+    for (const scene::Change& change : branch.changes) notes.push_back("  " + changeText(change));
+}
+
+void RunFolder::keepCheckpoints() { writer_->keepCheckpoints(); }
 
 void RunFolder::finish(const Simulation& simulation, const std::string& status)
 {

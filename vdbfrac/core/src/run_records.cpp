@@ -1,5 +1,7 @@
 #include "run_records.h"
 
+#include "run_files.h"
+
 #include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/base/grouping.h>
@@ -153,6 +155,33 @@ std::vector<FrameRecord> loadFrames(const Archive& archive)
     return frames;
 }
 
+json branchesJson(std::span<const BranchRecord> branches)
+{
+    json list = json::array();
+    for (const BranchRecord& b : branches) {
+        json changes = json::array();
+        for (const scene::Change& c : b.changes)
+            changes.push_back({{"key", c.key}, {"before", c.before}, {"after", c.after}});
+        list.push_back({{"frame", b.frame}, {"step", b.step}, {"from", b.from}, {"changes", changes}});
+    }
+    return list;
+}
+
+std::vector<BranchRecord> branchesOf(const Archive& archive)
+{
+    std::vector<BranchRecord> branches;
+    try {
+        for (const json& b : json::parse(archive.getText("branches"))) {
+            branches.push_back({b.at("frame"), b.at("step"), b.at("from"), {}});
+            for (const json& c : b.at("changes"))
+                branches.back().changes.push_back({c.at("key"), c.at("before"), c.at("after")});
+        }
+    } catch (const json::exception& e) {
+        archive.complain(std::string("its list of branches cannot be read: ") + e.what());
+    }
+    return branches;
+}
+
 void saveRecords(std::span<const StepRecord> steps, std::span<const FrameRecord> frames, Archive& archive)
 {
     const std::vector<Column> columns = columnsOf(steps);
@@ -270,6 +299,13 @@ RecordLog::Records RecordLog::goOnFrom(const Mark& mark)
     if (hash != mark.hash) throw damaged();
     mark_ = mark;
     return records;
+}
+
+RecordLog::Records recordsOf(const std::filesystem::path& checkpoint, const Archive& archive)
+{
+    const auto mark = archive.get<std::uint64_t>("records", 2);
+    const std::string name = checkpoint.stem().stem();  // NAME.000120.ckpt
+    return RecordLog(checkpoint.parent_path() / (name + kRecordsExtension)).goOnFrom({mark[0], mark[1]});
 }
 
 }  // namespace vdbfrac::core

@@ -14,6 +14,9 @@
 namespace vdbfrac::core {
 
 nlohmann::json framesJson(std::span<const FrameRecord> frames);
+nlohmann::json branchesJson(std::span<const BranchRecord> branches);
+/// What a checkpoint has of them. Throws FileError.
+std::vector<BranchRecord> branchesOf(const Archive& archive);
 
 void saveRecords(std::span<const StepRecord> steps, std::span<const FrameRecord> frames, Archive& archive);
 /// Throw FileError for what saveRecords cannot have written.
@@ -43,5 +46,8 @@ private:
     std::filesystem::path file_;
     Mark mark_;
 };
+
+/// The records that a checkpoint of any run belongs to. Throws FileError.
+RecordLog::Records recordsOf(const std::filesystem::path& checkpoint, const Archive& archive);
 
 }  // namespace vdbfrac::core

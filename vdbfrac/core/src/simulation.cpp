@@ -96,6 +96,7 @@ Simulation::Simulation(const scene::Scene& scene, std::span<Effect* const> effec
     for (Effect* effect : effects) {
         effect->join(stages_);
         potentialNames_.resize(stages_.solve.size(), effect->name());
+        persistentOwners_.resize(stages_.persistent.size(), effect);
     }
     stepControl_ = std::make_unique<StepControl>(scene.time, h_);
     noteRestState(scene, bodies_, h_, stages_.notes);

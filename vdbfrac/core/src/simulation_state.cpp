@@ -84,26 +84,49 @@ std::vector<Vec3> loadNodes(const std::string& name, std::size_t nodes, const Ar
 
 }  // namespace
 
-std::uint64_t Simulation::stateHash() const
+namespace {
+
+template <class Values>
+void addTo(std::uint64_t& hash, const Values& values)
 {
-    const double trusted = stepControl_->trusted();
-    std::uint64_t hash = hashBytes(&trusted, sizeof trusted, hashBytes(&time_, sizeof time_));
-    const auto add = [&](const auto& values) {
-        hash = hashBytes(values.data(), values.size() * sizeof(values[0]), hash);
-    };
-    add(state_.x);
-    add(state_.v);
-    for (const Body& body : bodies_) {
+    hash = hashBytes(values.data(), values.size() * sizeof(values[0]), hash);
+}
+
+void addBodies(std::uint64_t& hash, std::span<const Body> bodies)
+{
+    for (const Body& body : bodies) {
         const tetmesh::NodeField<float>& phi = body.mesh->phi();
         phi.forEachBlock([&](Coord low) {
             std::array<float, tetmesh::NodeField<float>::kBlock> values;
             std::size_t i = 0;
             phi.forEachNode(low, [&](Coord voxel) { values[i++] = phi(voxel); });
-            add(values);
+            addTo(hash, values);
         });
-        add(body.fragments.ofNode());
+        addTo(hash, body.fragments.ofNode());
     }
-    if (fragmentsAsleep() > 0) add(asleep_);
+}
+
+/// In the order of the stages: which effects an archive has something of.
+constexpr const char* kEffects = "effects";
+
+}  // namespace
+
+std::uint64_t Simulation::stateHash() const
+{
+    const double trusted = stepControl_->trusted();
+    std::uint64_t hash = hashBytes(&trusted, sizeof trusted, hashBytes(&time_, sizeof time_));
+    addTo(hash, state_.x);
+    addTo(hash, state_.v);
+    addBodies(hash, bodies_);
+    if (fragmentsAsleep() > 0) addTo(hash, asleep_);
+    return hash;
+}
+
+std::uint64_t Simulation::bodiesHash() const
+{
+    std::uint64_t hash = 0;
+    for (const Body& body : bodies_) addTo(hash, tetmesh::restPositions(*body.mesh));
+    addBodies(hash, bodies_);
     return hash;
 }
 
@@ -122,11 +145,17 @@ void Simulation::save(Archive& archive) const
         savePhi(body, archive);
         saveFragments(body, archive);
     }
-    for (const Persistent* p : stages_.persistent) p->save(bodies_, archive);
+    std::string effects = "\n";
+    for (std::size_t i = 0; i < stages_.persistent.size(); ++i) {
+        stages_.persistent[i]->save(bodies_, archive);
+        effects += persistentOwners_[i]->name() + "\n";
+    }
+    archive.putText(kEffects, effects);
     if (ancestry_) ancestry_->save(archive);
 }
 
-void Simulation::restoreFrom(const Archive& archive)
+/// Bodies, fragments, x and v.
+void Simulation::restoreBodies(const Archive& archive)
 {
     for (Body& body : bodies_) {
         (void)body.mesh->update(loadPhi(body, archive));  // equals the mesh of the run, to the bit
@@ -144,13 +173,18 @@ void Simulation::restoreFrom(const Archive& archive)
     if (fragments != nextFragment_) archive.complain("some of its fragments are missing");
     state_.x = loadNodes("x", nodes, archive);
     state_.v = loadNodes("v", nodes, archive);
-    if (!stages_.pieces.empty()) {
+    if (!stages_.pieces.empty() && archive.has("asleep")) {
         const auto asleep = archive.get<std::uint32_t>("asleep", fragments);
         if (std::any_of(asleep.begin(), asleep.end(), [](std::uint32_t a) { return a > 1; }))
             archive.complain("'asleep' has a value that is neither 0 nor 1");
         asleep_.assign(asleep.begin(), asleep.end());
     }
     rebuild();
+}
+
+/// Time, and what the energy accounts and the grips know.
+void Simulation::restoreProgress(const Archive& archive)
+{
     const std::vector<double> time = archive.get<double>("time", 2);
     const std::int64_t step = archive.getOne<std::int64_t>("step");
     constexpr double kMaxFrames = 1e9;
@@ -166,8 +200,37 @@ void Simulation::restoreFrom(const Archive& archive)
     kineticEnergy_ = kineticEnergy(state_.v);
     balanced_ = archive.getOne<std::int64_t>("balanced") != 0;
     grips_->restoreFrom(archive);
+}
+
+/// Calls restore for all that the archive knows; the others begin anew.
+void Simulation::restoreEffects(const Archive& archive, const std::function<void(Persistent&)>& restore)
+{
+    const std::string known = archive.getText(kEffects);
+    for (std::size_t i = 0; i < stages_.persistent.size(); ++i)
+        if (known.find("\n" + persistentOwners_[i]->name() + "\n") != std::string::npos)
+            restore(*stages_.persistent[i]);
+        else
+            persistentOwners_[i]->start(bodies_, stages_.notes);
+}
+
+void Simulation::restoreFrom(const Archive& archive)
+{
+    if (!stages_.pieces.empty() && !archive.has("asleep")) archive.complain("it has no 'asleep'");
+    restoreBodies(archive);
+    restoreProgress(archive);
     for (Persistent* p : stages_.persistent) p->restoreFrom(archive, bodies_);
     if (ancestry_) ancestry_->restoreFrom(archive);
+}
+
+void Simulation::branchFrom(const Archive& archive)
+{
+    restoreBodies(archive);
+    restoreProgress(archive);
+    grips_->requireNear(state_.x, time_, 0.5 * h_);
+    restoreEffects(archive, [&](Persistent& p) { p.restoreFrom(archive, bodies_); });
+    if (ancestry_) ancestry_->restoreFrom(archive);
+    elasticEnergy_ = totals().elasticEnergy;
+    balanced_ = false;
 }
 
 }  // namespace vdbfrac::core

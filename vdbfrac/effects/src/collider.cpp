@@ -97,6 +97,7 @@ public:
     void start(std::span<const core::Body> bodies, std::vector<std::string>&) override
     {
         surface_.start(bodies, kGap * dx_);
+        law_.clear();
         for (const core::Body& body : bodies)
             for (const Obstacle& o : obstacles_)
                 law_.push_back(contact::penaltyOf(o.collider().stiffness, body.material.youngsModulus(), h_));
@@ -121,8 +122,12 @@ public:
     void restoreFrom(const core::Archive& archive, std::span<const core::Body>) override
     {
         surface_.restoreFrom("collider", archive);
-        now_ = archive.getOne<double>("collider.time");
-        if (!std::isfinite(now_)) archive.complain("the time of the colliders is not a number");
+        restoreTime(archive);
+    }
+    void refineFrom(const core::Refinement& wide, std::span<const core::Body>) override
+    {
+        surface_.refineFrom("collider", wide);
+        restoreTime(wide.archive);
     }
     std::size_t bytes() const override
     {
@@ -132,6 +137,11 @@ public:
     }
 
 private:
+    void restoreTime(const core::Archive& archive)
+    {
+        now_ = archive.getOne<double>("collider.time");
+        if (!std::isfinite(now_)) archive.complain("the time of the colliders is not a number");
+    }
     Places placesAt(double time) const
     {
         Places places;

@@ -83,6 +83,7 @@ public:
         bodies_ = bodies;
         surface_.start(bodies, gap_ * dx_);
         surface_.bury(kDepth * dx_);
+        forget();
     }
 
     void begin(const solver::StepStart& start) override;
@@ -108,15 +109,24 @@ public:
     void restoreFrom(const core::Archive& archive, std::span<const core::Body>) override
     {
         surface_.restoreFrom("contact", archive);
-        last_ = archive.getOne<double>("contact.step");
-        if (!(last_ > 0)) archive.complain("the last step of contact is not above 0");
-        forget();
+        restoreStep(archive);
+    }
+    void refineFrom(const core::Refinement& wide, std::span<const core::Body>) override
+    {
+        surface_.refineFrom("contact", wide);
+        restoreStep(wide.archive);
     }
     std::size_t bytes() const override { return surface_.bytes() + targets_.bytes() + near_.bytes(); }
 
 private:
     void buryWhatSank(std::span<const double> depth, std::span<const Vec3> x);
     void settle();
+    void restoreStep(const core::Archive& archive)
+    {
+        last_ = archive.getOne<double>("contact.step");
+        if (!(last_ > 0)) archive.complain("the last step of contact is not above 0");
+        forget();
+    }
     /// The mesh is another one: numbers of samples, targets and nodes no longer hold.
     void forget()
     {

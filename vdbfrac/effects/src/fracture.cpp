@@ -17,6 +17,7 @@
 #include <map>
 #include <numbers>
 #include <optional>
+#include <utility>
 
 namespace vdbfrac::effects {
 
@@ -114,6 +115,7 @@ public:
 
     void save(std::span<const core::Body> bodies, core::Archive& archive) const override;
     void restoreFrom(const core::Archive& archive, std::span<const core::Body> bodies) override;
+    void refineFrom(const core::Refinement& wide, std::span<const core::Body> bodies) override;
 
 private:
     FractureLaw lawOf(const core::Body& body, std::vector<std::string>& notes) const;
@@ -367,6 +369,29 @@ void Fracture::restoreFrom(const core::Archive& archive, std::span<const core::B
         if (updates < 0 || updates >= std::numeric_limits<std::int64_t>::max() / 2)
             archive.complain("the number of updates of the front in body '" + body.name + "' is out of range");
         updates_[body.name] = updates;
+    }
+}
+
+/// A voxel that failed has the time of the nearest of the wide ones that did; of several the earliest.
+void Fracture::refineFrom(const core::Refinement& wide, std::span<const core::Body> bodies)
+{
+    constexpr int kReach = 3;  // wide voxels
+    restoreFrom(wide.archive, wide.bodies);
+    for (const core::Body& body : bodies) {
+        const std::map<Coord, float> before = std::exchange(arrival_[body.name], {});
+        if (before.empty()) continue;
+        const tetmesh::NodeField<float>&phi = body.mesh->phi(), &rest = body.mesh->restPhi();
+        phi.forEachBlock([&](Coord block) {
+            phi.forEachNode(block, [&](Coord n) {
+                if (!(rest(n) < 0) || phi(n) < 0) return;
+                std::pair<double, float> nearest(kInfinity, 0);
+                const Coord middles[] = {{n.x >> 1, n.y >> 1, n.z >> 1}};
+                for (const Coord& c : grid::voxelsAround(middles, kReach))
+                    if (const auto it = before.find(c); it != before.end())
+                        nearest = std::min(nearest, {(2 * c.toVec() - n.toVec()).squaredNorm(), it->second});
+                if (nearest.first < kInfinity) arrival_[body.name].emplace(n, nearest.second);
+            });
+        });
     }
 }
 

@@ -33,5 +33,7 @@ CrackField crackField(const tetmesh::NodeField<float>& rest, const tetmesh::Node
 
 /// In voxels. Keeps crossings apart from the nodes.
 inline constexpr double kLeast = 1e-3;
+/// In voxels: by less, re-levelling may have moved phi where nothing tore.
+inline constexpr double kRaised = 0.25;
 
 }  // namespace vdbfrac::skin

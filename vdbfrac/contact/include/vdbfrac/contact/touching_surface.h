@@ -4,6 +4,7 @@
 #include <vdbfrac/base/grouping.h>
 #include <vdbfrac/core/archive.h>
 #include <vdbfrac/core/body.h>
+#include <vdbfrac/core/stages.h>
 #include <vdbfrac/solver/coupling.h>
 #include <vdbfrac/tetmesh/embedded_surface.h>
 
@@ -82,6 +83,8 @@ public:
 
     void save(const std::string& name, core::Archive& archive) const;
     void restoreFrom(const std::string& name, const core::Archive& archive);
+    /// Each sample keeps what the nearest one of the wide lattice did, where one is within two of its voxels.
+    void refineFrom(const std::string& name, const core::Refinement& wide);
     std::size_t bytes() const;
 
 private:
@@ -98,6 +101,7 @@ private:
         std::size_t bytes() const;
     };
     Samples samplesOf(const core::Body& body) const;
+    void takeSamples();
     /// Where the memory of a body's samples begins.
     std::size_t firstOf(std::size_t body) const;
 

@@ -8,6 +8,7 @@
 
 #include <vdbfrac/base/vec.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -64,6 +65,10 @@ public:
     }
     void putText(const std::string& name, std::string_view text) { put(name, std::span<const char>(text)); }
 
+    bool has(const std::string& name) const
+    {
+        return std::any_of(arrays_.begin(), arrays_.end(), [&](const Array& array) { return array.name == name; });
+    }
     /// Throws FileError when there is no such array of this type.
     template <class T>
     std::vector<T> get(const std::string& name) const

@@ -4,14 +4,17 @@
 #include <vdbfrac/base/background.h>
 #include <vdbfrac/base/folder_lock.h>
 #include <vdbfrac/core/archive.h>
+#include <vdbfrac/core/branch.h>
 #include <vdbfrac/core/simulation.h>
 #include <vdbfrac/scene/key.h>
 #include <vdbfrac/scene/scene.h>
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -33,11 +36,14 @@ struct FrameRecord {
     std::vector<WrittenFile> files;
 };
 
-/// From which checkpoints a run may go on.
+/// From which checkpoints a run may go on, and how.
 struct Resume {
     std::string settings;                             ///< what it depends on, as writeCheckpoint got it
     int lastFrame = std::numeric_limits<int>::max();  ///< no frame after this one
     std::uint64_t memoryLimit = ~std::uint64_t{0};    ///< bytes
+    bool mayBranch = false;                           ///< settings may differ as far as core/branch.h allows
+    /// A simulation of the scene with voxels twice as wide that has made no step: asked for when a branch is finer.
+    std::function<Simulation&()> wider = {};
 };
 
 /// What output.vdb can list in any scene. Effects bring more.
@@ -73,6 +79,12 @@ public:
     /// neither a checkpoint nor a frame. Throws FileError when no checkpoint can be used, InputError when settings,
     /// bodies or program are not those of the run.
     bool resume(Simulation& simulation, const Resume& how, std::vector<std::string>& notes);
+    /// The same from the run in another folder, whose frames up to there are copied into this one. False when there is
+    /// neither a checkpoint nor a frame in it.
+    bool branchFrom(const std::filesystem::path& run, Simulation& simulation, const Resume& how,
+                    std::vector<std::string>& notes);
+    /// No checkpoint is removed from here on but those that a branch leaves behind.
+    void keepCheckpoints();
     void addStep(const StepRecord& step) { steps_.push_back(step); }
     /// Waits for the writer; marks the manifest as finished with a status word.
     void finish(const Simulation& simulation, const std::string& status);
@@ -87,9 +99,15 @@ public:
 private:
     class Writer;
 
+    struct Found;
+
     std::vector<StepRecord> newSteps();
-    void goOn(Simulation& simulation, const std::string& settings, const Archive& archive,
-              const std::vector<FrameRecord>& frames);
+    std::optional<Found> newestIn(const std::filesystem::path& run, const Resume& how, std::vector<std::string>& notes);
+    void goOn(Simulation& simulation, const Resume& how, const Found& found, std::vector<std::string>& notes);
+    void takeState(Simulation& simulation, const Resume& how, const Archive& archive, const Branch& branch,
+                   std::vector<std::string>& notes);
+    void noteBranch(const Branch& branch, const Found& found, const Simulation& simulation,
+                    std::vector<std::string>& notes);
 
     std::filesystem::path folder_;
     FolderLock lock_;
@@ -98,6 +116,8 @@ private:
     std::size_t handedOver_ = 0;  // steps that the writer knows
     int checkpointed_ = -1;       // step of the last checkpoint
     std::string restHash_;        // of the state before the first step
+    std::string bodiesHash_;      // of the bodies then
+    std::vector<BranchRecord> branches_;
     Ledger work_;
     std::unique_ptr<Drawing> drawing_;  // when frames hold something drawn
     std::unique_ptr<Writer> writer_;

@@ -11,6 +11,7 @@
 #include <vdbfrac/tetmesh/cut_mesh_surface.h>
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -90,6 +91,18 @@ public:
     /// bits of those that would have followed save. Throws FileError for what save cannot have written; then the
     /// simulation is of no use.
     void restoreFrom(const Archive& archive);
+    /// The same for a scene with other settings, as far as core/branch.h lets them differ: effects that the archive
+    /// does not know begin anew, energies are computed again. Throws InputError for a grip that would jump.
+    void branchFrom(const Archive& archive);
+    /// Takes over the state of a simulation of the same scene with voxels twice as wide, which has been restored from
+    /// `archive`: for one that has made no step. Positions and velocities are those of the wide lattice, cracks too.
+    void refineFrom(const Simulation& wide, const Archive& archive);
+    /// Of the bodies as they are now: rest positions, phi and fragments.
+    std::uint64_t bodiesHash() const;
+    struct Totals {
+        double volume = 0, elasticEnergy = 0, kineticEnergy = 0;  ///< m^3, J, J
+    };
+    Totals totals() const;
     /// Which nodes those of now were a frame ago; null unless output.motion asks for it.
     const Ancestry* ancestry() const { return ancestry_.get(); }
     double volume() const;  ///< m^3 of material
@@ -110,6 +123,9 @@ private:
     void holdAsleep();
     void wakeRecut(const Body& body, const tetmesh::CutUpdate& update);
     void clearAsleep(std::vector<double>& density) const;
+    void restoreBodies(const Archive& archive);
+    void restoreProgress(const Archive& archive);
+    void restoreEffects(const Archive& archive, const std::function<void(Persistent&)>& restore);
     void updateGrid(StepRecord& record);
     void recut(StepRecord& record, std::size_t body, const grid::PhiChanges& changes);
     void rebuild();
@@ -125,6 +141,7 @@ private:
     std::uint32_t nextFragment_ = 0;
     Stages stages_;
     std::vector<std::string> potentialNames_;  // of the effects that stages_.solve are of
+    std::vector<Effect*> persistentOwners_;    // the effects that stages_.persistent are of
     solver::State state_, saved_;              // now, and at the start of the step
     std::vector<std::uint8_t> asleep_;         // of each fragment, by its id; empty: nobody decides
     std::vector<double> density_;              // J/m^3, of all tets; kept for its memory

@@ -115,6 +115,12 @@ public:
     virtual FrameGrid take(const Body& body, const std::string& field) const = 0;
 };
 
+/// What a state on a finer lattice comes from.
+struct Refinement {
+    const Archive& archive;        ///< of the wide lattice
+    std::span<const Body> bodies;  ///< on it, as they were; voxels are twice as wide
+};
+
 /// Has something of its own that lives on from step to step: checkpoints keep it.
 class Persistent {
 public:
@@ -123,6 +129,8 @@ public:
     virtual void save(std::span<const Body> bodies, Archive& archive) const = 0;
     /// What save wrote for the same bodies. Throws FileError.
     virtual void restoreFrom(const Archive& archive, std::span<const Body> bodies) = 0;
+    /// The same for the same bodies with voxels half as wide.
+    virtual void refineFrom(const Refinement& wide, std::span<const Body> bodies) { restoreFrom(wide.archive, bodies); }
 };
 
 /// All that takes part in the steps of one simulation.
@@ -146,7 +154,8 @@ public:
     /// As the scene's table: names the columns of what it does to the energy.
     virtual std::string name() const = 0;
     virtual void join(Stages& stages) = 0;
-    /// Before the first step; `notes` as in Stages.
+    /// Before the first step, and again before the first of a branch of a run that did not have it; `notes` as in
+    /// Stages.
     virtual void start(std::span<const Body> /*bodies*/, std::vector<std::string>& /*notes*/) {}
 };
 

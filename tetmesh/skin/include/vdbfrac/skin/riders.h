@@ -1,4 +1,4 @@
-// Points of the drawn surface as sums over nodes of the body. Not installed.
+// Points near the material as sums over nodes of the body, each on its side of the cracks.
 #pragma once
 
 #include <vdbfrac/base/vec.h>
@@ -15,6 +15,10 @@ struct Rider {
     Vec3 X;        ///< m
     Coord anchor;  ///< voxel node on the side of the cracks that the point belongs to
 };
+
+/// What crackField takes for a body: nothing where its lattice is cut along phi's own nodes; other meshes have to be
+/// asked, and those whose tets stay whole. The arguments have to live as long.
+FragmentAt fragmentsAt(const tetmesh::BodyMesh& body, std::span<const std::uint32_t> fragmentOfNode);
 
 /// Each rider in a tet that has material at its anchor, or at the nearest node that no crack parts from it: the one it
 /// lies in, or nearest to. `fragment`: where it is given, a tet is of that of its anchor, by `fragmentOfNode`. Counts

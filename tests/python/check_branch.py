@@ -1,0 +1,123 @@
+"""Branches as a user meets them: a run goes on from a checkpoint of another, with other settings or on a finer lattice.
+
+Usage: check_branch.py PROGRAM SOURCE_FOLDER
+"""
+import csv
+import json
+import re
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+PROGRAM, SCENE = sys.argv[1], Path(sys.argv[2]) / "data/scenes/notched_block.toml"
+COARSE = ["--set", "grid.voxel_size=0.1"]
+LAST, AT = 16, 9
+failures = []
+
+
+def check(name, holds, told=""):
+    if not holds:
+        failures.append(f"{name}: {told}")
+
+
+def sim(folder, *arguments, code=0, texts=(), base=COARSE):
+    run = subprocess.run([PROGRAM, "sim", SCENE, "-o", folder, "-f", str(LAST), *base, *map(str, arguments)], capture_output=True, text=True, timeout=200)
+    said = run.stdout + run.stderr
+    check(" ".join(map(str, arguments)), run.returncode == code and all(t in said for t in texts), f"exit {run.returncode}, expected {code} and {texts} in:\n{said}")
+    return said
+
+
+def manifest(folder):
+    return json.loads((folder / "run.json").read_text())
+
+
+def states(folder):
+    return [f["state_hash"] for f in manifest(folder)["frames"]]
+
+
+def surfaces(folder):
+    return [w["xxh3"] for f in manifest(folder)["frames"] for w in f["files"] if w["path"].endswith(".obj")]
+
+
+def steps(folder):
+    with open(folder / "stats.csv", newline="") as file:
+        return [(r["step"], r["time_s"], r["elastic_J"], r["load_top_y_N"]) for r in csv.DictReader(file)]
+
+
+def is_whole(folder):
+    run = subprocess.run([PROGRAM, "info", folder, "--verify"], capture_output=True, text=True)
+    check(f"{folder.name} is whole", run.returncode == 0 and len(states(folder)) == LAST, run.stdout + run.stderr)
+
+
+with tempfile.TemporaryDirectory() as temporary:
+    top = Path(temporary)
+    run = top / "run"
+    sim(run, "--keep-checkpoints")
+    check("kept checkpoints", len(list(run.glob("ckpt/*.ckpt"))) == LAST, list(run.glob("ckpt/*")))
+    check("tears", len(manifest(run)["fragments"]) > 1, manifest(run)["fragments"])
+
+    # Nothing changed: the same to the bit, from anywhere.
+    for at in (2, AT):
+        same = top / f"same_{at}"
+        sim(same, "--branch", run, "--at", at, texts=["nothing is changed"])
+        is_whole(same)
+        check("same states", states(same) == states(run), at)
+        check("same surfaces", surfaces(same) == surfaces(run), at)
+        check("same steps", steps(same) == steps(run), at)
+        check("branches", manifest(same)["branches"] == [{"frame": at, "step": manifest(same)["branches"][0]["step"], "from": str(run), "changes": []}], manifest(same)["branches"])
+
+    # Other settings: told, kept in the manifest, the same up to the branch and another after it; killed, it goes on to the same.
+    tough = ["--set", "fracture.toughness=4000"]
+    branch = top / "tough"
+    sim(branch, "--branch", run, "--at", AT, *tough, texts=["fracture.toughness = 4000 (was 2500)"])
+    is_whole(branch)
+    check("branch", states(branch)[:AT] == states(run)[:AT] and states(branch)[AT] != states(run)[AT], states(branch))
+    check("manifest", [c for b in manifest(branch)["branches"] for c in b["changes"]] == [{"key": "fracture.toughness", "before": "2500", "after": "4000"}], manifest(branch)["branches"])
+    killed = top / "killed"
+    command = [PROGRAM, "sim", SCENE, "-o", killed, "-f", str(LAST), *COARSE, "--branch", run, "--at", str(AT), *tough, "--resume"]
+    begun = subprocess.Popen(command, stderr=subprocess.DEVNULL)
+    for _ in range(4000):
+        if (killed / f"obj/notched_block.{AT + 2:04}.obj").exists() or begun.poll() is not None:
+            break
+        time.sleep(.005)
+    begun.kill()
+    begun.wait()
+    check("the same command goes on", subprocess.run(command, capture_output=True).returncode == 0)
+    check("killed and gone on with", states(killed) == states(branch), "other states")
+    check("branched once", len(manifest(killed)["branches"]) == 1, manifest(killed)["branches"])
+
+    # In the folder itself: later frames and their checkpoints go.
+    sim(branch, f"--resume={AT - 2}", "--set", "fracture.toughness=2500", code=4, texts=["no whole checkpoint up to frame"])
+    sim(run, f"--resume={AT}", "--keep-checkpoints", *tough, texts=["fracture.toughness = 4000 (was 2500)"])
+    is_whole(run)
+    check("in its own folder", states(run) == states(branch), "other states")
+    check("no checkpoint of what was dropped", len(list(run.glob("ckpt/*.ckpt"))) == LAST, list(run.glob("ckpt/*")))
+    sim(run, "--resume", code=2, texts=["the scene is not that of the run", "--resume=FRAME"])
+
+    # A finer lattice.
+    fine = top / "fine"
+    said = sim(fine, "--branch", run, "--at", AT, base=["--set", "grid.voxel_size=0.05", *tough], texts=["grid.voxel_size = 0.05 (was 0.1)"])
+    is_whole(fine)
+    told = re.search(r"volume \S+ m\^3, was \S+ \((\S+) %\); elastic energy \S+ J, was \S+ \((\S+) %\)", said)
+    check("jumps are told", told and abs(float(told[1])) < 1 and abs(float(told[2])) < 10, said)
+    check("finer frames", states(fine)[:AT] == states(run)[:AT], "not the frames of the run")
+
+    # What has to stay is named, all of it, and nothing is written over.
+    before = states(run)
+    sim(top / "refused", "--branch", run, "--set", "time.fps=25", "--set", "body.0.velocity=[0,1,0]", code=2, texts=["time.fps = 25", "body.0.velocity", "cannot change in a branch"])
+    sim(top / "jump", "--branch", run, "--at", AT, *tough, "--set", "grip.top.move.velocity=[0,0.9,0]", code=2, texts=["would jump by", "half a cell", "keys that pass through"])
+    sim(top / "other", "--branch", top / "none", code=4, texts=["none"])
+    sim(run, "--branch", run, code=4, texts=["is not empty"])
+    sim(top / "alone", "--at", AT, code=2)
+    check("nothing changed", states(run) == before)
+
+    # Each run of a wedge branches.
+    wedge = top / "wedge"
+    made = subprocess.run([PROGRAM, "wedge", SCENE, "--local", "-o", wedge, *COARSE, "--set", f"time.frames=[1, {LAST}]", "--vary", "fracture.toughness=4000,6000", f"--sim=--branch={run}", f"--sim=--at={AT}"], capture_output=True, text=True)
+    check("wedge", made.returncode == 0, made.stdout + made.stderr)
+    check("wedge", states(wedge / "0000") == states(branch) and states(wedge / "0001")[:AT] == states(branch)[:AT], "other states")
+
+print("\n".join(failures) or "branches are as they should be")
+sys.exit(1 if failures else 0)

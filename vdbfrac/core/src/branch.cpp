@@ -1,0 +1,60 @@
+#include <vdbfrac/core/branch.h>
+
+#include <vdbfrac/base/error.h>
+
+#include <cmath>
+#include <cstdlib>
+
+namespace vdbfrac::core {
+
+namespace {
+
+constexpr const char* kVoxelSize = "grid.voxel_size";
+
+bool isHalved(const scene::Change& change)
+{
+    constexpr double kSame = 1e-9;
+    const double before = std::strtod(change.before.c_str(), nullptr),
+                 after = std::strtod(change.after.c_str(), nullptr);
+    return after > 0 && std::abs(before / after - 2) < kSame;
+}
+
+/// Why a key has to stay; empty: it may change.
+std::string reasonToStay(const scene::Change& change)
+{
+    const std::string& key = change.key;
+    if (key.starts_with("body."))
+        return key.ends_with(".material") ? "" : "a branch goes on with the bodies that there are";
+    if (key.starts_with("grip."))
+        return key.ends_with(".move") ? ""
+                                      : "a branch goes on with the grips that there are; only their move may change";
+    if (key == kVoxelSize) return isHalved(change) ? "" : "voxels may become half as wide, no other size";
+    if (key.starts_with("grid.")) return "a branch goes on with the lattice, or with half its voxel_size";
+    if (key == "time.frames" || key == "time.fps") return "the first frame and the time of frames are those of the run";
+    if (key == "output.motion") return "it follows nodes from the first frame on";
+    if (key == "name" || key == "version") return "files bear the name of the scene";
+    return "";
+}
+
+}  // namespace
+
+Branch branchBetween(const std::string& before, const std::string& after)
+{
+    Branch branch{scene::changesBetween(before, after)};
+    std::vector<InputError::Detail> refused;
+    for (const scene::Change& change : branch.changes) {
+        if (const std::string reason = reasonToStay(change); !reason.empty())
+            refused.push_back({change.key, changeText(change) + " cannot change in a branch: " + reason, "", ""});
+        branch.isFiner = branch.isFiner || change.key == kVoxelSize;
+    }
+    if (!refused.empty()) throw InputError(refused);
+    return branch;
+}
+
+std::string changeText(const scene::Change& change)
+{
+    const auto value = [](const std::string& text) { return text.empty() ? std::string("not there") : text; };
+    return change.key + " = " + value(change.after) + " (was " + value(change.before) + ")";
+}
+
+}  // namespace vdbfrac::core
