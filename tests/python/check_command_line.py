@@ -89,8 +89,8 @@ with tempfile.TemporaryDirectory() as temporary:
     expect("all errors at once", ["check", bad], 2, "bad.toml:", "did you mean", "voxel_size", "poisson_ratio", "0.5")
     expect("missing file", ["check", folder / "none.toml"], 4, "none.toml")
     expect("no output folder", ["sim", good], 2, "-o")
-    expect("plan", ["sim", good, "-n"], 0, "solve", "fracture", "gravity", "off", "no [gravity] in the scene")
-    expect("plan needs no folder and writes none", ["sim", good, "-n", "-o", out], 0)
+    expect("plan", ["sim", good, "-n", "--measure", "0"], 0, "solve", "fracture", "gravity", "off", "no [gravity] in the scene")
+    expect("plan needs no folder and writes none", ["sim", good, "-n", "--measure", "0", "-o", out], 0)
     if out.exists():
         failures.append("a plan wrote files")
 
@@ -237,16 +237,16 @@ with tempfile.TemporaryDirectory() as temporary:
     # Numbers that make no sense, and words that are no command.
     said = expect("unknown command", ["simulate", good], 2, "no command 'simulate'", "sim", "check", "relevel", "preview")
     for threads in -3, 1025:
-        said = expect("threads out of range", ["sim", good, "-n", "-j", threads], 2, "0 to 1024", str(threads))
+        said = expect("threads out of range", ["sim", good, "-n", "--measure", "0", "-j", threads], 2, "0 to 1024", str(threads))
         if len(said) > 200:
             failures.append(f"-j {threads} is answered by {len(said)} characters")
     for amount in "nan", "inf", "1e12", "-1", "0":
-        expect(f"--max-memory {amount}", ["sim", good, "-n", "--max-memory", amount], 2, "--max-memory")
+        expect(f"--max-memory {amount}", ["sim", good, "-n", "--measure", "0", "--max-memory", amount], 2, "--max-memory")
     for frames in "1-10000000", "10000000", "99999999999999999999":
-        expect(f"frames {frames}", ["sim", good, "-n", "-f", frames], 2, "--frames", "999999")
+        expect(f"frames {frames}", ["sim", good, "-n", "--measure", "0", "-f", frames], 2, "--frames", "999999")
 
     # A standard output that takes nothing.
-    for arguments in ["scene", "--defaults"], ["check", good], ["--help"], ["sim", good, "-n"]:
+    for arguments in ["scene", "--defaults"], ["check", good], ["--help"], ["sim", good, "-n", "--measure", "0"]:
         with open("/dev/full", "w") as full:
             expect(f"{arguments} into a full disk", arguments, 4, "standard output", "No space left", stdout=full)
 
@@ -317,7 +317,7 @@ with tempfile.TemporaryDirectory() as temporary:
         runs = []
         for env in {**os.environ, "LC_ALL": "C"}, commas:
             run = folder / f"locale_{env['LC_ALL']}"
-            plan = expect("plan in a locale", ["sim", good, *quick, "-n"], 0, env=env)
+            plan = expect("plan in a locale", ["sim", good, *quick, "-n", "--measure", "0"], 0, env=env)
             expect("run in a locale", ["sim", good, "-o", run, *quick, "-f", "3", "-q", "--time-limit", "1.5h"], 0, env=env)
             if not (run / "stats.csv").exists():
                 continue  # told above

@@ -108,7 +108,7 @@ class Obj:
                 material = rest
             elif key == "f":
                 corners = [c.split("/") for c in rest.split()]
-                self.faces.append(([int(c[0]) - 1 for c in corners], [int(c[1]) - 1 for c in corners if len(c) > 1], obj, group, material))
+                self.faces.append(([int(c[0]) - 1 for c in corners], [int(c[1]) - 1 for c in corners if len(c) > 1 and c[1]], obj, group, material))
         self.points = np.array(self.points)
 
     def open_edges(self):
@@ -171,7 +171,7 @@ def check_embedded(folder, run, last):
     (folder / "ply").mkdir()
     vdbfrac("embed", run, "-o", folder / "ply/e.####.ply")
     for frame in (1, FRAMES):
-        points, velocities, rest = read_ply(folder / f"ply/e.{frame:04}.ply")
+        points, velocities, rest, *_ = read_ply(folder / f"ply/e.{frame:04}.ply")
         check(f".ply of frame {frame}", np.abs(points - positions[frame - 1]).max() < 1e-6)
         check(f"rest of frame {frame}", np.abs(rest - positions[0]).max() < 1e-6)
     check("velocities are those of the grips", abs(np.median(velocities[points[:, 0] > 0.6][:, 0]) - 0.4) < 0.05)
@@ -195,9 +195,42 @@ def edge_counts(mesh):
 def read_ply(path):
     data = path.read_bytes()
     head, body = data.split(b"end_header\n", 1)
-    count = int(head.split(b"element vertex ")[1].split()[0])
-    values = np.frombuffer(body, "<f4", count * 9).reshape(count, 9)
-    return values[:, :3], values[:, 3:6], values[:, 6:]
+    count, width = int(head.split(b"element vertex ")[1].split()[0]), head.count(b"property float")
+    values = np.frombuffer(body, "<f4", count * width).reshape(count, width)
+    return values[:, :3], values[:, 3:6], values[:, 6:9], *values[:, 9:].T
+
+
+def check_ply(folder):
+    """Frames as .ply: the points of the .obj, and values of them. A bar pulled evenly has e^2 E / 2 everywhere."""
+    bar = folder / "bar.toml"
+    bar.write_text("""version = 1
+name = "bar"
+[time]
+frames = [1, 3]
+fps = 10
+[grid]
+voxel_size = 0.1
+[[body]]
+name = "b"
+shape = { box = { size = [0.4, 1, 0.4] } }
+material = "m"
+[material.m]
+youngs_modulus = 1e5
+poisson_ratio = 0
+density = 1
+[solver]
+integrator = "static"
+[output]
+vdb = ["phi", "energy"]
+ply = true
+""" + "".join(f'[[grip]]\nbody = "b"\nregion = {{ halfspace = {{ normal = [0, {s}1, 0], offset = {o} }} }}\nmove = {{ velocity = [0, {s}0.1, 0] }}\n' for s, o in (("", 0.45), ("-", 0.45))))
+    vdbfrac("sim", bar, "-o", folder / "bar", "-q", "--set", "time.substeps=1")
+    points, velocities, rest, energy = read_ply(folder / "bar/ply/bar.0003.ply")
+    drawn = Obj(folder / "bar/obj/bar.0003.obj")
+    check(".ply has the points of the .obj", points.shape == drawn.points.shape and np.abs(points - drawn.points).max() < 1e-6)
+    check("rest is the first frame", np.abs(rest - Obj(folder / "bar/obj/bar.0001.obj").points).max() < 1e-6)
+    strain = 2 * 0.1 * 2 / 10 / 1.0
+    check("energy of points is that of the strain", np.abs(energy / (0.5e5 * strain**2) - 1).max() < 0.01, (energy.min(), energy.max()))
 
 
 def main(folder):
@@ -212,6 +245,7 @@ def main(folder):
     check("textures are found from anywhere", f"map_Kd -s 2 2 1 {folder}/weave.png\n" in materials, materials)
     check_first_frame(Obj(folder / "block.obj"), Obj(run / "obj/block.0001.obj"))
     last = check_frames(run, folder / "block.obj")
+    check_ply(folder)
     check_embedded(folder, run, last)
 
     vdbfrac("embed", run, folder / "fine.obj", "-o", folder / "fine_out.obj")
@@ -225,7 +259,7 @@ def main(folder):
     check("embedded alike after a resume", (folder / "half.mdd").read_bytes() == (folder / "e.mdd").read_bytes())
     check("drawn alike after a resume", (half / f"obj/block.{FRAMES:04}.obj").read_bytes() == (run / f"obj/block.{FRAMES:04}.obj").read_bytes())
     bare = folder / "bare"
-    said = vdbfrac("sim", folder / "s.toml", "-o", bare, "-j", 1, "--set", "output.obj=false", "--set", "output.motion=false", "--set", 'output.vdb=["phi"]')
+    said = vdbfrac("sim", folder / "s.toml", "-o", bare, "-j", 1, "--set", "output.obj=false", "--set", "output.ply=false", "--set", "output.motion=false", "--set", 'output.vdb=["phi"]')
     hashes = [[f["state_hash"] for f in json.loads((r / "run.json").read_text())["frames"]] for r in (run, bare)]
     check("the state does not know what is drawn", hashes[0] == hashes[1])
     check("what is not drawn is no work", "\ndraw " not in said)

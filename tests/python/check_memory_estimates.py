@@ -44,7 +44,7 @@ with tempfile.TemporaryDirectory() as temporary:
         scene = top / f"{name}.toml".replace(" ", "_")
         scene.write_text(text)
         sets = [part for s in settings for part in ("--set", s)]
-        plan = run(scene, "-n", *sets)
+        plan = run(scene, "-n", "--measure", 0, *sets)
         foretold = float(re.search(r"memory: about ([\d.]+) GiB", plan.stdout)[1])
         fixed = [] if any("substeps" in s for s in settings) else ["--set", "time.substeps=2"]
         done = run(scene, "-o", top / "out", "--overwrite", "-f", 2, "-j", 2, "--progress", "none", *sets, *fixed)
@@ -63,7 +63,7 @@ with tempfile.TemporaryDirectory() as temporary:
 
     scene = top / "block.toml"
     for voxel in 1e-3, 1e-4, 2e-5:
-        said = run(scene, "-n", "-j", 2, "--max-memory", 3, "--set", f"grid.voxel_size={voxel}", before=little)
+        said = run(scene, "-n", "--measure", 0, "-j", 2, "--max-memory", 3, "--set", f"grid.voxel_size={voxel}", before=little)
         if said.returncode != 5 or "--max-memory" not in said.stderr or "memory: about" not in said.stdout:
             failures.append(f"voxel {voxel}: exit {said.returncode}: {said.stdout + said.stderr}")
     refused = run(scene, "-o", top / "none", "--max-memory", 0.5, "--set", "grid.voxel_size=0.003")

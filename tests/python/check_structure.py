@@ -25,13 +25,14 @@ LIBRARIES = {
     "lab/machine": ("tools/lab/machine", ["base"]),
     "lab/samples": ("tools/lab/samples", ["solver"]),
     "lab/scenes": ("tools/lab/scenes", ["effects"]),
+    "lab/forecast": ("tools/lab/forecast", ["lab/machine", "lab/scenes"]),
     "lab/study": ("tools/lab/study", ["lab/machine", "lab/scenes"]),
     "lab/verify": ("tools/lab/verify", ["lab/machine", "lab/samples", "lab/scenes"]),
     "lab/bench": ("tools/lab/bench", ["lab/machine", "lab/samples", "lab/scenes"]),
     "pictures": ("tools/pictures", ["tetmesh"]),
     "report": ("tools/report", ["tetmesh"]),
     "farm": ("tools/farm", ["lab/study"]),
-    "cli": ("tools/cli", ["farm", "lab/bench", "lab/study", "lab/verify", "repair", "report", "pictures"]),
+    "cli": ("tools/cli", ["farm", "lab/bench", "lab/forecast", "lab/study", "lab/verify", "repair", "report", "pictures"]),
 }
 # Of the command line, tests link what reads lists of frames; all else they reach through the program.
 TESTS_OF_CLI = {"tests/unit/drawn_colliders_test.cpp", "tests/unit/frame_list_test.cpp"}

@@ -207,38 +207,4 @@ void writeUsda(const std::filesystem::path& file, const UsdScene& scene, std::sp
     });
 }
 
-void writePlyFrame(const std::filesystem::path& file, std::span<const DrawnTopology* const> bodies,
-                   std::span<const CacheFrame> frame)
-{
-    constexpr auto kLittle = std::endian::little;
-    std::size_t points = 0, faces = 0;
-    for (const CacheFrame& body : frame) points += body.points.size();
-    for (const DrawnTopology* body : bodies) faces += body->mesh.faces();
-    TextWriter out;
-    out << "ply\nformat binary_little_endian 1.0\nelement vertex " << points << "\n";
-    for (const char* name : {"x", "y", "z", "vx", "vy", "vz", "rest_x", "rest_y", "rest_z"})
-        out << "property float " << name << "\n";
-    out << "element face " << faces
-        << "\nproperty list uchar int vertex_indices\nproperty int fragment\nproperty uchar torn\nend_header\n";
-    for (std::size_t b = 0; b < bodies.size(); ++b) {
-        const std::vector<std::uint32_t> used = usedPoints(bodies[b]->mesh);
-        for (std::size_t i = 0; i < used.size(); ++i)
-            for (const Vec3* v : {&frame[b].points[i], &frame[b].velocities[i], &bodies[b]->mesh.points[used[i]]})
-                for (int k = 0; k < 3; ++k) out.bytes<kLittle>(float((*v)[k]));
-    }
-    std::int32_t first = 0;
-    for (std::size_t b = 0; b < bodies.size(); ++b) {
-        const RenderMesh& mesh = bodies[b]->mesh;
-        const std::vector<std::uint32_t> number = numbersOf(mesh);
-        for (std::size_t f = 0; f < mesh.faces(); ++f) {
-            out.bytes<kLittle>(std::uint8_t(mesh.face(f).size()));
-            for (const RenderMesh::Corner& c : mesh.face(f)) out.bytes<kLittle>(first + std::int32_t(number[c.point]));
-            out.bytes<kLittle>(std::int32_t(bodies[b]->fragment[f]));
-            out.bytes<kLittle>(bodies[b]->torn[f]);
-        }
-        first += std::int32_t(frame[b].points.size());
-    }
-    writeText(file, out.text());
-}
-
 }  // namespace vdbfrac::tetmesh

@@ -139,9 +139,6 @@ std::uint32_t fragmentOf(const std::string& name, const std::string& file)
 
 }  // namespace
 
-namespace {
-
-/// Faces by fragment, each fragment's in their order.
 std::vector<std::vector<std::uint32_t>> facesOfFragments(const DrawnTopology& drawn)
 {
     assert(drawn.fragment.size() == drawn.mesh.faces() && drawn.torn.size() == drawn.mesh.faces());
@@ -156,6 +153,8 @@ std::vector<std::vector<std::uint32_t>> facesOfFragments(const DrawnTopology& dr
     }
     return all;
 }
+
+namespace {
 
 /// Writes bodies one after the other: what add(writer, text, drawn) makes of each.
 template <class Add>

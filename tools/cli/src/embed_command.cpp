@@ -163,16 +163,22 @@ private:
         for (const core::Body& body : last_.prepared.simulation.bodies()) count.push_back(body.mesh->nodeCount());
         return count;
     }
+    core::DrawnFrame drawnFrame(std::size_t f) const
+    {
+        core::DrawnFrame all;
+        const std::vector<Motion::State> states = motion_.states(f);
+        for (std::size_t b = 0; b < used_.size(); ++b) all.push_back(last_.drawing.body(b, states[b].x, states[b].v));
+        return all;
+    }
     std::vector<tetmesh::CacheFrame> frame(std::size_t f) const
     {
         std::vector<tetmesh::CacheFrame> all;
-        const std::vector<Motion::State> states = motion_.states(f);
+        const core::DrawnFrame drawn = drawnFrame(f);
         for (std::size_t b = 0; b < used_.size(); ++b) {
-            const core::DrawnBody body = last_.drawing.body(b, states[b].x, states[b].v);
             tetmesh::CacheFrame& one = all.emplace_back();
             for (std::uint32_t p : used_[b]) {
-                one.points.push_back(body.points[p]);
-                one.velocities.push_back(body.velocity[p]);
+                one.points.push_back(drawn[b].points[p]);
+                one.velocities.push_back(drawn[b].velocity[p]);
             }
         }
         return all;
@@ -213,7 +219,8 @@ private:
                 {options_.out, "is one name for all frames", "a place for the frame, as in name.####.ply", ""});
         for (std::size_t f = 0; f < motion_.frames(); ++f) {
             const fs::path out = frameName(options_.out, last_.prepared.scene.time.firstFrame + int(f));
-            tetmesh::writePlyFrame(out, topology_, frame(f));
+            const core::DrawnFrame drawn = drawnFrame(f);
+            tetmesh::writePlyFrame(out, core::plyBodies(drawn), tetmesh::PlyOrder::asGiven);
             std::printf("%s\n", out.c_str());
         }
         return kDone;

@@ -3,6 +3,7 @@
 #include "progress.h"
 
 #include <vdbfrac/effects/effects.h>
+#include <vdbfrac/grid/phi_sampler.h>
 #include <vdbfrac/lab/machine/memory.h>
 
 #include <fmt/format.h>
@@ -66,23 +67,54 @@ std::string shortcomings(const std::vector<core::StepRecord>& steps, const Ledge
     return text;
 }
 
+std::string pointText(const Vec3& p) { return fmt::format("({:.4g}, {:.4g}, {:.4g})", p.x(), p.y(), p.z()); }
+
+Bounds boundsOf(const core::Body& body)
+{
+    const std::vector<Vec3> rest = tetmesh::restPositions(*body.mesh);
+    Bounds bounds{Vec3::Constant(INFINITY), Vec3::Constant(-INFINITY)};
+    for (const tetmesh::EmbeddedPoint& p : body.mesh->surface().points) {
+        const Vec3 X = p.at(rest);
+        bounds.lower = bounds.lower.cwiseMin(X), bounds.upper = bounds.upper.cwiseMax(X);
+    }
+    return bounds;
+}
+
 std::string bodyTexts(const core::Simulation& simulation)
 {
     std::string text;
-    for (const core::Body& body : simulation.bodies())
-        text +=
-            fmt::format("  body '{}': {:.4g} m^3, {} elements, {} nodes, {} voxels in the band, {} {}\n", body.name,
-                        body.startVolume, body.mesh->elements().size(), body.mesh->nodeCount(), body.phi.activeVoxels(),
-                        body.fragments.alive(), body.fragments.alive() == 1 ? "fragment" : "fragments");
+    for (const core::Body& body : simulation.bodies()) {
+        const Bounds bounds = boundsOf(body);
+        text += fmt::format(
+            "  body '{}': {:.4g} m^3, {} elements, {} nodes, {} voxels in the band, {} {}\n    from {} to {} m\n",
+            body.name, body.startVolume, body.mesh->elements().size(), body.mesh->nodeCount(), body.phi.activeVoxels(),
+            body.fragments.alive(), body.fragments.alive() == 1 ? "fragment" : "fragments", pointText(bounds.lower),
+            pointText(bounds.upper));
+    }
+    return text;
+}
+
+std::string gripTexts(const scene::Scene& scene, const core::Simulation* simulation)
+{
+    std::string text;
+    for (std::size_t g = 0; g < scene.grips.size(); ++g) {
+        text += fmt::format("  grip '{}' on '{}'", scene.grips[g].name, scene.grips[g].body);
+        if (simulation) text += fmt::format(": {} nodes", simulation->gripNodes(g).size());
+        text += "\n";
+    }
     return text;
 }
 
 std::string bodyTexts(const core::SceneEstimate& estimate)
 {
     std::string text;
-    for (const core::BodyEstimate& e : estimate.bodies)
-        text += fmt::format("  body '{}': {:.4g} m^3, about {} nodes and {} tets\n", e.body->name, e.volume,
-                            amount(std::int64_t(e.nodes)), amount(std::int64_t(e.tets)));
+    for (const core::BodyEstimate& e : estimate.bodies) {
+        const Bounds box = grid::materialBox(e.outline);
+        const Vec3 wider = Vec3::Constant(1.5 * e.outline.voxelSize());  // from the last voxels inside to the surface
+        text += fmt::format("  body '{}': {:.4g} m^3, about {} nodes and {} tets\n    from {} to {} m\n", e.body->name,
+                            e.volume, amount(std::int64_t(e.nodes)), amount(std::int64_t(e.tets)),
+                            pointText(box.lower + wider), pointText(box.upper - wider));
+    }
     return text;
 }
 
@@ -103,6 +135,7 @@ std::string planText(const scene::Scene& scene, const core::SceneEstimate& estim
                                    scene.time.firstFrame, scene.time.lastFrame, scene.time.fps,
                                    scene.time.substeps > 0 ? std::to_string(scene.time.substeps) : std::string("auto"));
     text += simulation ? bodyTexts(*simulation) : bodyTexts(estimate);
+    text += gripTexts(scene, simulation);
     text += fmt::format("memory: about {:.2f} GiB\n", estimate.bytes / lab::kGiB);
     text += "stages:\n  cut           on   elements from phi\n";
     text += fmt::format("  solve         on   {}elasticity, {}\n",

@@ -1,5 +1,6 @@
 // vdbfrac sim: a scene in, frames out.
 #include "accuracy.h"
+#include "forecast_text.h"
 #include "options.h"
 #include "progress.h"
 #include "report_files.h"
@@ -39,7 +40,8 @@ struct SimOptions {
     std::vector<std::string> set;
     bool overwrite = false, plan = false, strict = false, report = false, keepCheckpoints = false;
     int threads = 0, checkpointEvery = 1;
-    double maxMemory = 0;  // GiB; 0: 80 % of what is available
+    double maxMemory = 0;    // GiB; 0: 80 % of what is available
+    double measureFor = 10;  // s
 };
 
 /// "A-B" or "B" (from the scene's first frame).
@@ -271,7 +273,17 @@ int plan(const SimOptions& options, const scene::Scene& scene, const core::Scene
     const bool quick = estimate.tets <= kQuick && scene.grid.lattice != scene::LatticeKind::delaunay;
     if (fits && quick) prepared.emplace(scene, limit);
     std::fputs(planText(scene, estimate, prepared ? &prepared->simulation : nullptr).c_str(), stdout);
+    std::fputs(filesText(scene).c_str(), stdout);
     core::requireMemory(estimate, limit);
+    if (options.measureFor == 0) return kDone;
+    std::fflush(stdout);  // the rest takes a while
+    prepared.reset();
+    const lab::ForecastSettings how{options.measureFor, limit, options.keepCheckpoints};
+    try {
+        std::fputs(forecastText(scene, lab::forecast(scene, estimate, how)).c_str(), stdout);
+    } catch (const Error& e) {
+        std::printf("time: not known: %s\n", e.what());
+    }
     return kDone;
 }
 
@@ -330,7 +342,14 @@ Action addSim(CLI::App& app)
          "Make voxels, time steps and tolerance coarser or finer than the scene says, and say what to expect of it")
         ->check(CLI::IsMember(accuracyLevels()));
     auto* plan = c->add_flag("-n,--plan", o->plan,
-                             "Only say what would run: sizes, memory, the stages and why the others are off");
+                             "Only say what would run: sizes, memory, the stages and why the others are off, files; "
+                             "then time and disk, measured on this machine");
+    c->add_option("--measure", o->measureFor,
+                  "With --plan: how long time and disk are measured for, about; 0: not at all")
+        ->check(CLI::Range(0., 3600.))
+        ->type_name("SECONDS")
+        ->needs(plan)
+        ->capture_default_str();
     c->add_flag("--report", o->report, "Keep a page on the run in DIR/report.html, also while it goes on");
     c->add_flag("--strict", o->strict, "Exit with 3 when a step did not converge");
     addMaxMemory(*c, o->maxMemory, "the run");

@@ -135,6 +135,16 @@ bool isBeside(const TouchingSurface& surface, std::size_t sample, const Targets:
 
 }  // namespace
 
+std::vector<Vec3> ahead(std::span<const Vec3> x, std::span<const Vec3> v, double dt, double farthest)
+{
+    std::vector<Vec3> there(x.begin(), x.end());
+    for (std::size_t i = 0; std::isfinite(dt) && i < there.size(); ++i) {
+        const Vec3 way = dt * v[i];
+        there[i] += std::min(1., farthest / std::max(way.norm(), farthest * 1e-9)) * way;
+    }
+    return there;
+}
+
 void Targets::set(std::span<const core::Body> bodies, double depth)
 {
     target_.clear(), inside_.clear(), group_.clear();

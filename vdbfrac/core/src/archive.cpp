@@ -69,6 +69,13 @@ std::string Archive::directory() const
     return list.dump();
 }
 
+std::size_t Archive::byteCount() const
+{
+    std::size_t sum = 0;
+    for (const Array& array : arrays_) sum += array.bytes.size();
+    return sum;
+}
+
 std::uint64_t Archive::checksum() const
 {
     const std::string head = directory();

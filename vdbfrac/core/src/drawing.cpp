@@ -129,6 +129,13 @@ DrawnFrame Drawing::frame(const Simulation& simulation) const
     return frame;
 }
 
+std::vector<tetmesh::PlyBody> plyBodies(const DrawnFrame& frame)
+{
+    std::vector<tetmesh::PlyBody> bodies;
+    for (const DrawnBody& body : frame) bodies.push_back({*body.topology, body.points, body.velocity, {}});
+    return bodies;
+}
+
 MovingSurface movingSurface(const DrawnFrame& frame)
 {
     MovingSurface all;

@@ -115,7 +115,7 @@ RunState runState(const Simulation& simulation)
 
 bool isDrawn(const scene::Output& output)
 {
-    return output.obj || std::any_of(output.vdb.begin(), output.vdb.end(), worldField);
+    return output.obj || output.ply || std::any_of(output.vdb.begin(), output.vdb.end(), worldField);
 }
 
 Archive motionOf(const Simulation& simulation)
@@ -144,10 +144,13 @@ FrameData takeFrame(const Simulation& simulation, const scene::Scene& scene, int
             continue;
         }
         withSource(name, simulation.stages(), [&](const FrameSource& source, const FrameSource::Field& field) {
+            std::vector<std::size_t> ofBodies;
             for (const Body& body : simulation.bodies()) {
+                ofBodies.push_back(data.grids.size());
                 data.grids.push_back(restGrid(source, field, body, data.levelSets));
                 if (simulation.bodies().size() > 1) data.grids.back().name += "_" + body.name;
             }
+            if (!data.grids.back().levelSet) data.restValues.emplace_back(name, std::move(ofBodies));
         });
     }
     if (simulation.ancestry()) data.motion = motionOf(simulation);
@@ -199,6 +202,22 @@ void RunFolder::Writer::writeVdb(FrameData& data)
     note(data.record, relative);
 }
 
+/// With the values of what the .vdb has at rest.
+void RunFolder::Writer::writePly(FrameData& data)
+{
+    std::vector<tetmesh::PlyBody> bodies = plyBodies(data.drawn);
+    std::vector<std::string> names;
+    for (const auto& [name, grids] : data.restValues) {
+        names.push_back(name);
+        for (std::size_t b = 0; b < bodies.size(); ++b)
+            bodies[b].values.push_back(
+                grid::sample(data.grids[grids[b]].values, scene_.grid.voxelSize, bodies[b].topology.mesh.points));
+    }
+    const std::string relative = sequenceName("ply", data.record.frame, "ply");
+    tetmesh::writePlyFrame(folder_ / relative, bodies, tetmesh::PlyOrder::byFragment, names);
+    note(data.record, relative);
+}
+
 void RunFolder::Writer::write(FrameData& data)
 {
     if (!scene_.output.vdb.empty()) writeVdb(data);
@@ -209,6 +228,7 @@ void RunFolder::Writer::write(FrameData& data)
         tetmesh::writeObjFrame(folder_ / relative, parts, scene_.name + ".mtl");
         note(data.record, relative);
     }
+    if (scene_.output.ply) writePly(data);
     if (scene_.output.motion) {
         const std::string relative = sequenceName("motion", data.record.frame, "motion");
         data.motion.write(folder_ / relative);

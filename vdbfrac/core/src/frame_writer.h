@@ -38,8 +38,9 @@ struct FrameData {
     std::vector<StepRecord> steps;        // since the frame before
     std::list<grid::LevelSet> levelSets;  // what `grids` point to
     std::vector<grid::NamedGrid> grids;   // in the order of the file; those in world space are still empty
-    DrawnFrame drawn;                     // when something is made of it
-    Archive motion;                       // of all nodes, when it is asked for
+    std::vector<std::pair<std::string, std::vector<std::size_t>>> restValues;  // fields at rest: the grid of each body
+    DrawnFrame drawn;                                                          // when something is made of it
+    Archive motion;                                                            // of all nodes, when it is asked for
     RunState state;
 };
 FrameData takeFrame(const Simulation& simulation, const scene::Scene& scene, int frame);
@@ -78,6 +79,7 @@ private:
 
     std::string sequenceName(const char* kind, int frame, const char* extension) const;
     void writeVdb(FrameData& data);
+    void writePly(FrameData& data);
     void note(FrameRecord& record, const std::string& relative);
     void writeManifest(const RunState& state, const std::string& status) const;
     void addSteps(const std::vector<StepRecord>& steps) { steps_.insert(steps_.end(), steps.begin(), steps.end()); }

@@ -33,6 +33,7 @@ std::vector<std::string> runFiles(const std::string& name)
             "vdb/" + name + ".####.vdb",
             "obj/" + name + ".####.obj",
             "obj/" + name + ".mtl",
+            "ply/" + name + ".####.ply",
             "motion/" + name + ".####.motion",
             "preview/" + name + ".####.png",
             "preview/turn.####.png",

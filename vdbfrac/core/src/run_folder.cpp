@@ -65,7 +65,7 @@ FolderLock prepare(const fs::path& folder, const scene::Scene& scene, ExistingRu
         std::erase_if(inputs, [&](const fs::path& file) { return fs::equivalent(file, own, error); });
     requireApart(folder, before, inputs, existing == ExistingRun::keep ? "write over" : "remove");
     requireApart(folder, runFiles(scene.name), inputs, "write over");
-    for (const char* place : {"", kCheckpointFolder, "vdb", "obj", "motion"}) removeTemporaries(folder / place);
+    for (const char* place : {"", kCheckpointFolder, "vdb", "obj", "ply", "motion"}) removeTemporaries(folder / place);
     if (existing == ExistingRun::replace) removeRunFiles(folder, before);
     return lock;
 }
@@ -112,6 +112,7 @@ RunFolder::RunFolder(fs::path folder, const scene::Scene& scene, const Simulatio
     // From here on the folder is known to hold a run.
     if (!fs::exists(folder_ / kManifest)) writer_->writeFirstManifest();
     if (!scene.output.vdb.empty()) fs::create_directory(folder_ / "vdb");
+    if (scene.output.ply) fs::create_directory(folder_ / "ply");
     if (scene.output.motion) fs::create_directory(folder_ / "motion");
     if (isDrawn(scene.output)) drawing_ = std::make_unique<Drawing>(scene, simulation);
     if (scene.output.obj) {

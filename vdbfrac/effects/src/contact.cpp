@@ -83,7 +83,6 @@ public:
         bodies_ = bodies;
         surface_.start(bodies, gap_ * dx_);
         surface_.bury(kDepth * dx_);
-        forget();
     }
 
     void begin(const solver::StepStart& start) override;
@@ -96,11 +95,7 @@ public:
     bool cutsBack() const override { return true; }
     void report(Ledger& work, std::map<std::string, double>& measured) override;
 
-    void recut(const core::Body& body, const tetmesh::CutUpdate&) override
-    {
-        surface_.recut(body);
-        forget();
-    }
+    void recut(const core::Body& body, const tetmesh::CutUpdate&) override { surface_.recut(body), forget(); }
     void save(std::span<const core::Body>, core::Archive& archive) const override
     {
         surface_.save("contact", archive);
@@ -108,13 +103,11 @@ public:
     }
     void restoreFrom(const core::Archive& archive, std::span<const core::Body>) override
     {
-        surface_.restoreFrom("contact", archive);
-        restoreStep(archive);
+        surface_.restoreFrom("contact", archive), restoreStep(archive);
     }
     void refineFrom(const core::Refinement& wide, std::span<const core::Body>) override
     {
-        surface_.refineFrom("contact", wide);
-        restoreStep(wide.archive);
+        surface_.refineFrom("contact", wide), restoreStep(wide.archive);
     }
     std::size_t bytes() const override { return surface_.bytes() + targets_.bytes() + near_.bytes(); }
 
@@ -253,11 +246,7 @@ void Contact::look(std::span<const Vec3> x, std::span<const Vec3> v, double dt)
 {
     constexpr double kFarthest = 8;  // cells that a node is followed in a step
     settle();
-    ahead_.assign(x.begin(), x.end());
-    for (std::size_t i = 0; std::isfinite(dt) && i < ahead_.size(); ++i) {
-        const Vec3 way = dt * v[i];
-        ahead_[i] += std::min(1., kFarthest * h_ / std::max(way.norm(), h_ * 1e-9)) * way;
-    }
+    ahead_ = contact::ahead(x, v, dt, kFarthest * h_);
     const bool known = dt <= foundFor_ && std::equal(x.begin(), x.end(), start_.begin(), start_.end());
     if (!known) {
         start_.assign(x.begin(), x.end());

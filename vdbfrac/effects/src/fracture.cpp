@@ -4,6 +4,7 @@
 // node; kappa is the fracture resistance [J/m^3]. fracture_law.h has what a scene gives and what kappa and l follow
 // from it. Keys scale kappa over time, and so Gc alike and sigma_t by the root: l stays.
 #include "all.h"
+#include "fracture_arrivals.h"
 #include "fracture_law.h"
 
 #include <vdbfrac/base/error.h>
@@ -17,7 +18,6 @@
 #include <map>
 #include <numbers>
 #include <optional>
-#include <utility>
 
 namespace vdbfrac::effects {
 
@@ -156,13 +156,13 @@ private:
     scene::Curve resistance_;  // factor on kappa
     double fps_;
     bool tellsMargin_;
-    double margin_;                                          // m, round grips
-    std::map<std::string, Tension> tension_;                 // by body
-    std::map<std::string, FractureLaw> laws_;                // by body
-    std::map<std::string, std::map<Coord, float>> arrival_;  // by body: time [s] at which a voxel node failed
-    double limit_ = kInfinity;                               // s
-    double limitTime_ = -1;                                  // step to which limit_ belongs
-    std::map<std::string, long long> updates_;               // by body: times the front was moved
+    double margin_;                             // m, round grips
+    std::map<std::string, Tension> tension_;    // by body
+    std::map<std::string, FractureLaw> laws_;   // by body
+    std::map<std::string, Arrivals> arrival_;   // by body
+    double limit_ = kInfinity;                  // s
+    double limitTime_ = -1;                     // step to which limit_ belongs
+    std::map<std::string, long long> updates_;  // by body: times the front was moved
 };
 
 FractureLaw Fracture::lawOf(const core::Body& body, std::vector<std::string>& notes) const
@@ -372,27 +372,11 @@ void Fracture::restoreFrom(const core::Archive& archive, std::span<const core::B
     }
 }
 
-/// A voxel that failed has the time of the nearest of the wide ones that did; of several the earliest.
 void Fracture::refineFrom(const core::Refinement& wide, std::span<const core::Body> bodies)
 {
-    constexpr int kReach = 3;  // wide voxels
     restoreFrom(wide.archive, wide.bodies);
-    for (const core::Body& body : bodies) {
-        const std::map<Coord, float> before = std::exchange(arrival_[body.name], {});
-        if (before.empty()) continue;
-        const tetmesh::NodeField<float>&phi = body.mesh->phi(), &rest = body.mesh->restPhi();
-        phi.forEachBlock([&](Coord block) {
-            phi.forEachNode(block, [&](Coord n) {
-                if (!(rest(n) < 0) || phi(n) < 0) return;
-                std::pair<double, float> nearest(kInfinity, 0);
-                const Coord middles[] = {{n.x >> 1, n.y >> 1, n.z >> 1}};
-                for (const Coord& c : grid::voxelsAround(middles, kReach))
-                    if (const auto it = before.find(c); it != before.end())
-                        nearest = std::min(nearest, {(2 * c.toVec() - n.toVec()).squaredNorm(), it->second});
-                if (nearest.first < kInfinity) arrival_[body.name].emplace(n, nearest.second);
-            });
-        });
-    }
+    for (const core::Body& body : bodies)
+        arrival_[body.name] = arrivalsOnFiner(arrival_[body.name], body.mesh->restPhi(), body.mesh->phi());
 }
 
 std::unique_ptr<core::Effect> make(const Values& values, const scene::Scene& scene)

@@ -278,6 +278,10 @@ std::vector<Key> outputKeys(const Vocabulary::Fields& fields)
         {.name = "obj",
          .member = &scene::Output::obj,
          .doc = "Whether the deformed surface is written as .obj each frame."},
+        {.name = "ply",
+         .member = &scene::Output::ply,
+         .doc = "Whether it is written as .ply each frame, with velocities, places at rest, and the value of each grid "
+                "of vdb that is one at rest."},
         {.name = "motion",
          .member = &scene::Output::motion,
          .doc = "Whether the positions of all nodes are written each frame, for 'vdbfrac embed'."},

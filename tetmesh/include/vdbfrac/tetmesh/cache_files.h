@@ -35,9 +35,19 @@ struct UsdScene {
 void writeUsda(const std::filesystem::path& file, const UsdScene& scene, std::span<const DrawnTopology* const> bodies,
                std::size_t frames, const CacheFrames& give);
 
-/// Writes a frame as binary .ply atomically: x y z, vx vy vz, rest_x rest_y rest_z of points as floats, and of faces
-/// `fragment` (int) and `torn` (0 or 1). Throws FileError.
-void writePlyFrame(const std::filesystem::path& file, std::span<const DrawnTopology* const> bodies,
-                   std::span<const CacheFrame> frame);
+/// A body of a .ply frame: positions [m] and velocities [m/s] of the points of its topology, and values of them.
+struct PlyBody {
+    const DrawnTopology& topology;
+    std::span<const Vec3> points, velocities;
+    std::vector<std::vector<float>> values;  ///< in the order of their names
+};
+/// The order of points and faces in a file: that of the topology, or fragment by fragment as in an .obj frame, in which
+/// point k is vertex k then.
+enum class PlyOrder { asGiven, byFragment };
+
+/// Writes a frame as binary .ply atomically: x y z, vx vy vz, rest_x rest_y rest_z of points as floats and what `names`
+/// call their values, and of faces `fragment` (int) and `torn` (0 or 1). Throws FileError.
+void writePlyFrame(const std::filesystem::path& file, std::span<const PlyBody> bodies, PlyOrder order,
+                   std::span<const std::string> names = {});
 
 }  // namespace vdbfrac::tetmesh

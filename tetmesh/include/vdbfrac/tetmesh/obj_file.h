@@ -18,6 +18,9 @@ namespace vdbfrac::tetmesh {
 /// `mtlName` is the material library as the file shall name it; empty leaves it out. Throws FileError.
 void writeObj(const std::filesystem::path& file, const Surface& surface, const std::string& mtlName);
 
+/// Faces of each fragment, by rising ids: the order in which frames have them.
+std::vector<std::vector<std::uint32_t>> facesOfFragments(const DrawnTopology& drawn);
+
 /// Writes a frame atomically: fragments as writeObj has them, with texture coordinates and normals, and with the groups
 /// and materials of the mesh where it has them; one body after the other. Throws FileError.
 void writeObjFrame(const std::filesystem::path& file, std::span<const DrawnPart> bodies, const std::string& mtlName);

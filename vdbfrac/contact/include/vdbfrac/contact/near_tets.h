@@ -68,6 +68,9 @@ struct Pair {
     std::uint32_t sample = 0, target = 0;
 };
 
+/// Where nodes go by themselves in `dt` [s], but no farther than `farthest` [m]; where they are for an infinite dt.
+std::vector<Vec3> ahead(std::span<const Vec3> x, std::span<const Vec3> v, double dt, double farthest);
+
 /// Targets that each sample may reach: its way and theirs over the step come near each other. A sample does not see its
 /// own neighbourhood, the targets with which it shares a node and those that are near it at rest and do not face it; so
 /// both lips of a crack see each other once they have parted.

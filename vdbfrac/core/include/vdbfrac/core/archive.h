@@ -98,6 +98,7 @@ public:
     /// Throws FileError: what the file holds is not what was meant.
     [[noreturn]] void complain(const std::string& what) const;
 
+    std::size_t byteCount() const;  ///< of all values
     /// Of names, types and values.
     std::uint64_t checksum() const;
     /// What write puts into a file.

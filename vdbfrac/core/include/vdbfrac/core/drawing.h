@@ -5,6 +5,7 @@
 #include <vdbfrac/core/simulation.h>
 #include <vdbfrac/scene/scene.h>
 #include <vdbfrac/skin/skin.h>
+#include <vdbfrac/tetmesh/cache_files.h>
 
 #include <cstdint>
 #include <memory>
@@ -49,6 +50,9 @@ private:
     std::vector<Surface> surfaces_;
     std::string materials_;
 };
+
+/// For a .ply of a frame, which has to live as long.
+std::vector<tetmesh::PlyBody> plyBodies(const DrawnFrame& frame);
 
 /// All bodies of a frame as triangles, and the velocity [m/s] of their points.
 struct MovingSurface {

@@ -3,6 +3,7 @@
 
 #include <vdbfrac/base/vec.h>
 
+#include <span>
 #include <vector>
 
 namespace vdbfrac::grid {
@@ -15,5 +16,8 @@ struct VoxelValues {
     float background = 0;
     bool isVector = false;  ///< says the type of the grid also when it holds nothing
 };
+
+/// Scalars at points X [m]: trilinear between the voxels that have one; the background where none of the eight does.
+std::vector<float> sample(const VoxelValues& values, double voxelSize, std::span<const Vec3> X);
 
 }  // namespace vdbfrac::grid

@@ -132,6 +132,7 @@ struct Solver {
 struct Output {
     std::vector<std::string> vdb = {"phi"};  ///< out of Vocabulary::fields
     bool obj = true;
+    bool ply = false;
     bool motion = false;                        ///< positions of all nodes, for surfaces of one topology
     double tornDetail = 0, tornDetailSize = 0;  ///< m: roughness of torn faces, and of its features; size 0: 3 voxels
     int tornDetailSeed = 0;

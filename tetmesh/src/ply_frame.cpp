@@ -1,0 +1,83 @@
+// Frames as binary .ply: what .obj has no place for.
+#include <vdbfrac/tetmesh/cache_files.h>
+
+#include "text_writer.h"
+
+#include <vdbfrac/base/atomic_file.h>
+#include <vdbfrac/tetmesh/obj_file.h>
+
+#include <algorithm>
+#include <numeric>
+
+namespace vdbfrac::tetmesh {
+
+namespace {
+
+constexpr auto kLittle = std::endian::little;
+
+/// Vertices and faces as they come; the header knows their numbers in the end.
+class PlyWriter {
+public:
+    /// Writes faces, and before them the points that they use, rising.
+    void add(const PlyBody& body, std::span<const std::uint32_t> faces)
+    {
+        const RenderMesh& mesh = body.topology.mesh;
+        std::vector<std::uint32_t> used;
+        for (const std::uint32_t f : faces)
+            for (const RenderMesh::Corner& c : mesh.face(f)) used.push_back(c.point);
+        std::sort(used.begin(), used.end());
+        used.erase(std::unique(used.begin(), used.end()), used.end());
+        number_.resize(std::max(number_.size(), mesh.points.size()));
+        for (const std::uint32_t p : used) {
+            number_[p] = points_++;
+            for (const Vec3* v : {&body.points[p], &body.velocities[p], &mesh.points[p]})
+                for (int k = 0; k < 3; ++k) vertices_.bytes<kLittle>(float((*v)[k]));
+            for (const std::vector<float>& values : body.values) vertices_.bytes<kLittle>(values[p]);
+        }
+        for (const std::uint32_t f : faces) {
+            ++count_;
+            faces_.bytes<kLittle>(std::uint8_t(mesh.face(f).size()));
+            for (const RenderMesh::Corner& c : mesh.face(f)) faces_.bytes<kLittle>(number_[c.point]);
+            faces_.bytes<kLittle>(std::int32_t(body.topology.fragment[f]));
+            faces_.bytes<kLittle>(body.topology.torn[f]);
+        }
+    }
+
+    std::string text(std::span<const std::string> names) const
+    {
+        TextWriter head;
+        head << "ply\nformat binary_little_endian 1.0\nelement vertex " << points_ << "\n";
+        for (const char* name : {"x", "y", "z", "vx", "vy", "vz", "rest_x", "rest_y", "rest_z"})
+            head << "property float " << name << "\n";
+        for (const std::string& name : names) head << "property float " << name << "\n";
+        head << "element face " << count_
+             << "\nproperty list uchar int vertex_indices\nproperty int fragment\nproperty uchar torn\nend_header\n";
+        return std::string(head.text()) + std::string(vertices_.text()) + std::string(faces_.text());
+    }
+
+private:
+    TextWriter vertices_, faces_;
+    std::vector<std::int32_t> number_;
+    std::int32_t points_ = 0;
+    std::size_t count_ = 0;
+};
+
+}  // namespace
+
+void writePlyFrame(const std::filesystem::path& file, std::span<const PlyBody> bodies, PlyOrder order,
+                   std::span<const std::string> names)
+{
+    PlyWriter writer;
+    for (const PlyBody& body : bodies) {
+        if (order == PlyOrder::byFragment) {
+            for (const auto& faces : facesOfFragments(body.topology)) writer.add(body, faces);
+            continue;
+        }
+        std::vector<std::uint32_t> all(body.topology.mesh.faces());
+        std::iota(all.begin(), all.end(), 0u);
+        writer.add(body, all);
+    }
+    writeText(file, writer.text(names));
+}
+
+}  // namespace vdbfrac::tetmesh

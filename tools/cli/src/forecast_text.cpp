@@ -1,0 +1,63 @@
+#include "forecast_text.h"
+
+#include <vdbfrac/base/parallel.h>
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace vdbfrac::cli {
+
+namespace {
+
+std::string bytesText(double bytes)
+{
+    constexpr double kKilo = 1000;
+    const char* const units[] = {"kB", "MB", "GB", "TB"};
+    int unit = 0;
+    for (bytes /= kKilo; bytes >= kKilo && unit < 3; ++unit) bytes /= kKilo;
+    return fmt::format("{:.3g} {}", bytes, units[unit]);
+}
+
+/// What a forecast was made from.
+std::string sourceText(const lab::Forecast& f)
+{
+    const std::string own = f.measuredSteps > 0 ? fmt::format("{} steps of this scene", f.measuredSteps) : "";
+    if (f.wider == 1) return own + fmt::format(", {:.0f} % of its frames", 100 * f.simulatedShare);
+    return fmt::format("{}{}{:.0f} % of the frames on voxels {:.3g} times as wide", own, own.empty() ? "" : ", and ",
+                       100 * f.simulatedShare, f.wider);
+}
+
+}  // namespace
+
+std::string durationText(double seconds)
+{
+    constexpr double kMinute = 60, kHour = 3600;
+    if (seconds < kMinute) return fmt::format("{:.2g} s", seconds);
+    if (seconds < kHour)
+        return fmt::format("{:.0f} min {:.0f} s", std::floor(seconds / kMinute), std::fmod(seconds, kMinute));
+    return fmt::format("{:.0f} h {:.0f} min", std::floor(seconds / kHour), std::fmod(seconds, kHour) / kMinute);
+}
+
+std::string forecastText(const scene::Scene& scene, const lab::Forecast& f)
+{
+    const int frames = scene.time.lastFrame - scene.time.firstFrame + 1, threads = threadCount();
+    return fmt::format("time: about {} on {} thread{}, {:.0f} steps of {:.2g} s; from {}\n", durationText(f.seconds),
+                       threads, threads == 1 ? "" : "s", f.steps, f.seconds / std::max(1., f.steps), sourceText(f)) +
+           fmt::format("disk: about {}: {} frames of {}, checkpoints of {}\n", bytesText(f.bytes), frames,
+                       bytesText(f.frameBytes), bytesText(f.checkpointBytes));
+}
+
+std::string filesText(const scene::Scene& scene)
+{
+    const scene::Output& o = scene.output;
+    const std::string numbers = fmt::format("{:04}-{:04}", scene.time.firstFrame, scene.time.lastFrame);
+    std::string text = "files: run.json, stats.csv, scene.toml, run.log, ckpt/";
+    if (!o.vdb.empty()) text += fmt::format(", vdb/{}.{}.vdb ({})", scene.name, numbers, fmt::join(o.vdb, ", "));
+    if (o.obj) text += fmt::format(", obj/{}.{}.obj", scene.name, numbers);
+    if (o.ply) text += fmt::format(", ply/{}.{}.ply", scene.name, numbers);
+    if (o.motion) text += fmt::format(", motion/{}.{}.motion", scene.name, numbers);
+    return text + "\n";
+}
+
+}  // namespace vdbfrac::cli
