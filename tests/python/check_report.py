@@ -177,8 +177,45 @@ def check_run(program, driver, run, folder):
     for title in ("Summary", "Time by stage", "Fragments", "Loads on grips [N]", "Energies [J]", "Scene, with all defaults"):
         check("sections", title in titles, f"no '{title}' in {titles}")
     check_controls(driver, len(files))
+    check_values(driver, run, files, len(files) // 8)
     driver.save_screenshot(str(folder / "demo.png"))
     quiet("the demo's page", driver)
+
+
+RAMP = ["0d0887", "6a00a8", "b12a90", "e16462", "fca636", "f0f921"]
+
+
+def ramp_colour(t):
+    """Linear light, as three.js works in."""
+    stops = np.array([[int(c[k:k + 2], 16) / 255 for k in (0, 2, 4)] for c in RAMP])
+    stops = np.where(stops <= .04045, stops / 12.92, ((stops + .055) / 1.055) ** 2.4)
+    return np.stack([np.interp(t, np.linspace(0, 1, len(RAMP)), stops[:, k]) for k in range(3)], axis=-1)
+
+
+def values_of(path, name):
+    data = path.read_bytes()
+    head, body = data.split(b"end_header\n", 1)
+    names = [line.split()[2].decode() for line in head.splitlines() if line.startswith(b"property float")]
+    count = int(head.split(b"element vertex ")[1].split()[0])
+    return np.frombuffer(body, "<f4", count * len(names)).reshape(count, -1)[:, names.index(name)]
+
+
+def check_values(driver, run, files, index):
+    """Corners have the colours of their points' energies, by the root; where a crack has not come there is none of its time."""
+    plys = [path.parent.parent / "ply" / (path.stem + ".ply") for _, path in files]
+    _, triangles, _ = surface(files[index][1])
+    for name, share in ("energy", np.sqrt), ("arrival", lambda t: t):
+        high = max(values_of(p, name).max() for p in plys)
+        value = values_of(plys[index], name)[triangles].reshape(-1)
+        expected = np.where(value[:, None] < 0, ((0x8a / 255 + .055) / 1.055) ** 2.4, ramp_colour(share(np.clip(value / high, 0, 1))))
+        driver.execute_script("const s = document.querySelector('.bar select'); s.value = arguments[0]; s.dispatchEvent(new Event('change'))", name)
+        show(driver, index)
+        shown = np.array(driver.execute_script("return Array.from(vdbfracReport.player.geometry.attributes.color.array)")).reshape(-1, 3)
+        off = np.abs(shown - expected).max() if shown.shape == expected.shape else shown.shape
+        check(f"colours by {name}", off < .02, off)  # 254 codes; grey is not quite grey
+        legend = driver.find_element(By.CSS_SELECTOR, ".ramp").text.replace("\n", " ")
+        told = [float(w) for w in legend.split() if w[:1].isdigit()]
+        check(f"legend of {name}", len(told) == 2 and told[0] == 0 and abs(told[1] / high - 1) < .01, f"'{legend}', the highest is {high}")
 
 
 def check_controls(driver, count):

@@ -4,16 +4,26 @@
 #include "text_writer.h"
 
 #include <vdbfrac/base/atomic_file.h>
+#include <vdbfrac/base/error.h>
 #include <vdbfrac/tetmesh/obj_file.h>
 
 #include <algorithm>
+#include <bit>
+#include <cstring>
 #include <numeric>
+#include <sstream>
+#include <string_view>
 
 namespace vdbfrac::tetmesh {
+
+static_assert(std::endian::native == std::endian::little);
 
 namespace {
 
 constexpr auto kLittle = std::endian::little;
+constexpr const char* kPlaces[] = {"x", "y", "z", "vx", "vy", "vz", "rest_x", "rest_y", "rest_z"};
+constexpr const char* kFormat = "ply\nformat binary_little_endian 1.0\nelement vertex ";
+constexpr std::string_view kEnd = "end_header\n", kProperty = "property float ";
 
 /// Vertices and faces as they come; the header knows their numbers in the end.
 class PlyWriter {
@@ -46,12 +56,12 @@ public:
     std::string text(std::span<const std::string> names) const
     {
         TextWriter head;
-        head << "ply\nformat binary_little_endian 1.0\nelement vertex " << points_ << "\n";
-        for (const char* name : {"x", "y", "z", "vx", "vy", "vz", "rest_x", "rest_y", "rest_z"})
-            head << "property float " << name << "\n";
-        for (const std::string& name : names) head << "property float " << name << "\n";
+        head << kFormat << points_ << "\n";
+        for (const char* name : kPlaces) head << kProperty << name << "\n";
+        for (const std::string& name : names) head << kProperty << name << "\n";
         head << "element face " << count_
-             << "\nproperty list uchar int vertex_indices\nproperty int fragment\nproperty uchar torn\nend_header\n";
+             << "\nproperty list uchar int vertex_indices\nproperty int fragment\nproperty uchar torn\n"
+             << kEnd;
         return std::string(head.text()) + std::string(vertices_.text()) + std::string(faces_.text());
     }
 
@@ -78,6 +88,32 @@ void writePlyFrame(const std::filesystem::path& file, std::span<const PlyBody> b
         writer.add(body, all);
     }
     writeText(file, writer.text(names));
+}
+
+std::map<std::string, std::vector<float>> readPlyValues(const std::filesystem::path& file)
+{
+    const std::string text = readText(file);
+    const auto refuse = [&] {
+        throw InputError({file.string(), "is not a .ply frame of a run", "what output.ply = true writes", ""});
+    };
+    const std::size_t end = text.find(kEnd);
+    if (!text.starts_with(kFormat) || end == std::string::npos) refuse();
+    std::istringstream head(text.substr(std::string_view(kFormat).size(), end - std::string_view(kFormat).size()));
+    std::size_t count = 0;
+    head >> count;
+    std::vector<std::string> names;
+    for (std::string line; std::getline(head, line);)
+        if (line.starts_with(kProperty)) names.push_back(line.substr(kProperty.size()));
+    const std::size_t first = end + kEnd.size();
+    if (names.size() < std::size(kPlaces) || count > (text.size() - first) / (sizeof(float) * names.size())) refuse();
+    std::map<std::string, std::vector<float>> values;
+    for (std::size_t k = std::size(kPlaces); k < names.size(); ++k) {
+        std::vector<float>& own = values[names[k]];
+        own.resize(count);
+        for (std::size_t i = 0; i < count; ++i)
+            std::memcpy(&own[i], text.data() + first + sizeof(float) * (i * names.size() + k), sizeof(float));
+    }
+    return values;
 }
 
 }  // namespace vdbfrac::tetmesh

@@ -79,12 +79,23 @@ function pictureSection(data) {
   return s;
 }
 
+/// The colours of values from 0 to the highest, evenly in the value.
+function rampBar(byRoot) {
+  const bar = make("i", ""), stops = 16;
+  const at = k => "#" + rampColour(byRoot ? Math.sqrt(k / stops) : k / stops).getHexString();
+  bar.style.background = `linear-gradient(to right, ${Array.from({length: stops + 1}, (_, k) => at(k)).join(", ")})`;
+  return bar;
+}
+
 function controlsOf(player, frames) {
   const bar = make("div", "bar"), play = make("button", "", "Play"), slider = make("input", ""), label = make("span", "dim"), mode = make("select", "");
   Object.assign(slider, {type: "range", min: 0, max: frames.length - 1, value: frames.length - 1});
   slider.setAttribute("aria-label", "frame");
-  for (const [value, text] of [["material", "Materials"], ["torn", "Torn faces"], ["fragment", "Fragments"]])
+  const values = player.data.values || [];
+  for (const [value, text] of [["material", "Materials"], ["torn", "Torn faces"], ["fragment", "Fragments"], ...values.map(v => [v.name, v.label])])
     mode.append(Object.assign(make("option", "", text), {value}));
+  const legend = make("span", "ramp dim");
+  legend.hidden = true;
   const view = make("button", "", "Whole view");
   let timer = null;
   const stop = () => { clearInterval(timer), timer = null, play.textContent = "Play"; };
@@ -100,9 +111,14 @@ function controlsOf(player, frames) {
   };
   play.addEventListener("click", () => timer ? stop() : start());
   slider.addEventListener("input", () => { stop(); player.show(+slider.value); });
-  mode.addEventListener("change", () => player.setMode(mode.value));
+  mode.addEventListener("change", () => {
+    const value = values.find(v => v.name === mode.value);
+    legend.hidden = !value;
+    if (value) legend.replaceChildren("0", rampBar(value.byRoot), `${shownNumber(+value.high.toPrecision(3))} ${value.unit}`);
+    player.setMode(mode.value);
+  });
   view.addEventListener("click", () => { player.look(); player.draw(); });
-  bar.append(play, slider, label, mode, view);
+  bar.append(play, slider, label, mode, legend, view);
   const shown = i => { slider.value = i, label.textContent = `frame ${frames[i].frame}, ${frames[i].time.toFixed(3)} s`; };
   return {bar, shown};
 }

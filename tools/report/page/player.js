@@ -78,6 +78,13 @@ function cornerNormals(topology, normals, out) {
 /// Far apart from each other for neighbouring numbers.
 function fragmentColour(id) { return new THREE3D.Color().setHSL(id * .61803399 % 1, .45, .55); }
 
+/// From dark over violet and orange to light, as brightness rises evenly; `t` in [0, 1].
+const kRamp = ["#0d0887", "#6a00a8", "#b12a90", "#e16462", "#fca636", "#f0f921"];
+function rampColour(t) {
+  const at = Math.min(Math.max(t, 0), 1) * (kRamp.length - 1), low = Math.min(Math.floor(at), kRamp.length - 2);
+  return new THREE3D.Color(kRamp[low]).lerp(new THREE3D.Color(kRamp[low + 1]), at - low);
+}
+
 class Player {
   constructor(data, canvas, onFrame, onSelect) {
     Object.assign(this, {data, canvas, onFrame, onSelect, frame: -1, selected: null, mode: "material"});
@@ -150,6 +157,7 @@ class Player {
     cornerNormals(topology, normals, this.geometry.attributes.normal.array);
     this.geometry.attributes.position.needsUpdate = this.geometry.attributes.normal.needsUpdate = true;
     this.geometry.boundingSphere = null, this.geometry.boundingBox = null;
+    if (this.shownValue() >= 0) await this.colourByValue(i);
     this.draw();
     this.onFrame(i);
   }
@@ -163,8 +171,12 @@ class Player {
     this.colour();
   }
 
-  colour() {
+  async colour() {
     if (this.shown < 0) return;
+    if (this.shownValue() >= 0) {
+      if (this.frame >= 0) await this.colourByValue(this.frame);
+      return this.draw();
+    }
     const {fragment, torn, material} = this.topologies.get(this.shown), colours = this.geometry.attributes.color.array;
     const hues = this.data.materials.map(m => new THREE3D.Color(m)), ofFragment = new Map();
     const red = new THREE3D.Color(kTorn), chosen = new THREE3D.Color(kSelected);
@@ -179,7 +191,27 @@ class Player {
     this.draw();
   }
 
-  setMode(mode) { this.mode = mode, this.colour(); }
+  /// Which of data.values the mode is, or -1.
+  shownValue() { return (this.data.values || []).findIndex(v => v.name === this.mode); }
+
+  /// Each corner has the colour of its point's value; grey where there is none.
+  async colourByValue(i) {
+    const codes = await inflate(this.data.frames[i].values[this.shownValue()]);
+    if (this.frame !== i) return;
+    const {indices, fragment} = this.topologies.get(this.shown), colours = this.geometry.attributes.color.array;
+    const table = Array.from({length: 256}, (_, c) => c === 0 ? new THREE3D.Color("#8a8a86") : rampColour((c - 1) / 254));
+    const chosen = new THREE3D.Color(kSelected), lit = table.map(c => c.clone().lerp(chosen, .6));
+    for (let c = 0; c < indices.length; ++c) {
+      const of = (fragment[Math.floor(c / 3)] === this.selected ? lit : table)[codes[indices[c]]];
+      colours[3 * c] = of.r, colours[3 * c + 1] = of.g, colours[3 * c + 2] = of.b;
+    }
+    this.geometry.attributes.color.needsUpdate = true;
+  }
+
+  async setMode(mode) {
+    this.mode = mode;
+    await this.colour();
+  }
 
   select(id) {
     this.selected = id;

@@ -3,6 +3,7 @@
 #include "compressed.h"
 
 #include <vdbfrac/base/atomic_file.h>
+#include <vdbfrac/tetmesh/cache_files.h>
 #include <vdbfrac/tetmesh/obj_file.h>
 
 #include <fmt/format.h>
@@ -20,12 +21,24 @@ namespace {
 
 constexpr double kSteps = 65535;  // of a 16-bit number
 
+using PointValues = std::map<std::string, std::vector<float>>;
+
 struct Frame {
     int number = 0;
     double time = 0;
     std::vector<Vec3> points;
+    PointValues values;  // of points, where the run has .ply frames
     std::size_t topology = 0;
 };
+
+/// A value of points that the player can show. Below 0 there is none.
+struct Shown {
+    const char *name, *label, *unit;
+    bool byRoot;  // colours go with its root, as stress does with energy
+};
+constexpr Shown kShown[] = {{"energy", "Elastic energy", "J/m\u00b3", true},
+                            {"margin", "How near it is to tearing", "", false},
+                            {"arrival", "When it tore", "s", false}};
 
 /// What does not change while nothing tears.
 struct Topology {
@@ -99,7 +112,7 @@ public:
             for (const Json& file : entry.at("files"))
                 if (file.at("path").get<std::string>().ends_with(".obj"))
                     files_.push_back({entry.at("frame").get<int>(), entry.at("time").get<double>(),
-                                      folder_ / file.at("path").get<std::string>()});
+                                      folder_ / file.at("path").get<std::string>(), plyOf(entry)});
     }
 
     Json make(std::uint64_t maxBytes)
@@ -116,8 +129,14 @@ private:
     struct File {
         int frame;
         double time;
-        fs::path path;
+        fs::path path, ply;
     };
+    fs::path plyOf(const Json& entry) const
+    {
+        for (const Json& file : entry.at("files"))
+            if (const auto path = file.at("path").get<std::string>(); path.ends_with(".ply")) return folder_ / path;
+        return {};
+    }
 
     static std::map<std::string, Vec3> coloursOf(const Record& record)
     {
@@ -139,6 +158,8 @@ private:
         std::size_t bytes = 0;
         for (const char* part : {"topologies", "frames"})
             for (const Json& entry : page[part]) bytes += entry["data"].get_ref<const std::string&>().size();
+        for (const Json& frame : page["frames"])
+            for (const Json& values : frame["values"]) bytes += values.get_ref<const std::string&>().size();
         return bytes;
     }
 
@@ -149,16 +170,53 @@ private:
                      {"high", {high_[0], high_[1], high_[2]}},
                      {"materials", materials_.hues()},
                      {"topologies", Json::array()},
-                     {"frames", Json::array()}};
+                     {"frames", Json::array()},
+                     {"values", Json::array()}};
+        for (const Shown& shown : kShown)
+            if (const double high = highest(shown.name); high > 0)
+                page["values"].push_back({{"name", shown.name},
+                                          {"label", shown.label},
+                                          {"unit", shown.unit},
+                                          {"byRoot", shown.byRoot},
+                                          {"high", high}});
         for (const Topology& t : topologies_)
             page["topologies"].push_back(
                 {{"points", t.points}, {"triangles", t.triangles}, {"data", base64(compressed(t.bytes))}});
-        for (const Frame& f : frames_)
+        for (const Frame& f : frames_) {
+            Json values = Json::array();  // in the order of page["values"]
+            for (const Json& shown : page["values"])
+                values.push_back(base64(compressed(codesOf(f, shown["name"], shown["high"], shown["byRoot"]))));
             page["frames"].push_back({{"frame", f.number},
                                       {"time", f.time},
                                       {"topology", f.topology},
-                                      {"data", base64(compressed(bytesOf(f.points)))}});
+                                      {"data", base64(compressed(bytesOf(f.points)))},
+                                      {"values", values}});
+        }
         return page;
+    }
+
+    /// In any frame; 0 where a frame has no such values, or other points than its .obj.
+    double highest(const std::string& name) const
+    {
+        float high = 0;
+        for (const Frame& f : frames_) {
+            const auto it = f.values.find(name);
+            if (it == f.values.end() || it->second.size() != f.points.size()) return 0;
+            for (const float v : it->second) high = std::max(high, v);
+        }
+        return std::isfinite(high) ? high : 0;
+    }
+
+    /// 0: none; 1 to 255: from 0 to the highest.
+    static Bytes codesOf(const Frame& frame, const std::string& name, double high, bool byRoot)
+    {
+        constexpr double kCodes = 254;
+        Bytes codes;
+        for (const float v : frame.values.at(name)) {
+            const double share = std::clamp(double(v) / high, 0., 1.);
+            codes.push_back(v < 0 ? 0 : std::uint8_t(1 + std::lround(kCodes * (byRoot ? std::sqrt(share) : share))));
+        }
+        return codes;
     }
 
     void read(std::size_t every)
@@ -173,7 +231,9 @@ private:
                 topology.points != topologies_.back().points)
                 topologies_.push_back(std::move(topology));
             for (const Vec3& p : drawn.mesh.points) low_ = low_.cwiseMin(p), high_ = high_.cwiseMax(p);
-            frames_.push_back({files_[i].frame, files_[i].time, std::move(drawn.mesh.points), topologies_.size() - 1});
+            PointValues values = files_[i].ply.empty() ? PointValues() : tetmesh::readPlyValues(files_[i].ply);
+            frames_.push_back({files_[i].frame, files_[i].time, std::move(drawn.mesh.points), std::move(values),
+                               topologies_.size() - 1});
         }
         if (!(low_[0] <= high_[0])) low_ = high_ = Vec3::Zero();
     }

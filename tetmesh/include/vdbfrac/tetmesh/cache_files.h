@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <span>
 #include <string>
 #include <vector>
@@ -49,5 +50,8 @@ enum class PlyOrder { asGiven, byFragment };
 /// call their values, and of faces `fragment` (int) and `torn` (0 or 1). Throws FileError.
 void writePlyFrame(const std::filesystem::path& file, std::span<const PlyBody> bodies, PlyOrder order,
                    std::span<const std::string> names = {});
+/// The values of the points of such a file, by their names: all but places and velocities. Throws FileError,
+/// InputError.
+std::map<std::string, std::vector<float>> readPlyValues(const std::filesystem::path& file);
 
 }  // namespace vdbfrac::tetmesh
