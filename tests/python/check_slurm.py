@@ -1,5 +1,5 @@
 """A wedge on a real Slurm of two nodes, both this machine: tasks are told to stop, killed and lose their node, and the
-results are those of the same wedge without Slurm.
+results are those of the same wedge without Slurm. Then a study, the same way.
 
 Usage: check_slurm.py PROGRAM SOURCE_FOLDER. Needs root, and Debian's munge, slurmctld, slurmd and slurm-client, which it
 installs where they are missing; exits with 77 where that cannot be. Whatever Slurm the machine has besides is left alone.
@@ -22,7 +22,7 @@ PROGRAM, SOURCE = sys.argv[1], Path(sys.argv[2])
 PROGRAMS = ["munged", "slurmctld", "slurmd", "sbatch", "scontrol", "scancel"]
 NODES = ["node1", "node2"]  # of a core each
 TASKS = 8
-DEADLINE = 140  # s for everything but installing
+DEADLINE = 180  # s for everything but installing
 HOSTS = Path("/etc/hosts")
 
 # data/scenes/notched_block.toml, coarse and short: a few seconds a run, most of them tear.
@@ -332,6 +332,26 @@ def on_slurm(cluster, scene, wedge):
         expect(f"array.sh has no {line}:\n{script}", line in script)
 
 
+def study_on_slurm(cluster, top):
+    """Runs as tasks, and the study when they have ended: values as without Slurm, and none is made again."""
+    scene, there, here = SOURCE / "data/scenes/studies/bar.toml", top / "study", top / "study_here"
+    command = [PROGRAM, "study", scene, "--vary", "time.substeps=2,4,8", "--rounds", "0"]
+    said = cluster.run(*command, "--slurm", "-o", there)
+    job = re.match(r"job (\d+): (\d+) tasks", said.stdout)
+    if not job:
+        failures.append(f"no job of the study: exit {said.returncode}\n{said.stdout}{said.stderr}")
+        return
+    wait_for(Tasks(cluster, there, job[1]).have_ended, "the study to end", 60)
+    script = (there / "array.sh").read_text()
+    expect(f"the study's array.sh:\n{script}", re.search(r"--array=0-2\n.*--mem=\d+M\n.*--time=00:1\d:\d\d\n", script, re.S))
+    run = cluster.run(*command, "-o", here)
+    expect(f"study: exit {run.returncode}\n{run.stdout}{run.stderr}", run.returncode == 0)
+    log = (there / "logs/afterwards.slurm.log").read_text()
+    expect(f"the runs of tasks are not used:\n{log}", re.search(r"3 of 3 runs reused", log))
+    values = [[{k: v for k, v in row.items() if k in ("substeps", "time.substeps", "tip", "stress", "state_hash")} for row in csv.DictReader((f / "study.csv").open(newline=""))] for f in (there, here)]
+    expect(f"study.csv: {values[0]}, without Slurm {values[1]}", values[0] == values[1] and len(values[0]) == 3 and values[0][0])
+
+
 def frames(folder):
     """State, and bytes of the surface, of each frame of a run."""
     run = json.loads((folder / "run.json").read_text())
@@ -384,6 +404,7 @@ def main():
             expect(f"without Slurm: exit {run.returncode}\n{run.stdout}{run.stderr}", run.returncode == 0)
             if not failures:
                 compare(wedge, other)
+            study_on_slurm(cluster, top)
     print(f"in all: {time.monotonic() - began:.0f} s")
 
 

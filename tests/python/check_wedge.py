@@ -109,7 +109,7 @@ def check_bad_input(top, wedge):
     expect("no sbatch", 4, ["sbatch"], "wedge", SCENE, "--slurm", "-o", top / "slurm") if not has_slurm() else None
     script = (top / "slurm" / "array.sh") if not has_slurm() else None
     if script:
-        check("array.sh", re.search(r"--array=0-5\n.*--mem=\d+M\n", script.read_text(), re.S), script.read_text())
+        check("array.sh", re.search(r"--array=0-5\n.*--mem=\d+M\n.*--time=00:1\d:\d\d\n", script.read_text(), re.S), script.read_text())
 
 
 def has_slurm():

@@ -2,6 +2,7 @@
 // command line.
 #include "options.h"
 #include "number_options.h"
+#include "slurm_options.h"
 
 #include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
@@ -9,6 +10,7 @@
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/cli/commands.h>
 #include <vdbfrac/core/version.h>
+#include <vdbfrac/farm/slurm.h>
 #include <vdbfrac/lab/bench/bench.h>
 #include <vdbfrac/lab/machine/memory.h>
 #include <vdbfrac/lab/machine/process.h>
@@ -40,6 +42,7 @@ struct StudyOptions {
     CommonOptions common;
     study::PlanInput plan;
     std::string folder, by;
+    SlurmOptions slurm;
     int threads = 0, rounds = -1, run = -1, round = 0, parent = 0;
     bool threadsPerRun = false;
     double timeLimit = 0;  // s; 0: none
@@ -125,6 +128,29 @@ int runOne(const StudyOptions& o, const study::Study& plan)
     return kDone;
 }
 
+/// All runs as tasks of an array job; then the study itself, which uses their results and times them.
+int runOnSlurm(StudyOptions o, const study::Study& plan)
+{
+    o.plan.scene = fs::absolute(o.plan.scene), o.folder = fs::absolute(o.folder).string();
+    farm::SlurmJob job;
+    job.name = plan.name;
+    job.tasks = plan.runs.size();
+    job.threads = std::max(1, o.threads);
+    job.command = job.afterwards = ownCommand(o);
+    job.command.push_back("--threads=" + std::to_string(job.threads));
+    job.command.push_back("--run");
+    job.afterwards.push_back("--rounds=" + std::to_string(plan.spec.rounds));
+    job.folder = o.folder;
+    std::vector<const scene::Scene*> scenes;
+    for (const study::Run& run : plan.runs)
+        if (run.scene) scenes.push_back(&*run.scene);
+    askFor(job, o.slurm, scenes);
+    const std::string number = farm::submit(job);
+    std::printf("job %s: %zu tasks; logs in %s/logs, table and plots in %s when all have ended\n", number.c_str(),
+                job.tasks, o.folder.c_str(), o.folder.c_str());
+    return kDone;
+}
+
 std::size_t measureIndex(const study::Study& plan, const std::string& name)
 {
     if (name.empty()) return 0;
@@ -188,6 +214,7 @@ Action addStudy(CLI::App& app)
                 "One run at a time, on all threads; else side by side on one thread each");
     c->add_option("--time-limit", o->timeLimit, "Seconds that a run may take")->type_name("S")->check(PositiveFinite());
     addMaxMemory(*c, o->maxMemory, "a run");
+    addSlurmOptions(*c, *c, o->slurm);
     c->add_option("--run", o->run, "Only this run, in this process: writes runs/K.json")
         ->type_name("K")
         ->check(CLI::Range(0, 1000000));
@@ -200,7 +227,7 @@ Action addStudy(CLI::App& app)
         study::Study plan = study::makePlan(o->plan);
         if (o->folder.empty()) o->folder = "study_" + plan.name;
         if (o->rounds >= 0) plan.spec.rounds = o->rounds;
-        return o->run >= 0 ? runOne(*o, plan) : runStudy(*o, plan);
+        return o->run >= 0 ? runOne(*o, plan) : o->slurm.use ? runOnSlurm(*o, plan) : runStudy(*o, plan);
     };
 }
 

@@ -1,6 +1,7 @@
 // vdbfrac wedge: a scene with many settings, here or on a cluster.
 #include "options.h"
 #include "report_files.h"
+#include "slurm_options.h"
 #include "stop_request.h"
 
 #include <vdbfrac/base/error.h>
@@ -29,24 +30,15 @@ namespace {
 struct WedgeOptions {
     CommonOptions common;
     farm::WedgeInput input;
-    std::string folder, time;
-    bool list = false, local = false, slurm = false, collect = false;
+    std::string folder;
+    SlurmOptions slurm;
+    bool list = false, local = false, collect = false;
     int run = -1;
     int sideBySide = 0, threads = 0;  // 0: as the cores allow
-    int memory = 0;                   // MiB; 0: estimated
-    std::vector<std::string> sim, sbatch;
+    std::vector<std::string> sim;
 };
 
 int cores() { return int(std::max(1u, std::thread::hardware_concurrency())); }
-
-/// The largest that a run may need [bytes].
-double largestEstimate(const farm::WedgePlan& plan)
-{
-    double most = 0;
-    for (const scene::Scene& scene : plan.scenes)
-        most = std::max(most, core::estimateScene(scene, lab::defaultMemoryLimit()).bytes);
-    return most;
-}
 
 int list(const farm::WedgePlan& plan)
 {
@@ -101,13 +93,6 @@ int runLocal(const WedgeOptions& o, const farm::WedgePlan& plan)
     return code;
 }
 
-/// A quarter more than is estimated, and what pages and pictures take.
-std::uint64_t memoryToAskFor(const WedgeOptions& o, const farm::WedgePlan& plan)
-{
-    constexpr double kMiB = 1024 * 1024, kMore = 1.25, kPages = 256 * kMiB;
-    return std::uint64_t(o.memory > 0 ? o.memory * kMiB : kMore * largestEstimate(plan) + kPages);
-}
-
 int runOnSlurm(const WedgeOptions& o, const farm::WedgePlan& plan)
 {
     const fs::path folder = folderOf(o, plan.wedge.name);
@@ -122,9 +107,9 @@ int runOnSlurm(const WedgeOptions& o, const farm::WedgePlan& plan)
     job.command.push_back("--run");
     job.afterwards = {program, "wedge", "--output=" + folder.string(), "--collect"};
     job.folder = folder;
-    job.bytes = memoryToAskFor(o, plan);
-    job.seconds = o.time.empty() ? 0 : parseDuration("--time", o.time);
-    job.more = o.sbatch;
+    std::vector<const scene::Scene*> scenes;
+    for (const scene::Scene& scene : plan.scenes) scenes.push_back(&scene);
+    askFor(job, o.slurm, scenes);
     const std::string number = farm::submit(job);
     std::printf("job %s: %zu tasks; logs in %s, pages in %s when all have ended\n", number.c_str(), job.tasks,
                 (folder / "logs").c_str(), folder.c_str());
@@ -157,7 +142,7 @@ int wedge(const WedgeOptions& o)
         return kDone;
     }
     const farm::WedgePlan plan = farm::planWedge(o.input);
-    return o.list ? list(plan) : o.slurm ? runOnSlurm(o, plan) : runLocal(o, plan);
+    return o.list ? list(plan) : o.slurm.use ? runOnSlurm(o, plan) : runLocal(o, plan);
 }
 
 }  // namespace
@@ -171,7 +156,7 @@ Action addWedge(CLI::App& app)
     auto* how = c->add_option_group("How");
     how->add_flag("--list", o->list, "Only list the runs, with their sizes");
     how->add_flag("--local", o->local, "Simulate them on this machine; goes on where it was stopped");
-    how->add_flag("--slurm", o->slurm, "Hand them to Slurm as an array job");
+    addSlurmOptions(*c, *how, o->slurm);
     how->add_option("--run", o->run, "Simulate this one of the folder's runs, here: what a task of the job does")
         ->type_name("K")
         ->check(CLI::Range(0, 1000000));
@@ -190,15 +175,6 @@ Action addWedge(CLI::App& app)
         ->check(CLI::Range(0, 1024))
         ->type_name("N");
     c->add_option("--sim", o->sim, "A further option of 'vdbfrac sim', as --sim=--checkpoint-every=5")
-        ->type_name("OPTION")
-        ->allow_extra_args(false);
-    c->add_option("--time", o->time,
-                  "With --slurm: wall time of a task, as 4h; it is stopped with a checkpoint before, and queued again")
-        ->type_name("TIME");
-    c->add_option("--memory", o->memory, "With --slurm: MiB of a task (default: by its size)")
-        ->check(CLI::Range(1, 100'000'000))
-        ->type_name("MIB");
-    c->add_option("--sbatch", o->sbatch, "With --slurm: a further option of sbatch, as --sbatch=--partition=long")
         ->type_name("OPTION")
         ->allow_extra_args(false);
     addCommonOptions(*c, o->common);
