@@ -230,6 +230,10 @@ ply = true
     check(".ply has the points of the .obj", points.shape == drawn.points.shape and np.abs(points - drawn.points).max() < 1e-6)
     check("rest is the first frame", np.abs(rest - Obj(folder / "bar/obj/bar.0001.obj").points).max() < 1e-6)
     strain = 2 * 0.1 * 2 / 10 / 1.0
+    said = vdbfrac("preview", folder / "bar", "--colour", "energy", "--count", 2, "--width", 200, "--height", 200)
+    check("pictures by energy", "bar.0003.png" in said, said)
+    frames = json.loads((folder / "bar/run.json").read_text())["frames"]
+    check("bounds in the manifest", all(np.allclose(f["bounds"], [p.min(0), p.max(0)], atol=1e-6) for f in frames for p in [Obj(folder / f"bar/obj/bar.{f['frame']:04}.obj").points]))
     check("energy of points is that of the strain", np.abs(energy / (0.5e5 * strain**2) - 1).max() < 0.01, (energy.min(), energy.max()))
 
 

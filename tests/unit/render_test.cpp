@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <filesystem>
 #include <limits>
 #include <vector>
@@ -122,6 +123,85 @@ TEST(Render, LooksFromAboveAndIsTheSameForAnyNumberOfThreads)
     EXPECT_TRUE(isGrey(pixel(many, 80, 60)));
     const ThreadLimit one(1);
     EXPECT_EQ(render(subject(), from({0, -1, 0})).rgb, many.rgb);
+}
+
+TEST(Render, TornFacesHaveTheColourOfChoice)
+{
+    const tetmesh::DrawnTopology cube = tornCube();
+    const auto middle = [&](const Paint& paint) {
+        return pixel(render(subjectOf(cube, cube.mesh.points, paint), from({0, 0, -1})), 80, 60);
+    };
+    EXPECT_TRUE(isRed(middle({})));
+    EXPECT_TRUE(isGrey(middle({.torn = std::nullopt})));
+    const auto blue = middle({.torn = Colour(0, 0, .6f)});
+    EXPECT_GT(blue[2], 2 * blue[0]);
+    EXPECT_GT(blue[2], 2 * blue[1]);
+}
+
+TEST(Render, ValuesOfPointsAreColoursBetweenThem)
+{
+    // Rises along x, so columns of the picture have one colour each; light is the same all over a face.
+    Subject s = subject();
+    std::vector<float> values;
+    for (const Vec3& p : s.points) values.push_back(float(100 * p.x()));
+    colourByValue(s, values, {100, false});
+    const Image picture = render(s, from({0, 0, -1}));
+    Subject white = subject();
+    std::fill(white.colour.begin(), white.colour.end(), Colour(1, 1, 1));
+    const Image lit = render(white, from({0, 0, -1}));
+    const auto linear = [](int byte) { return std::pow((byte / 255. + .055) / 1.055, 2.4); };
+    // The face z = 1 spans this width of the picture.
+    int left = 161, right = 0;
+    for (int i = 0; i < 161; ++i)
+        if (pixel(lit, i, 60) != pixel(render({}, from({0, 0, -1})), i, 60)) left = std::min(left, i), right = i;
+    for (int i = left + 4; i < right - 3; i += 5) {
+        const float x = float(i - left) / float(right - left);
+        const Colour expected = (1 - x) * rampColour(0) + x * rampColour(1);
+        for (int k = 0; k < 3; ++k) {
+            const std::size_t c = std::size_t(k);
+            // Gloss adds to both, and dark bytes are coarse.
+            EXPECT_NEAR(linear(pixel(picture, i, 60)[c]) / linear(pixel(lit, i, 60)[c]), expected[k], .05) << i << k;
+        }
+    }
+    values[s.triangles[0][1]] = -1;
+    colourByValue(s, values, {100, false});
+    const Colour none = s.cornerColour[0][1];
+    EXPECT_LT(none.maxCoeff() - none.minCoeff(), .02f);
+    values.pop_back();
+    EXPECT_THROW(colourByValue(s, values, {}), Error);
+}
+
+TEST(Render, ColoursGoWithTheRootWhereTheyShall)
+{
+    Subject s = subject();
+    const std::vector<float> quarter(s.points.size(), 25);
+    colourByValue(s, quarter, {100, true});
+    EXPECT_TRUE(s.cornerColour[0][0].isApprox(rampColour(.5)));
+    colourByValue(s, quarter, {100, false});
+    EXPECT_TRUE(s.cornerColour[0][0].isApprox(rampColour(.25)));
+    for (double t = 0; t < 1; t += .1) EXPECT_GT(rampColour(t + .1).sum(), rampColour(t).sum()) << t;  // brighter
+}
+
+TEST(Render, ALegendShowsTheRampFromDarkToLightAndItsEnds)
+{
+    Image image{300, 200, std::vector<std::uint8_t>(3 * 300 * 200, 255)};
+    drawLegend(image, {8.5e3, false}, "energy [J/m^3]");
+    std::vector<int> sums;  // along the bar
+    for (int j = 199; j > 100 && sums.empty(); --j)
+        if (pixel(image, 10, j)[2] > 100 && pixel(image, 10, j)[1] < 60)
+            for (int i = 8; i < 108; ++i) sums.push_back(pixel(image, i, j)[0] + pixel(image, i, j)[1]);
+    ASSERT_EQ(sums.size(), 100u);
+    EXPECT_TRUE(std::is_sorted(sums.begin(), sums.end()));
+    const auto ink = [&](int low, int high) {
+        int count = 0;
+        for (int j = low; j < high; ++j)
+            for (int i = 0; i < 300; ++i) count += pixel(image, i, j) == std::array<int, 3>{30, 31, 33};
+        return count;
+    };
+    EXPECT_GT(ink(0, 185), 100);   // what it is of
+    EXPECT_GT(ink(180, 200), 60);  // 0 and 8.5e+03
+    Image small{4, 3, std::vector<std::uint8_t>(36, 255)};
+    EXPECT_NO_THROW(drawLegend(small, {1, true}, "margin"));  // cut off, not written beside
 }
 
 TEST(Render, RefusesWhatCannotBeSeen)

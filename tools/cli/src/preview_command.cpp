@@ -23,9 +23,12 @@ struct PreviewOptions {
     std::vector<int> frames;
     int count = 12, columns = 4, width = 480, height = 480, samples = 16;
     int turntable = 0;
-    std::string colour = "material";
-    std::vector<double> direction = {-0.55, -0.35, -1};
+    std::string colour = "material", torn = "red", fit = "frames";
+    std::vector<double> direction = {-0.55, -0.35, -1}, eye, lookAt;
+    double angle = 45;  // degrees
 };
+
+Vec3 pointOf(const std::vector<double>& p) { return {p[0], p[1], p[2]}; }
 
 /// The frames asked for, or `count` of them spread over the run with the first and the last.
 std::vector<RunFrame> chosenFrames(const RunFrames& run, const PreviewOptions& options)
@@ -44,14 +47,14 @@ std::vector<RunFrame> chosenFrames(const RunFrames& run, const PreviewOptions& o
 /// Pictures of the last frame from all round what is seen in it.
 int turn(const Scenery& scenery, const PreviewOptions& options)
 {
-    const Vec3 direction(options.direction[0], options.direction[1], options.direction[2]);
+    const Vec3 direction = pointOf(options.direction);
     pictures::View view = scenery.view;
     std::vector<pictures::Image> images;
     for (int i = 0; i < options.turntable; ++i) {
         const double angle = 2 * std::acos(-1.) * i / options.turntable, c = std::cos(angle), s = std::sin(angle);
         const Vec3 turned(c * direction.x() + s * direction.z(), direction.y(), c * direction.z() - s * direction.x());
-        view.camera = pictures::fittingCamera(turned, scenery.seen, options.width, options.height);
-        images.push_back(pictures::render(scenery.subjects.back(), view));
+        view.camera = pictures::fittingCamera(turned, scenery.seen, options.width, options.height, options.angle);
+        images.push_back(pictureOf(scenery, scenery.subjects.size() - 1, view));
         const fs::path file = fs::path(options.folder) / "preview" / fmt::format("turn.{:04}.png", i + 1);
         pictures::writePng(file, images.back());
         std::printf("%s\n", file.c_str());
@@ -67,15 +70,17 @@ int preview(const PreviewOptions& options)
     const fs::path folder = options.folder;
     const RunFrames run = readDrawnRun(folder);
     const auto frames = chosenFrames(run, options);
-    const auto by = options.colour == "fragment" ? pictures::ColourBy::fragment : pictures::ColourBy::material;
-    const Vec3 direction(options.direction[0], options.direction[1], options.direction[2]);
-    const Scenery scenery =
-        sceneryOf(folder, run, frames, {options.width, options.height, options.samples, direction, by});
+    PictureOptions how{.width = options.width, .height = options.height, .samples = options.samples};
+    how.direction = pointOf(options.direction), how.angle = options.angle;
+    how.colour = options.colour, how.torn = options.torn, how.fitsRun = options.fit == "run";
+    if (!options.eye.empty()) how.eye = pointOf(options.eye);
+    if (!options.lookAt.empty()) how.target = pointOf(options.lookAt);
+    const Scenery scenery = sceneryOf(folder, run, frames, how);
     fs::create_directories(folder / "preview");
     if (options.turntable > 0) return turn(scenery, options);
     std::vector<pictures::Image> images;
     for (std::size_t i = 0; i < frames.size(); ++i) {
-        images.push_back(pictures::render(scenery.subjects[i], scenery.view));
+        images.push_back(pictureOf(scenery, i, scenery.view));
         const fs::path file = folder / "preview" / fmt::format("{}.{:04}.png", run.scene, frames[i].frame);
         pictures::writePng(file, images.back());
         std::printf("%s\n", file.c_str());
@@ -105,10 +110,23 @@ Action addPreview(CLI::App& app)
     c->add_option("--samples", o->samples, "Rays a pixel")->check(CLI::Range(1, 64))->capture_default_str();
     c->add_option("--turntable", o->turntable, "Pictures from all round, this many, of the last of the frames")
         ->check(CLI::Range(1, 10000));
-    c->add_option("--colour", o->colour, "What the surface is coloured by; torn faces are red")
-        ->check(CLI::IsMember({"material", "fragment"}))
+    c->add_option("--colour", o->colour,
+                  "What the surface is coloured by: material, fragment; or, with a legend, what frames written with "
+                  "output.ply = true have of their points: energy, margin, arrival")
+        ->check(CLI::IsMember({"material", "fragment", "energy", "margin", "arrival"}))
+        ->capture_default_str();
+    c->add_option("--torn", o->torn, "Colour of torn faces: red, as_others, or #rrggbb")->capture_default_str();
+    c->add_option("--fit", o->fit, "What the camera sees: all that is in the frames of the pictures, or of the run")
+        ->check(CLI::IsMember({"frames", "run"}))
         ->capture_default_str();
     c->add_option("--direction", o->direction, "Direction of looking: x y z")->expected(3);
+    auto* eye = c->add_option("--eye", o->eye, "Where the camera is [m]: x y z; in place of --fit")->expected(3);
+    c->add_option("--look-at", o->lookAt, "A point that it looks at [m]: x y z; in place of --direction")
+        ->expected(3)
+        ->needs(eye);
+    c->add_option("--angle", o->angle, "Degrees that the longer side of the picture shows")
+        ->check(CLI::Range(1., 170.))
+        ->capture_default_str();
     return [o] { return preview(*o); };
 }
 

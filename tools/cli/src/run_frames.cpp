@@ -21,9 +21,14 @@ RunFrames readRunFrames(const std::filesystem::path& folder)
         for (const auto& frame : json.at("frames")) {
             RunFrame& f = run.frames.emplace_back();
             f.frame = frame.at("frame").get<int>();
+            if (frame.contains("bounds"))
+                for (const auto& corner : frame.at("bounds"))
+                    f.bounds.emplace_back(corner.at(0).get<double>(), corner.at(1).get<double>(),
+                                          corner.at(2).get<double>());
             for (const auto& file : frame.at("files")) {
                 const auto path = file.at("path").get<std::string>();
                 if (path.ends_with(".obj")) f.obj = folder / path;
+                if (path.ends_with(".ply")) f.ply = folder / path;
                 if (path.ends_with(".vdb")) f.vdb = folder / path;
                 if (path.ends_with(".motion")) f.motion = folder / path;
             }

@@ -1,6 +1,8 @@
 // The frames of a finished run, from its manifest.
 #pragma once
 
+#include <vdbfrac/base/vec.h>
+
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -9,7 +11,8 @@ namespace vdbfrac::cli {
 
 struct RunFrame {
     int frame = 0;
-    std::filesystem::path obj, vdb, motion;  ///< empty where the run wrote none
+    std::filesystem::path obj, ply, vdb, motion;  ///< empty where the run wrote none
+    std::vector<Vec3> bounds;                     ///< lower and upper corner of what is drawn [m]; empty without any
 };
 
 struct RunFrames {

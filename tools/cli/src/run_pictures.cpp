@@ -7,11 +7,14 @@
 #include <vdbfrac/lab/study/study_table.h>
 #include <vdbfrac/pictures/png_file.h>
 #include <vdbfrac/scene/reader.h>
+#include <vdbfrac/tetmesh/cache_files.h>
 #include <vdbfrac/tetmesh/obj_file.h>
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
+#include <cstdio>
+#include <map>
+#include <utility>
 
 namespace vdbfrac::cli {
 
@@ -19,18 +22,95 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// What all pictures have in common: a camera that sees all frames, and a floor under them.
-pictures::View viewOf(const std::vector<pictures::Subject>& subjects, const PictureOptions& options)
+Vec3 directionOf(const PictureOptions& options)
 {
-    if (!(options.direction.norm() > 0))
-        throw InputError({"--direction", "0 0 0 has no direction", "a vector with a length above 0", ""});
-    std::vector<Vec3> points;
-    for (const pictures::Subject& s : subjects) points.insert(points.end(), s.points.begin(), s.points.end());
+    const Vec3 direction = options.eye && options.target ? Vec3(*options.target - *options.eye) : options.direction;
+    if (!(direction.norm() > 0))
+        throw InputError({options.eye ? "--look-at" : "--direction", "there is no direction to look in", "",
+                          options.eye ? "a point other than that of --eye" : "a vector with a length above 0"});
+    return direction;
+}
+
+/// What all pictures have in common: a camera, and a floor under them. `round`: more that it has to see.
+pictures::View viewOf(const std::vector<pictures::Subject>& subjects, std::vector<Vec3> round,
+                      const PictureOptions& options, const Vec3& origin)
+{
+    const Vec3 direction = directionOf(options);
     pictures::View view;
-    view.camera = pictures::fittingCamera(options.direction, points, options.width, options.height);
+    for (const pictures::Subject& s : subjects)
+        for (const Vec3& p : s.points) view.ground = std::min(p.y(), view.ground.value_or(p.y()));
+    for (const pictures::Subject& s : subjects) round.insert(round.end(), s.points.begin(), s.points.end());
+    view.camera.angle = options.angle, view.camera.direction = direction;
+    if (options.eye)
+        view.camera.eye = *options.eye - origin;
+    else
+        view.camera = pictures::fittingCamera(direction, round, options.width, options.height, options.angle);
     view.width = options.width, view.height = options.height, view.samples = options.samples;
-    for (const Vec3& p : points) view.ground = std::min(p.y(), view.ground.value_or(p.y()));
     return view;
+}
+
+/// Corners of the boxes round the frames of a run.
+std::vector<Vec3> cornersOf(const RunFrames& run, const Vec3& origin)
+{
+    std::vector<Vec3> corners;
+    for (const RunFrame& frame : run.frames)
+        for (int k = 0; frame.bounds.size() == 2 && k < 8; ++k)
+            corners.push_back(Vec3(frame.bounds[std::size_t(k & 1)].x(), frame.bounds[std::size_t(k >> 1 & 1)].y(),
+                                   frame.bounds[std::size_t(k >> 2)].z()) -
+                              origin);
+    return corners;
+}
+
+/// "#c0392b" as linear light.
+pictures::Colour colourOf(const std::string& text)
+{
+    unsigned rgb = 0;
+    char rest = 0;
+    if (text.size() != 7 || std::sscanf(text.c_str(), "#%6x%c", &rgb, &rest) != 1)
+        throw InputError({"--torn", "'" + text + "' is no colour", "red, as_others or #rrggbb", ""});
+    constexpr float kGamma = 2.2f;
+    return pictures::Colour(float(rgb >> 16 & 255), float(rgb >> 8 & 255), float(rgb & 255))
+        .
+        operator/(255.f)
+        .pow(kGamma);
+}
+
+pictures::Paint paintOf(const PictureOptions& options, pictures::MaterialColours materials)
+{
+    pictures::Paint paint{.materials = std::move(materials)};
+    if (options.colour == "fragment") paint.by = pictures::ColourBy::fragment;
+    if (options.torn == "as_others") paint.torn.reset();
+    if (options.torn != "as_others" && options.torn != "red") paint.torn = colourOf(options.torn);
+    return paint;
+}
+
+/// Colours of what values of points stand for.
+struct ValueName {
+    const char *name, *what;
+    bool byRoot;
+};
+constexpr ValueName kValues[] = {
+    {"energy", "energy [J/m^3]", true}, {"margin", "margin", false}, {"arrival", "arrival [s]", false}};
+
+void colourByValues(Scenery& scenery, const std::vector<RunFrame>& frames, const std::string& name)
+{
+    const auto known =
+        std::find_if(std::begin(kValues), std::end(kValues), [&](const ValueName& v) { return name == v.name; });
+    if (known == std::end(kValues)) return;
+    std::vector<std::vector<float>> values;
+    pictures::Scale scale{0, known->byRoot};
+    for (const RunFrame& frame : frames) {
+        auto all = frame.ply.empty() ? std::map<std::string, std::vector<float>>() : tetmesh::readPlyValues(frame.ply);
+        if (!all.contains(name))
+            throw InputError({"--colour",
+                              "frame " + std::to_string(frame.frame) + " has no '" + name + "' of its points", "",
+                              "simulate with output.ply = true and '" + name + "' in output.vdb"});
+        values.push_back(std::move(all[name]));
+        for (const float v : values.back()) scale.high = std::max(scale.high, double(v));
+    }
+    if (!(scale.high > 0)) scale.high = 1;
+    for (std::size_t i = 0; i < values.size(); ++i) pictures::colourByValue(scenery.subjects[i], values[i], scale);
+    scenery.scale = scale, scenery.scaleName = known->what;
 }
 
 /// Puts the colliders of the run's scene into the pictures of its frames.
@@ -69,18 +149,29 @@ Scenery sceneryOf(const fs::path& folder, const RunFrames& run, const std::vecto
 {
     Scenery scenery;
     const fs::path mtl = folder / "obj" / (run.scene + ".mtl");
-    const auto materials = fs::exists(mtl) ? tetmesh::diffuseColours(readText(mtl)) : pictures::MaterialColours{};
+    const pictures::Paint paint =
+        paintOf(options, fs::exists(mtl) ? tetmesh::diffuseColours(readText(mtl)) : pictures::MaterialColours{});
     std::optional<Vec3> origin;  // pictures are made near the origin, wherever the body is
     for (const RunFrame& frame : frames) {
         tetmesh::DrawnTopology drawn = tetmesh::readDrawnObj(frame.obj);
         if (!origin && !drawn.mesh.points.empty()) origin = drawn.mesh.points[0];
         for (Vec3& p : drawn.mesh.points) p -= *origin;
-        scenery.subjects.push_back(pictures::subjectOf(drawn, drawn.mesh.points, materials, options.colour));
+        scenery.subjects.push_back(pictures::subjectOf(drawn, drawn.mesh.points, paint));
     }
-    scenery.view = viewOf(scenery.subjects, options);
+    colourByValues(scenery, frames, options.colour);
+    const Vec3 from = origin.value_or(Vec3::Zero());
+    scenery.view =
+        viewOf(scenery.subjects, options.fitsRun ? cornersOf(run, from) : std::vector<Vec3>(), options, from);
     scenery.seen = scenery.subjects.back().points;
-    addColliders(scenery, frames, folder, origin.value_or(Vec3::Zero()));
+    addColliders(scenery, frames, folder, from);
     return scenery;
+}
+
+pictures::Image pictureOf(const Scenery& scenery, std::size_t frame, const pictures::View& view)
+{
+    pictures::Image image = pictures::render(scenery.subjects[frame], view);
+    if (scenery.scale) pictures::drawLegend(image, *scenery.scale, scenery.scaleName);
+    return image;
 }
 
 fs::path writeSheet(const fs::path& folder, int count, const std::string& file)
@@ -90,7 +181,7 @@ fs::path writeSheet(const fs::path& folder, int count, const std::string& file)
     const Scenery scenery =
         sceneryOf(folder, run, spread(run.frames, count), {.width = kPixels, .height = kPixels, .samples = kSamples});
     std::vector<pictures::Image> images;
-    for (const pictures::Subject& s : scenery.subjects) images.push_back(pictures::render(s, scenery.view));
+    for (std::size_t i = 0; i < scenery.subjects.size(); ++i) images.push_back(pictureOf(scenery, i, scenery.view));
     fs::create_directories(folder / "preview");
     const fs::path sheet = folder / "preview" / file;
     pictures::writePng(sheet, count == 1 ? images[0] : pictures::contactSheet(images, 4, kGap));

@@ -5,6 +5,8 @@
 
 #include <vdbfrac/pictures/render.h>
 
+#include <optional>
+#include <string>
 #include <vector>
 
 namespace vdbfrac::cli {
@@ -12,7 +14,11 @@ namespace vdbfrac::cli {
 struct PictureOptions {
     int width = 480, height = 480, samples = 16;  ///< pixels, rays a pixel
     Vec3 direction = Vec3(-0.55, -0.35, -1);      ///< of looking
-    pictures::ColourBy colour = pictures::ColourBy::material;
+    std::string colour = "material";              ///< or fragment, energy, margin, arrival
+    std::string torn = "red";                     ///< or as_others, or #rrggbb
+    bool fitsRun = false;             ///< the camera sees all frames of the run, not those in the pictures alone
+    std::optional<Vec3> eye, target;  ///< m: where the camera is, and what it looks at
+    double angle = 45;                ///< degrees that the longer side of the picture shows
 };
 
 /// What pictures are made of.
@@ -20,7 +26,12 @@ struct Scenery {
     std::vector<pictures::Subject> subjects;  ///< of the frames, with the colliders of the scene
     std::vector<Vec3> seen;                   ///< the points of the last of them, without colliders
     pictures::View view;
+    std::optional<pictures::Scale> scale;  ///< of colours that stand for values
+    std::string scaleName;
 };
+
+/// A picture of one of them, with the legend of its colours.
+pictures::Image pictureOf(const Scenery& scenery, std::size_t frame, const pictures::View& view);
 
 /// The run, with those of its frames that have an .obj. Throws InputError where none has, FileError.
 RunFrames readDrawnRun(const std::filesystem::path& folder);

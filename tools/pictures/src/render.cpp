@@ -173,6 +173,10 @@ private:
         s.normal = ((1 - hit.u - hit.v) * n[0] + double(hit.u) * n[1] + double(hit.v) * n[2]).stableNormalized();
         if (s.normal.dot(s.face) < 0) s.normal = -s.normal;
         s.colour = subject_.colour[hit.triangle];
+        if (hit.triangle < subject_.cornerColour.size()) {
+            const auto& c = subject_.cornerColour[hit.triangle];
+            s.colour = (1 - hit.u - hit.v) * c[0] + hit.u * c[1] + hit.v * c[2];
+        }
         return s;
     }
 

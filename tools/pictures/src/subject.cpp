@@ -11,7 +11,7 @@ namespace vdbfrac::pictures {
 namespace {
 
 constexpr double kCrease = 40;  // degrees
-const Colour kOutside(0.53f, 0.50f, 0.45f), kInside(0.62f, 0.035f, 0.025f);
+const Colour kOutside(0.53f, 0.50f, 0.45f);
 
 /// Colours that differ for numbers that are near each other: hues apart by the golden angle.
 Colour hueOf(std::uint32_t number)
@@ -36,8 +36,7 @@ Colour materialColour(const tetmesh::RenderMesh& mesh, std::size_t face, const M
 
 }  // namespace
 
-Subject subjectOf(const tetmesh::DrawnTopology& drawn, std::span<const Vec3> points, const MaterialColours& materials,
-                  ColourBy by)
+Subject subjectOf(const tetmesh::DrawnTopology& drawn, std::span<const Vec3> points, const Paint& paint)
 {
     tetmesh::RenderMesh mesh = drawn.mesh;
     mesh.points.assign(points.begin(), points.end());
@@ -55,16 +54,18 @@ Subject subjectOf(const tetmesh::DrawnTopology& drawn, std::span<const Vec3> poi
         subject.triangles.push_back({at(0).point, at(1).point, at(2).point});
         subject.normals.push_back({mesh.normals[at(0).normal], mesh.normals[at(1).normal], mesh.normals[at(2).normal]});
         const std::uint32_t f = fans.face[t];
-        const Colour outside = by == ColourBy::fragment ? hueOf(drawn.fragment[f]) : materialColour(mesh, f, materials);
-        subject.colour.push_back(drawn.torn[f] ? kInside : outside);
+        const Colour outside =
+            paint.by == ColourBy::fragment ? hueOf(drawn.fragment[f]) : materialColour(mesh, f, paint.materials);
+        subject.colour.push_back(drawn.torn[f] && paint.torn ? *paint.torn : outside);
     }
     return subject;
 }
 
-Camera fittingCamera(const Vec3& direction, std::span<const Vec3> points, int width, int height)
+Camera fittingCamera(const Vec3& direction, std::span<const Vec3> points, int width, int height, double angle)
 {
     constexpr double kMargin = 0.06;  // of the picture on each side
     Camera camera;
+    camera.angle = angle;
     camera.direction = direction.normalized();
     const Vec3 ahead = camera.direction;
     const Vec3 right =

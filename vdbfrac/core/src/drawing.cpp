@@ -6,6 +6,7 @@
 #include <vdbfrac/tetmesh/obj_file.h>
 
 #include <filesystem>
+#include <limits>
 #include <string>
 #include <utility>
 
@@ -127,6 +128,19 @@ DrawnFrame Drawing::frame(const Simulation& simulation) const
                              simulation.v().subspan(own.firstNode, own.mesh->nodeCount())));
     }
     return frame;
+}
+
+Bounds boundsOf(const DrawnFrame& frame)
+{
+    constexpr double kFar = std::numeric_limits<double>::infinity();
+    Bounds box{Vec3::Constant(kFar), Vec3::Constant(-kFar)};
+    for (const DrawnBody& body : frame)
+        for (const tetmesh::RenderMesh::Corner& c : body.topology->mesh.corners) {
+            box.lower = box.lower.cwiseMin(body.points[c.point]);
+            box.upper = box.upper.cwiseMax(body.points[c.point]);
+        }
+    if (!(box.lower.x() <= box.upper.x())) box = {Vec3::Zero(), Vec3::Zero()};
+    return box;
 }
 
 std::vector<tetmesh::PlyBody> plyBodies(const DrawnFrame& frame)

@@ -130,6 +130,9 @@ json framesJson(std::span<const FrameRecord> frames)
         for (const WrittenFile& w : f.files)
             files.push_back({{"path", w.path}, {"bytes", w.bytes}, {"xxh3", w.checksum}});
         list.push_back({{"frame", f.frame}, {"time", f.time}, {"state_hash", f.stateHash}, {"files", files}});
+        if (f.drawn.lower != f.drawn.upper)
+            list.back()["bounds"] = {{f.drawn.lower.x(), f.drawn.lower.y(), f.drawn.lower.z()},
+                                     {f.drawn.upper.x(), f.drawn.upper.y(), f.drawn.upper.z()}};
     }
     return list;
 }
@@ -142,7 +145,13 @@ std::vector<FrameRecord> loadFrames(const Archive& archive)
             FrameRecord record{int(wholeNumber(f.at("frame"), archive)),
                                f.at("time").get<double>(),
                                f.at("state_hash").get<std::string>(),
-                               {}};
+                               {},
+                               {Vec3::Zero(), Vec3::Zero()}};
+            if (f.contains("bounds"))
+                for (int k = 0; k < 3; ++k) {
+                    record.drawn.lower[k] = f.at("bounds").at(0).at(std::size_t(k)).get<double>();
+                    record.drawn.upper[k] = f.at("bounds").at(1).at(std::size_t(k)).get<double>();
+                }
             for (const json& w : f.at("files"))
                 record.files.push_back({w.at("path").get<std::string>(),
                                         std::uint64_t(wholeNumber(w.at("bytes"), archive)),

@@ -8,7 +8,7 @@ namespace vdbfrac::scene {
 
 namespace {
 
-struct Table {
+struct TableText {
     std::string name;  // empty: what stands before all tables
     std::vector<std::pair<std::string, std::string>> values;
 
@@ -26,9 +26,9 @@ struct Table {
     }
 };
 
-std::vector<Table> tablesOf(std::string_view text)
+std::vector<TableText> tableTextsOf(std::string_view text)
 {
-    std::vector<Table> tables(1);
+    std::vector<TableText> tables(1);
     std::map<std::string, int> count;  // of lists of tables
     std::istringstream lines{std::string(text)};
     for (std::string line; std::getline(lines, line);) {
@@ -45,9 +45,9 @@ std::vector<Table> tablesOf(std::string_view text)
     return tables;
 }
 
-const Table* find(const std::vector<Table>& tables, const std::string& name)
+const TableText* findTable(const std::vector<TableText>& tables, const std::string& name)
 {
-    const auto it = std::find_if(tables.begin(), tables.end(), [&](const Table& t) { return t.name == name; });
+    const auto it = std::find_if(tables.begin(), tables.end(), [&](const TableText& t) { return t.name == name; });
     return it != tables.end() ? &*it : nullptr;
 }
 
@@ -55,10 +55,10 @@ const Table* find(const std::vector<Table>& tables, const std::string& name)
 
 std::vector<Change> changesBetween(std::string_view before, std::string_view after)
 {
-    const std::vector<Table> then = tablesOf(before), now = tablesOf(after);
+    const std::vector<TableText> then = tableTextsOf(before), now = tableTextsOf(after);
     std::vector<Change> changes;
-    for (const Table& table : now) {
-        const Table* const old = find(then, table.name);
+    for (const TableText& table : now) {
+        const TableText* const old = findTable(then, table.name);
         if (!old) {
             changes.push_back({table.name, "", table.text()});
             continue;
@@ -70,8 +70,8 @@ std::vector<Change> changesBetween(std::string_view before, std::string_view aft
         for (const auto& [key, value] : old->values)
             if (!table.find(key)) changes.push_back({table.keyOf(key), value, ""});
     }
-    for (const Table& table : then)
-        if (!find(now, table.name)) changes.push_back({table.name, table.text(), ""});
+    for (const TableText& table : then)
+        if (!findTable(now, table.name)) changes.push_back({table.name, table.text(), ""});
     return changes;
 }
 

@@ -27,6 +27,7 @@ struct Subject {
     std::vector<std::array<std::uint32_t, 3>> triangles;  ///< indices into points
     std::vector<std::array<Vec3, 3>> normals;             ///< of the corners of each triangle
     std::vector<Colour> colour;                           ///< of each triangle
+    std::vector<std::array<Colour, 3>> cornerColour;      ///< of the first triangles, in place of theirs
 };
 
 /// How a surface is coloured.
@@ -35,10 +36,28 @@ enum class ColourBy { material, fragment };
 /// Colours of materials, as .mtl files have them.
 using MaterialColours = std::map<std::string, Vec3>;
 
-/// A frame: smooth between creases; torn faces red, others by their material or their fragment. Throws Error for faces
-/// without points.
-Subject subjectOf(const tetmesh::DrawnTopology& drawn, std::span<const Vec3> points,
-                  const MaterialColours& materials = {}, ColourBy by = ColourBy::material);
+struct Paint {
+    MaterialColours materials;
+    ColourBy by = ColourBy::material;
+    std::optional<Colour> torn = Colour(0.62f, 0.035f, 0.025f);  ///< red; none: as other faces are
+};
+
+/// A frame: smooth between creases; faces by their material or their fragment, but for torn ones. Throws Error for
+/// faces without points.
+Subject subjectOf(const tetmesh::DrawnTopology& drawn, std::span<const Vec3> points, const Paint& paint = {});
+
+/// From dark over violet and orange to light, brighter and brighter; t in [0, 1].
+Colour rampColour(double t);
+/// How values become colours.
+struct Scale {
+    double high = 1;      ///< the brightest; the darkest is 0, what is below has no value and is grey
+    bool byRoot = false;  ///< colours go with the root of a value, as stress does with energy
+};
+/// Colours all corners by the values of their points.
+void colourByValue(Subject& subject, std::span<const float> ofPoints, const Scale& scale);
+/// The colours of the scale with its ends, and what it is of, into the lower left of a picture. Small letters, digits
+/// and . + - / ^ ( ) are drawn, other characters are gaps.
+void drawLegend(Image& image, const Scale& scale, const std::string& what);
 
 struct Camera {
     Vec3 eye = Vec3::Zero();                 ///< m
@@ -46,7 +65,7 @@ struct Camera {
     double angle = 45;                       ///< degrees that the longer side of the picture shows
 };
 /// The nearest place from which all points are seen, with a margin.
-Camera fittingCamera(const Vec3& direction, std::span<const Vec3> points, int width, int height);
+Camera fittingCamera(const Vec3& direction, std::span<const Vec3> points, int width, int height, double angle = 45);
 
 struct View {
     Camera camera;

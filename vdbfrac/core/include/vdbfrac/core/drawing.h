@@ -2,6 +2,7 @@
 #pragma once
 
 #include <vdbfrac/base/ledger.h>
+#include <vdbfrac/base/primitive.h>
 #include <vdbfrac/core/simulation.h>
 #include <vdbfrac/scene/scene.h>
 #include <vdbfrac/skin/skin.h>
@@ -50,6 +51,9 @@ private:
     std::vector<Surface> surfaces_;
     std::string materials_;
 };
+
+/// Box round all points that faces use [m]; of no size without any.
+Bounds boundsOf(const DrawnFrame& frame);
 
 /// For a .ply of a frame, which has to live as long.
 std::vector<tetmesh::PlyBody> plyBodies(const DrawnFrame& frame);

@@ -3,6 +3,7 @@
 
 #include <vdbfrac/base/background.h>
 #include <vdbfrac/base/folder_lock.h>
+#include <vdbfrac/base/primitive.h>
 #include <vdbfrac/core/archive.h>
 #include <vdbfrac/core/branch.h>
 #include <vdbfrac/core/simulation.h>
@@ -34,6 +35,7 @@ struct FrameRecord {
     double time = 0;  ///< s
     std::string stateHash;
     std::vector<WrittenFile> files;
+    Bounds drawn{Vec3::Zero(), Vec3::Zero()};  ///< box round what is drawn [m]; of no size where nothing is
 };
 
 /// From which checkpoints a run may go on, and how.

@@ -1,0 +1,142 @@
+// Values as colours, and what the colours mean.
+#include <vdbfrac/base/error.h>
+#include <vdbfrac/base/number_text.h>
+#include <vdbfrac/pictures/render.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace vdbfrac::pictures {
+
+namespace {
+
+struct Glyph {
+    char character;
+    std::uint8_t row[7];  // 5 bits each, from the top
+};
+constexpr Glyph kGlyphs[] = {
+    {'0', {0x0e, 0x11, 0x13, 0x15, 0x19, 0x11, 0x0e}}, {'1', {0x04, 0x0c, 0x04, 0x04, 0x04, 0x04, 0x0e}},
+    {'2', {0x0e, 0x11, 0x01, 0x06, 0x08, 0x10, 0x1f}}, {'3', {0x0e, 0x11, 0x01, 0x06, 0x01, 0x11, 0x0e}},
+    {'4', {0x02, 0x06, 0x0a, 0x12, 0x1f, 0x02, 0x02}}, {'5', {0x1f, 0x10, 0x1e, 0x01, 0x01, 0x11, 0x0e}},
+    {'6', {0x06, 0x08, 0x10, 0x1e, 0x11, 0x11, 0x0e}}, {'7', {0x1f, 0x01, 0x02, 0x04, 0x08, 0x08, 0x08}},
+    {'8', {0x0e, 0x11, 0x11, 0x0e, 0x11, 0x11, 0x0e}}, {'9', {0x0e, 0x11, 0x11, 0x0f, 0x01, 0x02, 0x0c}},
+    {'a', {0x00, 0x00, 0x0e, 0x01, 0x0f, 0x11, 0x0f}}, {'b', {0x10, 0x10, 0x1e, 0x11, 0x11, 0x11, 0x1e}},
+    {'c', {0x00, 0x00, 0x0e, 0x10, 0x10, 0x11, 0x0e}}, {'d', {0x01, 0x01, 0x0f, 0x11, 0x11, 0x11, 0x0f}},
+    {'e', {0x00, 0x00, 0x0e, 0x11, 0x1f, 0x10, 0x0e}}, {'f', {0x06, 0x09, 0x08, 0x1c, 0x08, 0x08, 0x08}},
+    {'g', {0x00, 0x0f, 0x11, 0x11, 0x0f, 0x01, 0x0e}}, {'h', {0x10, 0x10, 0x16, 0x19, 0x11, 0x11, 0x11}},
+    {'i', {0x04, 0x00, 0x0c, 0x04, 0x04, 0x04, 0x0e}}, {'j', {0x02, 0x00, 0x06, 0x02, 0x02, 0x12, 0x0c}},
+    {'k', {0x10, 0x10, 0x12, 0x14, 0x18, 0x14, 0x12}}, {'l', {0x0c, 0x04, 0x04, 0x04, 0x04, 0x04, 0x0e}},
+    {'m', {0x00, 0x00, 0x1a, 0x15, 0x15, 0x11, 0x11}}, {'n', {0x00, 0x00, 0x16, 0x19, 0x11, 0x11, 0x11}},
+    {'o', {0x00, 0x00, 0x0e, 0x11, 0x11, 0x11, 0x0e}}, {'p', {0x00, 0x00, 0x1e, 0x11, 0x1e, 0x10, 0x10}},
+    {'q', {0x00, 0x00, 0x0d, 0x13, 0x0f, 0x01, 0x01}}, {'r', {0x00, 0x00, 0x16, 0x19, 0x10, 0x10, 0x10}},
+    {'s', {0x00, 0x00, 0x0e, 0x10, 0x0e, 0x01, 0x1e}}, {'t', {0x08, 0x08, 0x1c, 0x08, 0x08, 0x09, 0x06}},
+    {'u', {0x00, 0x00, 0x11, 0x11, 0x11, 0x13, 0x0d}}, {'v', {0x00, 0x00, 0x11, 0x11, 0x11, 0x0a, 0x04}},
+    {'w', {0x00, 0x00, 0x11, 0x11, 0x15, 0x15, 0x0a}}, {'x', {0x00, 0x00, 0x11, 0x0a, 0x04, 0x0a, 0x11}},
+    {'y', {0x00, 0x00, 0x11, 0x11, 0x0f, 0x01, 0x0e}}, {'z', {0x00, 0x00, 0x1f, 0x02, 0x04, 0x08, 0x1f}},
+    {'J', {0x07, 0x02, 0x02, 0x02, 0x02, 0x12, 0x0c}}, {'.', {0x00, 0x00, 0x00, 0x00, 0x00, 0x0c, 0x0c}},
+    {'+', {0x00, 0x04, 0x04, 0x1f, 0x04, 0x04, 0x00}}, {'-', {0x00, 0x00, 0x00, 0x1f, 0x00, 0x00, 0x00}},
+    {'/', {0x01, 0x01, 0x02, 0x04, 0x08, 0x10, 0x10}}, {'^', {0x04, 0x0a, 0x11, 0x00, 0x00, 0x00, 0x00}},
+    {'(', {0x02, 0x04, 0x08, 0x08, 0x08, 0x04, 0x02}}, {')', {0x08, 0x04, 0x02, 0x02, 0x02, 0x04, 0x08}},
+    {'[', {0x0e, 0x08, 0x08, 0x08, 0x08, 0x08, 0x0e}}, {']', {0x0e, 0x02, 0x02, 0x02, 0x02, 0x02, 0x0e}},
+};
+constexpr int kWide = 5, kTall = 7, kStep = 6;  // of a glyph, and from one to the next
+
+using Pixel = std::array<std::uint8_t, 3>;
+
+struct Canvas {
+    Image& image;
+    int scale;  // pixels of a dot
+
+    void fill(int x, int y, int width, int height, const Pixel& pixel)
+    {
+        for (int j = std::max(0, y); j < std::min(image.height, y + height); ++j)
+            for (int i = std::max(0, x); i < std::min(image.width, x + width); ++i)
+                std::copy(pixel.begin(), pixel.end(),
+                          &image.rgb[3 * (std::size_t(j) * std::size_t(image.width) + std::size_t(i))]);
+    }
+    void write(int x, int y, const std::string& text, const Pixel& pixel)
+    {
+        for (const char c : text) {
+            const auto glyph =
+                std::find_if(std::begin(kGlyphs), std::end(kGlyphs), [&](const Glyph& g) { return g.character == c; });
+            for (int j = 0; glyph != std::end(kGlyphs) && j < kTall; ++j)
+                for (int i = 0; i < kWide; ++i)
+                    if (glyph->row[j] >> (kWide - 1 - i) & 1) fill(x + scale * i, y + scale * j, scale, scale, pixel);
+            x += kStep * scale;
+        }
+    }
+    int widthOf(const std::string& text) const { return kStep * scale * int(text.size()); }
+};
+
+Pixel pixelOf(const Colour& linear)
+{
+    Pixel pixel{};
+    for (int k = 0; k < 3; ++k) {
+        const float v = std::clamp(linear[k], 0.f, 1.f);
+        pixel[std::size_t(k)] =
+            std::uint8_t(255 * (v <= 0.0031308f ? 12.92f * v : 1.055f * std::pow(v, 1 / 2.4f) - 0.055f) + 0.5f);
+    }
+    return pixel;
+}
+
+Colour fromScreen(std::uint32_t rgb)
+{
+    Colour linear;
+    for (int k = 0; k < 3; ++k) {
+        const float s = float(rgb >> (16 - 8 * k) & 255) / 255;
+        linear[k] = s <= 0.04045f ? s / 12.92f : std::pow((s + 0.055f) / 1.055f, 2.4f);
+    }
+    return linear;
+}
+
+/// Where a value stands between the ends of a scale.
+double shareOf(double value, const Scale& scale)
+{
+    const double share = std::clamp(value / scale.high, 0., 1.);
+    return scale.byRoot ? std::sqrt(share) : share;
+}
+
+}  // namespace
+
+Colour rampColour(double t)
+{
+    constexpr std::uint32_t kStops[] = {0x0d0887, 0x6a00a8, 0xb12a90,
+                                        0xe16462, 0xfca636, 0xf0f921};  // as pages have them
+    constexpr int kLast = int(std::size(kStops)) - 1;
+    const double at = std::clamp(t, 0., 1.) * kLast;
+    const int low = std::min(int(at), kLast - 1);
+    const float share = float(at - low);
+    return (1 - share) * fromScreen(kStops[low]) + share * fromScreen(kStops[low + 1]);
+}
+
+void colourByValue(Subject& subject, std::span<const float> ofPoints, const Scale& scale)
+{
+    if (ofPoints.size() != subject.points.size()) throw Error("a surface with other points than it has values");
+    const Colour none = fromScreen(0x8a8a86);
+    subject.cornerColour.clear();
+    for (const auto& t : subject.triangles) {
+        auto& corners = subject.cornerColour.emplace_back();
+        for (std::size_t k = 0; k < 3; ++k) {
+            const double value = double(ofPoints[t[k]]);
+            corners[k] = value < 0 ? none : rampColour(shareOf(value, scale));
+        }
+    }
+}
+
+void drawLegend(Image& image, const Scale& scale, const std::string& what)
+{
+    constexpr int kSmallest = 300;  // pixels that letters of one pixel a dot suit
+    Canvas canvas{image, std::max(1, image.width / kSmallest)};
+    const int dot = canvas.scale, margin = 8 * dot, length = image.width / 3, bar = 8 * dot;
+    const int top = image.height - margin - bar - (kTall + 4) * dot;
+    const Pixel ink{30, 31, 33};
+    for (int i = 0; i < length; ++i)
+        canvas.fill(margin + i, top, 1, bar, pixelOf(rampColour(shareOf((i + 0.5) * scale.high / length, scale))));
+    const std::string high = shortNumber(scale.high, 3);
+    const int below = top + bar + 4 * dot;
+    canvas.write(margin, below, "0", ink);
+    canvas.write(margin + length - canvas.widthOf(high), below, high, ink);
+    canvas.write(margin, top - (kTall + 4) * dot, what, ink);
+}
+
+}  // namespace vdbfrac::pictures
