@@ -90,6 +90,7 @@ with tempfile.TemporaryDirectory() as temporary:
     expect("missing file", ["check", folder / "none.toml"], 4, "none.toml")
     expect("no output folder", ["sim", good], 2, "-o")
     expect("plan", ["sim", good, "-n", "--measure", "0"], 0, "solve", "fracture", "gravity", "off", "no [gravity] in the scene")
+    expect("plan with time and disk", ["sim", good, "-n", "--measure", "1", "-f", "3"], 0, "nodes", "from (", "files: run.json", "time: about", "disk: about", "steps of")
     expect("plan needs no folder and writes none", ["sim", good, "-n", "--measure", "0", "-o", out], 0)
     if out.exists():
         failures.append("a plan wrote files")
@@ -111,7 +112,7 @@ with tempfile.TemporaryDirectory() as temporary:
     expect("memory limit", ["sim", good, "-o", folder / "o3", "--max-memory", "0.001"], 5, "--max-memory")
     expect("field that nothing makes", ["sim", good, "-o", folder / "o4", "-f", "1", "--set", 'output.vdb=["phi","arival"]'], 2, "arrival")
     expect("preview", ["preview", out, "--count", "1", "--width", "64", "--height", "64"], 0, "contact_sheet.png")
-    expect("preview by values that are not there", ["preview", out, "--colour", "energy"], 2, "--colour", "output.ply = true")
+    expect("preview by values that are not there", ["preview", out, "--colour", "margin"], 2, "--colour", "output.ply = true")
     expect("preview with no colour", ["preview", out, "--torn", "#12345"], 2, "--torn", "#rrggbb")
     expect("preview at a point without an eye", ["preview", out, "--look-at", "0", "0", "0"], 2, "--eye")
     expect("preview from where it looks", ["preview", out, "--eye", "1", "1", "1", "--look-at", "1", "1", "1"], 2, "--look-at")

@@ -165,6 +165,31 @@ def check_obj(path, frame):
     return set(fragments)
 
 
+def check_ply(path, scene):
+    """As docs/output.md has it. Where there is an .obj of the frame, vertex k is its point k. Returns the fragments."""
+    data = path.read_bytes()
+    head, body = data.split(b"end_header\n", 1)
+    names = re.findall(r"property float (\w+)", head.decode())
+    points, faces = (int(n) for n in re.search(r"element vertex (\d+)\n.*element face (\d+)\n", head.decode(), re.S).groups())
+    values = [n for n in scene["output"]["vdb"] if n in ("energy", "arrival", "margin")]
+    require(names == ["x", "y", "z", "vx", "vy", "vz", "rest_x", "rest_y", "rest_z", *values], f"{path}: {names}")
+    table = np.frombuffer(body, "<f4", points * len(names)).reshape(points, -1)
+    require(np.isfinite(table).all(), f"{path}: a value is not finite")
+    at, fragments = points * len(names) * 4, set()
+    for _ in range(faces):
+        corners = np.frombuffer(body, "<i4", body[at], at + 1)
+        require(((corners >= 0) & (corners < points)).all(), f"{path}: a face without points")
+        at += 1 + 4 * len(corners) + 5
+        fragments.add(int.from_bytes(body[at - 5:at - 1], "little"))
+        require(body[at - 1] in (0, 1), f"{path}: torn is {body[at - 1]}")
+    require(at == len(body), f"{path}: {len(body) - at} bytes behind its faces")
+    obj = path.parent.parent / "obj" / (path.stem + ".obj")
+    if obj.is_file():
+        own = read_obj(obj).points
+        require(own.shape == (points, 3) and np.allclose(own, table[:, :3], rtol=1e-6, atol=1e-6), f"{path}: other points than {obj}")
+    return fragments
+
+
 def check_files(folder, run):
     """Every file of the manifest is there with its size, and no other frame is."""
     listed = set()
@@ -176,7 +201,7 @@ def check_files(folder, run):
             size = path.stat().st_size
             require(size == entry["bytes"], f"{path}: {size} bytes, run.json says {entry['bytes']}")
             listed.add(path)
-    present = set(folder.glob("vdb/*.vdb")) | set(folder.glob("obj/*.obj"))
+    present = set(folder.glob("vdb/*.vdb")) | set(folder.glob("obj/*.obj")) | set(folder.glob("ply/*.ply"))
     require(present == listed, f"files that run.json does not name: {sorted(map(str, present - listed))}")
 
 
@@ -215,9 +240,9 @@ def check_run(folder):
                 check_vdb(path, scene, frame)
                 vdbs, last_vdb = vdbs + 1, path
             else:
-                fragments = check_obj(path, frame)
+                fragments = check_ply(path, scene) if path.suffix == ".ply" else check_obj(path, frame)
                 require(fragments <= known, f"{path}: fragments {sorted(fragments - known)} are not in run.json")
-                objs += 1
+                objs += path.suffix == ".obj"
     expected = len(run["frames"])
     require(vdbs == (expected if scene["output"]["vdb"] else 0), f"{vdbs} .vdb frames of {expected}")
     require(objs == (expected if scene["output"]["obj"] else 0), f"{objs} .obj frames of {expected}")

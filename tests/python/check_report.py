@@ -205,7 +205,8 @@ def check_values(driver, run, files, index):
     plys = [path.parent.parent / "ply" / (path.stem + ".ply") for _, path in files]
     _, triangles, _ = surface(files[index][1])
     for name, share in ("energy", np.sqrt), ("arrival", lambda t: t):
-        high = max(values_of(p, name).max() for p in plys)
+        # Energy peaks at the tip of the crack: one value in 200 of a frame may be beyond the end of the scale.
+        high = max((v := np.sort(values_of(p, name)))[-1 - (len(v) // 200 if name == "energy" else 0)] for p in plys)
         value = values_of(plys[index], name)[triangles].reshape(-1)
         expected = np.where(value[:, None] < 0, ((0x8a / 255 + .055) / 1.055) ** 2.4, ramp_colour(share(np.clip(value / high, 0, 1))))
         driver.execute_script("const s = document.querySelector('.bar select'); s.value = arguments[0]; s.dispatchEvent(new Event('change'))", name)

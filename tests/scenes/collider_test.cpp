@@ -1,4 +1,5 @@
 // Bodies against colliders: forces against differences of the energy, and motion against closed forms.
+#include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/effects/effects.h>
 #include <vdbfrac/lab/scenes/scene_run.h>
 #include <vdbfrac/solver/linear_solver.h>
@@ -6,9 +7,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
 #include <numbers>
 #include <random>
 #include <string>
+
+#include <unistd.h>
 
 using namespace vdbfrac;
 using lab::SceneRun;
@@ -129,6 +133,30 @@ TEST(Collider, CarriesAWeightAtTheDepthOfItsStiffness)
         const double p = kDensity * kG * Sled::kHeight, k = kBeta * kStiff / kDx;
         EXPECT_NEAR(sunk[sunk.size() / 2] / std::sqrt(2 * kSmooth * kDx * p / k), 1, kWithin) << lattice;
     }
+}
+
+/// A block falls onto a box, and onto the same box as a mesh.
+TEST(Collider, AMeshCarriesAsTheSolidThatItIsOf)
+{
+    const std::filesystem::path folder =
+        std::filesystem::temp_directory_path() / ("vdbfrac-colliders-" + std::to_string(::getpid()));
+    std::filesystem::create_directories(folder);
+    std::string mesh;
+    for (int i = 0; i < 8; ++i)
+        mesh +=
+            "v " + number((i & 1) - .5) + " " + number(.3 * (i >> 1 & 1) - .35) + " " + number((i >> 2) - .5) + "\n";
+    mesh += "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+    writeText(folder / "table.obj", mesh);
+    const auto rest = [&](const std::string& shape) {
+        SceneRun run(Sled{.start = 0, .lift = .02, .frames = 30}.text(), {"collider.0.shape=" + shape});
+        run.toEnd();
+        EXPECT_GT(run.work.countOf("solve", "couplings"), 0) << shape;
+        return mean(run.simulation, run.simulation.x());
+    };
+    const Vec3 solid = rest("{ box = { size = [1, 0.3, 1], center = [0, -0.2, 0] } }");
+    const Vec3 ofMesh = rest("{ mesh = \"" + (folder / "table.obj").string() + "\" }");
+    EXPECT_LT((ofMesh - solid).norm(), .02 * Sled::kDx) << ofMesh.transpose() << "; " << solid.transpose();
+    std::filesystem::remove_all(folder);
 }
 
 /// What was tangled when a scene began is left as deep as it was, not thrown out.

@@ -101,6 +101,25 @@ TEST_P(OnLattice, ForcesAreThoseOfTheEnergyAndCancel)
     EXPECT_NEAR(tangent, (solver::dot(after, u) - solver::dot(before, u)) / (2 * kStep), kLeftOut * tangent);
 }
 
+/// Friction holds on to the start of the step; without it forces of a touch lie on one line.
+TEST_P(OnLattice, ForcesOfATouchHaveNoMomentWithoutFriction)
+{
+    constexpr double kRounding = 1e-11;
+    SceneRun run(blocks("[contact]\nfriction = 0\n", "[0.1, 0.54, 0.03]", GetParam()));
+    run.toFrame(4);
+    const core::Simulation& s = run.simulation;
+    solver::Potential& potential = *s.stages().solve.back();
+    potential.begin({s.x(), s.v(), 1. / 24, s.elastic(), s.time() + 1. / 24});
+    const std::vector<Vec3> x = sum(s.x(), 1. / 96, s.v());
+    std::vector<Vec3> gradient(x.size(), Vec3::Zero());
+    ASSERT_GT(potential.evaluate(x, gradient), 0);
+    double forces = 0;
+    Vec3 moment = Vec3::Zero();
+    for (std::size_t i = 0; i < x.size(); ++i)
+        forces += gradient[i].norm() * x[i].norm(), moment += x[i].cross(gradient[i]);
+    EXPECT_LT(moment.norm(), kRounding * forces);
+}
+
 TEST_P(OnLattice, MomentumOfACollisionStays)
 {
     constexpr double kDrift = 1e-10, kSolved = 1e-6;
@@ -202,6 +221,41 @@ TEST(Contact, PushesApartWhatBeganTangled)
     run.toEnd();
     EXPECT_GT(gapOf(run.simulation), -.01 * kDx);
     EXPECT_LT(momentumOf(run.simulation).size, 2 * 125 * kSpeed);
+}
+
+/// A block is torn in two, its halves are let back and held where their lips nearly meet.
+TEST(Contact, TornLipsMeetAgainWithoutAKickAndPartWithoutBeingGlued)
+{
+    std::string scene =
+        "version = 1\nname = \"released\"\n[time]\nframes = [1, 96]\nfps = 24\n[grid]\nvoxel_size = 0.1\n[[body]]\n"
+        "name = \"block\"\nmaterial = \"gel\"\nshape = { box = { size = [1, 1, 1] } }\n"
+        "cut = [{ cylinder = { axis = \"z\", radius = 0.2, center = [0.5, 0, 0] } }]\n[material.gel]\n"
+        "youngs_modulus = 1e6\npoisson_ratio = 0.3\ndensity = 1000\n[damping]\nstiffness = 0.002\n[contact]\n"
+        "[fracture]\ntoughness = 2500\n";
+    for (const char* side : {"", "-"}) {
+        const std::string s = side, other = s.empty() ? "-" : "";
+        scene += "[[grip]]\nbody = \"block\"\nregion = { halfspace = { normal = [0, " + s +
+                 "1, 0], offset = 0.45 } }\nmove = { keys = [{ time = 0 }, { time = 0.7, translate = [0, " + s +
+                 "0.12, 0] }, { time = 1.4, translate = [0, " + other + "0.1, 0] }, { time = 2.4, translate = [0, " +
+                 s + "0.2, 0] }] }\n";
+    }
+    SceneRun run(scene);
+    double released = 0, kinetic = 0, deepest = 0;
+    std::int64_t touching = 0;
+    while (!run.atEnd()) {
+        const core::StepRecord& r = run.step();
+        // What the crack let go is the most that a kick could have; what comes back later is the grips' own work.
+        if (r.time < .7) released = std::max(released, r.elasticEnergy);
+        if (r.time > .75)
+            kinetic = std::max(kinetic, r.kineticEnergy), deepest = std::max(deepest, r.measured.at("contact_depth_m"));
+        if (r.time > 1.3 && r.time < 1.45) touching += r.work.countOf("contact", "active");
+    }
+    ASSERT_EQ(run.simulation.fragments(), 2u);
+    ASSERT_GT(touching, 0);
+    EXPECT_LT(kinetic, .05 * released);
+    EXPECT_LT(deepest, .2 * .1);  // of a voxel
+    // Pulled apart again, no load is left: nothing is glued.
+    EXPECT_LT(run.steps.back().gripLoad[0].norm(), .01 * run.peakLoad(0, 1));
 }
 
 TEST(Contact, NamedWithNothingNearChangesNoBit)

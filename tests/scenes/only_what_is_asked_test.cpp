@@ -118,6 +118,28 @@ TEST(Determinism, EveryFrameHasTheSameStateForAnyNumberOfThreads)
     }
 }
 
+TEST(Determinism, WhatTouchesTearsAndSleepsHasTheSameStateForAnyNumberOfThreads)
+{
+    const std::string more = std::string(kTear) +
+                             "[gravity]\n[contact]\n[sleep]\nafter = 0.1\n[[collider]]\n"
+                             "shape = { sphere = { radius = 0.3, center = [0.05, 0.02, 0.46] } }\n"
+                             "[[body]]\nname = \"stone\"\nmaterial = \"m\"\nvelocity = [-2, 0, 0]\n"
+                             "shape = { box = { size = [0.2, 0.2, 0.2], center = [0.33, 0.3, 0.01] } }\n";
+    std::vector<std::uint64_t> expected;
+    for (int threads : {1, 2, 3, 8}) {
+        const ThreadLimit limit(threads);
+        SceneRun run(notchedBar(1, more));
+        std::vector<std::uint64_t> hashes;
+        for (int frame = 1; frame <= 16; ++frame) {
+            run.toFrame(frame);
+            hashes.push_back(run.simulation.stateHash());
+        }
+        EXPECT_GT(run.work.countOf("solve", "couplings"), 0);
+        if (expected.empty()) expected = hashes;
+        EXPECT_EQ(hashes, expected) << threads;
+    }
+}
+
 TEST(Recut, MassIsConservedButForWhatTheCracksTook)
 {
     SceneRun run(notchedBar(1, kTear));

@@ -116,4 +116,13 @@ std::map<std::string, std::vector<float>> readPlyValues(const std::filesystem::p
     return values;
 }
 
+float highEndOf(std::vector<float> values)
+{
+    constexpr std::size_t kOneIn = 200;
+    if (values.empty()) return 0;
+    const auto end = values.end() - std::ptrdiff_t(values.size() / kOneIn) - 1;
+    std::nth_element(values.begin(), end, values.end());
+    return *end;
+}
+
 }  // namespace vdbfrac::tetmesh

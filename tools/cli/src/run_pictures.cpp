@@ -87,7 +87,7 @@ pictures::Paint paintOf(const PictureOptions& options, pictures::MaterialColours
 /// Colours of what values of points stand for.
 struct ValueName {
     const char *name, *what;
-    bool byRoot;
+    bool byRoot;  // and it peaks at single points
 };
 constexpr ValueName kValues[] = {
     {"energy", "energy [J/m^3]", true}, {"margin", "margin", false}, {"arrival", "arrival [s]", false}};
@@ -106,7 +106,10 @@ void colourByValues(Scenery& scenery, const std::vector<RunFrame>& frames, const
                               "frame " + std::to_string(frame.frame) + " has no '" + name + "' of its points", "",
                               "simulate with output.ply = true and '" + name + "' in output.vdb"});
         values.push_back(std::move(all[name]));
-        for (const float v : values.back()) scale.high = std::max(scale.high, double(v));
+        if (values.back().empty()) continue;
+        scale.high =
+            std::max<double>(scale.high, known->byRoot ? tetmesh::highEndOf(values.back())
+                                                       : *std::max_element(values.back().begin(), values.back().end()));
     }
     if (!(scale.high > 0)) scale.high = 1;
     for (std::size_t i = 0; i < values.size(); ++i) pictures::colourByValue(scenery.subjects[i], values[i], scale);

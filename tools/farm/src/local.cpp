@@ -30,6 +30,14 @@ std::string lastLine(const fs::path& log)
     return text.substr(text.rfind('\n') + 1);
 }
 
+/// The exit code of a run that was handed a signal: one that had not begun to listen is stopped all the same, and has
+/// lost nothing.
+int stopCode(int code, int signal)
+{
+    constexpr int kBySignal = 128;
+    return signal != 0 && code == kBySignal + signal ? kStopped : code;
+}
+
 /// Runs in processes, and a signal for all of them.
 class Runs {
 public:
@@ -61,7 +69,7 @@ private:
         for (const auto& [process, run] : running_) {
             int status = 0;
             if (waitpid(process, &status, WNOHANG) != process) continue;
-            const int code = lab::exitCodeOf(status);
+            const int code = stopCode(lab::exitCodeOf(status), signal_);
             if (code == kStopped)
                 stopped_ = true;
             else if (code != 0 && !failed_)
@@ -115,10 +123,10 @@ std::vector<std::string> simCommand(const LocalSettings& settings, const WedgeRu
 int runOne(const LocalSettings& settings, const WedgeRun& run)
 {
     const pid_t process = lab::startProgram(simCommand(settings, run));
-    int status = 0;
-    for (int passed = 0; waitpid(process, &status, WNOHANG) != process; std::this_thread::sleep_for(kLook))
+    int status = 0, passed = 0;
+    for (; waitpid(process, &status, WNOHANG) != process; std::this_thread::sleep_for(kLook))
         if (const int signal = settings.stop(); signal != passed) kill(process, passed = signal);
-    return lab::exitCodeOf(status);
+    return stopCode(lab::exitCodeOf(status), passed);
 }
 
 int runHere(const Wedge& wedge, const LocalSettings& settings) { return Runs(wedge, settings).all(); }

@@ -34,7 +34,7 @@ struct Frame {
 /// A value of points that the player can show. Below 0 there is none.
 struct Shown {
     const char *name, *label, *unit;
-    bool byRoot;  // colours go with its root, as stress does with energy
+    bool byRoot;  // colours go with its root, as stress does with energy; it peaks at single points
 };
 constexpr Shown kShown[] = {{"energy", "Elastic energy", "J/m\u00b3", true},
                             {"margin", "How near it is to tearing", "", false},
@@ -173,7 +173,7 @@ private:
                      {"frames", Json::array()},
                      {"values", Json::array()}};
         for (const Shown& shown : kShown)
-            if (const double high = highest(shown.name); high > 0)
+            if (const double high = highest(shown); high > 0)
                 page["values"].push_back({{"name", shown.name},
                                           {"label", shown.label},
                                           {"unit", shown.unit},
@@ -196,13 +196,15 @@ private:
     }
 
     /// In any frame; 0 where a frame has no such values, or other points than its .obj.
-    double highest(const std::string& name) const
+    double highest(const Shown& shown) const
     {
         float high = 0;
         for (const Frame& f : frames_) {
-            const auto it = f.values.find(name);
+            const auto it = f.values.find(shown.name);
             if (it == f.values.end() || it->second.size() != f.points.size()) return 0;
-            for (const float v : it->second) high = std::max(high, v);
+            if (it->second.empty()) continue;
+            high = std::max(high, shown.byRoot ? tetmesh::highEndOf(it->second)
+                                               : *std::max_element(it->second.begin(), it->second.end()));
         }
         return std::isfinite(high) ? high : 0;
     }

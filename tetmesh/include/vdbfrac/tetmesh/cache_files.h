@@ -53,5 +53,8 @@ void writePlyFrame(const std::filesystem::path& file, std::span<const PlyBody> b
 /// The values of the points of such a file, by their names: all but places and velocities. Throws FileError,
 /// InputError.
 std::map<std::string, std::vector<float>> readPlyValues(const std::filesystem::path& file);
+/// No more than one value in 200 is above it: where colours for values end that peak at single points, as energy does
+/// at the tip of a crack. 0 without values.
+float highEndOf(std::vector<float> values);
 
 }  // namespace vdbfrac::tetmesh

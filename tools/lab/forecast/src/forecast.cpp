@@ -137,38 +137,56 @@ std::optional<std::pair<Sample, double>> pilotOf(const scene::Scene& scene, cons
     return pilot;
 }
 
+/// What a forecast is made from: one of them at least.
+struct Samples {
+    std::optional<Sample> own;
+    std::optional<std::pair<Sample, double>> pilot;  // and how much wider its voxels are
+};
+
+Samples samplesOf(const scene::Scene& scene, const core::SceneEstimate& estimate, const ForecastSettings& settings)
+{
+    constexpr double kSecondsOfNode = 1e-5;  // a step, at a guess: what to try first
+    constexpr int kAll = std::numeric_limits<int>::max();
+    const double frames = scene.time.lastFrame - scene.time.firstFrame;
+    Samples s;
+    if (estimate.tets <= kMostTets) s.own = take(scene, settings.memoryLimit, 0.2 * settings.seconds, 1 + kFirstSteps);
+    if (settings.wider > 0) {
+        scene::Scene coarse = scene;
+        coarse.grid.voxelSize *= settings.wider;
+        s.pilot.emplace(take(coarse, settings.memoryLimit, settings.seconds, kAll), settings.wider);
+        return s;
+    }
+    const double cost = s.own ? s.own->firstCost() : kSecondsOfNode * estimate.nodes;
+    // Small scenes are simulated themselves, as far as it goes.
+    if (s.own && !s.own->isWhole && 2 * frames * cost < settings.seconds)
+        s.own = take(scene, settings.memoryLimit, 0.8 * settings.seconds, kAll);
+    if (!s.own || !(s.own->isWhole || double(s.own->stepsIn.size()) > 0.5 * frames))
+        s.pilot = pilotOf(scene, settings, s.own ? s.own->nodes : estimate.nodes, cost);
+    if (!s.own && !s.pilot) throw LimitError("the scene is too large to be measured, and too thin for wider voxels");
+    return s;
+}
+
 }  // namespace
 
 Forecast forecast(const scene::Scene& scene, const core::SceneEstimate& estimate, const ForecastSettings& settings)
 {
+    const auto [own, pilot] = samplesOf(scene, estimate, settings);
+    const Sample& whole = pilot ? pilot->first : *own;
     const double frames = scene.time.lastFrame - scene.time.firstFrame;
+    const double ofNode = (own ? own->nodes : estimate.nodes) / whole.nodes;
     Forecast result;
-    std::optional<Sample> own;
-    if (estimate.tets <= kMostTets) own = take(scene, settings.memoryLimit, 0.2 * settings.seconds, 1 + kFirstSteps);
-    const double nodes = own ? own->nodes : estimate.nodes;
-    constexpr double kSecondsOfNode = 1e-5;  // a step, at a guess: what to try first
-    double cost = own ? own->firstCost() : kSecondsOfNode * nodes;
-    // Small scenes are simulated themselves, as far as it goes.
-    if (own && !own->isWhole && 2 * frames * cost < settings.seconds)
-        own = take(scene, settings.memoryLimit, 0.8 * settings.seconds, std::numeric_limits<int>::max());
-    const bool isOwnEnough = own && (own->isWhole || double(own->stepsIn.size()) > 0.5 * frames);
-    const auto pilot = isOwnEnough ? std::nullopt : pilotOf(scene, settings, nodes, cost);
-    const Sample* const whole = pilot ? &pilot->first : own ? &*own : nullptr;
-    if (!whole) throw LimitError("the scene is too large to be measured, and too thin for wider voxels");
     result.wider = pilot ? pilot->second : 1;
     result.measuredSteps = own ? int(own->cost.size()) : 0;
-    result.simulatedShare = frames > 0 ? double(whole->stepsIn.size()) / frames : 1;
-    result.steps = stepsOf(*whole, scene.time, result.wider);
-    const double slower = whole->cost.empty() ? 1 : mean(whole->cost) / whole->firstCost();
-    if (!own) cost = whole->firstCost() * kCacheMisses * nodes / whole->nodes;
-    const double ofNode = nodes / whole->nodes;
-    const double frameSeconds = own ? own->frameSeconds : whole->frameSeconds * ofNode;
+    result.simulatedShare = frames > 0 ? double(whole.stepsIn.size()) / frames : 1;
+    result.steps = stepsOf(whole, scene.time, result.wider);
+    const double cost = own ? own->firstCost() : whole.firstCost() * kCacheMisses * ofNode;
+    const double slower = whole.cost.empty() ? 1 : mean(whole.cost) / whole.firstCost();
+    const double frameSeconds = own ? own->frameSeconds : whole.frameSeconds * ofNode;
     result.seconds = result.steps * cost * slower + (frames + 1) * frameSeconds;
     // What frames write is mostly surface.
-    const double ofSurface = std::pow(ofNode, 2. / 3);
-    const double frameNow = own ? bytesOfFrame(*own) : bytesOfFrame(*whole) * ofSurface;
-    result.frameBytes = frameNow * mean(whole->frameBytes) / std::max(1., bytesOfFrame(*whole));
-    const double one = own ? own->checkpointBytes : whole->checkpointBytes * ofNode;
+    const double frameNow = own ? bytesOfFrame(*own) : bytesOfFrame(whole) * std::pow(ofNode, 2. / 3);
+    result.frameBytes = frameNow * mean(whole.frameBytes) / std::max(1., bytesOfFrame(whole));
+    const double one = own ? own->checkpointBytes : whole.checkpointBytes * ofNode;
     result.checkpointBytes = one * (settings.keepsCheckpoints ? frames + 1 : std::min(2., frames + 1));
     result.bytes = result.frameBytes * (frames + 1) + result.checkpointBytes + kStatsBytes * result.steps;
     return result;

@@ -1,8 +1,8 @@
-"""What `vdbfrac sim -n` foretells, against runs: steps within 2 times, bytes on the disk within 1.2 times, on scenes that
-tear, swing, touch and rest. Seconds are printed beside each other; they decide nothing here.
+#!/usr/bin/env python3
+"""What `vdbfrac sim -n` foretells beside what runs take, on twelve scenes, as the table of docs/measured.md.
 
-Usage: check_forecast.py PROGRAM SOURCE_FOLDER [--all]. Short forecasts of short runs, so that pilots on wider voxels are
-needed; --all: twelve scenes, some of them minutes long, as a table in Markdown.
+Usage: measure_forecasts.py PROGRAM SOURCE_FOLDER. Takes some six minutes. Exits with 1 where time or steps are beyond 2 times,
+bytes beyond 1.2 times.
 """
 import json
 import re
@@ -14,11 +14,9 @@ from pathlib import Path
 
 PROGRAM, SOURCE = sys.argv[1], Path(sys.argv[2])
 UNITS = {"kB": 1e3, "MB": 1e6, "GB": 1e9, "s": 1, "min": 60, "h": 3600}
-MOST_STEPS, MOST_BYTES = 2, 1.2
+MOST, MOST_BYTES = 2, 1.2
 
 # Scene, settings, seconds to measure for.
-SHORT = [("notched_block", ["grid.voxel_size=0.04", "time.frames=[1, 48]"], 1.5), ("bar", [], 0.5), ("two_bodies", [], 0.7),
-         ("dog_bone", [], 1.0)]
 ALL = [("notched_block", [], 3), ("notched_block", ["grid.voxel_size=0.025", "time.frames=[1, 40]"], 10),
        ("notched_block", ["grid.voxel_size=0.02", "time.frames=[1, 30]", "output.vdb=[\"surface\",\"vel\",\"fragment_id\"]"], 10),
        ("bar", ["grid.voxel_size=0.0125"], 5), ("dog_bone", [], 5), ("twist", [], 5), ("two_bodies", [], 3), ("slit_plate", [], 5),
@@ -58,17 +56,14 @@ def compare(name, settings, measure_for, top):
     told = foretold(said)
     ratios = [t / f for t, f in zip(told, found)]
     print(f"| {name} {' '.join(settings)} | {told[3]} | " + " | ".join(f"{t:.3g} / {f:.3g} = {r:.2f}" for t, f, r in zip(told, found, ratios)) + " |", flush=True)
-    for what, ratio, most in ("steps", ratios[1], MOST_STEPS), ("bytes", ratios[2], MOST_BYTES):
+    for what, ratio, most in ("seconds", ratios[0], MOST), ("steps", ratios[1], MOST), ("bytes", ratios[2], MOST_BYTES):
         if not 1 / most <= ratio <= most:
             failures.append(f"{name}: {ratio:.2f} times the {what}, allowed {1 / most:.2f} to {most}")
-    for what in "grip", "files:", "from (":
-        if what not in said and not (what == "grip" and "[[grip]]" in said):
-            failures.append(f"{name}: the plan says nothing of {what}")
 
 
 with tempfile.TemporaryDirectory() as temporary:
     print("| scene | from | seconds | steps | bytes |\n|---|---|--:|--:|--:|")
-    for case in ALL if "--all" in sys.argv else SHORT:
+    for case in ALL:
         compare(*case, Path(temporary))
 print("\n".join(failures) or "forecasts are as they should be")
 sys.exit(1 if failures else 0)
