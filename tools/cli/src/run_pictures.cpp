@@ -61,18 +61,14 @@ std::vector<Vec3> cornersOf(const RunFrames& run, const Vec3& origin)
     return corners;
 }
 
-/// "#c0392b" as linear light.
+/// Of "#c0392b".
 pictures::Colour colourOf(const std::string& text)
 {
     unsigned rgb = 0;
     char rest = 0;
     if (text.size() != 7 || std::sscanf(text.c_str(), "#%6x%c", &rgb, &rest) != 1)
         throw InputError({"--torn", "'" + text + "' is no colour", "red, as_others or #rrggbb", ""});
-    constexpr float kGamma = 2.2f;
-    return pictures::Colour(float(rgb >> 16 & 255), float(rgb >> 8 & 255), float(rgb & 255))
-        .
-        operator/(255.f)
-        .pow(kGamma);
+    return pictures::colourOnScreen(rgb);
 }
 
 pictures::Paint paintOf(const PictureOptions& options, pictures::MaterialColours materials)

@@ -1,7 +1,10 @@
 // Values as colours, and what the colours mean.
+#include <vdbfrac/pictures/render.h>
+
+#include "screen.h"
+
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/base/number_text.h>
-#include <vdbfrac/pictures/render.h>
 
 #include <algorithm>
 #include <cmath>
@@ -68,26 +71,7 @@ struct Canvas {
     int widthOf(const std::string& text) const { return kStep * scale * int(text.size()); }
 };
 
-Pixel pixelOf(const Colour& linear)
-{
-    Pixel pixel{};
-    for (int k = 0; k < 3; ++k) {
-        const float v = std::clamp(linear[k], 0.f, 1.f);
-        pixel[std::size_t(k)] =
-            std::uint8_t(255 * (v <= 0.0031308f ? 12.92f * v : 1.055f * std::pow(v, 1 / 2.4f) - 0.055f) + 0.5f);
-    }
-    return pixel;
-}
-
-Colour fromScreen(std::uint32_t rgb)
-{
-    Colour linear;
-    for (int k = 0; k < 3; ++k) {
-        const float s = float(rgb >> (16 - 8 * k) & 255) / 255;
-        linear[k] = s <= 0.04045f ? s / 12.92f : std::pow((s + 0.055f) / 1.055f, 2.4f);
-    }
-    return linear;
-}
+Pixel pixelOf(const Colour& linear) { return {byteOf(linear[0]), byteOf(linear[1]), byteOf(linear[2])}; }
 
 /// Where a value stands between the ends of a scale.
 double shareOf(double value, const Scale& scale)
@@ -98,6 +82,11 @@ double shareOf(double value, const Scale& scale)
 
 }  // namespace
 
+Colour colourOnScreen(std::uint32_t rgb)
+{
+    return {linearOf(rgb >> 16 & 255), linearOf(rgb >> 8 & 255), linearOf(rgb & 255)};
+}
+
 Colour rampColour(double t)
 {
     constexpr std::uint32_t kStops[] = {0x0d0887, 0x6a00a8, 0xb12a90,
@@ -106,13 +95,13 @@ Colour rampColour(double t)
     const double at = std::clamp(t, 0., 1.) * kLast;
     const int low = std::min(int(at), kLast - 1);
     const float share = float(at - low);
-    return (1 - share) * fromScreen(kStops[low]) + share * fromScreen(kStops[low + 1]);
+    return (1 - share) * colourOnScreen(kStops[low]) + share * colourOnScreen(kStops[low + 1]);
 }
 
 void colourByValue(Subject& subject, std::span<const float> ofPoints, const Scale& scale)
 {
     if (ofPoints.size() != subject.points.size()) throw Error("a surface with other points than it has values");
-    const Colour none = fromScreen(0x8a8a86);
+    const Colour none = colourOnScreen(0x8a8a86);
     subject.cornerColour.clear();
     for (const auto& t : subject.triangles) {
         auto& corners = subject.cornerColour.emplace_back();

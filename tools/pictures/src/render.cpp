@@ -1,5 +1,7 @@
 #include <vdbfrac/pictures/render.h>
 
+#include "screen.h"
+
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/base/parallel.h>
 
@@ -209,14 +211,6 @@ private:
     Vec3 ahead_, right_, up_, sun_, sunU_, sunV_;
     double slope_ = 0, size_ = 1e-9;
 };
-
-/// A light value as a byte of sRGB.
-std::uint8_t byteOf(float linear)
-{
-    const float v = std::clamp(linear, 0.f, 1.f);
-    const float s = v <= 0.0031308f ? 12.92f * v : 1.055f * std::pow(v, 1 / 2.4f) - 0.055f;
-    return std::uint8_t(s * 255 + 0.5f);
-}
 
 void check(const Subject& subject, const View& view)
 {

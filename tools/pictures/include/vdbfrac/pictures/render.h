@@ -46,6 +46,8 @@ struct Paint {
 /// faces without points.
 Subject subjectOf(const tetmesh::DrawnTopology& drawn, std::span<const Vec3> points, const Paint& paint = {});
 
+/// What a screen shows for 0xrrggbb (sRGB).
+Colour colourOnScreen(std::uint32_t rgb);
 /// From dark over violet and orange to light, brighter and brighter; t in [0, 1].
 Colour rampColour(double t);
 /// How values become colours.
