@@ -104,6 +104,10 @@ with tempfile.TemporaryDirectory() as temporary:
     check("jumps are told", told and abs(float(told[1])) < 1 and abs(float(told[2])) < 10, said)
     check("finer frames", states(fine)[:AT] == states(run)[:AT], "not the frames of the run")
 
+    moving = ["--set", "output.motion=true"]
+    sim(top / "moving", "--keep-checkpoints", base=[*COARSE, *moving])
+    sim(top / "moving_fine", "--branch", top / "moving", "--at", AT, base=["--set", "grid.voxel_size=0.05", *moving], code=2, texts=["output.motion", "finer lattice"])
+
     # What has to stay is named, all of it, and nothing is written over.
     before = states(run)
     sim(top / "refused", "--branch", run, "--set", "time.fps=25", "--set", "body.0.velocity=[0,1,0]", code=2, texts=["time.fps = 25", "body.0.velocity", "cannot change in a branch"])

@@ -13,6 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
+from ply_frames import read_ply
+
 PROGRAM = sys.argv[1]
 FRAMES, FPS = 14, 24
 failures = []
@@ -171,7 +173,7 @@ def check_embedded(folder, run, last):
     (folder / "ply").mkdir()
     vdbfrac("embed", run, "-o", folder / "ply/e.####.ply")
     for frame in (1, FRAMES):
-        points, velocities, rest, *_ = read_ply(folder / f"ply/e.{frame:04}.ply")
+        points, velocities, rest, *_ = values_of(folder / f"ply/e.{frame:04}.ply")
         check(f".ply of frame {frame}", np.abs(points - positions[frame - 1]).max() < 1e-6)
         check(f"rest of frame {frame}", np.abs(rest - positions[0]).max() < 1e-6)
     check("velocities are those of the grips", abs(np.median(velocities[points[:, 0] > 0.6][:, 0]) - 0.4) < 0.05)
@@ -192,12 +194,10 @@ def edge_counts(mesh):
     return edges
 
 
-def read_ply(path):
-    data = path.read_bytes()
-    head, body = data.split(b"end_header\n", 1)
-    count, width = int(head.split(b"element vertex ")[1].split()[0]), head.count(b"property float")
-    values = np.frombuffer(body, "<f4", count * width).reshape(count, width)
-    return values[:, :3], values[:, 3:6], values[:, 6:9], *values[:, 9:].T
+def values_of(path):
+    """Points, velocities and places at rest, then other values one by one."""
+    _, table, _, _ = read_ply(path)
+    return table[:, :3], table[:, 3:6], table[:, 6:9], *table[:, 9:].T
 
 
 def check_ply(folder):
@@ -225,7 +225,7 @@ vdb = ["phi", "energy"]
 ply = true
 """ + "".join(f'[[grip]]\nbody = "b"\nregion = {{ halfspace = {{ normal = [0, {s}1, 0], offset = {o} }} }}\nmove = {{ velocity = [0, {s}0.1, 0] }}\n' for s, o in (("", 0.45), ("-", 0.45))))
     vdbfrac("sim", bar, "-o", folder / "bar", "-q", "--set", "time.substeps=1")
-    points, velocities, rest, energy = read_ply(folder / "bar/ply/bar.0003.ply")
+    points, velocities, rest, energy = values_of(folder / "bar/ply/bar.0003.ply")
     drawn = Obj(folder / "bar/obj/bar.0003.obj")
     check(".ply has the points of the .obj", points.shape == drawn.points.shape and np.abs(points - drawn.points).max() < 1e-6)
     check("rest is the first frame", np.abs(rest - Obj(folder / "bar/obj/bar.0001.obj").points).max() < 1e-6)

@@ -18,6 +18,7 @@ import numpy as np
 import pyopenvdb
 
 from obj_frames import read_obj
+from ply_frames import read_ply
 
 REST_GRIDS = ("phi", "energy", "arrival")  # one for each body
 LEVEL_SETS = ("phi", "surface")
@@ -167,15 +168,11 @@ def check_obj(path, frame):
 
 def check_ply(path, scene):
     """As docs/output.md has it. Where there is an .obj of the frame, vertex k is its point k. Returns the fragments."""
-    data = path.read_bytes()
-    head, body = data.split(b"end_header\n", 1)
-    names = re.findall(r"property float (\w+)", head.decode())
-    points, faces = (int(n) for n in re.search(r"element vertex (\d+)\n.*element face (\d+)\n", head.decode(), re.S).groups())
+    names, table, faces, body = read_ply(path)
+    points, at, fragments = len(table), 0, set()
     values = [n for n in scene["output"]["vdb"] if n in ("energy", "arrival", "margin")]
     require(names == ["x", "y", "z", "vx", "vy", "vz", "rest_x", "rest_y", "rest_z", *values], f"{path}: {names}")
-    table = np.frombuffer(body, "<f4", points * len(names)).reshape(points, -1)
     require(np.isfinite(table).all(), f"{path}: a value is not finite")
-    at, fragments = points * len(names) * 4, set()
     for _ in range(faces):
         corners = np.frombuffer(body, "<i4", body[at], at + 1)
         require(((corners >= 0) & (corners < points)).all(), f"{path}: a face without points")

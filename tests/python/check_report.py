@@ -27,6 +27,7 @@ if missing := [p for p in ("chromium", "chromedriver") if not shutil.which(p)]:
     sys.exit(77)
 
 from obj_frames import read_obj
+from ply_frames import read_ply
 
 FLAGS = ("--headless --no-sandbox --use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader --disable-quic --no-first-run "
          "--disable-background-networking --disable-component-update --disable-sync --disable-dev-shm-usage --window-size=1200,1000").split()
@@ -193,11 +194,8 @@ def ramp_colour(t):
 
 
 def values_of(path, name):
-    data = path.read_bytes()
-    head, body = data.split(b"end_header\n", 1)
-    names = [line.split()[2].decode() for line in head.splitlines() if line.startswith(b"property float")]
-    count = int(head.split(b"element vertex ")[1].split()[0])
-    return np.frombuffer(body, "<f4", count * len(names)).reshape(count, -1)[:, names.index(name)]
+    names, table, _, _ = read_ply(path)
+    return table[:, names.index(name)]
 
 
 def check_values(driver, run, files, index):

@@ -266,6 +266,8 @@ void RunFolder::takeState(Simulation& simulation, const Resume& how, const Archi
         return;
     }
     if (!branch.isFiner) return simulation.branchFrom(archive);
+    if (simulation.ancestry())
+        throw InputError({"output.motion", "nodes cannot be followed to a finer lattice", "", "leave it out"});
     Simulation& wide = how.wider();
     if (hexadecimal(wide.bodiesHash()) != archive.getText("bodies_hash"))
         throw InputError({"--resume", "the bodies with voxels twice as wide are not those of the run", "", ""});
