@@ -2,7 +2,70 @@
 
 #include "strain_law.h"
 
+#include <Eigen/LU>
+
 namespace vdbfrac::solver {
+
+namespace {
+
+/// What the strains of an element's tets have in common.
+struct Strains {
+    const StrainLaw& law;
+    std::array<double, tetmesh::kMaxTets> V{};  // m^3, times the factor on the stiffness; 0: no material
+    std::array<Mat3, tetmesh::kMaxTets> F, e;   // of tets with material
+    double volume = 0, dilation = 0;            // sums of V and of V tr(e)
+    Mat3 meanF = Mat3::Zero();
+
+    Strains(const ElementOf& e, std::span<const Vec3> x, Strain strain);
+};
+
+Strains::Strains(const ElementOf& element, std::span<const Vec3> x, Strain strain) : law(lawOf(strain))
+{
+    const tetmesh::CellTets& tets = tetmesh::cellTets(element.element.shape);
+    for (std::size_t t = 0; t < std::size_t(tets.count); ++t) {
+        const double fraction = element.element.fraction[t];
+        if (fraction == 0) continue;
+        V[t] = element.h * element.h * element.h * tets.volume[t] * fraction *
+               (element.stiffness ? double(element.stiffness[t]) : 1.);
+        F[t] = deformationGradient(element, t, x), e[t] = law.strain(F[t]);
+        volume += V[t], dilation += V[t] * e[t].trace(), meanF += V[t] * F[t];
+    }
+    if (volume > 0) meanF /= volume;
+}
+
+/// Energy with the means of an element: mu |e|^2 + own tr(e)^2 / 2 in each tet, (1 - theta) of it its own and theta of
+/// the mean F, and K / 2 of the square of the mean dilatation.
+struct Moduli {
+    double mu, own, K, theta;  // Pa, Pa, Pa, 1
+    bool cellDilation;
+
+    Moduli(const Material& m, Elasticity elasticity, int tets)
+        : mu(m.mu),
+          own(elasticity.volumetric == Volumetric::cell ? -2. / 3. * m.mu : m.lambda),
+          K(m.lambda + 2. / 3. * m.mu),
+          theta(tets > 1 ? elasticity.meanStrain : 0),
+          cellDilation(elasticity.volumetric == Volumetric::cell)
+    {
+    }
+    double density(const Mat3& e) const { return mu * e.squaredNorm() + 0.5 * own * e.trace() * e.trace(); }
+    Mat3 stress(const Mat3& e) const { return 2 * mu * e + own * e.trace() * Mat3::Identity(); }
+};
+
+/// grad N_a [1/m] of the corners of a tet.
+std::array<Vec3, 4> gradients(const ElementOf& e, std::size_t t)
+{
+    const tetmesh::CellTets& tets = tetmesh::cellTets(e.element.shape);
+    std::array<Vec3, 4> gradient;
+    gradient[0] = Vec3::Zero();
+    for (std::size_t a = 1; a < 4; ++a) {
+        const auto& g = e.element.shape == tetmesh::CellShape::tet ? (*e.gradients)[a - 1] : tets.gradient[t][a];
+        gradient[a] = Eigen::Map<const Vec3>(g.data()) / e.h;
+        gradient[0] -= gradient[a];
+    }
+    return gradient;
+}
+
+}  // namespace
 
 Mat3 deformationGradient(const ElementOf& e, std::size_t t, std::span<const Vec3> x)
 {
@@ -19,54 +82,71 @@ Mat3 deformationGradient(const ElementOf& e, std::size_t t, std::span<const Vec3
 std::array<Mat3, tetmesh::kMaxTets> elementStress(const ElementOf& e, std::span<const Vec3> x, const Material& m,
                                                   Elasticity elasticity)
 {
-    const tetmesh::CellTets& tets = tetmesh::cellTets(e.element.shape);
-    const double theta = tets.count > 1 ? elasticity.meanStrain : 0;
-    const StrainLaw& law = lawOf(elasticity.strain);
+    const Strains strains(e, x, elasticity.strain);
+    const Moduli moduli(m, elasticity, tetmesh::cellTets(e.element.shape).count);
+    const Mat3 mean = moduli.theta > 0 && strains.volume > 0 ? strains.law.strain(strains.meanF) : Mat3(Mat3::Zero());
     std::array<Mat3, tetmesh::kMaxTets> stress;
-    double volume = 0, dilation = 0;
-    Mat3 mean = Mat3::Zero();
-    for (std::size_t t = 0; t < std::size_t(tets.count); ++t) {
-        if (e.element.fraction[t] == 0) continue;
-        const double V = tets.volume[t] * e.element.fraction[t] * (e.stiffness ? double(e.stiffness[t]) : 1.);
-        const Mat3 F = deformationGradient(e, t, x);
-        stress[t] = law.strain(F);
-        volume += V, dilation += V * stress[t].trace(), mean += V * F;
-    }
-    const Mat3 meanStrain = theta > 0 && volume > 0 ? law.strain(mean / volume) : Mat3(Mat3::Zero());
-    for (std::size_t t = 0; t < std::size_t(tets.count); ++t) {
-        if (e.element.fraction[t] == 0) continue;
-        const Mat3 shear = (1 - theta) * stress[t] + theta * meanStrain;
-        const double bulk = elasticity.volumetric == Volumetric::cell ? dilation / volume : stress[t].trace();
-        stress[t] =
-            (e.stiffness ? double(e.stiffness[t]) : 1.) * (2 * m.mu * (shear - shear.trace() / 3 * Mat3::Identity()) +
-                                                           (m.lambda + 2. / 3. * m.mu) * bulk * Mat3::Identity());
+    for (std::size_t t = 0; t < stress.size(); ++t) {
+        if (strains.V[t] == 0) continue;
+        const Mat3 shear = (1 - moduli.theta) * strains.e[t] + moduli.theta * mean;
+        const double bulk = moduli.cellDilation ? strains.dilation / strains.volume : strains.e[t].trace();
+        stress[t] = (e.stiffness ? double(e.stiffness[t]) : 1.) *
+                    (2 * m.mu * (shear - shear.trace() / 3 * Mat3::Identity()) + moduli.K * bulk * Mat3::Identity());
     }
     return stress;
 }
 
+tetmesh::ElementForces elementForces(const ElementOf& e, std::span<const Vec3> x, const Material& m,
+                                     Elasticity elasticity)
+{
+    const Strains strains(e, x, elasticity.strain);
+    const tetmesh::CellTets& tets = tetmesh::cellTets(e.element.shape);
+    const Moduli moduli(m, elasticity, tets.count);
+    tetmesh::ElementForces forces;
+    if (strains.volume == 0) return forces;
+    const double dilation = strains.dilation / strains.volume;
+    double meanW = 0;
+    Mat3 meanP = Mat3::Zero();
+    if (moduli.theta > 0) {
+        const Mat3 mean = strains.law.strain(strains.meanF);
+        meanW = moduli.density(mean);
+        meanP = strains.law.firstPiola(strains.meanF, moduli.stress(mean));
+    }
+    for (std::size_t t = 0; t < std::size_t(tets.count); ++t) {
+        if (strains.V[t] == 0) continue;
+        // What each tet adds to the energy of the means is that of the means, and what it moves them by.
+        const Mat3 &F = strains.F[t], &own = strains.e[t];
+        Mat3 stress = (1 - moduli.theta) * moduli.stress(own);
+        double W = (1 - moduli.theta) * moduli.density(own) +
+                   moduli.theta * (meanW + meanP.cwiseProduct(F - strains.meanF).sum());
+        if (moduli.cellDilation) {
+            stress += moduli.K * dilation * Mat3::Identity();
+            W += moduli.K * dilation * (own.trace() - 0.5 * dilation);
+        }
+        Mat3 P = strains.law.firstPiola(F, stress) + moduli.theta * meanP, whole = F;
+        if (e.inverseFlow) P = P * e.inverseFlow[t].transpose(), whole = F * e.inverseFlow[t].inverse();
+        const Mat3 eshelby = W * Mat3::Identity() - whole.transpose() * P;
+        const double V = strains.V[t], part = V / (e.stiffness ? double(e.stiffness[t]) : 1.) / 4;
+        const std::array<Vec3, 4> gradient = gradients(e, t);
+        for (std::size_t a = 0; a < 4; ++a) {
+            tetmesh::CornerForces& corner = forces[std::size_t(tets.corner[t][a])];
+            corner.elastic += V * P * gradient[a], corner.material += V * eshelby * gradient[a];
+            corner.F += part * whole, corner.volume += part;
+        }
+    }
+    return forces;
+}
+
 double elasticEnergy(const ElementOf& e, std::span<const Vec3> x, const Material& m, Elasticity elasticity)
 {
-    const tetmesh::CellTets& tets = tetmesh::cellTets(e.element.shape);
-    const bool cellDilation = elasticity.volumetric == Volumetric::cell;
-    const double own = cellDilation ? -2. / 3. * m.mu : m.lambda;  // of tr(e)^2 / 2, in each tet
-    const double theta = tets.count > 1 ? elasticity.meanStrain : 0;
-    const StrainLaw& law = lawOf(elasticity.strain);
-    const auto density = [&](const Mat3& F) {
-        const Mat3 strain = law.strain(F);
-        return m.mu * strain.squaredNorm() + 0.5 * own * strain.trace() * strain.trace();
-    };
-    double energy = 0, volume = 0, dilation = 0;
-    Mat3 mean = Mat3::Zero();
-    for (std::size_t t = 0; t < std::size_t(tets.count); ++t) {
-        if (e.element.fraction[t] == 0) continue;
-        const double V =
-            e.h * e.h * e.h * tets.volume[t] * e.element.fraction[t] * (e.stiffness ? double(e.stiffness[t]) : 1.);
-        const Mat3 F = deformationGradient(e, t, x);
-        energy += (1 - theta) * V * density(F);
-        volume += V, dilation += V * law.strain(F).trace(), mean += V * F;
-    }
-    if (theta > 0 && volume > 0) energy += theta * volume * density(mean / volume);
-    if (cellDilation && volume > 0) energy += 0.5 * (m.lambda + 2. / 3. * m.mu) * dilation * dilation / volume;
+    const Strains strains(e, x, elasticity.strain);
+    const Moduli moduli(m, elasticity, tetmesh::cellTets(e.element.shape).count);
+    if (strains.volume == 0) return 0;
+    double energy = 0;
+    for (std::size_t t = 0; t < strains.V.size(); ++t)
+        if (strains.V[t] > 0) energy += (1 - moduli.theta) * strains.V[t] * moduli.density(strains.e[t]);
+    if (moduli.theta > 0) energy += moduli.theta * strains.volume * moduli.density(strains.law.strain(strains.meanF));
+    if (moduli.cellDilation) energy += 0.5 * moduli.K * strains.dilation * strains.dilation / strains.volume;
     return energy;
 }
 

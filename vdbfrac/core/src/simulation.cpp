@@ -248,7 +248,7 @@ void Simulation::updateGrid(StepRecord& record)
 {
     const SolvedStep solved{state_.x, time_, record.dt};
     bool computed = false;
-    GridContext context{solved, {}, {}, {}, record.work, record.measured};
+    GridContext context{solved, {}, {}, {}, {}, record.work, record.measured};
     context.gripDistance = [this](const Body& body, const Vec3& X) { return grips_->distance(body, X); };
     context.tetEnergy = [&]() -> std::span<const double> {
         if (!computed) {
@@ -265,6 +265,12 @@ void Simulation::updateGrid(StepRecord& record)
         const tetmesh::BodyMesh& mesh = *body.mesh;
         const tetmesh::TetGradients* const own = mesh.gradients().empty() ? nullptr : &mesh.gradients()[e];
         return solver::elementStress({mesh.elements()[e], own, h_}, solved.x.subspan(body.firstNode), body.material,
+                                     elastic_->elasticity());
+    };
+    context.elementForces = [&](const Body& body, std::uint32_t e) {
+        const tetmesh::BodyMesh& mesh = *body.mesh;
+        const tetmesh::TetGradients* const own = mesh.gradients().empty() ? nullptr : &mesh.gradients()[e];
+        return solver::elementForces({mesh.elements()[e], own, h_}, solved.x.subspan(body.firstNode), body.material,
                                      elastic_->elasticity());
     };
     std::vector<grid::PhiChanges> changes(bodies_.size());

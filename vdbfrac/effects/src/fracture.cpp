@@ -31,8 +31,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// Averaged tension: the surface eats what it touches, material this near to it [voxels], a voxel and what phi may be
 /// off. Farther in, where the energy of a tip may be higher than at the tip, a crack would leave bridges behind.
 constexpr double kTouch = 1.05;
-/// phi moves by no more than this part of a voxel before it is re-levelled.
-constexpr double kMaxMove = 0.5;
+constexpr double kMaxMove = 0.5;  // voxels that phi moves by before it is re-levelled
 
 /// Energy densities of a body's tets.
 std::span<const double> ownEnergy(const core::GridContext& context, const core::Body& body)
@@ -50,11 +49,11 @@ struct Driven {
     std::optional<Coord> seed;  // where a crack starts inside
 };
 
-/// What the average of a body's tension was in the last step.
+/// A body's Psi in the last step.
 struct Tension {
-    double largest = 0;         // R [J/m^3]
-    double load = 0;            // root of R / kappa: how far the load is, if it grows as it is
-    grid::VoxelValues margins;  // R / kappa at the front, if a scene asks for it
+    double largest = 0;         // J/m^3
+    double load = 0;            // root of it over kappa: how far the load is, if it grows as it is
+    grid::VoxelValues margins;  // Psi / kappa at the front, if a scene asks for it
 };
 
 class Fracture : public core::Effect,
@@ -90,7 +89,6 @@ public:
     {
         for (const core::Body& body : bodies) laws_[body.name] = lawOf(body, notes);
     }
-
     double largestStep(const solver::State&) override { return limit_; }
     grid::PhiChanges update(const core::GridContext& context, const core::Body& body, grid::LevelSet& phi) override;
 
@@ -187,23 +185,26 @@ Driven Fracture::drivenByTension(const core::GridContext& context, const core::B
         return phi < 0 && phi >= deepest && isFree(c);
     };
     const auto stress = [&](std::uint32_t e) { return context.elementStress(body, e); };
-    const grid::TensionAverage average{law.radius, body.material.youngsModulus(), body.material.poissonRatio(), isFree};
-    const grid::Loaded loaded{*body.mesh, ownEnergy(context, body), stress, isFront};
+    grid::TensionAverage average{law.radius, body.material.youngsModulus(), body.material.poissonRatio(), isFree,
+                                 law.perRelease};
+    const grid::Loaded loaded{*body.mesh, ownEnergy(context, body), stress, isFront,
+                              [&](std::uint32_t e) { return context.elementForces(body, e); }};
     const grid::TensionAbove above = grid::tensionAbove(law.kappa, loaded, average, tension_[body.name].largest);
     lookAhead(context, body, law.kappa, above);
     if (tellsMargin_ && isFrame(context.time)) {
         grid::VoxelValues& margins = tension_[body.name].margins = grid::tensionAtFront(loaded, average);
-        for (float& R : margins.scalars) R = float(double(R) / law.kappa);
+        for (float& psi : margins.scalars) psi = float(double(psi) / law.kappa);
     }
     Driven driven{grid::sampleBand(body.phi, above.voxels), {}, {}, above.stresses, {}};
     if (nucleatesInside_) {
         // Nearer to a surface that would only leave bridges ahead of a crack.
         const double depth = std::min(law.radius, grid_.halfWidth * dx_);
         const auto isInside = [&](Coord c) { return body.mesh->phi()(c) <= -.999 * depth && isFree(c); };
+        average.perRelease = 0;  // there is no tip yet
         const grid::TensionAbove inside =
             grid::tensionAbove(law.kappa, {*body.mesh, loaded.energy, stress, isInside}, average, law.kappa);
         driven.looked += inside.stresses;
-        if (inside.largestR > law.kappa) driven.seed = inside.where;
+        if (inside.largest > law.kappa) driven.seed = inside.where;
     }
     for (std::size_t i = 0, n = 0; i < above.voxels.size() && n < driven.band.size(); ++i)
         if (driven.band[n].voxel == above.voxels[i]) {
@@ -238,9 +239,9 @@ void Fracture::lookAhead(const core::GridContext& context, const core::Body& bod
 {
     constexpr double kLate = .01;  // of the load at the onset
     Tension& tension = tension_[body.name];
-    const double load = std::sqrt(above.largestR / kappa), rate = (load - tension.load) / context.dt;
+    const double load = std::sqrt(above.largest / kappa), rate = (load - tension.load) / context.dt;
     if (load <= 1 && rate > 0) limit_ = std::min(limit_, std::max(1 - load, kLate) / rate);
-    tension.largest = above.largestR, tension.load = load;
+    tension.largest = above.largest, tension.load = load;
     if (load == 0) return;
     const auto known = context.measured.find("fracture_load_factor");
     if (known != context.measured.end() && known->second <= 1 / load) return;  // another body tears before

@@ -127,7 +127,10 @@ FractureLaw fractureLaw(const FractureKeys& keys, const scene::Grid& grid, const
     }
     const double Gc = *keys.toughness;
     law.kappa = perToughness * Gc;
-    if (!keys.strength) return law;
+    if (!keys.strength) {
+        if (keys.isTension && law.radius > 0) law.perRelease = perToughness;
+        return law;
+    }
     const double strength = *keys.strength, radius = 2 * A * E * Gc / (strength * strength);
     const double narrowest = law.radius > 0 ? law.radius : std::max(2 * h, 8 * dx);  // a crack is up to two voxels wide
     if (radius < narrowest) {

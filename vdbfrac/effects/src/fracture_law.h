@@ -5,7 +5,8 @@
 //   A      averaged energy at a tip times l, over the G that the crack sets free: calibrated (docs/physics.md)
 // One law with an average of `average` h: kappa = A Gc / l. Then
 //   kappa                  l = average h: a smooth bar tears at sqrt(2 E kappa), and Gc = kappa l / A falls with h
-//   toughness              l = average h: Gc is that of any h, and the strength rises as h falls
+//   toughness              l = average h: Gc is that of any h, and the strength rises as h falls; under the driver
+//                          tension Psi is A G / l then, G the energy that a crack there would set free
 //   toughness + strength   l = 2 A E Gc / sigma_t^2, kappa = sigma_t^2 / (2 E), where the lattice can carry that
 // Without one, nodal energies are as they are, and kappa = .25 Gc / h under toughness alone.
 #pragma once
@@ -34,8 +35,9 @@ struct FractureKeys {
 
 /// What tears one body.
 struct FractureLaw {
-    double kappa = 0;   ///< J/m^3
-    double radius = 0;  ///< m, of the average; 0: none
+    double kappa = 0;       ///< J/m^3
+    double radius = 0;      ///< m, of the average; 0: none
+    double perRelease = 0;  ///< A / l [1/m], where Psi is that of G; else 0
 };
 
 /// `notes`: what the user should know of it, a sentence each.

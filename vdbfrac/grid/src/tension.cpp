@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace vdbfrac::grid {
 
@@ -20,6 +21,10 @@ constexpr int kNear = 3;
 constexpr double kNarrow = 2. / 3;
 /// What H may be off its largest near by, for the front to move at all.
 constexpr double kAside = .2;
+/// Least and largest Psi of a G [R].
+constexpr double kSmooth = 2. / 3, kSqueezed = 2.5;
+/// Radius of G's ball over that of H.
+constexpr double kRelease = 4. / 3;
 
 struct NodalStress {
     bool isKnown = false;
@@ -254,6 +259,32 @@ std::vector<double> amounts(NodalStresses& nodes, const std::vector<Coord>& voxe
     });
 }
 
+/// R of the material, 0 in the gap.
+Sparse ofMaterial(const BodyMesh& mesh, const std::vector<Coord>& voxels, std::vector<double> R)
+{
+    for (std::size_t i = 0; i < voxels.size(); ++i)
+        if (mesh.phi()(voxels[i]) >= 0) R[i] = 0;
+    return {mesh, voxels, R};
+}
+
+/// Psi of voxel nodes with these R; that of G only where R is at least a share `peak` of its largest near by.
+std::vector<double> drivingEnergy(const Loaded& body, const TensionAverage& average, const std::vector<Coord>& voxels,
+                                  const std::vector<double>& R, double peak)
+{
+    if (average.perRelease == 0) return R;
+    const Sparse material = ofMaterial(body.mesh, voxels, R);
+    const std::vector<Way> near = waysWithin(kNear + .5);
+    std::vector<Coord> tips;
+    for (const Coord& c : voxels)
+        if (material(c) > 0 && material(c) >= peak * material.largestNear(c, near)) tips.push_back(c);
+    const Sparse G(body.mesh, tips,
+                   energyRelease(body.mesh, body.forces, tips, kRelease * average.radius, average.counts));
+    std::vector<double> psi(R.size());
+    for (std::size_t i = 0; i < R.size(); ++i)
+        psi[i] = std::clamp(average.perRelease * G(voxels[i]), kSmooth * R[i], kSqueezed * R[i]);
+    return psi;
+}
+
 /// Without an average: of the mean stress at each voxel node.
 TensionAbove nodalTensionAbove(double kappa, const Loaded& body, const TensionAverage& average)
 {
@@ -272,42 +303,75 @@ TensionAbove nodalTensionAbove(double kappa, const Loaded& body, const TensionAv
 
 }  // namespace
 
+namespace {
+
+/// Voxel nodes at the front, and in the gap beside it, with R and Psi.
+struct Much {
+    std::vector<Coord> voxels;
+    std::vector<double> R, psi;
+};
+
+/// All whose Psi may be above `look`.
+Much findMuch(double look, const Loaded& body, const TensionAverage& average, NodalStresses& nodes)
+{
+    constexpr double kTip = .85;
+    const double least = average.perRelease > 0 ? look / kSqueezed : look;
+    Much much;
+    much.voxels = whereMuchIsPossible(least, body, average);
+    much.R = amounts(nodes, much.voxels, average.radius / body.mesh.voxelSize(), average.youngsModulus);
+    if (average.perRelease > 0) keepAbove(least, much.voxels, much.R);
+    much.psi = drivingEnergy(body, average, much.voxels, much.R, kTip);
+    return much;
+}
+
+/// The share of the speed at voxel nodes near which Psi exceeds kappa, else 0. `H`: of all they are compared with.
+std::vector<double> sharesOf(const std::vector<Coord>& voxels, const Sparse& psi, const Sparse& H,
+                             const std::optional<Sparse>& R, double kappa)
+{
+    constexpr double kLigament = 1.5, kMiddle = .9;
+    return ofEach(voxels, [&, near = waysWithin(kNear + .5)](Coord c) {
+        if (psi.largestNear(c, near) <= kappa) return 0.;
+        if (R && (*R)(c) > kLigament * kappa && (*R)(c) >= kMiddle * R->largestNear(c, near)) return 1.;
+        return H(c) > 0 ? 1 - (1 - H(c) / H.largestNear(c, near)) / kAside : 0;
+    });
+}
+
+}  // namespace
+
 TensionAbove tensionAbove(double kappa, const Loaded& body, const TensionAverage& average, double expected)
 {
     const double radius = average.radius / body.mesh.voxelSize();
     if (radius == 0) return nodalTensionAbove(kappa, body, average);
     TensionAbove above;
     NodalStresses nodes(body.mesh, body.stress, average.counts);
-    std::vector<Coord> much;
-    std::vector<double> R;
-    // Down to where largestR is, but not so far that bodies with little load are looked at as a whole.
+    Much much;
+    // Down to where the largest is, but not so far that bodies with little load are looked at as a whole.
     constexpr double kSteady = .8, kLower = .3, kFar = .1;
     double look = expected > 0 ? std::min(kappa, kSteady * expected) : kappa;
     for (;; look *= kLower) {
-        much = whereMuchIsPossible(look, body, average);
-        R = amounts(nodes, much, radius, average.youngsModulus);
-        for (std::size_t i = 0; i < much.size(); ++i)
-            if (R[i] > above.largestR) above.largestR = R[i], above.where = much[i];
-        if (above.largestR >= look || kLower * look <= kFar * kappa) break;
+        much = findMuch(look, body, average, nodes);
+        for (std::size_t i = 0; i < much.voxels.size(); ++i)
+            if (much.psi[i] > above.largest) above.largest = much.psi[i], above.where = much.voxels[i];
+        if (above.largest >= look || kLower * look <= kFar * kappa) break;
     }
-    keepAbove(kappa, much, R);
+    std::optional<Sparse> R;
+    if (average.perRelease > 0) R = ofMaterial(body.mesh, much.voxels, much.R);
+    keepAbove(kappa, much.voxels, much.psi);
     above.stresses = nodes.count();
-    if (much.empty()) return above;
+    if (much.voxels.empty()) return above;
 
-    above.voxels = frontNear(body, much);
+    above.voxels = frontNear(body, much.voxels);
     const std::vector<Coord> compared = frontNear(body, above.voxels);
     nodes.computeAround(compared, reachWithin(radius));
     above.stresses = nodes.count();
-    const Sparse largestR(body.mesh, much, R);
+    const Sparse largest(body.mesh, much.voxels, much.psi);
     const Sparse H(body.mesh, compared, ofEach(compared, [&, ways = waysWithin(radius)](Coord c) {
                        return opening(nodes, ways, c, average.poissonRatio);
                    }));
-    const auto psi = [&, near = waysWithin(kNear + .5)](Coord c) { return largestR.largestNear(c, near); };
-    above.share = ofEach(above.voxels, [&, near = waysWithin(kNear + .5)](Coord c) {
-        return psi(c) > kappa && H(c) > 0 ? 1 - (1 - H(c) / H.largestNear(c, near)) / kAside : 0;
-    });
+    above.share = sharesOf(above.voxels, largest, H, R, kappa);
     keepAbove(0, above.voxels, above.share);
-    above.psi = ofEach(above.voxels, psi);
+    above.psi =
+        ofEach(above.voxels, [&, near = waysWithin(kNear + .5)](Coord c) { return largest.largestNear(c, near); });
     return above;
 }
 
@@ -318,8 +382,8 @@ VoxelValues tensionAtFront(const Loaded& body, const TensionAverage& average)
     std::erase_if(values.coords, [&](const Coord& c) { return !body.isFront(c); });
     NodalStresses nodes(body.mesh, body.stress, average.counts);
     const double radius = average.radius / body.mesh.voxelSize();
-    for (const double R : amounts(nodes, values.coords, radius, average.youngsModulus))
-        values.scalars.push_back(float(R));
+    const std::vector<double> R = amounts(nodes, values.coords, radius, average.youngsModulus);
+    for (const double psi : drivingEnergy(body, average, values.coords, R, 0)) values.scalars.push_back(float(psi));
     return values;
 }
 

@@ -3,6 +3,7 @@
 
 #include <vdbfrac/base/vec.h>
 #include <vdbfrac/solver/elastic_operator.h>
+#include <vdbfrac/tetmesh/element_forces.h>
 
 #include <array>
 #include <cstddef>
@@ -26,6 +27,12 @@ Mat3 deformationGradient(const ElementOf& e, std::size_t tet, std::span<const Ve
 /// means of the element where the elasticity has them. Of the others nothing is set.
 std::array<Mat3, tetmesh::kMaxTets> elementStress(const ElementOf& e, std::span<const Vec3> x, const Material& material,
                                                   Elasticity elasticity);
+
+/// Of the tets with material; with the means of the element where the elasticity has them. Elastic forces are the
+/// gradient of elasticEnergy by x, material forces minus that by the rest positions of the corners, with the share of
+/// material in each tet and what has flowed taken along.
+tetmesh::ElementForces elementForces(const ElementOf& e, std::span<const Vec3> x, const Material& material,
+                                     Elasticity elasticity);
 
 /// Elastic energy [J], as ElasticOperator has it.
 double elasticEnergy(const ElementOf& e, std::span<const Vec3> x, const Material& material, Elasticity elasticity);

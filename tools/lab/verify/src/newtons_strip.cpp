@@ -25,7 +25,7 @@ struct Strip {
     Division division;
     PoissonRatio ratio = kRatios[1];
     double width = kWidth, length = 2.8, slit = kSlit;  // m; slit 0: none
-    bool between = false;                               // two planes of voxels, not round one
+    bool between = false;                               // of two planes of voxels, not round one
     std::string law = slowToughness();
 
     double h() const { return 1. / division.cells; }
@@ -34,6 +34,10 @@ struct Strip {
     double opening() const { return std::sqrt(kToughness / (ratio.energy * kYoungsModulus)); }
     double energyRelease(double opening) const { return ratio.energy * kYoungsModulus * opening * opening; }  // J/m^2
 
+    /// m; a Delaunay mesh is whole across what is much narrower than its tets.
+    double gap() const { return (between ? 1.2 : division.lattice == std::string("delaunay") ? 1.5 : .6) * dx(); }
+    /// m, of a crack that is measured: some cells, as it goes on by cells.
+    double way() const { return std::max(.7, 14 * h()); }
     Specimen specimen() const
     {
         Specimen s;
@@ -41,7 +45,7 @@ struct Strip {
         s.shape = boxKeys({length, 1 + 4 * h(), width}, {length / 2, 0, 0});
         // Its end is in the middle between voxels. 1 m more on the other side.
         if (slit > 0)
-            s.shape += cutKeys({slit + 1 - dx() / 2, (between ? 1.2 : .6) * dx(), 1},
+            s.shape += cutKeys({slit + 1 - dx() / 2, gap(), 1},
                                {(slit - 1 - dx() / 2) / 2, between ? dx() / 2 : 0, 0});
         return s;
     }
@@ -70,22 +74,23 @@ double energyOf(Strip strip)
     return (energy[1] - energy[0]) / (strip.width * kYoungsModulus * kOpening * kOpening);
 }
 
-/// What a crack takes on its way from .3 to 1 m ahead of its slit, in units of the toughness.
+/// What a crack takes on its way from .3 m ahead of its slit, in units of the toughness.
 struct Run {
     double release = NAN;     // G of the strip, mean over the way
     double dissipated = NAN;  // per area
 };
 
-Run runThrough(const Strip& strip)
+Run runThrough(Strip strip)
 {
     constexpr Ramp kRamp{.45, 130};
     constexpr double kMost = 1.75;  // of the opening at the toughness
+    strip.length = 2.1 + strip.way();
     Specimen s = strip.specimen();
     s.frames = int(kRamp.seconds), s.substeps = "\"auto\"";
     s.rest = strip.grips(kMost * strip.opening(), kRamp) + strip.law;
     SceneRun run(s.text());
     const Crack crack(run.simulation);
-    const double from = strip.slit + .3, to = strip.slit + 1;
+    const double from = strip.slit + .3, to = from + strip.way();
     double tip = strip.slit, start = NAN, weighted = 0, work = 0, workThere = 0, elasticThere = 0;
     while (!run.atEnd() && tip < to) {
         const core::StepRecord& step = run.step();

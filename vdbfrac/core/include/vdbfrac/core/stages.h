@@ -9,6 +9,7 @@
 #include <vdbfrac/grid/vdb_file.h>
 #include <vdbfrac/solver/backward_euler.h>
 #include <vdbfrac/solver/potential.h>
+#include <vdbfrac/tetmesh/element_forces.h>
 
 #include <array>
 #include <functional>
@@ -54,6 +55,8 @@ struct GridContext : SolvedStep {
     std::function<std::span<const double>()> tetEnergy;
     /// Stress [Pa] of the tets of an element of a body, in the frame of the rest configuration.
     std::function<std::array<Mat3, tetmesh::kMaxTets>(const Body&, std::uint32_t element)> elementStress;
+    /// What an element of a body does to its corners.
+    std::function<tetmesh::ElementForces(const Body&, std::uint32_t element)> elementForces;
     Ledger& ledger;
     std::map<std::string, double>& measured;  ///< columns of stats.csv, with their units at the end
 };

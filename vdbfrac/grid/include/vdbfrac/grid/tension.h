@@ -11,9 +11,15 @@
 // density in a smooth bar. Over less than l, as the wider it is, the earlier smooth faces tear beside a tip. Which way:
 // H weighs each direction by the stress that opens it. Its first moment round a tip points 0 degrees ahead in mode I
 // and 74 towards the tension in mode II; Erdogan & Sih 1963: 70.5.
+//
+// Where a toughness is given, Psi is instead
+//   Psi(p) = max of A G / l, no less than 2/3 R and no more than 5/2 R      G as energy_release.h has it
+// which also holds where l is not small against the specimen. R keeps what is squeezed from tearing, and tears smooth
+// faces. Where R is largest and above 3/2 kappa the front moves whatever H says: across a ligament nothing pulls.
 #pragma once
 
 #include <vdbfrac/base/vec.h>
+#include <vdbfrac/grid/energy_release.h>
 #include <vdbfrac/grid/transfer.h>
 #include <vdbfrac/tetmesh/body_mesh.h>
 
@@ -33,6 +39,7 @@ struct TensionAverage {
     double youngsModulus = 0;  ///< E [Pa]
     double poissonRatio = 0;   ///< nu
     Counts counts = {};        ///< other material is left out; none: all counts
+    double perRelease = 0;     ///< A / l [1/m]: Psi of a G of 1; 0: Psi is R
 };
 
 /// A body under load.
@@ -41,6 +48,7 @@ struct Loaded {
     std::span<const double> energy;  ///< density [J/m^3] of the tets, by tetmesh::tetEntry
     ElementStress stress;            ///< from the same strains as `energy`
     Counts isFront;                  ///< voxel nodes that may tear
+    ElementForcesOf forces = {};     ///< where Psi is that of G
 };
 
 struct TensionAbove {
@@ -48,16 +56,16 @@ struct TensionAbove {
     std::vector<double> psi;    ///< J/m^3
     std::vector<double> share;  ///< of the speed that Psi gives the front, in (0, 1]
     std::int64_t stresses = 0;  ///< voxel nodes whose stress it took
-    double largestR = 0;        ///< J/m^3, also below kappa; 0 where it is far below, or without an average
-    Coord where{};              ///< of largestR
+    double largest = 0;         ///< Psi [J/m^3], also below kappa; 0 where it is far below, or without an average
+    Coord where{};              ///< of the largest
 };
 
 /// Where at the front Psi exceeds kappa [J/m^3], and a share is left. Stresses are computed only where it can: first
-/// where energies leave room for an R above kappa, then round what has one. `expected`: largestR of the step before,
-/// which makes finding it cheap.
+/// where energies leave room for a Psi above kappa, then round what has one. `expected`: the largest Psi of the step
+/// before, which makes finding it cheap.
 TensionAbove tensionAbove(double kappa, const Loaded& body, const TensionAverage& average, double expected = 0);
 
-/// R at all voxel nodes of the front; `radius` above 0.
+/// Psi at all voxel nodes of the front, of each alone; `radius` above 0.
 VoxelValues tensionAtFront(const Loaded& body, const TensionAverage& average);
 
 /// The least energy density [J/m^3] of any stress whose largest principal one alone has the energy `tension`.
