@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Makes docs/newtons.md and docs/newtons.svg of what 'vdbfrac verify --newtons' measured.
+"""Makes docs/newtons.md, docs/newtons.svg and tools/cli/src/newtons_data.h of what 'vdbfrac verify --newtons' measured.
 
     vdbfrac verify --newtons --json docs/newtons.json
     docs/make_newtons.py docs/newtons.json
@@ -8,6 +8,7 @@ With --check nothing is written: exit 1 says that the page is not what the file 
 """
 import argparse
 import json
+import re
 import sys
 from pathlib import Path
 from xml.sax.saxutils import escape
@@ -52,6 +53,52 @@ def page(result):
     return HEADER + text + EXTENT[result["extent"]] + "\n" + "".join(map(section, cases))
 
 
+DATA = """// Made by docs/make_newtons.py from the output of `vdbfrac verify --newtons`.
+#pragma once
+
+#include <span>
+
+namespace vdbfrac::cli {
+
+/// Largest errors of bars this many lattice cells thick [%%].
+struct BendingError {
+    double cells, bending, torsion;
+};
+inline constexpr BendingError kBendingErrors[] = {%s};
+
+/// Largest errors of notched plates and beams this many lattice cells wide, on all lattices: of the peak load [%%] and
+/// of the slope of the crack [degrees].
+struct TearingError {
+    double cells, load, slope;
+};
+inline constexpr TearingError kTearingErrors[] = {%s};
+
+}  // namespace vdbfrac::cli
+"""
+
+
+def largest(result, pattern):
+    """Largest errors of measurements whose names match, by cells: in % of a reference that is not 0."""
+    errors = {}
+    for m in (m for c in result["cases"] for m in c["measured"]):
+        if found := re.search(pattern, m["what"]):
+            reference = m["reference"]
+            error = 100 * abs(m["value"] / reference - 1) if reference else abs(m["value"])
+            cells = int(found[1])
+            errors[cells] = max(error, errors.get(cells, 0))
+    return errors
+
+
+def data(result):
+    """What sim -n expects: a header of the program."""
+    def rows(*patterns):
+        columns = [largest(result, p) for p in patterns]
+        return ", ".join(f"{{{cells}, {', '.join(f'{c[cells]:.3g}' for c in columns)}}}" for cells in sorted(columns[0]))
+
+    return DATA % (rows(r"^EI.* (\d+) cells: error, %", r"^GJ.* (\d+) cells: error, %"),
+                   rows(r" (\d+) cells.*: (?:peak )?load, N", r" (\d+) cells.*: slope, degrees"))
+
+
 def offset(m):
     """How far off, in units of the bound; None: not a number, or the bound is 0."""
     if m["value"] is None or m["limit"] == 0:
@@ -90,12 +137,13 @@ def main():
     arguments = parser.parse_args()
     try:
         result = json.loads(arguments.result.read_text())
-        files = {"newtons.md": page(result), "newtons.svg": picture(result)}
+        docs = Path(__file__).resolve().parent
+        files = {docs / "newtons.md": page(result), docs / "newtons.svg": picture(result),
+                 docs.parent / "tools/cli/src/newtons_data.h": data(result)}
     except (OSError, KeyError, TypeError, ValueError) as error:
         print(f"{arguments.result} cannot be used: {error!r}", file=sys.stderr)
         return 2
-    for name, text in files.items():
-        output = Path(__file__).with_name(name)
+    for output, text in files.items():
         if not arguments.check:
             output.write_text(text)
         elif not output.exists() or output.read_text() != text:

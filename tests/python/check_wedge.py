@@ -14,7 +14,7 @@ from pathlib import Path
 
 PROGRAM, SOURCE = sys.argv[1], Path(sys.argv[2])
 SCENE = SOURCE / "data/scenes/dog_bone.toml"
-COARSE = ["--set", "grid.voxel_size=0.06", "--set", "time.frames=[1, 4]"]
+COARSE = ["--set", "grid.voxel_size=0.06", "--set", "time.frames=[1, 6]"]
 failures = []
 
 

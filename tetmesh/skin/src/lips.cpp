@@ -44,23 +44,46 @@ public:
         const auto keep = [&](const Vec3& p) {
             if (const double d = (p - X).squaredNorm(); d < nearest) nearest = d, best = p;
         };
+        forNear(X, [&](std::uint32_t t) {
+            if (sharp)
+                visitEdges(t, X, keep);
+            else if (skin_.normal[t].dot(normal) >= kSameFace)
+                visit(t, X, keep);
+        });
+        return best;
+    }
+
+    /// X, or the closest point of the surface if X is outside of it and it is near.
+    Vec3 inside(const Vec3& X) const
+    {
+        constexpr double kSame = 1e-9;  // relative: at an edge the triangles on both sides are as near
+        Vec3 best = X;
+        double nearest = std::numeric_limits<double>::infinity(), outwards = 0, most = 0;
+        forNear(X, [&](std::uint32_t t) {
+            visit(t, X, [&](const Vec3& p) {
+                const double d = (p - X).squaredNorm(), out = (X - p).dot(skin_.normal[t]);
+                if (d > nearest * (1 + kSame)) return;
+                if (d < nearest * (1 - kSame)) most = 0;
+                if (std::abs(out) >= most) most = std::abs(out), outwards = out;
+                if (d < nearest) nearest = d, best = p;
+            });
+        });
+        return outwards > 0 ? best : X;
+    }
+
+private:
+    template <class Visit>
+    void forNear(const Vec3& X, const Visit& visit) const
+    {
         const Coord middle = tetmesh::floorOf(X / dx_);
         for (int z = -1; z <= 1; ++z)
             for (int y = -1; y <= 1; ++y)
                 for (int x = -1; x <= 1; ++x) {
                     const Coord voxel = middle + Coord{x, y, z};
                     auto at = std::lower_bound(entries_.begin(), entries_.end(), std::pair{voxel, std::uint32_t(0)});
-                    for (; at != entries_.end() && at->first == voxel; ++at) {
-                        if (sharp)
-                            visitEdges(at->second, X, keep);
-                        else if (skin_.normal[at->second].dot(normal) >= kSameFace)
-                            visit(at->second, X, keep);
-                    }
+                    for (; at != entries_.end() && at->first == voxel; ++at) visit(at->second);
                 }
-        return best;
     }
-
-private:
     template <class Keep>
     void visit(std::uint32_t t, const Vec3& X, const Keep& keep) const
     {
@@ -249,7 +272,7 @@ void closeLips(const SkinTopology& skin, const CrackLattice& lattice, SkinCut& c
             SkinCut::Point& p = cut.points[i];
             if (!way[i]) continue;
             p.X += *way[i];
-            if (p.skin != SkinCut::kNoSkin) p.X = near.closest(p);
+            p.X = p.skin != SkinCut::kNoSkin ? near.closest(p) : near.inside(p.X);
         }
     });
     Redivider(skin, cut).run();

@@ -1,5 +1,6 @@
 // vdbfrac sim: a scene in, frames out.
 #include "accuracy.h"
+#include "expected_errors.h"
 #include "forecast_text.h"
 #include "options.h"
 #include "progress.h"
@@ -273,6 +274,7 @@ int plan(const SimOptions& options, const scene::Scene& scene, const core::Scene
     const bool quick = estimate.tets <= kQuick && scene.grid.lattice != scene::LatticeKind::delaunay;
     if (fits && quick) prepared.emplace(scene, limit);
     std::fputs(planText(scene, estimate, prepared ? &prepared->simulation : nullptr).c_str(), stdout);
+    std::fputs(expectedErrors(scene, estimate).c_str(), stdout);
     std::fputs(filesText(scene).c_str(), stdout);
     core::requireMemory(estimate, limit);
     if (options.measureFor == 0) return kDone;

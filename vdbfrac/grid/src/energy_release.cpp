@@ -91,21 +91,26 @@ NodeField<CornerForces> forcesRound(const BodyMesh& mesh, const ElementForcesOf&
             if (!isKnown[e]) isKnown[e] = true, elements.push_back(e);
         });
     std::sort(elements.begin(), elements.end());
-    std::vector<tetmesh::ElementForces> of(elements.size());
-    parallelChunks(elements.size(), 32, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) of[i] = forces(elements[i]);
-    });
     NodeField<CornerForces> field(mesh.phi().lower(), mesh.phi().upper(), {}, {});
-    for (std::size_t i = 0; i < elements.size(); ++i)
-        for (std::size_t a = 0; a < tetmesh::kCorners; ++a) {
-            if (of[i][a].volume == 0) continue;
-            shareOut(mesh.restPosition(mesh.elements()[elements[i]].node[a]) / dx, [&](Coord c, double part) {
-                if (!field.contains(c)) return;
-                CornerForces sum = field(c);
-                sum.add(part, of[i][a]);
-                field.set(c, sum);
-            });
-        }
+    const auto add = [&](std::uint32_t node, const CornerForces& corner) {
+        shareOut(mesh.restPosition(node) / dx, [&](Coord c, double part) {
+            if (!field.contains(c)) return;
+            CornerForces sum = field(c);
+            sum.add(part, corner);
+            field.set(c, sum);
+        });
+    };
+    constexpr std::size_t kTogether = 2048;
+    std::vector<tetmesh::ElementForces> of(std::min(kTogether, elements.size()));
+    for (std::size_t first = 0; first < elements.size(); first += kTogether) {
+        const std::size_t count = std::min(kTogether, elements.size() - first);
+        parallelChunks(count, 32, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) of[i] = forces(elements[first + i]);
+        });
+        for (std::size_t i = 0; i < count; ++i)
+            for (std::size_t a = 0; a < tetmesh::kCorners; ++a)
+                if (of[i][a].volume > 0) add(mesh.elements()[elements[first + i]].node[a], of[i][a]);
+    }
     return field;
 }
 
@@ -161,8 +166,8 @@ Front frontThrough(const BodyMesh& mesh, const Vec3& X, const Vec3& n, Vec3 J, d
     return front;
 }
 
-double releaseAt(const BodyMesh& mesh, const NodeField<CornerForces>& forces, const std::vector<Near>& ball, Coord tip,
-                 double radius, const Counts& counts)
+Release releaseAt(const BodyMesh& mesh, const NodeField<CornerForces>& forces, const std::vector<Near>& ball, Coord tip,
+                  double radius, const Counts& counts)
 {
     constexpr double kShortest = .5;  // radii; what is shorter is a splinter
     Vec3 elastic = Vec3::Zero(), material = Vec3::Zero();
@@ -178,10 +183,10 @@ double releaseAt(const BodyMesh& mesh, const NodeField<CornerForces>& forces, co
         of[i] = &node;
         elastic += ball[i].q * node.elastic, material += ball[i].q * node.material;
     }
-    if (volume == 0) return 0;
+    if (volume == 0) return {};
     A /= volume;
     const Vec3 J = -(material + A.transpose() * elastic);
-    if (!(J.norm() > 0)) return 0;
+    if (!(J.norm() > 0)) return {};
     const Vec3 n = Eigen::SelfAdjointEigenSolver<Mat3>(A.transpose() * A).eigenvectors().col(2);
     const Front front = frontThrough(mesh, Vec3(tip.x, tip.y, tip.z), n, J, radius);
     double either = 0;
@@ -191,21 +196,21 @@ double releaseAt(const BodyMesh& mesh, const NodeField<CornerForces>& forces, co
             either += ball[i].q * (f - f.dot(front.along) * front.along).norm();
         }
     const double length = std::max(kShortest, front.length) * radius * mesh.voxelSize();
-    return std::max(front.J.norm(), kOneTip * either) / (kFound * length);
+    return {std::max(front.J.norm(), kOneTip * either) / (kFound * length), front.along};
 }
 
 }  // namespace
 
-std::vector<double> energyRelease(const BodyMesh& mesh, const ElementForcesOf& forces, std::span<const Coord> tips,
-                                  double radius, const Counts& counts)
+std::vector<Release> energyRelease(const BodyMesh& mesh, const ElementForcesOf& forces, std::span<const Coord> tips,
+                                   double radius, const Counts& counts)
 {
     const double voxels = radius / mesh.voxelSize();
     const NodeField<CornerForces> field = forcesRound(mesh, forces, tips, reachWithin(voxels));
-    std::vector<double> G(tips.size());
+    std::vector<Release> releases(tips.size());
     parallelChunks(tips.size(), 4, [&, ball = ballOf(voxels)](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) G[i] = releaseAt(mesh, field, ball, tips[i], voxels, counts);
+        for (std::size_t i = begin; i < end; ++i) releases[i] = releaseAt(mesh, field, ball, tips[i], voxels, counts);
     });
-    return G;
+    return releases;
 }
 
 }  // namespace vdbfrac::grid

@@ -1,8 +1,6 @@
 #include <vdbfrac/grid/tension.h>
 
-#include <vdbfrac/base/parallel.h>
-
-#include <Eigen/Eigenvalues>
+#include "nodal_stresses.h"
 
 #include <algorithm>
 #include <cmath>
@@ -25,92 +23,6 @@ constexpr double kAside = .2;
 constexpr double kSmooth = 2. / 3, kSqueezed = 2.5;
 /// Radius of G's ball over that of H.
 constexpr double kRelease = 4. / 3;
-
-struct NodalStress {
-    bool isKnown = false;
-    double volume = 0;      // voxels; 0 too where the material does not count
-    Mat3 S = Mat3::Zero();  // Pa
-    double tension = 0;     // <s1>^2 [Pa^2]
-};
-
-/// Stresses of the material round voxel nodes, each computed once.
-class NodalStresses {
-public:
-    NodalStresses(const BodyMesh& mesh, const ElementStress& stress, const Counts& counts)
-        : mesh_(mesh), stress_(stress), counts_(counts), nodes_(mesh.phi().lower(), mesh.phi().upper(), {}, {})
-    {
-    }
-
-    void computeAround(std::span<const Coord> voxels, int reach)
-    {
-        std::vector<Coord> fresh = voxelsAround(voxels, reach);
-        std::erase_if(fresh, [&](const Coord& c) {
-            return !nodes_.contains(c) || nodes_(c).isKnown || (counts_ && !counts_(c));
-        });
-        for (const Coord& c : fresh) nodes_.set(c, {});  // makes the blocks
-        computeElements(fresh);
-        parallelChunks(fresh.size(), 64, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) nodes_.set(fresh[i], at(fresh[i]));
-        });
-        count_ += std::int64_t(fresh.size());
-    }
-    const NodalStress& operator()(Coord c) const { return nodes_(c); }
-    std::int64_t count() const { return count_; }
-
-private:
-    static constexpr std::uint32_t kUnseen = ~0u;
-
-    void computeElements(const std::vector<Coord>& voxels)
-    {
-        if (voxels.empty()) return;
-        if (number_.empty()) number_.assign(mesh_.elements().size(), kUnseen);
-        constexpr std::size_t kVoxels = 64;
-        std::vector<std::vector<std::uint32_t>> round((voxels.size() + kVoxels - 1) / kVoxels);
-        parallelChunks(voxels.size(), kVoxels, [&](std::size_t begin, std::size_t end) {
-            std::vector<std::uint32_t>& found = round[begin / kVoxels];
-            for (std::size_t i = begin; i < end; ++i)
-                mesh_.visitTets(voxels[i], [&](std::uint32_t e, int, double) {
-                    if (number_[e] == kUnseen && (found.empty() || found.back() != e)) found.push_back(e);
-                });
-        });
-        const std::size_t known = ofElement_.size();
-        std::vector<std::uint32_t> fresh;
-        for (const auto& found : round)
-            for (const std::uint32_t e : found)
-                if (number_[e] == kUnseen) {
-                    number_[e] = std::uint32_t(known + fresh.size());
-                    fresh.push_back(e);
-                }
-        ofElement_.resize(known + fresh.size());
-        parallelChunks(fresh.size(), 32, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) ofElement_[known + i] = stress_(fresh[i]);
-        });
-    }
-
-    NodalStress at(Coord voxel) const
-    {
-        NodalStress node;
-        node.isKnown = true;
-        mesh_.visitTets(voxel, [&](std::uint32_t e, int t, double part) {
-            node.volume += part;
-            node.S += part * ofElement_[number_[e]][std::size_t(t)];
-        });
-        if (node.volume == 0) return node;
-        node.S /= node.volume;
-        const double s =
-            std::max(0., Eigen::SelfAdjointEigenSolver<Mat3>(node.S, Eigen::EigenvaluesOnly).eigenvalues()[2]);
-        node.tension = s * s;
-        return node;
-    }
-
-    const BodyMesh& mesh_;
-    const ElementStress& stress_;
-    const Counts& counts_;
-    NodeField<NodalStress> nodes_;
-    std::vector<std::uint32_t> number_;  // by element, in ofElement_
-    std::vector<std::array<Mat3, tetmesh::kMaxTets>> ofElement_;
-    std::int64_t count_ = 0;
-};
 
 /// C <s>^2 across d.
 double across(const Mat3& S, const Vec3& d, double nu)
@@ -267,22 +179,67 @@ Sparse ofMaterial(const BodyMesh& mesh, const std::vector<Coord>& voxels, std::v
     return {mesh, voxels, R};
 }
 
-/// Psi of voxel nodes with these R; that of G only where R is at least a share `peak` of its largest near by.
-std::vector<double> drivingEnergy(const Loaded& body, const TensionAverage& average, const std::vector<Coord>& voxels,
-                                  const std::vector<double>& R, double peak)
+/// Psi of voxel nodes, and the fronts of the tips whose G it comes from.
+struct Driving {
+    std::vector<double> psi;
+    std::vector<Coord> tips;
+    std::vector<Vec3> along;
+};
+
+/// Where G is worth knowing: where R is near the largest round it, and enough for a Psi of kappa. Where none is, a few
+/// of the largest say how far the load is.
+std::vector<Coord> tipsAmong(const Sparse& R, const std::vector<Coord>& voxels, double kappa)
 {
-    if (average.perRelease == 0) return R;
-    const Sparse material = ofMaterial(body.mesh, voxels, R);
-    const std::vector<Way> near = waysWithin(kNear + .5);
+    constexpr double kTip = .85;
+    constexpr std::size_t kFew = 64;
     std::vector<Coord> tips;
     for (const Coord& c : voxels)
-        if (material(c) > 0 && material(c) >= peak * material.largestNear(c, near)) tips.push_back(c);
-    const Sparse G(body.mesh, tips,
-                   energyRelease(body.mesh, body.forces, tips, kRelease * average.radius, average.counts));
-    std::vector<double> psi(R.size());
+        if (R(c) > 0) tips.push_back(c);
+    std::erase_if(tips,
+                  [&, near = waysWithin(kNear + .5)](const Coord& c) { return R(c) < kTip * R.largestNear(c, near); });
+    const auto isEnough = [&](const Coord& c) { return kSqueezed * R(c) > kappa; };
+    if (std::any_of(tips.begin(), tips.end(), isEnough)) {
+        std::erase_if(tips, [&](const Coord& c) { return !isEnough(c); });
+    } else if (tips.size() > kFew) {
+        std::sort(tips.begin(), tips.end(),
+                  [&](const Coord& a, const Coord& b) { return R(a) > R(b) || (R(a) == R(b) && a < b); });
+        tips.resize(kFew);
+    }
+    return tips;
+}
+
+/// Psi of voxel nodes with these R; that of G at the tips.
+Driving drivenBy(std::vector<Coord> tips, const Loaded& body, const TensionAverage& average,
+                 const std::vector<Coord>& voxels, const std::vector<double>& R)
+{
+    Driving driving;
+    std::vector<double> G;
+    for (const Release& release :
+         energyRelease(body.mesh, body.forces, tips, kRelease * average.radius, average.counts))
+        G.push_back(release.G), driving.along.push_back(release.along);
+    const Sparse ofTips(body.mesh, tips, G);
     for (std::size_t i = 0; i < R.size(); ++i)
-        psi[i] = std::clamp(average.perRelease * G(voxels[i]), kSmooth * R[i], kSqueezed * R[i]);
-    return psi;
+        driving.psi.push_back(std::clamp(average.perRelease * ofTips(voxels[i]), kSmooth * R[i], kSqueezed * R[i]));
+    driving.tips = std::move(tips);
+    return driving;
+}
+
+/// Leaves only voxel nodes with the gap beside them across the front of the tips near by: in a thin sheet all touch a
+/// face, which the front only ends in.
+void keepAcross(const BodyMesh& mesh, const Driving& driving, std::vector<Coord>& voxels)
+{
+    constexpr double kAcross = .5;  // cosine
+    if (driving.tips.empty()) return;
+    NodeField<Vec3> along(mesh.phi().lower(), mesh.phi().upper(), Vec3::Zero(), Vec3::Zero());
+    for (std::size_t i = 0; i < driving.tips.size(); ++i)
+        for (const Coord& c : voxelsAround(std::span(driving.tips).subspan(i, 1), kNear))
+            if (mesh.phi().contains(c)) along.set(c, driving.along[i]);
+    std::erase_if(voxels, [&, beside = waysWithin(2)](const Coord& c) {
+        const Vec3 front = along(c);
+        for (const Way& way : beside)
+            if (mesh.phi()(c + way.offset) >= 0 && std::abs(way.direction.dot(front)) < kAcross) return false;
+        return true;
+    });
 }
 
 /// Without an average: of the mean stress at each voxel node.
@@ -308,19 +265,24 @@ namespace {
 /// Voxel nodes at the front, and in the gap beside it, with R and Psi.
 struct Much {
     std::vector<Coord> voxels;
-    std::vector<double> R, psi;
+    std::vector<double> R;
+    Driving driving;
 };
 
 /// All whose Psi may be above `look`.
-Much findMuch(double look, const Loaded& body, const TensionAverage& average, NodalStresses& nodes)
+Much findMuch(double look, double kappa, const Loaded& body, const TensionAverage& average, NodalStresses& nodes)
 {
-    constexpr double kTip = .85;
     const double least = average.perRelease > 0 ? look / kSqueezed : look;
     Much much;
     much.voxels = whereMuchIsPossible(least, body, average);
     much.R = amounts(nodes, much.voxels, average.radius / body.mesh.voxelSize(), average.youngsModulus);
-    if (average.perRelease > 0) keepAbove(least, much.voxels, much.R);
-    much.psi = drivingEnergy(body, average, much.voxels, much.R, kTip);
+    if (average.perRelease == 0) {
+        much.driving.psi = much.R;
+        return much;
+    }
+    keepAbove(least, much.voxels, much.R);
+    const std::vector<Coord> tips = tipsAmong(ofMaterial(body.mesh, much.voxels, much.R), much.voxels, kappa);
+    much.driving = drivenBy(tips, body, average, much.voxels, much.R);
     return much;
 }
 
@@ -349,22 +311,23 @@ TensionAbove tensionAbove(double kappa, const Loaded& body, const TensionAverage
     constexpr double kSteady = .8, kLower = .3, kFar = .1;
     double look = expected > 0 ? std::min(kappa, kSteady * expected) : kappa;
     for (;; look *= kLower) {
-        much = findMuch(look, body, average, nodes);
+        much = findMuch(look, kappa, body, average, nodes);
         for (std::size_t i = 0; i < much.voxels.size(); ++i)
-            if (much.psi[i] > above.largest) above.largest = much.psi[i], above.where = much.voxels[i];
+            if (much.driving.psi[i] > above.largest) above.largest = much.driving.psi[i], above.where = much.voxels[i];
         if (above.largest >= look || kLower * look <= kFar * kappa) break;
     }
     std::optional<Sparse> R;
     if (average.perRelease > 0) R = ofMaterial(body.mesh, much.voxels, much.R);
-    keepAbove(kappa, much.voxels, much.psi);
+    keepAbove(kappa, much.voxels, much.driving.psi);
     above.stresses = nodes.count();
     if (much.voxels.empty()) return above;
 
     above.voxels = frontNear(body, much.voxels);
-    const std::vector<Coord> compared = frontNear(body, above.voxels);
+    std::vector<Coord> compared = frontNear(body, above.voxels);
+    for (std::vector<Coord>* front : {&above.voxels, &compared}) keepAcross(body.mesh, much.driving, *front);
     nodes.computeAround(compared, reachWithin(radius));
     above.stresses = nodes.count();
-    const Sparse largest(body.mesh, much.voxels, much.psi);
+    const Sparse largest(body.mesh, much.voxels, much.driving.psi);
     const Sparse H(body.mesh, compared, ofEach(compared, [&, ways = waysWithin(radius)](Coord c) {
                        return opening(nodes, ways, c, average.poissonRatio);
                    }));
@@ -383,7 +346,9 @@ VoxelValues tensionAtFront(const Loaded& body, const TensionAverage& average)
     NodalStresses nodes(body.mesh, body.stress, average.counts);
     const double radius = average.radius / body.mesh.voxelSize();
     const std::vector<double> R = amounts(nodes, values.coords, radius, average.youngsModulus);
-    for (const double psi : drivingEnergy(body, average, values.coords, R, 0)) values.scalars.push_back(float(psi));
+    const std::vector<double> psi =
+        average.perRelease > 0 ? drivenBy(values.coords, body, average, values.coords, R).psi : R;
+    values.scalars.assign(psi.begin(), psi.end());
     return values;
 }
 

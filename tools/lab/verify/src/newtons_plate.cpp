@@ -138,10 +138,8 @@ double kinkUnder(double way, const Division& division)
 Measurements turnedPlate(Extent extent)
 {
     Measurements all;
-    if (extent == Extent::quick) {
-        addPlates(all, {{{10}}, {{10}, 30}, {{10}, -30}});
-        return all;
-    }
+    addPlates(all, {{{10}}, {{10}, 30}, {{10}, -30}});
+    if (extent == Extent::quick) return all;
     std::vector<TurnedPlate> plates;
     for (double degrees : {0., 15., 30., 45., 60., 75., 90., -30., -45.}) plates.push_back({{20}, degrees});
     for (double degrees : {30., 45.}) plates.push_back({{20}, degrees, Vec3::UnitY()});

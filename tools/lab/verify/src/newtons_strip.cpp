@@ -45,8 +45,7 @@ struct Strip {
         s.shape = boxKeys({length, 1 + 4 * h(), width}, {length / 2, 0, 0});
         // Its end is in the middle between voxels. 1 m more on the other side.
         if (slit > 0)
-            s.shape += cutKeys({slit + 1 - dx() / 2, gap(), 1},
-                               {(slit - 1 - dx() / 2) / 2, between ? dx() / 2 : 0, 0});
+            s.shape += cutKeys({slit + 1 - dx() / 2, gap(), 1}, {(slit - 1 - dx() / 2) / 2, between ? dx() / 2 : 0, 0});
         return s;
     }
     std::string grips(double opening, const Ramp& ramp) const

@@ -26,10 +26,16 @@ namespace vdbfrac::grid {
 
 using ElementForcesOf = std::function<tetmesh::ElementForces(std::uint32_t element)>;
 
-/// G [J/m^2] of a crack with its tip at each of some voxel nodes in the material; at smooth faces what their material
-/// holds per area as if it were a tip. Where forces pull opposite ways, in a ligament between two tips, as much as what
-/// pulls either way. `radius` [m]: of q. `counts`: voxel nodes that no grip holds, others are left out.
-std::vector<double> energyRelease(const tetmesh::BodyMesh& mesh, const ElementForcesOf& forces,
-                                  std::span<const Coord> tips, double radius, const Counts& counts);
+/// Of a crack with its tip at a voxel node.
+struct Release {
+    double G = 0;               ///< J/m^2
+    Vec3 along = Vec3::Zero();  ///< unit, of its front; 0 where there is none
+};
+
+/// At some voxel nodes in the material; at smooth faces what their material holds per area as if it were a tip. Where
+/// forces pull opposite ways, in a ligament between two tips, as much as what pulls either way. `radius` [m]: of q.
+/// `counts`: voxel nodes that no grip holds, others are left out.
+std::vector<Release> energyRelease(const tetmesh::BodyMesh& mesh, const ElementForcesOf& forces,
+                                   std::span<const Coord> tips, double radius, const Counts& counts);
 
 }  // namespace vdbfrac::grid

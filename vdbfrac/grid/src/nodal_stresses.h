@@ -1,0 +1,99 @@
+// Mean stresses of the material round voxel nodes. Not installed.
+#pragma once
+
+#include <vdbfrac/base/parallel.h>
+#include <vdbfrac/grid/tension.h>
+
+#include <Eigen/Eigenvalues>
+
+#include <algorithm>
+
+namespace vdbfrac::grid {
+
+struct NodalStress {
+    bool isKnown = false;
+    double volume = 0;      // voxels; 0 too where the material does not count
+    Mat3 S = Mat3::Zero();  // Pa
+    double tension = 0;     // <s1>^2 [Pa^2]
+};
+
+/// Stresses of the material round voxel nodes, each computed once.
+class NodalStresses {
+public:
+    NodalStresses(const tetmesh::BodyMesh& mesh, const ElementStress& stress, const Counts& counts)
+        : mesh_(mesh), stress_(stress), counts_(counts), nodes_(mesh.phi().lower(), mesh.phi().upper(), {}, {})
+    {
+    }
+
+    void computeAround(std::span<const Coord> voxels, int reach)
+    {
+        std::vector<Coord> fresh = voxelsAround(voxels, reach);
+        std::erase_if(fresh, [&](const Coord& c) {
+            return !nodes_.contains(c) || nodes_(c).isKnown || (counts_ && !counts_(c));
+        });
+        for (const Coord& c : fresh) nodes_.set(c, {});  // makes the blocks
+        computeElements(fresh);
+        parallelChunks(fresh.size(), 64, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) nodes_.set(fresh[i], at(fresh[i]));
+        });
+        count_ += std::int64_t(fresh.size());
+    }
+    const NodalStress& operator()(Coord c) const { return nodes_(c); }
+    std::int64_t count() const { return count_; }
+
+private:
+    static constexpr std::uint32_t kUnseen = ~0u;
+
+    void computeElements(const std::vector<Coord>& voxels)
+    {
+        if (voxels.empty()) return;
+        if (number_.empty()) number_.assign(mesh_.elements().size(), kUnseen);
+        constexpr std::size_t kVoxels = 64;
+        std::vector<std::vector<std::uint32_t>> round((voxels.size() + kVoxels - 1) / kVoxels);
+        parallelChunks(voxels.size(), kVoxels, [&](std::size_t begin, std::size_t end) {
+            std::vector<std::uint32_t>& found = round[begin / kVoxels];
+            for (std::size_t i = begin; i < end; ++i)
+                mesh_.visitTets(voxels[i], [&](std::uint32_t e, int, double) {
+                    if (number_[e] == kUnseen && (found.empty() || found.back() != e)) found.push_back(e);
+                });
+        });
+        const std::size_t known = ofElement_.size();
+        std::vector<std::uint32_t> fresh;
+        for (const auto& found : round)
+            for (const std::uint32_t e : found)
+                if (number_[e] == kUnseen) {
+                    number_[e] = std::uint32_t(known + fresh.size());
+                    fresh.push_back(e);
+                }
+        ofElement_.resize(known + fresh.size());
+        parallelChunks(fresh.size(), 32, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) ofElement_[known + i] = stress_(fresh[i]);
+        });
+    }
+
+    NodalStress at(Coord voxel) const
+    {
+        NodalStress node;
+        node.isKnown = true;
+        mesh_.visitTets(voxel, [&](std::uint32_t e, int t, double part) {
+            node.volume += part;
+            node.S += part * ofElement_[number_[e]][std::size_t(t)];
+        });
+        if (node.volume == 0) return node;
+        node.S /= node.volume;
+        const double s =
+            std::max(0., Eigen::SelfAdjointEigenSolver<Mat3>(node.S, Eigen::EigenvaluesOnly).eigenvalues()[2]);
+        node.tension = s * s;
+        return node;
+    }
+
+    const tetmesh::BodyMesh& mesh_;
+    const ElementStress& stress_;
+    const Counts& counts_;
+    tetmesh::NodeField<NodalStress> nodes_;
+    std::vector<std::uint32_t> number_;  // by element, in ofElement_
+    std::vector<std::array<Mat3, tetmesh::kMaxTets>> ofElement_;
+    std::int64_t count_ = 0;
+};
+
+}  // namespace vdbfrac::grid
