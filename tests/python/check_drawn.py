@@ -247,6 +247,8 @@ def main(folder):
     materials = (run / "obj/block.mtl").read_text()
     check("materials are those of the mesh", all(f"newmtl {m}\n" in materials for m in ("outside", "inside", "skin", "end")))
     check("textures are found from anywhere", f"map_Kd -s 2 2 1 {folder}/weave.png\n" in materials, materials)
+    said = vdbfrac("preview", run, "--count", 2, "--width", 64, "--height", 64, "--samples", 1)
+    check("a texture that is not there is told once", said.count(f"note: texture {folder}/weave.png: ") == 1 and "drawn without it" in said, said)
     check_first_frame(Obj(folder / "block.obj"), Obj(run / "obj/block.0001.obj"))
     last = check_frames(run, folder / "block.obj")
     check_ply(folder)

@@ -23,7 +23,8 @@ FIELDS = {
 FILES = """usr/bin/vdbfrac usr/lib/libvdbfrac_effects.a usr/lib/libvdbfrac_base.a usr/include/vdbfrac/effects/effects.h
 usr/include/vdbfrac/core/version.h usr/lib/cmake/vdbfrac/vdbfracConfig.cmake usr/lib/cmake/vdbfrac/vdbfracTargets.cmake
 usr/share/doc/vdbfrac/copyright usr/share/doc/vdbfrac/README.md usr/share/doc/vdbfrac/docs/scene.md
-usr/share/vdbfrac/scenes/gingerbread_man.toml usr/share/vdbfrac/meshes/gingerbread_man.obj""".split()
+usr/share/vdbfrac/scenes/gingerbread_man.toml usr/share/vdbfrac/meshes/gingerbread_man.obj
+usr/share/vdbfrac/meshes/koi.mtl usr/share/vdbfrac/meshes/koi.png""".split()
 failures = []
 
 

@@ -1,6 +1,7 @@
 // Reading users' meshes: quirks of the formats, damaged files, and CGAL's readers as the oracle for sound ones.
 #include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
+#include <vdbfrac/tetmesh/mtl_file.h>
 #include <vdbfrac/tetmesh/obj_file.h>
 #include <vdbfrac/tetmesh/surface_input.h>
 

@@ -201,46 +201,6 @@ void writeObj(const std::filesystem::path& file, const Surface& surface, const s
     writeObjFrame(file, {&body, 1}, mtlName);
 }
 
-void writeMtl(const std::filesystem::path& file, std::string_view more)
-{
-    writeText(file,
-              "newmtl outside\nKa 0 0 0\nKd 0.72 0.71 0.68\nKs 0.04 0.04 0.04\nNs 20\nillum 2\n\n"
-              "newmtl inside\nKa 0 0 0\nKd 0.80 0.10 0.07\nKs 0.10 0.10 0.10\nNs 60\nillum 2\n" +
-                  std::string(more));
-}
-
-std::string readMtl(const std::filesystem::path& file)
-{
-    const std::string text = readText(file);
-    std::string result;
-    for (TextReader in(text, file.string()); in.nextLine();) {
-        const std::string line(in.restOfLine().substr(0, in.restOfLine().find_last_not_of(" \t\r") + 1));
-        const std::string_view key = in.word();
-        const bool isTexture =
-            key.starts_with("map_") || key == "bump" || key == "disp" || key == "norm" || key == "refl";
-        const std::size_t last = line.find_last_of(" \t");
-        if (isTexture && last != std::string::npos)
-            result += line.substr(0, last + 1) +
-                      std::filesystem::absolute(file.parent_path() / line.substr(last + 1)).string();
-        else
-            result += line;
-        result += '\n';
-    }
-    return result;
-}
-
-std::map<std::string, Vec3> diffuseColours(const std::string& mtl)
-{
-    std::map<std::string, Vec3> colours;
-    std::string name;
-    for (TextReader in(mtl, "material library"); in.nextLine();) {
-        const std::string_view key = in.word();
-        if (key == "newmtl") name = std::string(in.word());
-        if (key == "Kd") colours[name] = in.point();
-    }
-    return colours;
-}
-
 DrawnTopology readDrawnObj(const std::filesystem::path& file)
 {
     ObjObjects all = readObjObjects(readText(file), file.string());

@@ -12,6 +12,7 @@
 #include <vdbfrac/lab/study/study_table.h>
 #include <vdbfrac/scene/reader.h>
 #include <vdbfrac/tetmesh/cache_files.h>
+#include <vdbfrac/tetmesh/mtl_file.h>
 #include <vdbfrac/tetmesh/obj_file.h>
 
 #include <algorithm>

@@ -76,6 +76,7 @@ int preview(const PreviewOptions& options)
     if (!options.eye.empty()) how.eye = pointOf(options.eye);
     if (!options.lookAt.empty()) how.target = pointOf(options.lookAt);
     const Scenery scenery = sceneryOf(folder, run, frames, how);
+    for (const std::string& note : scenery.notes) std::fprintf(stderr, "note: %s\n", note.c_str());
     fs::create_directories(folder / "preview");
     if (options.turntable > 0) return turn(scenery, options);
     std::vector<pictures::Image> images;

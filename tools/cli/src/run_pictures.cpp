@@ -6,8 +6,10 @@
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/lab/study/study_table.h>
 #include <vdbfrac/pictures/png_file.h>
+#include <vdbfrac/pictures/texture.h>
 #include <vdbfrac/scene/reader.h>
 #include <vdbfrac/tetmesh/cache_files.h>
+#include <vdbfrac/tetmesh/mtl_file.h>
 #include <vdbfrac/tetmesh/obj_file.h>
 
 #include <algorithm>
@@ -71,9 +73,18 @@ pictures::Colour colourOf(const std::string& text)
     return pictures::colourOnScreen(rgb);
 }
 
-pictures::Paint paintOf(const PictureOptions& options, pictures::MaterialColours materials)
+/// `notes` get what textures cannot be drawn.
+pictures::Paint paintOf(const PictureOptions& options, const fs::path& mtl, std::vector<std::string>& notes)
 {
-    pictures::Paint paint{.materials = std::move(materials)};
+    pictures::Paint paint;
+    if (fs::exists(mtl)) {
+        const std::string text = readText(mtl);
+        paint.materials = tetmesh::diffuseColours(text);
+        if (options.colour == "material") {
+            pictures::ReadTextures read = pictures::readTextures(text, mtl.parent_path());
+            paint.textures = std::move(read.textures), notes = std::move(read.notes);
+        }
+    }
     if (options.colour == "fragment") paint.by = pictures::ColourBy::fragment;
     if (options.torn == "as_others") paint.torn.reset();
     if (options.torn != "as_others" && options.torn != "red") paint.torn = colourOf(options.torn);
@@ -147,9 +158,7 @@ Scenery sceneryOf(const fs::path& folder, const RunFrames& run, const std::vecto
                   const PictureOptions& options)
 {
     Scenery scenery;
-    const fs::path mtl = folder / "obj" / (run.scene + ".mtl");
-    const pictures::Paint paint =
-        paintOf(options, fs::exists(mtl) ? tetmesh::diffuseColours(readText(mtl)) : pictures::MaterialColours{});
+    const pictures::Paint paint = paintOf(options, folder / "obj" / (run.scene + ".mtl"), scenery.notes);
     std::optional<Vec3> origin;  // pictures are made near the origin, wherever the body is
     for (const RunFrame& frame : frames) {
         tetmesh::DrawnTopology drawn = tetmesh::readDrawnObj(frame.obj);

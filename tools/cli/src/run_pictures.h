@@ -28,6 +28,7 @@ struct Scenery {
     pictures::View view;
     std::optional<pictures::Scale> scale;  ///< of colours that stand for values
     std::string scaleName;
+    std::vector<std::string> notes;  ///< textures that are not drawn, and why
 };
 
 /// A picture of one of them, with the legend of its colours.

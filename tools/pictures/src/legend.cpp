@@ -102,7 +102,7 @@ void colourByValue(Subject& subject, std::span<const float> ofPoints, const Scal
 {
     if (ofPoints.size() != subject.points.size()) throw Error("a surface with other points than it has values");
     const Colour none = colourOnScreen(0x8a8a86);
-    subject.cornerColour.clear();
+    subject.cornerColour.clear(), subject.textured.clear();
     for (const auto& t : subject.triangles) {
         auto& corners = subject.cornerColour.emplace_back();
         for (std::size_t k = 0; k < 3; ++k) {

@@ -4,6 +4,7 @@
 
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/base/parallel.h>
+#include <vdbfrac/pictures/texture.h>
 
 #include <embree3/rtcore.h>
 
@@ -179,7 +180,17 @@ private:
             const auto& c = subject_.cornerColour[hit.triangle];
             s.colour = (1 - hit.u - hit.v) * c[0] + hit.u * c[1] + hit.v * c[2];
         }
+        s.colour *= textureAt(hit);
         return s;
+    }
+
+    Colour textureAt(const Target::Hit& hit) const
+    {
+        using Textured = Subject::Textured;
+        const Textured of = hit.triangle < subject_.textured.size() ? subject_.textured[hit.triangle] : Textured();
+        if (of.texture == Textured::kNone) return Colour::Ones();
+        const Eigen::Array2f uv = (1 - hit.u - hit.v) * of.uv[0] + hit.u * of.uv[1] + hit.v * of.uv[2];
+        return textureColour(*subject_.textures[of.texture], double(uv[0]), double(uv[1]));
     }
 
     Colour light(const Surface& s, const Vec3& direction, const std::array<double, 2>& sun,
@@ -222,6 +233,10 @@ void check(const Subject& subject, const View& view)
     for (const auto& t : subject.triangles)
         for (std::uint32_t c : t)
             if (c >= subject.points.size()) throw Error("a face has a corner without a point");
+    for (const auto& t : subject.textured)
+        if (t.texture != Subject::Textured::kNone &&
+            (t.texture >= subject.textures.size() || !subject.textures[t.texture]))
+            throw Error("a face has a texture that is not there");
 }
 
 }  // namespace

@@ -24,15 +24,53 @@ Colour hueOf(std::uint32_t number)
     return {part(0), part(4), part(2)};
 }
 
-/// The colour of a face's material.
-Colour materialColour(const tetmesh::RenderMesh& mesh, std::size_t face, const MaterialColours& materials)
+/// The colour of a material; kNone is one without name.
+Colour materialColour(const tetmesh::RenderMesh& mesh, std::uint32_t material, const Paint& paint)
 {
-    if (mesh.material[face] == tetmesh::RenderMesh::kNone) return kOutside;
-    const auto found = materials.find(mesh.materials[mesh.material[face]]);
-    if (found == materials.end()) return kOutside;
+    if (material == tetmesh::RenderMesh::kNone) return kOutside;
+    const std::string& name = mesh.materials[material];
+    const auto found = paint.materials.find(name);
+    if (found == paint.materials.end()) return paint.textures.contains(name) ? Colour(Colour::Ones()) : kOutside;
     constexpr float kGamma = 2.2f;  // of .mtl files, which tell what a screen shows
     return found->second.cast<float>().array().max(0.f).pow(kGamma);
 }
+
+/// Textures of the triangles of fans.
+class Texturing {
+public:
+    Texturing(const tetmesh::DrawnTopology& drawn, const Paint& paint, Subject& subject)
+        : drawn_(drawn), subject_(subject)
+    {
+        if (paint.by != ColourBy::material || paint.textures.empty()) return;
+        for (const std::string& name : drawn.mesh.materials) {
+            const auto found = paint.textures.find(name);
+            ofMaterial_.push_back(found == paint.textures.end() ? nullptr : &found->second);
+            subject.textures.push_back(ofMaterial_.back() ? ofMaterial_.back()->image : nullptr);
+        }
+    }
+
+    /// Of the next triangle, of three places in the corners of the mesh.
+    void add(std::uint32_t face, const std::array<std::uint32_t, 3>& corners)
+    {
+        if (ofMaterial_.empty()) return;
+        Subject::Textured& textured = subject_.textured.emplace_back();
+        const tetmesh::RenderMesh& mesh = drawn_.mesh;
+        const std::uint32_t material = mesh.material[face];
+        if (drawn_.torn[face] || material == tetmesh::RenderMesh::kNone || !ofMaterial_[material]) return;
+        for (std::size_t k = 0; k < 3; ++k) {
+            const std::uint32_t uv = mesh.corners[corners[k]].uv;
+            if (uv >= mesh.uvs.size()) return;
+            textured.uv[k] = ofMaterial_[material]->scale * mesh.uvs[uv].head<2>().cast<float>().array() +
+                             ofMaterial_[material]->offset;
+        }
+        textured.texture = material;
+    }
+
+private:
+    const tetmesh::DrawnTopology& drawn_;
+    Subject& subject_;
+    std::vector<const MaterialTexture*> ofMaterial_;  // none: nullptr
+};
 
 }  // namespace
 
@@ -47,6 +85,7 @@ Subject subjectOf(const tetmesh::DrawnTopology& drawn, std::span<const Vec3> poi
     if (!given || mesh.corners.empty()) tetmesh::setNormals(mesh, kCrease);
     Subject subject;
     subject.points = mesh.points;
+    Texturing texturing(drawn, paint, subject);
     const tetmesh::Fans fans = tetmesh::fansOf(mesh);
     for (std::size_t t = 0; t < fans.face.size(); ++t) {
         const auto& c = fans.corners[t];
@@ -55,8 +94,9 @@ Subject subjectOf(const tetmesh::DrawnTopology& drawn, std::span<const Vec3> poi
         subject.normals.push_back({mesh.normals[at(0).normal], mesh.normals[at(1).normal], mesh.normals[at(2).normal]});
         const std::uint32_t f = fans.face[t];
         const Colour outside =
-            paint.by == ColourBy::fragment ? hueOf(drawn.fragment[f]) : materialColour(mesh, f, paint.materials);
+            paint.by == ColourBy::fragment ? hueOf(drawn.fragment[f]) : materialColour(mesh, mesh.material[f], paint);
         subject.colour.push_back(drawn.torn[f] && paint.torn ? *paint.torn : outside);
+        texturing.add(f, c);
     }
     return subject;
 }

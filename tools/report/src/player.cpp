@@ -4,6 +4,7 @@
 
 #include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/tetmesh/cache_files.h>
+#include <vdbfrac/tetmesh/mtl_file.h>
 #include <vdbfrac/tetmesh/obj_file.h>
 
 #include <fmt/format.h>

@@ -3,7 +3,7 @@
 #include <vdbfrac/grid/body_level_set.h>
 #include <vdbfrac/grid/level_set_surface.h>
 #include <vdbfrac/solids/solid_mesh.h>
-#include <vdbfrac/tetmesh/obj_file.h>
+#include <vdbfrac/tetmesh/mtl_file.h>
 
 #include <filesystem>
 #include <limits>

@@ -7,7 +7,7 @@
 #include <vdbfrac/base/hash.h>
 #include <vdbfrac/base/number_text.h>
 #include <vdbfrac/core/version.h>
-#include <vdbfrac/tetmesh/obj_file.h>
+#include <vdbfrac/tetmesh/mtl_file.h>
 
 #include <algorithm>
 #include <sstream>

@@ -5,10 +5,8 @@
 #include <vdbfrac/tetmesh/surface.h>
 
 #include <filesystem>
-#include <map>
 #include <span>
 #include <string>
-#include <string_view>
 
 namespace vdbfrac::tetmesh {
 
@@ -28,15 +26,6 @@ void writeObjFrame(const std::filesystem::path& file, std::span<const DrawnPart>
 /// The same as one object, without `o`: the points of each body that faces use, in their order (usedPoints), then all
 /// faces in the groups of their fragments. What a file of positions by frames goes with.
 void writeObjWhole(const std::filesystem::path& file, std::span<const DrawnPart> bodies, const std::string& mtlName);
-
-/// Writes the material library of the frames: "outside" neutral, "inside" red, and what `more` defines. Throws
-/// FileError.
-void writeMtl(const std::filesystem::path& file, std::string_view more = "");
-
-/// The text of a material library, with the paths of its textures made absolute. Throws FileError.
-std::string readMtl(const std::filesystem::path& file);
-/// Diffuse colours (Kd) of the materials of a library's text, as it has them.
-std::map<std::string, Vec3> diffuseColours(const std::string& mtl);
 
 /// Reads what these wrote, with fragment ids and torn flags; normals are as deformed. Throws InputError with file:line,
 /// FileError.

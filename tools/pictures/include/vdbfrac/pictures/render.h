@@ -7,6 +7,7 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -28,6 +29,14 @@ struct Subject {
     std::vector<std::array<Vec3, 3>> normals;             ///< of the corners of each triangle
     std::vector<Colour> colour;                           ///< of each triangle
     std::vector<std::array<Colour, 3>> cornerColour;      ///< of the first triangles, in place of theirs
+
+    struct Textured {
+        static constexpr std::uint32_t kNone = 0xffffffff;
+        std::uint32_t texture = kNone;                                              ///< index into textures
+        std::array<Eigen::Array2f, 3> uv = {Eigen::Array2f(0, 0), {0, 0}, {0, 0}};  ///< of the corners
+    };
+    std::vector<std::shared_ptr<const Image>> textures;
+    std::vector<Textured> textured;  ///< of the first triangles: what their colour is multiplied by
 };
 
 /// How a surface is coloured.
@@ -36,8 +45,16 @@ enum class ColourBy { material, fragment };
 /// Colours of materials, as .mtl files have them.
 using MaterialColours = std::map<std::string, Vec3>;
 
+/// A texture of a material: the point (u, v) of the surface has the texture's scale * (u, v) + offset.
+struct MaterialTexture {
+    std::shared_ptr<const Image> image;
+    Eigen::Array2f scale = {1, 1}, offset = {0, 0};
+};
+using MaterialTextures = std::map<std::string, MaterialTexture>;
+
 struct Paint {
     MaterialColours materials;
+    MaterialTextures textures;  ///< of faces by their material that are not torn
     ColourBy by = ColourBy::material;
     std::optional<Colour> torn = Colour(0.62f, 0.035f, 0.025f);  ///< red; none: as other faces are
 };
@@ -55,7 +72,7 @@ struct Scale {
     double high = 1;      ///< the brightest; the darkest is 0, what is below has no value and is grey
     bool byRoot = false;  ///< colours go with the root of a value, as stress does with energy
 };
-/// Colours all corners by the values of their points.
+/// Colours all corners by the values of their points, in place of textures.
 void colourByValue(Subject& subject, std::span<const float> ofPoints, const Scale& scale);
 /// The colours of the scale with its ends, and what it is of, into the lower left of a picture. Small letters, digits
 /// and . + - / ^ ( ) are drawn, other characters are gaps.

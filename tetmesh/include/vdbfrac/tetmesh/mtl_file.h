@@ -1,0 +1,33 @@
+// Material libraries (.mtl): colours and textures of the materials that .obj files name.
+#pragma once
+
+#include <vdbfrac/base/vec.h>
+
+#include <Eigen/Core>
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <string_view>
+
+namespace vdbfrac::tetmesh {
+
+/// Writes the material library of the frames: "outside" neutral, "inside" red, and what `more` defines. Throws
+/// FileError.
+void writeMtl(const std::filesystem::path& file, std::string_view more = "");
+
+/// The text of a material library, with the paths of its textures made absolute. Throws FileError.
+std::string readMtl(const std::filesystem::path& file);
+
+/// Diffuse colours (Kd) of the materials of a library's text, as it has them.
+std::map<std::string, Vec3> diffuseColours(const std::string& mtl);
+
+/// The texture of a diffuse colour: the point (u, v) of the surface has the texture's scale * (u, v) + offset.
+struct DiffuseMap {
+    std::string file;  ///< as the library names it
+    Eigen::Array2d scale = {1, 1}, offset = {0, 0};
+};
+/// Textures (map_Kd, with -s and -o) of the materials of a library's text.
+std::map<std::string, DiffuseMap> diffuseMaps(const std::string& mtl);
+
+}  // namespace vdbfrac::tetmesh

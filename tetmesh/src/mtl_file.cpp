@@ -1,0 +1,121 @@
+#include <vdbfrac/tetmesh/mtl_file.h>
+
+#include "text_reader.h"
+
+#include <vdbfrac/base/atomic_file.h>
+
+#include <algorithm>
+#include <iterator>
+
+namespace vdbfrac::tetmesh {
+
+namespace {
+
+constexpr const char* kBlanks = " \t\r\v\f";
+
+std::string_view withoutBlanks(std::string_view text)
+{
+    text.remove_prefix(std::min(text.find_first_not_of(kBlanks), text.size()));
+    return text.substr(0, text.find_last_not_of(kBlanks) + 1);
+}
+
+/// Options of a texture, and how many words follow each.
+struct MapOption {
+    std::string_view name;
+    int words;
+};
+constexpr MapOption kMapOptions[] = {{"-blendu", 1}, {"-blendv", 1}, {"-bm", 1},      {"-boost", 1},  {"-cc", 1},
+                                     {"-clamp", 1},  {"-mm", 2},     {"-imfchan", 1}, {"-texres", 1}, {"-type", 1}};
+
+/// One to three numbers, of which two count; one that is not there stays as it is.
+void readPair(TextReader& in, Eigen::Array2d& pair)
+{
+    for (int k = 0; k < 3; ++k) {
+        TextReader next = in;
+        const auto value = TextReader::parse<double>(next.word());
+        if (!value) return;
+        if (k < 2 && *value - *value == 0) pair[k] = *value;
+        in = next;
+    }
+}
+
+/// What stands behind the key of a texture: options, and a file whose name may have blanks.
+DiffuseMap mapOf(TextReader in)
+{
+    DiffuseMap map;
+    Eigen::Array2d turbulence;  // is not drawn
+    for (;;) {
+        const std::string_view rest = withoutBlanks(in.restOfLine());
+        TextReader after = in;
+        const std::string_view word = after.word();
+        const auto option = std::find_if(std::begin(kMapOptions), std::end(kMapOptions),
+                                         [&](const MapOption& o) { return o.name == word; });
+        if (word == "-s")
+            readPair(after, map.scale);
+        else if (word == "-o")
+            readPair(after, map.offset);
+        else if (word == "-t")
+            readPair(after, turbulence);
+        else if (option != std::end(kMapOptions))
+            for (int k = 0; k < option->words; ++k) after.word();
+        else {
+            map.file = std::string(word.starts_with('-') ? rest.substr(rest.find_last_of(" \t") + 1) : rest);
+            return map;
+        }
+        in = after;
+    }
+}
+
+}  // namespace
+
+void writeMtl(const std::filesystem::path& file, std::string_view more)
+{
+    writeText(file,
+              "newmtl outside\nKa 0 0 0\nKd 0.72 0.71 0.68\nKs 0.04 0.04 0.04\nNs 20\nillum 2\n\n"
+              "newmtl inside\nKa 0 0 0\nKd 0.80 0.10 0.07\nKs 0.10 0.10 0.10\nNs 60\nillum 2\n" +
+                  std::string(more));
+}
+
+std::string readMtl(const std::filesystem::path& file)
+{
+    const std::string text = readText(file);
+    std::string result;
+    for (TextReader in(text, file.string()); in.nextLine();) {
+        const std::string line(in.restOfLine().substr(0, in.restOfLine().find_last_not_of(kBlanks) + 1));
+        const std::string_view key = in.word();
+        const bool isTexture =
+            key.starts_with("map_") || key == "bump" || key == "disp" || key == "norm" || key == "refl";
+        const std::string name = isTexture ? mapOf(in).file : "";
+        result += line.substr(0, line.size() - name.size());
+        if (!name.empty()) result += std::filesystem::absolute(file.parent_path() / name).string();
+        result += '\n';
+    }
+    return result;
+}
+
+std::map<std::string, Vec3> diffuseColours(const std::string& mtl)
+{
+    std::map<std::string, Vec3> colours;
+    std::string name;
+    for (TextReader in(mtl, "material library"); in.nextLine();) {
+        const std::string_view key = in.word();
+        if (key == "newmtl") name = std::string(withoutBlanks(in.restOfLine()));
+        if (key == "Kd") colours[name] = in.point();
+    }
+    return colours;
+}
+
+std::map<std::string, DiffuseMap> diffuseMaps(const std::string& mtl)
+{
+    std::map<std::string, DiffuseMap> maps;
+    std::string name;
+    for (TextReader in(mtl, "material library"); in.nextLine();) {
+        const std::string_view key = in.word();
+        if (key == "newmtl") name = std::string(withoutBlanks(in.restOfLine()));
+        if (key != "map_Kd") continue;
+        if (const DiffuseMap map = mapOf(in); !map.file.empty()) maps[name] = map;
+    }
+    return maps;
+}
+
+}  // namespace vdbfrac::tetmesh
