@@ -44,15 +44,19 @@ skin::CrackField cracksOf(const Body& body, const skin::FragmentAt& fragment)
 }
 
 /// phi of the fine body where the cracks raise it.
-grid::PhiChanges crackedPhi(const Body& fine, const skin::CrackField& cracks)
+grid::PhiChanges crackedPhi(const Body& fine, const Body& wide, const skin::CrackField& cracks)
 {
     const double band = fine.phi.background();
-    const tetmesh::NodeField<float>& rest = fine.mesh->phi();
+    const tetmesh::NodeField<float>&rest = fine.mesh->phi(), &now = wide.mesh->phi(), &before = wide.mesh->restPhi();
+    // Between a torn node and the skin nothing is left, whatever c is outside.
+    const auto isGone = [&](Coord a, Coord b) { return before(a) < 0 && now(a) >= 0 && before(b) >= 0; };
     grid::PhiChanges raised;
     rest.forEachBlock([&](Coord block) {
         rest.forEachNode(block, [&](Coord n) {
             const Ends ends(n);
-            const float c = float(0.5 * (double(cracks.c(ends.low)) + double(cracks.c(ends.high))));
+            float c = float(0.5 * (double(cracks.c(ends.low)) + double(cracks.c(ends.high))));
+            if (isGone(ends.low, ends.high)) c = std::max(c, now(ends.low));
+            if (isGone(ends.high, ends.low)) c = std::max(c, now(ends.high));
             if (c > rest(n) && c > -band) raised.emplace_back(n, c);
         });
     });
@@ -124,7 +128,7 @@ void Simulation::refineFrom(const Simulation& wide, const Archive& archive)
         const skin::CrackField cracks = cracksOf(old, fragment);
         grid::RelevelWork work;
         (void)body.mesh->update(
-            grid::raiseAndRelevel(body.phi, crackedPhi(body, cracks), work, {.firstOrder = false, .sweeps = 0}));
+            grid::raiseAndRelevel(body.phi, crackedPhi(body, old, cracks), work, {.firstOrder = false, .sweeps = 0}));
         ++body.revision;
         const std::vector<Coord> anchors = anchorsOf(body, cracks);
         std::vector<skin::Rider> riders;
