@@ -13,20 +13,13 @@ using test::KnownMiss;
 namespace {
 
 constexpr KnownMiss kKnownMisses[] = {
-    {"running_crack", "six, 10 cells, nu = 0: G / Gc", 0.86377, .01},
-    {"running_crack", "six, 10 cells, nu = 0.3: G / Gc", 0.86377, .01},
-    {"running_crack", "six, 10 cells, nu = 0.3: dissipated / (area Gc)", 0.72559, .01},
-    {"running_crack", "six, 10 cells, nu = 0.45: G / Gc", 0.89187, .01},
-    {"running_crack", "five, 10 cells, nu = 0.3: dissipated / (area Gc)", 0.55539, .01},
-    {"turned_plate", "six, 10 cells, turned by 0 about z: peak load, N", 4387.1, .01},
-    {"turned_plate", "six, 10 cells, turned by 0 about z: slope, degrees", -11.143, .01},
-    {"turned_plate", "six, 10 cells, turned by 30 about z: peak load, N", 4289.9, .01},
-    {"turned_plate", "six, 10 cells, turned by -30 about z: peak load, N", 4066, .01},
-    {"turned_plate", "six, 10 cells: largest over smallest peak load, less 1", 0.078987, .01},
-    {"three_point_bend", "six, 10 cells: load, N", 1920.9, .01},
-    {"double_cantilever", "G / Gc, arms of 4 cells", 1.6477, .01},
-    {"shear_kink", "six, 10 cells: kink, top forwards, degrees", -87.038, .01},
-    {"symmetric_block", "10 cells: larger half over the other, less 1", 0.75859, .01},
+    {"running_crack", "six, 10 cells, nu = 0.3: dissipated / (area Gc)", 1.203, .01},
+    {"running_crack", "six, 10 cells, nu = 0.45: G / Gc", 1.1001, .01},
+    {"running_crack", "five, 10 cells, nu = 0.3: G / Gc", 1.4879, .01},
+    {"running_crack", "five, 10 cells, nu = 0.3: dissipated / (area Gc)", 1.5631, .01},
+    {"turned_plate", "six, 10 cells, turned by 0 about z: slope, degrees", -10.381, .01},
+    {"double_cantilever", "G / Gc, arms of 4 cells", 1.1478, .01},
+    {"symmetric_block", "10 cells: larger half over the other, less 1", 0.21017, .01},
 };
 
 class Newtons : public testing::TestWithParam<HardCase> {};
