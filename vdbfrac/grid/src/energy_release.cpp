@@ -78,29 +78,48 @@ Vec3 normalAt(const BodyMesh& mesh, const Vec3& X)
     return n.normalized();
 }
 
+/// The elements round some voxel nodes, rising.
+std::vector<std::uint32_t> elementsRound(const BodyMesh& mesh, const std::vector<Coord>& voxels)
+{
+    constexpr std::size_t kVoxels = 64;
+    std::vector<std::vector<std::uint32_t>> round((voxels.size() + kVoxels - 1) / kVoxels);
+    parallelChunks(voxels.size(), kVoxels, [&](std::size_t begin, std::size_t end) {
+        std::vector<std::uint32_t>& found = round[begin / kVoxels];
+        for (std::size_t i = begin; i < end; ++i)
+            mesh.visitTets(voxels[i], [&](std::uint32_t e, int, double) {
+                if (found.empty() || found.back() != e) found.push_back(e);
+            });
+        std::sort(found.begin(), found.end());
+        found.erase(std::unique(found.begin(), found.end()), found.end());
+    });
+    std::vector<std::uint32_t> elements;
+    std::vector<bool> isKnown(mesh.elements().size(), false);
+    for (const auto& found : round)
+        for (const std::uint32_t e : found)
+            if (!isKnown[e]) isKnown[e] = true, elements.push_back(e);
+    std::sort(elements.begin(), elements.end());
+    return elements;
+}
+
 /// Forces of the nodes round some tips, on voxel nodes; on meshes whose nodes are none shared out to those round them.
 NodeField<CornerForces> forcesRound(const BodyMesh& mesh, const ElementForcesOf& forces, std::span<const Coord> tips,
                                     int reach)
 {
+    constexpr std::size_t kTogether = 2048;
     const double dx = mesh.voxelSize();
     const int edge = int(std::ceil(mesh.spacing() / dx - 1e-9));
-    std::vector<std::uint32_t> elements;
-    std::vector<bool> isKnown(mesh.elements().size(), false);
-    for (const Coord& c : voxelsAround(tips, reach + edge))
-        mesh.visitTets(c, [&](std::uint32_t e, int, double) {
-            if (!isKnown[e]) isKnown[e] = true, elements.push_back(e);
-        });
-    std::sort(elements.begin(), elements.end());
+    const std::span<const Coord> lattice = mesh.latticeCoords();
     NodeField<CornerForces> field(mesh.phi().lower(), mesh.phi().upper(), {}, {});
     const auto add = [&](std::uint32_t node, const CornerForces& corner) {
+        if (!lattice.empty()) {
+            if (const Coord c = edge * lattice[node]; field.contains(c)) field.at(c).add(1, corner);
+            return;
+        }
         shareOut(mesh.restPosition(node) / dx, [&](Coord c, double part) {
-            if (!field.contains(c)) return;
-            CornerForces sum = field(c);
-            sum.add(part, corner);
-            field.set(c, sum);
+            if (field.contains(c)) field.at(c).add(part, corner);
         });
     };
-    constexpr std::size_t kTogether = 2048;
+    const std::vector<std::uint32_t> elements = elementsRound(mesh, voxelsAround(tips, reach + edge));
     std::vector<tetmesh::ElementForces> of(std::min(kTogether, elements.size()));
     for (std::size_t first = 0; first < elements.size(); first += kTogether) {
         const std::size_t count = std::min(kTogether, elements.size() - first);

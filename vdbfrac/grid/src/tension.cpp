@@ -96,6 +96,17 @@ std::vector<double> ofEach(const std::vector<Coord>& voxels, const Function& fun
     return values;
 }
 
+/// Leaves those voxels of which keep(voxel) is true.
+template <class Keep>
+void keepIf(std::vector<Coord>& voxels, const Keep& keep)
+{
+    const std::vector<double> kept = ofEach(voxels, [&](const Coord& c) { return keep(c) ? 1. : 0.; });
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < voxels.size(); ++i)
+        if (kept[i] > 0) voxels[count++] = voxels[i];
+    voxels.resize(count);
+}
+
 /// Values at some voxels, 0 elsewhere.
 class Sparse {
 public:
@@ -192,15 +203,14 @@ std::vector<Coord> tipsAmong(const Sparse& R, const std::vector<Coord>& voxels, 
 {
     constexpr double kTip = .85;
     constexpr std::size_t kFew = 64;
-    std::vector<Coord> tips;
-    for (const Coord& c : voxels)
-        if (R(c) > 0) tips.push_back(c);
-    std::erase_if(tips,
-                  [&, near = waysWithin(kNear + .5)](const Coord& c) { return R(c) < kTip * R.largestNear(c, near); });
-    const auto isEnough = [&](const Coord& c) { return kSqueezed * R(c) > kappa; };
-    if (std::any_of(tips.begin(), tips.end(), isEnough)) {
-        std::erase_if(tips, [&](const Coord& c) { return !isEnough(c); });
-    } else if (tips.size() > kFew) {
+    double largest = 0;
+    for (const Coord& c : voxels) largest = std::max(largest, R(c));
+    const bool isEnough = kSqueezed * largest > kappa;
+    std::vector<Coord> tips = voxels;
+    keepIf(tips, [&, near = waysWithin(kNear + .5)](const Coord& c) {
+        return R(c) > 0 && (!isEnough || kSqueezed * R(c) > kappa) && R(c) >= kTip * R.largestNear(c, near);
+    });
+    if (!isEnough && tips.size() > kFew) {
         std::sort(tips.begin(), tips.end(),
                   [&](const Coord& a, const Coord& b) { return R(a) > R(b) || (R(a) == R(b) && a < b); });
         tips.resize(kFew);
@@ -230,15 +240,21 @@ void keepAcross(const BodyMesh& mesh, const Driving& driving, std::vector<Coord>
 {
     constexpr double kAcross = .5;  // cosine
     if (driving.tips.empty()) return;
-    NodeField<Vec3> along(mesh.phi().lower(), mesh.phi().upper(), Vec3::Zero(), Vec3::Zero());
-    for (std::size_t i = 0; i < driving.tips.size(); ++i)
-        for (const Coord& c : voxelsAround(std::span(driving.tips).subspan(i, 1), kNear))
-            if (mesh.phi().contains(c)) along.set(c, driving.along[i]);
-    std::erase_if(voxels, [&, beside = waysWithin(2)](const Coord& c) {
-        const Vec3 front = along(c);
-        for (const Way& way : beside)
-            if (mesh.phi()(c + way.offset) >= 0 && std::abs(way.direction.dot(front)) < kAcross) return false;
-        return true;
+    NodeField<std::int32_t> tipAt(mesh.phi().lower(), mesh.phi().upper(), -1, -1);
+    for (std::size_t i = 0; i < driving.tips.size(); ++i) tipAt.set(driving.tips[i], std::int32_t(i));
+    const auto alongAt = [&, near = waysWithin(kNear + 1.5)](const Coord& c) {
+        std::int32_t tip = tipAt(c);
+        double closest = tip < 0 ? 0 : 1;  // by the weight, which falls with the distance
+        for (const Way& way : near)
+            if (const std::int32_t other = tipAt(c + way.offset); other >= 0 && way.weight > closest)
+                closest = way.weight, tip = other;
+        return tip < 0 ? Vec3(Vec3::Zero()) : driving.along[std::size_t(tip)];
+    };
+    keepIf(voxels, [&, beside = waysWithin(2)](const Coord& c) {
+        const Vec3 front = alongAt(c);
+        return std::any_of(beside.begin(), beside.end(), [&](const Way& way) {
+            return mesh.phi()(c + way.offset) >= 0 && std::abs(way.direction.dot(front)) < kAcross;
+        });
     });
 }
 

@@ -40,6 +40,7 @@ public:
     }
 
     void set(Coord c, T value) { block(c)[local(c)] = value; }
+    T& at(Coord c) { return block(c)[local(c)]; }  ///< valid until another block is written first
 
     /// Marks the whole block that holds c as deep inside.
     void fillInside(Coord c)
