@@ -78,29 +78,6 @@ Vec3 normalAt(const BodyMesh& mesh, const Vec3& X)
     return n.normalized();
 }
 
-/// The elements round some voxel nodes, rising.
-std::vector<std::uint32_t> elementsRound(const BodyMesh& mesh, const std::vector<Coord>& voxels)
-{
-    constexpr std::size_t kVoxels = 64;
-    std::vector<std::vector<std::uint32_t>> round((voxels.size() + kVoxels - 1) / kVoxels);
-    parallelChunks(voxels.size(), kVoxels, [&](std::size_t begin, std::size_t end) {
-        std::vector<std::uint32_t>& found = round[begin / kVoxels];
-        for (std::size_t i = begin; i < end; ++i)
-            mesh.visitTets(voxels[i], [&](std::uint32_t e, int, double) {
-                if (found.empty() || found.back() != e) found.push_back(e);
-            });
-        std::sort(found.begin(), found.end());
-        found.erase(std::unique(found.begin(), found.end()), found.end());
-    });
-    std::vector<std::uint32_t> elements;
-    std::vector<bool> isKnown(mesh.elements().size(), false);
-    for (const auto& found : round)
-        for (const std::uint32_t e : found)
-            if (!isKnown[e]) isKnown[e] = true, elements.push_back(e);
-    std::sort(elements.begin(), elements.end());
-    return elements;
-}
-
 /// Forces of the nodes round some tips, on voxel nodes; on meshes whose nodes are none shared out to those round them.
 NodeField<CornerForces> forcesRound(const BodyMesh& mesh, const ElementForcesOf& forces, std::span<const Coord> tips,
                                     int reach)

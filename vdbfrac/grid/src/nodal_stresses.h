@@ -48,23 +48,10 @@ private:
     {
         if (voxels.empty()) return;
         if (number_.empty()) number_.assign(mesh_.elements().size(), kUnseen);
-        constexpr std::size_t kVoxels = 64;
-        std::vector<std::vector<std::uint32_t>> round((voxels.size() + kVoxels - 1) / kVoxels);
-        parallelChunks(voxels.size(), kVoxels, [&](std::size_t begin, std::size_t end) {
-            std::vector<std::uint32_t>& found = round[begin / kVoxels];
-            for (std::size_t i = begin; i < end; ++i)
-                mesh_.visitTets(voxels[i], [&](std::uint32_t e, int, double) {
-                    if (number_[e] == kUnseen && (found.empty() || found.back() != e)) found.push_back(e);
-                });
-        });
         const std::size_t known = ofElement_.size();
         std::vector<std::uint32_t> fresh;
-        for (const auto& found : round)
-            for (const std::uint32_t e : found)
-                if (number_[e] == kUnseen) {
-                    number_[e] = std::uint32_t(known + fresh.size());
-                    fresh.push_back(e);
-                }
+        for (const std::uint32_t e : elementsRound(mesh_, voxels))
+            if (number_[e] == kUnseen) number_[e] = std::uint32_t(known + fresh.size()), fresh.push_back(e);
         ofElement_.resize(known + fresh.size());
         parallelChunks(fresh.size(), 32, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) ofElement_[known + i] = stress_(fresh[i]);

@@ -242,12 +242,11 @@ void keepAcross(const BodyMesh& mesh, const Driving& driving, std::vector<Coord>
     if (driving.tips.empty()) return;
     NodeField<std::int32_t> tipAt(mesh.phi().lower(), mesh.phi().upper(), -1, -1);
     for (std::size_t i = 0; i < driving.tips.size(); ++i) tipAt.set(driving.tips[i], std::int32_t(i));
-    const auto alongAt = [&, near = waysWithin(kNear + 1.5)](const Coord& c) {
-        std::int32_t tip = tipAt(c);
-        double closest = tip < 0 ? 0 : 1;  // by the weight, which falls with the distance
-        for (const Way& way : near)
-            if (const std::int32_t other = tipAt(c + way.offset); other >= 0 && way.weight > closest)
-                closest = way.weight, tip = other;
+    const auto alongAt = [&](const Coord& c) {  // of the last of several
+        std::int32_t tip = -1;
+        for (int z = -kNear; z <= kNear; ++z)
+            for (int y = -kNear; y <= kNear; ++y)
+                for (int x = -kNear; x <= kNear; ++x) tip = std::max(tip, tipAt(c + Coord{x, y, z}));
         return tip < 0 ? Vec3(Vec3::Zero()) : driving.along[std::size_t(tip)];
     };
     keepIf(voxels, [&, beside = waysWithin(2)](const Coord& c) {

@@ -9,6 +9,7 @@
 #include <vdbfrac/grid/voxel_values.h>
 #include <vdbfrac/tetmesh/body_mesh.h>
 
+#include <cstdint>
 #include <functional>
 #include <span>
 #include <vector>
@@ -24,6 +25,9 @@ int reachWithin(double radius);
 
 /// All voxels no farther than `reach` along any axis from one of `voxels`; sorted, each once.
 std::vector<Coord> voxelsAround(std::span<const Coord> voxels, int reach);
+
+/// The elements that hold material round voxel nodes, rising.
+std::vector<std::uint32_t> elementsRound(const tetmesh::BodyMesh& mesh, std::span<const Coord> voxels);
 
 /// Nodal energy [J/m^3] at voxel nodes; 0 where no material is.
 std::vector<double> nodalEnergy(const tetmesh::BodyMesh& mesh, const TetEnergy& energy, std::span<const Coord> voxels);
