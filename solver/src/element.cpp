@@ -51,18 +51,12 @@ struct Moduli {
     Mat3 stress(const Mat3& e) const { return 2 * mu * e + own * e.trace() * Mat3::Identity(); }
 };
 
-/// grad N_a [1/m] of the corners of a tet.
-std::array<Vec3, 4> gradients(const ElementOf& e, std::size_t t)
+/// h grad N_a of corner a of a tet, 1 to 3; that of corner 0 is minus their sum.
+Eigen::Map<const Vec3> gradient(const ElementOf& e, std::size_t t, std::size_t a)
 {
-    const tetmesh::CellTets& tets = tetmesh::cellTets(e.element.shape);
-    std::array<Vec3, 4> gradient;
-    gradient[0] = Vec3::Zero();
-    for (std::size_t a = 1; a < 4; ++a) {
-        const auto& g = e.element.shape == tetmesh::CellShape::tet ? (*e.gradients)[a - 1] : tets.gradient[t][a];
-        gradient[a] = Eigen::Map<const Vec3>(g.data()) / e.h;
-        gradient[0] -= gradient[a];
-    }
-    return gradient;
+    const auto& own = e.element.shape == tetmesh::CellShape::tet ? (*e.gradients)[a - 1]
+                                                                 : tetmesh::cellTets(e.element.shape).gradient[t][a];
+    return Eigen::Map<const Vec3>(own.data());
 }
 
 }  // namespace
@@ -72,10 +66,7 @@ Mat3 deformationGradient(const ElementOf& e, std::size_t t, std::span<const Vec3
     const tetmesh::CellTets& tets = tetmesh::cellTets(e.element.shape);
     const auto at = [&](std::size_t a) { return x[e.element.node[std::size_t(tets.corner[t][a])]]; };
     Mat3 F = Mat3::Zero();
-    for (std::size_t a = 1; a < 4; ++a) {
-        const auto& gradient = e.element.shape == tetmesh::CellShape::tet ? (*e.gradients)[a - 1] : tets.gradient[t][a];
-        F += (at(a) - at(0)) * Eigen::Map<const Vec3>(gradient.data()).transpose() / e.h;
-    }
+    for (std::size_t a = 1; a < 4; ++a) F += (at(a) - at(0)) * gradient(e, t, a).transpose() / e.h;
     return e.inverseFlow ? Mat3(F * e.inverseFlow[t]) : F;
 }
 
@@ -127,10 +118,12 @@ tetmesh::ElementForces elementForces(const ElementOf& e, std::span<const Vec3> x
         if (e.inverseFlow) P = P * e.inverseFlow[t].transpose(), whole = F * e.inverseFlow[t].inverse();
         const Mat3 eshelby = W * Mat3::Identity() - whole.transpose() * P;
         const double V = strains.V[t], part = V / (e.stiffness ? double(e.stiffness[t]) : 1.) / 4;
-        const std::array<Vec3, 4> gradient = gradients(e, t);
-        for (std::size_t a = 0; a < 4; ++a) {
+        Vec3 first = Vec3::Zero();
+        for (std::size_t a : {1, 2, 3, 0}) {
+            const Vec3 slope = a > 0 ? Vec3(gradient(e, t, a) / e.h) : first;
+            first -= slope;
             tetmesh::CornerForces& corner = forces[std::size_t(tets.corner[t][a])];
-            corner.elastic += V * P * gradient[a], corner.material += V * eshelby * gradient[a];
+            corner.elastic += V * P * slope, corner.material += V * eshelby * slope;
             corner.F += part * whole, corner.volume += part;
         }
     }

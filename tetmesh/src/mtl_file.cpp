@@ -66,6 +66,20 @@ DiffuseMap mapOf(TextReader in)
     }
 }
 
+/// Calls visit(name of the material, key, what follows it) for each line of a material.
+template <class Visit>
+void visitMaterials(const std::string& mtl, const Visit& visit)
+{
+    std::string name;
+    for (TextReader in(mtl, "material library"); in.nextLine();) {
+        const std::string_view key = in.word();
+        if (key == "newmtl")
+            name = std::string(withoutBlanks(in.restOfLine()));
+        else
+            visit(name, key, in);
+    }
+}
+
 }  // namespace
 
 void writeMtl(const std::filesystem::path& file, std::string_view more)
@@ -96,25 +110,19 @@ std::string readMtl(const std::filesystem::path& file)
 std::map<std::string, Vec3> diffuseColours(const std::string& mtl)
 {
     std::map<std::string, Vec3> colours;
-    std::string name;
-    for (TextReader in(mtl, "material library"); in.nextLine();) {
-        const std::string_view key = in.word();
-        if (key == "newmtl") name = std::string(withoutBlanks(in.restOfLine()));
+    visitMaterials(mtl, [&](const std::string& name, std::string_view key, TextReader& in) {
         if (key == "Kd") colours[name] = in.point();
-    }
+    });
     return colours;
 }
 
 std::map<std::string, DiffuseMap> diffuseMaps(const std::string& mtl)
 {
     std::map<std::string, DiffuseMap> maps;
-    std::string name;
-    for (TextReader in(mtl, "material library"); in.nextLine();) {
-        const std::string_view key = in.word();
-        if (key == "newmtl") name = std::string(withoutBlanks(in.restOfLine()));
-        if (key != "map_Kd") continue;
+    visitMaterials(mtl, [&](const std::string& name, std::string_view key, const TextReader& in) {
+        if (key != "map_Kd") return;
         if (const DiffuseMap map = mapOf(in); !map.file.empty()) maps[name] = map;
-    }
+    });
     return maps;
 }
 

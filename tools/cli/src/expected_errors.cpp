@@ -2,8 +2,6 @@
 
 #include "newtons_data.h"
 
-#include <vdbfrac/grid/phi_sampler.h>
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -40,9 +38,8 @@ std::string expectedErrors(const scene::Scene& scene, const core::SceneEstimate&
     const double h = scene.grid.voxelSize * scene.grid.coarsening;
     std::string text;
     for (const core::BodyEstimate& e : estimate.bodies) {
-        const Bounds box = grid::materialBox(e.outline);
-        const Vec3 wider = Vec3::Constant(1.5 * e.outline.voxelSize());  // from the last voxels inside to the surface
-        const double cells = (box.upper - box.lower - 2 * wider).minCoeff() / h;
+        const Bounds bounds = e.bounds();
+        const double cells = (bounds.upper - bounds.lower).minCoeff() / h;
         text += fmt::format("expected: body '{}' is {:.3g} lattice cells across", e.body->name, cells);
         if (const auto* bending = noFiner(kBendingErrors, kRounding * cells))
             text += fmt::format("; bars of {:g} were off by up to {:.2g} % in bending, {:.2g} % in torsion",

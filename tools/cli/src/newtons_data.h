@@ -1,8 +1,6 @@
 // Made by docs/make_newtons.py from the output of `vdbfrac verify --newtons`.
 #pragma once
 
-#include <span>
-
 namespace vdbfrac::cli {
 
 /// Largest errors of bars this many lattice cells thick [%].

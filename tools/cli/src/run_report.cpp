@@ -3,7 +3,6 @@
 #include "progress.h"
 
 #include <vdbfrac/effects/effects.h>
-#include <vdbfrac/grid/phi_sampler.h>
 #include <vdbfrac/lab/machine/memory.h>
 
 #include <fmt/format.h>
@@ -109,11 +108,10 @@ std::string bodyTexts(const core::SceneEstimate& estimate)
 {
     std::string text;
     for (const core::BodyEstimate& e : estimate.bodies) {
-        const Bounds box = grid::materialBox(e.outline);
-        const Vec3 wider = Vec3::Constant(1.5 * e.outline.voxelSize());  // from the last voxels inside to the surface
+        const Bounds bounds = e.bounds();
         text += fmt::format("  body '{}': {:.4g} m^3, about {} nodes and {} tets\n    from {} to {} m\n", e.body->name,
                             e.volume, amount(std::int64_t(e.nodes)), amount(std::int64_t(e.tets)),
-                            pointText(box.lower + wider), pointText(box.upper - wider));
+                            pointText(bounds.lower), pointText(bounds.upper));
     }
     return text;
 }

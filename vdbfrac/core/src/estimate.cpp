@@ -4,6 +4,7 @@
 #include <vdbfrac/base/number_text.h>
 #include <vdbfrac/grid/body_level_set.h>
 #include <vdbfrac/grid/phi_nodes.h>
+#include <vdbfrac/grid/phi_sampler.h>
 #include <vdbfrac/grid/relevel.h>
 
 #include <algorithm>
@@ -109,6 +110,13 @@ double bytesOf(const BodyEstimate& e, const scene::Scene& scene)
 }
 
 }  // namespace
+
+Bounds BodyEstimate::bounds() const
+{
+    const Bounds box = grid::materialBox(outline);
+    const Vec3 wider = Vec3::Constant(1.5 * outline.voxelSize());  // from the last voxels inside to the surface
+    return {box.lower + wider, box.upper - wider};
+}
 
 SceneEstimate estimateScene(const scene::Scene& scene, std::uint64_t memoryLimit)
 {

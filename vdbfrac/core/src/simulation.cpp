@@ -261,16 +261,16 @@ void Simulation::updateGrid(StepRecord& record)
         }
         return density_;
     };
+    const auto elementOf = [&](const Body& body, std::uint32_t e) {
+        const std::span<const tetmesh::TetGradients> gradients = body.mesh->gradients();
+        return solver::ElementOf{body.mesh->elements()[e], gradients.empty() ? nullptr : &gradients[e], h_};
+    };
     context.elementStress = [&](const Body& body, std::uint32_t e) {
-        const tetmesh::BodyMesh& mesh = *body.mesh;
-        const tetmesh::TetGradients* const own = mesh.gradients().empty() ? nullptr : &mesh.gradients()[e];
-        return solver::elementStress({mesh.elements()[e], own, h_}, solved.x.subspan(body.firstNode), body.material,
+        return solver::elementStress(elementOf(body, e), solved.x.subspan(body.firstNode), body.material,
                                      elastic_->elasticity());
     };
     context.elementForces = [&](const Body& body, std::uint32_t e) {
-        const tetmesh::BodyMesh& mesh = *body.mesh;
-        const tetmesh::TetGradients* const own = mesh.gradients().empty() ? nullptr : &mesh.gradients()[e];
-        return solver::elementForces({mesh.elements()[e], own, h_}, solved.x.subspan(body.firstNode), body.material,
+        return solver::elementForces(elementOf(body, e), solved.x.subspan(body.firstNode), body.material,
                                      elastic_->elasticity());
     };
     std::vector<grid::PhiChanges> changes(bodies_.size());

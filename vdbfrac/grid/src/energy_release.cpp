@@ -1,6 +1,7 @@
 #include <vdbfrac/grid/energy_release.h>
 
 #include <vdbfrac/base/parallel.h>
+#include <vdbfrac/tetmesh/trilinear.h>
 
 #include <Eigen/Eigenvalues>
 
@@ -48,28 +49,8 @@ std::vector<Near> ballOf(double radius)
     return ball;
 }
 
-/// Shares something at X [voxels] out to the voxel nodes round it: share(c, part).
-template <class Share>
-void shareOut(const Vec3& X, const Share& share)
-{
-    constexpr double kRounding = 1e-9;  // voxels; nodes of a lattice lie on voxel nodes
-    Vec3 base, f;
-    for (int d = 0; d < 3; ++d) base[d] = std::floor(X[d] + kRounding), f[d] = std::max(0., X[d] - base[d]);
-    for (int k = 0; k < 8; ++k) {
-        double part = 1;
-        for (int d = 0; d < 3; ++d) part *= k >> d & 1 ? f[d] : 1 - f[d];
-        if (part > kRounding)
-            share(Coord{int(base.x()) + (k & 1), int(base.y()) + (k >> 1 & 1), int(base.z()) + (k >> 2)}, part);
-    }
-}
-
 /// phi between voxels, at X [voxels], in voxels.
-double phiAt(const BodyMesh& mesh, const Vec3& X)
-{
-    double phi = 0;
-    shareOut(X, [&](Coord c, double part) { phi += part * double(mesh.phi()(c)); });
-    return phi / mesh.voxelSize();
-}
+double phiAt(const BodyMesh& mesh, const Vec3& X) { return tetmesh::trilinear(mesh.phi(), X) / mesh.voxelSize(); }
 
 Vec3 normalAt(const BodyMesh& mesh, const Vec3& X)
 {
@@ -87,14 +68,15 @@ NodeField<CornerForces> forcesRound(const BodyMesh& mesh, const ElementForcesOf&
     const int edge = int(std::ceil(mesh.spacing() / dx - 1e-9));
     const std::span<const Coord> lattice = mesh.latticeCoords();
     NodeField<CornerForces> field(mesh.phi().lower(), mesh.phi().upper(), {}, {});
-    const auto add = [&](std::uint32_t node, const CornerForces& corner) {
-        if (!lattice.empty()) {
-            if (const Coord c = edge * lattice[node]; field.contains(c)) field.at(c).add(1, corner);
-            return;
-        }
-        shareOut(mesh.restPosition(node) / dx, [&](Coord c, double part) {
-            if (field.contains(c)) field.at(c).add(part, corner);
-        });
+    const auto add = [&](const Coord& c, double part, const CornerForces& corner) {
+        if (field.contains(c)) field.at(c).add(part, corner);
+    };
+    const auto addAt = [&](std::uint32_t node, const CornerForces& corner) {
+        if (!lattice.empty()) return add(edge * lattice[node], 1, corner);
+        const Vec3 X = mesh.restPosition(node) / dx;
+        const Coord base = tetmesh::floorOf(X);
+        for (int c = 0; c < tetmesh::kCorners; ++c)
+            add(base + tetmesh::cornerOffset(c), tetmesh::trilinearShare(c, X - base.toVec()), corner);
     };
     const std::vector<std::uint32_t> elements = elementsRound(mesh, voxelsAround(tips, reach + edge));
     std::vector<tetmesh::ElementForces> of(std::min(kTogether, elements.size()));
@@ -105,7 +87,7 @@ NodeField<CornerForces> forcesRound(const BodyMesh& mesh, const ElementForcesOf&
         });
         for (std::size_t i = 0; i < count; ++i)
             for (std::size_t a = 0; a < tetmesh::kCorners; ++a)
-                if (of[i][a].volume > 0) add(mesh.elements()[elements[first + i]].node[a], of[i][a]);
+                if (of[i][a].volume > 0) addAt(mesh.elements()[elements[first + i]].node[a], of[i][a]);
     }
     return field;
 }

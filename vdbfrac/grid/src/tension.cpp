@@ -273,15 +273,11 @@ TensionAbove nodalTensionAbove(double kappa, const Loaded& body, const TensionAv
     return above;
 }
 
-}  // namespace
-
-namespace {
-
-/// Voxel nodes at the front, and in the gap beside it, with R and Psi.
+/// Voxel nodes at the front, and in the gap beside it, with Psi; where it is that of G, R of the material too.
 struct Much {
     std::vector<Coord> voxels;
-    std::vector<double> R;
     Driving driving;
+    std::optional<Sparse> R;
 };
 
 /// All whose Psi may be above `look`.
@@ -290,14 +286,14 @@ Much findMuch(double look, double kappa, const Loaded& body, const TensionAverag
     const double least = average.perRelease > 0 ? look / kSqueezed : look;
     Much much;
     much.voxels = whereMuchIsPossible(least, body, average);
-    much.R = amounts(nodes, much.voxels, average.radius / body.mesh.voxelSize(), average.youngsModulus);
+    std::vector<double> R = amounts(nodes, much.voxels, average.radius / body.mesh.voxelSize(), average.youngsModulus);
     if (average.perRelease == 0) {
-        much.driving.psi = much.R;
+        much.driving.psi = std::move(R);
         return much;
     }
-    keepAbove(least, much.voxels, much.R);
-    const std::vector<Coord> tips = tipsAmong(ofMaterial(body.mesh, much.voxels, much.R), much.voxels, kappa);
-    much.driving = drivenBy(tips, body, average, much.voxels, much.R);
+    keepAbove(least, much.voxels, R);
+    much.R = ofMaterial(body.mesh, much.voxels, R);
+    much.driving = drivenBy(tipsAmong(*much.R, much.voxels, kappa), body, average, much.voxels, R);
     return much;
 }
 
@@ -331,8 +327,6 @@ TensionAbove tensionAbove(double kappa, const Loaded& body, const TensionAverage
             if (much.driving.psi[i] > above.largest) above.largest = much.driving.psi[i], above.where = much.voxels[i];
         if (above.largest >= look || kLower * look <= kFar * kappa) break;
     }
-    std::optional<Sparse> R;
-    if (average.perRelease > 0) R = ofMaterial(body.mesh, much.voxels, much.R);
     keepAbove(kappa, much.voxels, much.driving.psi);
     above.stresses = nodes.count();
     if (much.voxels.empty()) return above;
@@ -346,7 +340,7 @@ TensionAbove tensionAbove(double kappa, const Loaded& body, const TensionAverage
     const Sparse H(body.mesh, compared, ofEach(compared, [&, ways = waysWithin(radius)](Coord c) {
                        return opening(nodes, ways, c, average.poissonRatio);
                    }));
-    above.share = sharesOf(above.voxels, largest, H, R, kappa);
+    above.share = sharesOf(above.voxels, largest, H, much.R, kappa);
     keepAbove(0, above.voxels, above.share);
     above.psi =
         ofEach(above.voxels, [&, near = waysWithin(kNear + .5)](Coord c) { return largest.largestNear(c, near); });

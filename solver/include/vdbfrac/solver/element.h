@@ -29,7 +29,7 @@ std::array<Mat3, tetmesh::kMaxTets> elementStress(const ElementOf& e, std::span<
                                                   Elasticity elasticity);
 
 /// Of the tets with material; with the means of the element where the elasticity has them. Elastic forces are the
-/// gradient of elasticEnergy by x, material forces minus that by the rest positions of the corners, with the share of
+/// gradient of elasticEnergy by x, material forces that by the rest positions of the corners, with the share of
 /// material in each tet and what has flowed taken along.
 tetmesh::ElementForces elementForces(const ElementOf& e, std::span<const Vec3> x, const Material& material,
                                      Elasticity elasticity);

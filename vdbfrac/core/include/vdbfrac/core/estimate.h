@@ -14,6 +14,8 @@ struct BodyEstimate {
     grid::LevelSet outline;       ///< as fine as its volume and surface need, with a bounded number of voxels
     double volume = 0, area = 0;  ///< m^3, m^2
     double tets = 0, nodes = 0, surfaceVoxels = 0;
+
+    Bounds bounds() const;  ///< m, of its surface, to a voxel of the outline
 };
 
 struct SceneEstimate {
