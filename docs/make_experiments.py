@@ -73,17 +73,19 @@ def measured(tool, settings, folder, picture):
             "steps": len(steps), "seconds": run["frames"][-1]["time"]}
 
 
-def run_all(tool, fine):
+def run_rows(tool, only, fine):
+    """Those named in `only`, and the others as they were; or all anew."""
     FOLDER.mkdir(exist_ok=True)
-    result = {}
+    results = FOLDER / "experiments.json"
+    result = json.loads(results.read_text()) if only else {}
     for _, name, rows in SECTIONS:
         for i, (what, settings) in enumerate(rows):
-            if what.startswith("100^3") and not fine:
+            if f"{name}_{i}" not in only if only else what.startswith("100^3") and not fine:
                 continue
             with tempfile.TemporaryDirectory() as folder:
                 result[f"{name}_{i}"] = measured(tool, settings, Path(folder) / "out", FOLDER / f"{name}_{i}.png")
             print(name, what, result[f"{name}_{i}"], flush=True)
-    (FOLDER / "experiments.json").write_text(json.dumps(result, indent=1) + "\n")
+    results.write_text(json.dumps(result, indent=1) + "\n")
 
 
 def number(value, digits=3):
@@ -126,10 +128,11 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--run", metavar="TOOL", help="the vdbfrac program")
     parser.add_argument("--fine", action="store_true", help="with --run: the block of 100^3 too")
+    parser.add_argument("--only", metavar="ROW,...", default="", help="with --run: these rows, as resolution_3; the others stay")
     parser.add_argument("--check", action="store_true", help="only compare the page with what would be written")
     arguments = parser.parse_args()
     if arguments.run:
-        run_all(arguments.run, arguments.fine)
+        run_rows(arguments.run, [row for row in arguments.only.split(",") if row], arguments.fine)
     text, output = page(json.loads((FOLDER / "experiments.json").read_text()), TEXTS), DOCS / "experiments.md"
     if not arguments.check:
         output.write_text(text)

@@ -101,7 +101,7 @@ tetmesh::ElementForces elementForces(const ElementOf& e, std::span<const Vec3> x
     if (moduli.theta > 0) {
         const Mat3 mean = strains.law.strain(strains.meanF);
         meanW = moduli.density(mean);
-        meanP = strains.law.firstPiola(strains.meanF, moduli.stress(mean));
+        meanP = strains.law.firstPiola(strains.meanF, mean, moduli.stress(mean));
     }
     for (std::size_t t = 0; t < std::size_t(tets.count); ++t) {
         if (strains.V[t] == 0) continue;
@@ -114,7 +114,7 @@ tetmesh::ElementForces elementForces(const ElementOf& e, std::span<const Vec3> x
             stress += moduli.K * dilation * Mat3::Identity();
             W += moduli.K * dilation * (own.trace() - 0.5 * dilation);
         }
-        Mat3 P = strains.law.firstPiola(F, stress) + moduli.theta * meanP, whole = F;
+        Mat3 P = strains.law.firstPiola(F, own, stress) + moduli.theta * meanP, whole = F;
         if (e.inverseFlow) P = P * e.inverseFlow[t].transpose(), whole = F * e.inverseFlow[t].inverse();
         const Mat3 eshelby = W * Mat3::Identity() - whole.transpose() * P;
         const double V = strains.V[t], part = V / (e.stiffness ? double(e.stiffness[t]) : 1.) / 4;

@@ -45,17 +45,19 @@ Mat3 stretchOf(const Mat3& F)
 }
 
 /// R of F = R S.
-Mat3 rotationOf(const Mat3& F)
+Mat3 rotationOf(const Mat3& F, const Mat3& S)
 {
     constexpr double kSafe = 1e-2;  // det S of a tet that is far from flat
-    const Mat3 S = stretchOf(F);
     return S.determinant() > kSafe ? Mat3(F * S.inverse()) : signedPolar(F).R;
 }
 
 class Corotational : public StrainLaw {
 public:
     Mat3 strain(const Mat3& F) const override { return stretchOf(F) - Mat3::Identity(); }
-    Mat3 firstPiola(const Mat3& F, const Mat3& stress) const override { return rotationOf(F) * stress; }
+    Mat3 firstPiola(const Mat3& F, const Mat3& e, const Mat3& stress) const override
+    {
+        return rotationOf(F, e + Mat3::Identity()) * stress;
+    }
     double minEigenvalue(double share) const override { return -(1 + share); }
     Mat3 meanRotation(const Mat3& mean) const override { return nearestRotation(mean); }
     Mat3 ofTet(const Mat3& R, const Mat3& T) const override { return R * T * R.transpose(); }
@@ -70,14 +72,14 @@ public:
 class Linear : public Corotational {
 public:
     Mat3 strain(const Mat3& F) const override { return 0.5 * (F + F.transpose()) - Mat3::Identity(); }
-    Mat3 firstPiola(const Mat3&, const Mat3& stress) const override { return stress; }
+    Mat3 firstPiola(const Mat3&, const Mat3&, const Mat3& stress) const override { return stress; }
 };
 
 /// F stands in the place of R and Sigma in that of T.
 class Green : public StrainLaw {
 public:
     Mat3 strain(const Mat3& F) const override { return 0.5 * (F.transpose() * F - Mat3::Identity()); }
-    Mat3 firstPiola(const Mat3& F, const Mat3& stress) const override { return F * stress; }
+    Mat3 firstPiola(const Mat3& F, const Mat3&, const Mat3& stress) const override { return F * stress; }
     double minEigenvalue(double) const override { return 0; }  // the rest is a square of the rate of strain
     Mat3 meanRotation(const Mat3& mean) const override { return mean; }
     Mat3 ofTet(const Mat3&, const Mat3& T) const override { return T; }

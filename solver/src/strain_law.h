@@ -13,8 +13,8 @@ public:
 
     /// What the energy is a square of.
     virtual Mat3 strain(const Mat3& F) const = 0;
-    /// P of F [Pa] from the stress in the rest configuration, 2 mu e + lambda tr(e) I.
-    virtual Mat3 firstPiola(const Mat3& F, const Mat3& stress) const = 0;
+    /// P of F [Pa] with that strain, from the stress in the rest configuration, 2 mu e + lambda tr(e) I.
+    virtual Mat3 firstPiola(const Mat3& F, const Mat3& strain, const Mat3& stress) const = 0;
     /// Of T over mu V / h^2, which leaves the tangent semidefinite; `share` of linear elasticity is in it.
     virtual double minEigenvalue(double share) const = 0;
     /// R of a cell from the mean of those of its parts.

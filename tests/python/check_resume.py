@@ -48,7 +48,7 @@ def rows(folder):
         return [{k: v for k, v in row.items() if not k.endswith("_s") or k in ("time_s", "dt_s")} for row in csv.DictReader(file)]
 
 
-def same(name, folder):
+def same(name, folder, whole):
     if hashes(folder) != hashes(whole):
         failures.append(f"{name}: other frames than those of the run that was not interrupted")
     if rows(folder) != rows(whole):
@@ -65,6 +65,28 @@ def started(folder, *more):
     run = subprocess.Popen(command(folder, *more), stderr=subprocess.PIPE, text=True)
     wait_for(lambda: list(folder.glob("obj/notched_block.*.obj")) or run.poll() is not None, "the first frame")
     return run
+
+
+def kill(folder, run_again, whole, whole_seconds):
+    """Killed at any time, as often as it takes: at first within a fifth of a whole run, so that it is several times."""
+    chance, kills = random.Random(SEED), 0
+    folder.mkdir()
+    (folder / ".partial-run.json").write_text("of a run that was killed at once")
+    while True:
+        run = subprocess.Popen(run_again, stderr=subprocess.PIPE, text=True)
+        try:
+            said = run.communicate(timeout=whole_seconds * (0.05 + 0.15 * chance.random()) * (1 + kills / 4))[1]
+            break
+        except subprocess.TimeoutExpired:
+            run.kill()
+            run.communicate()
+            kills += 1
+            if (folder / "obj").exists():
+                (folder / f"obj/.partial-{Path(run_again[2]).stem}.0003.obj").write_text("of a killed run")
+    if run.returncode != 0 or kills < 3:
+        failures.append(f"{folder.name}, {kills} times: exit {run.returncode}: {said}")
+    same(f"{folder.name}, {kills} times", folder, whole)
+    print(f"{folder.name}, {kills} times")
 
 
 with tempfile.TemporaryDirectory() as temporary:
@@ -84,7 +106,7 @@ with tempfile.TemporaryDirectory() as temporary:
         if json.loads((folder / "run.json").read_text())["status"] != "stopped":
             failures.append(f"{heard.name}: run.json does not say stopped")
         expect(f"resumed after {heard.name}", command(folder, "--resume", "-j", "1"), 0, "goes on after step")
-        same(heard.name, folder)
+        same(heard.name, folder, whole)
 
     run = started(top / "twice", "--set", "grid.voxel_size=0.02", "-j", "1")
     run.send_signal(signal.SIGINT)
@@ -93,26 +115,19 @@ with tempfile.TemporaryDirectory() as temporary:
     if run.wait(timeout=60) != 130:
         failures.append(f"a second Ctrl-C: exit {run.returncode}")
 
-    # Killed at any time, as often as it takes: at first within a fifth of a whole run, so that it is several times.
-    chance = random.Random(SEED)
-    folder, kills = top / "killed", 0
-    folder.mkdir()
-    (folder / ".partial-run.json").write_text("of a run that was killed at once")
-    while True:
-        run = subprocess.Popen(command(folder, "--resume"), stderr=subprocess.PIPE, text=True)
-        try:
-            said = run.communicate(timeout=whole_seconds * (0.05 + 0.15 * chance.random()) * (1 + kills / 4))[1]
-            break
-        except subprocess.TimeoutExpired:
-            run.kill()
-            run.communicate()
-            kills += 1
-            if (folder / "obj").exists():
-                (folder / "obj/.partial-notched_block.0003.obj").write_text("of a killed run")
-    if run.returncode != 0 or kills < 3:
-        failures.append(f"killed {kills} times: exit {run.returncode}: {said}")
-    same(f"killed {kills} times", folder)
-    print(f"killed {kills} times")
+    kill(top / "killed", command(top / "killed", "--resume"), whole, whole_seconds)
+
+    # Things that touch, slide, and fall asleep.
+    tumble = [PROGRAM, "sim", SOURCE / "data/scenes/tumble.toml", "--set", "grid.voxel_size=0.1", "--set", "sleep={ speed = 0.1 }",
+              "-f", "50", "--progress", "none"]
+    touching = top / "touching"
+    began = time.monotonic()
+    expect("a run with contact", [*tumble, "-o", touching], 0)
+    touching_seconds = time.monotonic() - began
+    steps = rows(touching)
+    if not sum(int(row["contact_active"]) for row in steps) or int(steps[-1]["asleep"]) == 0:
+        failures.append("a run with contact: nothing touches, or nothing falls asleep")
+    kill(top / "killed_touching", [*tumble, "-o", top / "killed_touching", "--resume"], touching, touching_seconds)
 
     stopped = top / "stopped"
     expect("time limit", command(stopped, "--time-limit", f"{whole_seconds / 3:.3f}s", "--checkpoint-every", "0"), 75, "stopped by --time-limit")
@@ -128,7 +143,7 @@ with tempfile.TemporaryDirectory() as temporary:
     newest.write_bytes(damaged)
     expect("info of a damaged checkpoint", [PROGRAM, "info", stopped, "--verify"], 4, newest.name, "checksum")
     expect("a damaged checkpoint", command(stopped, "--resume"), 0, newest.name, "checksum", "an older checkpoint is taken")
-    same("a damaged checkpoint", stopped)
+    same("a damaged checkpoint", stopped, whole)
     records = stopped / "ckpt/notched_block.records"
     whole_records = records.read_bytes()
     records.write_bytes(whole_records[:200] + b"?" + whole_records[201:])

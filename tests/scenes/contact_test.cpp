@@ -1,4 +1,5 @@
 // Bodies and fragments that touch: forces against differences of the energy, momentum, energy, and what lasts.
+#include <vdbfrac/base/error.h>
 #include <vdbfrac/effects/effects.h>
 #include <vdbfrac/lab/scenes/scene_run.h>
 #include <vdbfrac/solver/linear_solver.h>
@@ -264,6 +265,27 @@ TEST(Contact, NamedWithNothingNearChangesNoBit)
     SceneRun with(blocks("[contact]\n", apart)), without(blocks("", apart));
     with.toFrame(6), without.toFrame(6);
     EXPECT_EQ(with.simulation.stateHash(), without.simulation.stateHash());
+}
+
+/// The midpoint rule knows the end of a step only by extrapolation, and friction remembers where things stuck there.
+TEST(Contact, RefusesFrictionUnderTheMidpointRule)
+{
+    const auto refusal = [](const std::string& tables) {
+        std::string scene = blocks(tables);
+        scene.insert(scene.find("[solver]\n") + 9, "integrator = \"midpoint\"\n");
+        try {
+            SceneRun run(scene);
+        } catch (const InputError& error) {
+            return std::string(error.what());
+        }
+        return std::string();
+    };
+    const std::string floor = "[[collider]]\nshape = { halfspace = { normal = [0, -1, 0], offset = 1 } }\n";
+    for (const std::string& tables : {std::string("[contact]\n"), floor}) {
+        EXPECT_NE(refusal(tables).find("sdirk2"), std::string::npos) << tables;
+        EXPECT_NE(refusal(tables).find(".friction"), std::string::npos) << tables;
+        EXPECT_EQ(refusal(tables + "friction = 0\n"), "") << tables;
+    }
 }
 
 }  // namespace

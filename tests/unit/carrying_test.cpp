@@ -80,7 +80,7 @@ TEST_P(Carrying, APointBesideACrackIsLocatedOnTheSideOfANode)
         Vec3 middle = Vec3::Zero();
         for (std::uint32_t n : node) middle += mesh.restPosition(n) / 4;
         for (std::uint32_t n : node) {
-            const auto found = mesh.locate(middle, n);
+            const auto found = mesh.locate(middle, {{n}});
             ASSERT_TRUE(found);
             EXPECT_EQ(std::count(found->point.node.begin(), found->point.node.end(), n), 1);
         }

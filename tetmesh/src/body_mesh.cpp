@@ -44,7 +44,7 @@ EmbeddedPoint BodyMesh::embed(std::uint32_t e, std::uint32_t t, const Vec3& X) c
     return point;
 }
 
-std::optional<MaterialPoint> BodyMesh::locate(const Vec3& X, std::optional<std::uint32_t> near) const
+std::optional<MaterialPoint> BodyMesh::locate(const Vec3& X, std::span<const std::uint32_t> near) const
 {
     constexpr double kOutside = -1e-9;  // a point on a face lies in both tets
     std::optional<MaterialPoint> best;
@@ -53,7 +53,9 @@ std::optional<MaterialPoint> BodyMesh::locate(const Vec3& X, std::optional<std::
         for (std::uint32_t t = 0; t < std::uint32_t(cellTets(elements()[e].shape).count); ++t) {
             if (elements()[e].fraction[t] <= most) continue;
             const EmbeddedPoint point = embed(e, t, X);
-            if (near && std::find(point.node.begin(), point.node.end(), *near) == point.node.end()) continue;
+            if (!near.empty() &&
+                std::find_first_of(near.begin(), near.end(), point.node.begin(), point.node.end()) == near.end())
+                continue;
             if (*std::min_element(point.weight.begin(), point.weight.end()) < kOutside) continue;
             best = {e, t, point};
             most = elements()[e].fraction[t];

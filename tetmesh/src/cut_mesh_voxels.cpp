@@ -107,11 +107,12 @@ const Piece* pieceOf(const Cell& cell, std::size_t subTet)
     return it != cell.pieces.end() && it->subTet == subTet ? &*it : nullptr;
 }
 
-/// Visits the sub-tets of one voxel cell that have its corner k as a vertex.
-void visitVoxelCell(const CutMesh& mesh, Coord voxelCell, int k, const TetVisit& visit)
+/// Adds the sub-tets of one voxel cell that have its corner k as a vertex.
+void addTetsOf(const CutMesh& mesh, Coord voxelCell, int k, std::vector<TetShare>& to)
 {
     const int m = mesh.lattice().coarsening;
-    const Coord coarse{floorDiv(voxelCell.x, m), floorDiv(voxelCell.y, m), floorDiv(voxelCell.z, m)};
+    const auto cellOf = [m](int voxel) { return m == 1 ? voxel : floorDiv(voxel, m); };  // divisions take most of it
+    const Coord coarse{cellOf(voxelCell.x), cellOf(voxelCell.y), cellOf(voxelCell.z)};
     const std::int32_t index = mesh.cellAt(coarse);
     if (index < 0) return;
     const Cell& cell = mesh.cells()[std::size_t(index)];
@@ -124,15 +125,15 @@ void visitVoxelCell(const CutMesh& mesh, Coord voxelCell, int k, const TetVisit&
         const Piece* piece = cell.whole ? nullptr : pieceOf(cell, first + t);
         if (!cell.whole && !piece) continue;
         const double part = tets.volume[t] * (piece ? piece->cut.moment[a] : 0.25);
-        visit(cell.firstElement + (piece ? piece->element : 0u), subTets[first + t].parent, part);
+        to.push_back({cell.firstElement + (piece ? piece->element : 0u), subTets[first + t].parent, part});
     }
 }
 
 }  // namespace
 
-void CutMesh::visitTets(Coord voxel, const TetVisit& visit) const
+void CutMesh::addTetsRound(Coord voxel, std::vector<TetShare>& tets) const
 {
-    for (int k = 0; k < kCorners; ++k) visitVoxelCell(*this, voxel - cornerOffset(k), k, visit);
+    for (int k = 0; k < kCorners; ++k) addTetsOf(*this, voxel - cornerOffset(k), k, tets);
 }
 
 }  // namespace vdbfrac::tetmesh

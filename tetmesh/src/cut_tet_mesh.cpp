@@ -366,11 +366,11 @@ std::vector<std::uint32_t> CutTetMesh::elementsRound(const Vec3& X) const
 }
 
 /// A tet that is cut counts with the share of it that is material.
-void CutTetMesh::visitTets(Coord voxel, const TetVisit& visit) const
+void CutTetMesh::addTetsRound(Coord voxel, std::vector<TetShare>& tets) const
 {
     for (const NodalWeights::Weight& w : weights().at(voxel))
         if (elementOfTet_[w.tet] >= 0)
-            visit(std::uint32_t(elementOfTet_[w.tet]), 0, double(w.volume) * cut_[w.tet].fraction);
+            tets.push_back({std::uint32_t(elementOfTet_[w.tet]), 0, double(w.volume) * cut_[w.tet].fraction});
 }
 
 }  // namespace vdbfrac::tetmesh

@@ -119,13 +119,15 @@ std::optional<Vec3> halfWay(const CrackLattice& lattice, const Vec3& X)
     };
     const Vec3 out = outwards(X);
     bool entered = false;
+    double before = 0;
     for (double s = kStep; s <= 2 * kFarthest; s += kStep) {
-        const bool open = lattice.smoothC(X + s * dx * out) > 0;
-        if (entered && !open) {
+        const double c = lattice.smoothC(X + s * dx * out);
+        if (entered && !(c > 0)) {
             if (outwards(X + s * dx * out).dot(out) > kOpposite) return std::nullopt;
-            return 0.5 * s * dx * out;
+            return 0.5 * (s - kStep * c / (c - before)) * dx * out;
         }
-        entered = entered || open;
+        entered = entered || c > 0;
+        before = c;
         if (!entered && s > kLip) return std::nullopt;
     }
     return std::nullopt;
@@ -167,6 +169,50 @@ std::vector<std::optional<Vec3>> evened(const std::vector<std::optional<Vec3>>& 
         }
     });
     return result;
+}
+
+/// Of neighbours along torn faces those that a point is faired by: of one on the rim only those along it.
+Neighbours fairedBy(const SkinCut& cut, const Neighbours& all)
+{
+    Neighbours n;
+    n.start.push_back(0);
+    for (std::size_t i = 0; i < cut.points.size(); ++i) {
+        std::vector<std::uint32_t> round(all.next.begin() + all.start[i], all.next.begin() + all.start[i + 1]);
+        std::sort(round.begin(), round.end());
+        const bool isRim = cut.points[i].skin != SkinCut::kNoSkin;
+        for (auto at = round.begin(); at != round.end();) {
+            const auto end = std::upper_bound(at, round.end(), *at);
+            if (!isRim || end - at == 1) n.next.push_back(*at);  // an edge of one triangle alone is on the rim
+            at = end;
+        }
+        n.start.push_back(std::uint32_t(n.next.size()));
+    }
+    return n;
+}
+
+/// Takes off what is left of the voxels. Each point goes towards the mean of those round it, and in torn faces away
+/// from it again, which evens what is short and keeps what is long (Taubin 1995); rims would keep their small loops.
+void fair(const Neighbours& neighbours, const SkinNearCracks& near, std::vector<SkinCut::Point>& points)
+{
+    constexpr int kRounds = 15;  // with points half a voxel apart: .02 is left of what is 2 voxels long, .8 of 4
+    constexpr double kTowards = 0.5, kAway = -0.53;
+    std::vector<Vec3> moved(points.size());
+    for (int half = 0; half < 2 * kRounds; ++half) {
+        const double inFace = half % 2 == 0 ? kTowards : kAway;
+        parallelChunks(points.size(), kChunk / 16, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) {
+                SkinCut::Point p = points[i];
+                const bool isRim = p.skin != SkinCut::kNoSkin;
+                Vec3 sum = Vec3::Zero();
+                for (std::uint32_t k = neighbours.start[i]; k < neighbours.start[i + 1]; ++k)
+                    sum += points[neighbours.next[k]].X;
+                if (const std::uint32_t count = neighbours.start[i + 1] - neighbours.start[i]; count > 0)
+                    p.X += (isRim ? kTowards : inFace) * (sum / count - p.X);
+                moved[i] = isRim ? near.closest(p) : p.X;
+            }
+        });
+        for (std::size_t i = 0; i < points.size(); ++i) points[i].X = moved[i];
+    }
 }
 
 /// Divides what triangles keep anew, after its points have moved: a division that was good may fold over.
@@ -267,13 +313,12 @@ void closeLips(const SkinTopology& skin, const CrackLattice& lattice, SkinCut& c
     });
     const Neighbours neighbours = neighboursOf(cut, std::uint32_t(skin.pointOf.size()));
     for (int round = 0; round < kRounds; ++round) way = evened(way, neighbours);
-    parallelChunks(way.size(), kChunk / 16, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-            SkinCut::Point& p = cut.points[i];
-            if (!way[i]) continue;
-            p.X += *way[i];
-            p.X = p.skin != SkinCut::kNoSkin ? near.closest(p) : near.inside(p.X);
-        }
+    for (std::size_t i = 0; i < way.size(); ++i)
+        if (way[i]) cut.points[i].X += *way[i];
+    fair(fairedBy(cut, neighbours), near, cut.points);
+    parallelChunks(cut.points.size(), kChunk / 16, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i)
+            if (SkinCut::Point& p = cut.points[i]; p.skin == SkinCut::kNoSkin) p.X = near.inside(p.X);
     });
     Redivider(skin, cut).run();
 }

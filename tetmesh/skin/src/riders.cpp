@@ -72,15 +72,29 @@ struct Found {
     double least = -1e300;  // smallest weight: below 0 outside of the tet
 };
 
+double leastWeight(const tetmesh::EmbeddedPoint& point)
+{
+    return *std::min_element(point.weight.begin(), point.weight.end());
+}
+
+/// X in one of these tets, in one that has a node of theirs, or as near to one of them as can be.
 Found nearest(const tetmesh::BodyMesh& body, const Tets& tets, const Vec3& X)
 {
+    constexpr double kOutside = -1e-9;
     Found best;
     for (const auto& [e, t] : tets) {
         const tetmesh::EmbeddedPoint point = body.embed(e, t, X);
-        const double least = *std::min_element(point.weight.begin(), point.weight.end());
-        if (least > best.least) best = {point, least};
+        if (const double least = leastWeight(point); least > best.least) best = {point, least};
     }
-    return best;
+    if (best.least >= kOutside) return best;
+    std::vector<std::uint32_t> nodes;
+    for (const auto& [e, t] : tets)
+        for (const int corner : tetmesh::cellTets(body.elements()[e].shape).corner[t])
+            nodes.push_back(body.elements()[e].node[std::size_t(corner)]);
+    std::sort(nodes.begin(), nodes.end());
+    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+    const auto beside = body.locate(X, nodes);
+    return beside ? Found{beside->point, leastWeight(beside->point)} : best;
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include <vdbfrac/contact/contact_law.h>
 #include <vdbfrac/contact/touching_surface.h>
 #include <vdbfrac/grid/distance_field.h>
+#include <vdbfrac/scene/friction.h>
 #include <vdbfrac/scene/placement.h>
 
 #include <algorithm>
@@ -380,6 +381,7 @@ double Colliders::largestStep(const solver::State& state)
 
 std::unique_ptr<core::Effect> make(const scene::Values&, const scene::Scene& scene)
 {
+    for (const scene::Collider& c : scene.colliders) scene::requireFrictionFits(scene, c.place, c.friction);
     return std::make_unique<Colliders>(scene);
 }
 

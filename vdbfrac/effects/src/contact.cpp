@@ -19,6 +19,7 @@
 #include <vdbfrac/contact/contact_law.h>
 #include <vdbfrac/contact/near_tets.h>
 #include <vdbfrac/contact/touching_surface.h>
+#include <vdbfrac/scene/friction.h>
 
 #include <algorithm>
 #include <cmath>
@@ -383,6 +384,7 @@ void Contact::report(Ledger& work, std::map<std::string, double>& measured)
 
 std::unique_ptr<core::Effect> make(const scene::Values& values, const scene::Scene& scene)
 {
+    scene::requireFrictionFits(scene, scene.file.string() + ": [contact]", values.number("friction"));
     return std::make_unique<Contact>(values, scene);
 }
 

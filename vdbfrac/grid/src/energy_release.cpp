@@ -78,7 +78,9 @@ NodeField<CornerForces> forcesRound(const BodyMesh& mesh, const ElementForcesOf&
         for (int c = 0; c < tetmesh::kCorners; ++c)
             add(base + tetmesh::cornerOffset(c), tetmesh::trilinearShare(c, X - base.toVec()), corner);
     };
-    const std::vector<std::uint32_t> elements = elementsRound(mesh, voxelsAround(tips, reach + edge));
+    // A tet with material and a node within reach has material round a voxel node no farther than this from that.
+    const int beyond = lattice.empty() ? edge : edge - 1;
+    const std::vector<std::uint32_t> elements = elementsRound(mesh, voxelsAround(tips, reach + beyond));
     std::vector<tetmesh::ElementForces> of(std::min(kTogether, elements.size()));
     for (std::size_t first = 0; first < elements.size(); first += kTogether) {
         const std::size_t count = std::min(kTogether, elements.size() - first);

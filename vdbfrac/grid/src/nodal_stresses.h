@@ -28,10 +28,9 @@ public:
     void computeAround(std::span<const Coord> voxels, int reach)
     {
         std::vector<Coord> fresh = voxelsAround(voxels, reach);
-        std::erase_if(fresh, [&](const Coord& c) {
-            return !nodes_.contains(c) || nodes_(c).isKnown || (counts_ && !counts_(c));
-        });
-        for (const Coord& c : fresh) nodes_.set(c, {});  // makes the blocks
+        keepIf(fresh,
+               [&](const Coord& c) { return nodes_.contains(c) && !nodes_(c).isKnown && (!counts_ || counts_(c)); });
+        nodes_.cover(fresh);
         computeElements(fresh);
         parallelChunks(fresh.size(), 64, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) nodes_.set(fresh[i], at(fresh[i]));

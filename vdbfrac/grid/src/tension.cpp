@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 namespace vdbfrac::grid {
@@ -23,6 +24,8 @@ constexpr double kAside = .2;
 constexpr double kSmooth = 2. / 3, kSqueezed = 2.5;
 /// Radius of G's ball over that of H.
 constexpr double kRelease = 4. / 3;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// C <s>^2 across d.
 double across(const Mat3& S, const Vec3& d, double nu)
@@ -96,23 +99,14 @@ std::vector<double> ofEach(const std::vector<Coord>& voxels, const Function& fun
     return values;
 }
 
-/// Leaves those voxels of which keep(voxel) is true.
-template <class Keep>
-void keepIf(std::vector<Coord>& voxels, const Keep& keep)
-{
-    const std::vector<double> kept = ofEach(voxels, [&](const Coord& c) { return keep(c) ? 1. : 0.; });
-    std::size_t count = 0;
-    for (std::size_t i = 0; i < voxels.size(); ++i)
-        if (kept[i] > 0) voxels[count++] = voxels[i];
-    voxels.resize(count);
-}
-
-/// Values at some voxels, 0 elsewhere.
+/// Values at some voxels.
 class Sparse {
 public:
-    Sparse(const BodyMesh& mesh, const std::vector<Coord>& voxels, const std::vector<double>& values)
-        : field_(mesh.phi().lower(), mesh.phi().upper(), 0, 0)
+    Sparse(const BodyMesh& mesh, const std::vector<Coord>& voxels, const std::vector<double>& values,
+           double elsewhere = 0)
+        : field_(mesh.phi().lower(), mesh.phi().upper(), elsewhere, elsewhere)
     {
+        field_.cover(voxels);
         for (std::size_t i = 0; i < voxels.size(); ++i) field_.set(voxels[i], values[i]);
     }
     double operator()(Coord c) const { return field_(c); }
@@ -127,33 +121,62 @@ private:
     NodeField<double> field_;
 };
 
-/// Whether a voxel node is in the gap beside the front: material round it counts for how much, as a tip may lie just
+/// Voxel nodes at the front, and in the gap beside it: material round those counts for how much, as a tip may lie just
 /// before it.
-bool isBesideFront(const Loaded& body, Coord voxel)
+std::vector<Coord> bandOf(const Loaded& body)
 {
-    const float phi = body.mesh.phi()(voxel);
-    if (phi < 0 || phi >= body.mesh.voxelSize()) return false;
-    for (int n = 0; n < 27; ++n)
-        if (body.isFront(voxel + Coord{n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1})) return true;
-    return false;
+    const NodeField<float>& phi = body.mesh.phi();
+    std::vector<Coord> blocks;
+    phi.forEachBlock([&](Coord low) { blocks.push_back(low); });
+    const auto among = [&](const auto& isOne) {
+        return gatherChunks<Coord>(blocks.size(), 1, [&](std::size_t b, std::size_t, std::vector<Coord>& found) {
+            phi.forEachNode(blocks[b], [&](Coord c) {
+                if (isOne(c, phi(c))) found.push_back(c);
+            });
+        });
+    };
+    std::vector<Coord> band = among([&](Coord c, float value) { return value < 0 && body.isFront(c); });
+    NodeField<bool> isFront(phi.lower(), phi.upper(), false, false);
+    isFront.cover(band);
+    for (const Coord& c : band) isFront.set(c, true);
+    const std::vector<Coord> gap = among([&](Coord c, float value) {
+        if (value < 0 || value >= body.mesh.voxelSize()) return false;
+        bool isBeside = false;
+        for (int n = 0; n < 27 && !isBeside; ++n) isBeside = isFront(c + Coord{n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1});
+        return isBeside;
+    });
+    band.insert(band.end(), gap.begin(), gap.end());
+    return band;
 }
 
-/// Voxel nodes at the front, and in the gap beside it, whose R may exceed kappa.
-std::vector<Coord> whereMuchIsPossible(double kappa, const Loaded& body, const TensionAverage& average)
+/// Most that Psi may be [R] where energy is `fall` times the least near by: a smooth face is no tip. Of some thousand
+/// places at tips, at faces and beside grips Psi was a third less than this, and more only where this is kSqueezed.
+double mostPsi(double fall) { return std::clamp(2 * fall - 1.5, kSmooth, kSqueezed); }
+
+/// Voxel nodes of the band whose Psi may exceed `look`.
+std::vector<Coord> whereMuchIsPossible(double look, const Loaded& body, const TensionAverage& average)
 {
     constexpr double kRounding = 1e-9;
-    const double enough = (1 - kRounding) * minEnergyUnder(kappa, average.poissonRatio);
-    const double radius = kNarrow * average.radius;
-    std::vector<Coord> voxels =
-        voxelsAround(body.mesh.voxelsAbove(body.energy, enough), reachWithin(radius / body.mesh.voxelSize()));
-    std::erase_if(voxels, [&](const Coord& c) { return !body.isFront(c) && !isBesideFront(body, c); });
+    const double enough = (1 - kRounding) * minEnergyUnder(look, average.poissonRatio);
+    const double most = average.perRelease > 0 ? kSqueezed : 1;
+    if (std::none_of(body.energy.begin(), body.energy.end(), [&](double psi) { return most * psi >= enough; }))
+        return {};
+    std::vector<Coord> voxels = bandOf(body);
     // Energy is convex in stress: its average is no less than that of an average of stresses.
     const auto energy = [&](std::uint32_t e, int t) { return body.energy[tetmesh::tetEntry(e, std::size_t(t))]; };
-    const std::vector<double> psi = averagedEnergy(body.mesh, energy, voxels, radius, average.counts);
-    std::size_t count = 0;
-    for (std::size_t i = 0; i < voxels.size(); ++i)
-        if (psi[i] >= enough) voxels[count++] = voxels[i];
-    voxels.resize(count);
+    const Sparse psi(body.mesh, voxels,
+                     averagedEnergy(body.mesh, energy, voxels, kNarrow * average.radius, average.counts), kInfinity);
+    // Tets of any shape have energies too rough to tell.
+    const bool isTold = average.perRelease > 0 && !body.mesh.latticeCoords().empty();
+    std::vector<Way> far = waysWithin(kNear + .5);
+    std::erase_if(far, [](const Way& way) { return way.offset.toVec().norm() < kNear - .5; });
+    keepIf(voxels, [&](const Coord& c) {
+        const double own = psi(c);
+        if (!isTold || own == 0 || most * own < enough) return most * own >= enough;
+        double least = own;
+        for (const Way& way : far) least = std::min(least, psi(c + way.offset));
+        return mostPsi(own / least) * own >= enough;
+    });
     return voxels;
 }
 
@@ -161,7 +184,7 @@ std::vector<Coord> whereMuchIsPossible(double kappa, const Loaded& body, const T
 std::vector<Coord> frontNear(const Loaded& body, const std::vector<Coord>& voxels)
 {
     std::vector<Coord> near = voxelsAround(voxels, kNear);
-    std::erase_if(near, [&](const Coord& c) { return !body.isFront(c); });
+    keepIf(near, body.isFront);
     return near;
 }
 
@@ -285,7 +308,7 @@ Much findMuch(double look, double kappa, const Loaded& body, const TensionAverag
 {
     const double least = average.perRelease > 0 ? look / kSqueezed : look;
     Much much;
-    much.voxels = whereMuchIsPossible(least, body, average);
+    much.voxels = whereMuchIsPossible(look, body, average);
     std::vector<double> R = amounts(nodes, much.voxels, average.radius / body.mesh.voxelSize(), average.youngsModulus);
     if (average.perRelease == 0) {
         much.driving.psi = std::move(R);

@@ -3,6 +3,7 @@
 #include <vdbfrac/base/parallel.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <compare>
 
@@ -57,9 +58,9 @@ tetmesh::NodeField<Share> sharesWithin(const BodyMesh& mesh, const TetEnergy& en
                                        int reach, const Counts& counts)
 {
     std::vector<Coord> all = voxelsAround(voxels, reach);
-    std::erase_if(all, [&](const Coord& c) { return !mesh.phi().contains(c) || (counts && !counts(c)); });
+    keepIf(all, [&](const Coord& c) { return mesh.phi().contains(c) && (!counts || counts(c)); });
     tetmesh::NodeField<Share> shares(mesh.phi().lower(), mesh.phi().upper(), {}, {});
-    for (const Coord& c : all) shares.set(c, {});  // makes the blocks
+    shares.cover(all);
     parallelChunks(all.size(), 64, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) shares.set(all[i], mesh.nodalShare(all[i], energy));
     });
@@ -98,24 +99,17 @@ std::vector<Coord> voxelsAround(std::span<const Coord> voxels, int reach)
 
 std::vector<std::uint32_t> elementsRound(const BodyMesh& mesh, std::span<const Coord> voxels)
 {
-    constexpr std::size_t kVoxels = 64;
-    std::vector<std::vector<std::uint32_t>> round((voxels.size() + kVoxels - 1) / kVoxels);
-    parallelChunks(voxels.size(), kVoxels, [&](std::size_t begin, std::size_t end) {
-        std::vector<std::uint32_t>& found = round[begin / kVoxels];
+    std::vector<std::uint8_t> isRound(mesh.elements().size(), 0);
+    parallelChunks(voxels.size(), 64, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i)
             mesh.visitTets(voxels[i], [&](std::uint32_t e, int, double) {
-                if (found.empty() || found.back() != e) found.push_back(e);
+                std::atomic_ref(isRound[e]).store(1, std::memory_order_relaxed);
             });
-        std::sort(found.begin(), found.end());
-        found.erase(std::unique(found.begin(), found.end()), found.end());
     });
-    std::vector<std::uint32_t> elements;
-    std::vector<bool> isKnown(mesh.elements().size(), false);
-    for (const auto& found : round)
-        for (const std::uint32_t e : found)
-            if (!isKnown[e]) isKnown[e] = true, elements.push_back(e);
-    std::sort(elements.begin(), elements.end());
-    return elements;
+    return gatherChunks<std::uint32_t>(isRound.size(), 4096, [&](std::size_t begin, std::size_t end, auto& found) {
+        for (std::size_t e = begin; e < end; ++e)
+            if (isRound[e]) found.push_back(std::uint32_t(e));
+    });
 }
 
 std::vector<double> nodalEnergy(const BodyMesh& mesh, const TetEnergy& energy, std::span<const Coord> voxels)

@@ -66,7 +66,12 @@ using RestShape = std::function<void(std::span<const Vec3> X, std::span<double> 
 /// Energy density [J/m^3] of tet t of an element.
 using TetEnergy = std::function<double(std::uint32_t element, int tet)>;
 
-using TetVisit = std::function<void(std::uint32_t element, int tet, double volume)>;
+/// A tet and its material round a voxel node p: the integral of N_p over that, in units of a voxel.
+struct TetShare {
+    std::uint32_t element = 0;
+    int tet = 0;
+    double volume = 0;
+};
 
 /// Material round a voxel node p: the integral of its trilinear or nodal function N_p over it, and of N_p times an
 /// energy density, in units of a voxel.
@@ -113,13 +118,22 @@ public:
     /// Voxel nodes of all tets whose energy density exceeds `threshold`, sorted, each once. No other voxel node can
     /// have a nodal energy above it. `density`: entry 6 e + t for tet t of element e.
     virtual std::vector<Coord> voxelsAbove(std::span<const double> density, double threshold) const = 0;
-    /// Calls visit(element, tet, integral of N_p over its material [voxels]) for the tets round a voxel node p.
-    virtual void visitTets(Coord voxel, const TetVisit& visit) const = 0;
+    /// Adds the tets with material round a voxel node.
+    virtual void addTetsRound(Coord voxel, std::vector<TetShare>& tets) const = 0;
+    /// Calls visit(element, tet, volume) for each of them; not from within such a call.
+    template <class Visit>
+    void visitTets(Coord voxel, const Visit& visit) const
+    {
+        static thread_local std::vector<TetShare> tets;
+        tets.clear();
+        addTetsRound(voxel, tets);
+        for (const TetShare& share : tets) visit(share.element, share.tet, share.volume);
+    }
     NodalShare nodalShare(Coord voxel, const TetEnergy& energy) const;
 
-    /// The tet with material that X [m, at rest] lies in. Of several, as on both sides of a crack: those that have the
-    /// node `near`, if it is given; of them that with the most material, then the first.
-    std::optional<MaterialPoint> locate(const Vec3& X, std::optional<std::uint32_t> near = {}) const;
+    /// The tet with material that X [m, at rest] lies in. Of several, as on both sides of a crack: those that have one
+    /// of the nodes `near`, where any are given; of them that with the most material, then the first.
+    std::optional<MaterialPoint> locate(const Vec3& X, std::span<const std::uint32_t> near = {}) const;
     /// X as a sum over the nodes of a tet, whether it lies in it or not.
     EmbeddedPoint embed(std::uint32_t element, std::uint32_t tet, const Vec3& X) const;
 

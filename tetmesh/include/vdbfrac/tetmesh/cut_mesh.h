@@ -89,7 +89,7 @@ public:
     EmbeddedSurface surface() const override;
     PhiTets phiTets(double depth) const override;
     std::vector<Coord> voxelsAbove(std::span<const double> density, double threshold) const override;
-    void visitTets(Coord voxel, const TetVisit& visit) const override;
+    void addTetsRound(Coord voxel, std::vector<TetShare>& tets) const override;
 
 protected:
     std::vector<std::uint32_t> elementsRound(const Vec3& X) const override;

@@ -48,7 +48,7 @@ public:
     EmbeddedSurface surface() const override;
     PhiTets phiTets(double depth) const override;
     std::vector<Coord> voxelsAbove(std::span<const double> density, double threshold) const override;
-    void visitTets(Coord voxel, const TetVisit& visit) const override;
+    void addTetsRound(Coord voxel, std::vector<TetShare>& tets) const override;
 
     std::size_t pointCount() const { return points_.size(); }
     std::size_t tetCount() const { return tets_.size(); }

@@ -3,8 +3,10 @@
 
 #include <vdbfrac/base/vec.h>
 
+#include <algorithm>
 #include <array>
 #include <cassert>
+#include <span>
 #include <vector>
 
 namespace vdbfrac::tetmesh {
@@ -37,6 +39,19 @@ public:
         const std::int32_t d = directory_[b];
         if (d >= 0) return blocks_[std::size_t(d)][local(c)];
         return d == kOutside ? outside_ : inside_;
+    }
+
+    /// Makes the blocks of nodes within the box, which can then be set side by side.
+    void cover(std::span<const Coord> nodes)
+    {
+        std::vector<std::size_t> fresh;
+        for (const Coord& c : nodes)
+            if (const std::size_t b = blockIndex(c); directory_[b] < 0 && (fresh.empty() || fresh.back() != b))
+                fresh.push_back(b);
+        std::sort(fresh.begin(), fresh.end());
+        fresh.erase(std::unique(fresh.begin(), fresh.end()), fresh.end());
+        blocks_.reserve(blocks_.size() + fresh.size());
+        for (const std::size_t b : fresh) make(b);
     }
 
     void set(Coord c, T value) { block(c)[local(c)] = value; }
@@ -94,12 +109,14 @@ private:
     {
         const std::size_t b = blockIndex(c);
         assert(b != kNowhere);
-        if (directory_[b] < 0) {
-            blocks_.emplace_back();
-            blocks_.back().fill(directory_[b] == kOutside ? outside_ : inside_);
-            directory_[b] = std::int32_t(blocks_.size()) - 1;
-        }
+        if (directory_[b] < 0) make(b);
         return blocks_[std::size_t(directory_[b])];
+    }
+    void make(std::size_t b)
+    {
+        blocks_.emplace_back();
+        blocks_.back().fill(directory_[b] == kOutside ? outside_ : inside_);
+        directory_[b] = std::int32_t(blocks_.size()) - 1;
     }
 
     Coord lower_{}, upper_{};

@@ -43,6 +43,17 @@ std::vector<T> gatherChunks(std::size_t count, std::size_t chunk, const Fill& fi
     return all;
 }
 
+/// Leaves the values of which keep(value) is true, in their order; asks of several at a time.
+template <class T, class Keep>
+void keepIf(std::vector<T>& values, const Keep& keep)
+{
+    constexpr std::size_t kChunk = 64;
+    values = gatherChunks<T>(values.size(), kChunk, [&](std::size_t begin, std::size_t end, std::vector<T>& kept) {
+        for (std::size_t i = begin; i < end; ++i)
+            if (keep(values[i])) kept.push_back(values[i]);
+    });
+}
+
 /// Sum over [0, count) of what term(begin, end) returns for each chunk, added in chunk order.
 double orderedSum(std::size_t count, std::size_t chunk, ChunkBody<double> term);
 

@@ -1,0 +1,72 @@
+// Points of the drawn surface go where the material goes that they lie in.
+#include "lattices.h"
+
+#include <vdbfrac/skin/skin.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+
+using namespace vdbfrac;
+using tetmesh::CutMesh;
+
+namespace {
+
+class SkinRiders : public test::Lattices {};
+INSTANTIATE_TEST_SUITE_P(All, SkinRiders, test::kLattices, test::nameOfLattice);
+
+/// A box of whole voxels, one point a voxel node on its surface.
+tetmesh::RenderMesh voxelBox(const Coord& half, double dx)
+{
+    tetmesh::PolygonSoup soup;
+    for (int axis = 0; axis < 3; ++axis)
+        for (const int side : {-1, 1}) {
+            const Coord size = half;
+            const int n[3] = {size.x, size.y, size.z}, u = (axis + 1) % 3, v = (axis + 2) % 3;
+            for (int j = -n[v]; j < n[v]; ++j)
+                for (int i = -n[u]; i < n[u]; ++i) {
+                    std::vector<std::size_t> square;
+                    for (const auto& [di, dj] : {std::pair{0, 0}, {1, 0}, {1, 1}, {0, 1}}) {
+                        Vec3 p;
+                        p[axis] = side * n[axis], p[u] = i + di, p[v] = j + dj;
+                        square.push_back(soup.points.size());
+                        soup.points.push_back(dx * p);
+                    }
+                    if (side < 0) std::reverse(square.begin(), square.end());
+                    soup.polygons.push_back(square);
+                }
+        }
+    return tetmesh::renderMesh(soup);
+}
+
+/// Faces on voxel planes are where the nodes with material and the points are least alike: at an edge no tet of the
+/// nearest node inside need have the point.
+TEST_P(SkinRiders, RideInTheTetsThatTheyLieIn)
+{
+    constexpr double kRounding = 1e-12;
+    const Coord half{6, 6, 3};
+    const test::Phi phi = test::boxAt(Vec3::Zero(), dx * half.toVec());
+    const tetmesh::RestShape shape = [&](std::span<const Vec3> X, std::span<double> values) {
+        std::transform(X.begin(), X.end(), values.begin(), phi);
+    };
+    const CutMesh body(GetParam(), lab::sample({-10, -10, -10}, {10, 10, 10}, dx, phi), shape);
+    const tetmesh::RenderMesh mesh = voxelBox(half, dx);
+    skin::Skin skin(mesh, body, {});
+    const std::vector<std::uint32_t> fragments(body.nodeCount(), 0);
+    skin.follow(body, fragments);
+
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> anywhere(-dx, dx);
+    std::vector<Vec3> x = tetmesh::restPositions(body);
+    for (Vec3& p : x) p += Vec3(anywhere(random), anywhere(random), anywhere(random));
+    const std::vector<Vec3> at = skin.carried(x);
+    ASSERT_EQ(at.size(), mesh.points.size());
+    for (std::size_t i = 0; i < at.size(); ++i) {
+        const auto in = body.locate(mesh.points[i]);
+        ASSERT_TRUE(in) << mesh.points[i].transpose();
+        EXPECT_LT((at[i] - in->point.at(x)).norm(), kRounding) << mesh.points[i].transpose();
+    }
+}
+
+}  // namespace
