@@ -135,6 +135,13 @@ TEST(Render, TornFacesHaveTheColourOfChoice)
     Paint paint;
     paint.torn.reset();
     EXPECT_TRUE(isGrey(middle(paint)));
+    // As a run writes it: torn faces have a material of their own, which is red.
+    tetmesh::DrawnTopology run = cube;
+    run.mesh.materials = {"skin", "inside"};
+    for (std::size_t f = 0; f < run.torn.size(); ++f) run.mesh.material[f] = run.torn[f];
+    paint.materials = {{"skin", {0, .6, 0}}, {"inside", {.6, 0, 0}}};
+    const auto green = pixel(render(subjectOf(run, run.mesh.points, paint), from({0, 0, -1})), 80, 60);
+    EXPECT_GT(green[1], 2 * green[0]);
     paint.torn = Colour(0, 0, .6f);
     const auto blue = middle(paint);
     EXPECT_GT(blue[2], 2 * blue[0]);

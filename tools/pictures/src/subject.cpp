@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 namespace vdbfrac::pictures {
 
@@ -33,6 +34,20 @@ Colour materialColour(const tetmesh::RenderMesh& mesh, std::uint32_t material, c
     if (found == paint.materials.end()) return paint.textures.contains(name) ? Colour(Colour::Ones()) : kOutside;
     constexpr float kGamma = 2.2f;  // of .mtl files, which tell what a screen shows
     return found->second.cast<float>().array().max(0.f).pow(kGamma);
+}
+
+/// Of each fragment the material that most of its faces have which are not torn.
+std::map<std::uint32_t, std::uint32_t> materialsOf(const tetmesh::DrawnTopology& drawn)
+{
+    std::map<std::uint32_t, std::map<std::uint32_t, std::size_t>> faces;
+    for (std::size_t f = 0; f < drawn.fragment.size(); ++f)
+        if (!drawn.torn[f]) ++faces[drawn.fragment[f]][drawn.mesh.material[f]];
+    std::map<std::uint32_t, std::uint32_t> most;
+    for (const auto& [fragment, counts] : faces)
+        most[fragment] = std::max_element(counts.begin(), counts.end(), [](const auto& a, const auto& b) {
+                             return a.second < b.second;
+                         })->first;
+    return most;
 }
 
 /// Textures of the triangles of fans.
@@ -86,6 +101,11 @@ Subject subjectOf(const tetmesh::DrawnTopology& drawn, std::span<const Vec3> poi
     Subject subject;
     subject.points = mesh.points;
     Texturing texturing(drawn, paint, subject);
+    const std::map<std::uint32_t, std::uint32_t> others = materialsOf(drawn);
+    const auto materialOf = [&](std::uint32_t f) {
+        const auto of = drawn.torn[f] ? others.find(drawn.fragment[f]) : others.end();
+        return of == others.end() ? mesh.material[f] : of->second;
+    };
     const tetmesh::Fans fans = tetmesh::fansOf(mesh);
     for (std::size_t t = 0; t < fans.face.size(); ++t) {
         const auto& c = fans.corners[t];
@@ -94,7 +114,7 @@ Subject subjectOf(const tetmesh::DrawnTopology& drawn, std::span<const Vec3> poi
         subject.normals.push_back({mesh.normals[at(0).normal], mesh.normals[at(1).normal], mesh.normals[at(2).normal]});
         const std::uint32_t f = fans.face[t];
         const Colour outside =
-            paint.by == ColourBy::fragment ? hueOf(drawn.fragment[f]) : materialColour(mesh, mesh.material[f], paint);
+            paint.by == ColourBy::fragment ? hueOf(drawn.fragment[f]) : materialColour(mesh, materialOf(f), paint);
         subject.colour.push_back(drawn.torn[f] && paint.torn ? *paint.torn : outside);
         texturing.add(f, c);
     }
