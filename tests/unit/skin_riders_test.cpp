@@ -69,4 +69,30 @@ TEST_P(SkinRiders, RideInTheTetsThatTheyLieIn)
     }
 }
 
+/// Whatever cracks there are, and wherever points ride: an affine motion of the nodes is one of all points.
+TEST_P(SkinRiders, TakePartInAffineMotions)
+{
+    constexpr double kRounding = 1e-12;
+    const Coord half{6, 6, 3};
+    CutMesh body(GetParam(),
+                 lab::sample({-10, -10, -10}, {10, 10, 10}, dx, test::boxAt(Vec3::Zero(), dx * half.toVec())));
+    for (const skin::Lips lips : {skin::Lips::closed, skin::Lips::asSimulated}) {
+        skin::Skin skin(voxelBox(half, dx), body, {lips, {}});
+        CutMesh torn = body;
+        torn.update(test::raised(torn, {-9, -9, -9}, {9, 9, 9},
+                                 [](const Vec3& p) { return .1 - std::abs(p.x() + .3 * p.y() - .02); }));
+        skin.follow(torn, std::vector<std::uint32_t>(torn.nodeCount(), 0));
+        const tetmesh::DrawnTopology& drawn = *skin.topology();
+        EXPECT_GT(std::count(drawn.torn.begin(), drawn.torn.end(), 1), 100);
+
+        const Mat3 A = (Mat3() << 1.3, .2, -.1, .4, .8, .3, -.2, .1, 1.1).finished();
+        const Vec3 b(3, -2, 1);
+        std::vector<Vec3> x = tetmesh::restPositions(torn);
+        for (Vec3& p : x) p = A * p + b;
+        const std::vector<Vec3> at = skin.carried(x);
+        for (const tetmesh::RenderMesh::Corner& c : drawn.mesh.corners)
+            EXPECT_LT((at[c.point] - A * drawn.mesh.points[c.point] - b).norm(), kRounding);
+    }
+}
+
 }  // namespace
