@@ -36,6 +36,7 @@ struct Sled {
     int fps = 24, frames = 48;
     double voxel = kDx;  // m
     std::string move = {}, lattice = "six", solver = {}, more = {};
+    double poissonRatio = 0;
 
     std::string text() const
     {
@@ -46,7 +47,8 @@ struct Sled {
                "material = \"gel\"\nshape = { box = { size = [0.4, 0.2, 0.4], center = [0, " +
                number(kHeight / 2 + lift) + ", 0] } }\nvelocity = [" + number(start) +
                ", 0, 0]\n[material.gel]\nyoungs_modulus = " + number(youngsModulus) +
-               "\npoisson_ratio = 0\ndensity = 1000\n[gravity]\nacceleration = " + vector(gravity) +
+               "\npoisson_ratio = " + number(poissonRatio) +
+               "\ndensity = 1000\n[gravity]\nacceleration = " + vector(gravity) +
                "\n[[collider]]\nname = \"floor\"\nshape = { halfspace = { normal = [0, -1, 0] } }\nfriction = " +
                number(friction) + "\n" + (move.empty() ? "" : "move = " + move + "\n") + more;
     }
@@ -185,22 +187,51 @@ TEST(Collider, PushesOutWhatBeganInsideIt)
     EXPECT_LT(velocity(run.simulation).y(), kSpeed * (1 + kWithin));
 }
 
-TEST(Friction, HoldsOnASlopeThatIsNotTooSteep)
+/// What friction does is the same at any step, material and lattice.
+struct Sliding {
+    int fps;
+    double poissonRatio;
+    const char* lattice;
+
+    /// For some seconds. Damped, as short steps let it ring on.
+    Sled sled(double seconds) const
+    {
+        Sled s;
+        s.more = "[damping]\nstiffness = 0.01\n";
+        s.fps = fps, s.frames = at(seconds) - 1, s.lattice = lattice, s.poissonRatio = poissonRatio;
+        return s;
+    }
+    int at(double seconds) const { return 1 + int(std::lround(fps * seconds)); }
+};
+class Friction : public testing::TestWithParam<Sliding> {};
+
+INSTANTIATE_TEST_SUITE_P(Settings, Friction,
+                         testing::Values(Sliding{24, 0, "six"}, Sliding{240, .3, "six"}, Sliding{24, .49, "six"},
+                                         Sliding{24, .3, "five"}, Sliding{240, .49, "five"}),
+                         [](const auto& info) {
+                             return std::string(info.param.lattice) + std::to_string(info.param.fps) + "Nu" +
+                                    std::to_string(int(100 * info.param.poissonRatio));
+                         });
+
+TEST_P(Friction, HoldsOnASlopeThatIsNotTooSteep)
 {
     constexpr double kCreep = 1e-9;  // m in a second
-    const double steep = std::atan(.3);
-    SceneRun run(Sled{.gravity = onSlope(.9 * steep), .frames = 72}.text());
-    run.toFrame(49);
+    Sled sled = GetParam().sled(3);
+    sled.gravity = onSlope(.9 * std::atan(.3));
+    SceneRun run(sled.text());
+    run.toFrame(GetParam().at(2));
     const Vec3 settled = mean(run.simulation, run.simulation.x());
     run.toEnd();
     EXPECT_LT((mean(run.simulation, run.simulation.x()) - settled).norm(), kCreep);
 }
 
-TEST(Friction, LetsSlideOnASteeperOne)
+TEST_P(Friction, LetsSlideOnASteeperOne)
 {
     constexpr double kWithin = 0.01, angle = .5;
-    SceneRun run(Sled{.gravity = onSlope(angle), .frames = 36}.text());
-    run.toFrame(13);
+    Sled sled = GetParam().sled(1.5);
+    sled.gravity = onSlope(angle);
+    SceneRun run(sled.text());
+    run.toFrame(GetParam().at(.5));
     const double early = velocity(run.simulation).x();
     run.toEnd();
     const double acceleration = (velocity(run.simulation).x() - early) / 1.;
@@ -208,27 +239,29 @@ TEST(Friction, LetsSlideOnASteeperOne)
 }
 
 /// v0^2 / (2 mu g), less v0 dt / 2 by backward Euler.
-TEST(Friction, StopsWhatSlides)
+TEST_P(Friction, StopsWhatSlides)
 {
     constexpr double kStart = 2, kWithin = 0.01;
-    for (int fps : {24, 240}) {
-        SceneRun run(Sled{.start = kStart, .fps = fps, .frames = fps}.text());
-        run.toEnd();
-        const double way = kStart * kStart / (2 * .3 * kG) - kStart / fps / 2;
-        EXPECT_NEAR(mean(run.simulation, run.simulation.x()).x() / way, 1, kWithin) << fps;
-        EXPECT_LT(velocity(run.simulation).norm(), .01 * kStart) << fps;
-    }
+    Sled sled = GetParam().sled(1);
+    sled.start = kStart;
+    SceneRun run(sled.text());
+    run.toEnd();
+    const double way = kStart * kStart / (2 * .3 * kG) - kStart / GetParam().fps / 2;
+    EXPECT_NEAR(mean(run.simulation, run.simulation.x()).x() / way, 1, kWithin);
+    EXPECT_LT(velocity(run.simulation).norm(), .01 * kStart);
 }
 
 /// It slips by as much as what slides goes on for.
-TEST(Friction, OfAConveyorCarriesAlong)
+TEST_P(Friction, OfAConveyorCarriesAlong)
 {
     constexpr double kSpeed = 1.5, kWithin = 0.01;
-    SceneRun run(Sled{.frames = 24, .move = "{ velocity = [1.5, 0, 0] }"}.text());
+    Sled sled = GetParam().sled(1);
+    sled.move = "{ velocity = [1.5, 0, 0] }";
+    SceneRun run(sled.text());
     run.toEnd();
     const double slipped = kSpeed * 1 - mean(run.simulation, run.simulation.x()).x();
     EXPECT_NEAR(velocity(run.simulation).x(), kSpeed, 1e-3 * kSpeed);
-    EXPECT_NEAR(slipped / (kSpeed * kSpeed / (2 * .3 * kG) - kSpeed / 24 / 2), 1, kWithin);
+    EXPECT_NEAR(slipped / (kSpeed * kSpeed / (2 * .3 * kG) - kSpeed / GetParam().fps / 2), 1, kWithin);
 }
 
 /// A bar that hits a wall with v: the pressure is rho c v for 2 L / c; then it leaves with -v.
