@@ -32,24 +32,28 @@ public:
         std::sort(entries_.begin(), entries_.end());
     }
 
-    /// The closest point of the smooth face that a point of the surface was on, or of its sharp edges where it was on
-    /// one; where it is itself when there is none near.
-    Vec3 closest(const SkinCut::Point& point) const
+    /// The triangles near a point of the surface that have the smooth face that it was on, or its sharp edge.
+    struct Face {
+        std::optional<Coord> voxel;  // in which the point was then
+        std::vector<std::uint32_t> triangles;
+    };
+    /// The closest point of that face, or of its sharp edges where it was on one; where it is itself when there is none
+    /// near. `face`: as it was before, of the same point.
+    Vec3 closest(const SkinCut::Point& point, Face& face) const
     {
         const Vec3& X = point.X;
         const bool sharp = point.onEdge && skin_.isSharp[point.skin];
-        const Vec3& normal = point.onEdge ? skin_.edgeNormal[point.skin] : skin_.normal[point.skin];
+        if (const Coord voxel = tetmesh::floorOf(X / dx_); face.voxel != voxel) face = {voxel, faceNear(point, sharp)};
         Vec3 best = X;
         double nearest = std::numeric_limits<double>::infinity();
         const auto keep = [&](const Vec3& p) {
             if (const double d = (p - X).squaredNorm(); d < nearest) nearest = d, best = p;
         };
-        forNear(X, [&](std::uint32_t t) {
+        for (const std::uint32_t t : face.triangles)
             if (sharp)
                 visitEdges(t, X, keep);
-            else if (skin_.normal[t].dot(normal) >= kSameFace)
+            else
                 visit(t, X, keep);
-        });
         return best;
     }
 
@@ -72,6 +76,21 @@ public:
     }
 
 private:
+    std::vector<std::uint32_t> faceNear(const SkinCut::Point& point, bool sharp) const
+    {
+        const Vec3& normal = point.onEdge ? skin_.edgeNormal[point.skin] : skin_.normal[point.skin];
+        const auto hasSharp = [&](std::uint32_t t) {
+            const auto& edges = skin_.edgeOf[t];
+            return std::any_of(edges.begin(), edges.end(), [&](std::uint32_t e) { return bool(skin_.isSharp[e]); });
+        };
+        std::vector<std::uint32_t> face;
+        forNear(point.X, [&](std::uint32_t t) {
+            if (sharp ? hasSharp(t) : skin_.normal[t].dot(normal) >= kSameFace) face.push_back(t);
+        });
+        std::sort(face.begin(), face.end());
+        face.erase(std::unique(face.begin(), face.end()), face.end());
+        return face;
+    }
     template <class Visit>
     void forNear(const Vec3& X, const Visit& visit) const
     {
@@ -197,6 +216,7 @@ void fair(const Neighbours& neighbours, const SkinNearCracks& near, std::vector<
     constexpr int kRounds = 15;  // with points half a voxel apart: .02 is left of what is 2 voxels long, .8 of 4
     constexpr double kTowards = 0.5, kAway = -0.53;
     std::vector<Vec3> moved(points.size());
+    std::vector<SkinNearCracks::Face> face(points.size());
     for (int half = 0; half < 2 * kRounds; ++half) {
         const double inFace = half % 2 == 0 ? kTowards : kAway;
         parallelChunks(points.size(), kChunk / 16, [&](std::size_t begin, std::size_t end) {
@@ -208,7 +228,7 @@ void fair(const Neighbours& neighbours, const SkinNearCracks& near, std::vector<
                     sum += points[neighbours.next[k]].X;
                 if (const std::uint32_t count = neighbours.start[i + 1] - neighbours.start[i]; count > 0)
                     p.X += (isRim ? kTowards : inFace) * (sum / count - p.X);
-                moved[i] = isRim ? near.closest(p) : p.X;
+                moved[i] = isRim ? near.closest(p, face[i]) : p.X;
             }
         });
         for (std::size_t i = 0; i < points.size(); ++i) points[i].X = moved[i];
