@@ -71,7 +71,7 @@ BUGS = [
         "laws_test", "ObjFaces.CloseTheLipsOfAKerf"),
     Bug("rims keep the teeth of their voxels", "tetmesh/skin/src/lips.cpp", "constexpr int kRounds = 15;", "constexpr int kRounds = 0;",
         "skin_test", "SkinCut.ClosedLipsOfAJaggedCrackHaveSmoothRims"),
-    Bug("points ride on any tet of the nearest node", "tetmesh/skin/src/riders.cpp", "if (best.least >= kOutside) return best;", "return best;",
+    Bug("points ride on any tet of the nearest node", "tetmesh/skin/src/riders.cpp", "if (tets.empty() || best.point.isInTet()) return best;", "return best;",
         "skin_test", "SkinRiders.RideInTheTetsThatTheyLieIn"),
     Bug("crossings of edges one voxel node off", "tetmesh/skin/src/crossings.cpp", "return a.X + a.c / (a.c - b.c) * (b.X - a.X);", "return a.X;",
         "skin_test", "SkinCut.RimsAreSmooth"),

@@ -46,7 +46,6 @@ EmbeddedPoint BodyMesh::embed(std::uint32_t e, std::uint32_t t, const Vec3& X) c
 
 std::optional<MaterialPoint> BodyMesh::locate(const Vec3& X, std::span<const std::uint32_t> near) const
 {
-    constexpr double kOutside = -1e-9;  // a point on a face lies in both tets
     std::optional<MaterialPoint> best;
     double most = 0;
     for (std::uint32_t e : elementsRound(X))
@@ -56,7 +55,7 @@ std::optional<MaterialPoint> BodyMesh::locate(const Vec3& X, std::span<const std
             if (!near.empty() &&
                 std::find_first_of(near.begin(), near.end(), point.node.begin(), point.node.end()) == near.end())
                 continue;
-            if (*std::min_element(point.weight.begin(), point.weight.end()) < kOutside) continue;
+            if (!point.isInTet()) continue;
             best = {e, t, point};
             most = elements()[e].fraction[t];
         }

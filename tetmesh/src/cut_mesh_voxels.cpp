@@ -111,8 +111,7 @@ const Piece* pieceOf(const Cell& cell, std::size_t subTet)
 void addTetsOf(const CutMesh& mesh, Coord voxelCell, int k, std::vector<TetShare>& to)
 {
     const int m = mesh.lattice().coarsening;
-    const auto cellOf = [m](int voxel) { return m == 1 ? voxel : floorDiv(voxel, m); };  // divisions take most of it
-    const Coord coarse{cellOf(voxelCell.x), cellOf(voxelCell.y), cellOf(voxelCell.z)};
+    const Coord coarse{floorDiv(voxelCell.x, m), floorDiv(voxelCell.y, m), floorDiv(voxelCell.z, m)};
     const std::int32_t index = mesh.cellAt(coarse);
     if (index < 0) return;
     const Cell& cell = mesh.cells()[std::size_t(index)];

@@ -3,6 +3,7 @@
 #include "crack_lattice.h"
 
 #include <vdbfrac/base/parallel.h>
+#include <vdbfrac/tetmesh/nodes_where.h>
 #include <vdbfrac/tetmesh/trilinear.h>
 
 #include <algorithm>
@@ -101,17 +102,7 @@ private:
     /// The nodes inside, at rest, whose phi a crack has raised.
     std::vector<Coord> raisedNodes() const
     {
-        std::vector<Coord> blocks;
-        now_.forEachBlock([&](Coord low) { blocks.push_back(low); });
-        std::vector<std::vector<Coord>> found(blocks.size());
-        parallelChunks(blocks.size(), 1, [&](std::size_t begin, std::size_t) {
-            Field::forEachNode(blocks[begin], [&](Coord n) {
-                if (isRaised(n)) found[begin].push_back(n);
-            });
-        });
-        std::vector<Coord> all;
-        for (const auto& some : found) all.insert(all.end(), some.begin(), some.end());
-        return all;
+        return tetmesh::nodesWhere(now_, [&](Coord n) { return isRaised(n); });
     }
 
     /// Nodes round those near a crack for which `wanted` holds, sorted.

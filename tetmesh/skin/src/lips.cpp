@@ -2,6 +2,7 @@
 
 #include "planar.h"
 
+#include <vdbfrac/base/grouping.h>
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/base/triangle.h>
 #include <vdbfrac/tetmesh/trilinear.h>
@@ -87,8 +88,7 @@ private:
         forNear(point.X, [&](std::uint32_t t) {
             if (sharp ? hasSharp(t) : skin_.normal[t].dot(normal) >= kSameFace) face.push_back(t);
         });
-        std::sort(face.begin(), face.end());
-        face.erase(std::unique(face.begin(), face.end()), face.end());
+        sortUnique(face);
         return face;
     }
     template <class Visit>

@@ -3,6 +3,7 @@
 #include "crack_lattice.h"
 
 #include <vdbfrac/base/error.h>
+#include <vdbfrac/base/grouping.h>
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/tetmesh/cut_mesh.h>
 
@@ -36,8 +37,7 @@ Tets tetsAt(const Carrier& carrier, Coord voxel)
         if (!fragment || carrier.fragmentOfNode[element.node[std::size_t(corner)]] == *fragment)
             tets.emplace_back(e, std::uint32_t(t));
     });
-    std::sort(tets.begin(), tets.end());
-    tets.erase(std::unique(tets.begin(), tets.end()), tets.end());
+    sortUnique(tets);
     return tets;
 }
 
@@ -72,29 +72,29 @@ struct Found {
     double least = -1e300;  // smallest weight: below 0 outside of the tet
 };
 
-double leastWeight(const tetmesh::EmbeddedPoint& point)
+std::vector<std::uint32_t> nodesOf(const tetmesh::BodyMesh& body, const Tets& tets)
 {
-    return *std::min_element(point.weight.begin(), point.weight.end());
-}
-
-/// X in one of these tets, in one that has a node of theirs, or as near to one of them as can be.
-Found nearest(const tetmesh::BodyMesh& body, const Tets& tets, const Vec3& X)
-{
-    constexpr double kOutside = -1e-9;
-    Found best;
-    for (const auto& [e, t] : tets) {
-        const tetmesh::EmbeddedPoint point = body.embed(e, t, X);
-        if (const double least = leastWeight(point); least > best.least) best = {point, least};
-    }
-    if (best.least >= kOutside) return best;
     std::vector<std::uint32_t> nodes;
     for (const auto& [e, t] : tets)
         for (const int corner : tetmesh::cellTets(body.elements()[e].shape).corner[t])
             nodes.push_back(body.elements()[e].node[std::size_t(corner)]);
-    std::sort(nodes.begin(), nodes.end());
-    nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+    sortUnique(nodes);
+    return nodes;
+}
+
+/// X in one of these tets, in one that has a node of theirs, or as near to one of them as can be. `nodes`: theirs,
+/// which are found when they are needed.
+Found nearest(const tetmesh::BodyMesh& body, const Tets& tets, std::vector<std::uint32_t>& nodes, const Vec3& X)
+{
+    Found best;
+    for (const auto& [e, t] : tets) {
+        const tetmesh::EmbeddedPoint point = body.embed(e, t, X);
+        if (const double least = point.leastWeight(); least > best.least) best = {point, least};
+    }
+    if (tets.empty() || best.point.isInTet()) return best;
+    if (nodes.empty()) nodes = nodesOf(body, tets);
     const auto beside = body.locate(X, nodes);
-    return beside ? Found{beside->point, leastWeight(beside->point)} : best;
+    return beside ? Found{beside->point, beside->point.leastWeight()} : best;
 }
 
 }  // namespace
@@ -129,8 +129,9 @@ std::vector<tetmesh::EmbeddedPoint> embedRiders(const tetmesh::BodyMesh& body, c
         std::array<double, 2> count{};
         for (std::size_t r = begin; r < end; ++r) {
             const Tets tets = tetsFrom(carrier, cracks, riders[order[run[r]]].anchor);
+            std::vector<std::uint32_t> nodes;
             for (std::size_t i = run[r]; i < run[r + 1]; ++i) {
-                const Found found = nearest(body, tets, riders[order[i]].X);
+                const Found found = nearest(body, tets, nodes, riders[order[i]].X);
                 points[order[i]] = found.point;
                 count[0] += found.least < kFar, count[1] += tets.empty();
             }

@@ -101,7 +101,7 @@ Subject subjectOf(const tetmesh::DrawnTopology& drawn, std::span<const Vec3> poi
     Subject subject;
     subject.points = mesh.points;
     Texturing texturing(drawn, paint, subject);
-    const std::map<std::uint32_t, std::uint32_t> others = materialsOf(drawn);
+    const auto others = paint.torn ? std::map<std::uint32_t, std::uint32_t>() : materialsOf(drawn);
     const auto materialOf = [&](std::uint32_t f) {
         const auto of = drawn.torn[f] ? others.find(drawn.fragment[f]) : others.end();
         return of == others.end() ? mesh.material[f] : of->second;

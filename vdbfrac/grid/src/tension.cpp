@@ -2,6 +2,8 @@
 
 #include "nodal_stresses.h"
 
+#include <vdbfrac/tetmesh/nodes_where.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -126,21 +128,12 @@ private:
 std::vector<Coord> bandOf(const Loaded& body)
 {
     const NodeField<float>& phi = body.mesh.phi();
-    std::vector<Coord> blocks;
-    phi.forEachBlock([&](Coord low) { blocks.push_back(low); });
-    const auto among = [&](const auto& isOne) {
-        return gatherChunks<Coord>(blocks.size(), 1, [&](std::size_t b, std::size_t, std::vector<Coord>& found) {
-            phi.forEachNode(blocks[b], [&](Coord c) {
-                if (isOne(c, phi(c))) found.push_back(c);
-            });
-        });
-    };
-    std::vector<Coord> band = among([&](Coord c, float value) { return value < 0 && body.isFront(c); });
+    std::vector<Coord> band = nodesWhere(phi, [&](Coord c) { return phi(c) < 0 && body.isFront(c); });
     NodeField<bool> isFront(phi.lower(), phi.upper(), false, false);
     isFront.cover(band);
     for (const Coord& c : band) isFront.set(c, true);
-    const std::vector<Coord> gap = among([&](Coord c, float value) {
-        if (value < 0 || value >= body.mesh.voxelSize()) return false;
+    const std::vector<Coord> gap = nodesWhere(phi, [&](Coord c) {
+        if (phi(c) < 0 || phi(c) >= body.mesh.voxelSize()) return false;
         bool isBeside = false;
         for (int n = 0; n < 27 && !isBeside; ++n) isBeside = isFront(c + Coord{n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1});
         return isBeside;

@@ -4,6 +4,7 @@
 #include <vdbfrac/base/vec.h>
 #include <vdbfrac/tetmesh/surface.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -22,6 +23,8 @@ struct EmbeddedPoint {
         for (std::size_t a = 0; a < 4; ++a) p += weight[a] * x[node[a]];
         return p;
     }
+    double leastWeight() const { return *std::min_element(weight.begin(), weight.end()); }  ///< below 0 outside
+    bool isInTet() const { return leastWeight() >= -1e-9; }                                 ///< or on a face of it
 };
 
 /// Closed surface of the material, normals outward. Vertices are shared along every edge the cut crosses.

@@ -1,9 +1,9 @@
 // Values on integer coordinates, stored in 8^3 blocks where they differ from "far outside" or "deep inside".
 #pragma once
 
+#include <vdbfrac/base/grouping.h>
 #include <vdbfrac/base/vec.h>
 
-#include <algorithm>
 #include <array>
 #include <cassert>
 #include <span>
@@ -48,8 +48,7 @@ public:
         for (const Coord& c : nodes)
             if (const std::size_t b = blockIndex(c); directory_[b] < 0 && (fresh.empty() || fresh.back() != b))
                 fresh.push_back(b);
-        std::sort(fresh.begin(), fresh.end());
-        fresh.erase(std::unique(fresh.begin(), fresh.end()), fresh.end());
+        sortUnique(fresh);
         blocks_.reserve(blocks_.size() + fresh.size());
         for (const std::size_t b : fresh) make(b);
     }

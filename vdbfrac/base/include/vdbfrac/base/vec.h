@@ -36,7 +36,11 @@ struct VoxelPhi {
     friend bool operator==(const VoxelPhi&, const VoxelPhi&) = default;
 };
 
-/// a / m, rounded down also below 0; m > 0.
-inline int floorDiv(int a, int m) { return a >= 0 ? a / m : -((m - 1 - a) / m); }
+/// a / m, rounded down also below 0; m > 0, and mostly 1.
+inline int floorDiv(int a, int m)
+{
+    if (m == 1) return a;
+    return a >= 0 ? a / m : -((m - 1 - a) / m);
+}
 
 }  // namespace vdbfrac
