@@ -117,6 +117,11 @@ BUGS = [
     Bug("cut-back forgotten", CORE + "step_control.h", "trusted_ = dt < tried ? dt :",
         "trusted_ = dt < tried ? std::numeric_limits<double>::infinity() :",
         "laws_test", "Steps.AfterACutBackNoneIsTriedThatIsLongerThanTheLastOrTwiceAsLongAfterEachThatWasSolved"),
+    Bug("touches that a solve ends are forgotten", EFFECTS + "contact.cpp",
+        "contact::withKnown(pairsAt(x), pairs_, surface_, targets_, x)", "pairsAt(x)",
+        "contact_test", "Contact.PiecesOfABrokenSlabStayApart"),
+    Bug("energy of a touch jumps where its tet is crushed", "vdbfrac/contact/src/near_tets.cpp", "kNone = 1e-3;", "kNone = kFlat;",
+        "contact_test", "Contact.PiecesOfABrokenSlabStayApart"),
 ]
 
 

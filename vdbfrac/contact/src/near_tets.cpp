@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <tuple>
 #include <utility>
@@ -122,15 +123,16 @@ bool sharesNode(const tetmesh::EmbeddedPoint& point, const Target& target)
     return false;
 }
 
-/// Is a group near a sample at rest, and does not face it?
+/// Is a group near a sample at rest, but not across a gap from it? The back of a thin sheet faces away and lies behind:
+/// where the sheet is crushed, its two sides do not push each other.
 bool isBeside(const TouchingSurface& surface, std::size_t sample, const Targets::Group& group)
 {
     constexpr double kNear = 2.5;    // cells
     constexpr double kFacing = -.3;  // cosine of the angle between the directions outward, at the most
     if (surface.body(sample) != group.body) return false;
-    const Vec3 away = surface.restPosition(sample) - group.X.cast<double>();
-    return away.squaredNorm() < kNear * kNear * double(group.size) * double(group.size) &&
-           surface.restNormal(sample).dot(group.outward.cast<double>()) > kFacing;
+    const Vec3 there = group.X.cast<double>() - surface.restPosition(sample), out = surface.restNormal(sample);
+    const bool faces = out.dot(group.outward.cast<double>()) <= kFacing && out.dot(there) >= 0;
+    return there.squaredNorm() < kNear * kNear * double(group.size) * double(group.size) && !faces;
 }
 
 }  // namespace
@@ -188,17 +190,18 @@ void Targets::add(const core::Body& body, std::uint16_t number, double depth)
 
 InTarget Targets::locate(std::size_t n, const Vec3& y, std::span<const Vec3> x) const
 {
-    constexpr double kFlat = 0.05;  // of the volume at rest
+    // Of the volume at rest. What is seen in a tet stays in it through a solve, which cannot pass a jump of the energy.
+    constexpr double kFlat = 0.05, kNone = 1e-3;
     const Target& t = target_[n];
     const Vec3& z0 = x[t.node[0]];
     const Vec3 e1 = x[t.node[1]] - z0, e2 = x[t.node[2]] - z0, e3 = x[t.node[3]] - z0, d = y - z0;
     const std::array<Vec3, 3> normal{e2.cross(e3), e3.cross(e1), e1.cross(e2)};
     const double volume = e1.dot(normal[0]);
     InTarget in;
-    if (!(volume > kFlat * double(t.restVolume))) return in;
+    if (!(volume > kNone * double(t.restVolume))) return in;
     in.share = {0, d.dot(normal[0]) / volume, d.dot(normal[1]) / volume, d.dot(normal[2]) / volume};
     in.share[0] = 1 - in.share[1] - in.share[2] - in.share[3];
-    in.least = 1;
+    if (volume > kFlat * double(t.restVolume)) in.least = 1;
     for (const auto& row : inside_[t.inside]) {
         double share = 0;
         for (std::size_t a = 0; a < 4; ++a) share += row[a] * in.share[a];
@@ -281,6 +284,21 @@ std::vector<Pair> NearTets::seenAt(const TouchingSurface& surface, const Targets
             }
         }
     });
+}
+
+std::vector<Pair> withKnown(std::span<const Pair> seen, std::span<const Pair> known, const TouchingSurface& surface,
+                            const Targets& targets, std::span<const Vec3> x)
+{
+    constexpr double kGone = 2;  // in barycentric coordinates; how far outside a plane of phi is taken for a surface
+    const auto before = [&](const Pair& a, const Pair& b) {
+        return std::pair(a.sample, targets[a.target].fragment) < std::pair(b.sample, targets[b.target].fragment);
+    };
+    std::vector<Pair> lost, all;
+    std::set_difference(known.begin(), known.end(), seen.begin(), seen.end(), std::back_inserter(lost), before);
+    std::erase_if(lost,
+                  [&](const Pair& p) { return targets.locate(p.target, surface.at(p.sample, x), x).least < -kGone; });
+    std::merge(seen.begin(), seen.end(), lost.begin(), lost.end(), std::back_inserter(all), before);
+    return all;
 }
 
 std::size_t NearTets::bytes() const

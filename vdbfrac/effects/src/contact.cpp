@@ -270,9 +270,10 @@ void Contact::begin(const solver::StepStart& start)
 bool Contact::refresh(std::span<const Vec3> x)
 {
     const StageTimer timer(work_, "contact");
-    std::vector<Pair> pairs = pairsAt(x);
-    const bool moved =
-        contact::haveChanged<Touch>(touches(x), touches(pairs, x), [&](const Touch& t) { return forceOf(t); });
+    std::vector<Pair> pairs = contact::withKnown(pairsAt(x), pairs_, surface_, targets_, x);
+    const std::vector<Touch> seen = touches(x), all = touches(pairs, x);
+    const bool moved = contact::haveChanged<Touch>(seen, all, [&](const Touch& t) { return forceOf(t); }) ||
+                       hidesDeep(seen, all, 0.1 * dx_);
     if (moved) pairs_ = std::move(pairs);
     std::vector<Held> held = heldAt(x);
     const bool rubs = contact::haveChanged<Held>(held_, held, [](const Held& h) { return h.rub.push(); });
@@ -343,8 +344,7 @@ void Contact::accept(std::span<const Vec3> x, double dt)
     const StageTimer timer(work_, "contact");
     last_ = dt;
     const std::vector<double> depth = deepest(x);
-    deepest_ = 0;
-    for (double d : depth) deepest_ = std::max(deepest_, d);
+    deepest_ = depth.empty() ? 0 : *std::max_element(depth.begin(), depth.end());
     std::vector<Vec3> stretch(surface_.size(), Vec3::Zero());
     for (const Held& h : held_) stretch[h.sample] = h.rub.kept(slipOf(h, x));
     for (std::size_t i = 0; i < surface_.size(); ++i)

@@ -4,8 +4,10 @@
 #include <vdbfrac/base/vec.h>
 #include <vdbfrac/contact/contact_law.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <span>
 
 namespace vdbfrac::effects {
 
@@ -25,5 +27,18 @@ struct Held {
     Vec3 apart;  ///< m: from the point of the target to the sample, when the step began
     mutable contact::Dual dual = rub.dual();
 };
+
+/// Is a touch more than `deep` [m] deeper than those that were seen of its sample? Both by rising sample.
+inline bool hidesDeep(std::span<const Touch> seen, std::span<const Touch> all, double deep)
+{
+    auto known = seen.begin();
+    for (const Touch& t : all) {
+        double depth = deep;
+        while (known != seen.end() && known->sample < t.sample) ++known;
+        for (auto k = known; k != seen.end() && k->sample == t.sample; ++k) depth = std::max(depth, k->depth + deep);
+        if (t.depth > depth) return true;
+    }
+    return false;
+}
 
 }  // namespace vdbfrac::effects

@@ -72,8 +72,8 @@ struct Pair {
 std::vector<Vec3> ahead(std::span<const Vec3> x, std::span<const Vec3> v, double dt, double farthest);
 
 /// Targets that each sample may reach: its way and theirs over the step come near each other. A sample does not see its
-/// own neighbourhood, the targets with which it shares a node and those that are near it at rest and do not face it; so
-/// both lips of a crack see each other once they have parted.
+/// own neighbourhood, the targets with which it shares a node and those that are near it at rest, but not across a gap;
+/// so both lips of a crack see each other once they have parted.
 class NearTets {
 public:
     /// From x to `ahead` [m]; ways are widened by `margin` [m].
@@ -98,5 +98,11 @@ public:
 private:
     std::vector<std::uint32_t> sample_, start_, target_;
 };
+
+/// What is seen at x, and of samples that are in no target of a fragment there the one that they were `known` in. A
+/// sample that was just pushed out of a target goes into it again, deep, where nobody remembers it. Forgotten is what
+/// would push a sample that has long left it. All by rising sample, then fragment.
+std::vector<Pair> withKnown(std::span<const Pair> seen, std::span<const Pair> known, const TouchingSurface& surface,
+                            const Targets& targets, std::span<const Vec3> x);
 
 }  // namespace vdbfrac::contact
