@@ -311,6 +311,15 @@ TEST(Contact, NamedWithNothingNearChangesNoBit)
     EXPECT_EQ(with.simulation.stateHash(), without.simulation.stateHash());
 }
 
+TEST(Contact, LooksForWhatIsNearOnlyWhenNodesHaveMoved)
+{
+    SceneRun run(blocks("[contact]\n", "[0.1, 2, 0.03]"), {"body.upper.velocity=[0,-0.1,0]", "time.substeps=4"});
+    run.toFrame(25);
+    // .1 m in 96 steps, and lists that last for half a cell.
+    EXPECT_GE(run.work.countOf("contact", "searches"), 3);
+    EXPECT_LE(run.work.countOf("contact", "searches"), 10);
+}
+
 /// The midpoint rule knows the end of a step only by extrapolation, and friction remembers where things stuck there.
 TEST(Contact, RefusesFrictionUnderTheMidpointRule)
 {

@@ -92,6 +92,16 @@ std::vector<Box> waysOf(const Targets& targets, std::span<const Vec3> x, std::sp
     return boxes;
 }
 
+/// How far a node moves along an axis, at the most [m].
+double farthest(std::span<const Vec3> from, std::span<const Vec3> to)
+{
+    return orderedMax(from.size(), kChunk, 0, [&](std::size_t begin, std::size_t end) {
+        double most = 0;
+        for (std::size_t i = begin; i < end; ++i) most = std::max(most, (to[i] - from[i]).cwiseAbs().maxCoeff());
+        return most;
+    });
+}
+
 /// The gradient of what has the values phi at the corners of a tet, times the determinant of its edges, whose cross
 /// products are n: of the second and third, of the third and first, of the first and second.
 Vec3 gradientTimesVolume(const std::array<float, 4>& phi, const std::array<Vec3, 3>& n)
@@ -218,25 +228,28 @@ std::size_t Targets::bytes() const
            inside_.capacity() * sizeof(tetmesh::TetMatrix);
 }
 
-void NearTets::find(const TouchingSurface& surface, const Targets& targets, std::span<const Vec3> x,
-                    std::span<const Vec3> ahead, double margin)
+void NearTets::findWide(const TouchingSurface& surface, const Targets& targets, std::span<const Vec3> x,
+                        std::span<const Vec3> ahead, double margin)
 {
-    sample_.clear(), target_.clear(), start_.assign(1, 0);
-    if (targets.size() == 0 || surface.size() == 0) return;
-    const std::vector<Box> groups = waysOf(targets, x, ahead, margin);
+    wide_.x.assign(x.begin(), x.end());
+    const std::vector<Box> groups = waysOf(targets, x, ahead, margin + wide_.slack);
     const Bins bins(kBin * targets.spacing(), groups.size());
     const Groups inBin = groupItems(bins.count(), [&](const auto& add) {
         for (std::uint32_t g = 0; g < groups.size(); ++g) bins.visit(groups[g], [&](std::size_t bin) { add(bin, g); });
     });
-    const auto meet = [&](std::size_t begin, std::size_t end, std::vector<Pair>& found) {
+    using Found = std::array<std::uint32_t, 2>;
+    const auto meet = [&](std::size_t begin, std::size_t end, std::vector<Found>& found) {
         std::vector<std::uint32_t> near;
-        std::vector<Box> ways;
+        std::vector<Box> rooms;
         for (std::size_t c = begin; c < end; ++c) {
             const auto cluster = surface.cluster(c);
             Box all = Box::none();
-            ways.clear();
-            for (std::uint32_t i : cluster) ways.push_back(Box::of(surface.at(i, x)).with(surface.at(i, ahead)));
-            for (const Box& way : ways) all = all.with(way.lower).with(way.upper);
+            rooms.clear();
+            for (std::uint32_t i : cluster) {
+                const Box way = Box::of(surface.at(i, x)).with(surface.at(i, ahead));
+                rooms.push_back(way.wider(surface.stretch(i) * wide_.slack));
+                all = all.with(rooms.back().lower).with(rooms.back().upper);
+            }
             near.clear();
             bins.visit(all, [&](std::size_t bin) {
                 for (std::uint32_t g : inBin[bin])
@@ -244,17 +257,44 @@ void NearTets::find(const TouchingSurface& surface, const Targets& targets, std:
             });
             sortUnique(near);
             for (std::size_t s = 0; s < cluster.size(); ++s)
-                for (std::uint32_t g : near) {
-                    const Targets::Group& group = targets.groups()[g];
-                    if (!groups[g].meets(ways[s]) || isBeside(surface, cluster[s], group)) continue;
-                    for (std::uint32_t t = group.first; t < group.end; ++t)
-                        if (wayOf(targets[t].node, x, ahead, margin).meets(ways[s]) &&
-                            !sharesNode(surface.point(cluster[s]), targets[t]))
-                            found.push_back({cluster[s], t});
-                }
+                for (std::uint32_t g : near)
+                    if (groups[g].meets(rooms[s]) && !isBeside(surface, cluster[s], targets.groups()[g]))
+                        found.push_back({cluster[s], g});
         }
     };
-    std::vector<Pair> pairs = gatherChunks<Pair>(surface.clusters(), kClusters, meet);
+    wide_.pair = gatherChunks<Found>(surface.clusters(), kClusters, meet);
+}
+
+bool NearTets::find(const TouchingSurface& surface, const Targets& targets, std::span<const Vec3> x,
+                    std::span<const Vec3> ahead, double margin)
+{
+    constexpr double kSlack = 0.5;  // cells: longer lists, and longer lives of them where little moves
+    sample_.clear(), target_.clear(), start_.assign(1, 0);
+    if (targets.size() == 0 || surface.size() == 0) return false;
+    const bool isNew = wide_.x.empty();
+    const bool wide = isNew || std::max(farthest(wide_.x, x), farthest(wide_.x, ahead)) > wide_.slack;
+    if (wide) {
+        // Lists live long where steps are short, unless each step tears the surface that they are of.
+        const double slack = kSlack * targets.spacing();
+        const bool lives = !isNew && 2 * farthest(x, ahead) <= slack;
+        wide_.slack = lives ? slack : 0;
+        findWide(surface, targets, x, lives ? x : ahead, margin);
+    }
+    const auto meet = [&](std::size_t begin, std::size_t end, std::vector<Pair>& found) {
+        std::uint32_t last = ~0u;
+        Box way = Box::none();
+        for (const auto& [sample, g] : std::span(wide_.pair).subspan(begin, end - begin)) {
+            if (sample != last) way = Box::of(surface.at(sample, x)).with(surface.at(sample, ahead));
+            last = sample;
+            const Targets::Group& group = targets.groups()[g];
+            if (!wayOf(std::span(group.node).first(group.nodes), x, ahead, margin).meets(way)) continue;
+            for (std::uint32_t t = group.first; t < group.end; ++t)
+                if (wayOf(targets[t].node, x, ahead, margin).meets(way) &&
+                    !sharesNode(surface.point(sample), targets[t]))
+                    found.push_back({sample, t});
+        }
+    };
+    std::vector<Pair> pairs = gatherChunks<Pair>(wide_.pair.size(), kSamples, meet);
     std::sort(pairs.begin(), pairs.end(), [&](const Pair& a, const Pair& b) {
         return std::tuple(a.sample, targets[a.target].fragment, a.target) <
                std::tuple(b.sample, targets[b.target].fragment, b.target);
@@ -264,6 +304,7 @@ void NearTets::find(const TouchingSurface& surface, const Targets& targets, std:
         target_.push_back(p.target);
         ++start_.back();
     }
+    return wide;
 }
 
 std::vector<Pair> NearTets::seenAt(const TouchingSurface& surface, const Targets& targets, std::span<const Vec3> x,
@@ -303,7 +344,9 @@ std::vector<Pair> withKnown(std::span<const Pair> seen, std::span<const Pair> kn
 
 std::size_t NearTets::bytes() const
 {
-    return (sample_.capacity() + start_.capacity() + target_.capacity()) * sizeof(std::uint32_t);
+    return (sample_.capacity() + start_.capacity() + target_.capacity() + 2 * wide_.pair.capacity()) *
+               sizeof(std::uint32_t) +
+           wide_.x.capacity() * sizeof(Vec3);
 }
 
 }  // namespace vdbfrac::contact

@@ -125,7 +125,7 @@ private:
     void forget()
     {
         isSettled_ = false;
-        start_.clear(), pairs_.clear(), held_.clear();
+        near_.clear(), start_.clear(), pairs_.clear(), held_.clear();
     }
     void look(std::span<const Vec3> x, std::span<const Vec3> v, double dt);
     std::vector<Pair> pairsAt(std::span<const Vec3> x) const { return near_.seenAt(surface_, targets_, x, kReach); }
@@ -252,8 +252,8 @@ void Contact::look(std::span<const Vec3> x, std::span<const Vec3> v, double dt)
     if (!known) {
         start_.assign(x.begin(), x.end());
         foundFor_ = dt;
-        near_.find(surface_, targets_, start_, ahead_, kMargin * h_);
-        work_.count("contact", "searches", 1);
+        const bool wide = near_.find(surface_, targets_, start_, ahead_, kMargin * h_);
+        work_.count("contact", "searches", wide);
         const std::vector<double> depth = deepest(start_);
         for (std::size_t i = 0; i < surface_.size(); ++i) surface_.memory(i).see(depth[i]);
     }

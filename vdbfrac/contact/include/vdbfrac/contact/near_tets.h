@@ -76,9 +76,12 @@ std::vector<Vec3> ahead(std::span<const Vec3> x, std::span<const Vec3> v, double
 /// so both lips of a crack see each other once they have parted.
 class NearTets {
 public:
-    /// From x to `ahead` [m]; ways are widened by `margin` [m].
-    void find(const TouchingSurface& surface, const Targets& targets, std::span<const Vec3> x,
+    /// From x to `ahead` [m]; ways are widened by `margin` [m]. What lies wide apart is only looked for again when
+    /// nodes have moved far; true when it was.
+    bool find(const TouchingSurface& surface, const Targets& targets, std::span<const Vec3> x,
               std::span<const Vec3> ahead, double margin);
+    /// Samples and targets are others.
+    void clear() { *this = {}; }
 
     /// In each fragment the target that a sample lies in, or nearest to which it is: no farther outside than `reach`,
     /// in barycentric coordinates. By rising sample.
@@ -96,7 +99,17 @@ public:
     std::size_t bytes() const;
 
 private:
+    /// What may meet as long as no node is farther than `slack` from where it was; in one step only where that is 0.
+    struct Wide {
+        double slack = -1;                               // m
+        std::vector<Vec3> x;                             // m
+        std::vector<std::array<std::uint32_t, 2>> pair;  // of sample and group, by rising cluster
+    };
+    void findWide(const TouchingSurface& surface, const Targets& targets, std::span<const Vec3> x,
+                  std::span<const Vec3> ahead, double margin);
+
     std::vector<std::uint32_t> sample_, start_, target_;
+    Wide wide_;
 };
 
 /// What is seen at x, and of samples that are in no target of a fragment there the one that they were `known` in. A

@@ -9,6 +9,7 @@
 #include <vdbfrac/tetmesh/embedded_surface.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <span>
@@ -63,6 +64,13 @@ public:
     const Vec3& restPosition(std::size_t i) const { return all_.rest[i].at; }  ///< m
     const Vec3& restNormal(std::size_t i) const { return all_.rest[i].normal; }
     Vec3 at(std::size_t i, std::span<const Vec3> x) const { return all_.point[i].at(x); }
+    /// How far it moves where its nodes move by 1, at the most: above 1 where it lies outside of its tet.
+    double stretch(std::size_t i) const
+    {
+        double sum = 0;
+        for (double w : all_.point[i].weight) sum += std::abs(w);
+        return sum;
+    }
     /// Samples that lie near each other: most of those in a cell.
     std::size_t clusters() const { return cluster_.start.size() - 1; }
     std::span<const std::uint32_t> cluster(std::size_t c) const { return cluster_[c]; }
