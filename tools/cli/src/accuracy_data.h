@@ -7,8 +7,8 @@ namespace vdbfrac::cli {
 struct AccuracyData {
     double bending, peakLoad, work, time;
 };
-inline constexpr AccuracyData kDraft{0.024854, 0.411612, 0.73682, 0.0625294};
-inline constexpr AccuracyData kNormal{0.00801866, 0.27083, 0.628491, 1};
-inline constexpr AccuracyData kFine{0.00494912, 0.202355, 0.586806, 6.14683};
+inline constexpr AccuracyData kDraft{0.024854, 0.37372, 0.701617, 0.0767026};
+inline constexpr AccuracyData kNormal{0.00801866, 0.283957, 0.636783, 1};
+inline constexpr AccuracyData kFine{0.00494912, 0.224348, 0.632436, 5.3604};
 
 }  // namespace vdbfrac::cli
