@@ -133,13 +133,13 @@ bool sharesNode(const tetmesh::EmbeddedPoint& point, const Target& target)
     return false;
 }
 
-/// Is a group near a sample at rest, but not across a gap from it? The back of a thin sheet faces away and lies behind:
-/// where the sheet is crushed, its two sides do not push each other.
+/// Is a group of the same fragment near a sample at rest, but not across a gap from it? The back of a thin sheet faces
+/// away and lies behind: where the sheet is crushed, its two sides do not push each other.
 bool isBeside(const TouchingSurface& surface, std::size_t sample, const Targets::Group& group)
 {
     constexpr double kNear = 2.5;    // cells
     constexpr double kFacing = -.3;  // cosine of the angle between the directions outward, at the most
-    if (surface.body(sample) != group.body) return false;
+    if (surface.fragment(sample) != group.fragment) return false;
     const Vec3 there = group.X.cast<double>() - surface.restPosition(sample), out = surface.restNormal(sample);
     const bool faces = out.dot(group.outward.cast<double>()) <= kFacing && out.dot(there) >= 0;
     return there.squaredNorm() < kNear * kNear * double(group.size) * double(group.size) && !faces;
@@ -174,7 +174,7 @@ void Targets::add(const core::Body& body, std::uint16_t number, double depth)
         if (i == 0 || tets.tets[i].element != tets.tets[i - 1].element) {
             group_.emplace_back();
             group_.back().first = std::uint32_t(first + i);
-            group_.back().body = number;
+            group_.back().fragment = body.fragments.ofNode()[tets.tets[i].node[0]];
         }
         group_.back().end = std::uint32_t(first + i + 1);
     }
@@ -182,12 +182,7 @@ void Targets::add(const core::Body& body, std::uint16_t number, double depth)
         for (Group& group : std::span(group_).subspan(firstGroup + begin, end - begin)) {
             for (std::uint32_t t = group.first; t < group.end; ++t) {
                 const tetmesh::PhiTet& tet = tets.tets[t - first];
-                target_[t] = {tet.node,
-                              tet.phi,
-                              0,
-                              tet.part + std::uint32_t(inside_.size()),
-                              body.fragments.ofNode()[tet.node[0]],
-                              number};
+                target_[t] = {tet.node, tet.phi, 0, tet.part + std::uint32_t(inside_.size()), group.fragment, number};
                 gather(target_[t], body, group);
             }
             group.X /= float(group.end - group.first);

@@ -138,10 +138,11 @@ void TouchingSurface::settle()
     if (isSettled_) return;
     isSettled_ = true;
     all_ = {};
-    body_.clear();
+    body_.clear(), fragment_.clear();
     const auto append = [](auto& all, const auto& own) { all.insert(all.end(), own.begin(), own.end()); };
     for (std::size_t b = 0; b < bodies_.size(); ++b) {
         for (EmbeddedPoint p : own_[b].point) {
+            fragment_.push_back(bodies_[b].fragments.ofNode()[p.node[0]]);
             for (std::uint32_t& n : p.node) n += bodies_[b].firstNode;
             all_.point.push_back(p);
         }
@@ -215,7 +216,7 @@ std::size_t TouchingSurface::Samples::bytes() const
 std::size_t TouchingSurface::bytes() const
 {
     std::size_t sum = all_.bytes() + cluster_.bytes() + memory_.capacity() * sizeof(TouchMemory) +
-                      body_.capacity() * sizeof(std::uint16_t);
+                      body_.capacity() * sizeof(std::uint16_t) + fragment_.capacity() * sizeof(std::uint32_t);
     for (const Samples& own : own_) sum += own.bytes();
     return sum;
 }

@@ -42,8 +42,8 @@ public:
     const Target& operator[](std::size_t i) const { return target_[i]; }
     /// Those of one element, one after another.
     struct Group {
-        std::uint32_t first = 0, end = 0;
-        std::uint16_t body = 0, nodes = 0;
+        std::uint32_t first = 0, end = 0, fragment = 0;
+        std::uint16_t nodes = 0;
         std::array<std::uint32_t, tetmesh::kCorners> node{};  ///< all that its targets have
         float size = 0;                                       ///< of its cell [m]
         /// m: its middle at rest, and where out is there (unit length).
@@ -72,8 +72,8 @@ struct Pair {
 std::vector<Vec3> ahead(std::span<const Vec3> x, std::span<const Vec3> v, double dt, double farthest);
 
 /// Targets that each sample may reach: its way and theirs over the step come near each other. A sample does not see its
-/// own neighbourhood, the targets with which it shares a node and those that are near it at rest, but not across a gap;
-/// so both lips of a crack see each other once they have parted.
+/// own neighbourhood, the targets with which it shares a node and those of its fragment that are near it at rest, but
+/// not across a gap; so both lips of a crack see each other once they have parted.
 class NearTets {
 public:
     /// From x to `ahead` [m]; ways are widened by `margin` [m]. What lies wide apart is only looked for again when

@@ -61,6 +61,7 @@ public:
     /// surface.
     double reach(std::size_t i) const { return all_.reach[i]; }
     std::size_t body(std::size_t i) const { return body_[i]; }
+    std::uint32_t fragment(std::size_t i) const { return fragment_[i]; }
     const Vec3& restPosition(std::size_t i) const { return all_.rest[i].at; }  ///< m
     const Vec3& restNormal(std::size_t i) const { return all_.rest[i].normal; }
     Vec3 at(std::size_t i, std::span<const Vec3> x) const { return all_.point[i].at(x); }
@@ -120,6 +121,7 @@ private:
     bool isSettled_ = false;
     Samples all_;  // in nodes of the system, without keys
     std::vector<std::uint16_t> body_;
+    std::vector<std::uint32_t> fragment_;
     Groups cluster_{{0}, {}};
 };
 
