@@ -53,7 +53,8 @@ PARTS = (
      "hundredth of that."),
     ("onset", "Onset of fracture", "A smooth bar tears within one increment of its load of when it should, at any resolution."),
     ("notched_peak", "Peak load", "What a notched plate bears, pulled slowly; the slit is 2.5 to 10 cells long. A fixed kappa means a toughness that "
-     "grows with the voxels; all of the energy tears what is squeezed, too, and is near at .1 m by luck. Other plates, and the same turned and shifted, are in [newtons](newtons.md)."),
+     "grows with the voxels; all of the energy tears what is squeezed, too, and is near at .1 m by luck. Other plates, and the "
+     "same turned and shifted, are in [newtons](newtons.md)."),
     ("notched_block_resolution", "From rest to two pieces: resolution", "The round notch of this block has no sharp tip, so under a given "
      "toughness its load grows with the resolution; the slit above does not. After a block has come apart only loads, "
      "volumes and pieces are compared, never positions."),

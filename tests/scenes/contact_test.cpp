@@ -1,4 +1,5 @@
 // Bodies and fragments that touch: forces against differences of the energy, momentum, energy, and what lasts.
+#include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/effects/effects.h>
 #include <vdbfrac/lab/scenes/scene_run.h>
@@ -9,9 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <random>
-#include <sstream>
 #include <string>
 
 using namespace vdbfrac;
@@ -33,14 +32,6 @@ std::string blocks(const std::string& more, const std::string& upper = "[0.1, 0.
            "[[body]]\nname = \"upper\"\nmaterial = \"gel\"\nvelocity = [0.1, -1, 0]\n"
            "shape = { box = { size = [0.5, 0.5, 0.5], center = " +
            upper + " } }\n" + more;
-}
-
-/// A scene of data/scenes.
-std::string textOf(const std::string& name)
-{
-    std::ostringstream text;
-    text << std::ifstream(std::string(VDBFRAC_SOURCE) + "/data/scenes/" + name + ".toml").rdbuf();
-    return text.str();
 }
 
 struct Momentum {
@@ -290,7 +281,8 @@ TEST(Contact, TornLipsMeetAgainWithoutAKickAndPartWithoutBeingGlued)
 TEST(Contact, PiecesOfABrokenSlabStayApart)
 {
     for (const char* voxel : {"0.01", "0.0125"}) {
-        SceneRun run(textOf("cheese"), {std::string("grid.voxel_size=") + voxel});
+        SceneRun run(readText(std::string(VDBFRAC_SOURCE) + "/data/scenes/cheese.toml"),
+                     {std::string("grid.voxel_size=") + voxel});
         double deepest = 0;
         int cutbacks = 0;
         while (!run.atEnd()) {

@@ -1,4 +1,5 @@
 // Fracture as a user sees it: what tears, where, at which load, at any resolution.
+#include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/lab/scenes/notched_plate.h>
 #include <vdbfrac/lab/scenes/scene_run.h>
 
@@ -6,7 +7,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <sstream>
 
 using namespace vdbfrac;
@@ -14,13 +14,7 @@ using lab::SceneRun;
 
 namespace {
 
-std::string notchedBlock()
-{
-    std::ifstream in(std::string(VDBFRAC_SOURCE) + "/data/scenes/notched_block.toml");
-    std::ostringstream text;
-    text << in.rdbuf();
-    return text.str();
-}
+std::string notchedBlock() { return readText(std::string(VDBFRAC_SOURCE) + "/data/scenes/notched_block.toml"); }
 
 grid::VoxelValues arrival(const SceneRun& run)
 {

@@ -93,7 +93,7 @@ std::vector<Box> waysOf(const Targets& targets, std::span<const Vec3> x, std::sp
 }
 
 /// How far a node moves along an axis, at the most [m].
-double farthest(std::span<const Vec3> from, std::span<const Vec3> to)
+double farthestMove(std::span<const Vec3> from, std::span<const Vec3> to)
 {
     return orderedMax(from.size(), kChunk, 0, [&](std::size_t begin, std::size_t end) {
         double most = 0;
@@ -267,11 +267,11 @@ bool NearTets::find(const TouchingSurface& surface, const Targets& targets, std:
     sample_.clear(), target_.clear(), start_.assign(1, 0);
     if (targets.size() == 0 || surface.size() == 0) return false;
     const bool isNew = wide_.x.empty();
-    const bool wide = isNew || std::max(farthest(wide_.x, x), farthest(wide_.x, ahead)) > wide_.slack;
+    const bool wide = isNew || std::max(farthestMove(wide_.x, x), farthestMove(wide_.x, ahead)) > wide_.slack;
     if (wide) {
         // Lists live long where steps are short, unless each step tears the surface that they are of.
         const double slack = kSlack * targets.spacing();
-        const bool lives = !isNew && 2 * farthest(x, ahead) <= slack;
+        const bool lives = !isNew && 2 * farthestMove(x, ahead) <= slack;
         wide_.slack = lives ? slack : 0;
         findWide(surface, targets, x, lives ? x : ahead, margin);
     }

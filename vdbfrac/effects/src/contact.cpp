@@ -273,7 +273,7 @@ bool Contact::refresh(std::span<const Vec3> x)
     std::vector<Pair> pairs = contact::withKnown(pairsAt(x), pairs_, surface_, targets_, x);
     const std::vector<Touch> seen = touches(x), all = touches(pairs, x);
     const bool moved = contact::haveChanged<Touch>(seen, all, [&](const Touch& t) { return forceOf(t); }) ||
-                       hidesDeep(seen, all, 0.1 * dx_);
+                       hidesDeep(seen, all, kHidden * dx_);
     if (moved) pairs_ = std::move(pairs);
     std::vector<Held> held = heldAt(x);
     const bool rubs = contact::haveChanged<Held>(held_, held, [](const Held& h) { return h.rub.push(); });
