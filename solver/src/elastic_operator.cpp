@@ -3,7 +3,6 @@
 #include "operator_data.h"
 
 #include <vdbfrac/base/parallel.h>
-#include <vdbfrac/solver/corotational.h>
 
 #include <Eigen/Dense>
 
@@ -39,26 +38,6 @@ bool isDefinite(const Mat3& S)
 {
     return S(0, 0) > 0 && S.topLeftCorner<2, 2>().determinant() > 0 && S.determinant() > 0;
 }
-
-void robustPolar(const double* F, double* R, double* S)
-{
-    using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-    const Polar p = signedPolar(Eigen::Map<const RowMajor>(F));
-    Eigen::Map<RowMajor> out(R);
-    out = p.R;
-    packSymmetric(p.S, S);
-}
-
-void robustTwist(const double* packedS, double t, double* T)
-{
-    const Eigen::SelfAdjointEigenSolver<Mat3> eigen(unpackSymmetric(packedS));
-    Polar p;
-    p.s = eigen.eigenvalues();
-    p.V = eigen.eigenvectors();
-    packSymmetric(twistOperator(p, t), T);
-}
-
-constexpr RobustTet kRobust = {robustPolar, robustTwist};
 
 /// Sums over the tets round each node of a quarter of the tet's material volume, times the density and times the
 /// stiffness of its material: one pass over the elements for both.

@@ -8,29 +8,34 @@ namespace vdbfrac::solver {
 
 namespace {
 
-/// What the strains of an element's tets have in common.
-struct Strains {
-    const StrainLaw& law;
+/// The strains of an element's tets and of their mean, which comes after them.
+struct Strains : StrainsOf {
+    std::size_t mean;                           // number of tets
     std::array<double, tetmesh::kMaxTets> V{};  // m^3, times the factor on the stiffness; 0: no material
-    std::array<Mat3, tetmesh::kMaxTets> F, e;   // of tets with material
-    double volume = 0, dilation = 0;            // sums of V and of V tr(e)
-    Mat3 meanF = Mat3::Zero();
+    std::array<Mat3, kMost> F;                  // I without material
+    double volume = 0, dilation = 0;            // sum of V; mean of tr(e) by V
 
     Strains(const ElementOf& e, std::span<const Vec3> x, Strain strain);
 };
 
-Strains::Strains(const ElementOf& element, std::span<const Vec3> x, Strain strain) : law(lawOf(strain))
+Strains::Strains(const ElementOf& element, std::span<const Vec3> x, Strain strain)
 {
     const tetmesh::CellTets& tets = tetmesh::cellTets(element.element.shape);
-    for (std::size_t t = 0; t < std::size_t(tets.count); ++t) {
+    mean = std::size_t(tets.count);
+    Mat3 sum = Mat3::Zero();
+    for (std::size_t t = 0; t < mean; ++t) {
         const double fraction = element.element.fraction[t];
+        F[t] = Mat3::Identity();
         if (fraction == 0) continue;
         V[t] = element.h * element.h * element.h * tets.volume[t] * fraction *
                (element.stiffness ? double(element.stiffness[t]) : 1.);
-        F[t] = deformationGradient(element, t, x), e[t] = law.strain(F[t]);
-        volume += V[t], dilation += V[t] * e[t].trace(), meanF += V[t] * F[t];
+        F[t] = deformationGradient(element, t, x);
+        volume += V[t], sum += V[t] * F[t];
     }
-    if (volume > 0) meanF /= volume;
+    F[mean] = volume > 0 ? Mat3(sum / volume) : Mat3(Mat3::Identity());
+    lawOf(strain).measure(std::span(F).first(mean + 1), *this);
+    for (std::size_t t = 0; t < mean; ++t) dilation += V[t] * e[t].trace();
+    if (volume > 0) dilation /= volume;
 }
 
 /// Energy with the means of an element: mu |e|^2 + own tr(e)^2 / 2 in each tet, (1 - theta) of it its own and theta of
@@ -74,13 +79,12 @@ std::array<Mat3, tetmesh::kMaxTets> elementStress(const ElementOf& e, std::span<
                                                   Elasticity elasticity)
 {
     const Strains strains(e, x, elasticity.strain);
-    const Moduli moduli(m, elasticity, tetmesh::cellTets(e.element.shape).count);
-    const Mat3 mean = moduli.theta > 0 && strains.volume > 0 ? strains.law.strain(strains.meanF) : Mat3(Mat3::Zero());
+    const Moduli moduli(m, elasticity, int(strains.mean));
     std::array<Mat3, tetmesh::kMaxTets> stress;
-    for (std::size_t t = 0; t < stress.size(); ++t) {
+    for (std::size_t t = 0; t < strains.mean; ++t) {
         if (strains.V[t] == 0) continue;
-        const Mat3 shear = (1 - moduli.theta) * strains.e[t] + moduli.theta * mean;
-        const double bulk = moduli.cellDilation ? strains.dilation / strains.volume : strains.e[t].trace();
+        const Mat3 shear = (1 - moduli.theta) * strains.e[t] + moduli.theta * strains.e[strains.mean];
+        const double bulk = moduli.cellDilation ? strains.dilation : strains.e[t].trace();
         stress[t] = (e.stiffness ? double(e.stiffness[t]) : 1.) *
                     (2 * m.mu * (shear - shear.trace() / 3 * Mat3::Identity()) + moduli.K * bulk * Mat3::Identity());
     }
@@ -95,26 +99,21 @@ tetmesh::ElementForces elementForces(const ElementOf& e, std::span<const Vec3> x
     const Moduli moduli(m, elasticity, tets.count);
     tetmesh::ElementForces forces;
     if (strains.volume == 0) return forces;
-    const double dilation = strains.dilation / strains.volume;
-    double meanW = 0;
-    Mat3 meanP = Mat3::Zero();
-    if (moduli.theta > 0) {
-        const Mat3 mean = strains.law.strain(strains.meanF);
-        meanW = moduli.density(mean);
-        meanP = strains.law.firstPiola(strains.meanF, mean, moduli.stress(mean));
-    }
-    for (std::size_t t = 0; t < std::size_t(tets.count); ++t) {
+    const Mat3 &mean = strains.e[strains.mean], &meanF = strains.F[strains.mean];
+    const double dilation = strains.dilation, meanW = moduli.density(mean);
+    const Mat3 meanP = strains.A[strains.mean] * moduli.stress(mean);
+    for (std::size_t t = 0; t < strains.mean; ++t) {
         if (strains.V[t] == 0) continue;
         // What each tet adds to the energy of the means is that of the means, and what it moves them by.
         const Mat3 &F = strains.F[t], &own = strains.e[t];
         Mat3 stress = (1 - moduli.theta) * moduli.stress(own);
-        double W = (1 - moduli.theta) * moduli.density(own) +
-                   moduli.theta * (meanW + meanP.cwiseProduct(F - strains.meanF).sum());
+        double W =
+            (1 - moduli.theta) * moduli.density(own) + moduli.theta * (meanW + meanP.cwiseProduct(F - meanF).sum());
         if (moduli.cellDilation) {
             stress += moduli.K * dilation * Mat3::Identity();
             W += moduli.K * dilation * (own.trace() - 0.5 * dilation);
         }
-        Mat3 P = strains.law.firstPiola(F, own, stress) + moduli.theta * meanP, whole = F;
+        Mat3 P = strains.A[t] * stress + moduli.theta * meanP, whole = F;
         if (e.inverseFlow) P = P * e.inverseFlow[t].transpose(), whole = F * e.inverseFlow[t].inverse();
         const Mat3 eshelby = W * Mat3::Identity() - whole.transpose() * P;
         const double V = strains.V[t], part = V / (e.stiffness ? double(e.stiffness[t]) : 1.) / 4;
@@ -136,10 +135,10 @@ double elasticEnergy(const ElementOf& e, std::span<const Vec3> x, const Material
     const Moduli moduli(m, elasticity, tetmesh::cellTets(e.element.shape).count);
     if (strains.volume == 0) return 0;
     double energy = 0;
-    for (std::size_t t = 0; t < strains.V.size(); ++t)
+    for (std::size_t t = 0; t < strains.mean; ++t)
         if (strains.V[t] > 0) energy += (1 - moduli.theta) * strains.V[t] * moduli.density(strains.e[t]);
-    if (moduli.theta > 0) energy += moduli.theta * strains.volume * moduli.density(strains.law.strain(strains.meanF));
-    if (moduli.cellDilation) energy += 0.5 * moduli.K * strains.dilation * strains.dilation / strains.volume;
+    if (moduli.theta > 0) energy += moduli.theta * strains.volume * moduli.density(strains.e[strains.mean]);
+    if (moduli.cellDilation) energy += 0.5 * moduli.K * strains.volume * strains.dilation * strains.dilation;
     return energy;
 }
 

@@ -147,6 +147,11 @@ struct RobustTet {
     void (*twist)(const double* S, double t, double* T);
 };
 
+/// Eight tets, or what else has an F, with R and S of F = R S: rows of F and R, S as in TetTangent.
+struct alignas(64) LanePolars {
+    double F[9][kLanes], R[9][kLanes], S[6][kLanes];
+};
+
 /// What a kernel does to vectors of one precision. `in`: rows of x [m] or of a displacement; `out` is added to.
 template <class Real>
 struct VectorKernel {
@@ -169,6 +174,8 @@ struct Kernel {
     void (*diagonal)(const PatchData&, double* out);
     /// Writes the means over cells of `tangent` to `cells`.
     void (*averageTets)(const PatchData&, const RobustTet&, TetTangent* cells);
+    /// R and S from F.
+    void (*polar)(const RobustTet&, LanePolars&);
     VectorKernel<double> twice;
     VectorKernel<float> single;
     /// step = keep step + move B (b - A x), then x += step; over nodes [begin, end), `begin` a multiple of kLanes.

@@ -142,4 +142,13 @@ KernelResult VDBFRAC_KERNEL::evaluate(const PatchData& patch, const RobustTet& s
     return sum;
 }
 
+void VDBFRAC_KERNEL::polar(const RobustTet& scalar, LanePolars& of)
+{
+    Strains s;
+    for (int k = 0; k < 9; ++k) s.F[0][k / 3][k % 3] = load<double>(of.F[k]);
+    (void)Corotational::measure(s, 0, scalar);
+    for (int k = 0; k < 9; ++k) storeLoose(of.R[k], s.R[0][k / 3][k % 3]);
+    for (int k = 0; k < 6; ++k) storeLoose(of.S[k], s.S[0][k]);
+}
+
 }  // namespace vdbfrac::solver

@@ -43,8 +43,8 @@ constexpr VectorKernel<Real> kVectors = {readAll<Real>, writeAll<Real>, VDBFRAC_
 
 namespace VDBFRAC_KERNEL {
 extern const Kernel kernel;
-const Kernel kernel = {
-    evaluate, diagonal, averageTets, kVectors<double>, kVectors<float>, smoothNodes, VDBFRAC_TEXT(VDBFRAC_KERNEL)};
+const Kernel kernel = {evaluate,         diagonal,        averageTets, polar,
+                       kVectors<double>, kVectors<float>, smoothNodes, VDBFRAC_TEXT(VDBFRAC_KERNEL)};
 }  // namespace VDBFRAC_KERNEL
 
 }  // namespace vdbfrac::solver

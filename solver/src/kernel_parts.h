@@ -11,5 +11,6 @@ double product(const PatchData&, const double* in, double* out);
 double product(const PatchData&, const float* in, float* out);
 void diagonal(const PatchData&, double* out);
 void averageTets(const PatchData&, const RobustTet&, TetTangent* cells);
+void polar(const RobustTet&, LanePolars&);
 
 }  // namespace vdbfrac::solver::VDBFRAC_KERNEL

@@ -3,6 +3,7 @@
 
 #include "node_loops.h"
 #include "patches.h"
+#include "robust_tet.h"
 #include "strain_law.h"
 
 #include <algorithm>
@@ -11,20 +12,6 @@
 #include <utility>
 
 namespace vdbfrac::solver {
-
-inline constexpr int kRow[6] = {0, 1, 2, 1, 2, 0}, kColumn[6] = {0, 1, 2, 2, 0, 1};
-
-inline void packSymmetric(const Mat3& m, double* packed)
-{
-    for (int k = 0; k < 6; ++k) packed[k] = m(kRow[k], kColumn[k]);
-}
-
-inline Mat3 unpackSymmetric(const double* packed)
-{
-    Mat3 m;
-    for (int k = 0; k < 6; ++k) m(kRow[k], kColumn[k]) = m(kColumn[k], kRow[k]) = packed[k];
-    return m;
-}
 
 inline constexpr std::size_t kDiagonalRows = 6;  // numbers of a symmetric 3x3 block
 

@@ -1,5 +1,7 @@
 #include "strain_law.h"
 
+#include "robust_tet.h"
+
 #include <vdbfrac/solver/corotational.h>
 
 #include <Eigen/Dense>
@@ -23,40 +25,21 @@ Mat3 nearestRotation(const Mat3& m)
     return R;
 }
 
-/// S of F = R S, R a rotation, by its invariants (Hoger and Carlson 1984) where they are safe: a tenth of an SVD's
-/// time.
-///   I = tr S is the largest root of (x^2 - a)^2 = 2 (a^2 - b) + 8 J x,  a = tr C, b = tr C^2, J = det F, C = F^T F
-///   S = (I J + (I^2 - II) C - C^2) / D,  II = (I^2 - a) / 2,  D = I II - J = (s1+s2)(s2+s3)(s3+s1)
-Mat3 stretchOf(const Mat3& F)
-{
-    constexpr double kSafe = 1e-2;       // of |F|^3; rounding is magnified by its inverse
-    constexpr double kConverged = 1e-9;  // of I: the step after it is below rounding
-    const Mat3 C = F.transpose() * F, C2 = C * C;
-    const double a = C.trace(), b = C2.trace(), J = F.determinant();
-    double I = std::sqrt(3 * a), move = I;  // from above
-    for (int step = 0; step < 30 && std::abs(move) > kConverged * I; ++step) {
-        const double rest = I * I - a;
-        move = (rest * rest - 2 * (a * a - b) - 8 * J * I) / (4 * I * rest - 8 * J);
-        I -= move;
-    }
-    const double II = 0.5 * (I * I - a), D = I * II - J;
-    if (!(D > kSafe * a * std::sqrt(a)) || !(J > 0)) return signedPolar(F).S;
-    return (I * J * Mat3::Identity() + (I * I - II) * C - C2) / D;
-}
-
-/// R of F = R S.
-Mat3 rotationOf(const Mat3& F, const Mat3& S)
-{
-    constexpr double kSafe = 1e-2;  // det S of a tet that is far from flat
-    return S.determinant() > kSafe ? Mat3(F * S.inverse()) : signedPolar(F).R;
-}
-
 class Corotational : public StrainLaw {
 public:
-    Mat3 strain(const Mat3& F) const override { return stretchOf(F) - Mat3::Identity(); }
-    Mat3 firstPiola(const Mat3& F, const Mat3& e, const Mat3& stress) const override
+    void measure(std::span<const Mat3> F, StrainsOf& strains) const override
     {
-        return rotationOf(F, e + Mat3::Identity()) * stress;
+        static_assert(StrainsOf::kMost <= kLanes);
+        LanePolars polars;
+        for (std::size_t l = 0; l < kLanes; ++l)
+            for (int k = 0; k < 9; ++k) polars.F[k][l] = l < F.size() ? F[l](k / 3, k % 3) : k % 4 == 0;
+        kernel().polar(kRobust, polars);
+        for (std::size_t l = 0; l < F.size(); ++l) {
+            double S[6];
+            for (int k = 0; k < 6; ++k) S[k] = polars.S[k][l];
+            strains.e[l] = unpackSymmetric(S) - Mat3::Identity();
+            for (int k = 0; k < 9; ++k) strains.A[l](k / 3, k % 3) = polars.R[k][l];
+        }
     }
     double minEigenvalue(double share) const override { return -(1 + share); }
     Mat3 meanRotation(const Mat3& mean) const override { return nearestRotation(mean); }
@@ -71,15 +54,21 @@ public:
 /// The tangent is the corotational one with R = I.
 class Linear : public Corotational {
 public:
-    Mat3 strain(const Mat3& F) const override { return 0.5 * (F + F.transpose()) - Mat3::Identity(); }
-    Mat3 firstPiola(const Mat3&, const Mat3&, const Mat3& stress) const override { return stress; }
+    void measure(std::span<const Mat3> F, StrainsOf& strains) const override
+    {
+        for (std::size_t i = 0; i < F.size(); ++i)
+            strains.e[i] = 0.5 * (F[i] + F[i].transpose()) - Mat3::Identity(), strains.A[i] = Mat3::Identity();
+    }
 };
 
 /// F stands in the place of R and Sigma in that of T.
 class Green : public StrainLaw {
 public:
-    Mat3 strain(const Mat3& F) const override { return 0.5 * (F.transpose() * F - Mat3::Identity()); }
-    Mat3 firstPiola(const Mat3& F, const Mat3&, const Mat3& stress) const override { return F * stress; }
+    void measure(std::span<const Mat3> F, StrainsOf& strains) const override
+    {
+        for (std::size_t i = 0; i < F.size(); ++i)
+            strains.e[i] = 0.5 * (F[i].transpose() * F[i] - Mat3::Identity()), strains.A[i] = F[i];
+    }
     double minEigenvalue(double) const override { return 0; }  // the rest is a square of the rate of strain
     Mat3 meanRotation(const Mat3& mean) const override { return mean; }
     Mat3 ofTet(const Mat3&, const Mat3& T) const override { return T; }

@@ -3,18 +3,29 @@
 
 #include <vdbfrac/base/vec.h>
 #include <vdbfrac/solver/material.h>
+#include <vdbfrac/tetmesh/cell.h>
+
+#include <array>
+#include <cstddef>
+#include <span>
 
 namespace vdbfrac::solver {
+
+/// What the energy is a square of, and what takes stresses to the frame in space: of the tets of an element and of
+/// their mean.
+struct StrainsOf {
+    static constexpr std::size_t kMost = tetmesh::kMaxTets + 1;
+    std::array<Mat3, kMost> e;
+    std::array<Mat3, kMost> A;  ///< P = A (2 mu e + lambda tr(e) I)
+};
 
 /// What a law makes of F, and of the two matrices R and T that are kept of its tangent (TetTangent).
 class StrainLaw {
 public:
     virtual ~StrainLaw() = default;
 
-    /// What the energy is a square of.
-    virtual Mat3 strain(const Mat3& F) const = 0;
-    /// P of F [Pa] with that strain, from the stress in the rest configuration, 2 mu e + lambda tr(e) I.
-    virtual Mat3 firstPiola(const Mat3& F, const Mat3& strain, const Mat3& stress) const = 0;
+    /// Of at most kMost.
+    virtual void measure(std::span<const Mat3> F, StrainsOf& strains) const = 0;
     /// Of T over mu V / h^2, which leaves the tangent semidefinite; `share` of linear elasticity is in it.
     virtual double minEigenvalue(double share) const = 0;
     /// R of a cell from the mean of those of its parts.

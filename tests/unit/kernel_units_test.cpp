@@ -1,13 +1,16 @@
 // Each vector unit's loops against their definition, and the units against one another.
 #include "../../solver/src/kernel.h"
+#include "../../solver/src/robust_tet.h"
 
 #include <vdbfrac/base/vec.h>
+#include <vdbfrac/solver/corotational.h>
 
 #include <Eigen/Dense>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <iterator>
 #include <limits>
 #include <random>
@@ -231,6 +234,35 @@ TEST(Kernel, SmootherMatchesItsDefinition)
             const Vec3 step = double(.2f) * Nodes::point(before.step, n) + double(.6f) * before.applyB(n, residual);
             EXPECT_LT((Nodes::point(after.step, n) - step).norm(), 5e-6) << kernel->name;
             EXPECT_LT((Nodes::point(after.p, n) - x - step).norm(), 5e-6) << kernel->name;
+        }
+    }
+}
+
+/// Also of what is squeezed flat and turned inside out, which takes the scalar path.
+TEST(Kernel, PolarDecompositionsAreThoseOfSingularValues)
+{
+    const auto at = [](const Mat3& m, int k) { return m(k / 3, k % 3); };
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> unit(-1, 1);
+    std::vector<Mat3> F(solver::kLanes);
+    for (Mat3& f : F)
+        for (double& v : f.reshaped()) v = unit(random);
+    F[0] = Mat3::Identity(), F[1] = Vec3(1, 1, 1e-9).asDiagonal(), F[2] = Vec3(2, 1, -1).asDiagonal();
+    std::vector<solver::LanePolars> found(solver::kernels().size());
+    for (std::size_t unit = 0; unit < found.size(); ++unit) {
+        const solver::Kernel& kernel = *solver::kernels()[unit];
+        solver::LanePolars& lanes = found[unit];
+        for (std::size_t l = 0; l < F.size(); ++l)
+            for (int k = 0; k < 9; ++k) lanes.F[k][l] = at(F[l], k);
+        kernel.polar(solver::kRobust, lanes);
+        for (std::size_t l = 0; l < F.size(); ++l) {
+            const solver::Polar expected = solver::signedPolar(F[l]);
+            for (int k = 0; k < 9; ++k) EXPECT_NEAR(lanes.R[k][l], at(expected.R, k), 1e-12) << kernel.name << l;
+            for (int k = 0; k < 6; ++k)
+                EXPECT_NEAR(lanes.S[k][l], expected.S(solver::kRow[k], solver::kColumn[k]), 1e-12) << kernel.name << l;
+        }
+        if (unit > 1) {  // those that fuse
+            EXPECT_EQ(std::memcmp(lanes.R, found[unit - 1].R, sizeof(lanes.R) + sizeof(lanes.S)), 0) << kernel.name;
         }
     }
 }

@@ -64,32 +64,39 @@ NodeField<CornerForces> forcesRound(const BodyMesh& mesh, const ElementForcesOf&
                                     int reach)
 {
     constexpr std::size_t kTogether = 2048;
+    constexpr std::size_t kPlanes = 4;  // a power of two
     const double dx = mesh.voxelSize();
     const int edge = int(std::ceil(mesh.spacing() / dx - 1e-9));
     const std::span<const Coord> lattice = mesh.latticeCoords();
-    NodeField<CornerForces> field(mesh.phi().lower(), mesh.phi().upper(), {}, {});
-    const auto add = [&](const Coord& c, double part, const CornerForces& corner) {
-        if (field.contains(c)) field.at(c).add(part, corner);
-    };
-    const auto addAt = [&](std::uint32_t node, const CornerForces& corner) {
-        if (!lattice.empty()) return add(edge * lattice[node], 1, corner);
-        const Vec3 X = mesh.restPosition(node) / dx;
-        const Coord base = tetmesh::floorOf(X);
-        for (int c = 0; c < tetmesh::kCorners; ++c)
-            add(base + tetmesh::cornerOffset(c), tetmesh::trilinearShare(c, X - base.toVec()), corner);
-    };
     // A tet with material and a node within reach has material round a voxel node no farther than this from that.
     const int beyond = lattice.empty() ? edge : edge - 1;
     const std::vector<std::uint32_t> elements = elementsRound(mesh, voxelsAround(tips, reach + beyond));
+    NodeField<CornerForces> field(mesh.phi().lower(), mesh.phi().upper(), {}, {});
+    std::vector<Coord> nodes = voxelsAround(tips, reach + beyond + edge);
+    keepIf(nodes, [&](const Coord& c) { return field.contains(c); });
+    field.cover(nodes);
     std::vector<tetmesh::ElementForces> of(std::min(kTogether, elements.size()));
     for (std::size_t first = 0; first < elements.size(); first += kTogether) {
         const std::size_t count = std::min(kTogether, elements.size() - first);
         parallelChunks(count, 32, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) of[i] = forces(elements[first + i]);
         });
-        for (std::size_t i = 0; i < count; ++i)
-            for (std::size_t a = 0; a < tetmesh::kCorners; ++a)
-                if (of[i][a].volume > 0) addAt(mesh.elements()[elements[first + i]].node[a], of[i][a]);
+        // Each some planes of voxels: a node gets its forces in the order of the elements.
+        parallelChunks(kPlanes, 1, [&](std::size_t plane, std::size_t) {
+            const auto add = [&](const Coord& c, double part, const CornerForces& corner) {
+                if ((std::size_t(c.z) & (kPlanes - 1)) == plane && field.contains(c)) field.at(c).add(part, corner);
+            };
+            const auto addAt = [&](std::uint32_t node, const CornerForces& corner) {
+                if (!lattice.empty()) return add(edge * lattice[node], 1, corner);
+                const Vec3 X = mesh.restPosition(node) / dx;
+                const Coord base = tetmesh::floorOf(X);
+                for (int c = 0; c < tetmesh::kCorners; ++c)
+                    add(base + tetmesh::cornerOffset(c), tetmesh::trilinearShare(c, X - base.toVec()), corner);
+            };
+            for (std::size_t i = 0; i < count; ++i)
+                for (std::size_t a = 0; a < tetmesh::kCorners; ++a)
+                    if (of[i][a].volume > 0) addAt(mesh.elements()[elements[first + i]].node[a], of[i][a]);
+        });
     }
     return field;
 }

@@ -132,11 +132,11 @@ std::vector<Coord> bandOf(const Loaded& body)
     NodeField<bool> isFront(phi.lower(), phi.upper(), false, false);
     isFront.cover(band);
     for (const Coord& c : band) isFront.set(c, true);
+    std::vector<Way> beside = waysWithin(2);  // the weightiest are the likeliest
+    std::sort(beside.begin(), beside.end(), [](const Way& a, const Way& b) { return a.weight > b.weight; });
     const std::vector<Coord> gap = nodesWhere(phi, [&](Coord c) {
-        if (phi(c) < 0 || phi(c) >= body.mesh.voxelSize()) return false;
-        bool isBeside = false;
-        for (int n = 0; n < 27 && !isBeside; ++n) isBeside = isFront(c + Coord{n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1});
-        return isBeside;
+        return phi(c) >= 0 && phi(c) < body.mesh.voxelSize() &&
+               std::any_of(beside.begin(), beside.end(), [&](const Way& way) { return isFront(c + way.offset); });
     });
     band.insert(band.end(), gap.begin(), gap.end());
     return band;

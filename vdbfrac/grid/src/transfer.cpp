@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cmath>
 #include <compare>
+#include <iterator>
 
 namespace vdbfrac::grid {
 
@@ -20,10 +21,9 @@ struct Row {
     auto operator<=>(const Row&) const = default;
 };
 
-/// Sorts, and joins rows that touch.
+/// Joins sorted rows that touch.
 void joinRows(std::vector<Row>& rows)
 {
-    std::sort(rows.begin(), rows.end());
     std::size_t count = 0;
     for (const Row& row : rows) {
         Row* before = count > 0 ? &rows[count - 1] : nullptr;
@@ -33,6 +33,23 @@ void joinRows(std::vector<Row>& rows)
             rows[count++] = row;
     }
     rows.resize(count);
+}
+
+/// Sorted rows, and their copies up to `reach` away along an axis. Copies are sorted as they are: twice as many of them
+/// are had each time by merging.
+void widen(int Row::*axis, int reach, std::vector<Row>& rows)
+{
+    for (Row& row : rows) row.*axis -= reach;
+    std::vector<Row> copy, merged;
+    for (int width = 1; width < 2 * reach + 1;) {
+        const int move = std::min(width, 2 * reach + 1 - width);
+        copy = rows, merged.clear();
+        for (Row& row : copy) row.*axis += move;
+        std::merge(rows.begin(), rows.end(), copy.begin(), copy.end(), std::back_inserter(merged));
+        joinRows(merged);
+        rows.swap(merged);
+        width += move;
+    }
 }
 
 /// What a voxel counts in an average, by its offset [voxels] from the middle.
@@ -80,17 +97,10 @@ std::vector<Coord> voxelsAround(std::span<const Coord> voxels, int reach)
     // Axis by axis, on rows of voxels: as many rows as the result has, not as many voxels as all the boxes hold.
     std::vector<Row> rows;
     for (const Coord& c : voxels) rows.push_back({c.z, c.y, c.x - reach, c.x + reach});
+    std::sort(rows.begin(), rows.end());
     joinRows(rows);
-    for (int Row::*axis : {&Row::y, &Row::z}) {
-        std::vector<Row> wide;
-        for (const Row& row : rows)
-            for (int d = -reach; d <= reach; ++d) {
-                wide.push_back(row);
-                wide.back().*axis += d;
-            }
-        joinRows(wide);
-        rows = std::move(wide);
-    }
+    widen(&Row::y, reach, rows);
+    widen(&Row::z, reach, rows);
     std::vector<Coord> all;
     for (const Row& row : rows)
         for (int x = row.first; x <= row.last; ++x) all.push_back({x, row.y, row.z});

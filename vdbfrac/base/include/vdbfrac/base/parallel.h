@@ -47,7 +47,7 @@ std::vector<T> gatherChunks(std::size_t count, std::size_t chunk, const Fill& fi
 template <class T, class Keep>
 void keepIf(std::vector<T>& values, const Keep& keep)
 {
-    constexpr std::size_t kChunk = 64;
+    constexpr std::size_t kChunk = 256;
     values = gatherChunks<T>(values.size(), kChunk, [&](std::size_t begin, std::size_t end, std::vector<T>& kept) {
         for (std::size_t i = begin; i < end; ++i)
             if (keep(values[i])) kept.push_back(values[i]);
