@@ -24,7 +24,7 @@ constexpr double kPerTetExplicit = 0.158 * kKibi;  // no tangent either
 constexpr double kPerDelaunayTet = 9.9 * kKibi;    // CGAL's mesher has the peak
 constexpr double kPerDirect = 0.88 * kKibi;        // times nodes^(4/3): what factors fill in
 // Pieces of cut cells; of cells of several voxels.
-constexpr double kPerSurfaceVoxel = 1 * kKibi, kPerFinerVoxel = 2.9 * kKibi;
+constexpr double kPerSurfaceVoxel = 1.8 * kKibi, kPerFinerVoxel = 3.8 * kKibi;
 constexpr double kPerWorldVoxel = 2.7 * kKibi;  // grids made of the deformed surface, and the frames that wait
 constexpr double kPerBandVoxel = 30;            // phi and its frames
 

@@ -3,11 +3,13 @@
 #include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/base/hash.h>
+#include <vdbfrac/base/parallel.h>
 #include <vdbfrac/core/version.h>
 #include <vdbfrac/grid/world_fields.h>
 #include <vdbfrac/tetmesh/obj_file.h>
 
 #include <algorithm>
+#include <functional>
 
 namespace vdbfrac::core {
 
@@ -165,10 +167,10 @@ std::string RunFolder::Writer::sequenceName(const char* kind, int frame, const c
     return std::string(kind) + "/" + scene_.name + number + extension;
 }
 
-void RunFolder::Writer::note(FrameRecord& record, const std::string& relative)
+WrittenFile RunFolder::Writer::readBack(const std::string& relative) const
 {
     const std::string content = readText(folder_ / relative);
-    record.files.push_back({relative, content.size(), checksumOf(content)});
+    return {relative, content.size(), checksumOf(content)};
 }
 
 RunFolder::Writer::Writer(fs::path folder, const scene::Scene& scene)
@@ -184,7 +186,7 @@ RunFolder::Writer::~Writer()
     }
 }
 
-void RunFolder::Writer::writeVdb(FrameData& data)
+std::string RunFolder::Writer::writeVdb(FrameData& data) const
 {
     grid::WorldFields world;
     if (std::any_of(scene_.output.vdb.begin(), scene_.output.vdb.end(), worldField)) {
@@ -199,11 +201,11 @@ void RunFolder::Writer::writeVdb(FrameData& data)
         {"up_axis", std::string("y")}};
     const std::string relative = sequenceName("vdb", data.record.frame, "vdb");
     grid::writeVdb(folder_ / relative, data.grids, metadata);
-    note(data.record, relative);
+    return relative;
 }
 
 /// With the values of what the .vdb has at rest.
-void RunFolder::Writer::writePly(FrameData& data)
+std::string RunFolder::Writer::writePly(const FrameData& data) const
 {
     std::vector<tetmesh::PlyBody> bodies = plyBodies(data.drawn);
     std::vector<std::string> names;
@@ -215,25 +217,34 @@ void RunFolder::Writer::writePly(FrameData& data)
     }
     const std::string relative = sequenceName("ply", data.record.frame, "ply");
     tetmesh::writePlyFrame(folder_ / relative, bodies, tetmesh::PlyOrder::byFragment, names);
-    note(data.record, relative);
+    return relative;
+}
+
+std::string RunFolder::Writer::writeObj(const FrameData& data) const
+{
+    const std::string relative = sequenceName("obj", data.record.frame, "obj");
+    std::vector<tetmesh::DrawnPart> parts;
+    for (const DrawnBody& body : data.drawn) parts.push_back({*body.topology, body.points, body.normals});
+    tetmesh::writeObjFrame(folder_ / relative, parts, scene_.name + ".mtl");
+    return relative;
+}
+
+std::string RunFolder::Writer::writeMotion(const FrameData& data) const
+{
+    const std::string relative = sequenceName("motion", data.record.frame, "motion");
+    data.motion.write(folder_ / relative);
+    return relative;
 }
 
 void RunFolder::Writer::write(FrameData& data)
 {
-    if (!scene_.output.vdb.empty()) writeVdb(data);
-    if (scene_.output.obj) {
-        const std::string relative = sequenceName("obj", data.record.frame, "obj");
-        std::vector<tetmesh::DrawnPart> parts;
-        for (const DrawnBody& body : data.drawn) parts.push_back({*body.topology, body.points, body.normals});
-        tetmesh::writeObjFrame(folder_ / relative, parts, scene_.name + ".mtl");
-        note(data.record, relative);
-    }
-    if (scene_.output.ply) writePly(data);
-    if (scene_.output.motion) {
-        const std::string relative = sequenceName("motion", data.record.frame, "motion");
-        data.motion.write(folder_ / relative);
-        note(data.record, relative);
-    }
+    std::vector<std::function<std::string()>> files;  // side by side: each writes one
+    if (!scene_.output.vdb.empty()) files.emplace_back([&] { return writeVdb(data); });
+    if (scene_.output.obj) files.emplace_back([&] { return writeObj(data); });
+    if (scene_.output.ply) files.emplace_back([&] { return writePly(data); });
+    if (scene_.output.motion) files.emplace_back([&] { return writeMotion(data); });
+    data.record.files.resize(files.size());
+    parallelChunks(files.size(), 1, [&](std::size_t i, std::size_t) { data.record.files[i] = readBack(files[i]()); });
     frames_.push_back(std::move(data.record));
     addSteps(data.steps);
     state_ = std::move(data.state);

@@ -78,9 +78,12 @@ private:
     static constexpr const char* kRunning = "running";
 
     std::string sequenceName(const char* kind, int frame, const char* extension) const;
-    void writeVdb(FrameData& data);
-    void writePly(FrameData& data);
-    void note(FrameRecord& record, const std::string& relative);
+    // Each writes a file of a frame, and returns its name in the folder.
+    std::string writeVdb(FrameData& data) const;
+    std::string writeObj(const FrameData& data) const;
+    std::string writePly(const FrameData& data) const;
+    std::string writeMotion(const FrameData& data) const;
+    WrittenFile readBack(const std::string& relative) const;
     void writeManifest(const RunState& state, const std::string& status) const;
     void addSteps(const std::vector<StepRecord>& steps) { steps_.insert(steps_.end(), steps.begin(), steps.end()); }
     void writeAll(const std::string& status);

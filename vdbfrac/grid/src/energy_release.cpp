@@ -72,7 +72,7 @@ NodeField<CornerForces> forcesRound(const BodyMesh& mesh, const ElementForcesOf&
     const int beyond = lattice.empty() ? edge : edge - 1;
     const std::vector<std::uint32_t> elements = elementsRound(mesh, voxelsAround(tips, reach + beyond));
     NodeField<CornerForces> field(mesh.phi().lower(), mesh.phi().upper(), {}, {});
-    std::vector<Coord> nodes = voxelsAround(tips, reach + beyond + edge);
+    std::vector<Coord> nodes = voxelsAround(tips, reach);
     keepIf(nodes, [&](const Coord& c) { return field.contains(c); });
     field.cover(nodes);
     std::vector<tetmesh::ElementForces> of(std::min(kTogether, elements.size()));
@@ -84,7 +84,8 @@ NodeField<CornerForces> forcesRound(const BodyMesh& mesh, const ElementForcesOf&
         // Each some planes of voxels: a node gets its forces in the order of the elements.
         parallelChunks(kPlanes, 1, [&](std::size_t plane, std::size_t) {
             const auto add = [&](const Coord& c, double part, const CornerForces& corner) {
-                if ((std::size_t(c.z) & (kPlanes - 1)) == plane && field.contains(c)) field.at(c).add(part, corner);
+                if ((std::size_t(c.z) & (kPlanes - 1)) != plane) return;
+                if (CornerForces* node = field.find(c)) node->add(part, corner);
             };
             const auto addAt = [&](std::uint32_t node, const CornerForces& corner) {
                 if (!lattice.empty()) return add(edge * lattice[node], 1, corner);

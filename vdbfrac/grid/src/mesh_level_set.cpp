@@ -58,12 +58,13 @@ void requireSolid(const tetmesh::SurfaceReport& report, const scene::MeshFile& m
 
 }  // namespace
 
-Voxelized voxelize(const Triangles& triangles, double voxelSize, float halfWidth, int flags)
+Voxelized voxelize(const Triangles& triangles, double voxelSize, float halfWidth)
 {
+    constexpr int kExact = openvdb::tools::DISABLE_INTERSECTING_VOXEL_REMOVAL | openvdb::tools::DISABLE_RENORMALIZATION;
     const auto transform = openvdb::math::Transform::createLinearTransform(voxelSize);
     auto closest = openvdb::Int32Grid::create(openvdb::util::INVALID_IDX);
     closest->setTransform(transform);
-    auto phi = openvdb::tools::meshToVolume<openvdb::FloatGrid>(triangles, *transform, halfWidth, halfWidth, flags,
+    auto phi = openvdb::tools::meshToVolume<openvdb::FloatGrid>(triangles, *transform, halfWidth, halfWidth, kExact,
                                                                 closest.get());
     phi->setGridClass(openvdb::GRID_LEVEL_SET);
     return {phi, closest};
@@ -84,8 +85,7 @@ SurfaceGrid fromSurface(const tetmesh::PolygonSoup& soup, const tetmesh::Surface
         complain(build, "a surface without area or with too many points", "", "");
 
     const Triangles mesh = triangles(soup, dx);
-    constexpr int kExact = openvdb::tools::DISABLE_INTERSECTING_VOXEL_REMOVAL | openvdb::tools::DISABLE_RENORMALIZATION;
-    const Voxelized made = voxelize(mesh, dx, float(build.grid.halfWidth), kExact);
+    const Voxelized made = voxelize(mesh, dx, float(build.grid.halfWidth));
     const std::int64_t gaps = settleSigns(*made.phi, *made.closest, mesh);
     return {made.phi, gaps};
 }

@@ -22,11 +22,6 @@ constexpr double kTouch = 1e-9;
 /// Sine of the widest angle below which a triangle has no normal that can be relied on.
 constexpr double kFlat = 1e-10;
 
-std::array<Vec3, 3> cornersOf(const Triangles& t, std::size_t n)
-{
-    return {t.points[t.corners[n][0]], t.points[t.corners[n][1]], t.points[t.corners[n][2]]};
-}
-
 /// The bits of a number of 21 bits, two zeros between each.
 std::uint64_t spread(std::uint64_t v)
 {
@@ -51,7 +46,7 @@ std::vector<std::uint32_t> mortonOrder(const Triangles& triangles)
     std::vector<Key> keys(triangles.corners.size());
     parallelChunks(keys.size(), kChunk, [&](std::size_t begin, std::size_t end) {
         for (std::size_t n = begin; n < end; ++n) {
-            const auto [a, b, c] = cornersOf(triangles, n);
+            const auto [a, b, c] = triangles.cornersOf(n);
             const Vec3 at = ((a + b + c) / 3 - box.min()) * scale;
             keys[n] = {
                 spread(std::uint64_t(at.x())) | spread(std::uint64_t(at.y())) << 1 | spread(std::uint64_t(at.z())) << 2,
@@ -68,7 +63,7 @@ std::vector<std::uint32_t> mortonOrder(const Triangles& triangles)
 bool crosses(const Triangles& triangles, std::uint32_t n, const Vec3& from, const Vec3& step,
              TriangleTree::Crossing& found)
 {
-    const auto [a, b, c] = cornersOf(triangles, n);
+    const auto [a, b, c] = triangles.cornersOf(n);
     const Vec3 e1 = b - a, e2 = c - a, s = from - a;
     const Vec3 h = step.cross(e2);
     const double det = e1.dot(h);
@@ -84,7 +79,7 @@ bool crosses(const Triangles& triangles, std::uint32_t n, const Vec3& from, cons
 
 ClosestPoint closestPoint(const Triangles& triangles, std::size_t triangle, const Vec3& X)
 {
-    return vdbfrac::closestPoint(cornersOf(triangles, triangle), X);
+    return vdbfrac::closestPoint(triangles.cornersOf(triangle), X);
 }
 
 TriangleTree::TriangleTree(const Triangles& triangles) : triangles_(triangles), order_(mortonOrder(triangles))
@@ -95,7 +90,7 @@ TriangleTree::TriangleTree(const Triangles& triangles) : triangles_(triangles), 
     parallelChunks(firstLeaf_, kChunk, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin * kInLeaf; i < std::min(end * kInLeaf, order_.size()); ++i) {
             Box& box = nodes_[firstLeaf_ + i / kInLeaf];
-            for (const Vec3& X : cornersOf(triangles_, order_[i]))
+            for (const Vec3& X : triangles_.cornersOf(order_[i]))
                 for (std::size_t k = 0; k < 3; ++k) {  // rounded outward
                     box.lower[k] = std::min(box.lower[k], std::nextafter(float(X[Eigen::Index(k)]), -kFar));
                     box.upper[k] = std::max(box.upper[k], std::nextafter(float(X[Eigen::Index(k)]), kFar));
@@ -191,7 +186,7 @@ void TriangleSides::measureFaces()
     flat_.resize(count);
     parallelChunks(count, kChunk, [&](std::size_t begin, std::size_t end) {
         for (std::size_t n = begin; n < end; ++n) {
-            const auto [a, b, c] = cornersOf(triangles_, n);
+            const auto [a, b, c] = triangles_.cornersOf(n);
             const Vec3 twice = (b - a).cross(c - a);
             const double widest = std::max({(b - a).squaredNorm(), (c - a).squaredNorm(), (c - b).squaredNorm()});
             flat_[n] = !(twice.norm() > kFlat * widest);
@@ -273,7 +268,7 @@ void TriangleSides::turnOutward()
     const Vec3 origin = triangles_.points.empty() ? Vec3::Zero() : triangles_.points[0];
     std::vector<double> volume(sound_.size());
     for (std::size_t n = 0; n < turned_.size(); ++n) {
-        const auto [a, b, c] = cornersOf(triangles_, n);
+        const auto [a, b, c] = triangles_.cornersOf(n);
         const double part = (a - origin).dot((b - origin).cross(c - origin));
         volume[shell_[n]] += turned_[n] ? -part : part;
     }
@@ -290,7 +285,7 @@ void TriangleSides::sumCorners()
     std::vector<std::array<float, 3>> angles(count);
     parallelChunks(count, kChunk, [&](std::size_t begin, std::size_t end) {
         for (std::size_t n = begin; n < end; ++n) {
-            const auto X = cornersOf(triangles_, n);
+            const auto X = triangles_.cornersOf(n);
             for (std::size_t k = 0; k < 3; ++k) {
                 const Vec3 u = X[(k + 1) % 3] - X[k], v = X[(k + 2) % 3] - X[k];
                 angles[n][k] = float(std::atan2(u.cross(v).norm(), u.dot(v)));

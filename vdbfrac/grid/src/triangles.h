@@ -21,6 +21,10 @@ struct Triangles {
     std::size_t polygonCount() const { return corners.size(); }
     std::size_t pointCount() const { return points.size(); }
     std::size_t vertexCount(std::size_t) const { return 3; }
+    std::array<Vec3, 3> cornersOf(std::size_t n) const
+    {
+        return {points[corners[n][0]], points[corners[n][1]], points[corners[n][2]]};
+    }
     void getIndexSpacePoint(std::size_t n, std::size_t v, openvdb::Vec3d& p) const
     {
         const Vec3& X = points[corners[n][v]];
@@ -29,18 +33,18 @@ struct Triangles {
 };
 
 /// tools::meshToVolume: distances [m] within `halfWidth` voxels of the triangles, and which of them is the closest to
-/// each voxel. `flags` as there.
+/// each voxel. Without removal of intersections and without renormalization.
 struct Voxelized {
     openvdb::FloatGrid::Ptr phi;
     openvdb::Int32Grid::Ptr closest;
 };
-Voxelized voxelize(const Triangles& triangles, double voxelSize, float halfWidth, int flags);
+Voxelized voxelize(const Triangles& triangles, double voxelSize, float halfWidth);
 
 /// Of a triangle among others.
 ClosestPoint closestPoint(const Triangles& triangles, std::size_t triangle, const Vec3& X);
 
-/// Boxes round the triangles in a binary tree, to find those that a short segment crosses. Triangles are in the order
-/// of a Morton curve, so the tree has no pointers: node n has the children 2n and 2n + 1.
+/// Boxes round the triangles in a binary tree, to find those that a short segment crosses. Triangles
+/// are in the order of a Morton curve, so the tree has no pointers: node n has the children 2n and 2n + 1.
 class TriangleTree {
 public:
     explicit TriangleTree(const Triangles& triangles);

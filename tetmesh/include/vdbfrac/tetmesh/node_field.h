@@ -56,6 +56,13 @@ public:
     void set(Coord c, T value) { block(c)[local(c)] = value; }
     T& at(Coord c) { return block(c)[local(c)]; }  ///< valid until another block is written first
 
+    /// Null where no block is, or c is beyond the box.
+    T* find(Coord c)
+    {
+        const std::size_t b = blockIndex(c);
+        return b == kNowhere || directory_[b] < 0 ? nullptr : &blocks_[std::size_t(directory_[b])][local(c)];
+    }
+
     /// Marks the whole block that holds c as deep inside.
     void fillInside(Coord c)
     {

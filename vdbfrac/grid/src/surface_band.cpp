@@ -1,0 +1,370 @@
+#include "surface_band.h"
+
+#include "triangles.h"
+
+#include <vdbfrac/base/error.h>
+#include <vdbfrac/base/grouping.h>
+#include <vdbfrac/base/parallel.h>
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+namespace vdbfrac::grid {
+
+namespace {
+
+using Block = SurfaceBand::Block;
+constexpr int kEdge = SurfaceBand::kEdge;
+constexpr double kWidth = SurfaceBand::kWidth;
+constexpr double kMaxReach = 1 << 20;  // voxels: a level set of more along an axis is not worth its memory
+
+constexpr int kVoxels = SurfaceBand::kVoxels;
+constexpr float kOnSurface = 1e-6f;  // voxels: nearer is on the surface, to the rounding of floats
+
+std::size_t indexOf(int x, int y, int z) { return std::size_t((x * kEdge + y) * kEdge + z); }
+Coord placeOf(int index) { return SurfaceBand::placeOf(index); }
+
+Triangles inVoxels(const tetmesh::Surface& surface, double voxelSize)
+{
+    if (!(voxelSize > 0)) throw Error("the voxel size must be above 0");
+    Triangles triangles;
+    triangles.points.reserve(surface.points.size());
+    for (const Vec3& x : surface.points) {
+        if (!x.allFinite() || x.cwiseAbs().maxCoeff() > kMaxReach * voxelSize)
+            throw Error("the surface has coordinates that are not finite, or too large for its voxel size");
+        triangles.points.push_back(x / voxelSize);
+    }
+    for (const auto& triangle : surface.triangles)
+        for (const std::uint32_t corner : triangle)
+            if (corner >= surface.points.size()) throw Error("the surface has indices out of range");
+    triangles.corners = surface.triangles;
+    return triangles;
+}
+
+/// Blocks, from the first to the last along each axis.
+struct Blocks {
+    Coord first{}, last{-1, -1, -1};
+    friend bool operator==(const Blocks&, const Blocks&) = default;
+
+    /// Those with voxels in the box round a triangle and `around` voxels more.
+    Blocks(const std::array<Vec3, 3>& corner, double around)
+    {
+        const auto& [a, b, c] = corner;
+        first = blockOf(a.cwiseMin(b).cwiseMin(c) - Vec3::Constant(around));
+        last = blockOf(a.cwiseMax(b).cwiseMax(c) + Vec3::Constant(around));
+    }
+    Blocks() = default;
+
+    static Coord blockOf(const Vec3& X)
+    {
+        const auto along = [&](int a) { return floorDiv(int(std::floor(X[a])), kEdge); };
+        return {along(0), along(1), along(2)};
+    }
+    /// Calls visit(lowest voxel) for each.
+    template <class Visit>
+    void each(const Visit& visit) const
+    {
+        for (int x = first.x; x <= last.x; ++x)
+            for (int y = first.y; y <= last.y; ++y)
+                for (int z = first.z; z <= last.z; ++z) visit(kEdge * Coord{x, y, z});
+    }
+};
+
+std::vector<Coord> blocksNear(const Triangles& triangles)
+{
+    std::vector<Coord> blocks = gatherChunks<Coord>(
+        triangles.corners.size(), kChunk, [&](std::size_t begin, std::size_t end, std::vector<Coord>& found) {
+            Blocks before;  // triangles that follow each other mostly lie beside each other
+            for (std::size_t n = begin; n < end; ++n) {
+                const Blocks own(triangles.cornersOf(n), kWidth);
+                if (own == before) continue;
+                own.each([&](const Coord& low) { found.push_back(low); });
+                before = own;
+            }
+            sortUnique(found);
+        });
+    sortUnique(blocks);
+    return blocks;
+}
+
+/// Distances without sign. Those within a voxel are exact; from there on the triangles closest to the neighbours of a
+/// voxel are looked at.
+class Distances {
+public:
+    Distances(const Triangles& triangles, std::vector<Block>& blocks) : triangles_(triangles), blocks_(blocks) {}
+
+    void measure()
+    {
+        const Groups near = groupItems(blocks_.size(), [&](const auto& add) {
+            for (std::uint32_t n = 0; n < triangles_.corners.size(); ++n)
+                Blocks(triangles_.cornersOf(n), kNear).each([&](const Coord& low) { add(numberOf(low), n); });
+        });
+        parallelChunks(blocks_.size(), 1, [&](std::size_t b, std::size_t) { start(blocks_[b], near[b]); });
+        findBeside();
+        while (widen()) {}
+    }
+
+private:
+    static constexpr double kNear = 1;  // voxels
+
+    std::size_t numberOf(const Coord& low) const
+    {
+        const auto at = std::lower_bound(blocks_.begin(), blocks_.end(), low,
+                                         [](const Block& block, const Coord& l) { return block.low < l; });
+        return at != blocks_.end() && at->low == low ? std::size_t(at - blocks_.begin()) : kNowhere;
+    }
+
+    /// Is this triangle closer, or as close and before the other?
+    bool look(const Vec3& X, std::uint32_t triangle, float& phi, std::uint32_t& closest) const
+    {
+        const float d = float((closestPoint(triangles_, triangle, X).at - X).norm());
+        if (!(d < phi || (d == phi && triangle < closest))) return false;
+        phi = d, closest = triangle;
+        return true;
+    }
+
+    void start(Block& block, std::span<const std::uint32_t> near) const
+    {
+        block.phi.fill(float(kWidth));
+        block.closest.fill(SurfaceBand::kFar);
+        block.isNew.fill(0);
+        for (const std::uint32_t n : near) {
+            const auto [a, b, c] = triangles_.cornersOf(n);
+            const Vec3 middle = (a + b + c) / 3;
+            const double size = std::sqrt(
+                std::max({(a - middle).squaredNorm(), (b - middle).squaredNorm(), (c - middle).squaredNorm()}));
+            const Vec3 lower = a.cwiseMin(b).cwiseMin(c) - block.low.toVec() - Vec3::Constant(kNear),
+                       upper = a.cwiseMax(b).cwiseMax(c) - block.low.toVec() + Vec3::Constant(kNear);
+            const auto first = [&](int k) { return std::max(0, int(std::ceil(lower[k]))); };
+            const auto last = [&](int k) { return std::min(kEdge - 1, int(std::floor(upper[k]))); };
+            for (int x = first(0); x <= last(0); ++x)
+                for (int y = first(1); y <= last(1); ++y)
+                    for (int z = first(2); z <= last(2); ++z) {
+                        const std::size_t i = indexOf(x, y, z);
+                        const Vec3 X = (block.low + Coord{x, y, z}).toVec();
+                        const double reach = size + double(block.phi[i]);
+                        if ((X - middle).squaredNorm() > reach * reach) continue;
+                        block.isNew[i] |= look(X, n, block.phi[i], block.closest[i]);
+                    }
+        }
+    }
+
+    void findBeside()
+    {
+        beside_.resize(blocks_.size());
+        changed_.assign(blocks_.size(), 1);
+        parallelChunks(blocks_.size(), 8, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t b = begin; b < end; ++b)
+                for (std::size_t side = 0; side < 6; ++side)
+                    beside_[b][side] = numberOf(blocks_[b].low + kEdge * kSides[side]);
+        });
+    }
+
+    /// Looks at the triangles of neighbours that are new; has that found any that are closer?
+    bool widen()
+    {
+        std::vector<Block> wider(blocks_);
+        std::vector<std::uint8_t> changed(blocks_.size(), 0);
+        parallelChunks(blocks_.size(), 1, [&](std::size_t b, std::size_t) {
+            const auto isChanged = [&](std::size_t other) { return other != kNowhere && changed_[other] != 0; };
+            const bool isBeside = std::any_of(beside_[b].begin(), beside_[b].end(), isChanged);
+            if (isBeside || changed_[b] != 0) changed[b] = widenBlock(b, wider[b]);
+        });
+        blocks_.swap(wider);
+        changed_.swap(changed);
+        return std::any_of(changed_.begin(), changed_.end(), [](std::uint8_t c) { return c != 0; });
+    }
+
+    bool widenBlock(std::size_t b, Block& wider) const
+    {
+        wider.isNew.fill(0);
+        bool changed = false;
+        for (int i = 0; i < kVoxels; ++i) {
+            const Coord at = placeOf(i);
+            float& phi = wider.phi[std::size_t(i)];
+            if (double(phi) <= kNear) continue;
+            std::uint32_t& closest = wider.closest[std::size_t(i)];
+            for (std::size_t side = 0; side < 6; ++side) {
+                const Coord n = at + kSides[side];
+                const bool isOwn = ((n.x | n.y | n.z) & ~(kEdge - 1)) == 0;
+                const std::size_t other = isOwn ? b : beside_[b][side];
+                if (other == kNowhere) continue;
+                const std::size_t j = indexOf(n.x & (kEdge - 1), n.y & (kEdge - 1), n.z & (kEdge - 1));
+                if (!blocks_[other].isNew[j] || blocks_[other].closest[j] == closest) continue;
+                if (look((wider.low + at).toVec(), blocks_[other].closest[j], phi, closest))
+                    wider.isNew[std::size_t(i)] = 1, changed = true;
+            }
+        }
+        return changed;
+    }
+
+    static constexpr std::size_t kNowhere = ~std::size_t{0};
+    static constexpr Coord kSides[6] = {{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}};
+
+    const Triangles& triangles_;
+    std::vector<Block>& blocks_;
+    std::vector<std::array<std::size_t, 6>> beside_;
+    std::vector<std::uint8_t> changed_;  // blocks with voxels that are new
+};
+
+/// Where lines along z through voxels go through the surface.
+class Lines {
+public:
+    explicit Lines(const Triangles& triangles)
+    {
+        crossings_ = gatherChunks<Crossing>(triangles.corners.size(), kChunk,
+                                            [&](std::size_t begin, std::size_t end, std::vector<Crossing>& found) {
+                                                for (std::size_t n = begin; n < end; ++n)
+                                                    cross(triangles.cornersOf(n), found);
+                                            });
+        std::sort(crossings_.begin(), crossings_.end());
+    }
+
+    /// How often the surface winds round each of a row of voxels.
+    std::array<int, kEdge> winding(int x, int y, int firstZ) const
+    {
+        std::array<int, kEdge> row{};
+        auto at = std::lower_bound(crossings_.begin(), crossings_.end(), Crossing{x, y, -kInfinity, 0});
+        int winding = 0;
+        for (int i = 0; i < kEdge; ++i) {
+            for (; at != crossings_.end() && at->x == x && at->y == y && at->z < firstZ + i; ++at)
+                winding += at->enters;
+            row[std::size_t(i)] = winding;
+        }
+        return row;
+    }
+
+private:
+    static constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    struct Crossing {
+        int x, y;
+        double z;
+        int enters;  // 1; -1 where the line leaves the material
+        auto operator<=>(const Crossing&) const = default;
+    };
+
+    /// Where an edge goes through the plane of an x. Both triangles of an edge see the same numbers, so a line passes
+    /// one of them exactly, however near the edge it is.
+    static Vec3 onEdge(Vec3 a, Vec3 b, int x)
+    {
+        if (b.x() < a.x()) std::swap(a, b);
+        return a + (x - a.x()) / (b.x() - a.x()) * (b - a);
+    }
+
+    static void cross(const std::array<Vec3, 3>& corner, std::vector<Crossing>& found)
+    {
+        const auto [lowest, highest] = std::minmax({corner[0].x(), corner[1].x(), corner[2].x()});
+        for (int x = int(std::ceil(lowest)); x <= int(std::floor(highest)); ++x) {
+            Vec3 rising = Vec3::Zero(), falling = Vec3::Zero();
+            int edges = 0;
+            for (std::size_t k = 0; k < 3; ++k) {
+                const Vec3 &a = corner[k], &b = corner[(k + 1) % 3];
+                if ((a.x() < x) == (b.x() < x)) continue;
+                (a.x() < x ? rising : falling) = onEdge(a, b, x);
+                ++edges;
+            }
+            if (edges != 2) continue;
+            const double from = std::min(rising.y(), falling.y()), to = std::max(rising.y(), falling.y());
+            // Seen against z, corners that run counter-clockwise have their rising edge at the lower y.
+            const int enters = rising.y() < falling.y() ? -1 : 1;
+            for (int y = int(std::ceil(from)); y < to; ++y) {
+                const double part = (y - rising.y()) / (falling.y() - rising.y());
+                found.push_back({x, y, rising.z() + part * (falling.z() - rising.z()), enters});
+            }
+        }
+    }
+
+    std::vector<Crossing> crossings_;
+};
+
+void sign(const Lines& lines, Block& block)
+{
+    for (int x = 0; x < kEdge; ++x)
+        for (int y = 0; y < kEdge; ++y) {
+            const auto winding = lines.winding(block.low.x + x, block.low.y + y, block.low.z);
+            for (int z = 0; z < kEdge; ++z)
+                if (float& phi = block.phi[indexOf(x, y, z)]; winding[std::size_t(z)] != 0 || phi < kOnSurface)
+                    phi = -std::max(phi, kOnSurface);
+        }
+}
+
+/// Voxels outside that are near the surface become inside where none that is not near can be reached from them.
+class Specks {
+public:
+    explicit Specks(std::vector<Block>& blocks) : blocks_(blocks) {}
+
+    void fill()
+    {
+        findDoubtful();
+        std::vector<std::size_t> open;  // of those that were reached, whose neighbours may be
+        std::vector<std::uint8_t> isReached(doubtful_.size(), 0);
+        const auto reach = [&](std::size_t i) {
+            if (!isReached[i]) isReached[i] = 1, open.push_back(i);
+        };
+        for (std::size_t i = 0; i < doubtful_.size(); ++i)
+            eachNeighbour(doubtful_[i], [&](const Coord& n) {
+                if (const float* phi = phiAt(n); phi && *phi >= kNear) reach(i);
+            });
+        while (!open.empty()) {
+            const Coord c = doubtful_[open.back()];
+            open.pop_back();
+            eachNeighbour(c, [&](const Coord& n) {
+                const auto at = std::lower_bound(doubtful_.begin(), doubtful_.end(), n);
+                if (at != doubtful_.end() && *at == n) reach(std::size_t(at - doubtful_.begin()));
+            });
+        }
+        for (std::size_t i = 0; i < doubtful_.size(); ++i)
+            if (!isReached[i]) *phiAt(doubtful_[i]) = -std::max(*phiAt(doubtful_[i]), kOnSurface);
+    }
+
+private:
+    static constexpr float kNear = .5f;  // voxels
+
+    void findDoubtful()
+    {
+        for (const Block& block : blocks_)
+            for (int i = 0; i < kVoxels; ++i)
+                if (const float phi = block.phi[std::size_t(i)]; phi >= 0 && phi < kNear)
+                    doubtful_.push_back(block.low + placeOf(i));
+        std::sort(doubtful_.begin(), doubtful_.end());
+    }
+
+    float* phiAt(const Coord& c)
+    {
+        const Coord low = kEdge * Coord{floorDiv(c.x, kEdge), floorDiv(c.y, kEdge), floorDiv(c.z, kEdge)};
+        const auto block = std::lower_bound(blocks_.begin(), blocks_.end(), low,
+                                            [](const Block& b, const Coord& l) { return b.low < l; });
+        if (block == blocks_.end() || block->low != low) return nullptr;
+        return &block->phi[indexOf(c.x - low.x, c.y - low.y, c.z - low.z)];
+    }
+
+    template <class Visit>
+    static void eachNeighbour(const Coord& c, const Visit& visit)
+    {
+        for (int n = 0; n < 27; ++n)
+            if (n != 13) visit(c + Coord{n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1});
+    }
+
+    std::vector<Block>& blocks_;
+    std::vector<Coord> doubtful_;  // sorted
+};
+
+}  // namespace
+
+SurfaceBand surfaceBand(const tetmesh::Surface& surface, double voxelSize)
+{
+    const Triangles triangles = inVoxels(surface, voxelSize);
+    SurfaceBand band;
+    for (const Coord& low : blocksNear(triangles)) band.blocks.emplace_back().low = low;
+    Distances(triangles, band.blocks).measure();
+    parallelChunks(band.blocks.size(), 1,
+                   [&, lines = Lines(triangles)](std::size_t b, std::size_t) { sign(lines, band.blocks[b]); });
+    std::erase_if(band.blocks, [](const Block& block) {
+        return std::all_of(block.closest.begin(), block.closest.end(), [](auto n) { return n == SurfaceBand::kFar; });
+    });
+    Specks(band.blocks).fill();
+    return band;
+}
+
+}  // namespace vdbfrac::grid
