@@ -1,6 +1,7 @@
 #include <vdbfrac/solver/linear_solver.h>
 
 #include "assembly.h"
+#include "coupled_diagonal.h"
 #include "block_diagonal.h"
 #include "multigrid.h"
 #include "node_loops.h"
@@ -232,35 +233,6 @@ double meanDiagonal(const LinearSystem& system)
            double(mass.size());
 }
 
-/// How strongly each node is coupled: trace of its diagonal block [N/m].
-using Diagonals = std::vector<std::pair<std::uint32_t, double>>;
-
-Diagonals diagonalsOf(const NodeBlocks* blocks)
-{
-    Diagonals of;
-    for (std::size_t r = 0; blocks && r < blocks->rows(); ++r) {
-        const SymmetricBlock& own = blocks->diagonal(r);
-        of.emplace_back(blocks->node(r), double(own[0]) + double(own[1]) + double(own[2]));
-    }
-    return of;
-}
-
-/// Have couplings come, gone or changed so much that a preconditioner would rather know?
-bool changedMuch(const Diagonals& before, const NodeBlocks* blocks)
-{
-    constexpr double kMuch = 0.05;  // of their sum
-    const Diagonals now = diagonalsOf(blocks);
-    double change = 0, size = 0;
-    auto a = before.begin();
-    for (const auto& [node, trace] : now) {
-        for (; a != before.end() && a->first < node; ++a) change += a->second, size += a->second;
-        const double was = a != before.end() && a->first == node ? a++->second : 0;
-        change += std::abs(trace - was), size += std::max(trace, was);
-    }
-    for (; a != before.end(); ++a) change += a->second, size += a->second;
-    return change > kMuch * size;
-}
-
 struct Direct {
     Eigen::CholmodSupernodalLLT<Eigen::SparseMatrix<double>> factor;
     std::vector<std::uint8_t> fixed;  // of the analysed pattern
@@ -274,7 +246,7 @@ struct LinearSolver::Data {
     LinearMethod method;
     LinearPrecision precision;
     LinearMethod prepared = LinearMethod::automatic;  // what there is a preconditioner for; automatic: nothing
-    Diagonals preparedBlocks = {};                    // of the couplings in it
+    CoupledDiagonal preparedBlocks = {};              // of the couplings in it
     Vectors<Vec3> vectors;
     Vectors<Vec3f> singles;
     BlockDiagonal inverse;
@@ -306,13 +278,19 @@ LinearReport LinearSolver::solve(const LinearSystem& system, std::span<const Vec
     const double size = std::sqrt(dot(b, b)), scale = size > 0 ? meanDiagonal(system) / size : 1;
     if (!same)
         prepare(system, method);
-    else if (changedMuch(d.preparedBlocks, system.blocks))
+    else if (d.preparedBlocks.changesMuch(system.blocks) ||
+             (d.prepared == LinearMethod::multigrid && d.preparedBlocks.growsMuch(system)))
         prepareAgain(system);
-    if (d.prepared == LinearMethod::multigrid) {
+    for (bool isOwn = !same; d.prepared == LinearMethod::multigrid; isOwn = true) {
         LinearReport report = conjugateGradient(system, WCycle(*d.multigrid), b, scale, u, limits, d.vectors);
         report.method = method;
         if (report.status != LinearStatus::negativeCurvature) return report;
-        prepare(system, LinearMethod::jacobi);  // which tells whether it was the matrix or the W-cycle
+        // What was made for other couplings may be indefinite. If that of these is too, block-Jacobi tells whether it
+        // was the matrix.
+        if (isOwn)
+            prepare(system, LinearMethod::jacobi);
+        else
+            prepareAgain(system);
     }
     const BlockJacobi jacobi(d.inverse);
     const bool single = d.precision == LinearPrecision::mixed && limits.tolerance >= kSingle;
@@ -325,7 +303,7 @@ void LinearSolver::prepare(const LinearSystem& system, LinearMethod method)
 {
     Data& d = *data_;
     d.prepared = method;
-    d.preparedBlocks = diagonalsOf(system.blocks);
+    d.preparedBlocks = CoupledDiagonal(system.blocks);
     if (method == LinearMethod::multigrid) {
         if (!d.multigrid && Multigrid::fits(*d.elastic)) d.multigrid = std::make_unique<Multigrid>(*d.elastic);
         if (d.multigrid && d.multigrid->setUp(system)) return;
@@ -341,7 +319,7 @@ void LinearSolver::prepareAgain(const LinearSystem& system)
     if (d.prepared != LinearMethod::multigrid || !d.multigrid->couple(system))
         prepare(system, LinearMethod::jacobi);
     else
-        d.preparedBlocks = diagonalsOf(system.blocks);
+        d.preparedBlocks = CoupledDiagonal(system.blocks);
 }
 
 void LinearSolver::rebind(const ElasticOperator& elastic)

@@ -252,4 +252,28 @@ TEST(CoupledSystems, PreconditionerTakesUpWhatHasChangedMuch)
     }
 }
 
+/// What touches that did not when the W-cycle was made, among hundreds that go on touching.
+TEST(CoupledSystems, AFewMoreOfManyAreTakenUp)
+{
+    TiedBlocks tied(16, 30);
+    const std::vector<Coupling> all = tied.couplings;
+    solver::LinearSolver linear(tied.solid->elastic(), LinearMethod::multigrid);
+    std::vector<Vec3> u(tied.solid->nodeCount());
+    const auto once = [&](std::size_t without, bool same) {
+        tied.couplings = all;
+        tied.couplings.erase(tied.couplings.begin() + std::ptrdiff_t(all.size() / 2),
+                             tied.couplings.begin() + std::ptrdiff_t(all.size() / 2 + without));
+        tied.blocks = NodeBlocks(tied.couplings, tied.solid->nodeCount());
+        return linear.solve(tied.system(), tied.pull(), u, {1e-6, 20000}, same);
+    };
+    const int fresh = once(0, false).iterations;
+    for (const std::size_t more : {1u, 3u, 8u}) {
+        (void)once(more, false);
+        const auto report = once(0, true);
+        EXPECT_EQ(report.status, LinearStatus::converged) << more;
+        EXPECT_EQ(report.method, LinearMethod::multigrid) << more;
+        EXPECT_LE(report.iterations, fresh + 3) << more;
+    }
+}
+
 }  // namespace

@@ -246,7 +246,8 @@ void Generator::solver()
         text_ += format("linear_solver = \"%s\"\n", method == 0 ? "jacobi" : method == 1 ? "multigrid" : "direct");
 }
 
-/// Bodies side by side that see each other and themselves, and a wall or a ball that comes from below.
+/// Bodies side by side that see each other and themselves, and a wall or a ball that comes from below; what is slow
+/// for some steps falls asleep.
 void Generator::touch(const Body& b)
 {
     Dice& dice = touching_;
@@ -263,6 +264,9 @@ void Generator::touch(const Body& b)
                  list(b.center - (size_ / 2 + gap + radius) * Vec3::UnitY()) + " } }\n";
     const double speed = std::min(dice.decades(1e-3, .3) * b.sound, size_ / span());
     text_ += format("friction = %.4f\nmove = { velocity = [0, %.6g, 0] }\n", dice.uniform(0, 1), speed);
+    if (dice.chance(.5))
+        text_ += format("[sleep]\nspeed = %.6g\nafter = %.6g\n", dice.decades(.1, 10) * speed,
+                        dice.uniform(.05, .5) * span());
 }
 
 std::string Generator::scene()

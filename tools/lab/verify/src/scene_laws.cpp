@@ -94,9 +94,10 @@ private:
         const double allowed = kResidualSlack * run_.scene.solver.newtonTolerance * b.openWork + b.rounding;
         outcome_.solveGain = std::max(outcome_.solveGain, (b.growth - allowed) / b.turnover);
         requireAtMost("energy beyond the work done", b.growth, allowed + b.nonconvex);
-        const auto removed = record.energyFlow.find("removed");
-        const double reported =
-            record.kineticEnergy + record.elasticEnergy + (removed != record.energyFlow.end() ? removed->second : 0);
+        double reported = record.kineticEnergy + record.elasticEnergy;
+        for (const char* taken : {"removed", "sleep_dissipated"})
+            if (const auto flow = record.energyFlow.find(taken); flow != record.energyFlow.end())
+                reported += flow->second;
         requireAtMost("reported energy", std::abs(reported - b.kinetic - b.elastic), b.rounding);
         for (std::size_t g = 0; g < b.gripLoad.size(); ++g)
             requireAtMost("reported load", (record.gripLoad[g] - b.gripLoad[g]).norm(),
