@@ -176,6 +176,16 @@ TEST(SurfaceBand, NarrowGapsLeaveNoSpecks)
     EXPECT_EQ(within, 15u * 13u);
 }
 
+/// The box round such a one holds a million blocks.
+TEST(SurfaceBand, ALongSliverTakesOnlyWhatIsNearIt)
+{
+    Surface surface;
+    surface.points = {{0, 0, 0}, {90, 91, 92}, {90.05, 91, 92}, {90, 91.05, 92}};
+    surface.triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
+    surface.fragment.resize(4);
+    EXPECT_LT(grid::surfaceBand(surface, kDx).blocks.size(), 2500u);
+}
+
 TEST(SurfaceBand, HasTheSameBitsForAnyNumberOfThreads)
 {
     const auto bits = [](int threads) {

@@ -17,13 +17,11 @@ namespace {
 using Block = SurfaceBand::Block;
 constexpr int kEdge = SurfaceBand::kEdge;
 constexpr double kWidth = SurfaceBand::kWidth;
-constexpr double kMaxReach = 1 << 20;  // voxels: a level set of more along an axis is not worth its memory
-
 constexpr int kVoxels = SurfaceBand::kVoxels;
-constexpr float kOnSurface = 1e-6f;  // voxels: nearer is on the surface, to the rounding of floats
+constexpr double kMaxReach = 1 << 20;  // voxels: a level set of more along an axis is not worth its memory
+constexpr float kOnSurface = 1e-6f;    // voxels: nearer is on the surface, to the rounding of floats
 
 std::size_t indexOf(int x, int y, int z) { return std::size_t((x * kEdge + y) * kEdge + z); }
-Coord placeOf(int index) { return SurfaceBand::placeOf(index); }
 
 Triangles inVoxels(const tetmesh::Surface& surface, double voxelSize)
 {
@@ -42,50 +40,51 @@ Triangles inVoxels(const tetmesh::Surface& surface, double voxelSize)
     return triangles;
 }
 
-/// Blocks, from the first to the last along each axis.
-struct Blocks {
-    Coord first{}, last{-1, -1, -1};
-    friend bool operator==(const Blocks&, const Blocks&) = default;
-
-    /// Those with voxels in the box round a triangle and `around` voxels more.
-    Blocks(const std::array<Vec3, 3>& corner, double around)
-    {
-        const auto& [a, b, c] = corner;
-        first = blockOf(a.cwiseMin(b).cwiseMin(c) - Vec3::Constant(around));
-        last = blockOf(a.cwiseMax(b).cwiseMax(c) + Vec3::Constant(around));
+/// Calls visit(lowest voxel) for blocks with voxels within `around` of a triangle, and some more; for some twice.
+template <class Visit>
+void eachBlockNear(const std::array<Vec3, 3>& corner, double around, const Visit& visit)
+{
+    constexpr double kSmall = 2 * kEdge;  // a box round a large triangle would be nearly empty
+    const auto& [a, b, c] = corner;
+    const Vec3 lower = a.cwiseMin(b).cwiseMin(c), upper = a.cwiseMax(b).cwiseMax(c);
+    if ((upper - lower).maxCoeff() > kSmall) {
+        const std::array<double, 3> length{(b - a).norm(), (c - b).norm(), (a - c).norm()};
+        const std::size_t k = std::size_t(std::max_element(length.begin(), length.end()) - length.begin());
+        const Vec3 &from = corner[k], &to = corner[(k + 1) % 3], &beside = corner[(k + 2) % 3], half = .5 * (from + to);
+        eachBlockNear({from, half, beside}, around, visit);
+        eachBlockNear({half, to, beside}, around, visit);
+        return;
     }
-    Blocks() = default;
-
-    static Coord blockOf(const Vec3& X)
-    {
-        const auto along = [&](int a) { return floorDiv(int(std::floor(X[a])), kEdge); };
-        return {along(0), along(1), along(2)};
-    }
-    /// Calls visit(lowest voxel) for each.
-    template <class Visit>
-    void each(const Visit& visit) const
-    {
-        for (int x = first.x; x <= last.x; ++x)
-            for (int y = first.y; y <= last.y; ++y)
-                for (int z = first.z; z <= last.z; ++z) visit(kEdge * Coord{x, y, z});
-    }
-};
+    const auto blockOf = [](const Vec3& X) {
+        const auto along = [&](int k) { return floorDiv(int(std::floor(X[k])), kEdge); };
+        return Coord{along(0), along(1), along(2)};
+    };
+    const Coord first = blockOf(lower - Vec3::Constant(around)), last = blockOf(upper + Vec3::Constant(around));
+    for (int x = first.x; x <= last.x; ++x)
+        for (int y = first.y; y <= last.y; ++y)
+            for (int z = first.z; z <= last.z; ++z) visit(kEdge * Coord{x, y, z});
+}
 
 std::vector<Coord> blocksNear(const Triangles& triangles)
 {
     std::vector<Coord> blocks = gatherChunks<Coord>(
         triangles.corners.size(), kChunk, [&](std::size_t begin, std::size_t end, std::vector<Coord>& found) {
-            Blocks before;  // triangles that follow each other mostly lie beside each other
-            for (std::size_t n = begin; n < end; ++n) {
-                const Blocks own(triangles.cornersOf(n), kWidth);
-                if (own == before) continue;
-                own.each([&](const Coord& low) { found.push_back(low); });
-                before = own;
-            }
+            for (std::size_t n = begin; n < end; ++n)
+                eachBlockNear(triangles.cornersOf(n), kWidth, [&](const Coord& low) { found.push_back(low); });
             sortUnique(found);
         });
     sortUnique(blocks);
     return blocks;
+}
+
+constexpr std::size_t kNowhere = ~std::size_t{0};
+
+/// The number of a block; `low`: its lowest voxel.
+std::size_t numberOf(const std::vector<Block>& blocks, const Coord& low)
+{
+    const auto at = std::lower_bound(blocks.begin(), blocks.end(), low,
+                                     [](const Block& block, const Coord& l) { return block.low < l; });
+    return at != blocks.end() && at->low == low ? std::size_t(at - blocks.begin()) : kNowhere;
 }
 
 /// Distances without sign. Those within a voxel are exact; from there on the triangles closest to the neighbours of a
@@ -98,22 +97,18 @@ public:
     {
         const Groups near = groupItems(blocks_.size(), [&](const auto& add) {
             for (std::uint32_t n = 0; n < triangles_.corners.size(); ++n)
-                Blocks(triangles_.cornersOf(n), kNear).each([&](const Coord& low) { add(numberOf(low), n); });
+                eachBlockNear(triangles_.cornersOf(n), kNear,
+                              [&](const Coord& low) { add(numberOf(blocks_, low), n); });
         });
-        parallelChunks(blocks_.size(), 1, [&](std::size_t b, std::size_t) { start(blocks_[b], near[b]); });
+        isNew_.resize(blocks_.size());
+        parallelChunks(blocks_.size(), 1, [&](std::size_t b, std::size_t) { start(blocks_[b], isNew_[b], near[b]); });
         findBeside();
         while (widen()) {}
     }
 
 private:
     static constexpr double kNear = 1;  // voxels
-
-    std::size_t numberOf(const Coord& low) const
-    {
-        const auto at = std::lower_bound(blocks_.begin(), blocks_.end(), low,
-                                         [](const Block& block, const Coord& l) { return block.low < l; });
-        return at != blocks_.end() && at->low == low ? std::size_t(at - blocks_.begin()) : kNowhere;
-    }
+    using Marks = std::array<std::uint8_t, kVoxels>;
 
     /// Is this triangle closer, or as close and before the other?
     bool look(const Vec3& X, std::uint32_t triangle, float& phi, std::uint32_t& closest) const
@@ -124,11 +119,11 @@ private:
         return true;
     }
 
-    void start(Block& block, std::span<const std::uint32_t> near) const
+    void start(Block& block, Marks& isNew, std::span<const std::uint32_t> near) const
     {
         block.phi.fill(float(kWidth));
         block.closest.fill(SurfaceBand::kFar);
-        block.isNew.fill(0);
+        isNew.fill(0);
         for (const std::uint32_t n : near) {
             const auto [a, b, c] = triangles_.cornersOf(n);
             const Vec3 middle = (a + b + c) / 3;
@@ -145,7 +140,7 @@ private:
                         const Vec3 X = (block.low + Coord{x, y, z}).toVec();
                         const double reach = size + double(block.phi[i]);
                         if ((X - middle).squaredNorm() > reach * reach) continue;
-                        block.isNew[i] |= look(X, n, block.phi[i], block.closest[i]);
+                        isNew[i] |= look(X, n, block.phi[i], block.closest[i]);
                     }
         }
     }
@@ -157,7 +152,7 @@ private:
         parallelChunks(blocks_.size(), 8, [&](std::size_t begin, std::size_t end) {
             for (std::size_t b = begin; b < end; ++b)
                 for (std::size_t side = 0; side < 6; ++side)
-                    beside_[b][side] = numberOf(blocks_[b].low + kEdge * kSides[side]);
+                    beside_[b][side] = numberOf(blocks_, blocks_[b].low + kEdge * kSides[side]);
         });
     }
 
@@ -165,23 +160,24 @@ private:
     bool widen()
     {
         std::vector<Block> wider(blocks_);
+        std::vector<Marks> isNewer(blocks_.size());
         std::vector<std::uint8_t> changed(blocks_.size(), 0);
         parallelChunks(blocks_.size(), 1, [&](std::size_t b, std::size_t) {
             const auto isChanged = [&](std::size_t other) { return other != kNowhere && changed_[other] != 0; };
             const bool isBeside = std::any_of(beside_[b].begin(), beside_[b].end(), isChanged);
-            if (isBeside || changed_[b] != 0) changed[b] = widenBlock(b, wider[b]);
+            if (isBeside || changed_[b] != 0) changed[b] = widenBlock(b, wider[b], isNewer[b]);
         });
         blocks_.swap(wider);
+        isNew_.swap(isNewer);
         changed_.swap(changed);
         return std::any_of(changed_.begin(), changed_.end(), [](std::uint8_t c) { return c != 0; });
     }
 
-    bool widenBlock(std::size_t b, Block& wider) const
+    bool widenBlock(std::size_t b, Block& wider, Marks& isNewer) const
     {
-        wider.isNew.fill(0);
         bool changed = false;
         for (int i = 0; i < kVoxels; ++i) {
-            const Coord at = placeOf(i);
+            const Coord at = SurfaceBand::placeOf(i);
             float& phi = wider.phi[std::size_t(i)];
             if (double(phi) <= kNear) continue;
             std::uint32_t& closest = wider.closest[std::size_t(i)];
@@ -191,21 +187,21 @@ private:
                 const std::size_t other = isOwn ? b : beside_[b][side];
                 if (other == kNowhere) continue;
                 const std::size_t j = indexOf(n.x & (kEdge - 1), n.y & (kEdge - 1), n.z & (kEdge - 1));
-                if (!blocks_[other].isNew[j] || blocks_[other].closest[j] == closest) continue;
+                if (!isNew_[other][j] || blocks_[other].closest[j] == closest) continue;
                 if (look((wider.low + at).toVec(), blocks_[other].closest[j], phi, closest))
-                    wider.isNew[std::size_t(i)] = 1, changed = true;
+                    isNewer[std::size_t(i)] = 1, changed = true;
             }
         }
         return changed;
     }
 
-    static constexpr std::size_t kNowhere = ~std::size_t{0};
     static constexpr Coord kSides[6] = {{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}};
 
     const Triangles& triangles_;
     std::vector<Block>& blocks_;
     std::vector<std::array<std::size_t, 6>> beside_;
-    std::vector<std::uint8_t> changed_;  // blocks with voxels that are new
+    std::vector<Marks> isNew_;           // voxels whose triangle is
+    std::vector<std::uint8_t> changed_;  // blocks with such voxels
 };
 
 /// Where lines along z through voxels go through the surface.
@@ -326,17 +322,16 @@ private:
         for (const Block& block : blocks_)
             for (int i = 0; i < kVoxels; ++i)
                 if (const float phi = block.phi[std::size_t(i)]; phi >= 0 && phi < kNear)
-                    doubtful_.push_back(block.low + placeOf(i));
+                    doubtful_.push_back(block.low + SurfaceBand::placeOf(i));
         std::sort(doubtful_.begin(), doubtful_.end());
     }
 
     float* phiAt(const Coord& c)
     {
         const Coord low = kEdge * Coord{floorDiv(c.x, kEdge), floorDiv(c.y, kEdge), floorDiv(c.z, kEdge)};
-        const auto block = std::lower_bound(blocks_.begin(), blocks_.end(), low,
-                                            [](const Block& b, const Coord& l) { return b.low < l; });
-        if (block == blocks_.end() || block->low != low) return nullptr;
-        return &block->phi[indexOf(c.x - low.x, c.y - low.y, c.z - low.z)];
+        const std::size_t block = numberOf(blocks_, low);
+        if (block == kNowhere) return nullptr;
+        return &blocks_[block].phi[indexOf(c.x - low.x, c.y - low.y, c.z - low.z)];
     }
 
     template <class Visit>

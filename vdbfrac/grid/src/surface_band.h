@@ -1,8 +1,9 @@
 // Signed distances round a closed triangle surface, with the triangle each is to. Not installed.
 //
-// Distances are exact. A voxel is inside where the surface winds round it, by the triangles that a line from it along z
-// crosses: material that overlaps is inside, a closed hollow is not. Voxels in gaps that are narrower than a voxel
-// would be specks: they are inside, unless voxels beside each other lead out of the gap.
+// Distances are exact within a voxel; beyond they are those to the triangles closest to neighbours. A voxel is inside
+// where the surface winds round it, by the triangles that a line from it along z crosses: material that overlaps is
+// inside, a closed hollow is not. Voxels in gaps that are narrower than a voxel would be specks: they are inside,
+// unless voxels beside each other lead out of the gap.
 #pragma once
 
 #include <vdbfrac/base/vec.h>
@@ -25,7 +26,6 @@ struct SurfaceBand {
         Coord low;                                   // its lowest voxel
         std::array<float, kVoxels> phi;              // voxels; +-kWidth beyond the band
         std::array<std::uint32_t, kVoxels> closest;  // triangle; kFar beyond the band
-        std::array<std::uint8_t, kVoxels> isNew;     // while it is made
     };
     static Coord placeOf(int index) { return {index / kEdge / kEdge, index / kEdge % kEdge, index % kEdge}; }
 
