@@ -44,6 +44,10 @@ TEXT_TEAR = """`data/scenes/notched_block.toml`, a cube of 1 m with a notch that
 edge). Seconds a step by stage; first over all steps, then over those in which something tore. A run ends after a number of
 these. Shares are of the whole time, of which no stage accounts for a small part."""
 
+TEXT_TOUCH = """Two blocks of 1 m, a quarter as high, are pressed together and along each other with friction, in steps of 1/24 s
+(voxels along an edge). Of the steps in which they touch; *contact* finds what touches and what it does, the couplings in the linear systems are part of
+solving them. Without contact the blocks pass through each other."""
+
 STAGES = {
     "solve": "positions at the end of the step",
     "energy": "elastic energy of the tets",
@@ -288,6 +292,14 @@ def section_tear(result):
     return f"{TEXT_TEAR}\n\n{table(columns, rows)}\n\n" + "\n\n".join(parts) + f"\n\n{words}."
 
 
+def section_touch(result):
+    columns = [" voxels", " nodes", " couplings a step", " Newton iterations a step", " linear iterations a system", " without contact", " a step", " of it contact", " a step without"]
+    rows = [[t["voxels"], grouped(t["nodes"]), grouped(round(t["couplings_a_step"])), digits(t["newton_iterations_a_step"]), digits(t["linear_iterations_a_system"]),
+             digits(t["linear_iterations_a_system_without"]), seconds(t["seconds_a_step"]), f"{100 * t['contact_seconds_a_step'] / t['seconds_a_step']:.0f} %",
+             seconds(t["seconds_a_step_without"])] for t in result["touch"]]
+    return f"{TEXT_TOUCH}\n\n{table(columns, rows)}"
+
+
 def section_stages(result):
     stages = result["stages"]
     text = TEXT_STAGES.format(voxels=stages["voxels_across"], threads=threads_text(stages["threads"]))
@@ -305,6 +317,7 @@ SECTIONS = [("Machine", "machine", section_machine), ("Floors", "floors", sectio
             ("Iterations against the floor", "block", section_iteration), ("More threads", "block", section_threads),
             ("Linear solvers", "solvers", section_scaling), ("Time to a residual", "solvers", section_residual),
             ("Inner loops", "kernels", section_kernels), ("Tearing block", "tear", section_tear),
+            ("Pressed blocks", "touch", section_touch),
             ("Stages", "stages", section_stages), ("Memory", "memory", section_memory)]
 
 

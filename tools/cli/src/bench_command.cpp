@@ -17,7 +17,8 @@ namespace bench = lab::bench;
 
 namespace {
 
-const std::vector<std::string> kWorkloads = {"floors", "block", "tear", "stages", "solvers", "kernels", "memory"};
+const std::vector<std::string> kWorkloads = {"floors", "block",   "tear",    "touch",
+                                             "stages", "solvers", "kernels", "memory"};
 
 struct BenchOptions {
     CommonOptions common;
@@ -31,7 +32,7 @@ bench::Plan planOf(const std::string& set)
     constexpr int kAll = 1 << 20;  // more steps than a run has: to its last frame
     bench::Plan plan;
     if (set == "quick") {
-        plan.blocks = {{20, 12}}, plan.tears = {{20, 4, 24}};
+        plan.blocks = {{20, 12}}, plan.tears = {{20, 4, 24}}, plan.touches = {{16, 5}};
         plan.solverSizes = {17, 33}, plan.residualSizes = {9};
         return plan;
     }
@@ -39,11 +40,12 @@ bench::Plan planOf(const std::string& set)
     plan.residualSizes = {17, 33};
     if (set == "standard") {
         plan.blocks = {{20, 12}, {40, 12}, {60, 6}}, plan.tears = {{20, 40}, {50, 10}}, plan.ballVoxels = 64;
+        plan.touches = {{16, 5}, {64, 5}};
         plan.solverSizes = {17, 33, 65};
         return plan;
     }
     plan.blocks = {{20, 12}, {40, 12}, {60, 6}, {80, 4}, {100, 3}, {128, 2}};
-    plan.tears = {{20, kAll}, {50, 40}, {100, 6}};
+    plan.tears = {{20, kAll}, {50, 40}, {100, 6}}, plan.touches = {{16, 5}, {64, 5}, {126, 5}};
     plan.ballVoxels = 128;
     plan.solverSizes = {17, 33, 65, 129}, plan.residualSizes = {17, 33, 65};
     return plan;
@@ -71,6 +73,8 @@ bench::Json measure(const BenchOptions& options, const bench::Plan& plan, const 
         if (wanted("block")) result["block"].push_back(bench::benchBlock(size, plan.threads, floors, say));
     for (const bench::TearSize& size : plan.tears)
         if (wanted("tear")) result["tear"].push_back(bench::benchTear(size, say));
+    for (const bench::TouchSize& size : plan.touches)
+        if (wanted("touch")) result["touch"].push_back(bench::benchTouch(size, say));
     if (wanted("stages")) result["stages"] = bench::benchStages(plan.ballVoxels, floors, say);
     if (wanted("solvers")) result["solvers"] = bench::benchSolvers(plan, say);
     if (wanted("kernels")) result["kernels"] = bench::benchKernels(plan.ballVoxels, plan.threads, say);

@@ -17,9 +17,9 @@ namespace {
 using Block = SurfaceBand::Block;
 constexpr int kEdge = SurfaceBand::kEdge;
 constexpr double kWidth = SurfaceBand::kWidth;
-constexpr int kVoxels = SurfaceBand::kVoxels;
+constexpr int kInBlock = SurfaceBand::kVoxels;
 constexpr double kMaxReach = 1 << 20;  // voxels: a level set of more along an axis is not worth its memory
-constexpr float kOnSurface = 1e-6f;    // voxels: nearer is on the surface, to the rounding of floats
+constexpr float kOnFace = 1e-6f;       // voxels: nearer is on the surface, to the rounding of floats
 
 std::size_t indexOf(int x, int y, int z) { return std::size_t((x * kEdge + y) * kEdge + z); }
 
@@ -108,7 +108,7 @@ public:
 
 private:
     static constexpr double kNear = 1;  // voxels
-    using Marks = std::array<std::uint8_t, kVoxels>;
+    using Marks = std::array<std::uint8_t, kInBlock>;
 
     /// Is this triangle closer, or as close and before the other?
     bool look(const Vec3& X, std::uint32_t triangle, float& phi, std::uint32_t& closest) const
@@ -176,7 +176,7 @@ private:
     bool widenBlock(std::size_t b, Block& wider, Marks& isNewer) const
     {
         bool changed = false;
-        for (int i = 0; i < kVoxels; ++i) {
+        for (int i = 0; i < kInBlock; ++i) {
             const Coord at = SurfaceBand::placeOf(i);
             float& phi = wider.phi[std::size_t(i)];
             if (double(phi) <= kNear) continue;
@@ -280,8 +280,8 @@ void sign(const Lines& lines, Block& block)
         for (int y = 0; y < kEdge; ++y) {
             const auto winding = lines.winding(block.low.x + x, block.low.y + y, block.low.z);
             for (int z = 0; z < kEdge; ++z)
-                if (float& phi = block.phi[indexOf(x, y, z)]; winding[std::size_t(z)] != 0 || phi < kOnSurface)
-                    phi = -std::max(phi, kOnSurface);
+                if (float& phi = block.phi[indexOf(x, y, z)]; winding[std::size_t(z)] != 0 || phi < kOnFace)
+                    phi = -std::max(phi, kOnFace);
         }
 }
 
@@ -311,7 +311,7 @@ public:
             });
         }
         for (std::size_t i = 0; i < doubtful_.size(); ++i)
-            if (!isReached[i]) *phiAt(doubtful_[i]) = -std::max(*phiAt(doubtful_[i]), kOnSurface);
+            if (!isReached[i]) *phiAt(doubtful_[i]) = -std::max(*phiAt(doubtful_[i]), kOnFace);
     }
 
 private:
@@ -320,7 +320,7 @@ private:
     void findDoubtful()
     {
         for (const Block& block : blocks_)
-            for (int i = 0; i < kVoxels; ++i)
+            for (int i = 0; i < kInBlock; ++i)
                 if (const float phi = block.phi[std::size_t(i)]; phi >= 0 && phi < kNear)
                     doubtful_.push_back(block.low + SurfaceBand::placeOf(i));
         std::sort(doubtful_.begin(), doubtful_.end());

@@ -29,10 +29,17 @@ struct TearSize {
     int lastFrame = 96;  ///< stops here in any case
 };
 
+/// Two blocks of so many voxels along an edge, a quarter as high, that are pressed together.
+struct TouchSize {
+    int voxels = 16;
+    int steps = 5;
+};
+
 /// What is measured in one run of the program.
 struct Plan {
     std::vector<BlockSize> blocks;
     std::vector<TearSize> tears;
+    std::vector<TouchSize> touches;
     int ballVoxels = 24;             ///< across the ball of the single stages and of the kernels
     std::vector<int> solverSizes;    ///< nodes a side of the block that linear solvers are compared on, 2^k + 1
     std::vector<int> residualSizes;  ///< nodes a side for the time to a residual
@@ -45,6 +52,7 @@ Json describeMachine(int threads);
 Json toJson(const Floors& floors);
 Json benchBlock(const BlockSize& size, int threads, const Floors& floors, const Say& say);
 Json benchTear(const TearSize& size, const Say& say);
+Json benchTouch(const TouchSize& size, const Say& say);
 Json benchStages(int voxels, const Floors& floors, const Say& say);
 Json benchSolvers(const Plan& plan, const Say& say);
 /// `ballVoxels` across the ball that is cut. The block has about as many cells.
