@@ -13,30 +13,34 @@ CoupledDiagonal::CoupledDiagonal(const NodeBlocks* blocks)
     }
 }
 
-bool CoupledDiagonal::changesMuch(const NodeBlocks* now) const
+template <class Visit>
+void CoupledDiagonal::eachCoupled(const CoupledDiagonal& now, const Visit& visit) const
+{
+    auto a = traces_.begin();
+    for (const auto& [node, trace] : now.traces_) {
+        for (; a != traces_.end() && a->first < node; ++a) visit(a->first, a->second, 0.);
+        visit(node, a != traces_.end() && a->first == node ? a++->second : 0., trace);
+    }
+    for (; a != traces_.end(); ++a) visit(a->first, a->second, 0.);
+}
+
+bool CoupledDiagonal::changesMuch(const CoupledDiagonal& now) const
 {
     constexpr double kMuch = 0.05;  // of their sum
     double change = 0, size = 0;
-    auto a = traces_.begin();
-    for (const auto& [node, trace] : CoupledDiagonal(now).traces_) {
-        for (; a != traces_.end() && a->first < node; ++a) change += a->second, size += a->second;
-        const double was = a != traces_.end() && a->first == node ? a++->second : 0;
-        change += std::abs(trace - was), size += std::max(trace, was);
-    }
-    for (; a != traces_.end(); ++a) change += a->second, size += a->second;
+    eachCoupled(now,
+                [&](std::uint32_t, double was, double is) { change += std::abs(is - was), size += std::max(is, was); });
     return change > kMuch * size;
 }
 
-bool CoupledDiagonal::growsMuch(const LinearSystem& now) const
+bool CoupledDiagonal::growsMuch(const CoupledDiagonal& now, std::span<const double> stiffness) const
 {
     constexpr double kGrowth = 0.5;  // of what it had, with its elastic part
-    auto a = traces_.begin();
-    for (const auto& [node, trace] : CoupledDiagonal(now.blocks).traces_) {
-        while (a != traces_.end() && a->first < node) ++a;
-        const double was = a != traces_.end() && a->first == node ? a->second : 0;
-        if (trace - was > kGrowth * (was + now.elastic.stiffness()[node])) return true;
-    }
-    return false;
+    bool grows = false;
+    eachCoupled(now, [&](std::uint32_t node, double was, double is) {
+        grows = grows || is - was > kGrowth * (was + stiffness[node]);
+    });
+    return grows;
 }
 
 }  // namespace vdbfrac::solver

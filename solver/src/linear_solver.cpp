@@ -273,13 +273,17 @@ LinearReport LinearSolver::solve(const LinearSystem& system, std::span<const Vec
         if (!d.across) d.across = cellsAcross(*d.elastic);
         return chosen(system, limits, *d.across);
     };
+    const auto isOutOfDate = [&] {
+        const CoupledDiagonal now(system.blocks);
+        return d.preparedBlocks.changesMuch(now) ||
+               (d.prepared == LinearMethod::multigrid && d.preparedBlocks.growsMuch(now, system.elastic.stiffness()));
+    };
     const LinearMethod method = d.method != LinearMethod::automatic ? d.method : same ? d.prepared : choose();
     if (method == LinearMethod::direct) return solveDirectly(system, b, u);
     const double size = std::sqrt(dot(b, b)), scale = size > 0 ? meanDiagonal(system) / size : 1;
     if (!same)
         prepare(system, method);
-    else if (d.preparedBlocks.changesMuch(system.blocks) ||
-             (d.prepared == LinearMethod::multigrid && d.preparedBlocks.growsMuch(system)))
+    else if (isOutOfDate())
         prepareAgain(system);
     for (bool isOwn = !same; d.prepared == LinearMethod::multigrid; isOwn = true) {
         LinearReport report = conjugateGradient(system, WCycle(*d.multigrid), b, scale, u, limits, d.vectors);

@@ -43,8 +43,8 @@ Voxelized voxelize(const Triangles& triangles, double voxelSize, float halfWidth
 /// Of a triangle among others.
 ClosestPoint closestPoint(const Triangles& triangles, std::size_t triangle, const Vec3& X);
 
-/// Boxes round the triangles in a binary tree, to find those that a short segment crosses. Triangles
-/// are in the order of a Morton curve, so the tree has no pointers: node n has the children 2n and 2n + 1.
+/// Boxes round the triangles in a binary tree, to find those that a short segment crosses. Triangles are in the order
+/// of a Morton curve, so the tree has no pointers: node n has the children 2n and 2n + 1.
 class TriangleTree {
 public:
     explicit TriangleTree(const Triangles& triangles);

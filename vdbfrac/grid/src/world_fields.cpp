@@ -5,6 +5,8 @@
 
 #include <openvdb/tools/SignedFloodFill.h>
 
+#include <cmath>
+
 namespace vdbfrac::grid {
 
 namespace {

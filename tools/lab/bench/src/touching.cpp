@@ -21,15 +21,17 @@ std::string pressedBlocks(const TouchSize& size, const std::string& contact)
         "version = 1\nname = \"pressed\"\n[time]\nframes = [1, {}]\nsubsteps = 1\n[grid]\nvoxel_size = {}\n{}"
         "[material.gel]\nyoungs_modulus = 1e6\npoisson_ratio = 0.3\ndensity = 1000\n[damping]\nstiffness = 0.002\n",
         size.steps + 1, dx, contact);
-    for (const double side : {-1., 1.})
+    for (const double side : {-1., 1.}) {
+        const char* name = side < 0 ? "lower" : "upper";
         scene += fmt::format(
-            "[[body]]\nname = \"{0}\"\nmaterial = \"gel\"\nshape = {{ box = {{ size = [1, {1}, 1], center = [0, {2}, "
-            "0] "
-            "}} }}\n[[grip]]\nbody = \"{0}\"\nregion = {{ halfspace = {{ normal = [0, {3}, 0], offset = {4} }} "
-            "}}\nmove "
-            "= {{ velocity = [{5}, {6}, 0] }}\n",
-            side < 0 ? "lower" : "upper", height, side * middle, side, middle + height / 2 - 1.1 * dx,
-            side < 0 ? 0 : .01, side < 0 ? 0 : -2 * dx);
+            "[[body]]\nname = \"{}\"\nmaterial = \"gel\"\n"
+            "shape = {{ box = {{ size = [1, {}, 1], center = [0, {}, 0] }} }}\n",
+            name, height, side * middle);
+        scene += fmt::format(
+            "[[grip]]\nbody = \"{}\"\nregion = {{ halfspace = {{ normal = [0, {}, 0], offset = {} }} }}\n"
+            "move = {{ velocity = [{}, {}, 0] }}\n",
+            name, side, middle + height / 2 - 1.1 * dx, side < 0 ? 0 : .01, side < 0 ? 0 : -2 * dx);
+    }
     return scene;
 }
 
