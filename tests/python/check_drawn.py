@@ -86,7 +86,7 @@ stiffness = 0.002
 toughness = 25
 [output]
 vdb = []
-motion = true
+point_cache = ["mdd", "usda"]
 """)
 
 
@@ -183,6 +183,12 @@ def check_embedded(folder, run, last):
     counts = text.split("faceVertexCounts = [")[1].split("]")[0].split(",")
     indices = text.split("faceVertexIndices = [")[1].split("]")[0].split(",")
     check(".usda has all faces", len(counts) == len(mesh.faces) and sum(map(int, counts)) == len(indices) and max(map(int, indices)) == len(mesh.points) - 1)
+    subsets = {part.split('"')[0]: list(map(int, part.split("indices = [")[1].split("]")[0].split(","))) for part in text.split('def GeomSubset "')[1:]}
+    check(".usda binds faces to materials", set(subsets) == {"skin", "end", "inside"} and all([f[4] for f in mesh.faces].count(name) == len(faces) for name, faces in subsets.items()), list(subsets))
+    check("each once", sorted(sum(subsets.values(), [])) == list(range(len(mesh.faces))))
+    check(".usda has textures", f"asset inputs:file = @{folder}/weave.png@" in text and "inputs:scale = (2, 2)" in text)
+    for name in ("obj", "mdd", "mtl", "usda"):
+        check(f"the run's own .{name}", (run / f"cache/block.{name}").read_bytes().replace(b"block.mtl", b"e.mtl") == (folder / f"e.{name}").read_bytes())
     check(".usda has all frames", text.count(": [(") == 2 * FRAMES and text.count("{") == text.count("}") and text.count("(") == text.count(")"))
 
 
@@ -261,11 +267,16 @@ def main(folder):
     half = folder / "half"
     vdbfrac("sim", folder / "s.toml", "-o", half, "-q", "-f", 6)
     vdbfrac("sim", folder / "s.toml", "-o", half, "-q", "--resume")
+    said = vdbfrac("info", half, "--verify")
+    check("a cache is verified", "verified: all checksums" in said, said)
     vdbfrac("embed", half, "-o", folder / "half.obj")
+    (half / "cache/block.mdd").write_bytes(b"")
+    check("and missed", "cache/block.mdd" in vdbfrac("info", half, code=4))
     check("embedded alike after a resume", (folder / "half.mdd").read_bytes() == (folder / "e.mdd").read_bytes())
     check("drawn alike after a resume", (half / f"obj/block.{FRAMES:04}.obj").read_bytes() == (run / f"obj/block.{FRAMES:04}.obj").read_bytes())
     bare = folder / "bare"
-    said = vdbfrac("sim", folder / "s.toml", "-o", bare, "-j", 1, "--set", "output.obj=false", "--set", "output.ply=false", "--set", "output.motion=false", "--set", 'output.vdb=["phi"]')
+    said = vdbfrac("sim", folder / "s.toml", "-o", bare, "-j", 1, "--set", "output.obj=false", "--set", "output.ply=false", "--set", "output.point_cache=[]", "--set", 'output.vdb=["phi"]')
+    check("nor is there a cache", not (bare / "cache").exists())
     hashes = [[f["state_hash"] for f in json.loads((r / "run.json").read_text())["frames"]] for r in (run, bare)]
     check("the state does not know what is drawn", hashes[0] == hashes[1])
     check("what is not drawn is no work", "\ndraw " not in said)

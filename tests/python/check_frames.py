@@ -192,13 +192,14 @@ def check_files(folder, run):
     listed = set()
     for frame in run["frames"]:
         require(frame["files"], f"run.json: frame {frame['frame']} has no files")
-        for entry in frame["files"]:
+    for files in [frame["files"] for frame in run["frames"]] + [run.get("point_cache", [])]:
+        for entry in files:
             path = folder / entry["path"]
             require(path.is_file(), f"run.json names {entry['path']}, which is not there")
             size = path.stat().st_size
             require(size == entry["bytes"], f"{path}: {size} bytes, run.json says {entry['bytes']}")
             listed.add(path)
-    present = set(folder.glob("vdb/*.vdb")) | set(folder.glob("obj/*.obj")) | set(folder.glob("ply/*.ply"))
+    present = {file for place in ("vdb", "obj", "ply", "motion", "cache") for file in folder.glob(f"{place}/*") if file.name != run["scene"] + ".mtl" or place == "cache"}
     require(present == listed, f"files that run.json does not name: {sorted(map(str, present - listed))}")
 
 

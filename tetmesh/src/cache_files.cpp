@@ -4,10 +4,12 @@
 
 #include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
+#include <vdbfrac/tetmesh/mtl_file.h>
 
 #include <algorithm>
 #include <cstdio>
 #include <fstream>
+#include <set>
 
 namespace vdbfrac::tetmesh {
 
@@ -92,37 +94,106 @@ void addTopology(TextWriter& out, const DrawnTopology& drawn)
     out << "] (\n            interpolation = \"faceVarying\"\n        )\n";
 }
 
-void addSubset(TextWriter& out, const DrawnTopology& drawn, bool torn)
+/// Names as USD takes them, no two alike.
+class Identifiers {
+public:
+    std::string add(const std::string& name)
+    {
+        std::string id = name;
+        for (char& c : id)
+            if (!((c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9'))) c = '_';
+        if (id.empty() || (id[0] >= '0' && id[0] <= '9')) id = "_" + id;
+        while (!taken_.insert(id).second) id += "_";
+        return id;
+    }
+
+private:
+    std::set<std::string> taken_;
+};
+
+const std::string kMaterials = "/World/materials/";
+
+/// The name of a face's material: its own, or what faces without one have.
+std::string_view materialOf(const DrawnTopology& drawn, std::size_t face)
 {
-    const char* name = torn ? "inside" : "outside";
-    std::vector<std::size_t> faces;
-    for (std::size_t f = 0; f < drawn.torn.size(); ++f)
-        if ((drawn.torn[f] != 0) == torn) faces.push_back(f);
-    if (faces.empty()) return;
-    out << "        def GeomSubset \"" << name << "\" (\n            prepend apiSchemas = [\"MaterialBindingAPI\"]\n"
-        << "        )\n        {\n            uniform token elementType = \"face\"\n"
-        << "            uniform token familyName = \"materialBind\"\n    ";
-    addList(out, "int[] indices", faces.size(), [&](std::size_t i) { return faces[i]; });
-    out << "\n            rel material:binding = </World/" << name << ">\n        }\n";
+    if (drawn.torn[face] != 0) return "inside";
+    const std::uint32_t own = drawn.mesh.material[face];
+    return own == RenderMesh::kNone ? std::string_view("outside") : drawn.mesh.materials[own];
 }
 
-void addMaterial(TextWriter& out, const char* name, const char* colour)
+/// Materials of all bodies, with their names in the file.
+using MaterialNames = std::map<std::string, std::string, std::less<>>;
+
+MaterialNames materialNames(std::span<const DrawnTopology* const> bodies)
 {
-    out << "    def Material \"" << name << "\"\n    {\n        token outputs:surface.connect = </World/" << name
-        << "/shader.outputs:surface>\n        def Shader \"shader\"\n        {\n"
-        << "            uniform token info:id = \"UsdPreviewSurface\"\n            color3f inputs:diffuseColor = "
-        << colour
-        << "\n            float inputs:roughness = 0.6\n            token outputs:surface\n        }\n    }\n";
+    MaterialNames names;
+    for (const DrawnTopology* body : bodies)
+        for (std::size_t f = 0; f < body->mesh.faces(); ++f)
+            if (const auto name = materialOf(*body, f); !names.contains(name)) names.emplace(name, "");
+    Identifiers taken;
+    for (auto& [name, id] : names) id = taken.add(name);
+    return names;
 }
 
-/// A name as USD takes it.
-std::string identifier(const std::string& name)
+void addSubsets(TextWriter& out, const DrawnTopology& drawn, const MaterialNames& names)
 {
-    std::string id = name;
-    for (char& c : id)
-        if (!((c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9'))) c = '_';
-    if (id.empty() || (id[0] >= '0' && id[0] <= '9')) id = "_" + id;
-    return id;
+    std::map<std::string_view, std::vector<std::size_t>> facesOf;
+    for (std::size_t f = 0; f < drawn.mesh.faces(); ++f) facesOf[materialOf(drawn, f)].push_back(f);
+    for (const auto& [material, faces] : facesOf) {
+        const std::string& name = names.find(material)->second;
+        out << "        def GeomSubset \"" << name
+            << "\" (\n            prepend apiSchemas = [\"MaterialBindingAPI\"]\n"
+            << "        )\n        {\n            uniform token elementType = \"face\"\n"
+            << "            uniform token familyName = \"materialBind\"\n    ";
+        addList(out, "int[] indices", faces.size(), [&](std::size_t i) { return faces[i]; });
+        out << "\n            rel material:binding = <" << kMaterials << name << ">\n        }\n";
+    }
+}
+
+/// Shaders that give a surface the colours of a texture. `at`: the path of the material.
+void addTexture(TextWriter& out, const std::string& at, const DiffuseMap& map)
+{
+    std::string file = map.file;
+    std::replace(file.begin(), file.end(), '@', '_');  // ends a path in USD
+    out << "            def Shader \"st\"\n            {\n                uniform token info:id = "
+           "\"UsdPrimvarReader_float2\"\n                string inputs:varname = \"st\"\n"
+        << "                float2 outputs:result\n            }\n            def Shader \"place\"\n            {\n"
+        << "                uniform token info:id = \"UsdTransform2d\"\n                float2 inputs:in.connect = <"
+        << at << "/st.outputs:result>\n                float2 inputs:scale = (" << map.scale.x() << ", "
+        << map.scale.y() << ")\n                float2 inputs:translation = (" << map.offset.x() << ", "
+        << map.offset.y()
+        << ")\n                float2 outputs:result\n            }\n            def Shader \"texture\"\n            "
+           "{\n"
+        << "                uniform token info:id = \"UsdUVTexture\"\n                asset inputs:file = @" << file
+        << "@\n                token inputs:wrapS = \"repeat\"\n                token inputs:wrapT = \"repeat\"\n"
+        << "                float2 inputs:st.connect = <" << at << "/place.outputs:result>\n"
+        << "                float3 outputs:rgb\n            }\n";
+}
+
+void addMaterials(TextWriter& out, const MaterialNames& names, const std::string& mtl)
+{
+    const std::string library = mtlText(mtl);
+    const std::map<std::string, Vec3> colours = diffuseColours(library);
+    const std::map<std::string, DiffuseMap> maps = diffuseMaps(library);
+    out << "    def Scope \"materials\"\n    {\n";
+    for (const auto& [name, id] : names) {
+        const std::string at = kMaterials + id;
+        const auto map = maps.find(name);
+        const auto own = colours.find(name);
+        const Vec3 colour = own != colours.end() ? own->second : colours.at("outside");
+        out << "        def Material \"" << id << "\"\n        {\n            token outputs:surface.connect = <" << at
+            << "/shader.outputs:surface>\n            def Shader \"shader\"\n            {\n"
+            << "                uniform token info:id = \"UsdPreviewSurface\"\n                color3f "
+               "inputs:diffuseColor";
+        if (map != maps.end())
+            out << ".connect = <" << at << "/texture.outputs:rgb>";
+        else
+            out << " = (" << colour.x() << ", " << colour.y() << ", " << colour.z() << ")";
+        out << "\n                float inputs:roughness = 0.6\n                token outputs:surface\n            }\n";
+        if (map != maps.end()) addTexture(out, at, map->second);
+        out << "        }\n";
+    }
+    out << "    }\n";
 }
 
 void addSamples(TextWriter& out, const char* name, const std::vector<std::vector<Vec3>>& samples, int firstFrame)
@@ -185,18 +256,19 @@ void writeUsda(const std::filesystem::path& file, const UsdScene& scene, std::sp
              << "\n    timeCodesPerSecond = " << scene.fps << "\n    framesPerSecond = " << scene.fps
              << "\n    metersPerUnit = 1\n    upAxis = \"Y\"\n)\n\n"
              << "def Xform \"World\" (\n    kind = \"component\"\n)\n{\n";
-        addMaterial(head, "outside", "(0.72, 0.71, 0.68)");
-        addMaterial(head, "inside", "(0.8, 0.1, 0.07)");
+        const MaterialNames materials = materialNames(bodies);
+        addMaterials(head, materials, scene.materials);
         out.add(head);
+        Identifiers names;
+        names.add("materials");
         for (std::size_t b = 0; b < bodies.size(); ++b) {
             TextWriter text{kDigits};
-            text << "    def Mesh \"" << identifier(scene.names[b])
+            text << "    def Mesh \"" << names.add(scene.names[b])
                  << "\" (\n        prepend apiSchemas = [\"MaterialBindingAPI\"]\n    )\n    {\n";
             addTopology(text, *bodies[b]);
             addSamples(text, "point3f[] points", points[b], scene.firstFrame);
             addSamples(text, "vector3f[] velocities", velocities[b], scene.firstFrame);
-            addSubset(text, *bodies[b], false);
-            addSubset(text, *bodies[b], true);
+            addSubsets(text, *bodies[b], materials);
             text << "    }\n";
             out.add(text);
         }

@@ -82,13 +82,14 @@ void visitMaterials(const std::string& mtl, const Visit& visit)
 
 }  // namespace
 
-void writeMtl(const std::filesystem::path& file, std::string_view more)
+std::string mtlText(std::string_view more)
 {
-    writeText(file,
-              "newmtl outside\nKa 0 0 0\nKd 0.72 0.71 0.68\nKs 0.04 0.04 0.04\nNs 20\nillum 2\n\n"
-              "newmtl inside\nKa 0 0 0\nKd 0.80 0.10 0.07\nKs 0.10 0.10 0.10\nNs 60\nillum 2\n" +
-                  std::string(more));
+    return "newmtl outside\nKa 0 0 0\nKd 0.72 0.71 0.68\nKs 0.04 0.04 0.04\nNs 20\nillum 2\n\n"
+           "newmtl inside\nKa 0 0 0\nKd 0.80 0.10 0.07\nKs 0.10 0.10 0.10\nNs 60\nillum 2\n" +
+           std::string(more);
 }
+
+void writeMtl(const std::filesystem::path& file, std::string_view more) { writeText(file, mtlText(more)); }
 
 std::string readMtl(const std::filesystem::path& file)
 {

@@ -7,17 +7,16 @@
 #include <vdbfrac/cli/commands.h>
 #include <vdbfrac/cli/frame_list.h>
 #include <vdbfrac/core/drawing.h>
+#include <vdbfrac/core/point_cache.h>
 #include <vdbfrac/core/run_folder.h>
 #include <vdbfrac/lab/scenes/prepared_scene.h>
 #include <vdbfrac/lab/study/study_table.h>
 #include <vdbfrac/scene/reader.h>
 #include <vdbfrac/tetmesh/cache_files.h>
-#include <vdbfrac/tetmesh/mtl_file.h>
-#include <vdbfrac/tetmesh/obj_file.h>
+#include <vdbfrac/tetmesh/render_mesh.h>
 
 #include <algorithm>
 #include <cstdio>
-#include <numeric>
 
 namespace vdbfrac::cli {
 
@@ -31,58 +30,6 @@ struct EmbedOptions {
     double maxMemory = 0;
 };
 
-/// The frames of a run as they are on the nodes of its last: each of these has one ancestor in every frame before.
-class Motion {
-public:
-    Motion(std::vector<fs::path> files, std::size_t bodies, std::span<const std::size_t> lastNodes)
-        : files_(std::move(files)), node_(files_.size())
-    {
-        std::vector<std::vector<std::uint32_t>> node(bodies);
-        for (std::size_t b = 0; b < bodies; ++b) {
-            node[b].resize(lastNodes[b]);
-            std::iota(node[b].begin(), node[b].end(), 0u);
-        }
-        for (std::size_t f = files_.size(); f-- > 0;) {
-            node_[f] = node;
-            const core::Archive archive = core::Archive::read(files_[f]);
-            for (std::size_t b = 0; b < bodies; ++b) {
-                const auto before = archive.get<std::uint32_t>("before_" + std::to_string(b));
-                if (before.empty()) continue;
-                for (std::uint32_t& n : node[b]) n = before[n];
-            }
-        }
-    }
-
-    std::size_t frames() const { return files_.size(); }
-    /// Positions and velocities of the last frame's nodes of a body in a frame.
-    struct State {
-        std::vector<Vec3> x, v;
-    };
-    std::vector<State> states(std::size_t frame) const
-    {
-        const core::Archive archive = core::Archive::read(files_[frame]);
-        std::vector<State> bodies;
-        for (std::size_t b = 0; b < node_[frame].size(); ++b) bodies.push_back(state(archive, frame, b));
-        return bodies;
-    }
-
-private:
-    State state(const core::Archive& archive, std::size_t frame, std::size_t body) const
-    {
-        const auto x = archive.get<Vec3>("x_" + std::to_string(body)),
-                   v = archive.get<Vec3>("v_" + std::to_string(body));
-        State state;
-        for (std::uint32_t n : node_[frame][body]) {
-            if (n >= x.size() || n >= v.size()) archive.complain("has too few nodes for the run's last frame");
-            state.x.push_back(x[n]), state.v.push_back(v[n]);
-        }
-        return state;
-    }
-
-    std::vector<fs::path> files_;
-    std::vector<std::vector<std::vector<std::uint32_t>>> node_;  // of each frame and body
-};
-
 /// A run at its last checkpoint.
 struct LastState {
     lab::PreparedScene prepared;
@@ -92,7 +39,7 @@ struct LastState {
         : prepared(scene::readScene(folder / "scene.toml", lab::study::vocabulary()), limit),
           drawing(prepared.scene, prepared.simulation)
     {
-        if (!prepared.scene.output.motion)
+        if (!prepared.scene.output.followsNodes())
             throw InputError(
                 {folder.string(), "holds no positions of nodes", "", "simulate with output.motion = true"});
         if (!options.mesh.empty()) replace(options);
@@ -129,112 +76,34 @@ std::vector<fs::path> motionFiles(const RunFrames& run, const core::Simulation& 
     return files;
 }
 
-class Embedder {
-public:
-    Embedder(const EmbedOptions& options, std::uint64_t limit)
-        : options_(options),
-          folder_(options.folder),
-          last_(folder_, options, limit),
-          motion_(motionFiles(readRunFrames(folder_), last_.prepared.simulation, folder_), bodies().size(), nodes())
-    {
-        const std::vector<Motion::State> rest = motion_.states(0);
-        for (std::size_t b = 0; b < bodies().size(); ++b) {
-            drawn_.push_back(last_.drawing.body(b, rest[b].x, rest[b].v));
-            topology_.push_back(drawn_.back().topology.get());
-            used_.push_back(tetmesh::usedPoints(topology_.back()->mesh));
-        }
+/// A file a frame.
+void writePly(const core::PointCache& cache, const std::string& out, int firstFrame)
+{
+    if (!isSequence(out))
+        throw InputError({out, "is one name for all frames", "a place for the frame, as in name.####.ply", ""});
+    for (std::size_t f = 0; f < cache.frames(); ++f) {
+        const fs::path file = frameName(out, firstFrame + int(f));
+        const core::DrawnFrame drawn = cache.frame(f);
+        tetmesh::writePlyFrame(file, core::plyBodies(drawn), tetmesh::PlyOrder::asGiven);
+        std::printf("%s\n", file.c_str());
     }
+}
 
-    int write()
-    {
-        const fs::path out = options_.out;
-        const std::string extension = out.extension().string();
-        if (extension == ".obj") return writeObjAndMdd(out);
-        if (extension == ".usda") return writeUsd(out);
-        if (extension == ".ply") return writePly();
-        throw InputError(
-            {options_.out, "'" + extension + "' is not what is written here", ".obj (with .mdd), .usda, .ply", ""});
-    }
-
-private:
-    const std::vector<scene::Body>& bodies() const { return last_.prepared.scene.bodies; }
-    std::vector<std::size_t> nodes() const
-    {
-        std::vector<std::size_t> count;
-        for (const core::Body& body : last_.prepared.simulation.bodies()) count.push_back(body.mesh->nodeCount());
-        return count;
-    }
-    core::DrawnFrame drawnFrame(std::size_t f) const
-    {
-        core::DrawnFrame all;
-        const std::vector<Motion::State> states = motion_.states(f);
-        for (std::size_t b = 0; b < used_.size(); ++b) all.push_back(last_.drawing.body(b, states[b].x, states[b].v));
-        return all;
-    }
-    std::vector<tetmesh::CacheFrame> frame(std::size_t f) const
-    {
-        std::vector<tetmesh::CacheFrame> all;
-        const core::DrawnFrame drawn = drawnFrame(f);
-        for (std::size_t b = 0; b < used_.size(); ++b) {
-            tetmesh::CacheFrame& one = all.emplace_back();
-            for (std::uint32_t p : used_[b]) {
-                one.points.push_back(drawn[b].points[p]);
-                one.velocities.push_back(drawn[b].velocity[p]);
-            }
-        }
-        return all;
-    }
-
-    int writeObjAndMdd(const fs::path& out)
-    {
-        std::vector<tetmesh::DrawnPart> parts;
-        std::size_t points = 0;
-        for (std::size_t b = 0; b < drawn_.size(); ++b) {
-            parts.push_back({*topology_[b], drawn_[b].points, drawn_[b].normals});
-            points += used_[b].size();
-        }
-        const fs::path mtl = fs::path(out).replace_extension(".mtl"), mdd = fs::path(out).replace_extension(".mdd");
-        tetmesh::writeMtl(mtl, last_.drawing.materials());
-        tetmesh::writeObjWhole(out, parts, mtl.filename().string());
-        std::vector<double> times;
-        for (std::size_t f = 0; f < motion_.frames(); ++f) times.push_back(double(f) / last_.prepared.scene.time.fps);
-        tetmesh::writeMdd(mdd, times, points, [&](std::size_t f) { return frame(f); });
-        for (const fs::path& file : {out, mtl, mdd}) std::printf("%s\n", file.c_str());
+int embed(const EmbedOptions& options)
+{
+    const fs::path folder = options.folder;
+    const LastState last(folder, options, memoryLimitOf(options.maxMemory));
+    const scene::Scene& scene = last.prepared.scene;
+    const core::Simulation& simulation = last.prepared.simulation;
+    const core::PointCache cache(scene, simulation, last.drawing,
+                                 motionFiles(readRunFrames(folder), simulation, folder));
+    if (fs::path(options.out).extension() == ".ply") {
+        writePly(cache, options.out, scene.time.firstFrame);
         return kDone;
     }
-
-    int writeUsd(const fs::path& out)
-    {
-        tetmesh::UsdScene scene{
-            last_.prepared.scene.name, {}, last_.prepared.scene.time.fps, last_.prepared.scene.time.firstFrame};
-        for (const scene::Body& body : bodies()) scene.names.push_back(body.name);
-        tetmesh::writeUsda(out, scene, topology_, motion_.frames(), [&](std::size_t f) { return frame(f); });
-        std::printf("%s\n", out.c_str());
-        return kDone;
-    }
-
-    int writePly()
-    {
-        if (!isSequence(options_.out))
-            throw InputError(
-                {options_.out, "is one name for all frames", "a place for the frame, as in name.####.ply", ""});
-        for (std::size_t f = 0; f < motion_.frames(); ++f) {
-            const fs::path out = frameName(options_.out, last_.prepared.scene.time.firstFrame + int(f));
-            const core::DrawnFrame drawn = drawnFrame(f);
-            tetmesh::writePlyFrame(out, core::plyBodies(drawn), tetmesh::PlyOrder::asGiven);
-            std::printf("%s\n", out.c_str());
-        }
-        return kDone;
-    }
-
-    const EmbedOptions& options_;
-    fs::path folder_;
-    LastState last_;
-    Motion motion_;
-    core::DrawnFrame drawn_;  // at rest
-    std::vector<const tetmesh::DrawnTopology*> topology_;
-    std::vector<std::vector<std::uint32_t>> used_;  // points of each body
-};
+    for (const fs::path& file : cache.write(options.out)) std::printf("%s\n", file.c_str());
+    return kDone;
+}
 
 }  // namespace
 
@@ -253,7 +122,7 @@ Action addEmbed(CLI::App& app)
     addMaxMemory(*c, o->maxMemory, "it");
     return [o] {
         const ThreadLimit threads(o->threads);
-        return Embedder(*o, memoryLimitOf(o->maxMemory)).write();
+        return embed(*o);
     };
 }
 

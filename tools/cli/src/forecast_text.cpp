@@ -56,7 +56,9 @@ std::string filesText(const scene::Scene& scene)
     if (!o.vdb.empty()) text += fmt::format(", vdb/{}.{}.vdb ({})", scene.name, numbers, fmt::join(o.vdb, ", "));
     if (o.obj) text += fmt::format(", obj/{}.{}.obj", scene.name, numbers);
     if (o.ply) text += fmt::format(", ply/{}.{}.ply", scene.name, numbers);
-    if (o.motion) text += fmt::format(", motion/{}.{}.motion", scene.name, numbers);
+    if (o.followsNodes()) text += fmt::format(", motion/{}.{}.motion", scene.name, numbers);
+    for (const std::string& kind : o.pointCache)
+        text += ", cache/" + scene.name + (kind == "mdd" ? ".obj, .mtl, .mdd" : ".usda");
     return text + "\n";
 }
 

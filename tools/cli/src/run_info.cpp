@@ -63,6 +63,21 @@ std::string flaw(const fs::path& folder, const File& file, bool verify)
     return "";
 }
 
+/// Are all files of a list? Adds what is wrong with them to `flaws`.
+bool areWhole(const Json& files, const fs::path& folder, bool verify, Json& flaws)
+{
+    bool whole = true;
+    for (const Json& entry : files) {
+        const File file{entry.at("path").get<std::string>(), entry.at("xxh3").get<std::string>(),
+                        entry.at("bytes").get<std::uint64_t>()};
+        const std::string what = flaw(folder, file, verify);
+        if (what.empty()) continue;
+        whole = false;
+        flaws.push_back({{"path", file.path}, {"flaw", what}});
+    }
+    return whole;
+}
+
 std::string rangeText(std::int64_t first, std::int64_t last)
 {
     return std::to_string(first) + (last > first ? "-" + std::to_string(last) : "");
@@ -95,20 +110,12 @@ void addFrames(const Json& manifest, const fs::path& folder, bool verify, RunInf
     };
     Json flaws = Json::array();
     for (const Json& frame : manifest.at("frames")) {
-        bool sound = true;
-        for (const Json& entry : frame.at("files")) {
-            const File file{entry.at("path").get<std::string>(), entry.at("xxh3").get<std::string>(),
-                            entry.at("bytes").get<std::uint64_t>()};
-            const std::string what = flaw(folder, file, verify);
-            if (what.empty()) continue;
-            sound = false;
-            flaws.push_back({{"path", file.path}, {"flaw", what}});
-        }
         const int number = frame.at("frame").get<int>();
-        (sound ? whole : broken).push_back(number);
+        (areWhole(frame.at("files"), folder, verify, flaws) ? whole : broken).push_back(number);
         skipTo(std::min<std::int64_t>(number, last + 1));
     }
     skipTo(last + 1);
+    if (manifest.contains("point_cache")) areWhole(manifest.at("point_cache"), folder, verify, flaws);
     info.json["frames"] = ranges(whole);
     info.json["frames_with_flaws"] = ranges(broken);
     info.json["frames_missing"] = missing.empty() ? "none" : missing;

@@ -235,7 +235,10 @@ std::string Run::toLastFrame(const StopRequest& stop)
 
 int Run::end(const std::string& stopped)
 {
-    if (!stopped.empty()) folder_.writeCheckpoint(simulation_, settings_);
+    if (stopped.empty())
+        folder_.writePointCache(simulation_);
+    else
+        folder_.writeCheckpoint(simulation_, settings_);
     const bool capped = anyCapped(folder_.steps());
     folder_.finish(simulation_, stopped == kStuck  ? "stuck"
                                 : !stopped.empty() ? "stopped"

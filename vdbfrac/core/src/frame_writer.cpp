@@ -4,6 +4,7 @@
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/base/hash.h>
 #include <vdbfrac/base/parallel.h>
+#include <vdbfrac/core/point_cache.h>
 #include <vdbfrac/core/version.h>
 #include <vdbfrac/grid/world_fields.h>
 #include <vdbfrac/tetmesh/obj_file.h>
@@ -120,19 +121,6 @@ bool isDrawn(const scene::Output& output)
     return output.obj || output.ply || std::any_of(output.vdb.begin(), output.vdb.end(), worldField);
 }
 
-Archive motionOf(const Simulation& simulation)
-{
-    Archive archive;
-    for (std::size_t b = 0; b < simulation.bodies().size(); ++b) {
-        const Body& body = simulation.bodies()[b];
-        const std::string name = "_" + std::to_string(b);
-        archive.put("x" + name, simulation.x().subspan(body.firstNode, body.mesh->nodeCount()));
-        archive.put("v" + name, simulation.v().subspan(body.firstNode, body.mesh->nodeCount()));
-        archive.put("before" + name, simulation.ancestry()->before(b, simulation.framesDone()));
-    }
-    return archive;
-}
-
 FrameData takeFrame(const Simulation& simulation, const scene::Scene& scene, int frame)
 {
     FrameData data;
@@ -231,7 +219,7 @@ std::string RunFolder::Writer::writeObj(const FrameData& data) const
 
 std::string RunFolder::Writer::writeMotion(const FrameData& data) const
 {
-    const std::string relative = sequenceName("motion", data.record.frame, "motion");
+    const std::string relative = sequenceName("motion", data.record.frame, kMotionExtension + 1);
     data.motion.write(folder_ / relative);
     return relative;
 }
@@ -242,7 +230,7 @@ void RunFolder::Writer::write(FrameData& data)
     if (!scene_.output.vdb.empty()) files.emplace_back([&] { return writeVdb(data); });
     if (scene_.output.obj) files.emplace_back([&] { return writeObj(data); });
     if (scene_.output.ply) files.emplace_back([&] { return writePly(data); });
-    if (scene_.output.motion) files.emplace_back([&] { return writeMotion(data); });
+    if (scene_.output.followsNodes()) files.emplace_back([&] { return writeMotion(data); });
     data.record.files.resize(files.size());
     parallelChunks(files.size(), 1, [&](std::size_t i, std::size_t) { data.record.files[i] = readBack(files[i]()); });
     frames_.push_back(std::move(data.record));
@@ -250,6 +238,18 @@ void RunFolder::Writer::write(FrameData& data)
     state_ = std::move(data.state);
     behind_ = true;
     if (std::chrono::steady_clock::now() - written_ >= took_ / kShareOfTables) writeAll(kRunning);
+}
+
+void RunFolder::Writer::writePointCache(const Simulation& simulation, const Drawing& drawing)
+{
+    std::vector<fs::path> motion;
+    for (const FrameRecord& frame : frames_)
+        for (const WrittenFile& file : frame.files)
+            if (file.path.ends_with(kMotionExtension)) motion.push_back(folder_ / file.path);
+    const PointCache cache(scene_, simulation, drawing, motion);
+    for (const std::string& kind : scene_.output.pointCache)
+        for (const fs::path& file : cache.write(folder_ / "cache" / (scene_.name + (kind == "mdd" ? ".obj" : ".usda"))))
+            pointCache_.push_back(readBack(fs::relative(file, folder_)));
 }
 
 void RunFolder::Writer::writeTables(const std::vector<StepRecord>& steps, const RunState& state,
@@ -354,6 +354,7 @@ void RunFolder::Writer::writeManifest(const RunState& state, const std::string& 
                      {"writes", runFiles(scene_.name)},
                      {"frames", framesJson(frames_)},
                      {"fragments", fragments}};
+    if (!pointCache_.empty()) manifest["point_cache"] = filesJson(pointCache_);
     if (!branches_.empty()) manifest["branches"] = branchesJson(branches_);
     writeText(folder_ / kManifest, manifest.dump(1) + "\n");
 }

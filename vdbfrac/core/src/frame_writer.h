@@ -58,6 +58,8 @@ public:
     void write(FrameData& data);
     /// Writes stats.csv and run.json.
     void writeTables(const std::vector<StepRecord>& steps, const RunState& state, const std::string& status);
+    /// Of all frames that were written.
+    void writePointCache(const Simulation& simulation, const Drawing& drawing);
     /// Writes run.json alone, as it is before the first frame.
     void writeFirstManifest() const { writeManifest({}, kRunning); }
 
@@ -92,6 +94,7 @@ private:
     scene::Scene scene_;
     std::vector<StepRecord> steps_;
     std::vector<FrameRecord> frames_;
+    std::vector<WrittenFile> pointCache_;
     RunState state_;  // of the last frame
     RecordLog log_;
     std::size_t loggedSteps_ = 0, loggedFrames_ = 0;

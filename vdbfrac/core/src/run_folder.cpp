@@ -65,7 +65,8 @@ FolderLock prepare(const fs::path& folder, const scene::Scene& scene, ExistingRu
         std::erase_if(inputs, [&](const fs::path& file) { return fs::equivalent(file, own, error); });
     requireApart(folder, before, inputs, existing == ExistingRun::keep ? "write over" : "remove");
     requireApart(folder, runFiles(scene.name), inputs, "write over");
-    for (const char* place : {"", kCheckpointFolder, "vdb", "obj", "ply", "motion"}) removeTemporaries(folder / place);
+    for (const char* place : {"", kCheckpointFolder, "vdb", "obj", "ply", "motion", "cache"})
+        removeTemporaries(folder / place);
     if (existing == ExistingRun::replace) removeRunFiles(folder, before);
     return lock;
 }
@@ -113,8 +114,10 @@ RunFolder::RunFolder(fs::path folder, const scene::Scene& scene, const Simulatio
     if (!fs::exists(folder_ / kManifest)) writer_->writeFirstManifest();
     if (!scene.output.vdb.empty()) fs::create_directory(folder_ / "vdb");
     if (scene.output.ply) fs::create_directory(folder_ / "ply");
-    if (scene.output.motion) fs::create_directory(folder_ / "motion");
-    if (isDrawn(scene.output)) drawing_ = std::make_unique<Drawing>(scene, simulation);
+    if (scene.output.followsNodes()) fs::create_directory(folder_ / "motion");
+    if (!scene.output.pointCache.empty()) fs::create_directory(folder_ / "cache");
+    if (isDrawn(scene.output) || !scene.output.pointCache.empty())
+        drawing_ = std::make_unique<Drawing>(scene, simulation);
     if (scene.output.obj) {
         fs::create_directory(folder_ / "obj");
         tetmesh::writeMtl(folder_ / "obj" / (scene.name + ".mtl"), drawing_->materials());
@@ -140,7 +143,7 @@ std::string RunFolder::writeFrame(const Simulation& simulation, int frame)
         data = std::make_shared<FrameData>(takeFrame(simulation, scene_, frame));
         data->steps = newSteps();
     }
-    if (drawing_) {
+    if (isDrawn(scene_.output)) {
         const StageTimer timer(work_, "draw");
         drawing_->follow(simulation, work_);
         data->drawn = drawing_->frame(simulation);
@@ -267,7 +270,8 @@ void RunFolder::takeState(Simulation& simulation, const Resume& how, const Archi
     }
     if (!branch.isFiner) return simulation.branchFrom(archive);
     if (simulation.ancestry())
-        throw InputError({"output.motion", "nodes cannot be followed to a finer lattice", "", "leave it out"});
+        throw InputError({scene_.output.motion ? "output.motion" : "output.point_cache",
+                          "nodes cannot be followed to a finer lattice", "", "leave it out"});
     Simulation& wide = how.wider();
     if (hexadecimal(wide.bodiesHash()) != archive.getText("bodies_hash"))
         throw InputError({"--resume", "the bodies with voxels twice as wide are not those of the run", "", ""});
@@ -298,6 +302,16 @@ void RunFolder::noteBranch(const Branch& branch, const Found& found, const Simul
 }
 
 void RunFolder::keepCheckpoints() { writer_->keepCheckpoints(); }
+
+void RunFolder::writePointCache(const Simulation& simulation)
+{
+    if (scene_.output.pointCache.empty()) return;
+    {
+        const StageTimer timer(work_, "draw");
+        drawing_->follow(simulation, work_);
+    }
+    queue_.push([this, &simulation] { writer_->writePointCache(simulation, *drawing_); });
+}
 
 void RunFolder::finish(const Simulation& simulation, const std::string& status)
 {

@@ -122,14 +122,19 @@ std::int64_t wholeNumber(const json& number, const Archive& archive)
 
 }  // namespace
 
+json filesJson(std::span<const WrittenFile> files)
+{
+    json list = json::array();
+    for (const WrittenFile& w : files) list.push_back({{"path", w.path}, {"bytes", w.bytes}, {"xxh3", w.checksum}});
+    return list;
+}
+
 json framesJson(std::span<const FrameRecord> frames)
 {
     json list = json::array();
     for (const FrameRecord& f : frames) {
-        json files = json::array();
-        for (const WrittenFile& w : f.files)
-            files.push_back({{"path", w.path}, {"bytes", w.bytes}, {"xxh3", w.checksum}});
-        list.push_back({{"frame", f.frame}, {"time", f.time}, {"state_hash", f.stateHash}, {"files", files}});
+        list.push_back(
+            {{"frame", f.frame}, {"time", f.time}, {"state_hash", f.stateHash}, {"files", filesJson(f.files)}});
         if (f.drawn.lower != f.drawn.upper)
             list.back()["bounds"] = {{f.drawn.lower.x(), f.drawn.lower.y(), f.drawn.lower.z()},
                                      {f.drawn.upper.x(), f.drawn.upper.y(), f.drawn.upper.z()}};

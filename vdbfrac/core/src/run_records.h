@@ -13,6 +13,7 @@
 
 namespace vdbfrac::core {
 
+nlohmann::json filesJson(std::span<const WrittenFile> files);
 nlohmann::json framesJson(std::span<const FrameRecord> frames);
 nlohmann::json branchesJson(std::span<const BranchRecord> branches);
 /// What a checkpoint has of them. Throws FileError.

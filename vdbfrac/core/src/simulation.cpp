@@ -91,7 +91,7 @@ Simulation::Simulation(const scene::Scene& scene, std::span<Effect* const> effec
     for (std::size_t b = 0; b < bodies_.size(); ++b) setInitialVelocity(scene.bodies[b], bodies_[b]);
     if (schemeOf(scene.solver) != solver::Scheme::statics) grips_->setStartVelocities(state_.v);
     fields_ = std::make_unique<StateFields>(*this);
-    if (scene.output.motion) ancestry_ = std::make_unique<Ancestry>(bodies_.size());
+    if (scene.output.followsNodes()) ancestry_ = std::make_unique<Ancestry>(bodies_.size());
     stages_.frames.push_back(fields_.get());
     for (Effect* effect : effects) {
         effect->join(stages_);

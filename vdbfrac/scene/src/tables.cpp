@@ -285,6 +285,12 @@ std::vector<Key> outputKeys(const Vocabulary::Fields& fields)
         {.name = "motion",
          .member = &scene::Output::motion,
          .doc = "Whether the positions of all nodes are written each frame, for 'vdbfrac embed'."},
+        {.name = "point_cache",
+         .member = {Type::choices, &scene::Output::pointCache},
+         .doc =
+             "After the last frame, the surface with one topology over all frames, as 'vdbfrac embed' makes it: mdd, "
+             "an .obj with an .mdd and an .mtl, or usda. Writes the positions of nodes too.",
+         .choices = {Choice("mdd"), Choice("usda")}},
         {.name = "lips",
          .member = {Type::choice, &scene::Output::lipsClosed},
          .doc = "Where both sides of a crack are drawn: closed, at the middle of the gap that the crack has made, "

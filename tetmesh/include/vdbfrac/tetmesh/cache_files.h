@@ -25,13 +25,15 @@ void writeMdd(const std::filesystem::path& file, std::span<const double> times, 
               const CacheFrames& frames);
 
 /// Writes bodies as a USD text file atomically: a mesh each, with points and velocities as time samples, texture
-/// coordinates, places at rest, and for each face its fragment and whether it is torn; materials of torn and other
-/// faces. `names`: of the bodies. Frames are numbered from `firstFrame`. Throws FileError.
+/// coordinates, places at rest, and for each face its fragment and whether it is torn; and the materials of faces, with
+/// colours and textures of the library `materials` (as mtlText takes it). `names`: of the bodies. Frames are numbered
+/// from `firstFrame`. Throws FileError.
 struct UsdScene {
     std::string name;
     std::vector<std::string> names;
     double fps = 24;
     int firstFrame = 1;
+    std::string materials;
 };
 void writeUsda(const std::filesystem::path& file, const UsdScene& scene, std::span<const DrawnTopology* const> bodies,
                std::size_t frames, const CacheFrames& give);

@@ -12,8 +12,9 @@
 
 namespace vdbfrac::tetmesh {
 
-/// Writes the material library of the frames: "outside" neutral, "inside" red, and what `more` defines. Throws
-/// FileError.
+/// The material library of the frames: "outside" neutral, "inside" red, and what `more` defines.
+std::string mtlText(std::string_view more = "");
+/// Writes it. Throws FileError.
 void writeMtl(const std::filesystem::path& file, std::string_view more = "");
 
 /// The text of a material library, with the paths of its textures made absolute. Throws FileError.

@@ -88,6 +88,8 @@ public:
     /// No checkpoint is removed from here on but those that a branch leaves behind.
     void keepCheckpoints();
     void addStep(const StepRecord& step) { steps_.push_back(step); }
+    /// After the last frame, where output.point_cache asks for it. `simulation` is read until finish().
+    void writePointCache(const Simulation& simulation);
     /// Waits for the writer; marks the manifest as finished with a status word.
     void finish(const Simulation& simulation, const std::string& status);
 

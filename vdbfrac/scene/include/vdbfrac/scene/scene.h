@@ -134,9 +134,12 @@ struct Output {
     bool obj = true;
     bool ply = false;
     bool motion = false;                        ///< positions of all nodes, for surfaces of one topology
+    std::vector<std::string> pointCache;        ///< such surfaces, after the last frame: "mdd", "usda"
     double tornDetail = 0, tornDetailSize = 0;  ///< m: roughness of torn faces, and of its features; size 0: 3 voxels
     int tornDetailSeed = 0;
     bool lipsClosed = true;  ///< lips = "closed"; false is "as_simulated"
+
+    bool followsNodes() const { return motion || !pointCache.empty(); }
 };
 
 /// A table that the scene has, of those that a vocabulary brings.

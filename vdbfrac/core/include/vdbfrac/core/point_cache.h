@@ -1,0 +1,51 @@
+// One topology over all frames of a run: the surface is cut once, by the cracks of the run's end, and its points are
+// where their material was in each frame before. Programs that play frames call this a point cache.
+#pragma once
+
+#include <vdbfrac/core/archive.h>
+#include <vdbfrac/core/drawing.h>
+#include <vdbfrac/core/simulation.h>
+#include <vdbfrac/scene/scene.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <vector>
+
+namespace vdbfrac::core {
+
+/// Where all nodes are, and which they were a frame ago: what a frame keeps for a point cache.
+Archive motionOf(const Simulation& simulation);
+
+class PointCache {
+public:
+    /// `drawing` follows `simulation`, which is at the last of the frames; both have to live as long. `motion`: the
+    /// file of each frame. Throws FileError.
+    PointCache(const scene::Scene& scene, const Simulation& simulation, const Drawing& drawing,
+               std::vector<std::filesystem::path> motion);
+
+    std::size_t frames() const { return motion_.size(); }
+    /// All bodies of a frame, counted from 0. Throws FileError.
+    DrawnFrame frame(std::size_t number) const;
+    /// Writes NAME.obj, the first frame, NAME.mtl, and NAME.mdd, the positions of its points in all frames; or
+    /// NAME.usda. Returns the files. Throws FileError; InputError for another extension.
+    std::vector<std::filesystem::path> write(const std::filesystem::path& out) const;
+
+private:
+    using Nodes = std::shared_ptr<const std::vector<std::uint32_t>>;
+
+    std::vector<std::vector<Nodes>> ancestors(const Simulation& simulation) const;
+    std::vector<tetmesh::CacheFrame> cacheFrame(std::size_t number) const;
+    void writeObj(const std::filesystem::path& out) const;
+    void writeMdd(const std::filesystem::path& out) const;
+    void writeUsd(const std::filesystem::path& out) const;
+
+    const scene::Scene& scene_;
+    const Drawing& drawing_;
+    std::vector<std::filesystem::path> motion_;
+    std::vector<std::vector<Nodes>> node_;          // of each frame and body: what those of the last frame were
+    DrawnFrame rest_;                               // the first frame
+    std::vector<std::vector<std::uint32_t>> used_;  // points that faces use, of each body
+};
+
+}  // namespace vdbfrac::core
