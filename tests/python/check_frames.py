@@ -237,7 +237,7 @@ def check_run(folder):
             if path.suffix == ".vdb":
                 check_vdb(path, scene, frame)
                 vdbs, last_vdb = vdbs + 1, path
-            else:
+            elif path.suffix != ".motion":
                 fragments = check_ply(path, scene) if path.suffix == ".ply" else check_obj(path, frame)
                 require(fragments <= known, f"{path}: fragments {sorted(fragments - known)} are not in run.json")
                 objs += path.suffix == ".obj"
