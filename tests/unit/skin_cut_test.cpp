@@ -299,7 +299,8 @@ TEST(SkinCut, ClosedLipsOfAJaggedCrackHaveSmoothRims)
     for (const int voxels : {20, 40})
         for (const Vec3& normal : {kTilts[0], kTilts[1]}) {
             const double dx = 2. / voxels;
-            for (const Solid& solid : {box(1, 1), box(1, 23), ball(1, 60)}) {
+            // Eight triangles to a voxel, too, as scanned and sculpted meshes have.
+            for (const Solid& solid : {box(1, 1), box(1, 23), box(1, 160), ball(1, 60)}) {
                 const bool isBall = solid.points[0].norm() < 1.5;
                 const SkinCut cut = cutBy(solid, {normal, .013, 1e9, .45}, dx, Lips::closed);
                 const Drawn d = drawn(solid, cut);
@@ -308,7 +309,7 @@ TEST(SkinCut, ClosedLipsOfAJaggedCrackHaveSmoothRims)
                 const double y = normal.y();
                 const double smooth =
                     isBall ? 4 * std::numbers::pi : 8 * (std::hypot(normal.x(), y) + std::hypot(normal.z(), y)) / y;
-                EXPECT_LE(edges.rim(d) / smooth, voxels == 20 ? 1.05 : 1.025) << solid.name << normal.transpose();
+                EXPECT_LE(edges.rim(d) / smooth, 1.005) << solid.name << normal.transpose();
                 EXPECT_GE(edges.rim(d) / smooth, .995) << solid.name;
                 const double whole = volume({solid.points, solid.triangles, {}});
                 EXPECT_NEAR(volume(d) / whole, 1, kLost) << solid.name;

@@ -1,5 +1,6 @@
 #include "lips.h"
 
+#include "fairing.h"
 #include "planar.h"
 
 #include <vdbfrac/base/grouping.h>
@@ -33,31 +34,6 @@ public:
         std::sort(entries_.begin(), entries_.end());
     }
 
-    /// The triangles near a point of the surface that have the smooth face that it was on, or its sharp edge.
-    struct Face {
-        std::optional<Coord> voxel;  // in which the point was then
-        std::vector<std::uint32_t> triangles;
-    };
-    /// The closest point of that face, or of its sharp edges where it was on one; where it is itself when there is none
-    /// near. `face`: as it was before, of the same point.
-    Vec3 closest(const SkinCut::Point& point, Face& face) const
-    {
-        const Vec3& X = point.X;
-        const bool sharp = point.onEdge && skin_.isSharp[point.skin];
-        if (const Coord voxel = tetmesh::floorOf(X / dx_); face.voxel != voxel) face = {voxel, faceNear(point, sharp)};
-        Vec3 best = X;
-        double nearest = std::numeric_limits<double>::infinity();
-        const auto keep = [&](const Vec3& p) {
-            if (const double d = (p - X).squaredNorm(); d < nearest) nearest = d, best = p;
-        };
-        for (const std::uint32_t t : face.triangles)
-            if (sharp)
-                visitEdges(t, X, keep);
-            else
-                visit(t, X, keep);
-        return best;
-    }
-
     /// X, or the closest point of the surface if X is outside of it and it is near.
     Vec3 inside(const Vec3& X) const
     {
@@ -77,20 +53,6 @@ public:
     }
 
 private:
-    std::vector<std::uint32_t> faceNear(const SkinCut::Point& point, bool sharp) const
-    {
-        const Vec3& normal = point.onEdge ? skin_.edgeNormal[point.skin] : skin_.normal[point.skin];
-        const auto hasSharp = [&](std::uint32_t t) {
-            const auto& edges = skin_.edgeOf[t];
-            return std::any_of(edges.begin(), edges.end(), [&](std::uint32_t e) { return bool(skin_.isSharp[e]); });
-        };
-        std::vector<std::uint32_t> face;
-        forNear(point.X, [&](std::uint32_t t) {
-            if (sharp ? hasSharp(t) : skin_.normal[t].dot(normal) >= kSameFace) face.push_back(t);
-        });
-        sortUnique(face);
-        return face;
-    }
     template <class Visit>
     void forNear(const Vec3& X, const Visit& visit) const
     {
@@ -108,16 +70,6 @@ private:
     {
         const auto& c = skin_.triangles[t];
         keep(closestPoint({skin_.points[c[0]], skin_.points[c[1]], skin_.points[c[2]]}, X).at);
-    }
-    template <class Keep>
-    void visitEdges(std::uint32_t t, const Vec3& X, const Keep& keep) const
-    {
-        const auto& c = skin_.triangles[t];
-        for (std::size_t k = 0; k < 3; ++k)
-            if (skin_.isSharp[skin_.edgeOf[t][k]]) {
-                const Vec3 &a = skin_.points[c[k]], &b = skin_.points[c[(k + 1) % 3]];
-                keep(closestPoint({a, b, b}, X).at);
-            }
     }
     const SkinTopology& skin_;
     double dx_;
@@ -152,35 +104,16 @@ std::optional<Vec3> halfWay(const CrackLattice& lattice, const Vec3& X)
     return std::nullopt;
 }
 
-/// Neighbours of points along torn faces: those of point i in next[start[i]] to next[start[i + 1]].
-struct Neighbours {
-    std::vector<std::uint32_t> start, next;
-};
-Neighbours neighboursOf(const SkinCut& cut, std::uint32_t firstPoint)
-{
-    Neighbours n;
-    n.start.assign(cut.points.size() + 1, 0);
-    for (const auto& t : cut.torn)
-        for (std::uint32_t p : t) n.start[p - firstPoint + 1] += 2;
-    for (std::size_t i = 0; i < cut.points.size(); ++i) n.start[i + 1] += n.start[i];
-    n.next.resize(n.start.back());
-    std::vector<std::uint32_t> at(n.start.begin(), n.start.end() - 1);
-    for (const auto& t : cut.torn)
-        for (std::size_t k = 0; k < 3; ++k)
-            for (std::size_t d = 1; d < 3; ++d) n.next[at[t[k] - firstPoint]++] = t[(k + d) % 3] - firstPoint;
-    return n;
-}
-
 /// Each way becomes the mean of it and of those round it; points without one take that of their neighbours.
-std::vector<std::optional<Vec3>> evened(const std::vector<std::optional<Vec3>>& way, const Neighbours& neighbours)
+std::vector<std::optional<Vec3>> evened(const std::vector<std::optional<Vec3>>& way, const Groups& neighbours)
 {
     std::vector<std::optional<Vec3>> result(way.size());
     parallelChunks(way.size(), kChunk, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             Vec3 sum = Vec3::Zero();
             int count = 0;
-            for (std::uint32_t k = neighbours.start[i]; k < neighbours.start[i + 1]; ++k)
-                if (const auto& other = way[neighbours.next[k]]) sum += *other, ++count;
+            for (const std::uint32_t next : neighbours[i])
+                if (const auto& other = way[next]) sum += *other, ++count;
             if (count == 0)
                 result[i] = way[i];
             else
@@ -188,51 +121,6 @@ std::vector<std::optional<Vec3>> evened(const std::vector<std::optional<Vec3>>& 
         }
     });
     return result;
-}
-
-/// Of neighbours along torn faces those that a point is faired by: of one on the rim only those along it.
-Neighbours fairedBy(const SkinCut& cut, const Neighbours& all)
-{
-    Neighbours n;
-    n.start.push_back(0);
-    for (std::size_t i = 0; i < cut.points.size(); ++i) {
-        std::vector<std::uint32_t> round(all.next.begin() + all.start[i], all.next.begin() + all.start[i + 1]);
-        std::sort(round.begin(), round.end());
-        const bool isRim = cut.points[i].skin != SkinCut::kNoSkin;
-        for (auto at = round.begin(); at != round.end();) {
-            const auto end = std::upper_bound(at, round.end(), *at);
-            if (!isRim || end - at == 1) n.next.push_back(*at);  // an edge of one triangle alone is on the rim
-            at = end;
-        }
-        n.start.push_back(std::uint32_t(n.next.size()));
-    }
-    return n;
-}
-
-/// Takes off what is left of the voxels. Each point goes towards the mean of those round it, and in torn faces away
-/// from it again, which evens what is short and keeps what is long (Taubin 1995); rims would keep their small loops.
-void fair(const Neighbours& neighbours, const SkinNearCracks& near, std::vector<SkinCut::Point>& points)
-{
-    constexpr int kRounds = 15;  // with points half a voxel apart: .02 is left of what is 2 voxels long, .8 of 4
-    constexpr double kTowards = 0.5, kAway = -0.53;
-    std::vector<Vec3> moved(points.size());
-    std::vector<SkinNearCracks::Face> face(points.size());
-    for (int half = 0; half < 2 * kRounds; ++half) {
-        const double inFace = half % 2 == 0 ? kTowards : kAway;
-        parallelChunks(points.size(), kChunk / 16, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) {
-                SkinCut::Point p = points[i];
-                const bool isRim = p.skin != SkinCut::kNoSkin;
-                Vec3 sum = Vec3::Zero();
-                for (std::uint32_t k = neighbours.start[i]; k < neighbours.start[i + 1]; ++k)
-                    sum += points[neighbours.next[k]].X;
-                if (const std::uint32_t count = neighbours.start[i + 1] - neighbours.start[i]; count > 0)
-                    p.X += (isRim ? kTowards : inFace) * (sum / count - p.X);
-                moved[i] = isRim ? near.closest(p, face[i]) : p.X;
-            }
-        });
-        for (std::size_t i = 0; i < points.size(); ++i) points[i].X = moved[i];
-    }
 }
 
 /// Divides what triangles keep anew, after its points have moved: a division that was good may fold over.
@@ -331,11 +219,11 @@ void closeLips(const SkinTopology& skin, const CrackLattice& lattice, SkinCut& c
     parallelChunks(way.size(), kChunk / 16, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) way[i] = halfWay(lattice, cut.points[i].X);
     });
-    const Neighbours neighbours = neighboursOf(cut, std::uint32_t(skin.pointOf.size()));
+    const Groups neighbours = neighboursOf(cut, std::uint32_t(skin.pointOf.size()));
     for (int round = 0; round < kRounds; ++round) way = evened(way, neighbours);
     for (std::size_t i = 0; i < way.size(); ++i)
         if (way[i]) cut.points[i].X += *way[i];
-    fair(fairedBy(cut, neighbours), near, cut.points);
+    fair(skin, lattice.voxelSize(), cut);
     parallelChunks(cut.points.size(), kChunk / 16, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i)
             if (SkinCut::Point& p = cut.points[i]; p.skin == SkinCut::kNoSkin) p.X = near.inside(p.X);

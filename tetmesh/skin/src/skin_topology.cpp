@@ -46,6 +46,9 @@ void numberEdges(SkinTopology& topology)
             topology.edges.push_back({s.low, s.high});
         topology.edgeOf[s.triangle][s.k] = std::uint32_t(topology.edges.size() - 1);
     }
+    topology.trianglesOf = groupItems(topology.edges.size(), [&](const auto& add) {
+        for (const Side& s : sides) add(topology.edgeOf[s.triangle][s.k], s.triangle);
+    });
 }
 
 void findSharpEdges(SkinTopology& topology)

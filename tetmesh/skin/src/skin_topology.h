@@ -1,6 +1,7 @@
 // The outer surface as triangles that share corners and edges. Not installed.
 #pragma once
 
+#include <vdbfrac/base/grouping.h>
 #include <vdbfrac/base/vec.h>
 
 #include <array>
@@ -20,6 +21,7 @@ struct SkinTopology {
     std::vector<std::array<std::uint32_t, 3>> edgeOf;     ///< of each triangle: edge k goes from corner k to the next
     std::vector<std::array<std::uint32_t, 2>> edges;      ///< the lower point first
     std::vector<Vec3> normal, edgeNormal;                 ///< of each triangle; of each edge: of its first triangle
+    Groups trianglesOf;                                   ///< those of each edge
     std::vector<bool> isSharp;                            ///< of each edge: its triangles are no one smooth face
 };
 

@@ -1,0 +1,206 @@
+#include "fairing.h"
+
+#include <vdbfrac/base/parallel.h>
+#include <vdbfrac/base/triangle.h>
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+#include <vector>
+
+namespace vdbfrac::skin {
+
+namespace {
+
+constexpr double kSpacing = 0.5;  // voxels: about how far points of a torn face are apart
+
+/// Points that each point is faired by, with weights that add up to 1: those of point i are start[i] to start[i + 1].
+struct Surroundings {
+    std::vector<std::uint32_t> start{0}, point;
+    std::vector<double> weight;
+
+    void add(std::uint32_t p, double w) { point.push_back(p), weight.push_back(w); }
+    void end()
+    {
+        double sum = 0;
+        for (std::size_t k = start.back(); k < point.size(); ++k) sum += weight[k];
+        for (std::size_t k = start.back(); k < point.size(); ++k) weight[k] /= sum;
+        start.push_back(std::uint32_t(point.size()));
+    }
+};
+
+/// A point in a torn face is faired by those next to it, one on a rim by those along it: by the nearest on either side,
+/// and where the outer surface has many triangles to a voxel by all within a stretch, so that what is evened depends
+/// on the voxels alone.
+class SurroundingsOf {
+public:
+    SurroundingsOf(const SkinCut& cut, std::uint32_t firstPoint, double dx) : points_(cut.points), dx_(dx)
+    {
+        const Groups all = neighboursOf(cut, firstPoint);
+        const std::uint32_t count = std::uint32_t(points_.size());
+        const auto visit = [&](const auto& add, bool alongRims) {
+            std::vector<std::uint32_t> round;
+            for (std::uint32_t i = 0; i < count; ++i) {
+                round.assign(all[i].begin(), all[i].end());
+                std::sort(round.begin(), round.end());
+                for (auto at = round.begin(); at != round.end();) {
+                    const auto end = std::upper_bound(at, round.end(), *at);
+                    // An edge of one triangle alone is on the rim.
+                    if (!alongRims || (isRim(i) && end - at == 1)) add(i, *at);
+                    at = end;
+                }
+            }
+        };
+        beside_ = groupItems(count, [&](const auto& add) { visit(add, false); });
+        rim_ = groupItems(count, [&](const auto& add) { visit(add, true); });
+    }
+
+    Surroundings make() const
+    {
+        Surroundings all;
+        for (std::uint32_t i = 0; i < points_.size(); ++i) {
+            if (isRim(i))
+                for (const std::uint32_t next : rim_[i]) addAlong(i, next, all);
+            else
+                for (const std::uint32_t next : beside_[i]) all.add(next, isRim(next) ? share(next) : 1);
+            all.end();
+        }
+        return all;
+    }
+
+private:
+    bool isRim(std::uint32_t i) const { return points_[i].skin != SkinCut::kNoSkin; }
+    double distance(std::uint32_t i, std::uint32_t j) const { return (points_[i].X - points_[j].X).norm(); }
+
+    /// Points of a dense rim count together for as many as a coarse one would have.
+    double share(std::uint32_t rim) const
+    {
+        double length = 0;
+        for (const std::uint32_t next : rim_[rim]) length += 0.5 * distance(rim, next);
+        return std::min(1., length / (kSpacing * dx_));
+    }
+
+    /// The points of a rim from one on, on the side of `next`; together they count for 1.
+    void addAlong(std::uint32_t from, std::uint32_t next, Surroundings& all) const
+    {
+        const double reach = kSpacing * std::sqrt(3.) * dx_;  // of the same variance as two points a spacing away
+        const std::size_t first = all.point.size();
+        std::uint32_t before = from;
+        for (double length = distance(from, next); all.point.size() == first || length <= reach;) {
+            all.add(next, 1);
+            if (rim_[next].size() != 2) break;
+            const std::uint32_t after = rim_[next][rim_[next][0] == before];
+            if (after == from) break;
+            length += distance(next, after);
+            before = next, next = after;
+        }
+        for (std::size_t k = first; k < all.point.size(); ++k) all.weight[k] = 1. / double(all.point.size() - first);
+    }
+
+    const std::vector<SkinCut::Point>& points_;
+    double dx_;
+    Groups beside_, rim_;
+};
+
+/// Slides points over the outer surface.
+class Slider {
+public:
+    explicit Slider(const SkinTopology& skin) : skin_(skin) {}
+
+    /// The closest point to X of the smooth face that `point` was on, or of its sharp edges where it was on one. `at`:
+    /// the triangle to look from, and then the one that it lies on.
+    Vec3 closest(const SkinCut::Point& point, const Vec3& X, std::uint32_t& at) const
+    {
+        const bool sharp = point.onEdge && skin_.isSharp[point.skin];
+        const Vec3& normal = point.onEdge ? skin_.edgeNormal[point.skin] : skin_.normal[point.skin];
+        double nearest = std::numeric_limits<double>::infinity();
+        Vec3 best = X;
+        // From triangle to triangle, as long as they are as near as what was found.
+        std::vector<std::uint32_t> reached{at};
+        for (std::size_t i = 0; i < reached.size(); ++i) {
+            const std::uint32_t t = reached[i];
+            if (!sharp && skin_.normal[t].dot(normal) < kSameFace) continue;
+            const Vec3 there = closestPoint(corners(t), X).at;
+            const auto keep = [&](const Vec3& p) {
+                if (const double d = (p - X).squaredNorm(); d < nearest) nearest = d, best = p, at = t;
+            };
+            if (sharp)
+                visitSharpEdges(t, X, keep);
+            else
+                keep(there);
+            if ((there - X).squaredNorm() > nearest) continue;
+            for (const std::uint32_t e : skin_.edgeOf[t])
+                for (const std::uint32_t beside : skin_.trianglesOf[e])
+                    if (std::find(reached.begin(), reached.end(), beside) == reached.end()) reached.push_back(beside);
+        }
+        return best;
+    }
+
+    std::uint32_t triangleOf(const SkinCut::Point& point) const
+    {
+        return point.onEdge ? skin_.trianglesOf[point.skin][0] : point.skin;
+    }
+
+private:
+    std::array<Vec3, 3> corners(std::uint32_t t) const
+    {
+        const auto& c = skin_.triangles[t];
+        return {skin_.points[c[0]], skin_.points[c[1]], skin_.points[c[2]]};
+    }
+    template <class Keep>
+    void visitSharpEdges(std::uint32_t t, const Vec3& X, const Keep& keep) const
+    {
+        const std::array<Vec3, 3> c = corners(t);
+        for (std::size_t k = 0; k < 3; ++k)
+            if (skin_.isSharp[skin_.edgeOf[t][k]]) keep(closestPoint({c[k], c[(k + 1) % 3], c[(k + 1) % 3]}, X).at);
+    }
+
+    const SkinTopology& skin_;
+};
+
+}  // namespace
+
+Groups neighboursOf(const SkinCut& cut, std::uint32_t firstPoint)
+{
+    return groupItems(cut.points.size(), [&](const auto& add) {
+        for (const auto& t : cut.torn)
+            for (std::size_t k = 0; k < 3; ++k)
+                for (std::size_t d = 1; d < 3; ++d) add(t[k] - firstPoint, t[(k + d) % 3] - firstPoint);
+    });
+}
+
+/// Each point goes towards the mean of those round it, and in torn faces away from it again, which evens what is short
+/// and keeps what is long (Taubin 1995); rims would keep their small loops.
+void fair(const SkinTopology& skin, double dx, SkinCut& cut)
+{
+    constexpr int kRounds = 15;  // with points half a voxel apart: .02 is left of what is 2 voxels long, .8 of 4
+    constexpr double kTowards = 0.5, kAway = -0.53;
+    std::vector<SkinCut::Point>& points = cut.points;
+    const Surroundings round = SurroundingsOf(cut, std::uint32_t(skin.pointOf.size()), dx).make();
+    const Slider slider(skin);
+    std::vector<std::uint32_t> triangle(points.size(), 0);
+    for (std::size_t i = 0; i < points.size(); ++i)
+        if (points[i].skin != SkinCut::kNoSkin) triangle[i] = slider.triangleOf(points[i]);
+    std::vector<Vec3> moved(points.size());
+    for (int half = 0; half < 2 * kRounds; ++half) {
+        const double inFace = half % 2 == 0 ? kTowards : kAway;
+        parallelChunks(points.size(), kChunk / 16, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) {
+                const bool isRim = points[i].skin != SkinCut::kNoSkin;
+                moved[i] = points[i].X;
+                if (round.start[i + 1] > round.start[i]) {
+                    Vec3 mean = Vec3::Zero();
+                    for (std::uint32_t k = round.start[i]; k < round.start[i + 1]; ++k)
+                        mean += round.weight[k] * points[round.point[k]].X;
+                    moved[i] += (isRim ? kTowards : inFace) * (mean - points[i].X);
+                }
+                if (isRim) moved[i] = slider.closest(points[i], moved[i], triangle[i]);
+            }
+        });
+        for (std::size_t i = 0; i < points.size(); ++i) points[i].X = moved[i];
+    }
+}
+
+}  // namespace vdbfrac::skin
