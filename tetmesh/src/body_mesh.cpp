@@ -28,20 +28,20 @@ NodalShare BodyMesh::nodalShare(Coord voxel, const TetEnergy& energy) const
     return share;
 }
 
-EmbeddedPoint BodyMesh::embed(std::uint32_t e, std::uint32_t t, const Vec3& X) const
+RestTet BodyMesh::restTet(std::uint32_t e, std::uint32_t t) const
 {
     const CellElement& element = elements()[e];
-    EmbeddedPoint point;
+    RestTet tet;
     std::array<Vec3, 4> corner;
     for (std::size_t a = 0; a < 4; ++a) {
-        point.node[a] = element.node[std::size_t(cellTets(element.shape).corner[t][a])];
-        corner[a] = restPosition(point.node[a]);
+        tet.node[a] = element.node[std::size_t(cellTets(element.shape).corner[t][a])];
+        corner[a] = restPosition(tet.node[a]);
     }
     Mat3 edges;
     for (int a = 0; a < 3; ++a) edges.col(a) = corner[std::size_t(a + 1)] - corner[0];
-    const Vec3 w = edges.inverse() * (X - corner[0]);
-    point.weight = {1 - w.sum(), w[0], w[1], w[2]};
-    return point;
+    tet.origin = corner[0];
+    tet.inverse = edges.inverse();
+    return tet;
 }
 
 std::optional<MaterialPoint> BodyMesh::locate(const Vec3& X, std::span<const std::uint32_t> near) const

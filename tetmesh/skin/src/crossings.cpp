@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <optional>
 #include <tuple>
@@ -101,12 +102,16 @@ public:
     TriangleCrossings(const SkinTopology& skin, const CrackLattice& lattice, std::uint32_t triangle, Crossings& found)
         : skin_(skin), lattice_(lattice), triangle_(triangle), found_(found)
     {
-        for (std::size_t k = 0; k < 3; ++k) corner_[k] = skin.points[skin.triangles[triangle][k]];
+        for (std::size_t k = 0; k < 3; ++k) {
+            corner_[k] = skin.points[skin.triangles[triangle][k]];
+            inVoxels_[k] = corner_[k] / lattice.voxelSize();
+        }
         normal_ = (corner_[1] - corner_[0]).cross(corner_[2] - corner_[0]);
     }
 
     void visit(const LatticeTet& nodes)
     {
+        if (isApart(nodes)) return;
         const Tet tet(lattice_, nodes);
         std::array<bool, 4> above{};
         for (std::size_t a = 0; a < 4; ++a) above[a] = isAbove(corner_[0], corner_[1], corner_[2], tet.X[a]);
@@ -124,6 +129,22 @@ public:
     }
 
 private:
+    /// Do all corners lie beyond one face of the tet? Its points are 1 >= p >= q >= r >= 0, in the order in which its
+    /// chain of nodes takes the axes.
+    bool isApart(const LatticeTet& tet) const
+    {
+        constexpr double kMargin = 1e-5;  // voxels: more than the nodes were moved
+        std::array<int, 3> axis;
+        for (std::size_t k = 0; k < 3; ++k) axis[k] = std::countr_zero(unsigned(tet.mask[k + 1] ^ tet.mask[k]));
+        std::array<double, 4> most{-1, -1, -1, -1};
+        for (const Vec3& corner : inVoxels_) {
+            const Vec3 at = corner - tet.node[0].toVec();
+            const double p = at[axis[0]], q = at[axis[1]], r = at[axis[2]];
+            most = {std::max(most[0], 1 - p), std::max(most[1], p - q), std::max(most[2], q - r), std::max(most[3], r)};
+        }
+        return std::any_of(most.begin(), most.end(), [](double inside) { return inside < -kMargin; });
+    }
+
     /// Which way each side of the triangle passes each edge of the tet, and where its corners are.
     void orient(const Tet& tet)
     {
@@ -208,7 +229,7 @@ private:
     const CrackLattice& lattice_;
     std::uint32_t triangle_;
     Crossings& found_;
-    std::array<Vec3, 3> corner_;
+    std::array<Vec3, 3> corner_, inVoxels_;
     Vec3 normal_;
     std::array<std::array<bool, 6>, 3> passes_{};
     std::array<std::array<bool, 4>, 3> cornerAbove_{};

@@ -41,13 +41,14 @@ public:
         Vec3 best = X;
         double nearest = std::numeric_limits<double>::infinity(), outwards = 0, most = 0;
         forNear(X, [&](std::uint32_t t) {
-            visit(t, X, [&](const Vec3& p) {
-                const double d = (p - X).squaredNorm(), out = (X - p).dot(skin_.normal[t]);
-                if (d > nearest * (1 + kSame)) return;
-                if (d < nearest * (1 - kSame)) most = 0;
-                if (std::abs(out) >= most) most = std::abs(out), outwards = out;
-                if (d < nearest) nearest = d, best = p;
-            });
+            if (leastSquare(t, X) > nearest * (1 + kSame)) return;
+            const auto& c = skin_.triangles[t];
+            const Vec3 p = closestPoint({skin_.points[c[0]], skin_.points[c[1]], skin_.points[c[2]]}, X).at;
+            const double d = (p - X).squaredNorm(), out = (X - p).dot(skin_.normal[t]);
+            if (d > nearest * (1 + kSame)) return;
+            if (d < nearest * (1 - kSame)) most = 0;
+            if (std::abs(out) >= most) most = std::abs(out), outwards = out;
+            if (d < nearest) nearest = d, best = p;
         });
         return outwards > 0 ? best : X;
     }
@@ -65,11 +66,13 @@ private:
                     for (; at != entries_.end() && at->first == voxel; ++at) visit(at->second);
                 }
     }
-    template <class Keep>
-    void visit(std::uint32_t t, const Vec3& X, const Keep& keep) const
+    /// No point of a triangle is nearer to X than this; squared.
+    double leastSquare(std::uint32_t t, const Vec3& X) const
     {
         const auto& c = skin_.triangles[t];
-        keep(closestPoint({skin_.points[c[0]], skin_.points[c[1]], skin_.points[c[2]]}, X).at);
+        const Vec3 &p = skin_.points[c[0]], &q = skin_.points[c[1]], &r = skin_.points[c[2]];
+        const Vec3 gap = (p.cwiseMin(q).cwiseMin(r) - X).cwiseMax(X - p.cwiseMax(q).cwiseMax(r)).cwiseMax(0);
+        return gap.squaredNorm();
     }
     const SkinTopology& skin_;
     double dx_;

@@ -72,27 +72,26 @@ struct Found {
     double least = -1e300;  // smallest weight: below 0 outside of the tet
 };
 
-std::vector<std::uint32_t> nodesOf(const tetmesh::BodyMesh& body, const Tets& tets)
+std::vector<std::uint32_t> nodesOf(std::span<const tetmesh::RestTet> tets)
 {
     std::vector<std::uint32_t> nodes;
-    for (const auto& [e, t] : tets)
-        for (const int corner : tetmesh::cellTets(body.elements()[e].shape).corner[t])
-            nodes.push_back(body.elements()[e].node[std::size_t(corner)]);
+    for (const tetmesh::RestTet& tet : tets) nodes.insert(nodes.end(), tet.node.begin(), tet.node.end());
     sortUnique(nodes);
     return nodes;
 }
 
 /// X in one of these tets, in one that has a node of theirs, or as near to one of them as can be. `nodes`: theirs,
 /// which are found when they are needed.
-Found nearest(const tetmesh::BodyMesh& body, const Tets& tets, std::vector<std::uint32_t>& nodes, const Vec3& X)
+Found nearest(const tetmesh::BodyMesh& body, std::span<const tetmesh::RestTet> tets, std::vector<std::uint32_t>& nodes,
+              const Vec3& X)
 {
     Found best;
-    for (const auto& [e, t] : tets) {
-        const tetmesh::EmbeddedPoint point = body.embed(e, t, X);
+    for (const tetmesh::RestTet& tet : tets) {
+        const tetmesh::EmbeddedPoint point = tet.embed(X);
         if (const double least = point.leastWeight(); least > best.least) best = {point, least};
     }
     if (tets.empty() || best.point.isInTet()) return best;
-    if (nodes.empty()) nodes = nodesOf(body, tets);
+    if (nodes.empty()) nodes = nodesOf(tets);
     const auto beside = body.locate(X, nodes);
     return beside ? Found{beside->point, beside->point.leastWeight()} : best;
 }
@@ -128,7 +127,9 @@ std::vector<tetmesh::EmbeddedPoint> embedRiders(const tetmesh::BodyMesh& body, c
     const auto sums = orderedSums<2>(run.size() - 1, 64, [&](std::size_t begin, std::size_t end) {
         std::array<double, 2> count{};
         for (std::size_t r = begin; r < end; ++r) {
-            const Tets tets = tetsFrom(carrier, cracks, riders[order[run[r]]].anchor);
+            std::vector<tetmesh::RestTet> tets;
+            for (const auto& [e, t] : tetsFrom(carrier, cracks, riders[order[run[r]]].anchor))
+                tets.push_back(body.restTet(e, t));
             std::vector<std::uint32_t> nodes;
             for (std::size_t i = run[r]; i < run[r + 1]; ++i) {
                 const Found found = nearest(body, tets, nodes, riders[order[i]].X);

@@ -135,7 +135,11 @@ public:
     /// of the nodes `near`, where any are given; of them that with the most material, then the first.
     std::optional<MaterialPoint> locate(const Vec3& X, std::span<const std::uint32_t> near = {}) const;
     /// X as a sum over the nodes of a tet, whether it lies in it or not.
-    EmbeddedPoint embed(std::uint32_t element, std::uint32_t tet, const Vec3& X) const;
+    RestTet restTet(std::uint32_t element, std::uint32_t tet) const;
+    EmbeddedPoint embed(std::uint32_t element, std::uint32_t tet, const Vec3& X) const
+    {
+        return restTet(element, tet).embed(X);
+    }
 
 protected:
     /// Rising elements that hold all tets with X in them; others may be among them.

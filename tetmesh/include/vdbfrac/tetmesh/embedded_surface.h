@@ -27,6 +27,20 @@ struct EmbeddedPoint {
     bool isInTet() const { return leastWeight() >= -1e-9; }                                 ///< or on a face of it
 };
 
+/// A tet at rest, ready for points to be placed in it.
+struct RestTet {
+    std::array<std::uint32_t, 4> node{};
+    Vec3 origin = Vec3::Zero();   ///< m: of the first node
+    Mat3 inverse = Mat3::Zero();  ///< of the edges from there to the others
+
+    /// A point [m], in the tet or not.
+    EmbeddedPoint embed(const Vec3& X) const
+    {
+        const Vec3 w = inverse * (X - origin);
+        return {node, {1 - w.sum(), w[0], w[1], w[2]}};
+    }
+};
+
 /// Closed surface of the material, normals outward. Vertices are shared along every edge the cut crosses.
 struct EmbeddedSurface {
     std::vector<EmbeddedPoint> points;
