@@ -112,6 +112,14 @@ TEST(SceneOverrides, SetWhatTheTextSetsAndWhatItLeavesOut)
     EXPECT_EQ(std::get<Primitive>(s.bodies[0].shape).radius, 3);
 }
 
+TEST(SceneOverrides, TakeNumbersAsTheyAreTyped)
+{
+    EXPECT_EQ(parse(kGood, {"grid.voxel_size=.036"}).grid.voxelSize, .036);
+    EXPECT_EQ(parse(kGood, {"material.gel.poisson_ratio=-.25"}).materials[0].poissonRatio, -.25);
+    EXPECT_EQ(parse(kGood, {"grid.voxel_size=2."}).grid.voxelSize, 2);
+    EXPECT_EQ(parse(kGood, {"name=v1.5"}).name, "v1.5");
+}
+
 TEST(SceneOverrides, ErrorsNameTheOverride)
 {
     const auto placeOf = [](const std::string& override) {

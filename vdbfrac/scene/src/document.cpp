@@ -12,6 +12,7 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
+#include <charconv>
 #include <tuple>
 
 namespace vdbfrac::scene {
@@ -185,8 +186,13 @@ Node parseValue(std::string_view text)
         Node root = parseDocument("v = " + std::string(text));
         Table& table = std::get<Table>(root.value);
         if (table.members.size() == 1 && table.members[0].key == "v") return std::move(table.members[0].value);
-    } catch (const SyntaxError&) {  // then it is a text
+    } catch (const SyntaxError&) {
     }
+    // TOML wants digits on both sides of a point, who types .05 or 5. does not.
+    double number = 0;
+    const char* end = text.data() + text.size();
+    const auto [stop, error] = std::from_chars(text.data(), end, number);
+    if (error == std::errc() && stop == end && text.find('.') != text.npos) return {{}, number};
     return {{}, std::string(text)};
 }
 
