@@ -9,7 +9,9 @@
 #include <algorithm>
 #include <bitset>
 #include <cmath>
+#include <numeric>
 #include <optional>
+#include <set>
 #include <span>
 #include <utility>
 #include <vector>
@@ -225,37 +227,52 @@ private:
     Sides keepApart(const std::vector<Coord>& outside)
     {
         Sides side;
-        for (bool changed = true; changed;) {
-            side = sidesOf(outside);
-            const std::vector<Coord> bridges = bridgesOf(outside, side);
-            for (Coord n : bridges)
-                if (isBridge(n, side)) c_.set(n, float(kOpened * dx_));
-            changed = !bridges.empty();
+        std::vector<std::optional<Coord>> found(outside.size());
+        std::vector<std::uint32_t> stale(outside.size());  // what the last round may have changed
+        std::iota(stale.begin(), stale.end(), 0u);
+        while (!stale.empty()) {
+            parallelChunks(stale.size(), kChunk / 16, [&](std::size_t begin, std::size_t end) {
+                for (std::size_t i = begin; i < end; ++i) {
+                    const Coord n = outside[stale[i]];
+                    found[stale[i]] = c_(n) > 0 ? std::nullopt : materialFrom(n);
+                }
+            });
+            side.clear();
+            for (std::size_t i = 0; i < outside.size(); ++i)
+                if (found[i]) side.emplace_back(outside[i], *found[i]);
+            std::vector<Coord> opened;
+            for (Coord n : bridgesOf(outside, stale, side))
+                if (isBridge(n, side)) c_.set(n, float(kOpened * dx_)), opened.push_back(n);
+            stale = nodesNear(outside, opened);
         }
         return side;
     }
-    Sides sidesOf(const std::vector<Coord>& outside) const
+    /// Which of the nodes are so near to others that what searches find there may be another thing: their blocks touch.
+    static std::vector<std::uint32_t> nodesNear(const std::vector<Coord>& nodes, std::span<const Coord> others)
     {
-        std::vector<std::optional<Coord>> found(outside.size());
-        parallelChunks(outside.size(), kChunk / 16, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i)
-                if (!(c_(outside[i]) > 0)) found[i] = materialFrom(outside[i]);
-        });
-        Sides side;
-        for (std::size_t i = 0; i < outside.size(); ++i)
-            if (found[i]) side.emplace_back(outside[i], *found[i]);
-        return side;
+        static constexpr double kBlock = 8;  // nodes: more than searches and their neighbours reach
+        const auto blockOf = [](Coord n) { return tetmesh::floorOf(n.toVec() / kBlock); };
+        std::set<Coord> blocks;
+        for (Coord n : others) forOffsets(1, [&](Coord d) { blocks.insert(blockOf(n) + d); });
+        std::vector<std::uint32_t> near;
+        for (std::uint32_t i = 0; i < nodes.size() && !blocks.empty(); ++i)
+            if (blocks.contains(blockOf(nodes[i]))) near.push_back(i);
+        return near;
     }
     /// Nodes between material that is apart, those nearest to a crack first.
-    std::vector<Coord> bridgesOf(const std::vector<Coord>& outside, const Sides& side) const
+    std::vector<Coord> bridgesOf(const std::vector<Coord>& outside, std::span<const std::uint32_t> which,
+                                 const Sides& side) const
     {
-        std::vector<std::uint8_t> bridges(outside.size());
-        parallelChunks(outside.size(), kChunk / 16, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) bridges[i] = !(c_(outside[i]) > 0) && isBridge(outside[i], side);
+        std::vector<std::uint8_t> bridges(which.size());
+        parallelChunks(which.size(), kChunk / 16, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) {
+                const Coord n = outside[which[i]];
+                bridges[i] = !(c_(n) > 0) && isBridge(n, side);
+            }
         });
         std::vector<Coord> nodes;
-        for (std::size_t i = 0; i < outside.size(); ++i)
-            if (bridges[i]) nodes.push_back(outside[i]);
+        for (std::size_t i = 0; i < which.size(); ++i)
+            if (bridges[i]) nodes.push_back(outside[which[i]]);
         std::stable_sort(nodes.begin(), nodes.end(), [&](Coord a, Coord b) { return c_(a) > c_(b); });
         return nodes;
     }
@@ -294,6 +311,9 @@ private:
     bool areJoined(Coord a, Coord b) const
     {
         constexpr int kRound = 2;
+        bool beside = false;
+        forNeighbours(a, [&](Coord m) { beside = beside || m == b; });
+        if (beside) return true;
         const Coord low{std::min(a.x, b.x) - kRound, std::min(a.y, b.y) - kRound, std::min(a.z, b.z) - kRound};
         const Coord high{std::max(a.x, b.x) + kRound, std::max(a.y, b.y) + kRound, std::max(a.z, b.z) + kRound};
         Search search(a);
