@@ -111,16 +111,27 @@ TEST(SolidMesh, IsTheSameEachTimeWhateverLiesInMemory)
     const Primitive block = cube(1);
     Primitive notch = solid(cylinder, Vec3(.5, 0, 0), .2);
     notch.axis = Vec3::UnitZ();
-    const std::vector<Primitive> cut = {notch};
-    const auto first = solidMesh({block, {}, cut}, .1);
+    // Scores cross each other: many points of their faces lie on one circle, and many faces meet in one point.
+    std::vector<Primitive> scores;
+    for (const double at : {-.3, 0., .3})
+        for (const Vec3& size : {Vec3(.06, .2, 1.2), Vec3(1.2, .2, .06)}) {
+            Primitive score = cube(1);
+            score.size = size, score.center = Vec3(size.x() < size.z() ? at : 0, .45, size.x() < size.z() ? 0 : at);
+            scores.push_back(score);
+        }
     std::vector<std::vector<char>> heap;
-    for (std::size_t k = 1; k < 30; ++k) {
-        heap.emplace_back(k * 7919 % 5000 + 1);
-        if (k % 3 == 0) heap[k / 2].clear(), heap[k / 2].shrink_to_fit();
-        const auto again = solidMesh({block, {}, cut}, .1);
-        ASSERT_EQ(again->points, first->points);
-        ASSERT_EQ(again->normals, first->normals);
-        ASSERT_EQ(again->faceEnd, first->faceEnd);
+    for (const std::vector<Primitive>& cut : {std::vector{notch}, scores}) {
+        const auto first = solidMesh({block, {}, cut}, .1);
+        for (std::size_t k = 1; k < 30; ++k) {
+            heap.emplace_back(k * 7919 % 5000 + 1);
+            if (k % 3 == 0) heap[k / 2].clear(), heap[k / 2].shrink_to_fit();
+            const auto again = solidMesh({block, {}, cut}, .1);
+            ASSERT_EQ(again->points, first->points);
+            ASSERT_EQ(again->normals, first->normals);
+            ASSERT_EQ(again->faceEnd, first->faceEnd);
+            for (std::size_t c = 0; c < first->corners.size(); ++c)
+                ASSERT_EQ(again->corners[c].point, first->corners[c].point);
+        }
     }
 }
 

@@ -54,15 +54,28 @@ tetmesh::RenderMesh renderMeshOf(Mesh& mesh)
     return result;
 }
 
-/// The same mesh with points and faces in the order of their coordinates. Corefinement leaves them in an order that
-/// depends on where things lie in memory.
-Mesh ordered(Mesh& mesh)
+/// Corefinement finds the last bits of points where several faces meet, as it finds the order of all, by where things
+/// lie in memory.
+Point rounded(const Point& p, double edge)
+{
+    constexpr double kDigits = 9;  // below the edges that are wanted
+    const double perMetre = std::pow(10., kDigits - std::floor(std::log10(edge)));
+    const auto one = [&](double v) { return std::round(v * perMetre) / perMetre; };
+    return {one(p.x()), one(p.y()), one(p.z())};
+}
+
+/// The same mesh with points and faces in the order of their rounded coordinates.
+Mesh ordered(Mesh& mesh, double edge)
 {
     mesh.collect_garbage();
     std::vector<std::size_t> order(mesh.number_of_vertices()), rank(order.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
     const auto point = [&](std::size_t i) -> const Point& { return mesh.point(Mesh::Vertex_index(unsigned(i))); };
-    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return point(a) < point(b); });
+    std::vector<Point> place;
+    for (std::size_t i = 0; i < order.size(); ++i) place.push_back(rounded(point(i), edge));
+    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+        return place[a] != place[b] ? place[a] < place[b] : point(a) < point(b);
+    });
     Mesh result;
     for (std::size_t i = 0; i < order.size(); ++i) {
         rank[order[i]] = i;
@@ -87,17 +100,23 @@ Mesh ordered(Mesh& mesh)
 /// remeshing gives other triangles each time it runs.)
 class Tidier {
 public:
-    Tidier(Mesh& mesh, double edge) : mesh_(mesh), shortest_(kShort * edge) {}
+    Tidier(Mesh& mesh, double edge) : mesh_(mesh), edge_(edge), shortest_(kShort * edge) {}
 
     void run()
     {
         constexpr int kRounds = 3;
         for (int round = 0; round < kRounds; ++round) removeFlatFaces();
+        mesh_ = ordered(mesh_, edge_);
+        // However flat faces were divided, from here on it is one way.
+        constexpr int kMost = 100;
+        findSharpEdges();
+        for (int round = 0; round < kMost && flipAll(); ++round) {}
+        mesh_ = ordered(mesh_, edge_);
         for (int round = 0; round < kRounds; ++round) {
             findSharpEdges();
             for (const Edge e : edges())
                 if (!mesh_.is_removed(e)) collapse(mesh_.halfedge(e)) || collapse(mesh_.opposite(mesh_.halfedge(e)));
-            for (const Edge e : edges()) flip(e);
+            flipAll();
         }
     }
 
@@ -178,26 +197,34 @@ private:
         return true;
     }
 
-    void flip(Edge e)
+    bool flipAll()
     {
-        if (mesh_.is_removed(e) || isSharp_[e]) return;
+        bool any = false;
+        for (const Edge e : edges()) any = flip(e) || any;
+        return any;
+    }
+    bool flip(Edge e)
+    {
+        if (mesh_.is_removed(e) || isSharp_[e]) return false;
         const Halfedge h = mesh_.halfedge(e), o = mesh_.opposite(h);
         const Vertex a = mesh_.source(h), b = mesh_.target(h), c = mesh_.target(mesh_.next(h)),
                      d = mesh_.target(mesh_.next(o));
         const auto cosine = [&](Vertex tip) {
             return (at(a) - at(tip)).stableNormalized().dot((at(b) - at(tip)).stableNormalized());
         };
-        constexpr double kClear = 1e-6;  // on squares both ways are as good
+        constexpr double kClear = 1e-6;  // on squares both ways are as good: then towards the first point
         const double sum = std::acos(std::clamp(cosine(c), -1., 1.)) + std::acos(std::clamp(cosine(d), -1., 1.));
-        if (sum <= std::numbers::pi + kClear || mesh_.halfedge(c, d) != Mesh::null_halfedge()) return;
+        const bool isTie = std::abs(sum - std::numbers::pi) <= kClear && std::min(c, d) < std::min(a, b);
+        if (!(sum > std::numbers::pi + kClear || isTie) || mesh_.halfedge(c, d) != Mesh::null_halfedge()) return false;
         const Vec3 first = area(a, d, c), second = area(b, c, d), whole = area(a, b, c) + area(b, a, d);
         for (const Vec3& part : {first, second})
-            if (part.dot(whole) <= kFlat * part.norm() * whole.norm()) return;
+            if (part.dot(whole) <= kFlat * part.norm() * whole.norm()) return false;
         CGAL::Euler::flip_edge(h, mesh_);
+        return true;
     }
 
     Mesh& mesh_;
-    double shortest_;
+    double edge_, shortest_;  // m
     Mesh::Property_map<Edge, bool> isSharp_;
 };
 
@@ -213,14 +240,18 @@ std::optional<tetmesh::RenderMesh> solidMesh(const SolidBody& body, double edge)
     for (const Primitive& p : body.add) {
         Mesh other = meshOf(p, edge, within);
         if (!PMP::corefine_and_compute_union(mesh, other, mesh)) return std::nullopt;
-        mesh = ordered(mesh);
+        mesh = ordered(mesh, edge);
     }
     for (const Primitive& p : body.cut) {
         Mesh other = meshOf(p, edge, within);
         if (!PMP::corefine_and_compute_difference(mesh, other, mesh)) return std::nullopt;
-        mesh = ordered(mesh);
+        mesh = ordered(mesh, edge);
     }
-    if (!body.add.empty() || !body.cut.empty()) Tidier(mesh, edge).run();
+    if (!body.add.empty() || !body.cut.empty()) {
+        for (const auto v : mesh.vertices()) mesh.point(v) = rounded(mesh.point(v), edge);
+        Tidier(mesh, edge).run();
+        mesh = ordered(mesh, edge);
+    }
     tetmesh::RenderMesh result = renderMeshOf(mesh);
     tetmesh::setNormals(result, kCrease);
     return result;
