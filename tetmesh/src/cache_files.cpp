@@ -113,14 +113,6 @@ private:
 
 const std::string kMaterials = "/World/materials/";
 
-/// The name of a face's material: its own, or what faces without one have.
-std::string_view materialOf(const DrawnTopology& drawn, std::size_t face)
-{
-    if (drawn.torn[face] != 0) return "inside";
-    const std::uint32_t own = drawn.mesh.material[face];
-    return own == RenderMesh::kNone ? std::string_view("outside") : drawn.mesh.materials[own];
-}
-
 /// Materials of all bodies, with their names in the file.
 using MaterialNames = std::map<std::string, std::string, std::less<>>;
 

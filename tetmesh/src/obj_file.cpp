@@ -94,7 +94,7 @@ private:
             }
             if (mesh.material[f] != material) {
                 material = mesh.material[f];
-                text_ << "usemtl " << (material == RenderMesh::kNone ? "outside" : mesh.materials[material]) << "\n";
+                text_ << "usemtl " << materialOf(drawn_, f) << "\n";
             }
             addFace(f);
         }

@@ -109,6 +109,13 @@ void setNormals(RenderMesh& mesh, double crease)
     }
 }
 
+std::string_view materialOf(const DrawnTopology& drawn, std::size_t face)
+{
+    if (drawn.torn[face] != 0) return "inside";
+    const std::uint32_t own = drawn.mesh.material[face];
+    return own == RenderMesh::kNone ? std::string_view("outside") : drawn.mesh.materials[own];
+}
+
 std::vector<std::uint32_t> usedPoints(const RenderMesh& mesh)
 {
     std::vector<std::uint8_t> isUsed(mesh.points.size(), 0);

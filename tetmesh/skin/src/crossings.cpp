@@ -100,12 +100,9 @@ private:
 class TriangleCrossings {
 public:
     TriangleCrossings(const SkinTopology& skin, const CrackLattice& lattice, std::uint32_t triangle, Crossings& found)
-        : skin_(skin), lattice_(lattice), triangle_(triangle), found_(found)
+        : skin_(skin), lattice_(lattice), triangle_(triangle), found_(found), corner_(skin.corners(triangle))
     {
-        for (std::size_t k = 0; k < 3; ++k) {
-            corner_[k] = skin.points[skin.triangles[triangle][k]];
-            inVoxels_[k] = corner_[k] / lattice.voxelSize();
-        }
+        for (std::size_t k = 0; k < 3; ++k) inVoxels_[k] = corner_[k] / lattice.voxelSize();
         normal_ = (corner_[1] - corner_[0]).cross(corner_[2] - corner_[0]);
     }
 

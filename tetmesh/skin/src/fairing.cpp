@@ -38,25 +38,22 @@ struct Surroundings {
 /// on the voxels alone.
 class SurroundingsOf {
 public:
-    SurroundingsOf(const SkinCut& cut, std::uint32_t firstPoint, double dx) : points_(cut.points), dx_(dx)
+    SurroundingsOf(const std::vector<SkinCut::Point>& points, Groups neighbours, double dx) : points_(points), dx_(dx)
     {
-        const Groups all = neighboursOf(cut, firstPoint);
-        const std::uint32_t count = std::uint32_t(points_.size());
-        const auto visit = [&](const auto& add, bool alongRims) {
-            std::vector<std::uint32_t> round;
+        const std::uint32_t count = std::uint32_t(points.size());
+        const auto begin = neighbours.item.begin();
+        for (std::uint32_t i = 0; i < count; ++i)
+            std::sort(begin + neighbours.start[i], begin + neighbours.start[i + 1]);
+        next_ = groupItems(count, [&](const auto& add) {
             for (std::uint32_t i = 0; i < count; ++i) {
-                round.assign(all[i].begin(), all[i].end());
-                std::sort(round.begin(), round.end());
-                for (auto at = round.begin(); at != round.end();) {
-                    const auto end = std::upper_bound(at, round.end(), *at);
-                    // An edge of one triangle alone is on the rim.
-                    if (!alongRims || (isRim(i) && end - at == 1)) add(i, *at);
+                const auto all = neighbours[i];
+                for (auto at = all.begin(); at != all.end();) {
+                    const auto end = std::upper_bound(at, all.end(), *at);
+                    if (!isRim(i) || end - at == 1) add(i, *at);  // an edge of one triangle alone is on the rim
                     at = end;
                 }
             }
-        };
-        beside_ = groupItems(count, [&](const auto& add) { visit(add, false); });
-        rim_ = groupItems(count, [&](const auto& add) { visit(add, true); });
+        });
     }
 
     Surroundings make() const
@@ -64,9 +61,9 @@ public:
         Surroundings all;
         for (std::uint32_t i = 0; i < points_.size(); ++i) {
             if (isRim(i))
-                for (const std::uint32_t next : rim_[i]) addAlong(i, next, all);
+                for (const std::uint32_t next : next_[i]) addAlong(i, next, all);
             else
-                for (const std::uint32_t next : beside_[i]) all.add(next, isRim(next) ? share(next) : 1);
+                for (const std::uint32_t next : next_[i]) all.add(next, isRim(next) ? share(next) : 1);
             all.end();
         }
         return all;
@@ -80,7 +77,7 @@ private:
     double share(std::uint32_t rim) const
     {
         double length = 0;
-        for (const std::uint32_t next : rim_[rim]) length += 0.5 * distance(rim, next);
+        for (const std::uint32_t next : next_[rim]) length += 0.5 * distance(rim, next);
         return std::min(1., length / (kSpacing * dx_));
     }
 
@@ -92,8 +89,8 @@ private:
         std::uint32_t before = from;
         for (double length = distance(from, next); all.point.size() == first || length <= reach;) {
             all.add(next, 1);
-            if (rim_[next].size() != 2) break;
-            const std::uint32_t after = rim_[next][rim_[next][0] == before];
+            if (next_[next].size() != 2) break;
+            const std::uint32_t after = next_[next][next_[next][0] == before];
             if (after == from) break;
             length += distance(next, after);
             before = next, next = after;
@@ -103,7 +100,7 @@ private:
 
     const std::vector<SkinCut::Point>& points_;
     double dx_;
-    Groups beside_, rim_;
+    Groups next_;  // of each point; of one on a rim only those along it
 };
 
 /// Slides points over the outer surface.
@@ -124,7 +121,7 @@ public:
         for (std::size_t i = 0; i < reached.size(); ++i) {
             const std::uint32_t t = reached[i];
             if (!sharp && skin_.normal[t].dot(normal) < kSameFace) continue;
-            const Vec3 there = closestPoint(corners(t), X).at;
+            const Vec3 there = closestPoint(skin_.corners(t), X).at;
             const auto keep = [&](const Vec3& p) {
                 if (const double d = (p - X).squaredNorm(); d < nearest) nearest = d, best = p, at = t;
             };
@@ -146,15 +143,10 @@ public:
     }
 
 private:
-    std::array<Vec3, 3> corners(std::uint32_t t) const
-    {
-        const auto& c = skin_.triangles[t];
-        return {skin_.points[c[0]], skin_.points[c[1]], skin_.points[c[2]]};
-    }
     template <class Keep>
     void visitSharpEdges(std::uint32_t t, const Vec3& X, const Keep& keep) const
     {
-        const std::array<Vec3, 3> c = corners(t);
+        const std::array<Vec3, 3> c = skin_.corners(t);
         for (std::size_t k = 0; k < 3; ++k)
             if (skin_.isSharp[skin_.edgeOf[t][k]]) keep(closestPoint({c[k], c[(k + 1) % 3], c[(k + 1) % 3]}, X).at);
     }
@@ -175,12 +167,11 @@ Groups neighboursOf(const SkinCut& cut, std::uint32_t firstPoint)
 
 /// Each point goes towards the mean of those round it, and in torn faces away from it again, which evens what is short
 /// and keeps what is long (Taubin 1995); rims would keep their small loops.
-void fair(const SkinTopology& skin, double dx, SkinCut& cut)
+void fair(const SkinTopology& skin, const Groups& neighbours, double dx, std::vector<SkinCut::Point>& points)
 {
     constexpr int kRounds = 15;  // with points half a voxel apart: .02 is left of what is 2 voxels long, .8 of 4
     constexpr double kTowards = 0.5, kAway = -0.53;
-    std::vector<SkinCut::Point>& points = cut.points;
-    const Surroundings round = SurroundingsOf(cut, std::uint32_t(skin.pointOf.size()), dx).make();
+    const Surroundings round = SurroundingsOf(points, neighbours, dx).make();
     const Slider slider(skin);
     std::vector<std::uint32_t> triangle(points.size(), 0);
     for (std::size_t i = 0; i < points.size(); ++i)

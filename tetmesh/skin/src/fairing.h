@@ -6,13 +6,16 @@
 #include <vdbfrac/base/grouping.h>
 #include <vdbfrac/skin/skin_cut.h>
 
-namespace vdbfrac::skin {
+#include <cstdint>
+#include <vector>
 
-/// Moves the points of a cut: in torn faces to even them, along rims on the smooth face, or the sharp edge, of the
-/// outer surface that they are on. The outer surface may have any number of triangles to a voxel.
-void fair(const SkinTopology& skin, double dx, SkinCut& cut);
+namespace vdbfrac::skin {
 
 /// For each point of a cut those next to it along torn faces, twice each unless at a rim.
 Groups neighboursOf(const SkinCut& cut, std::uint32_t firstPoint);
+
+/// Moves the points of a cut with these neighbours: in torn faces to even them, along rims on the smooth face, or the
+/// sharp edge, of the outer surface that they are on. The outer surface may have any number of triangles to a voxel.
+void fair(const SkinTopology& skin, const Groups& neighbours, double dx, std::vector<SkinCut::Point>& points);
 
 }  // namespace vdbfrac::skin

@@ -42,8 +42,7 @@ public:
         double nearest = std::numeric_limits<double>::infinity(), outwards = 0, most = 0;
         forNear(X, [&](std::uint32_t t) {
             if (leastSquare(t, X) > nearest * (1 + kSame)) return;
-            const auto& c = skin_.triangles[t];
-            const Vec3 p = closestPoint({skin_.points[c[0]], skin_.points[c[1]], skin_.points[c[2]]}, X).at;
+            const Vec3 p = closestPoint(skin_.corners(t), X).at;
             const double d = (p - X).squaredNorm(), out = (X - p).dot(skin_.normal[t]);
             if (d > nearest * (1 + kSame)) return;
             if (d < nearest * (1 - kSame)) most = 0;
@@ -69,8 +68,7 @@ private:
     /// No point of a triangle is nearer to X than this; squared.
     double leastSquare(std::uint32_t t, const Vec3& X) const
     {
-        const auto& c = skin_.triangles[t];
-        const Vec3 &p = skin_.points[c[0]], &q = skin_.points[c[1]], &r = skin_.points[c[2]];
+        const auto [p, q, r] = skin_.corners(t);
         const Vec3 gap = (p.cwiseMin(q).cwiseMin(r) - X).cwiseMax(X - p.cwiseMax(q).cwiseMax(r)).cwiseMax(0);
         return gap.squaredNorm();
     }
@@ -226,7 +224,7 @@ void closeLips(const SkinTopology& skin, const CrackLattice& lattice, SkinCut& c
     for (int round = 0; round < kRounds; ++round) way = evened(way, neighbours);
     for (std::size_t i = 0; i < way.size(); ++i)
         if (way[i]) cut.points[i].X += *way[i];
-    fair(skin, lattice.voxelSize(), cut);
+    fair(skin, neighbours, lattice.voxelSize(), cut.points);
     parallelChunks(cut.points.size(), kChunk / 16, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i)
             if (SkinCut::Point& p = cut.points[i]; p.skin == SkinCut::kNoSkin) p.X = near.inside(p.X);

@@ -23,6 +23,13 @@ struct SkinTopology {
     std::vector<Vec3> normal, edgeNormal;                 ///< of each triangle; of each edge: of its first triangle
     Groups trianglesOf;                                   ///< those of each edge
     std::vector<bool> isSharp;                            ///< of each edge: its triangles are no one smooth face
+
+    /// Of a triangle [m].
+    std::array<Vec3, 3> corners(std::size_t triangle) const
+    {
+        const auto& c = triangles[triangle];
+        return {points[c[0]], points[c[1]], points[c[2]]};
+    }
 };
 
 /// Joins points with equal coordinates.

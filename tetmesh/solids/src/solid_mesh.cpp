@@ -105,6 +105,7 @@ public:
     void run()
     {
         constexpr int kRounds = 3;
+        for (const Vertex v : mesh_.vertices()) mesh_.point(v) = rounded(mesh_.point(v), edge_);
         for (int round = 0; round < kRounds; ++round) removeFlatFaces();
         mesh_ = ordered(mesh_, edge_);
         // However flat faces were divided, from here on it is one way.
@@ -118,6 +119,7 @@ public:
                 if (!mesh_.is_removed(e)) collapse(mesh_.halfedge(e)) || collapse(mesh_.opposite(mesh_.halfedge(e)));
             flipAll();
         }
+        mesh_ = ordered(mesh_, edge_);
     }
 
 private:
@@ -247,11 +249,7 @@ std::optional<tetmesh::RenderMesh> solidMesh(const SolidBody& body, double edge)
         if (!PMP::corefine_and_compute_difference(mesh, other, mesh)) return std::nullopt;
         mesh = ordered(mesh, edge);
     }
-    if (!body.add.empty() || !body.cut.empty()) {
-        for (const auto v : mesh.vertices()) mesh.point(v) = rounded(mesh.point(v), edge);
-        Tidier(mesh, edge).run();
-        mesh = ordered(mesh, edge);
-    }
+    if (!body.add.empty() || !body.cut.empty()) Tidier(mesh, edge).run();
     tetmesh::RenderMesh result = renderMeshOf(mesh);
     tetmesh::setNormals(result, kCrease);
     return result;

@@ -219,7 +219,7 @@ std::string RunFolder::Writer::writeObj(const FrameData& data) const
 
 std::string RunFolder::Writer::writeMotion(const FrameData& data) const
 {
-    const std::string relative = sequenceName("motion", data.record.frame, kMotionExtension + 1);
+    const std::string relative = sequenceName("motion", data.record.frame, "motion");
     data.motion.write(folder_ / relative);
     return relative;
 }
@@ -245,7 +245,7 @@ void RunFolder::Writer::writePointCache(const Simulation& simulation, const Draw
     std::vector<fs::path> motion;
     for (const FrameRecord& frame : frames_)
         for (const WrittenFile& file : frame.files)
-            if (file.path.ends_with(kMotionExtension)) motion.push_back(folder_ / file.path);
+            if (file.path.ends_with(".motion")) motion.push_back(folder_ / file.path);
     const PointCache cache(scene_, simulation, drawing, motion);
     for (const std::string& kind : scene_.output.pointCache)
         for (const fs::path& file : cache.write(folder_ / "cache" / (scene_.name + (kind == "mdd" ? ".obj" : ".usda"))))

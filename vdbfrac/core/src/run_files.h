@@ -12,7 +12,6 @@ namespace vdbfrac::core {
 inline constexpr const char* kManifest = "run.json";
 inline constexpr const char* kCheckpointFolder = "ckpt";
 inline constexpr const char* kCheckpointExtension = ".ckpt";
-inline constexpr const char* kMotionExtension = ".motion";
 inline constexpr const char* kRecordsExtension = ".records";
 
 /// Paths relative to the folder; "####" stands for a number of four digits or more. Checkpoints come first: they are

@@ -188,7 +188,7 @@ Node parseValue(std::string_view text)
         if (table.members.size() == 1 && table.members[0].key == "v") return std::move(table.members[0].value);
     } catch (const SyntaxError&) {
     }
-    // TOML wants digits on both sides of a point, who types .05 or 5. does not.
+    // TOML wants digits on both sides of a point; who types .05 or 5. means a number too. All else is a text.
     double number = 0;
     const char* end = text.data() + text.size();
     const auto [stop, error] = std::from_chars(text.data(), end, number);

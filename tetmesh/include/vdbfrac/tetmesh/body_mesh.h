@@ -134,8 +134,8 @@ public:
     /// The tet with material that X [m, at rest] lies in. Of several, as on both sides of a crack: those that have one
     /// of the nodes `near`, where any are given; of them that with the most material, then the first.
     std::optional<MaterialPoint> locate(const Vec3& X, std::span<const std::uint32_t> near = {}) const;
-    /// X as a sum over the nodes of a tet, whether it lies in it or not.
     RestTet restTet(std::uint32_t element, std::uint32_t tet) const;
+    /// X as a sum over the nodes of a tet, whether it lies in it or not.
     EmbeddedPoint embed(std::uint32_t element, std::uint32_t tet, const Vec3& X) const
     {
         return restTet(element, tet).embed(X);

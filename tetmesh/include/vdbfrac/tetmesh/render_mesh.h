@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace vdbfrac::tetmesh {
@@ -61,6 +62,9 @@ struct DrawnTopology {
     std::vector<std::uint32_t> fragment;  ///< of each face: the fragment's lasting id
     std::vector<std::uint8_t> torn;       ///< of each face: 1 on a face made by fracture
 };
+
+/// The name of a face's material: "inside" where it is torn, its own, or "outside" where it has none.
+std::string_view materialOf(const DrawnTopology& drawn, std::size_t face);
 
 /// A body of a frame, as it is deformed.
 struct DrawnPart {

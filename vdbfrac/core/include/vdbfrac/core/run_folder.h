@@ -123,7 +123,7 @@ private:
     std::string bodiesHash_;      // of the bodies then
     std::vector<BranchRecord> branches_;
     Ledger work_;
-    std::unique_ptr<Drawing> drawing_;  // when frames hold something drawn
+    std::unique_ptr<Drawing> drawing_;  // when frames or a point cache hold something drawn
     std::unique_ptr<Writer> writer_;
     BackgroundQueue queue_;  // last: it ends before what its jobs use
 };
