@@ -48,7 +48,8 @@ double volume(const RenderMesh& mesh)
     double six = 0;
     for (std::size_t f = 0; f < mesh.faces(); ++f) {
         const auto c = mesh.face(f);
-        six += mesh.points[c[0].point].dot(mesh.points[c[1].point].cross(mesh.points[c[2].point]));
+        for (std::size_t k = 2; k < c.size(); ++k)
+            six += mesh.points[c[0].point].dot(mesh.points[c[k - 1].point].cross(mesh.points[c[k].point]));
     }
     return six / 6;
 }
@@ -59,7 +60,7 @@ TEST(SolidMesh, OfEachSolidIsClosedAndOnItsSurface)
     std::vector<Primitive> all = {cube(1.03)};
     for (const auto kind : {sphere, cylinder, capsule, torus}) all.push_back(solid(kind, Vec3(.1, -.2, .3), .6, .8));
     for (const Primitive& p : all) {
-        const auto mesh = solidMesh({p, {}, {}}, kEdge);
+        const auto mesh = solidMesh(p, {}, kEdge);
         ASSERT_TRUE(mesh);
         EXPECT_EQ(badEdges(*mesh), 0) << int(p.kind);
         EXPECT_GT(volume(*mesh), 0);
@@ -86,7 +87,7 @@ TEST(SolidMesh, IsWhatIsUnitedAndTakenAway)
     below.kind = halfspace, below.axis = -Vec3::UnitY(), below.offset = .3;
     const std::vector<Primitive> add = {cube(.4, Vec3(-.5, .2, 0))}, cut = {notch, below};
     const Primitive block = cube(1);
-    const auto mesh = solidMesh({block, add, cut}, kEdge);
+    const auto mesh = solidMesh(block, {add, cut}, kEdge);
     ASSERT_TRUE(mesh);
     EXPECT_EQ(badEdges(*mesh), 0);
     const double expected = .8 + .2 * .4 * .4 - std::numbers::pi * .04 / 2;
@@ -121,11 +122,11 @@ TEST(SolidMesh, IsTheSameEachTimeWhateverLiesInMemory)
         }
     std::vector<std::vector<char>> heap;
     for (const std::vector<Primitive>& cut : {std::vector{notch}, scores}) {
-        const auto first = solidMesh({block, {}, cut}, .1);
+        const auto first = solidMesh(block, {{}, cut}, .1);
         for (std::size_t k = 1; k < 30; ++k) {
             heap.emplace_back(k * 7919 % 5000 + 1);
             if (k % 3 == 0) heap[k / 2].clear(), heap[k / 2].shrink_to_fit();
-            const auto again = solidMesh({block, {}, cut}, .1);
+            const auto again = solidMesh(block, {{}, cut}, .1);
             ASSERT_EQ(again->points, first->points);
             ASSERT_EQ(again->normals, first->normals);
             ASSERT_EQ(again->faceEnd, first->faceEnd);
@@ -133,6 +134,123 @@ TEST(SolidMesh, IsTheSameEachTimeWhateverLiesInMemory)
                 ASSERT_EQ(again->corners[c].point, first->corners[c].point);
         }
     }
+}
+
+/// A cube of n x n squares a side, each side with points, a group and texture coordinates of its own.
+RenderMesh boxOfSides(double half, int n)
+{
+    RenderMesh mesh;
+    mesh.materials = {"wood", "paint"};
+    for (int side = 0; side < 6; ++side) {
+        mesh.groups.push_back("side " + std::to_string(side));
+        const int axis = side / 2, u = (axis + 1) % 3, v = (axis + 2) % 3;
+        const bool isUpper = side % 2 == 1;
+        const std::uint32_t first = std::uint32_t(mesh.points.size());
+        for (int j = 0; j <= n; ++j)
+            for (int i = 0; i <= n; ++i) {
+                Vec3 X;
+                X[axis] = isUpper ? half : -half, X[u] = half * (2. * i / n - 1), X[v] = half * (2. * j / n - 1);
+                mesh.points.push_back(X);
+                mesh.uvs.emplace_back(X[u] + side, 2 * X[v], 0);
+            }
+        mesh.normals.push_back((isUpper ? 1. : -1.) * Vec3::Unit(axis));
+        for (int j = 0; j < n; ++j)
+            for (int i = 0; i < n; ++i) {
+                const std::uint32_t a = first + std::uint32_t(j * (n + 1) + i), b = a + 1, d = a + std::uint32_t(n + 1),
+                                    c = d + 1, m = std::uint32_t(side);
+                std::array<RenderMesh::Corner, 4> square{{{a, a, m}, {b, b, m}, {c, c, m}, {d, d, m}}};
+                if (!isUpper) std::swap(square[1], square[3]);
+                mesh.addFace(square, m, m % 2);
+            }
+    }
+    return mesh;
+}
+
+double areaOf(const RenderMesh& mesh, std::size_t f)
+{
+    const auto c = mesh.face(f);
+    Vec3 sum = Vec3::Zero();
+    for (std::size_t k = 2; k < c.size(); ++k)
+        sum += .5 * (mesh.points[c[k - 1].point] - mesh.points[c[0].point])
+                        .cross(mesh.points[c[k].point] - mesh.points[c[0].point]);
+    return sum.norm();
+}
+
+/// Equal points as one.
+RenderMesh joined(RenderMesh mesh)
+{
+    std::map<std::array<double, 3>, std::uint32_t> number;
+    for (RenderMesh::Corner& c : mesh.corners) {
+        const Vec3& X = mesh.points[c.point];
+        c.point = number.emplace(std::array{X.x(), X.y(), X.z()}, c.point).first->second;
+    }
+    return mesh;
+}
+
+/// A score across the upper side and a bump on another: all other faces are as they were, what is left of faces has
+/// their texture coordinates, and solids bring their own faces.
+TEST(CarvedMesh, KeepsWhatFacesCarry)
+{
+    constexpr double kRounding = 1e-8, kEdge = .1, kHalf = .5;
+    constexpr int kSquares = 7;
+    const RenderMesh whole = boxOfSides(kHalf, kSquares);
+    Primitive score = cube(1);
+    score.size = Vec3(.1, .2, 2), score.center = Vec3(.03, kHalf, 0);
+    const std::vector<Primitive> cut = {score}, add = {solid(sphere, Vec3(kHalf, 0, 0), .2)};
+    const auto mesh = carvedMesh(whole, {add, cut}, kEdge);
+    ASSERT_TRUE(mesh);
+    EXPECT_EQ(badEdges(joined(*mesh)), 0);
+    EXPECT_NEAR(volume(*mesh), 1 - .1 * .1 + 2. / 3 * std::numbers::pi * .008, 1e-3);
+    EXPECT_TRUE(std::equal(whole.points.begin(), whole.points.end(), mesh->points.begin()));
+    std::vector<double> area(6, 0), taken{0, 0, 0, .1, .01, .01};
+    taken[1] = std::numbers::pi * .04;
+    std::size_t squares = 0, made = 0;
+    for (std::size_t f = 0; f < mesh->faces(); ++f) {
+        const auto corners = mesh->face(f);
+        squares += corners.size() == 4;
+        if (mesh->group[f] == RenderMesh::kNone) {
+            ++made;
+            EXPECT_EQ(mesh->material[f], RenderMesh::kNone);
+            for (const auto& c : corners) {
+                EXPECT_EQ(c.uv, RenderMesh::kNone);
+                EXPECT_NEAR(mesh->normals[c.normal].norm(), 1, kRounding);
+            }
+            continue;
+        }
+        const int side = int(mesh->group[f]), axis = side / 2;
+        area[std::size_t(side)] += areaOf(*mesh, f);
+        EXPECT_EQ(mesh->material[f], mesh->group[f] % 2);
+        for (const auto& c : corners) {
+            const Vec3& X = mesh->points[c.point];
+            EXPECT_NEAR(X[axis], side % 2 == 1 ? kHalf : -kHalf, kRounding);
+            EXPECT_NEAR(mesh->uvs[c.uv].x(), X[(axis + 1) % 3] + side, kRounding);
+            EXPECT_NEAR(mesh->uvs[c.uv].y(), 2 * X[(axis + 2) % 3], kRounding);
+            EXPECT_NEAR(std::abs(mesh->normals[c.normal][axis]), 1, kRounding);
+        }
+    }
+    for (std::size_t side = 0; side < 6; ++side)
+        EXPECT_NEAR(area[side], 1 - taken[side], side == 1 ? 7e-3 : kRounding) << side;
+    // The score meets two rows of squares of the upper side and two squares each at its ends, the ball 3 x 3.
+    EXPECT_EQ(squares, 6u * kSquares * kSquares - 2 * kSquares - 2 * 2 - 9);
+    EXPECT_GT(made, 50u);
+    const auto again = carvedMesh(whole, {add, cut}, kEdge);
+    EXPECT_EQ(again->points, mesh->points);
+    EXPECT_EQ(again->uvs, mesh->uvs);
+    EXPECT_EQ(again->faceEnd, mesh->faceEnd);
+}
+
+TEST(CarvedMesh, IsNoneWhereTheMeshHasNoInside)
+{
+    Primitive score = cube(1);
+    score.size = Vec3(.1, .2, 2), score.center = Vec3(.03, .5, 0);
+    const std::vector<Primitive> cut = {score};
+    RenderMesh open = boxOfSides(.5, 3);
+    open.corners.resize(open.corners.size() - 4), open.faceEnd.pop_back();
+    EXPECT_FALSE(carvedMesh(open, {{}, cut}, .1));
+    RenderMesh inverted = boxOfSides(.5, 3);
+    for (std::size_t f = 0; f < inverted.faces(); ++f) std::swap(inverted.corners[4 * f], inverted.corners[4 * f + 2]);
+    EXPECT_FALSE(carvedMesh(inverted, {{}, cut}, .1));
+    EXPECT_FALSE(carvedMesh({}, {{}, cut}, .1));
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include <vdbfrac/grid/griffith.h>
 #include <vdbfrac/grid/transfer.h>
 #include <vdbfrac/lab/samples/block.h>
+#include <vdbfrac/tetmesh/nodes_around.h>
 
 #include <gtest/gtest.h>
 
@@ -174,7 +175,7 @@ TEST_P(Transfer, AverageIsTheWeightedSumOverItsBall)
     }
 }
 
-TEST(VoxelsAround, AreThoseOfAllBoxes)
+TEST(NodesAround, AreThoseOfAllBoxes)
 {
     std::mt19937 random(4);
     std::uniform_int_distribution<int> place(-20, 20);
@@ -188,7 +189,7 @@ TEST(VoxelsAround, AreThoseOfAllBoxes)
                         for (int x = -reach; x <= reach; ++x) expected.push_back(c + Coord{x, y, z});
             std::sort(expected.begin(), expected.end());
             expected.erase(std::unique(expected.begin(), expected.end()), expected.end());
-            EXPECT_EQ(grid::voxelsAround(voxels, reach), expected) << reach << " " << count;
+            EXPECT_EQ(tetmesh::nodesAround(voxels, reach), expected) << reach << " " << count;
         }
 }
 

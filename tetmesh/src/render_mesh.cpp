@@ -29,6 +29,45 @@ Fans fansOf(const RenderMesh& mesh)
     return fans;
 }
 
+namespace {
+
+/// Shares of a triangle's corners in a point of it.
+Vec3 sharesOf(const std::array<Vec3, 3>& corner, const Vec3& X)
+{
+    const Vec3 u = corner[1] - corner[0], v = corner[2] - corner[0], w = X - corner[0];
+    const double uu = u.dot(u), uv = u.dot(v), vv = v.dot(v), det = uu * vv - uv * uv;
+    if (!(det > 0)) return {1, 0, 0};
+    const double b = (vv * u.dot(w) - uv * v.dot(w)) / det, c = (uu * v.dot(w) - uv * u.dot(w)) / det;
+    return {1 - b - c, b, c};
+}
+
+}  // namespace
+
+RenderMesh::Corner PartCorners::at(std::uint32_t point)
+{
+    for (const RenderMesh::Corner& c : triangle_)
+        if (c.point == point) return c;
+    for (const RenderMesh::Corner& c : made_)
+        if (c.point == point) return c;
+    return made_.emplace_back(between(point));
+}
+
+RenderMesh::Corner PartCorners::between(std::uint32_t point)
+{
+    using Corner = RenderMesh::Corner;
+    const auto& [a, b, c] = triangle_;
+    const Vec3 w = sharesOf({mesh_.points[a.point], mesh_.points[b.point], mesh_.points[c.point]}, mesh_.points[point]);
+    const auto mean = [&](std::vector<Vec3>& values, std::uint32_t Corner::*which) {
+        if (a.*which == RenderMesh::kNone || b.*which == RenderMesh::kNone || c.*which == RenderMesh::kNone)
+            return RenderMesh::kNone;
+        values.push_back(w[0] * values[a.*which] + w[1] * values[b.*which] + w[2] * values[c.*which]);
+        return std::uint32_t(values.size() - 1);
+    };
+    Corner made{point, mean(mesh_.uvs, &Corner::uv), mean(mesh_.normals, &Corner::normal)};
+    if (made.normal != RenderMesh::kNone) mesh_.normals.back().normalize();
+    return made;
+}
+
 RenderMesh renderMesh(const PolygonSoup& soup)
 {
     RenderMesh mesh;

@@ -3,12 +3,14 @@
 #include "crack_lattice.h"
 
 #include <vdbfrac/base/parallel.h>
+#include <vdbfrac/tetmesh/nodes_around.h>
 #include <vdbfrac/tetmesh/nodes_where.h>
 #include <vdbfrac/tetmesh/trilinear.h>
 
 #include <algorithm>
 #include <bitset>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <optional>
 #include <set>
@@ -29,7 +31,8 @@ constexpr double kTorn = 1e-3;      // voxels: by rounding it may rise as much
 constexpr double kBeyond = 2.5;     // voxels outside of the body: outer surfaces of any make stay within
 constexpr double kOpened = 0.05;    // voxels: c of a node that has to be open
 constexpr double kSmoothed = 0.25;  // share of the neighbours: half of it makes a crack of two voxels a third thinner
-constexpr int kReach = 3;           // voxels over which known values are carried on
+constexpr float kNotRaised = std::numeric_limits<float>::infinity();
+constexpr int kReach = 3;  // voxels over which known values are carried on
 
 /// Calls visit(offset) for the nodes of a cube round one.
 template <class Visit>
@@ -70,6 +73,7 @@ public:
           now_(now),
           dx_(dx),
           fragment_(fragment),
+          raised_(rest.lower(), rest.upper(), kNotRaised, kNotRaised),
           c_(rest.lower(), rest.upper(), float(-kFar * dx), float(-kFar * dx))
     {
     }
@@ -77,7 +81,7 @@ public:
     CrackField run()
     {
         const std::vector<Coord> known = raisedNodes();
-        for (Coord n : known) c_.set(n, now_(n));
+        for (Coord n : known) raised_.set(n, now_(n)), c_.set(n, now_(n));
         carryInside(known);
         smooth(near_, [&](Coord n, double smooth) { return settled(n, smooth); });
         if (fragment_) openBetweenFragments();
@@ -89,36 +93,30 @@ public:
 
 private:
     bool isInside(Coord n) const { return rest_(n) < 0; }
-    /// Has phi risen by more than re-levelling may do to what did not tear? Or a little, beside what did.
-    bool isRaised(Coord n) const
-    {
-        if (!isInside(n) || !(now_(n) > rest_(n) + kTorn * dx_)) return false;
-        if (hasRisen(n)) return true;
-        bool beside = false;
-        if (now_(n) >= 0)
-            forNeighbours(n, [&](Coord m) { beside = beside || (isInside(m) && now_(m) >= 0 && hasRisen(m)); });
-        return beside;
-    }
+    bool isRaised(Coord n) const { return raised_(n) < kNotRaised; }
     bool hasRisen(Coord n) const { return now_(n) > rest_(n) + kRaised * dx_; }
 
-    /// The nodes inside, at rest, whose phi a crack has raised.
+    /// The nodes inside, at rest, whose phi a crack has raised: by more than re-levelling may do to what did not tear;
+    /// or a little, beside what did.
     std::vector<Coord> raisedNodes() const
     {
-        return tetmesh::nodesWhere(now_, [&](Coord n) { return isRaised(n); });
+        return tetmesh::nodesWhere(now_, [&](Coord n) {
+            if (!isInside(n) || !(now_(n) > rest_(n) + kTorn * dx_)) return false;
+            if (hasRisen(n)) return true;
+            bool beside = false;
+            if (now_(n) >= 0)
+                forNeighbours(n, [&](Coord m) { beside = beside || (isInside(m) && now_(m) >= 0 && hasRisen(m)); });
+            return beside;
+        });
     }
 
     /// Nodes round those near a crack for which `wanted` holds, sorted.
     template <class Wanted>
-    std::vector<Coord> nodesRound(std::span<const Coord> nodes, int reach, const Wanted& wanted) const
+    std::vector<Coord> nodesRound(std::vector<Coord> nodes, int reach, const Wanted& wanted) const
     {
-        std::vector<Coord> round;
-        for (Coord n : nodes)
-            if (c_(n) > -kNear * dx_)
-                forOffsets(reach, [&](Coord d) {
-                    if (c_.contains(n + d) && wanted(n + d)) round.push_back(n + d);
-                });
-        std::sort(round.begin(), round.end());
-        round.erase(std::unique(round.begin(), round.end()), round.end());
+        keepIf(nodes, [&](Coord n) { return c_(n) > -kNear * dx_; });
+        std::vector<Coord> round = tetmesh::nodesAround(nodes, reach);
+        keepIf(round, [&](Coord n) { return c_.contains(n) && wanted(n); });
         return round;
     }
 
@@ -139,7 +137,7 @@ private:
         double low = -kFar * dx_, high = kFar * dx_;
         forOffsets(kReach, [&](Coord d) {
             if (!isRaised(n + d)) return;
-            const double value = now_(n + d), distance = dx_ * d.toVec().norm();
+            const double value = raised_(n + d), distance = dx_ * d.toVec().norm();
             low = std::max(low, value - distance), high = std::min(high, value + distance);
         });
         const double middle = 0.5 * (low + high);
@@ -231,12 +229,10 @@ private:
         std::vector<std::uint32_t> stale(outside.size());  // what the last round may have changed
         std::iota(stale.begin(), stale.end(), 0u);
         while (!stale.empty()) {
-            parallelChunks(stale.size(), kChunk / 16, [&](std::size_t begin, std::size_t end) {
-                for (std::size_t i = begin; i < end; ++i) {
-                    const Coord n = outside[stale[i]];
-                    found[stale[i]] = c_(n) > 0 ? std::nullopt : materialFrom(n);
-                }
-            });
+            std::vector<Coord> nodes;
+            for (const std::uint32_t i : stale) nodes.push_back(outside[i]);
+            const std::vector<std::optional<Coord>> material = materialFrom(nodes);
+            for (std::size_t i = 0; i < stale.size(); ++i) found[stale[i]] = material[i];
             side.clear();
             for (std::size_t i = 0; i < outside.size(); ++i)
                 if (found[i]) side.emplace_back(outside[i], *found[i]);
@@ -295,8 +291,50 @@ private:
                                          [](const auto& entry, Coord key) { return entry.first < key; });
         return at != side.end() && at->first == n ? std::optional(at->second) : std::nullopt;
     }
+    /// Of nodes without material the nearest with some that edges lead to without entering a crack; of nodes in a crack
+    /// none. From the material outwards: the first neighbour that is one step nearer to some leads there.
+    std::vector<std::optional<Coord>> materialFrom(std::span<const Coord> nodes) const
+    {
+        constexpr int kSteps = 4;  // what is farther is rare, and searched for
+        constexpr std::uint32_t kNone = ~0u;
+        const auto isClosed = [&](Coord n) { return !(c_(n) > 0); };
+        std::vector<Coord> air = tetmesh::nodesAround(nodes, kSteps - 1);
+        keepIf(air, [&](Coord n) { return c_.contains(n) && isClosed(n) && !isMaterial(n); });
+        tetmesh::NodeField<std::uint32_t> number(c_.lower(), c_.upper(), kNone, kNone);
+        number.cover(air);
+        for (std::uint32_t i = 0; i < air.size(); ++i) number.set(air[i], i);
+        std::vector<std::optional<Coord>> found(air.size());
+        const auto oneStepNearer = [&](Coord n) {
+            std::optional<Coord> first;
+            forNeighbours(n, [&](Coord m) {
+                if (first) return;
+                if (isMaterial(m))
+                    first = m;
+                else if (number(m) != kNone)
+                    first = found[number(m)];
+            });
+            return first;
+        };
+        for (int step = 0; step < kSteps; ++step) {
+            std::vector<std::optional<Coord>> next = found;
+            parallelChunks(air.size(), kChunk / 16, [&](std::size_t begin, std::size_t end) {
+                for (std::size_t i = begin; i < end; ++i)
+                    if (!found[i]) next[i] = oneStepNearer(air[i]);
+            });
+            found.swap(next);
+        }
+        std::vector<std::optional<Coord>> material(nodes.size());
+        parallelChunks(nodes.size(), kChunk / 16, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i)
+                if (isClosed(nodes[i])) {
+                    const auto& known = found[number(nodes[i])];
+                    material[i] = known ? known : searchMaterial(nodes[i]);
+                }
+        });
+        return material;
+    }
     /// The nearest node with material that edges lead to without entering a crack.
-    std::optional<Coord> materialFrom(Coord n) const
+    std::optional<Coord> searchMaterial(Coord n) const
     {
         Search search(n);
         while (const std::optional<Coord> at = search.next()) {
@@ -331,6 +369,7 @@ private:
     const Field &rest_, &now_;
     double dx_;
     const FragmentAt& fragment_;
+    Field raised_;  // phi of the nodes inside that a crack has raised; kNotRaised elsewhere
     Field c_;
     std::vector<Coord> near_;  // nodes that were given a value
 };

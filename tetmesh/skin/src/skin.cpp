@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <utility>
 
 namespace vdbfrac::skin {
@@ -24,16 +25,6 @@ std::vector<std::array<std::uint32_t, 3>> trianglesOf(const RenderMesh& mesh, co
     for (const auto& c : fans.corners)
         triangles.push_back({mesh.corners[c[0]].point, mesh.corners[c[1]].point, mesh.corners[c[2]].point});
     return triangles;
-}
-
-/// Shares of a triangle's corners in a point of it.
-Vec3 sharesOf(const std::array<Vec3, 3>& corner, const Vec3& X)
-{
-    const Vec3 u = corner[1] - corner[0], v = corner[2] - corner[0], w = X - corner[0];
-    const double uu = u.dot(u), uv = u.dot(v), vv = v.dot(v), det = uu * vv - uv * uv;
-    if (!(det > 0)) return {1, 0, 0};
-    const double b = (vv * u.dot(w) - uv * v.dot(w)) / det, c = (uu * v.dot(w) - uv * u.dot(w)) / det;
-    return {1 - b - c, b, c};
 }
 
 /// Each normal of one point only, so that it can turn with it.
@@ -94,38 +85,16 @@ private:
 
     void addParts()
     {
-        std::vector<std::pair<std::uint32_t, Corner>> made;  // of the triangle at hand
+        std::optional<tetmesh::PartCorners> of;  // the triangle at hand
         for (std::size_t i = 0; i < cut_.parts.size(); ++i) {
             const SkinCut::Part& part = cut_.parts[i];
-            if (i == 0 || cut_.parts[i - 1].triangle != part.triangle) made.clear();
+            const std::uint32_t t = part.triangle;
+            if (i == 0 || cut_.parts[i - 1].triangle != t)
+                of.emplace(now_, std::array{given(t, 0), given(t, 1), given(t, 2)});
             std::array<Corner, 3> corners;
-            for (std::size_t k = 0; k < 3; ++k) corners[k] = cornerAt(part.triangle, part.corner[k], made);
-            addFace(corners, fans_.face[part.triangle], false);
+            for (std::size_t k = 0; k < 3; ++k) corners[k] = of->at(part.corner[k]);
+            addFace(corners, fans_.face[t], false);
         }
-    }
-    Corner cornerAt(std::uint32_t triangle, std::uint32_t point, std::vector<std::pair<std::uint32_t, Corner>>& made)
-    {
-        for (std::size_t k = 0; k < 3; ++k)
-            if (const Corner c = given(triangle, k); c.point == point) return c;
-        for (const auto& [p, corner] : made)
-            if (p == point) return corner;
-        made.emplace_back(point, between(triangle, point));
-        return made.back().second;
-    }
-    /// A new point of a triangle, with what its corners say there.
-    Corner between(std::uint32_t triangle, std::uint32_t point)
-    {
-        const std::array<Corner, 3> c{given(triangle, 0), given(triangle, 1), given(triangle, 2)};
-        const Vec3 w = sharesOf({mesh_.points[c[0].point], mesh_.points[c[1].point], mesh_.points[c[2].point]},
-                                now_.points[point]);
-        const auto mean = [&](std::vector<Vec3>& values, std::uint32_t Corner::*which) {
-            if (c[0].*which == kNone || c[1].*which == kNone || c[2].*which == kNone) return kNone;
-            values.push_back(w[0] * values[c[0].*which] + w[1] * values[c[1].*which] + w[2] * values[c[2].*which]);
-            return std::uint32_t(values.size() - 1);
-        };
-        Corner made{point, mean(now_.uvs, &Corner::uv), mean(now_.normals, &Corner::normal)};
-        if (made.normal != kNone) now_.normals.back().normalize();
-        return made;
     }
 
     /// Torn faces have the place at rest as texture coordinates, and normals where the surface has any.

@@ -1,258 +1,193 @@
 #include <vdbfrac/solids/solid_mesh.h>
 
+#include "booleans.h"
 #include "solid_shapes.h"
-
-#include <Eigen/Geometry>
-
-#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
-#include <CGAL/Polygon_mesh_processing/corefinement.h>
-#include <CGAL/Polygon_mesh_processing/detect_features.h>
-#include <CGAL/Surface_mesh.h>
-#include <CGAL/boost/graph/Euler_operations.h>
 
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <numbers>
-#include <numeric>
+#include <map>
+#include <utility>
 #include <vector>
 
 namespace vdbfrac::solids {
 
 namespace {
 
-namespace PMP = CGAL::Polygon_mesh_processing;
-using Point = CGAL::Exact_predicates_inexact_constructions_kernel::Point_3;
-using Mesh = CGAL::Surface_mesh<Point>;
+using tetmesh::RenderMesh;
+using Corner = RenderMesh::Corner;
+constexpr std::uint32_t kNone = RenderMesh::kNone;
 
 constexpr double kCrease = 40;  // degrees: more than between the pieces of any round surface, less than of edges
 
-Mesh meshOf(const Primitive& solid, double edge, const Bounds& within)
+Bounds joined(const Bounds& a, const Bounds& b) { return {a.lower.cwiseMin(b.lower), a.upper.cwiseMax(b.upper)}; }
+
+/// `within`: a box round `whole`.
+std::optional<Parts> carvedBy(const Parts& whole, const Carving& how, Bounds within, double edge)
 {
-    const Triangles surface = trianglesOf(solid, edge, within);
-    Mesh mesh;
-    for (const Vec3& p : surface.points) mesh.add_vertex(Point(p.x(), p.y(), p.z()));
-    using Vertex = Mesh::Vertex_index;
-    for (const auto& t : surface.triangles) mesh.add_face(Vertex(t[0]), Vertex(t[1]), Vertex(t[2]));
+    for (const Primitive& p : how.add) within = joined(within, bounds(p));
+    const auto surfaces = [&](std::span<const Primitive> solids) {
+        std::vector<Triangles> all;
+        for (const Primitive& p : solids) all.push_back(trianglesOf(p, edge, within));
+        return all;
+    };
+    return carved(whole, surfaces(how.add), surfaces(how.cut), edge);
+}
+
+/// With normals that are smooth between edges.
+RenderMesh renderMeshOf(const std::vector<Vec3>& points, std::span<const std::array<std::uint32_t, 3>> triangles)
+{
+    RenderMesh mesh;
+    mesh.points = points;
+    for (const auto& t : triangles) mesh.addFace(std::array<Corner, 3>{{{t[0]}, {t[1]}, {t[2]}}}, kNone, kNone);
+    tetmesh::setNormals(mesh, kCrease);
     return mesh;
 }
 
-tetmesh::RenderMesh renderMeshOf(Mesh& mesh)
-{
-    mesh.collect_garbage();
-    tetmesh::RenderMesh result;
-    for (const auto v : mesh.vertices()) {
-        const Point& p = mesh.point(v);
-        result.points.emplace_back(p.x(), p.y(), p.z());
-    }
-    for (const auto f : mesh.faces()) {
-        std::array<tetmesh::RenderMesh::Corner, 3> corners;
-        std::size_t k = 0;
-        for (const auto v : mesh.vertices_around_face(mesh.halfedge(f))) corners[k++].point = std::uint32_t(v);
-        result.addFace(corners, tetmesh::RenderMesh::kNone, tetmesh::RenderMesh::kNone);
-    }
-    return result;
-}
-
-/// Corefinement finds the last bits of points where several faces meet, as it finds the order of all, by where things
-/// lie in memory.
-Point rounded(const Point& p, double edge)
-{
-    constexpr double kDigits = 9;  // below the edges that are wanted
-    const double perMetre = std::pow(10., kDigits - std::floor(std::log10(edge)));
-    const auto one = [&](double v) { return std::round(v * perMetre) / perMetre; };
-    return {one(p.x()), one(p.y()), one(p.z())};
-}
-
-/// The same mesh with points and faces in the order of their rounded coordinates.
-Mesh ordered(Mesh& mesh, double edge)
-{
-    mesh.collect_garbage();
-    std::vector<std::size_t> order(mesh.number_of_vertices()), rank(order.size());
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    const auto point = [&](std::size_t i) -> const Point& { return mesh.point(Mesh::Vertex_index(unsigned(i))); };
-    std::vector<Point> place;
-    for (std::size_t i = 0; i < order.size(); ++i) place.push_back(rounded(point(i), edge));
-    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-        return place[a] != place[b] ? place[a] < place[b] : point(a) < point(b);
-    });
-    Mesh result;
-    for (std::size_t i = 0; i < order.size(); ++i) {
-        rank[order[i]] = i;
-        result.add_vertex(point(order[i]));
-    }
-    std::vector<std::array<std::size_t, 3>> faces;
-    for (const auto f : mesh.faces()) {
-        std::array<std::size_t, 3> t{};
-        std::size_t k = 0;
-        for (const auto v : mesh.vertices_around_face(mesh.halfedge(f))) t[k++] = rank[v];
-        std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
-        faces.push_back(t);
-    }
-    std::sort(faces.begin(), faces.end());
-    const auto vertex = [](std::size_t i) { return Mesh::Vertex_index(unsigned(i)); };
-    for (const auto& t : faces) result.add_face(vertex(t[0]), vertex(t[1]), vertex(t[2]));
-    return result;
-}
-
-/// Corefinement leaves slivers along its lines, which fold over when their surface moves. Joins points that are close
-/// to each other, then turns edges as Delaunay would have them; neither leaves faces or sharp edges. (CGAL's isotropic
-/// remeshing gives other triangles each time it runs.)
-class Tidier {
+/// A mesh as triangles, and what is left of these as a mesh with all that it carries.
+class Carver {
 public:
-    Tidier(Mesh& mesh, double edge) : mesh_(mesh), edge_(edge), shortest_(kShort * edge) {}
-
-    void run()
+    Carver(const RenderMesh& mesh, double edge) : mesh_(mesh), fans_(tetmesh::fansOf(mesh)), edge_(edge)
     {
-        constexpr int kRounds = 3;
-        for (const Vertex v : mesh_.vertices()) mesh_.point(v) = rounded(mesh_.point(v), edge_);
-        for (int round = 0; round < kRounds; ++round) removeFlatFaces();
-        mesh_ = ordered(mesh_, edge_);
-        // However flat faces were divided, from here on it is one way.
-        constexpr int kMost = 100;
-        findSharpEdges();
-        for (int round = 0; round < kMost && flipAll(); ++round) {}
-        mesh_ = ordered(mesh_, edge_);
-        for (int round = 0; round < kRounds; ++round) {
-            findSharpEdges();
-            for (const Edge e : edges())
-                if (!mesh_.is_removed(e)) collapse(mesh_.halfedge(e)) || collapse(mesh_.opposite(mesh_.halfedge(e)));
-            flipAll();
+        for (std::uint32_t p = 0; p < mesh.points.size(); ++p)
+            joined_.push_back(firstAt_.emplace(keyOf(mesh.points[p]), p).first->second);
+    }
+
+    /// All triangles, with equal points joined.
+    Parts whole() const
+    {
+        Parts parts;
+        std::vector<std::uint32_t> number(mesh_.points.size(), kNone);
+        for (std::uint32_t t = 0; t < fans_.corners.size(); ++t) {
+            std::array<std::uint32_t, 3> corner{};
+            for (std::size_t k = 0; k < 3; ++k) corner[k] = joined_[given(t, k).point];
+            if (corner[0] == corner[1] || corner[1] == corner[2] || corner[2] == corner[0]) continue;
+            for (std::uint32_t& c : corner) {
+                if (number[c] == kNone) {
+                    number[c] = std::uint32_t(parts.surface.points.size());
+                    parts.surface.points.push_back(mesh_.points[c]);
+                }
+                c = number[c];
+            }
+            parts.surface.triangles.push_back(corner);
+            parts.origin.push_back(t);
         }
-        mesh_ = ordered(mesh_, edge_);
+        return parts;
+    }
+
+    /// Faces that nothing is missing of, parts of others, then what is part of none.
+    RenderMesh left(const Parts& parts)
+    {
+        now_ = mesh_;
+        now_.corners.clear(), now_.faceEnd.clear(), now_.group.clear(), now_.material.clear();
+        std::vector<std::array<std::uint32_t, 3>> made;
+        std::vector<std::vector<std::array<std::uint32_t, 3>>> ofTriangle(fans_.corners.size());
+        const std::vector<std::uint32_t> number = numbered(parts.surface.points);
+        for (std::size_t i = 0; i < parts.origin.size(); ++i) {
+            std::array<std::uint32_t, 3> t = parts.surface.triangles[i];
+            for (std::uint32_t& p : t) p = number[p];
+            (parts.origin[i] == kNone ? made : ofTriangle[parts.origin[i]]).push_back(t);
+        }
+        for (std::uint32_t t = 0, end = 0; t < fans_.face.size(); t = end) {
+            const std::uint32_t f = fans_.face[t];
+            bool whole = true;
+            for (end = t; end < fans_.face.size() && fans_.face[end] == f; ++end)
+                whole = whole && isWhole(end, ofTriangle[end]);
+            if (whole) now_.addFace(mesh_.face(f), mesh_.group[f], mesh_.material[f]);
+            for (std::uint32_t i = t; i < end && !whole; ++i) addParts(i, ofTriangle[i]);
+        }
+        addMade(made);
+        return std::move(now_);
     }
 
 private:
-    using Edge = Mesh::Edge_index;
-    using Halfedge = Mesh::Halfedge_index;
-    using Vertex = Mesh::Vertex_index;
-    static constexpr double kShort = 0.35;    // of the edges that are wanted
-    static constexpr double kFlat = 0.99999;  // cosine between triangles of one plane
+    using Key = std::array<double, 3>;
 
-    /// Faces without area, where lines of the solids lay on each other: their edges would count as sharp.
-    void removeFlatFaces()
+    Key keyOf(const Vec3& X) const
     {
-        constexpr double kNothing = 1e-7;  // of the shortest edge
-        const double nothing = kNothing * shortest_;
-        for (const Edge e : edges()) {
-            if (mesh_.is_removed(e)) continue;
-            const Halfedge h = mesh_.halfedge(e);
-            const bool isNothing = (at(mesh_.source(h)) - at(mesh_.target(h))).norm() < nothing;
-            if (isNothing && CGAL::Euler::does_satisfy_link_condition(e, mesh_)) CGAL::Euler::collapse_edge(e, mesh_);
+        const Vec3 r = rounded(X, edge_);
+        return {r.x(), r.y(), r.z()};
+    }
+    Corner given(std::uint32_t triangle, std::size_t k) const { return mesh_.corners[fans_.corners[triangle][k]]; }
+
+    /// Numbers of points in the mesh, which gets those that it does not have.
+    std::vector<std::uint32_t> numbered(const std::vector<Vec3>& points)
+    {
+        std::vector<std::uint32_t> number;
+        for (const Vec3& X : points) {
+            const auto known = firstAt_.find(keyOf(X));
+            number.push_back(known != firstAt_.end() ? known->second : std::uint32_t(now_.points.size()));
+            if (known == firstAt_.end()) now_.points.push_back(X);
         }
-        for (const Edge e : edges()) {
-            if (mesh_.is_removed(e)) continue;
-            for (const Halfedge h : {mesh_.halfedge(e), mesh_.opposite(mesh_.halfedge(e))}) {
-                const Vertex a = mesh_.source(h), b = mesh_.target(h), c = mesh_.target(mesh_.next(h)),
-                             d = mesh_.target(mesh_.next(mesh_.opposite(h)));
-                const Vec3 along = at(b) - at(a);
-                const double share = along.dot(at(c) - at(a)) / along.squaredNorm();
-                if (share <= 0 || share >= 1 || area(a, b, c).norm() > nothing * along.norm()) continue;
-                if (mesh_.halfedge(c, d) != Mesh::null_halfedge()) continue;
-                CGAL::Euler::flip_edge(h, mesh_);
-                break;
+        return number;
+    }
+    bool isWhole(std::uint32_t triangle, std::span<const std::array<std::uint32_t, 3>> parts) const
+    {
+        return parts.size() == 1 && std::all_of(parts[0].begin(), parts[0].end(), [&](std::uint32_t p) {
+                   return joined_[given(triangle, 0).point] == p || joined_[given(triangle, 1).point] == p ||
+                          joined_[given(triangle, 2).point] == p;
+               });
+    }
+    void addParts(std::uint32_t triangle, std::span<const std::array<std::uint32_t, 3>> parts)
+    {
+        const std::array<Corner, 3> corner{given(triangle, 0), given(triangle, 1), given(triangle, 2)};
+        tetmesh::PartCorners corners(now_, corner);
+        for (const auto& part : parts) {
+            std::array<Corner, 3> own;
+            for (std::size_t k = 0; k < 3; ++k) {
+                const auto at = std::ranges::find(corner, part[k], [&](const Corner& c) { return joined_[c.point]; });
+                own[k] = at != corner.end() ? *at : corners.at(part[k]);
             }
+            const std::uint32_t f = fans_.face[triangle];
+            now_.addFace(own, mesh_.group[f], mesh_.material[f]);
+        }
+    }
+    void addMade(std::span<const std::array<std::uint32_t, 3>> triangles)
+    {
+        const RenderMesh made = renderMeshOf(now_.points, triangles);
+        const bool hasNormals = !mesh_.normals.empty();
+        const std::uint32_t first = std::uint32_t(now_.normals.size());
+        if (hasNormals) now_.normals.insert(now_.normals.end(), made.normals.begin(), made.normals.end());
+        for (std::size_t f = 0; f < made.faces(); ++f) {
+            std::array<Corner, 3> own;
+            std::ranges::copy(made.face(f), own.begin());
+            for (Corner& c : own) c.normal = hasNormals ? first + c.normal : kNone;
+            now_.addFace(own, kNone, kNone);
         }
     }
 
-    std::vector<Edge> edges() const { return {mesh_.edges().begin(), mesh_.edges().end()}; }
-    void findSharpEdges()
-    {
-        isSharp_ = mesh_.add_property_map<Edge, bool>("e:is_sharp", false).first;
-        for (const Edge e : mesh_.edges()) isSharp_[e] = false;
-        PMP::detect_sharp_edges(mesh_, kCrease, isSharp_);
-    }
-    Vec3 at(Vertex v) const
-    {
-        const Point& p = mesh_.point(v);
-        return {p.x(), p.y(), p.z()};
-    }
-    Vec3 area(Vertex a, Vertex b, Vertex c) const { return (at(b) - at(a)).cross(at(c) - at(a)); }
-
-    /// Puts the source of an edge onto its target, where the triangles round it stay in their planes.
-    bool collapse(Halfedge h)
-    {
-        const Vertex from = mesh_.source(h), to = mesh_.target(h);
-        if ((at(from) - at(to)).norm() > shortest_) return false;
-        int sharp = 0;
-        for (const Halfedge k : mesh_.halfedges_around_target(mesh_.opposite(h))) sharp += isSharp_[mesh_.edge(k)];
-        if (sharp != 0 && !(sharp == 2 && isSharp_[mesh_.edge(h)] && isStraight(from, to))) return false;
-        for (const Halfedge k : mesh_.halfedges_around_target(mesh_.opposite(h))) {
-            const Vertex a = mesh_.target(mesh_.next(k)), b = mesh_.source(k);
-            if (a == to || b == to) continue;
-            const Vec3 before = area(from, a, b), after = area(to, a, b);
-            if (before.dot(after) <= kFlat * before.norm() * after.norm()) return false;
-        }
-        if (!CGAL::Euler::does_satisfy_link_condition(mesh_.edge(h), mesh_)) return false;
-        CGAL::Euler::collapse_edge(mesh_.edge(h), mesh_, isSharp_);
-        return true;
-    }
-    /// Does the sharp line go straight on behind `from`?
-    bool isStraight(Vertex from, Vertex to) const
-    {
-        for (const Halfedge k : mesh_.halfedges_around_target(mesh_.halfedge(from))) {
-            const Vertex other = mesh_.source(k);
-            if (other == to || !isSharp_[mesh_.edge(k)]) continue;
-            const Vec3 u = (at(from) - at(to)).stableNormalized(), v = (at(other) - at(from)).stableNormalized();
-            if (u.dot(v) < kFlat) return false;
-        }
-        return true;
-    }
-
-    bool flipAll()
-    {
-        bool any = false;
-        for (const Edge e : edges()) any = flip(e) || any;
-        return any;
-    }
-    bool flip(Edge e)
-    {
-        if (mesh_.is_removed(e) || isSharp_[e]) return false;
-        const Halfedge h = mesh_.halfedge(e), o = mesh_.opposite(h);
-        const Vertex a = mesh_.source(h), b = mesh_.target(h), c = mesh_.target(mesh_.next(h)),
-                     d = mesh_.target(mesh_.next(o));
-        const auto cosine = [&](Vertex tip) {
-            return (at(a) - at(tip)).stableNormalized().dot((at(b) - at(tip)).stableNormalized());
-        };
-        constexpr double kClear = 1e-6;  // on squares both ways are as good: then towards the first point
-        const double sum = std::acos(std::clamp(cosine(c), -1., 1.)) + std::acos(std::clamp(cosine(d), -1., 1.));
-        const bool isTie = std::abs(sum - std::numbers::pi) <= kClear && std::min(c, d) < std::min(a, b);
-        if (!(sum > std::numbers::pi + kClear || isTie) || mesh_.halfedge(c, d) != Mesh::null_halfedge()) return false;
-        const Vec3 first = area(a, d, c), second = area(b, c, d), whole = area(a, b, c) + area(b, a, d);
-        for (const Vec3& part : {first, second})
-            if (part.dot(whole) <= kFlat * part.norm() * whole.norm()) return false;
-        CGAL::Euler::flip_edge(h, mesh_);
-        return true;
-    }
-
-    Mesh& mesh_;
-    double edge_, shortest_;  // m
-    Mesh::Property_map<Edge, bool> isSharp_;
+    const RenderMesh& mesh_;
+    tetmesh::Fans fans_;
+    double edge_;
+    std::map<Key, std::uint32_t> firstAt_;  // the first point at a place
+    std::vector<std::uint32_t> joined_;     // of each point: the first at its place
+    RenderMesh now_;
 };
-
-Bounds joined(const Bounds& a, const Bounds& b) { return {a.lower.cwiseMin(b.lower), a.upper.cwiseMax(b.upper)}; }
 
 }  // namespace
 
-std::optional<tetmesh::RenderMesh> solidMesh(const SolidBody& body, double edge)
+std::optional<RenderMesh> solidMesh(const Primitive& solid, const Carving& how, double edge)
 {
-    Bounds within = bounds(body.shape);
-    for (const Primitive& p : body.add) within = joined(within, bounds(p));
-    Mesh mesh = meshOf(body.shape, edge, within);
-    for (const Primitive& p : body.add) {
-        Mesh other = meshOf(p, edge, within);
-        if (!PMP::corefine_and_compute_union(mesh, other, mesh)) return std::nullopt;
-        mesh = ordered(mesh, edge);
+    Bounds within = bounds(solid);
+    for (const Primitive& p : how.add) within = joined(within, bounds(p));
+    Parts parts{trianglesOf(solid, edge, within), {}};
+    parts.origin.assign(parts.surface.triangles.size(), Parts::kNone);
+    if (!how.add.empty() || !how.cut.empty()) {
+        std::optional<Parts> left = carvedBy(parts, how, within, edge);
+        if (!left) return std::nullopt;
+        parts = std::move(*left);
     }
-    for (const Primitive& p : body.cut) {
-        Mesh other = meshOf(p, edge, within);
-        if (!PMP::corefine_and_compute_difference(mesh, other, mesh)) return std::nullopt;
-        mesh = ordered(mesh, edge);
-    }
-    if (!body.add.empty() || !body.cut.empty()) Tidier(mesh, edge).run();
-    tetmesh::RenderMesh result = renderMeshOf(mesh);
-    tetmesh::setNormals(result, kCrease);
-    return result;
+    return renderMeshOf(parts.surface.points, parts.surface.triangles);
+}
+
+std::optional<RenderMesh> carvedMesh(const RenderMesh& mesh, const Carving& how, double edge)
+{
+    if (mesh.points.empty()) return std::nullopt;
+    Carver carver(mesh, edge);
+    Bounds within{mesh.points[0], mesh.points[0]};
+    for (const Vec3& X : mesh.points) within = joined(within, {X, X});
+    const std::optional<Parts> left = carvedBy(carver.whole(), how, within, edge);
+    if (!left) return std::nullopt;
+    return carver.left(*left);
 }
 
 }  // namespace vdbfrac::solids

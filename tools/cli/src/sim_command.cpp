@@ -23,6 +23,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <functional>
 #include <limits>
 #include <optional>
 
@@ -135,29 +136,31 @@ private:
 bool Run::takeUp(std::vector<std::string>& notes)
 {
     std::optional<lab::PreparedScene> wider;
-    core::Resume how{settings_, scene_.time.lastFrame, memoryLimitOf(options_.maxMemory),
-                     false, [&]() -> auto& {scene::Scene scene = scene_;
-    scene.grid.voxelSize *= 2;
-    return wider.emplace(std::move(scene), memoryLimitOf(options_.maxMemory)).simulation;
+    const std::uint64_t memory = memoryLimitOf(options_.maxMemory);
+    const std::function<core::Simulation&()> twiceAsWide = [&]() -> core::Simulation& {
+        scene::Scene scene = scene_;
+        scene.grid.voxelSize *= 2;
+        return wider.emplace(std::move(scene), memory).simulation;
+    };
+    core::Resume how{settings_, scene_.time.lastFrame, memory, false, twiceAsWide};
+    if (!options_.resume.empty()) {
+        core::Resume own = how;
+        own.lastFrame = std::min(lastToKeep(options_.resume), scene_.time.lastFrame);
+        own.mayBranch = options_.resume != "latest";
+        if (folder_.resume(simulation_, own, notes)) return true;
+    }
+    if (options_.branch.empty()) return false;
+    if (options_.at > 0) how.lastFrame = std::min(options_.at, how.lastFrame);
+    how.mayBranch = true;
+    if (folder_.branchFrom(options_.branch, simulation_, how, notes)) return true;
+    throw FileError(options_.branch, "holds no run to branch from");
 }
-};  // namespace
-if (!options_.resume.empty()) {
-    core::Resume own = how;
-    own.lastFrame = std::min(lastToKeep(options_.resume), scene_.time.lastFrame);
-    own.mayBranch = options_.resume != "latest";
-    if (folder_.resume(simulation_, own, notes)) return true;
-}
-if (options_.branch.empty()) return false;
-if (options_.at > 0) how.lastFrame = std::min(options_.at, how.lastFrame);
-how.mayBranch = true;
-if (folder_.branchFrom(options_.branch, simulation_, how, notes)) return true;
-throw FileError(options_.branch, "holds no run to branch from");
-}  // namespace vdbfrac::cli
 
 /// Goes on with an earlier run where that is asked for, and says what runs.
 void Run::begin()
 {
     std::vector<std::string> notes = simulation_.stages().notes;
+    notes.insert(notes.end(), folder_.notes().begin(), folder_.notes().end());
     const bool resumed = takeUp(notes);
     if (resumed) lastWritten_ += int(folder_.frames().size());
     folder_.writeCheckpoint(simulation_, settings_);  // from here on there is always one of these settings

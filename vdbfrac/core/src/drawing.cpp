@@ -33,12 +33,20 @@ tetmesh::RenderMesh levelSetMesh(const grid::LevelSet& phi)
     return mesh;
 }
 
-tetmesh::RenderMesh outerSurface(const scene::Body& spec, const Body& body)
+tetmesh::RenderMesh outerSurface(const scene::Body& spec, const Body& body, std::vector<std::string>& notes)
 {
-    const bool alone = spec.add.empty() && spec.cut.empty();
-    if (const auto* file = std::get_if<scene::MeshFile>(&spec.shape); file && alone) return placedMesh(*file);
+    const solids::Carving carving{spec.add, spec.cut};
+    const double edge = body.phi.voxelSize();
+    if (const auto* file = std::get_if<scene::MeshFile>(&spec.shape)) {
+        tetmesh::RenderMesh mesh = placedMesh(*file);
+        if (spec.add.empty() && spec.cut.empty()) return mesh;
+        if (auto carved = solids::carvedMesh(mesh, carving, edge)) return std::move(*carved);
+        notes.push_back("body '" + body.name +
+                        "' is drawn as its level set, without texture coordinates: solids can be added to or cut from "
+                        "a drawn mesh only where it is closed and does not meet itself");
+    }
     if (const auto* solid = std::get_if<Primitive>(&spec.shape))
-        if (auto mesh = solids::solidMesh({*solid, spec.add, spec.cut}, body.phi.voxelSize())) return std::move(*mesh);
+        if (auto mesh = solids::solidMesh(*solid, carving, edge)) return std::move(*mesh);
     return levelSetMesh(body.phi);
 }
 
@@ -52,7 +60,7 @@ tetmesh::RenderMesh surfaceOf(const scene::Collider& collider, const scene::Grid
         Primitive shape = *solid;
         if (shape.kind == Primitive::Kind::halfspace) return {};
         if (shape.kind == Primitive::Kind::cylinder && shape.height == 0) shape.height = kLong * shape.radius;
-        if (auto mesh = solids::solidMesh({shape, {}, {}}, grid.voxelSize)) return std::move(*mesh);
+        if (auto mesh = solids::solidMesh(shape, {}, grid.voxelSize)) return std::move(*mesh);
         return {};
     }
     return levelSetMesh(grid::makeLevelSet(collider, grid, ~std::uint64_t{0}));
@@ -82,7 +90,7 @@ Drawing::Drawing(const scene::Scene& scene, const Simulation& simulation)
 {
     for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
         const Body& body = simulation.bodies()[b];
-        tetmesh::RenderMesh mesh = outerSurface(scene.bodies[b], body);
+        tetmesh::RenderMesh mesh = outerSurface(scene.bodies[b], body, notes_);
         if (const auto* file = std::get_if<scene::MeshFile>(&scene.bodies[b].shape))
             materials_ += materialsOf(mesh, file->file.parent_path());
         surfaces_.push_back({skin::Skin(std::move(mesh), *body.mesh, styleOf(scene))});

@@ -126,6 +126,11 @@ RunFolder::RunFolder(fs::path folder, const scene::Scene& scene, const Simulatio
 
 RunFolder::~RunFolder() = default;
 
+std::span<const std::string> RunFolder::notes() const
+{
+    return drawing_ ? std::span<const std::string>(drawing_->notes()) : std::span<const std::string>();
+}
+
 const std::vector<FrameRecord>& RunFolder::frames() const { return writer_->frames(); }
 
 std::vector<StepRecord> RunFolder::newSteps()

@@ -11,6 +11,7 @@
 #include <vdbfrac/grid/griffith.h>
 #include <vdbfrac/grid/tension.h>
 #include <vdbfrac/grid/transfer.h>
+#include <vdbfrac/tetmesh/nodes_around.h>
 
 #include <algorithm>
 #include <cmath>
@@ -137,7 +138,7 @@ private:
     {
         grid::PhiChanges ball;
         const Coord middles[] = {middle};
-        for (const Coord& c : grid::voxelsAround(middles, 3))
+        for (const Coord& c : tetmesh::nodesAround(middles, 3))
             ball.emplace_back(c, float(radius - dx_ * (c.toVec() - middle.toVec()).norm()));
         return ball;
     }
@@ -219,7 +220,7 @@ Driven Fracture::driven(const core::GridContext& context, const core::Body& body
     if (isTension_) return drivenByTension(context, body, law);
     const std::span<const double> own = ownEnergy(context, body);
     std::vector<Coord> voxels =
-        grid::voxelsAround(body.mesh->voxelsAbove(own, law.kappa), grid::reachWithin(law.radius / dx_));
+        tetmesh::nodesAround(body.mesh->voxelsAbove(own, law.kappa), grid::reachWithin(law.radius / dx_));
     const grid::Counts isFree = freeMaterial(context, body);
     std::erase_if(voxels, [&](const Coord& c) { return body.mesh->phi()(c) >= 0 || !isFree(c); });
     Driven driven{grid::sampleBand(body.phi, voxels), {}, {}, 0, {}};

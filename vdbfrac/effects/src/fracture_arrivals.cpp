@@ -1,6 +1,6 @@
 #include "fracture_arrivals.h"
 
-#include <vdbfrac/grid/transfer.h>
+#include <vdbfrac/tetmesh/nodes_around.h>
 
 #include <algorithm>
 #include <limits>
@@ -20,7 +20,7 @@ Arrivals arrivalsOnFiner(const Arrivals& wide, const tetmesh::NodeField<float>& 
             if (!(rest(n) < 0) || now(n) < 0) return;
             std::pair<double, float> nearest(kNone, 0);
             const Coord middles[] = {{n.x >> 1, n.y >> 1, n.z >> 1}};
-            for (const Coord& c : grid::voxelsAround(middles, kReach))
+            for (const Coord& c : tetmesh::nodesAround(middles, kReach))
                 if (const auto it = wide.find(c); it != wide.end())
                     nearest = std::min(nearest, {((2 * c) - n).toVec().squaredNorm(), it->second});
             if (nearest.first < kNone) fine.emplace(n, nearest.second);

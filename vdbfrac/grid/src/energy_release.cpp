@@ -1,6 +1,7 @@
 #include <vdbfrac/grid/energy_release.h>
 
 #include <vdbfrac/base/parallel.h>
+#include <vdbfrac/tetmesh/nodes_around.h>
 #include <vdbfrac/tetmesh/trilinear.h>
 
 #include <Eigen/Eigenvalues>
@@ -70,9 +71,9 @@ NodeField<CornerForces> forcesRound(const BodyMesh& mesh, const ElementForcesOf&
     const std::span<const Coord> lattice = mesh.latticeCoords();
     // A tet with material and a node within reach has material round a voxel node no farther than this from that.
     const int beyond = lattice.empty() ? edge : edge - 1;
-    const std::vector<std::uint32_t> elements = elementsRound(mesh, voxelsAround(tips, reach + beyond));
+    const std::vector<std::uint32_t> elements = elementsRound(mesh, tetmesh::nodesAround(tips, reach + beyond));
     NodeField<CornerForces> field(mesh.phi().lower(), mesh.phi().upper(), {}, {});
-    std::vector<Coord> nodes = voxelsAround(tips, reach);
+    std::vector<Coord> nodes = tetmesh::nodesAround(tips, reach);
     keepIf(nodes, [&](const Coord& c) { return field.contains(c); });
     field.cover(nodes);
     std::vector<tetmesh::ElementForces> of(std::min(kTogether, elements.size()));

@@ -3,6 +3,7 @@
 
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/grid/tension.h>
+#include <vdbfrac/tetmesh/nodes_around.h>
 
 #include <Eigen/Eigenvalues>
 
@@ -27,7 +28,7 @@ public:
 
     void computeAround(std::span<const Coord> voxels, int reach)
     {
-        std::vector<Coord> fresh = voxelsAround(voxels, reach);
+        std::vector<Coord> fresh = tetmesh::nodesAround(voxels, reach);
         keepIf(fresh,
                [&](const Coord& c) { return nodes_.contains(c) && !nodes_(c).isKnown && (!counts_ || counts_(c)); });
         nodes_.cover(fresh);

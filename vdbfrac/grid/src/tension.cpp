@@ -2,6 +2,7 @@
 
 #include "nodal_stresses.h"
 
+#include <vdbfrac/tetmesh/nodes_around.h>
 #include <vdbfrac/tetmesh/nodes_where.h>
 
 #include <algorithm>
@@ -176,7 +177,7 @@ std::vector<Coord> whereMuchIsPossible(double look, const Loaded& body, const Te
 /// Those of the front that are at the same tip as some voxels; sorted.
 std::vector<Coord> frontNear(const Loaded& body, const std::vector<Coord>& voxels)
 {
-    std::vector<Coord> near = voxelsAround(voxels, kNear);
+    std::vector<Coord> near = tetmesh::nodesAround(voxels, kNear);
     keepIf(near, body.isFront);
     return near;
 }

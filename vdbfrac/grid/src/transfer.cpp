@@ -1,12 +1,11 @@
 #include <vdbfrac/grid/transfer.h>
 
 #include <vdbfrac/base/parallel.h>
+#include <vdbfrac/tetmesh/nodes_around.h>
 
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <compare>
-#include <iterator>
 
 namespace vdbfrac::grid {
 
@@ -14,43 +13,6 @@ namespace {
 
 using tetmesh::BodyMesh;
 using Share = tetmesh::NodalShare;
-
-/// Voxels in a row along x.
-struct Row {
-    int z, y, first, last;
-    auto operator<=>(const Row&) const = default;
-};
-
-/// Joins sorted rows that touch.
-void joinRows(std::vector<Row>& rows)
-{
-    std::size_t count = 0;
-    for (const Row& row : rows) {
-        Row* before = count > 0 ? &rows[count - 1] : nullptr;
-        if (before && before->z == row.z && before->y == row.y && row.first <= before->last + 1)
-            before->last = std::max(before->last, row.last);
-        else
-            rows[count++] = row;
-    }
-    rows.resize(count);
-}
-
-/// Sorted rows, and their copies up to `reach` away along an axis. Copies are sorted as they are: twice as many of them
-/// are had each time by merging.
-void widen(int Row::*axis, int reach, std::vector<Row>& rows)
-{
-    for (Row& row : rows) row.*axis -= reach;
-    std::vector<Row> copy, merged;
-    for (int width = 1; width < 2 * reach + 1;) {
-        const int move = std::min(width, 2 * reach + 1 - width);
-        copy = rows, merged.clear();
-        for (Row& row : copy) row.*axis += move;
-        std::merge(rows.begin(), rows.end(), copy.begin(), copy.end(), std::back_inserter(merged));
-        joinRows(merged);
-        rows.swap(merged);
-        width += move;
-    }
-}
 
 /// What a voxel counts in an average, by its offset [voxels] from the middle.
 struct Weight {
@@ -74,7 +36,7 @@ std::vector<Weight> weightsWithin(double radius, double dx)
 tetmesh::NodeField<Share> sharesWithin(const BodyMesh& mesh, const TetEnergy& energy, std::span<const Coord> voxels,
                                        int reach, const Counts& counts)
 {
-    std::vector<Coord> all = voxelsAround(voxels, reach);
+    std::vector<Coord> all = tetmesh::nodesAround(voxels, reach);
     keepIf(all, [&](const Coord& c) { return mesh.phi().contains(c) && (!counts || counts(c)); });
     tetmesh::NodeField<Share> shares(mesh.phi().lower(), mesh.phi().upper(), {}, {});
     shares.cover(all);
@@ -90,21 +52,6 @@ int reachWithin(double radius)
 {
     constexpr double kRounding = 1e-9;
     return std::max(0, int(std::ceil(radius - kRounding)) - 1);
-}
-
-std::vector<Coord> voxelsAround(std::span<const Coord> voxels, int reach)
-{
-    // Axis by axis, on rows of voxels: as many rows as the result has, not as many voxels as all the boxes hold.
-    std::vector<Row> rows;
-    for (const Coord& c : voxels) rows.push_back({c.z, c.y, c.x - reach, c.x + reach});
-    std::sort(rows.begin(), rows.end());
-    joinRows(rows);
-    widen(&Row::y, reach, rows);
-    widen(&Row::z, reach, rows);
-    std::vector<Coord> all;
-    for (const Row& row : rows)
-        for (int x = row.first; x <= row.last; ++x) all.push_back({x, row.y, row.z});
-    return all;
 }
 
 std::vector<std::uint32_t> elementsRound(const BodyMesh& mesh, std::span<const Coord> voxels)

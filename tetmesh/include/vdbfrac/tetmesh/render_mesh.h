@@ -44,6 +44,23 @@ struct Fans {
 };
 Fans fansOf(const RenderMesh& mesh);
 
+/// Corners of the parts of one triangle of a mesh: its own, and new ones between them, which the mesh gets the texture
+/// coordinates and normals of.
+class PartCorners {
+public:
+    PartCorners(RenderMesh& mesh, const std::array<RenderMesh::Corner, 3>& triangle) : mesh_(mesh), triangle_(triangle)
+    {
+    }
+    RenderMesh::Corner at(std::uint32_t point);
+
+private:
+    RenderMesh::Corner between(std::uint32_t point);
+
+    RenderMesh& mesh_;
+    std::array<RenderMesh::Corner, 3> triangle_;
+    std::vector<RenderMesh::Corner> made_;
+};
+
 RenderMesh renderMesh(const PolygonSoup& soup);
 PolygonSoup soupOf(const RenderMesh& mesh);
 

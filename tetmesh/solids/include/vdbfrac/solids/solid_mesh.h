@@ -1,4 +1,4 @@
-// The surface of a body of analytic solids, with its edges.
+// The surface of a body of analytic solids, with its edges, and of a mesh that solids were added to or cut from.
 #pragma once
 
 #include <vdbfrac/base/primitive.h>
@@ -9,9 +9,8 @@
 
 namespace vdbfrac::solids {
 
-/// A solid, united with `add`, without `cut`.
-struct SolidBody {
-    const Primitive& shape;
+/// What a body is united with, and what it is without.
+struct Carving {
     std::span<const Primitive> add, cut;
 };
 
@@ -19,6 +18,11 @@ struct SolidBody {
 /// twentieth of `edge` at most. Normals are those of smooth surfaces between edges. Solids without end are cut off
 /// outside of the others. By CGAL's corefinement, with exact predicates. None where what is left is no 2-manifold, as
 /// of solids that touch in an edge.
-std::optional<tetmesh::RenderMesh> solidMesh(const SolidBody& body, double edge);
+std::optional<tetmesh::RenderMesh> solidMesh(const Primitive& solid, const Carving& how, double edge);
+
+/// A mesh [m] with all that it carries: faces that nothing is missing of as they are, parts of others with what their
+/// face says there, then faces of the solids, with edges near `edge` [m] and normals if the mesh has any. None,
+/// besides, where the mesh is not closed, not oriented outwards, or meets itself near a solid.
+std::optional<tetmesh::RenderMesh> carvedMesh(const tetmesh::RenderMesh& mesh, const Carving& how, double edge);
 
 }  // namespace vdbfrac::solids

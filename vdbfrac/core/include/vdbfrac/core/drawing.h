@@ -35,6 +35,8 @@ public:
 
     /// Material libraries of the bodies' meshes, as one text; those that are not there are left out.
     const std::string& materials() const { return materials_; }
+    /// What the user should know of the surfaces, a sentence each.
+    const std::vector<std::string>& notes() const { return notes_; }
 
     /// Cuts what has torn since the last call. Counts its work as "draw".
     void follow(const Simulation& simulation, Ledger& work);
@@ -50,6 +52,7 @@ private:
     };
     std::vector<Surface> surfaces_;
     std::string materials_;
+    std::vector<std::string> notes_;
 };
 
 /// Box round all points that faces use [m]; of no size without any.

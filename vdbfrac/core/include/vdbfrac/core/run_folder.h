@@ -16,6 +16,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -63,6 +64,8 @@ public:
               ExistingRun existing);
 
     const std::filesystem::path& path() const { return folder_; }
+    /// What the user should know of what is drawn, a sentence each.
+    std::span<const std::string> notes() const;
 
     /// What was handed over is finished; an error of the writer that no call has thrown is lost.
     ~RunFolder();

@@ -23,9 +23,6 @@ using Counts = std::function<bool(Coord)>;
 /// Farthest voxel, along an axis, that is inside a ball of this radius [voxels]: at the radius itself weights are 0.
 int reachWithin(double radius);
 
-/// All voxels no farther than `reach` along any axis from one of `voxels`; sorted, each once.
-std::vector<Coord> voxelsAround(std::span<const Coord> voxels, int reach);
-
 /// The elements that hold material round voxel nodes, rising.
 std::vector<std::uint32_t> elementsRound(const tetmesh::BodyMesh& mesh, std::span<const Coord> voxels);
 
