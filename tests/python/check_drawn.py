@@ -243,6 +243,67 @@ ply = true
     check("energy of points is that of the strain", np.abs(energy / (0.5e5 * strain**2) - 1).max() < 0.01, (energy.min(), energy.max()))
 
 
+def normals_off(path):
+    """How many corners of a drawn .obj have a normal that looks into the material, of how many; the farthest from unit length."""
+    points, normals, off, corners = [], [], 0, 0
+    for line in Path(path).read_text().splitlines():
+        key, _, rest = line.partition(" ")
+        if key == "v":
+            points.append([float(x) for x in rest.split()])
+        elif key == "vn":
+            normals.append([float(x) for x in rest.split()])
+        elif key == "f":
+            p = np.array([points[int(c.split("/")[0]) - 1] for c in rest.split()])
+            area = sum(np.cross(p[k - 1] - p[0], p[k] - p[0]) for k in range(2, len(p)))
+            own = [normals[int(c.split("/")[2]) - 1] for c in rest.split()]
+            off, corners = off + sum(np.dot(n, area) < 0 for n in own), corners + len(own)
+    return off, corners, np.abs(np.linalg.norm(normals, axis=1) - 1).max()
+
+
+def check_soup(folder):
+    """Each quad has points of its own: they are drawn as they were read, and equal ones move and part together."""
+    block = Obj(folder / "block.obj")
+    points = [p for f in block.faces for p in block.points[f[0]]]
+    faces = [[4 * i + k for k in range(4)] for i in range(len(block.faces))]
+    (folder / "soup.obj").write_text("".join("v %.6f %.6f %.6f\n" % tuple(p) for p in points) +
+                                     "".join("f " + " ".join(str(k + 1) for k in f) + "\n" for f in faces))
+    scene(folder / "soup.toml", folder / "soup.obj")
+    run = folder / "soup"
+    vdbfrac("sim", folder / "soup.toml", "-o", run, "-q", "--set", "output.point_cache=[]")
+    first, last = Obj(run / "obj/block.0001.obj"), Obj(run / f"obj/block.{FRAMES:04}.obj")
+    check("points of a soup as read", np.abs(first.points - np.array(points)).max() < 1e-9 and [f[0] for f in first.faces] == faces)
+    edges, joined = Counter(), {}
+    for f in last.faces:
+        own = [joined.setdefault((f[2], *last.points[p]), p) for p in f[0]]
+        for a, b in zip(own, own[1:] + own[:1]):
+            edges[a, b] += 1
+    open_edges = sum(n != edges[b, a] for (a, b), n in list(edges.items()))
+    check("a torn soup is closed where its points are joined", open_edges == 0, open_edges)
+    check("it is in two too", len({f[2] for f in last.faces}) == 2)
+
+
+def check_level_set(folder, hashes):
+    """A body that is a level set: closed fragments, and normals that look outward. However it is drawn, the state is the same."""
+    vdbfrac("relevel", folder / "block.obj", "-o", folder / "block.vdb", "--voxel", 0.049)
+    scene(folder / "v.toml", folder / "block.obj")
+    text = (folder / "v.toml").read_text().replace(f'mesh = "{folder}/block.obj"', f'vdb = "{folder}/block.vdb"')
+    (folder / "v.toml").write_text(text)
+    run = folder / "level_set"
+    vdbfrac("sim", folder / "v.toml", "-o", run, "-q", "--set", "output.point_cache=[]")
+    for frame in (1, FRAMES):
+        file = run / f"obj/block.{frame:04}.obj"
+        drawn = Obj(file)
+        check(f"a level set is closed in frame {frame}", drawn.open_edges() == 0, drawn.open_edges())
+        off, corners, longest = normals_off(file)
+        check(f"normals look outward in frame {frame}", off <= 0.03 * corners and longest < 1e-6, (off, corners, longest))
+    check("a level set is torn", len({f[2] for f in drawn.faces}) == 2 and any(f[4] == "inside" for f in drawn.faces))
+    rough = folder / "rough"
+    vdbfrac("sim", folder / "s.toml", "-o", rough, "-q", "--set", 'output.lips="as_simulated"', "--set", "output.torn_detail=0.01", "--set", "output.point_cache=[]")
+    own = [f["state_hash"] for f in json.loads((rough / "run.json").read_text())["frames"]]
+    check("the state does not know how it is drawn", own == hashes)
+    check("but it is drawn otherwise", (rough / f"obj/block.{FRAMES:04}.obj").read_bytes() != (folder / f"run/obj/block.{FRAMES:04}.obj").read_bytes())
+
+
 def main(folder):
     write_block(folder / "block.obj", 20)
     write_block(folder / "fine.obj", 60)
@@ -280,12 +341,17 @@ def main(folder):
     hashes = [[f["state_hash"] for f in json.loads((r / "run.json").read_text())["frames"]] for r in (run, bare)]
     check("the state does not know what is drawn", hashes[0] == hashes[1])
     check("what is not drawn is no work", "\ndraw " not in said)
+    check_soup(folder)
+    check_level_set(folder, hashes[0])
     said = vdbfrac("embed", bare, "-o", folder / "no.obj", code=2)
     check("what lacks is said", "output.motion = true" in said, said)
 
 
 with tempfile.TemporaryDirectory() as name:
-    main(Path(name))
+    try:
+        main(Path(name))
+    except OSError as e:  # of a command that failed
+        failures.append(str(e))
 for failure in failures:
     print(f"check_drawn: {failure}")
 sys.exit(bool(failures))

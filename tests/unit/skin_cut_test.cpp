@@ -167,6 +167,48 @@ TEST(SkinCut, ClosedLipsOfAJaggedCrackHaveSmoothRims)
         }
 }
 
+/// Area of the torn faces that look against those round one of their corners, over that of all.
+double foldedShare(const Drawn& d)
+{
+    std::vector<Vec3> round(d.points.size(), Vec3::Zero());
+    const auto areaOf = [&](const auto& t) {
+        return (d.points[t[1]] - d.points[t[0]]).cross(d.points[t[2]] - d.points[t[0]]);
+    };
+    for (const auto& t : d.torn)
+        for (const std::uint32_t p : t) round[p] += areaOf(t);
+    double folded = 0, all = 0;
+    for (const auto& t : d.torn) {
+        const Vec3 own = areaOf(t);
+        all += own.norm();
+        if (std::any_of(t.begin(), t.end(), [&](std::uint32_t p) { return own.dot(round[p]) < 0; }))
+            folded += own.norm();
+    }
+    return folded / all;
+}
+
+/// A crack just below a face leaves a thin flap: its torn faces neither come through it nor fold over.
+TEST(SkinCut, ClosedLipsStayBelowTheSkin)
+{
+    constexpr double kRounding = 1e-9, dx = .1, kDeep = .1 * dx;
+    for (const Solid& solid : {box(1, 1), box(1, 40)})
+        for (const double offset : {.013, .75, .85}) {
+            const Plane plane{kTilts[1], offset, 1e9, .45};
+            const SkinCut open = cutBy(solid, plane, dx), closed = cutBy(solid, plane, dx, Lips::closed);
+            ASSERT_EQ(open.points.size(), closed.points.size());
+            std::size_t thin = 0;
+            for (std::size_t i = 0; i < open.points.size(); ++i) {
+                if (open.points[i].skin != SkinCut::kNoSkin) continue;
+                const double before = -solid.phi(open.points[i].X), after = -solid.phi(closed.points[i].X);
+                thin += before < kDeep;
+                EXPECT_GE(after, std::min(before, kDeep) - kRounding) << offset;
+            }
+            EXPECT_GT(thin, 0u);
+            const Drawn d = drawn(solid, closed);
+            EXPECT_EQ(Edges(d).bad(), 0);
+            EXPECT_LE(foldedShare(d), .002) << solid.name << ' ' << offset;
+        }
+}
+
 TEST(SkinCut, DetailRoughensTornFacesAlikeOnBothLipsAndLeavesRims)
 {
     const double dx = .1;

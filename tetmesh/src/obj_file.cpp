@@ -18,6 +18,7 @@ namespace {
 
 constexpr int kDigits = 9;  // of a coordinate: more than a float holds, which is what programs make of it
 constexpr std::uint32_t kUnused = std::numeric_limits<std::uint32_t>::max();
+constexpr std::uint32_t kUsed = 0;  // of what is written next: numbers count from 1
 constexpr std::string_view kObject = "fragment_";
 
 std::string objectName(std::uint32_t fragment)
@@ -67,13 +68,15 @@ private:
     void addNumbered(std::string_view key, std::span<const Vec3> values, std::vector<std::uint32_t>& number,
                      std::uint32_t& written, std::span<const std::uint32_t> faces, std::uint32_t Corner::*member)
     {
-        used_.clear();
+        std::uint32_t first = kUnused, end = 0;
         for (std::uint32_t f : faces)
-            for (const Corner& c : drawn_.mesh.face(f))
-                if (c.*member != RenderMesh::kNone) used_.push_back(c.*member);
-        std::sort(used_.begin(), used_.end());
-        used_.erase(std::unique(used_.begin(), used_.end()), used_.end());
-        for (std::uint32_t i : used_) {
+            for (const Corner& c : drawn_.mesh.face(f)) {
+                const std::uint32_t i = c.*member;
+                if (i == RenderMesh::kNone) continue;
+                number[i] = kUsed, first = std::min(first, i), end = std::max(end, i + 1);
+            }
+        for (std::uint32_t i = first; i < end; ++i) {
+            if (number[i] != kUsed) continue;
             number[i] = ++written;
             const Vec3& x = values[i];
             if (key == "vt" && x.z() == 0)
@@ -125,7 +128,6 @@ private:
     const DrawnTopology& drawn_;
     std::span<const Vec3> points_, normals_;
     std::vector<std::uint32_t> number_, uvNumber_, normalNumber_;  // in the file, of the fragment being written
-    std::vector<std::uint32_t> used_;
     Written& written_;
     TextWriter& text_;
 };

@@ -196,4 +196,29 @@ void fair(const SkinTopology& skin, const Groups& neighbours, double dx, std::ve
     }
 }
 
+bool unfold(const Groups& neighbours, std::uint32_t firstPoint, SkinCut& cut)
+{
+    std::vector<Vec3> area(cut.torn.size()), round(cut.points.size(), Vec3::Zero());
+    const auto corner = [&](std::size_t f, std::size_t k) { return cut.torn[f][k] - firstPoint; };
+    for (std::size_t f = 0; f < area.size(); ++f) {
+        const Vec3& X = cut.points[corner(f, 0)].X;
+        area[f] = (cut.points[corner(f, 1)].X - X).cross(cut.points[corner(f, 2)].X - X);
+        for (std::size_t k = 0; k < 3; ++k) round[corner(f, k)] += area[f];
+    }
+    std::vector<std::uint8_t> isFolded(cut.points.size(), 0);
+    for (std::size_t f = 0; f < area.size(); ++f)
+        for (std::size_t k = 0; k < 3; ++k)
+            if (area[f].dot(round[corner(f, k)]) < 0)
+                for (std::size_t c = 0; c < 3; ++c) isFolded[corner(f, c)] = 1;
+    std::vector<std::pair<std::uint32_t, Vec3>> moved;
+    for (std::uint32_t i = 0; i < isFolded.size(); ++i) {
+        if (!isFolded[i] || cut.points[i].skin != SkinCut::kNoSkin) continue;
+        Vec3 mean = Vec3::Zero();
+        for (const std::uint32_t next : neighbours[i]) mean += cut.points[next].X / double(neighbours[i].size());
+        moved.emplace_back(i, mean);
+    }
+    for (const auto& [i, X] : moved) cut.points[i].X = X;
+    return !moved.empty();
+}
+
 }  // namespace vdbfrac::skin

@@ -18,4 +18,8 @@ Groups neighboursOf(const SkinCut& cut, std::uint32_t firstPoint);
 /// sharp edge, of the outer surface that they are on. The outer surface may have any number of triangles to a voxel.
 void fair(const SkinTopology& skin, const Groups& neighbours, double dx, std::vector<SkinCut::Point>& points);
 
+/// Moves points of torn faces that look against those round them to the middle of their neighbours, but not along rims.
+/// Were there any?
+bool unfold(const Groups& neighbours, std::uint32_t firstPoint, SkinCut& cut);
+
 }  // namespace vdbfrac::skin

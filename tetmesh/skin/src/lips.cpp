@@ -34,25 +34,44 @@ public:
         std::sort(entries_.begin(), entries_.end());
     }
 
-    /// X, or the closest point of the surface if X is outside of it and it is near.
-    Vec3 inside(const Vec3& X) const
+    /// How deep X lies below the surface [m], up to `most`; 0 outside of it.
+    double depth(const Vec3& X, double most) const
+    {
+        const std::optional<Foot> foot = closest(X);
+        if (!foot) return most;
+        return foot->isOutside ? 0 : std::min(most, (X - foot->at).norm());
+    }
+    /// X, or a point near to it that is no less deep than this [m].
+    Vec3 inside(const Vec3& X, double depth) const
+    {
+        const std::optional<Foot> foot = closest(X);
+        if (!foot || (!foot->isOutside && (X - foot->at).norm() >= depth)) return X;
+        return foot->at - depth * foot->normal;
+    }
+
+private:
+    struct Foot {
+        Vec3 at, normal;  // of the surface there
+        bool isOutside;   // is X?
+    };
+
+    /// The closest point of the surface, if it is near.
+    std::optional<Foot> closest(const Vec3& X) const
     {
         constexpr double kSame = 1e-9;  // relative: at an edge the triangles on both sides are as near
-        Vec3 best = X;
-        double nearest = std::numeric_limits<double>::infinity(), outwards = 0, most = 0;
+        Foot foot{X, Vec3::Zero(), false};
+        double nearest = std::numeric_limits<double>::infinity(), most = 0;
         forNear(X, [&](std::uint32_t t) {
             if (leastSquare(t, X) > nearest * (1 + kSame)) return;
             const Vec3 p = closestPoint(skin_.corners(t), X).at;
             const double d = (p - X).squaredNorm(), out = (X - p).dot(skin_.normal[t]);
             if (d > nearest * (1 + kSame)) return;
             if (d < nearest * (1 - kSame)) most = 0;
-            if (std::abs(out) >= most) most = std::abs(out), outwards = out;
-            if (d < nearest) nearest = d, best = p;
+            if (std::abs(out) >= most) most = std::abs(out), foot.isOutside = out > 0, foot.normal = skin_.normal[t];
+            if (d < nearest) nearest = d, foot.at = p;
         });
-        return outwards > 0 ? best : X;
+        return nearest < std::numeric_limits<double>::infinity() ? std::optional(foot) : std::nullopt;
     }
-
-private:
     template <class Visit>
     void forNear(const Vec3& X, const Visit& visit) const
     {
@@ -214,21 +233,29 @@ private:
 
 void closeLips(const SkinTopology& skin, const CrackLattice& lattice, SkinCut& cut)
 {
-    constexpr int kRounds = 3;
+    constexpr int kRounds = 3, kUnfolded = 20;
+    constexpr double kDepth = 0.1;  // voxels: what lies under the outer surface stays under it
     const SkinNearCracks near(skin, lattice);
     std::vector<std::optional<Vec3>> way(cut.points.size());
+    std::vector<double> depth(cut.points.size());
     parallelChunks(way.size(), kChunk / 16, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) way[i] = halfWay(lattice, cut.points[i].X);
+        for (std::size_t i = begin; i < end; ++i) {
+            way[i] = halfWay(lattice, cut.points[i].X);
+            depth[i] = near.depth(cut.points[i].X, kDepth * lattice.voxelSize());
+        }
     });
     const Groups neighbours = neighboursOf(cut, std::uint32_t(skin.pointOf.size()));
     for (int round = 0; round < kRounds; ++round) way = evened(way, neighbours);
     for (std::size_t i = 0; i < way.size(); ++i)
         if (way[i]) cut.points[i].X += *way[i];
     fair(skin, neighbours, lattice.voxelSize(), cut.points);
-    parallelChunks(cut.points.size(), kChunk / 16, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i)
-            if (SkinCut::Point& p = cut.points[i]; p.skin == SkinCut::kNoSkin) p.X = near.inside(p.X);
-    });
+    for (int round = 0;; ++round) {
+        parallelChunks(cut.points.size(), kChunk / 16, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i)
+                if (SkinCut::Point& p = cut.points[i]; p.skin == SkinCut::kNoSkin) p.X = near.inside(p.X, depth[i]);
+        });
+        if (round == kUnfolded || !unfold(neighbours, std::uint32_t(skin.pointOf.size()), cut)) break;
+    }
     Redivider(skin, cut).run();
 }
 

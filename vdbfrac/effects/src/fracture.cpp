@@ -133,15 +133,6 @@ private:
     }
     void lookAhead(const core::GridContext& context, const core::Body& body, double kappa,
                    const grid::TensionAbove& above);
-    /// A hole of this radius [m] round a voxel node, phi three voxels round it too.
-    grid::PhiChanges ballRound(Coord middle, double radius) const
-    {
-        grid::PhiChanges ball;
-        const Coord middles[] = {middle};
-        for (const Coord& c : tetmesh::nodesAround(middles, 3))
-            ball.emplace_back(c, float(radius - dx_ * (c.toVec() - middle.toVec()).norm()));
-        return ball;
-    }
     bool isFrame(double time) const { return std::abs(time * fps_ - std::round(time * fps_)) < 1e-6; }
     void noteArrivals(const core::Body& body, const grid::PhiChanges& changes, double time);
     grid::Relevelling relevelling(long long update) const;
@@ -193,7 +184,9 @@ Driven Fracture::drivenByTension(const core::GridContext& context, const core::B
     const grid::TensionAbove above = grid::tensionAbove(law.kappa, loaded, average, tension_[body.name].largest);
     lookAhead(context, body, law.kappa, above);
     if (tellsMargin_ && isFrame(context.time)) {
-        grid::VoxelValues& margins = tension_[body.name].margins = grid::tensionAtFront(loaded, average);
+        constexpr double kLittle = .05;  // what nobody looks at
+        grid::VoxelValues& margins = tension_[body.name].margins =
+            grid::tensionAtFront(loaded, average, kLittle * law.kappa);
         for (float& psi : margins.scalars) psi = float(double(psi) / law.kappa);
     }
     Driven driven{grid::sampleBand(body.phi, above.voxels), {}, {}, above.stresses, {}};
@@ -309,7 +302,7 @@ grid::PhiChanges Fracture::update(const core::GridContext& context, const core::
         context.ledger.count("relevel", "voxels", work.voxels);
         all.insert(all.end(), changes.begin(), changes.end());
     };
-    if (front.seed) raise(ballRound(*front.seed, eps));
+    if (front.seed) raise(grid::holeRound(*front.seed, eps, dx_));
     bool heldBack = false;
     for (int part = 0; part < parts; ++part) {
         grid::PhiChanges raised;

@@ -5,6 +5,7 @@
 
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/base/number_text.h>
+#include <vdbfrac/tetmesh/nodes_around.h>
 
 #include <algorithm>
 #include <cmath>
@@ -85,6 +86,14 @@ std::vector<VoxelPhi> sampleBand(const LevelSet& phi, std::span<const Coord> vox
         if (accessor.probeValue(toVdb(c), value)) band.push_back({c, value});
     }
     return band;
+}
+
+PhiChanges holeRound(Coord middle, double radius, double voxelSize)
+{
+    PhiChanges hole;
+    for (const Coord& c : tetmesh::nodesAround({&middle, 1}, 3))
+        hole.emplace_back(c, float(radius - voxelSize * (c.toVec() - middle.toVec()).norm()));
+    return hole;
 }
 
 PhiChanges raiseAndRelevel(LevelSet& phi, const PhiChanges& raised, RelevelWork& work, const Relevelling& how)

@@ -40,9 +40,24 @@ Triangles inVoxels(const tetmesh::Surface& surface, double voxelSize)
     return triangles;
 }
 
-/// Calls visit(lowest voxel) for blocks with voxels within `around` of a triangle, and some more; for some twice.
+/// Blocks from one to another.
+struct Blocks {
+    Coord first, last;
+    auto operator<=>(const Blocks&) const = default;
+
+    /// Calls visit(lowest voxel) for each.
+    template <class Visit>
+    void each(const Visit& visit) const
+    {
+        for (int x = first.x; x <= last.x; ++x)
+            for (int y = first.y; y <= last.y; ++y)
+                for (int z = first.z; z <= last.z; ++z) visit(kEdge * Coord{x, y, z});
+    }
+};
+
+/// Calls visit(blocks) for blocks with voxels within `around` of a triangle, and some more; for some twice.
 template <class Visit>
-void eachBlockNear(const std::array<Vec3, 3>& corner, double around, const Visit& visit)
+void eachBlocksNear(const std::array<Vec3, 3>& corner, double around, const Visit& visit)
 {
     constexpr double kSmall = 2 * kEdge;  // a box round a large triangle would be nearly empty
     const auto& [a, b, c] = corner;
@@ -51,30 +66,31 @@ void eachBlockNear(const std::array<Vec3, 3>& corner, double around, const Visit
         const std::array<double, 3> length{(b - a).norm(), (c - b).norm(), (a - c).norm()};
         const std::size_t k = std::size_t(std::max_element(length.begin(), length.end()) - length.begin());
         const Vec3 &from = corner[k], &to = corner[(k + 1) % 3], &beside = corner[(k + 2) % 3], half = .5 * (from + to);
-        eachBlockNear({from, half, beside}, around, visit);
-        eachBlockNear({half, to, beside}, around, visit);
+        eachBlocksNear({from, half, beside}, around, visit);
+        eachBlocksNear({half, to, beside}, around, visit);
         return;
     }
     const auto blockOf = [](const Vec3& X) {
         const auto along = [&](int k) { return floorDiv(int(std::floor(X[k])), kEdge); };
         return Coord{along(0), along(1), along(2)};
     };
-    const Coord first = blockOf(lower - Vec3::Constant(around)), last = blockOf(upper + Vec3::Constant(around));
-    for (int x = first.x; x <= last.x; ++x)
-        for (int y = first.y; y <= last.y; ++y)
-            for (int z = first.z; z <= last.z; ++z) visit(kEdge * Coord{x, y, z});
+    visit(Blocks{blockOf(lower - Vec3::Constant(around)), blockOf(upper + Vec3::Constant(around))});
 }
 
 std::vector<Coord> blocksNear(const Triangles& triangles)
 {
-    std::vector<Coord> blocks = gatherChunks<Coord>(
-        triangles.corners.size(), kChunk, [&](std::size_t begin, std::size_t end, std::vector<Coord>& found) {
+    // Those of a triangle are mostly those of the one before.
+    std::vector<Blocks> near = gatherChunks<Blocks>(
+        triangles.corners.size(), kChunk, [&](std::size_t begin, std::size_t end, std::vector<Blocks>& found) {
             for (std::size_t n = begin; n < end; ++n)
-                eachBlockNear(triangles.cornersOf(n), kWidth, [&](const Coord& low) { found.push_back(low); });
+                eachBlocksNear(triangles.cornersOf(n), kWidth, [&](const Blocks& blocks) { found.push_back(blocks); });
             sortUnique(found);
         });
-    sortUnique(blocks);
-    return blocks;
+    sortUnique(near);
+    std::vector<Coord> all;
+    for (const Blocks& blocks : near) blocks.each([&](const Coord& low) { all.push_back(low); });
+    sortUnique(all);
+    return all;
 }
 
 constexpr std::size_t kNowhere = ~std::size_t{0};
@@ -97,20 +113,21 @@ public:
     {
         const Groups near = groupItems(blocks_.size(), [&](const auto& add) {
             for (std::uint32_t n = 0; n < triangles_.corners.size(); ++n)
-                eachBlockNear(triangles_.cornersOf(n), kNear,
-                              [&](const Coord& low) { add(numberOf(blocks_, low), n); });
+                eachBlocksNear(triangles_.cornersOf(n), kNear, [&](const Blocks& blocks) {
+                    blocks.each([&](const Coord& low) { add(numberOf(blocks_, low), n); });
+                });
         });
-        isNew_.resize(blocks_.size());
-        parallelChunks(blocks_.size(), 1, [&](std::size_t b, std::size_t) { start(blocks_[b], isNew_[b], near[b]); });
+        new_.resize(blocks_.size());
+        parallelChunks(blocks_.size(), 1, [&](std::size_t b, std::size_t) { start(blocks_[b], new_[b], near[b]); });
         findBeside();
         while (widen()) {}
     }
 
 private:
     static constexpr double kNear = 1;  // voxels
-    using Marks = std::array<std::uint8_t, kInBlock>;
+    using Indices = std::vector<std::uint16_t>;
 
-    /// Is this triangle closer, or as close and before the other?
+    /// Takes a triangle that is closer, or as close and before the other. Was it?
     bool look(const Vec3& X, std::uint32_t triangle, float& phi, std::uint32_t& closest) const
     {
         const float d = float((closestPoint(triangles_, triangle, X).at - X).norm());
@@ -119,11 +136,10 @@ private:
         return true;
     }
 
-    void start(Block& block, Marks& isNew, std::span<const std::uint32_t> near) const
+    void start(Block& block, Indices& found, std::span<const std::uint32_t> near) const
     {
         block.phi.fill(float(kWidth));
         block.closest.fill(SurfaceBand::kFar);
-        isNew.fill(0);
         for (const std::uint32_t n : near) {
             const auto [a, b, c] = triangles_.cornersOf(n);
             const Vec3 middle = (a + b + c) / 3;
@@ -138,17 +154,17 @@ private:
                     for (int z = first(2); z <= last(2); ++z) {
                         const std::size_t i = indexOf(x, y, z);
                         const Vec3 X = (block.low + Coord{x, y, z}).toVec();
-                        const double reach = size + double(block.phi[i]);
-                        if ((X - middle).squaredNorm() > reach * reach) continue;
-                        isNew[i] |= look(X, n, block.phi[i], block.closest[i]);
+                        const double reach = size + std::min(kNear, double(block.phi[i]));
+                        if ((X - middle).squaredNorm() <= reach * reach) look(X, n, block.phi[i], block.closest[i]);
                     }
         }
+        for (std::size_t i = 0; i < kInBlock; ++i)
+            if (block.closest[i] != SurfaceBand::kFar) found.push_back(std::uint16_t(i));
     }
 
     void findBeside()
     {
         beside_.resize(blocks_.size());
-        changed_.assign(blocks_.size(), 1);
         parallelChunks(blocks_.size(), 8, [&](std::size_t begin, std::size_t end) {
             for (std::size_t b = begin; b < end; ++b)
                 for (std::size_t side = 0; side < 6; ++side)
@@ -160,39 +176,30 @@ private:
     bool widen()
     {
         std::vector<Block> wider(blocks_);
-        std::vector<Marks> isNewer(blocks_.size());
-        std::vector<std::uint8_t> changed(blocks_.size(), 0);
-        parallelChunks(blocks_.size(), 1, [&](std::size_t b, std::size_t) {
-            const auto isChanged = [&](std::size_t other) { return other != kNowhere && changed_[other] != 0; };
-            const bool isBeside = std::any_of(beside_[b].begin(), beside_[b].end(), isChanged);
-            if (isBeside || changed_[b] != 0) changed[b] = widenBlock(b, wider[b], isNewer[b]);
-        });
+        std::vector<Indices> newer(blocks_.size());
+        parallelChunks(blocks_.size(), 1, [&](std::size_t b, std::size_t) { widenBlock(b, wider[b], newer[b]); });
         blocks_.swap(wider);
-        isNew_.swap(isNewer);
-        changed_.swap(changed);
-        return std::any_of(changed_.begin(), changed_.end(), [](std::uint8_t c) { return c != 0; });
+        new_.swap(newer);
+        return std::any_of(new_.begin(), new_.end(), [](const Indices& found) { return !found.empty(); });
     }
 
-    bool widenBlock(std::size_t b, Block& wider, Marks& isNewer) const
+    void widenBlock(std::size_t b, Block& wider, Indices& newer) const
     {
-        bool changed = false;
-        for (int i = 0; i < kInBlock; ++i) {
-            const Coord at = SurfaceBand::placeOf(i);
-            float& phi = wider.phi[std::size_t(i)];
-            if (double(phi) <= kNear) continue;
-            std::uint32_t& closest = wider.closest[std::size_t(i)];
-            for (std::size_t side = 0; side < 6; ++side) {
-                const Coord n = at + kSides[side];
-                const bool isOwn = ((n.x | n.y | n.z) & ~(kEdge - 1)) == 0;
-                const std::size_t other = isOwn ? b : beside_[b][side];
-                if (other == kNowhere) continue;
-                const std::size_t j = indexOf(n.x & (kEdge - 1), n.y & (kEdge - 1), n.z & (kEdge - 1));
-                if (!isNew_[other][j] || blocks_[other].closest[j] == closest) continue;
-                if (look((wider.low + at).toVec(), blocks_[other].closest[j], phi, closest))
-                    isNewer[std::size_t(i)] = 1, changed = true;
-            }
-        }
-        return changed;
+        std::array<std::uint8_t, kInBlock> isNewer{};
+        const auto offer = [&](const Coord& at, std::uint32_t triangle) {
+            if (((at.x | at.y | at.z) & ~(kEdge - 1)) != 0) return;
+            const std::size_t i = indexOf(at.x, at.y, at.z);
+            if (double(wider.phi[i]) <= kNear || wider.closest[i] == triangle) return;
+            if (!look((wider.low + at).toVec(), triangle, wider.phi[i], wider.closest[i]) || isNewer[i]) return;
+            isNewer[i] = 1;
+            newer.push_back(std::uint16_t(i));
+        };
+        for (const std::uint16_t i : new_[b])
+            for (const Coord& side : kSides) offer(SurfaceBand::placeOf(i) + side, blocks_[b].closest[i]);
+        for (std::size_t side = 0; side < 6; ++side)
+            if (const std::size_t other = beside_[b][side]; other != kNowhere)
+                for (const std::uint16_t i : new_[other])
+                    offer(SurfaceBand::placeOf(i) + (kEdge - 1) * kSides[side], blocks_[other].closest[i]);
     }
 
     static constexpr Coord kSides[6] = {{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}};
@@ -200,8 +207,7 @@ private:
     const Triangles& triangles_;
     std::vector<Block>& blocks_;
     std::vector<std::array<std::size_t, 6>> beside_;
-    std::vector<Marks> isNew_;           // voxels whose triangle is
-    std::vector<std::uint8_t> changed_;  // blocks with such voxels
+    std::vector<Indices> new_;  // voxels of each block whose triangle is
 };
 
 /// Where lines along z through voxels go through the surface.

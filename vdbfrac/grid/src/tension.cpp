@@ -9,6 +9,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <utility>
 
 namespace vdbfrac::grid {
 
@@ -364,10 +365,10 @@ TensionAbove tensionAbove(double kappa, const Loaded& body, const TensionAverage
     return above;
 }
 
-VoxelValues tensionAtFront(const Loaded& body, const TensionAverage& average)
+VoxelValues tensionAtFront(const Loaded& body, const TensionAverage& average, double little)
 {
     VoxelValues values;
-    values.coords = whereMuchIsPossible(0, body, average);
+    values.coords = whereMuchIsPossible(little, body, average);
     std::erase_if(values.coords, [&](const Coord& c) { return !body.isFront(c); });
     NodalStresses nodes(body.mesh, body.stress, average.counts);
     const double radius = average.radius / body.mesh.voxelSize();

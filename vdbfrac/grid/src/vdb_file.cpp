@@ -1,12 +1,15 @@
-#include "vdb_stream.h"
+#include "openvdb_access.h"
 
 #include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/grid/vdb_file.h>
 
-#include <openvdb/io/File.h>
+#include <openvdb/io/Archive.h>
 
 #include <cassert>
+#include <sstream>
+#include <string>
+#include <utility>
 
 namespace vdbfrac::grid {
 
@@ -62,17 +65,19 @@ openvdb::GridBase::ConstPtr toGrid(const NamedGrid& named, const Metadata& metad
     return grid;
 }
 
-/// io::File::write returns normally on a full disk, so the temporary is read back.
-void verify(const fs::path& temporary, const openvdb::GridCPtrVec& written)
-{
-    const openvdb::GridPtrVec found = readGrids(temporary);
-    bool same = found.size() == written.size();
-    for (std::size_t i = 0; same && i < found.size(); ++i)
-        same = found[i]->getName() == written[i]->getName() &&
-               found[i]->activeVoxelCount() == written[i]->activeVoxelCount() &&
-               found[i]->evalActiveVoxelBoundingBox() == written[i]->evalActiveVoxelBoundingBox();
-    if (!same) throw Error("what was read back differs from what was written");
-}
+/// Bytes of a file, as io::File would write it: that returns normally on a full disk.
+class VdbBytes : public openvdb::io::Archive {
+public:
+    std::string of(const openvdb::GridCPtrVec& grids, const openvdb::MetaMap& metadata)
+    {
+        setCompression(openvdb::io::COMPRESS_ACTIVE_MASK |
+                       (hasBloscCompression() ? openvdb::io::COMPRESS_BLOSC : openvdb::io::COMPRESS_ZIP));
+        std::ostringstream out;
+        write(out, grids, true, metadata);
+        if (!out) throw Error("the grids cannot be written");
+        return std::move(out).str();
+    }
+};
 
 }  // namespace
 
@@ -83,15 +88,7 @@ void writeVdb(const fs::path& file, const std::vector<NamedGrid>& grids, const M
     for (const NamedGrid& grid : grids) all.push_back(toGrid(grid, metadata));
     openvdb::MetaMap fileMetadata;
     insert(fileMetadata, metadata);
-    const auto write = [&](const fs::path& temporary) {
-        openvdb::io::File out(temporary.string());
-        const bool blosc = openvdb::io::Archive::hasBloscCompression();
-        out.setCompression(openvdb::io::COMPRESS_ACTIVE_MASK |
-                           (blosc ? openvdb::io::COMPRESS_BLOSC : openvdb::io::COMPRESS_ZIP));
-        out.write(all, fileMetadata);
-        out.close();
-    };
-    writeAtomically(file, write, [&](const fs::path& temporary) { verify(temporary, all); });
+    writeText(file, VdbBytes().of(all, fileMetadata));
 }
 
 }  // namespace vdbfrac::grid

@@ -1,37 +1,37 @@
 #include <vdbfrac/grid/voxel_values.h>
 
 #include <vdbfrac/base/parallel.h>
+#include <vdbfrac/tetmesh/node_field.h>
+#include <vdbfrac/tetmesh/trilinear.h>
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <limits>
 
 namespace vdbfrac::grid {
 
 std::vector<float> sample(const VoxelValues& values, double voxelSize, std::span<const Vec3> X)
 {
-    std::vector<std::uint32_t> order(values.coords.size());
-    std::iota(order.begin(), order.end(), 0u);
-    std::sort(order.begin(), order.end(), [&](auto a, auto b) { return values.coords[a] < values.coords[b]; });
-    const auto find = [&](Coord c) -> const float* {
-        const auto it = std::lower_bound(order.begin(), order.end(), c,
-                                         [&](std::uint32_t i, Coord key) { return values.coords[i] < key; });
-        return it != order.end() && values.coords[*it] == c ? &values.scalars[*it] : nullptr;
-    };
+    constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+    Coord lower{}, upper{};
+    if (!values.coords.empty()) lower = upper = values.coords[0];
+    for (const Coord& c : values.coords) {
+        lower = {std::min(lower.x, c.x), std::min(lower.y, c.y), std::min(lower.z, c.z)};
+        upper = {std::max(upper.x, c.x), std::max(upper.y, c.y), std::max(upper.z, c.z)};
+    }
+    tetmesh::NodeField<float> field(lower, upper, kNone, kNone);
+    for (std::size_t i = 0; i < values.coords.size(); ++i) field.set(values.coords[i], values.scalars[i]);
     std::vector<float> at(X.size(), values.background);
     parallelChunks(X.size(), kChunk, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             const Vec3 p = X[i] / voxelSize;
-            const Vec3 low(std::floor(p.x()), std::floor(p.y()), std::floor(p.z())), f = p - low;
-            const Coord first{int(low.x()), int(low.y()), int(low.z())};
+            const Coord first = tetmesh::floorOf(p);
             double sum = 0, share = 0;
-            for (int k = 0; k < 8; ++k) {
-                const Coord step{k & 1, k >> 1 & 1, k >> 2};
-                const float* const value = find(first + step);
-                if (!value) continue;
-                const double w =
-                    (step.x ? f.x() : 1 - f.x()) * (step.y ? f.y() : 1 - f.y()) * (step.z ? f.z() : 1 - f.z());
-                sum += w * *value, share += w;
+            for (int k = 0; k < tetmesh::kCorners; ++k) {
+                const float value = field(first + tetmesh::cornerOffset(k));
+                if (std::isnan(value)) continue;
+                const double w = tetmesh::trilinearShare(k, p - first.toVec());
+                sum += w * value, share += w;
             }
             if (share > 0) at[i] = float(sum / share);
         }

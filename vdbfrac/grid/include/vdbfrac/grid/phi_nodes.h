@@ -23,6 +23,9 @@ std::vector<VoxelPhi> sampleBand(const LevelSet& phi, std::span<const Coord> vox
 /// New values of phi [m] at voxels.
 using PhiChanges = std::vector<VoxelPhi>;
 
+/// phi of a hole of this radius [m] round a voxel node, and three voxels round it.
+PhiChanges holeRound(Coord middle, double radius, double voxelSize);
+
 struct RelevelWork {
     std::int64_t leaves = 0;  ///< re-levelled
     std::int64_t voxels = 0;  ///< in them

@@ -65,8 +65,9 @@ struct TensionAbove {
 /// before, which makes finding it cheap.
 TensionAbove tensionAbove(double kappa, const Loaded& body, const TensionAverage& average, double expected = 0);
 
-/// Psi at all voxel nodes of the front, of each alone; `radius` above 0.
-VoxelValues tensionAtFront(const Loaded& body, const TensionAverage& average);
+/// Psi at the voxel nodes of the front, of each alone; `radius` above 0. Of no node where energies leave no room for
+/// more than `little` [J/m^3].
+VoxelValues tensionAtFront(const Loaded& body, const TensionAverage& average, double little = 0);
 
 /// The least energy density [J/m^3] of any stress whose largest principal one alone has the energy `tension`.
 double minEnergyUnder(double tension, double poissonRatio);
