@@ -58,6 +58,9 @@ PARTS = (
     ("notched_block_resolution", "From rest to two pieces: resolution", "The round notch of this block has no sharp tip, so under a given "
      "toughness its load grows with the resolution; the slit above does not. After a block has come apart only loads, "
      "volumes and pieces are compared, never positions."),
+    ("rebound", "A ball that bumps into a wall", "What is left of its motion. A touch gives way by 1/10 of what the cell beside it does, by default; a stiffer "
+     "one costs iterations and changes little."),
+    ("sliding", "A block that friction stops", "How far it gets, and the heat that it makes. Backward Euler shortens the way by half of what is covered in a step."),
     ("notched_block", "From rest to two pieces: everything else", "All other choices on the same block, at one resolution and time step. Errors "
      "are those against the run that is solved to rounding, so they say what a choice changes by itself."),
 )

@@ -282,6 +282,30 @@ def check_soup(folder):
     check("it is in two too", len({f[2] for f in last.faces}) == 2)
 
 
+def check_carved(folder):
+    """A score across the block: it is closed, faces beside the score are as they were read, and another mesh gets it too."""
+    scene(folder / "c.toml", folder / "block.obj")
+    (folder / "c.toml").write_text((folder / "c.toml").read_text().replace("cut = []", "cut = [{ box = { size = [0.1, 0.1, 1], center = [0, 0.2, 0] } }]"))
+    run = folder / "carved"
+    said = vdbfrac("sim", folder / "c.toml", "-o", run, "-f", 2, "--set", "fracture.toughness=1e6")
+    check("nothing is noted of a closed mesh", "is drawn as its level set" not in said, said)
+    given, drawn = Obj(folder / "block.obj"), Obj(run / "obj/block.0001.obj")
+    check("a scored mesh is closed", drawn.open_edges() == 0, drawn.open_edges())
+    check("a score takes its volume", abs((given.volume() - drawn.volume()) / (0.1 * 0.045 * 0.39) - 1) < 0.1, given.volume() - drawn.volume())
+    scored = {f[3:] for f in drawn.faces} - {f[3:] for f in given.faces}
+    check("a score brings one group", [g[1] for g in scored] == ["outside"], scored)
+    quads = sum(len(f[0]) == 4 for f in drawn.faces)
+    check("faces beside a score are as they were", len(given.faces) - 60 < quads < len(given.faces), (quads, len(given.faces)))
+    check("what is left of faces has texture coordinates", all(len(f[1]) == len(f[0]) for f in drawn.faces if f[4] != "outside"))
+    vdbfrac("embed", run, folder / "fine.obj", "-o", folder / "fine_carved.obj")
+    fine = Obj(folder / "fine_carved.obj")
+    taken = Obj(folder / "fine.obj").volume() - fine.volume()
+    check("another mesh is scored too", abs(taken / (0.1 * 0.045 * 0.39) - 1) < 0.1, taken)
+    (folder / "open.obj").write_text("\n".join((folder / "fine.obj").read_text().splitlines()[:-1]) + "\n")
+    said = vdbfrac("embed", run, folder / "open.obj", "-o", folder / "no.obj", code=2)
+    check("a mesh that cannot be scored is refused", "a closed mesh that does not meet itself" in said, said)
+
+
 def check_level_set(folder, hashes):
     """A body that is a level set: closed fragments, and normals that look outward. However it is drawn, the state is the same."""
     vdbfrac("relevel", folder / "block.obj", "-o", folder / "block.vdb", "--voxel", 0.049)
@@ -342,6 +366,7 @@ def main(folder):
     check("the state does not know what is drawn", hashes[0] == hashes[1])
     check("what is not drawn is no work", "\ndraw " not in said)
     check_soup(folder)
+    check_carved(folder)
     check_level_set(folder, hashes[0])
     said = vdbfrac("embed", bare, "-o", folder / "no.obj", code=2)
     check("what lacks is said", "output.motion = true" in said, said)

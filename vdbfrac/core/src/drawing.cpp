@@ -1,5 +1,6 @@
 #include <vdbfrac/core/drawing.h>
 
+#include <vdbfrac/base/error.h>
 #include <vdbfrac/grid/body_level_set.h>
 #include <vdbfrac/grid/level_set_surface.h>
 #include <vdbfrac/solids/solid_mesh.h>
@@ -7,6 +8,7 @@
 
 #include <filesystem>
 #include <limits>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -33,20 +35,26 @@ tetmesh::RenderMesh levelSetMesh(const grid::LevelSet& phi)
     return mesh;
 }
 
+/// A drawn mesh with what the scene adds to the body and without what it cuts from it; none where that cannot be had.
+std::optional<tetmesh::RenderMesh> carved(tetmesh::RenderMesh mesh, const scene::Body& spec, double edge)
+{
+    if (spec.add.empty() && spec.cut.empty()) return mesh;
+    return solids::carvedMesh(mesh, {spec.add, spec.cut}, edge);
+}
+constexpr const char* kCarvable =
+    "a closed mesh that does not meet itself near the solids that the scene adds to or cuts from the body";
+
 tetmesh::RenderMesh outerSurface(const scene::Body& spec, const Body& body, std::vector<std::string>& notes)
 {
-    const solids::Carving carving{spec.add, spec.cut};
     const double edge = body.phi.voxelSize();
     if (const auto* file = std::get_if<scene::MeshFile>(&spec.shape)) {
-        tetmesh::RenderMesh mesh = placedMesh(*file);
-        if (spec.add.empty() && spec.cut.empty()) return mesh;
-        if (auto carved = solids::carvedMesh(mesh, carving, edge)) return std::move(*carved);
+        if (auto mesh = carved(placedMesh(*file), spec, edge)) return std::move(*mesh);
         notes.push_back("body '" + body.name +
-                        "' is drawn as its level set, without texture coordinates: solids can be added to or cut from "
-                        "a drawn mesh only where it is closed and does not meet itself");
+                        "' is drawn as its level set, without texture coordinates: its own mesh would have to be " +
+                        kCarvable);
     }
     if (const auto* solid = std::get_if<Primitive>(&spec.shape))
-        if (auto mesh = solids::solidMesh(*solid, carving, edge)) return std::move(*mesh);
+        if (auto mesh = solids::solidMesh(*solid, {spec.add, spec.cut}, edge)) return std::move(*mesh);
     return levelSetMesh(body.phi);
 }
 
@@ -100,7 +108,10 @@ Drawing::Drawing(const scene::Scene& scene, const Simulation& simulation)
 void Drawing::replace(const scene::Scene& scene, const Simulation& simulation, std::size_t body,
                       tetmesh::RenderMesh mesh)
 {
-    surfaces_[body] = {skin::Skin(std::move(mesh), *simulation.bodies()[body].mesh, styleOf(scene))};
+    const Body& own = simulation.bodies()[body];
+    auto whole = carved(std::move(mesh), scene.bodies[body], own.phi.voxelSize());
+    if (!whole) throw InputError({"the mesh for body '" + own.name + "'", "cannot be drawn", kCarvable, ""});
+    surfaces_[body] = {skin::Skin(std::move(*whole), *own.mesh, styleOf(scene))};
 }
 
 void Drawing::follow(const Simulation& simulation, Ledger& work)

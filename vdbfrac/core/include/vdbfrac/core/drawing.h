@@ -30,7 +30,8 @@ class Drawing {
 public:
     /// The simulation has made no step. Throws as reading the bodies' files does.
     Drawing(const scene::Scene& scene, const Simulation& simulation);
-    /// Draws another mesh [m, at rest] for a body; before the first follow().
+    /// Draws another mesh [m, at rest] for a body, with what is added to it and cut from it; before the first follow().
+    /// Throws InputError where that cannot be had of the mesh.
     void replace(const scene::Scene& scene, const Simulation& simulation, std::size_t body, tetmesh::RenderMesh mesh);
 
     /// Material libraries of the bodies' meshes, as one text; those that are not there are left out.
