@@ -196,7 +196,7 @@ void fair(const SkinTopology& skin, const Groups& neighbours, double dx, std::ve
     }
 }
 
-bool unfold(const Groups& neighbours, std::uint32_t firstPoint, SkinCut& cut)
+std::vector<std::uint32_t> unfold(const Groups& neighbours, std::uint32_t firstPoint, SkinCut& cut)
 {
     std::vector<Vec3> area(cut.torn.size()), round(cut.points.size(), Vec3::Zero());
     const auto corner = [&](std::size_t f, std::size_t k) { return cut.torn[f][k] - firstPoint; };
@@ -210,15 +210,16 @@ bool unfold(const Groups& neighbours, std::uint32_t firstPoint, SkinCut& cut)
         for (std::size_t k = 0; k < 3; ++k)
             if (area[f].dot(round[corner(f, k)]) < 0)
                 for (std::size_t c = 0; c < 3; ++c) isFolded[corner(f, c)] = 1;
-    std::vector<std::pair<std::uint32_t, Vec3>> moved;
+    std::vector<std::uint32_t> moved;
+    std::vector<Vec3> middle;
     for (std::uint32_t i = 0; i < isFolded.size(); ++i) {
         if (!isFolded[i] || cut.points[i].skin != SkinCut::kNoSkin) continue;
         Vec3 mean = Vec3::Zero();
         for (const std::uint32_t next : neighbours[i]) mean += cut.points[next].X / double(neighbours[i].size());
-        moved.emplace_back(i, mean);
+        moved.push_back(i), middle.push_back(mean);
     }
-    for (const auto& [i, X] : moved) cut.points[i].X = X;
-    return !moved.empty();
+    for (std::size_t m = 0; m < moved.size(); ++m) cut.points[moved[m]].X = middle[m];
+    return moved;
 }
 
 }  // namespace vdbfrac::skin

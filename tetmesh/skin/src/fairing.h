@@ -19,7 +19,7 @@ Groups neighboursOf(const SkinCut& cut, std::uint32_t firstPoint);
 void fair(const SkinTopology& skin, const Groups& neighbours, double dx, std::vector<SkinCut::Point>& points);
 
 /// Moves points of torn faces that look against those round them to the middle of their neighbours, but not along rims.
-/// Were there any?
-bool unfold(const Groups& neighbours, std::uint32_t firstPoint, SkinCut& cut);
+/// Returns them, rising.
+std::vector<std::uint32_t> unfold(const Groups& neighbours, std::uint32_t firstPoint, SkinCut& cut);
 
 }  // namespace vdbfrac::skin

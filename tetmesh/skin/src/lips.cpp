@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -249,12 +250,17 @@ void closeLips(const SkinTopology& skin, const CrackLattice& lattice, SkinCut& c
     for (std::size_t i = 0; i < way.size(); ++i)
         if (way[i]) cut.points[i].X += *way[i];
     fair(skin, neighbours, lattice.voxelSize(), cut.points);
+    std::vector<std::uint32_t> moved(cut.points.size());
+    std::iota(moved.begin(), moved.end(), 0u);
     for (int round = 0;; ++round) {
-        parallelChunks(cut.points.size(), kChunk / 16, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i)
-                if (SkinCut::Point& p = cut.points[i]; p.skin == SkinCut::kNoSkin) p.X = near.inside(p.X, depth[i]);
+        parallelChunks(moved.size(), kChunk / 16, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t m = begin; m < end; ++m)
+                if (SkinCut::Point& p = cut.points[moved[m]]; p.skin == SkinCut::kNoSkin)
+                    p.X = near.inside(p.X, depth[moved[m]]);
         });
-        if (round == kUnfolded || !unfold(neighbours, std::uint32_t(skin.pointOf.size()), cut)) break;
+        if (round == kUnfolded) break;
+        moved = unfold(neighbours, std::uint32_t(skin.pointOf.size()), cut);
+        if (moved.empty()) break;
     }
     Redivider(skin, cut).run();
 }
