@@ -28,7 +28,6 @@ using Vertex = Mesh::Vertex_index;
 using Face = Mesh::Face_index;
 using Origins = Mesh::Property_map<Face, std::uint32_t>;
 
-constexpr double kCrease = 40;  // degrees: more than between the pieces of any round surface, less than of edges
 constexpr const char* kOrigin = "f:origin";
 
 /// Of each face: the triangle that it is a part of.

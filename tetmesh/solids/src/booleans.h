@@ -10,6 +10,9 @@
 
 namespace vdbfrac::solids {
 
+/// Degrees: more than between the pieces of any round surface, less than of edges.
+inline constexpr double kCrease = 40;
+
 /// Triangles, and which they are parts of: edges between parts of different ones stay.
 struct Parts {
     static constexpr std::uint32_t kNone = 0xffffffff;

@@ -17,8 +17,6 @@ using tetmesh::RenderMesh;
 using Corner = RenderMesh::Corner;
 constexpr std::uint32_t kNone = RenderMesh::kNone;
 
-constexpr double kCrease = 40;  // degrees: more than between the pieces of any round surface, less than of edges
-
 Bounds joined(const Bounds& a, const Bounds& b) { return {a.lower.cwiseMin(b.lower), a.upper.cwiseMax(b.upper)}; }
 
 /// `within`: a box round `whole`.
