@@ -18,7 +18,6 @@ namespace {
 
 constexpr int kDigits = 9;  // of a coordinate: more than a float holds, which is what programs make of it
 constexpr std::uint32_t kUnused = std::numeric_limits<std::uint32_t>::max();
-constexpr std::uint32_t kUsed = 0;  // of what is written next: numbers count from 1
 constexpr std::string_view kObject = "fragment_";
 
 std::string objectName(std::uint32_t fragment)
@@ -68,15 +67,7 @@ private:
     void addNumbered(std::string_view key, std::span<const Vec3> values, std::vector<std::uint32_t>& number,
                      std::uint32_t& written, std::span<const std::uint32_t> faces, std::uint32_t Corner::*member)
     {
-        std::uint32_t first = kUnused, end = 0;
-        for (std::uint32_t f : faces)
-            for (const Corner& c : drawn_.mesh.face(f)) {
-                const std::uint32_t i = c.*member;
-                if (i == RenderMesh::kNone) continue;
-                number[i] = kUsed, first = std::min(first, i), end = std::max(end, i + 1);
-            }
-        for (std::uint32_t i = first; i < end; ++i) {
-            if (number[i] != kUsed) continue;
+        for (const std::uint32_t i : usedBy(drawn_.mesh, faces, member)) {
             number[i] = ++written;
             const Vec3& x = values[i];
             if (key == "vt" && x.z() == 0)

@@ -32,16 +32,8 @@ public:
     void add(const PlyBody& body, std::span<const std::uint32_t> faces)
     {
         const RenderMesh& mesh = body.topology.mesh;
-        constexpr std::int32_t kUsed = -1;
         number_.resize(std::max(number_.size(), mesh.points.size()));
-        std::uint32_t first = RenderMesh::kNone, end = 0;
-        for (const std::uint32_t f : faces)
-            for (const RenderMesh::Corner& c : mesh.face(f)) {
-                number_[c.point] = kUsed;
-                first = std::min(first, c.point), end = std::max(end, c.point + 1);
-            }
-        for (std::uint32_t p = first; p < end; ++p) {
-            if (number_[p] != kUsed) continue;
+        for (const std::uint32_t p : usedBy(mesh, faces)) {
             number_[p] = points_++;
             for (const Vec3* v : {&body.points[p], &body.velocities[p], &mesh.points[p]})
                 for (int k = 0; k < 3; ++k) vertices_.bytes<kLittle>(float((*v)[k]));

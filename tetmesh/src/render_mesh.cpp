@@ -155,14 +155,43 @@ std::string_view materialOf(const DrawnTopology& drawn, std::size_t face)
     return own == RenderMesh::kNone ? std::string_view("outside") : drawn.mesh.materials[own];
 }
 
+namespace {
+
+/// The numbers that `each` calls something with, twice; rising, without RenderMesh::kNone.
+template <class Each>
+std::vector<std::uint32_t> risingNumbers(const Each& each)
+{
+    std::uint32_t first = RenderMesh::kNone, end = 0;
+    each([&](std::uint32_t i) {
+        if (i != RenderMesh::kNone) first = std::min(first, i), end = std::max(end, i + 1);
+    });
+    if (first >= end) return {};
+    std::vector<std::uint8_t> isUsed(end - first, 0);
+    each([&](std::uint32_t i) {
+        if (i != RenderMesh::kNone) isUsed[i - first] = 1;
+    });
+    std::vector<std::uint32_t> used;
+    for (std::uint32_t i = first; i < end; ++i)
+        if (isUsed[i - first]) used.push_back(i);
+    return used;
+}
+
+}  // namespace
+
 std::vector<std::uint32_t> usedPoints(const RenderMesh& mesh)
 {
-    std::vector<std::uint8_t> isUsed(mesh.points.size(), 0);
-    for (const RenderMesh::Corner& c : mesh.corners) isUsed[c.point] = 1;
-    std::vector<std::uint32_t> used;
-    for (std::uint32_t p = 0; p < isUsed.size(); ++p)
-        if (isUsed[p]) used.push_back(p);
-    return used;
+    return risingNumbers([&](const auto& use) {
+        for (const RenderMesh::Corner& c : mesh.corners) use(c.point);
+    });
+}
+
+std::vector<std::uint32_t> usedBy(const RenderMesh& mesh, std::span<const std::uint32_t> faces,
+                                  std::uint32_t RenderMesh::Corner::*number)
+{
+    return risingNumbers([&](const auto& use) {
+        for (const std::uint32_t f : faces)
+            for (const RenderMesh::Corner& c : mesh.face(f)) use(c.*number);
+    });
 }
 
 Surface triangleSurface(const DrawnTopology& topology, std::span<const Vec3> points)

@@ -13,7 +13,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -238,10 +237,11 @@ void closeLips(const SkinTopology& skin, const CrackLattice& lattice, SkinCut& c
     constexpr double kDepth = 0.1;  // voxels: what lies under the outer surface stays under it
     const SkinNearCracks near(skin, lattice);
     std::vector<std::optional<Vec3>> way(cut.points.size());
-    std::vector<double> depth(cut.points.size());
+    std::vector<double> depth(cut.points.size());  // of those that are not on the outer surface
     parallelChunks(way.size(), kChunk / 16, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             way[i] = halfWay(lattice, cut.points[i].X);
+            if (cut.points[i].skin != SkinCut::kNoSkin) continue;
             depth[i] = near.depth(cut.points[i].X, kDepth * lattice.voxelSize());
         }
     });
@@ -250,13 +250,13 @@ void closeLips(const SkinTopology& skin, const CrackLattice& lattice, SkinCut& c
     for (std::size_t i = 0; i < way.size(); ++i)
         if (way[i]) cut.points[i].X += *way[i];
     fair(skin, neighbours, lattice.voxelSize(), cut.points);
-    std::vector<std::uint32_t> moved(cut.points.size());
-    std::iota(moved.begin(), moved.end(), 0u);
+    std::vector<std::uint32_t> moved;
+    for (std::uint32_t i = 0; i < cut.points.size(); ++i)
+        if (cut.points[i].skin == SkinCut::kNoSkin) moved.push_back(i);
     for (int round = 0;; ++round) {
         parallelChunks(moved.size(), kChunk / 16, [&](std::size_t begin, std::size_t end) {
             for (std::size_t m = begin; m < end; ++m)
-                if (SkinCut::Point& p = cut.points[moved[m]]; p.skin == SkinCut::kNoSkin)
-                    p.X = near.inside(p.X, depth[moved[m]]);
+                cut.points[moved[m]].X = near.inside(cut.points[moved[m]].X, depth[moved[m]]);
         });
         if (round == kUnfolded) break;
         moved = unfold(neighbours, std::uint32_t(skin.pointOf.size()), cut);

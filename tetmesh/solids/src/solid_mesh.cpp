@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -19,10 +20,16 @@ constexpr std::uint32_t kNone = RenderMesh::kNone;
 
 Bounds joined(const Bounds& a, const Bounds& b) { return {a.lower.cwiseMin(b.lower), a.upper.cwiseMax(b.upper)}; }
 
-/// `within`: a box round `whole`.
-std::optional<Parts> carvedBy(const Parts& whole, const Carving& how, Bounds within, double edge)
+/// A box round what a body is, and what is added to it.
+Bounds boundsWith(Bounds body, const Carving& how)
 {
-    for (const Primitive& p : how.add) within = joined(within, bounds(p));
+    for (const Primitive& p : how.add) body = joined(body, bounds(p));
+    return body;
+}
+
+/// Solids without end are cut off outside of `within`.
+std::optional<Parts> carvedBy(const Parts& whole, const Carving& how, const Bounds& within, double edge)
+{
     const auto surfaces = [&](std::span<const Primitive> solids) {
         std::vector<Triangles> all;
         for (const Primitive& p : solids) all.push_back(trianglesOf(p, edge, within));
@@ -118,22 +125,26 @@ private:
         }
         return number;
     }
+    /// The corner of a triangle that is at a point, or at one in its place.
+    std::optional<Corner> givenAt(std::uint32_t triangle, std::uint32_t point) const
+    {
+        for (std::size_t k = 0; k < 3; ++k)
+            if (const Corner c = given(triangle, k); joined_[c.point] == point) return c;
+        return std::nullopt;
+    }
     bool isWhole(std::uint32_t triangle, std::span<const std::array<std::uint32_t, 3>> parts) const
     {
-        return parts.size() == 1 && std::all_of(parts[0].begin(), parts[0].end(), [&](std::uint32_t p) {
-                   return joined_[given(triangle, 0).point] == p || joined_[given(triangle, 1).point] == p ||
-                          joined_[given(triangle, 2).point] == p;
-               });
+        return parts.size() == 1 &&
+               std::ranges::all_of(parts[0], [&](std::uint32_t p) { return givenAt(triangle, p).has_value(); });
     }
     void addParts(std::uint32_t triangle, std::span<const std::array<std::uint32_t, 3>> parts)
     {
-        const std::array<Corner, 3> corner{given(triangle, 0), given(triangle, 1), given(triangle, 2)};
-        tetmesh::PartCorners corners(now_, corner);
+        tetmesh::PartCorners corners(now_, {given(triangle, 0), given(triangle, 1), given(triangle, 2)});
         for (const auto& part : parts) {
             std::array<Corner, 3> own;
             for (std::size_t k = 0; k < 3; ++k) {
-                const auto at = std::ranges::find(corner, part[k], [&](const Corner& c) { return joined_[c.point]; });
-                own[k] = at != corner.end() ? *at : corners.at(part[k]);
+                const std::optional<Corner> at = givenAt(triangle, part[k]);
+                own[k] = at ? *at : corners.at(part[k]);
             }
             const std::uint32_t f = fans_.face[triangle];
             now_.addFace(own, mesh_.group[f], mesh_.material[f]);
@@ -165,8 +176,7 @@ private:
 
 std::optional<RenderMesh> solidMesh(const Primitive& solid, const Carving& how, double edge)
 {
-    Bounds within = bounds(solid);
-    for (const Primitive& p : how.add) within = joined(within, bounds(p));
+    const Bounds within = boundsWith(bounds(solid), how);
     Parts parts{trianglesOf(solid, edge, within), {}};
     parts.origin.assign(parts.surface.triangles.size(), Parts::kNone);
     if (!how.add.empty() || !how.cut.empty()) {
@@ -183,7 +193,7 @@ std::optional<RenderMesh> carvedMesh(const RenderMesh& mesh, const Carving& how,
     Carver carver(mesh, edge);
     Bounds within{mesh.points[0], mesh.points[0]};
     for (const Vec3& X : mesh.points) within = joined(within, {X, X});
-    const std::optional<Parts> left = carvedBy(carver.whole(), how, within, edge);
+    const std::optional<Parts> left = carvedBy(carver.whole(), how, boundsWith(within, how), edge);
     if (!left) return std::nullopt;
     return carver.left(*left);
 }
