@@ -8,6 +8,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <tuple>
 #include <vector>
 
 namespace vdbfrac::solids {
@@ -120,13 +121,25 @@ TEST(SolidMesh, IsTheSameEachTimeWhateverLiesInMemory)
             score.size = size, score.center = Vec3(size.x() < size.z() ? at : 0, .45, size.x() < size.z() ? 0 : at);
             scores.push_back(score);
         }
+    // A slab scored down to its middle on both ways: corefinement leaves points in one place.
+    Primitive slab = cube(1);
+    slab.size = Vec3(.24, .04, .16), slab.center = Vec3(0, .2, 0);
+    std::vector<Primitive> flush;
+    for (int i = 0; i < 8; ++i) {
+        const double at = .04 * (i < 3 ? i - 1 : i - 5);
+        Primitive score = cube(1);
+        score.size = i < 3 ? Vec3(.3, .04, .01) : Vec3(.01, .04, .3);
+        score.center = i < 3 ? Vec3(0, .21, at) : Vec3(at, .21, 0);
+        flush.push_back(score);
+    }
     std::vector<std::vector<char>> heap;
-    for (const std::vector<Primitive>& cut : {std::vector{notch}, scores}) {
-        const auto first = solidMesh(block, {{}, cut}, .1);
+    using Case = std::tuple<Primitive, std::vector<Primitive>, double>;
+    for (const auto& [solid, cut, edge] : {Case{block, {notch}, .1}, {block, scores, .1}, {slab, flush, .01}}) {
+        const auto first = solidMesh(solid, {{}, cut}, edge);
         for (std::size_t k = 1; k < 30; ++k) {
             heap.emplace_back(k * 7919 % 5000 + 1);
             if (k % 3 == 0) heap[k / 2].clear(), heap[k / 2].shrink_to_fit();
-            const auto again = solidMesh(block, {{}, cut}, .1);
+            const auto again = solidMesh(solid, {{}, cut}, edge);
             ASSERT_EQ(again->points, first->points);
             ASSERT_EQ(again->normals, first->normals);
             ASSERT_EQ(again->faceEnd, first->faceEnd);

@@ -74,8 +74,18 @@ Mesh ordered(Mesh& mesh, double edge)
     const auto point = [&](std::size_t i) -> const Point& { return mesh.point(Vertex(unsigned(i))); };
     std::vector<Point> place;
     for (std::size_t i = 0; i < order.size(); ++i) place.push_back(roundedPoint(point(i), edge));
+    // Of points in one place what is round them tells; their last bits may differ from run to run.
+    const auto round = [&](std::size_t i) {
+        std::vector<Point> places;
+        for (const Vertex v : mesh.vertices_around_target(mesh.halfedge(Vertex(unsigned(i)))))
+            places.push_back(place[v]);
+        std::sort(places.begin(), places.end());
+        return places;
+    };
     std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-        return place[a] != place[b] ? place[a] < place[b] : point(a) < point(b);
+        if (a == b) return false;
+        return place[a] != place[b] ? place[a] < place[b]
+                                    : std::pair(round(a), point(a)) < std::pair(round(b), point(b));
     });
     Mesh result;
     for (std::size_t i = 0; i < order.size(); ++i) {
