@@ -202,6 +202,80 @@ TEST_P(Tension, OfATipThatIsShearedIsOnTheSideThatIsPulled)
     EXPECT_GT(aboveOverBelow(GetParam(), other), kOnOneSide);
 }
 
+/// The share of nodes before the tip of a slit, and the crack's middle there, by the path that led to it.
+grid::TensionAbove aheadOf(const CutMesh& mesh, const std::function<Mat3(const Vec3&)>& field,
+                           const grid::CrackPath& path)
+{
+    const auto stress = stressOf(mesh, field);
+    const std::vector<double> energy(tetmesh::tetEntry(mesh.elements().size(), 0), 1e300);
+    const auto isFront = [&](Coord c) {
+        return mesh.phi()(c) < 0 && mesh.phi()(c) >= -1.5 * dx && c.x >= 0 && std::abs(c.z) < 2;
+    };
+    return grid::tensionAbove(0, {mesh, energy, stress, isFront, {}, &path}, {3 * dx, kE, kNu});
+}
+
+/// A crack that has come along y = offset [voxels].
+grid::CrackPath alongY(const CutMesh& mesh, double offset)
+{
+    grid::CrackPath path(mesh.phi().lower(), mesh.phi().upper());
+    for (int z = -4; z <= 4; ++z)
+        for (int x = -4; x < 0; ++x) path.add({x, 0, z}, {double(x), offset, double(z)});
+    return path;
+}
+
+/// Pulled straight across, the nodes before the tip are given points of the plane that the crack came in. Round nodes
+/// beside them the mean stress is turned, but their points too are nearer to it than they are.
+TEST_P(Tension, OfACrackGoesOnInThePlaneThatItCameIn)
+{
+    constexpr double kTurned = .1;  // voxels: some degrees, by the diagonals of a lattice, over two or three
+    const CutMesh mesh = slit(GetParam(), 0);
+    for (const double offset : {-.4, 0., .25}) {
+        const grid::TensionAbove above = aheadOf(mesh, tipStress(false, 0), alongY(mesh, offset));
+        ASSERT_GT(above.voxels.size(), 3u);
+        ASSERT_EQ(above.points.size(), above.voxels.size());
+        int before = 0;
+        for (std::size_t i = 0; i < above.voxels.size(); ++i) {
+            const double node = std::abs(above.voxels[i].y - offset), point = std::abs(above.points[i].y() - offset);
+            if (above.voxels[i].y == 0) {
+                ++before;
+                EXPECT_LT(point, kTurned) << offset;
+            } else if (node < .9) {
+                EXPECT_LT(point, node) << offset;
+            }
+        }
+        EXPECT_GT(before, 0);
+    }
+}
+
+/// A path half a voxel up makes the nodes at y = 1 as near as those at y = 0; one at 0 leaves them what H gives.
+TEST_P(Tension, OfACrackPrefersNodesThatItsWayMeets)
+{
+    const CutMesh mesh = slit(GetParam(), 0);
+    const auto shareAt = [&](const grid::TensionAbove& above, int y) {
+        double share = 0;
+        for (std::size_t i = 0; i < above.voxels.size(); ++i)
+            if (above.voxels[i].y == y) share = std::max(share, above.share[i]);
+        return share;
+    };
+    for (const int side : {-1, 1}) {
+        const grid::TensionAbove middle = aheadOf(mesh, tipStress(false, 0), alongY(mesh, 0));
+        const grid::TensionAbove off = aheadOf(mesh, tipStress(false, 0), alongY(mesh, .9 * side));
+        EXPECT_GT(shareAt(middle, 0), shareAt(off, 0)) << side;
+        EXPECT_GT(shareAt(off, side), shareAt(middle, side)) << side;
+        EXPECT_LT(shareAt(middle, side), 1) << side;
+    }
+}
+
+/// A node's way is less than a voxel off it, or its own: a crack that has turned leaves its old plane.
+TEST_P(Tension, OfACrackThatHasTurnedStartsAWayOfItsOwn)
+{
+    const CutMesh mesh = slit(GetParam(), 0);
+    const grid::TensionAbove above = aheadOf(mesh, tipStress(false, 0), alongY(mesh, 2.5));
+    ASSERT_GT(above.voxels.size(), 3u);
+    for (std::size_t i = 0; i < above.voxels.size(); ++i)
+        if (above.voxels[i].y <= 1) EXPECT_EQ(above.points[i], above.voxels[i].toVec());
+}
+
 /// Whatever is left out because its energy is too low: the rest is as it is without a resistance.
 TEST_P(Tension, AboveAResistanceIsWhatItIsWithoutOne)
 {

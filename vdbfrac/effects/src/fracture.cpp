@@ -46,6 +46,7 @@ struct Driven {
     std::vector<VoxelPhi> band;
     std::vector<double> psi;    // J/m^3
     std::vector<double> share;  // of the speed that Psi gives the front
+    std::vector<Vec3> points;   // of the crack's middle, where it passes them [voxels]
     std::int64_t looked = 0;
     std::optional<Coord> seed;  // where a crack starts inside
 };
@@ -97,21 +98,10 @@ public:
     core::FrameGrid take(const core::Body& body, const std::string& field) const override
     {
         const auto margins = tension_.find(body.name);
-        if (field != kMargin) return arrivals(body);
+        const auto arrivals = arrival_.find(body.name);
+        if (field != kMargin) return timesOf(arrivals == arrival_.end() ? Arrivals() : arrivals->second);
         return margins == tension_.end() ? grid::VoxelValues() : margins->second.margins;
     }
-    grid::VoxelValues arrivals(const core::Body& body) const
-    {
-        grid::VoxelValues values;
-        values.background = -1;
-        if (const auto it = arrival_.find(body.name); it != arrival_.end())
-            for (const auto& [voxel, time] : it->second) {
-                values.coords.push_back(voxel);
-                values.scalars.push_back(time);
-            }
-        return values;
-    }
-
     void save(std::span<const core::Body> bodies, core::Archive& archive) const override;
     void restoreFrom(const core::Archive& archive, std::span<const core::Body> bodies) override;
     void refineFrom(const core::Refinement& wide, std::span<const core::Body> bodies) override;
@@ -134,7 +124,7 @@ private:
     void lookAhead(const core::GridContext& context, const core::Body& body, double kappa,
                    const grid::TensionAbove& above);
     bool isFrame(double time) const { return std::abs(time * fps_ - std::round(time * fps_)) < 1e-6; }
-    void noteArrivals(const core::Body& body, const grid::PhiChanges& changes, double time);
+    void noteArrivals(const core::Body& body, const Driven& front, const grid::PhiChanges& changes, double time);
     grid::Relevelling relevelling(long long update) const;
 
     Values values_;
@@ -179,8 +169,13 @@ Driven Fracture::drivenByTension(const core::GridContext& context, const core::B
     const auto stress = [&](std::uint32_t e) { return context.elementStress(body, e); };
     grid::TensionAverage average{law.radius, body.material.youngsModulus(), body.material.poissonRatio(), isFree,
                                  law.perRelease};
-    const grid::Loaded loaded{*body.mesh, ownEnergy(context, body), stress, isFront,
-                              [&](std::uint32_t e) { return context.elementForces(body, e); }};
+    const grid::CrackPath path = pathOf(arrival_[body.name], body.mesh->phi());
+    const grid::Loaded loaded{*body.mesh,
+                              ownEnergy(context, body),
+                              stress,
+                              isFront,
+                              [&](std::uint32_t e) { return context.elementForces(body, e); },
+                              &path};
     const grid::TensionAbove above = grid::tensionAbove(law.kappa, loaded, average, tension_[body.name].largest);
     lookAhead(context, body, law.kappa, above);
     if (tellsMargin_ && isFrame(context.time)) {
@@ -189,7 +184,7 @@ Driven Fracture::drivenByTension(const core::GridContext& context, const core::B
             grid::tensionAtFront(loaded, average, kLittle * law.kappa);
         for (float& psi : margins.scalars) psi = float(double(psi) / law.kappa);
     }
-    Driven driven{grid::sampleBand(body.phi, above.voxels), {}, {}, above.stresses, {}};
+    Driven driven{grid::sampleBand(body.phi, above.voxels), {}, {}, {}, above.stresses, {}};
     if (nucleatesInside_) {
         // Nearer to a surface that would only leave bridges ahead of a crack.
         const double depth = std::min(law.radius, grid_.halfWidth * dx_);
@@ -203,6 +198,7 @@ Driven Fracture::drivenByTension(const core::GridContext& context, const core::B
     for (std::size_t i = 0, n = 0; i < above.voxels.size() && n < driven.band.size(); ++i)
         if (driven.band[n].voxel == above.voxels[i]) {
             driven.psi.push_back(above.psi[i]), driven.share.push_back(above.share[i]);
+            driven.points.push_back(above.points[i]);
             ++n;
         }
     return driven;
@@ -216,7 +212,7 @@ Driven Fracture::driven(const core::GridContext& context, const core::Body& body
         tetmesh::nodesAround(body.mesh->voxelsAbove(own, law.kappa), grid::reachWithin(law.radius / dx_));
     const grid::Counts isFree = freeMaterial(context, body);
     std::erase_if(voxels, [&](const Coord& c) { return body.mesh->phi()(c) >= 0 || !isFree(c); });
-    Driven driven{grid::sampleBand(body.phi, voxels), {}, {}, 0, {}};
+    Driven driven{grid::sampleBand(body.phi, voxels), {}, {}, {}, 0, {}};
     voxels.clear();
     for (const VoxelPhi& b : driven.band) voxels.push_back(b.voxel);
     driven.looked = std::int64_t(voxels.size());
@@ -244,12 +240,19 @@ void Fracture::lookAhead(const core::GridContext& context, const core::Body& bod
     for (int axis : {0, 1, 2}) context.measured[std::string("fracture_next_") + "xyz"[axis] + "_m"] = where[axis];
 }
 
-void Fracture::noteArrivals(const core::Body& body, const grid::PhiChanges& changes, double time)
+void Fracture::noteArrivals(const core::Body& body, const Driven& front, const grid::PhiChanges& changes, double time)
 {
     auto& arrival = arrival_[body.name];
+    const std::vector<VoxelPhi>& band = front.band;  // sorted
+    const auto pointAt = [&](const Coord& c) {
+        const auto it =
+            std::lower_bound(band.begin(), band.end(), c, [](const VoxelPhi& b, Coord v) { return b.voxel < v; });
+        const std::size_t i = std::size_t(it - band.begin());
+        return it != band.end() && it->voxel == c && i < front.points.size() ? front.points[i] : c.toVec();
+    };
     for (const auto& [voxel, value] : changes)
         // The mesh still has the old phi.
-        if (value >= 0 && body.mesh->phi()(voxel) < 0) arrival.emplace(voxel, float(time));
+        if (value >= 0 && body.mesh->phi()(voxel) < 0) arrival.emplace(voxel, Arrival{float(time), pointAt(voxel)});
 }
 
 grid::Relevelling Fracture::relevelling(long long update) const
@@ -320,7 +323,7 @@ grid::PhiChanges Fracture::update(const core::GridContext& context, const core::
         raise(raised);
     }
     context.ledger.count("fracture", "held_back", heldBack);
-    noteArrivals(body, all, context.time);
+    noteArrivals(body, front, all, context.time);
     return all;
 }
 
@@ -329,9 +332,8 @@ void Fracture::save(std::span<const core::Body> bodies, core::Archive& archive) 
     archive.put("fracture.limit", std::vector<double>{limit_, limitTime_});
     for (const core::Body& body : bodies) {
         const std::string name = "fracture." + body.name;
-        const grid::VoxelValues arrival = arrivals(body);
-        archive.put(name + ".arrival.voxels", arrival.coords);
-        archive.put(name + ".arrival.times", arrival.scalars);
+        const auto arrival = arrival_.find(body.name);
+        effects::save(arrival == arrival_.end() ? Arrivals() : arrival->second, name, archive);
         const auto updates = updates_.find(body.name);
         const auto tension = tension_.find(body.name);
         archive.put(name + ".tension", tension == tension_.end()
@@ -348,14 +350,7 @@ void Fracture::restoreFrom(const core::Archive& archive, std::span<const core::B
     limit_ = limit[0], limitTime_ = limit[1];
     for (const core::Body& body : bodies) {
         const std::string name = "fracture." + body.name;
-        const auto voxels = archive.get<Coord>(name + ".arrival.voxels");
-        const auto times = archive.get<float>(name + ".arrival.times", voxels.size());
-        auto& arrival = arrival_[body.name];
-        for (std::size_t i = 0; i < voxels.size(); ++i) {
-            if (!body.mesh->phi().contains(voxels[i]) || !std::isfinite(times[i]))
-                archive.complain("it lists a failed voxel outside body '" + body.name + "'");
-            arrival.emplace(voxels[i], times[i]);
-        }
+        arrival_[body.name] = restoredArrivals(name, body, archive);
         const std::vector<double> tension = archive.get<double>(name + ".tension", 2);
         if (!(tension[0] >= 0) || !(tension[1] >= 0))
             archive.complain("the tension of body '" + body.name + "' is out of range");

@@ -1,6 +1,8 @@
 #include <vdbfrac/grid/tension.h>
 
+#include "front_values.h"
 #include "nodal_stresses.h"
+#include "passing.h"
 
 #include <vdbfrac/tetmesh/nodes_around.h>
 #include <vdbfrac/tetmesh/nodes_where.h>
@@ -45,28 +47,6 @@ double across(const Mat3& S, const Vec3& d, double nu)
     return s * s * (inPlane > 0 ? 1 - nu * std::clamp(t / inPlane, 0., nu) : 1);
 }
 
-/// A voxel node seen from the middle of a ball.
-struct Way {
-    Coord offset;
-    Vec3 direction;
-    double weight;  // (1 - r^2/radius^2)^2
-};
-
-/// All within `radius` [voxels] but the middle, which lies in no direction.
-std::vector<Way> waysWithin(double radius)
-{
-    const int reach = reachWithin(radius);
-    std::vector<Way> ways;
-    for (int z = -reach; z <= reach; ++z)
-        for (int y = -reach; y <= reach; ++y)
-            for (int x = -reach; x <= reach; ++x) {
-                const Vec3 way(x, y, z);
-                const double inside = 1 - way.squaredNorm() / (radius * radius);
-                if (inside > 0 && inside < 1) ways.push_back({{x, y, z}, way.normalized(), inside * inside});
-            }
-    return ways;
-}
-
 /// 2 E R [Pa^2].
 double amount(const NodalStresses& nodes, const std::vector<Way>& ways, Coord voxel)
 {
@@ -79,51 +59,35 @@ double amount(const NodalStresses& nodes, const std::vector<Way>& ways, Coord vo
     return volume > 0 ? sum / volume : 0;
 }
 
-/// H [Pa^2].
-double opening(const NodalStresses& nodes, const std::vector<Way>& ways, Coord voxel, double nu)
+struct Opening {
+    double H = 0;                // Pa^2
+    Vec3 across = Vec3::Zero();  // unit: way of the largest principal mean stress
+};
+
+Opening openingAt(const NodalStresses& nodes, const std::vector<Way>& ways, Coord voxel, double nu)
 {
     double volume = 0, sum = 0;
+    Mat3 S = nodes(voxel).volume * nodes(voxel).S;
     for (const Way& way : ways) {
         const NodalStress& node = nodes(voxel + way.offset);
         if (node.volume == 0) continue;
         volume += way.weight * node.volume;
+        S += way.weight * node.volume * node.S;
         sum += way.weight * node.volume * across(node.S, way.direction, nu);
     }
-    return volume > 0 ? sum / volume : 0;
+    return {volume > 0 ? sum / volume : 0, Eigen::SelfAdjointEigenSolver<Mat3>(S).eigenvectors().col(2)};
 }
 
 /// function(voxel) of all, side by side.
 template <class Function>
-std::vector<double> ofEach(const std::vector<Coord>& voxels, const Function& function)
+auto ofEach(const std::vector<Coord>& voxels, const Function& function)
 {
-    std::vector<double> values(voxels.size());
+    std::vector<decltype(function(voxels[0]))> values(voxels.size());
     parallelChunks(voxels.size(), 4, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) values[i] = function(voxels[i]);
     });
     return values;
 }
-
-/// Values at some voxels.
-class Sparse {
-public:
-    Sparse(const BodyMesh& mesh, const std::vector<Coord>& voxels, const std::vector<double>& values,
-           double elsewhere = 0)
-        : field_(mesh.phi().lower(), mesh.phi().upper(), elsewhere, elsewhere)
-    {
-        field_.cover(voxels);
-        for (std::size_t i = 0; i < voxels.size(); ++i) field_.set(voxels[i], values[i]);
-    }
-    double operator()(Coord c) const { return field_(c); }
-    double largestNear(Coord c, const std::vector<Way>& near) const
-    {
-        double largest = field_(c);
-        for (const Way& way : near) largest = std::max(largest, field_(c + way.offset));
-        return largest;
-    }
-
-private:
-    NodeField<double> field_;
-};
 
 /// Voxel nodes at the front, and in the gap beside it: material round those counts for how much, as a tip may lie just
 /// before it.
@@ -288,6 +252,7 @@ TensionAbove nodalTensionAbove(double kappa, const Loaded& body, const TensionAv
     for (const Coord& c : above.voxels) above.psi.push_back(nodes(c).tension / (2 * average.youngsModulus));
     keepAbove(kappa, above.voxels, above.psi);
     above.share.assign(above.voxels.size(), 1);
+    for (const Coord& c : above.voxels) above.points.push_back(c.toVec());
     return above;
 }
 
@@ -315,16 +280,43 @@ Much findMuch(double look, double kappa, const Loaded& body, const TensionAverag
     return much;
 }
 
-/// The share of the speed at voxel nodes near which Psi exceeds kappa, else 0. `H`: of all they are compared with.
-std::vector<double> sharesOf(const std::vector<Coord>& voxels, const Sparse& psi, const Sparse& H,
-                             const std::optional<Sparse>& R, double kappa)
+/// The share of the speed at voxel nodes near which Psi exceeds kappa, else 0. `H`, and `R` where ligaments are found
+/// by it: of all they are compared with.
+std::vector<double> sharesOf(const std::vector<Coord>& voxels, const Sparse& psi, const Sparse& H, const Sparse& R,
+                             double kappa)
 {
     constexpr double kLigament = 1.5, kMiddle = .9;
     return ofEach(voxels, [&, near = waysWithin(kNear + .5)](Coord c) {
         if (psi.largestNear(c, near) <= kappa) return 0.;
-        if (R && (*R)(c) > kLigament * kappa && (*R)(c) >= kMiddle * R->largestNear(c, near)) return 1.;
+        if (R(c) > kLigament * kappa && R(c) >= kMiddle * R.largestNear(c, near)) return 1.;
         return H(c) > 0 ? 1 - (1 - H(c) / H.largestNear(c, near)) / kAside : 0;
     });
+}
+
+/// Which voxel nodes of the front move, and where the crack passes them.
+void chooseAmong(const std::vector<Coord>& compared, const Much& much, const Sparse& psi, double kappa,
+                 const Loaded& body, const TensionAverage& average, const NodalStresses& nodes, TensionAbove& above)
+{
+    const double radius = average.radius / body.mesh.voxelSize();
+    const auto openings = ofEach(
+        compared, [&, ways = waysWithin(radius)](Coord c) { return openingAt(nodes, ways, c, average.poissonRatio); });
+    const auto indexOf = [&](Coord c) {
+        return std::size_t(std::lower_bound(compared.begin(), compared.end(), c) - compared.begin());
+    };
+    // Cracks that part tets of any shape have to be wider than one way.
+    const bool isOneWay = body.path && !body.mesh.latticeCoords().empty();
+    const auto passings = ofEach(compared, [&, near = waysWithin(kRelease * radius)](Coord c) {
+        if (!isOneWay) return Passing{c.toVec()};
+        return passingAt(c, openings[indexOf(c)].across, *body.path, much.R ? *much.R : psi, near);
+    });
+    std::vector<double> H, R;
+    for (std::size_t i = 0; i < compared.size(); ++i) {
+        H.push_back(openings[i].H * passings[i].weight);
+        R.push_back(much.R ? (*much.R)(compared[i]) * passings[i].weight : 0);
+    }
+    above.share = sharesOf(above.voxels, psi, {body.mesh, compared, H}, {body.mesh, compared, R}, kappa);
+    keepAbove(0, above.voxels, above.share);
+    for (const Coord& c : above.voxels) above.points.push_back(passings[indexOf(c)].point);
 }
 
 }  // namespace
@@ -355,11 +347,7 @@ TensionAbove tensionAbove(double kappa, const Loaded& body, const TensionAverage
     nodes.computeAround(compared, reachWithin(radius));
     above.stresses = nodes.count();
     const Sparse largest(body.mesh, much.voxels, much.driving.psi);
-    const Sparse H(body.mesh, compared, ofEach(compared, [&, ways = waysWithin(radius)](Coord c) {
-                       return opening(nodes, ways, c, average.poissonRatio);
-                   }));
-    above.share = sharesOf(above.voxels, largest, H, much.R, kappa);
-    keepAbove(0, above.voxels, above.share);
+    chooseAmong(compared, much, largest, kappa, body, average, nodes, above);
     above.psi =
         ofEach(above.voxels, [&, near = waysWithin(kNear + .5)](Coord c) { return largest.largestNear(c, near); });
     return above;

@@ -16,9 +16,12 @@
 //   Psi(p) = max of A G / l, no less than 2/3 R and no more than 5/2 R      G as energy_release.h has it
 // which also holds where l is not small against the specimen. R keeps what is squeezed from tearing, and tears smooth
 // faces. Where R is largest and above 3/2 kappa the front moves whatever H says: across a ligament nothing pulls.
+//
+// H, and R where it is compared, are less by .3 d^2 at voxel nodes d <= 1 voxel off the way of a crack (crack_path.h).
 #pragma once
 
 #include <vdbfrac/base/vec.h>
+#include <vdbfrac/grid/crack_path.h>
 #include <vdbfrac/grid/energy_release.h>
 #include <vdbfrac/grid/transfer.h>
 #include <vdbfrac/tetmesh/body_mesh.h>
@@ -45,16 +48,18 @@ struct TensionAverage {
 /// A body under load.
 struct Loaded {
     const tetmesh::BodyMesh& mesh;
-    std::span<const double> energy;  ///< density [J/m^3] of the tets, by tetmesh::tetEntry
-    ElementStress stress;            ///< from the same strains as `energy`
-    Counts isFront;                  ///< voxel nodes that may tear
-    ElementForcesOf forces = {};     ///< where Psi is that of G
+    std::span<const double> energy;   ///< density [J/m^3] of the tets, by tetmesh::tetEntry
+    ElementStress stress;             ///< from the same strains as `energy`
+    Counts isFront;                   ///< voxel nodes that may tear
+    ElementForcesOf forces = {};      ///< where Psi is that of G
+    const CrackPath* path = nullptr;  ///< that fronts go on with; null: each node is for itself
 };
 
 struct TensionAbove {
     std::vector<Coord> voxels;  ///< sorted
     std::vector<double> psi;    ///< J/m^3
     std::vector<double> share;  ///< of the speed that Psi gives the front, in (0, 1]
+    std::vector<Vec3> points;   ///< of the crack's middle, where it passes them [voxels]
     std::int64_t stresses = 0;  ///< voxel nodes whose stress it took
     double largest = 0;         ///< Psi [J/m^3], also below kappa; 0 where it is far below, or without an average
     Coord where{};              ///< of the largest
