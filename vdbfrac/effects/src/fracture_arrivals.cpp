@@ -37,14 +37,12 @@ void save(const Arrivals& arrivals, const std::string& name, core::Archive& arch
 
 Arrivals restoredArrivals(const std::string& name, const core::Body& body, const core::Archive& archive)
 {
-    constexpr double kFarthest = 1;  // voxels
     const auto voxels = archive.get<Coord>(name + ".arrival.voxels");
     const auto times = archive.get<float>(name + ".arrival.times", voxels.size());
     const auto points = archive.get<Vec3>(name + ".arrival.points", voxels.size());
     Arrivals arrivals;
     for (std::size_t i = 0; i < voxels.size(); ++i) {
-        const bool isNear = (points[i] - voxels[i].toVec()).norm() <= kFarthest + 1e-9;
-        if (!body.mesh->phi().contains(voxels[i]) || !std::isfinite(times[i]) || !isNear)
+        if (!body.mesh->phi().contains(voxels[i]) || !std::isfinite(times[i]) || !points[i].allFinite())
             archive.complain("it lists a failed voxel outside body '" + body.name + "'");
         arrivals[voxels[i]] = {times[i], points[i]};
     }
