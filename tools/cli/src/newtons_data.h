@@ -14,6 +14,6 @@ inline constexpr BendingError kBendingErrors[] = {{4, 1.85, 6.67}, {8, 0.532, 1.
 struct TearingError {
     double cells, load, slope;
 };
-inline constexpr TearingError kTearingErrors[] = {{10, 6.47, 10.3}, {20, 3.67, 6.94}, {40, 1.13, 2.92}};
+inline constexpr TearingError kTearingErrors[] = {{10, 6.47, 4.16}, {20, 3.67, 2.51}, {40, 0.675, 0.451}};
 
 }  // namespace vdbfrac::cli
