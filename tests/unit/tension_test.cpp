@@ -273,7 +273,9 @@ TEST_P(Tension, OfACrackThatHasTurnedStartsAWayOfItsOwn)
     const grid::TensionAbove above = aheadOf(mesh, tipStress(false, 0), alongY(mesh, 2.5));
     ASSERT_GT(above.voxels.size(), 3u);
     for (std::size_t i = 0; i < above.voxels.size(); ++i)
-        if (above.voxels[i].y <= 1) EXPECT_EQ(above.points[i], above.voxels[i].toVec());
+        if (above.voxels[i].y <= 1) {
+            EXPECT_EQ(above.points[i], above.voxels[i].toVec());
+        }
 }
 
 /// Whatever is left out because its energy is too low: the rest is as it is without a resistance.

@@ -89,7 +89,7 @@ public:
 
     void start(std::span<const core::Body> bodies, std::vector<std::string>& notes) override
     {
-        for (const core::Body& body : bodies) laws_[body.name] = lawOf(body, notes);
+        for (const core::Body& body : bodies) laws_[body.name] = lawOf(body, notes), arrival_.try_emplace(body.name);
     }
     double largestStep(const solver::State&) override { return limit_; }
     grid::PhiChanges update(const core::GridContext& context, const core::Body& body, grid::LevelSet& phi) override;
@@ -98,8 +98,7 @@ public:
     core::FrameGrid take(const core::Body& body, const std::string& field) const override
     {
         const auto margins = tension_.find(body.name);
-        const auto arrivals = arrival_.find(body.name);
-        if (field != kMargin) return timesOf(arrivals == arrival_.end() ? Arrivals() : arrivals->second);
+        if (field != kMargin) return timesOf(arrival_.at(body.name));
         return margins == tension_.end() ? grid::VoxelValues() : margins->second.margins;
     }
     void save(std::span<const core::Body> bodies, core::Archive& archive) const override;
@@ -332,8 +331,7 @@ void Fracture::save(std::span<const core::Body> bodies, core::Archive& archive) 
     archive.put("fracture.limit", std::vector<double>{limit_, limitTime_});
     for (const core::Body& body : bodies) {
         const std::string name = "fracture." + body.name;
-        const auto arrival = arrival_.find(body.name);
-        effects::save(arrival == arrival_.end() ? Arrivals() : arrival->second, name, archive);
+        effects::save(arrival_.at(body.name), name, archive);
         const auto updates = updates_.find(body.name);
         const auto tension = tension_.find(body.name);
         archive.put(name + ".tension", tension == tension_.end()

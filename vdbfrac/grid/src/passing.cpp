@@ -43,7 +43,7 @@ MeanWay toStart(Coord voxel, const Sparse& R, const std::vector<Way>& near)
 
 Passing passingAt(Coord voxel, const Vec3& normal, const CrackPath& path, const Sparse& R, const std::vector<Way>& near)
 {
-    /// What a voxel off the way takes. Of .2 to .5, .3 is best in turned plates, shear and halves at 10 and 20 cells.
+    // What a voxel off the way takes. Of .2 to .5, .3 is best in turned plates, shear and halves at 10 and 20 cells.
     constexpr double kOff = .3;
     MeanWay mean = toPath(voxel, path, near);
     if (!mean.isKnown()) mean = toStart(voxel, R, near);

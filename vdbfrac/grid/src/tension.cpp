@@ -298,25 +298,27 @@ void chooseAmong(const std::vector<Coord>& compared, const Much& much, const Spa
                  const Loaded& body, const TensionAverage& average, const NodalStresses& nodes, TensionAbove& above)
 {
     const double radius = average.radius / body.mesh.voxelSize();
-    const auto openings = ofEach(
-        compared, [&, ways = waysWithin(radius)](Coord c) { return openingAt(nodes, ways, c, average.poissonRatio); });
-    const auto indexOf = [&](Coord c) {
-        return std::size_t(std::lower_bound(compared.begin(), compared.end(), c) - compared.begin());
-    };
     // Cracks that part tets of any shape have to be wider than one way.
     const bool isOneWay = body.path && !body.mesh.latticeCoords().empty();
-    const auto passings = ofEach(compared, [&, near = waysWithin(kRelease * radius)](Coord c) {
-        if (!isOneWay) return Passing{c.toVec()};
-        return passingAt(c, openings[indexOf(c)].across, *body.path, much.R ? *much.R : psi, near);
-    });
+    struct Candidate {
+        double H, R;
+        Vec3 point;
+    };
+    const auto candidates =
+        ofEach(compared, [&, ways = waysWithin(radius), near = waysWithin(kRelease * radius)](Coord c) {
+            const Opening opening = openingAt(nodes, ways, c, average.poissonRatio);
+            const Passing passing =
+                isOneWay ? passingAt(c, opening.across, *body.path, much.R ? *much.R : psi, near) : Passing{c.toVec()};
+            return Candidate{opening.H * passing.weight, much.R ? passing.weight * (*much.R)(c) : 0, passing.point};
+        });
     std::vector<double> H, R;
-    for (std::size_t i = 0; i < compared.size(); ++i) {
-        H.push_back(openings[i].H * passings[i].weight);
-        R.push_back(much.R ? (*much.R)(compared[i]) * passings[i].weight : 0);
-    }
+    for (const Candidate& candidate : candidates) H.push_back(candidate.H), R.push_back(candidate.R);
     above.share = sharesOf(above.voxels, psi, {body.mesh, compared, H}, {body.mesh, compared, R}, kappa);
     keepAbove(0, above.voxels, above.share);
-    for (const Coord& c : above.voxels) above.points.push_back(passings[indexOf(c)].point);
+    for (const Coord& c : above.voxels) {
+        const auto found = std::lower_bound(compared.begin(), compared.end(), c);  // sorted
+        above.points.push_back(candidates[std::size_t(found - compared.begin())].point);
+    }
 }
 
 }  // namespace

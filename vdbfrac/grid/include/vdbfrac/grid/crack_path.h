@@ -7,7 +7,7 @@
 //   x_p = p - d n,   d(p) = sum_q w (p - x_q).n / sum_q w,   w = (1 - r^2/(4/3 l)^2)^2
 //   n   the way of the largest principal mean stress within l of p. Round a tip it turns by atan(4 K_II/K_I) / 2: for
 //       little shear by 2 K_II/K_I, as a crack kinks by Erdogan & Sih 1963, and by no more than 45 degrees.
-// Where no crack has been, p R^8 stands for x and w: a crack starts in the middle of what is driven most.
+// Where no crack has been, nodes stand for x, with w R^8: a crack starts in the middle of what is driven most.
 #pragma once
 
 #include <vdbfrac/tetmesh/node_field.h>
