@@ -140,6 +140,17 @@ void Objective::measureForces(Point& p, double outerEnergy)
         kRounding * (std::sqrt(sum[stretched] * std::abs(p.elastic)) + std::sqrt(coupled.stretched * outerEnergy));
 }
 
+double Objective::farthest(const Point& p) const
+{
+    const std::span<const double> mass = elastic_->mass(), stiffness = elastic_->stiffness();
+    return orderedMax(p.x.size(), kChunk, 0, [&](std::size_t begin, std::size_t end) {
+        double most = 0;
+        for (std::size_t i = begin; i < end; ++i)
+            if (!fixed_[i]) most = std::max(most, p.gradient[i].norm() / (stiffness[i] + mass[i] * inertia_));
+        return most;
+    });
+}
+
 double Objective::elasticWork(std::span<const Vec3> x, std::span<const Vec3> gradient, std::span<const Vec3> from) const
 {
     const std::span<const double> mass = elastic_->mass();

@@ -40,6 +40,8 @@ public:
 
     /// All about p.x; system() and addProduct() belong to this x then.
     void evaluate(Point& p);
+    /// Farthest that the gradient would take a free node against the stiffness of its own tets and inertia [m].
+    double farthest(const Point& p) const;
     /// Lets potentials bring themselves up to date at a solution; has one changed?
     bool refresh(std::span<const Vec3> x);
     /// J that the elastic forces at the x last evaluated take along the way from `from`; `gradient`: of Phi there.

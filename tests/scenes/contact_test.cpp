@@ -280,23 +280,19 @@ TEST(Contact, TornLipsMeetAgainWithoutAKickAndPartWithoutBeingGlued)
 /// deep, unseen; and the energy of a touch does not jump where its tet is crushed, or Newton's method ends there.
 TEST(Contact, PiecesOfABrokenSlabStayApart)
 {
-    constexpr double kFps = 24;
     for (const char* voxel : {"0.01", "0.0125"}) {
         SceneRun run(readText(std::string(VDBFRAC_SOURCE) + "/data/scenes/cheese.toml"),
                      {std::string("grid.voxel_size=") + voxel});
-        // While crumbs tear, single steps between frames go deeper than what is seen.
-        double inFrames = 0, deepest = 0;
+        double deepest = 0;
         int cutbacks = 0;
         while (!run.atEnd()) {
             const core::StepRecord& r = run.step();
-            const double depth = r.measured.at("contact_depth_m") / std::stod(voxel), frame = kFps * r.time;
-            if (std::abs(frame - std::round(frame)) < 1e-6) inFrames = std::max(inFrames, depth);
-            deepest = std::max(deepest, depth), cutbacks += r.cutbacks;
+            deepest = std::max(deepest, r.measured.at("contact_depth_m") / std::stod(voxel));
+            cutbacks += r.cutbacks;
         }
         EXPECT_GT(run.simulation.fragments(), 10u);
-        EXPECT_LT(inFrames, .2) << voxel;
-        EXPECT_GT(inFrames, 0) << voxel;
-        EXPECT_LT(deepest, .25) << voxel;
+        EXPECT_LT(deepest, .2) << voxel;
+        EXPECT_GT(deepest, 0) << voxel;
         EXPECT_LT(cutbacks, 10) << voxel;
     }
 }

@@ -74,7 +74,7 @@ public:
         energies();
         plot("Fragments", "", {"fragments"});
         plot("Material", "m³", {"volume_m3"});
-        plot("Depth of contact", "m", {"contact_depth_m", "collider_depth_m"});
+        plot("Depth of contact", "m", {"contact_depth_m", "contact_self_depth_m", "collider_depth_m"});
         plot("Fragments asleep", "", {"asleep"});
         plot("Load factor of the next tear", "", {"fracture_load_factor"});
         plot("Length of a step", "s", {"dt_s"});

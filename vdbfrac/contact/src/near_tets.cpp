@@ -322,6 +322,39 @@ std::vector<Pair> NearTets::seenAt(const TouchingSurface& surface, const Targets
     });
 }
 
+std::vector<Sunk> NearTets::sunkAt(const TouchingSurface& surface, const Targets& targets, std::span<const Vec3> x,
+                                   double reach) const
+{
+    std::vector<Sunk> all;
+    for (const Pair& p : seenAt(surface, targets, x, reach)) {
+        const InTarget in = targets.locate(p.target, surface.at(p.sample, x), x);
+        const double depth = surface.reach(p.sample) - in.phi;
+        const bool inItself = surface.fragment(p.sample) == targets[p.target].fragment;
+        if (depth > 0) all.push_back({p.sample, p.target, depth, in.share, inItself});
+    }
+    return all;
+}
+
+std::vector<double> deepest(std::span<const Sunk> sunk, std::size_t samples)
+{
+    std::vector<double> depth(samples, 0);
+    for (const Sunk& s : sunk) depth[s.sample] = std::max(depth[s.sample], s.depth);
+    return depth;
+}
+
+double NearTets::fastest(const TouchingSurface& surface, const Targets& targets, std::span<const Vec3> v) const
+{
+    return std::sqrt(orderedMax(samples(), kChunk, 0, [&](std::size_t begin, std::size_t end) {
+        double most = 0;
+        for (std::size_t i = begin; i < end; ++i) {
+            const Vec3 own = surface.at(sample_[i], v);
+            for (std::uint32_t t : this->targets(i))
+                for (std::uint32_t n : targets[t].node) most = std::max(most, (own - v[n]).squaredNorm());
+        }
+        return most;
+    }));
+}
+
 std::vector<Pair> withKnown(std::span<const Pair> seen, std::span<const Pair> known, const TouchingSurface& surface,
                             const Targets& targets, std::span<const Vec3> x)
 {

@@ -207,7 +207,7 @@ void Simulation::solve(StepRecord& record, double until)
         record.projections += report->projections;
         record.work.count("solve", "multigrid_systems", report->multigridSystems);
         record.work.count("solve", "creases", report->creases);
-        if (report->status == solver::StepStatus::converged || 0.5 * dt < choice.shortest) break;
+        if (0.5 * dt < choice.shortest || (report->status == solver::StepStatus::converged && holds())) break;
     }
     stepControl_->learn(choice.dt, dt);
     if (!std::isfinite(report->residual))
@@ -242,6 +242,12 @@ void Simulation::solve(StepRecord& record, double until)
         record.work.add(own);
         for (const StageWork& stage : own.stages()) record.work.addSeconds("solve", -stage.seconds);
     }
+}
+
+/// Does what a solve has come to pass with all potentials?
+bool Simulation::holds() const
+{
+    return std::ranges::all_of(stages_.solve, [&](const solver::Potential* p) { return p->holds(state_.x); });
 }
 
 void Simulation::updateGrid(StepRecord& record)

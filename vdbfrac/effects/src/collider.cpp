@@ -11,20 +11,20 @@
 
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/contact/contact_law.h>
+#include <vdbfrac/contact/obstacle.h>
 #include <vdbfrac/contact/touching_surface.h>
-#include <vdbfrac/grid/distance_field.h>
 #include <vdbfrac/scene/friction.h>
 #include <vdbfrac/scene/placement.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
 
 namespace vdbfrac::effects {
 
 namespace {
 
+using contact::Obstacle;
 using contact::Penalty;
 using contact::Rub;
 using contact::TouchingSurface;
@@ -32,29 +32,6 @@ using contact::TouchMemory;
 
 constexpr double kGap = 0.25;  // voxels that surfaces stay away, where there is as much room at rest
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr std::uint64_t kFileMemory = std::uint64_t{4} << 30;  // bytes that the level set of one file may take
-
-/// A collider as it is at t = 0.
-class Obstacle {
-public:
-    Obstacle(const scene::Collider& collider, const scene::Grid& grid) : collider_(collider)
-    {
-        if (!std::holds_alternative<Primitive>(collider_.shape)) field_.emplace(collider_, grid, kFileMemory);
-        thickness_ = field_ ? field_->deepest() : vdbfrac::halfThickness(std::get<Primitive>(collider_.shape));
-    }
-    const scene::Collider& collider() const { return collider_; }
-    double halfThickness() const { return thickness_; }  ///< m; infinity: nothing comes through
-    DistanceSample at(const Vec3& X) const
-    {
-        return field_ ? field_->at(X) : sampleDistance(std::get<Primitive>(collider_.shape), X);
-    }
-    std::size_t bytes() const { return field_ ? field_->bytes() : 0; }
-
-private:
-    scene::Collider collider_;
-    std::optional<grid::DistanceField> field_;
-    double thickness_;
-};
 
 /// Where all colliders are at a time.
 using Places = std::vector<scene::Placement>;
@@ -108,6 +85,7 @@ public:
     double evaluate(std::span<const Vec3> x, std::span<Vec3> gradient) const override;
     void linearize(std::span<const Vec3> x, std::vector<solver::Coupling>& couplings) const override;
     solver::EnergyFlow flow(const solver::Leg& leg) const override;
+    bool holds(std::span<const Vec3> x) const override;
     void accept(std::span<const Vec3> x, double dt) override;
     double largestStep(const solver::State& state) override;
     bool cutsBack() const override { return true; }
@@ -169,11 +147,11 @@ private:
         double value = 0;  // m
         std::size_t collider = 0;
     };
-    Depth deepest(std::uint32_t sample, std::span<const Vec3> x, const Places& places) const
+    Depth deepest(std::uint32_t sample, const Vec3& y, const Places& places) const
     {
         Depth most;
         for (std::size_t c = 0; c < obstacles_.size(); ++c) {
-            const double depth = surface_.reach(sample) - distanceAt(surface_.at(sample, x), c, places).value;
+            const double depth = surface_.reach(sample) - distanceAt(y, c, places).value;
             if (depth > most.value) most = {depth, c};
         }
         return most;
@@ -239,7 +217,7 @@ void Colliders::see(std::span<const Vec3> x, const Places& places)
     parallelChunks(surface_.size(), kChunk, [&](std::size_t begin, std::size_t end) {
         for (std::uint32_t i = std::uint32_t(begin); i < end; ++i)
             if (TouchMemory& m = surface_.memory(i); m.allowance == TouchMemory::kUnseen)
-                m.see(deepest(i, x, places).value);
+                m.see(deepest(i, surface_.at(i, x), places).value);
     });
 }
 
@@ -326,6 +304,23 @@ solver::EnergyFlow Colliders::flow(const solver::Leg& leg) const
     return {work, dissipated, work - dissipated - along};
 }
 
+/// Where a light piece is in something, its forces are none beside those of the others: the equations look solved.
+bool Colliders::holds(std::span<const Vec3> x) const
+{
+    const StageTimer timer(work_, "collider");
+    const Places end = placesAt(begin_ + length_);
+    return 0 == orderedMax(surface_.size(), kChunk, 0, [&](std::size_t begin, std::size_t end_) {
+               for (std::uint32_t i = std::uint32_t(begin); i < end_; ++i) {
+                   const double depth = deepest(i, surface_.at(i, x), end).value,
+                                allowed = surface_.memory(i).allowance;
+                   if (contact::isThrough(depth, allowed, dx_) &&
+                       contact::isThrough(depth, deepest(i, from_[i], start_).value, dx_))
+                       return 1;
+               }
+               return 0;
+           });
+}
+
 void Colliders::accept(std::span<const Vec3> x, double dt)
 {
     const StageTimer timer(work_, "collider");
@@ -336,7 +331,7 @@ void Colliders::accept(std::span<const Vec3> x, double dt)
     for (const Held& h : held_) stretch[h.sample] = h.rub.kept(slipOf(h, x));
     parallelChunks(surface_.size(), kChunk, [&](std::size_t begin, std::size_t end) {
         for (std::uint32_t i = std::uint32_t(begin); i < end; ++i) {
-            const Depth most = deepest(i, x, places);
+            const Depth most = deepest(i, surface_.at(i, x), places);
             depth[i] = most.value;
             surface_.memory(i).keep(depth[i], stretch[i], dt * obstacles_[most.collider].collider().untangleSpeed);
         }

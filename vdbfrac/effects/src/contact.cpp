@@ -33,6 +33,7 @@ using contact::InTarget;
 using contact::Pair;
 using contact::Penalty;
 using contact::Rub;
+using contact::Sunk;
 using contact::TouchMemory;
 using scene::Key;
 using scene::Type;
@@ -91,6 +92,7 @@ public:
     void linearize(std::span<const Vec3> x, std::vector<solver::Coupling>& couplings) const override;
     solver::EnergyFlow flow(const solver::Leg& leg) const override;
     bool refresh(std::span<const Vec3> x) override;
+    bool holds(std::span<const Vec3> x) const override;
     void accept(std::span<const Vec3> x, double dt) override;
     double largestStep(const solver::State& state) override;
     bool cutsBack() const override { return true; }
@@ -114,7 +116,6 @@ public:
 
 private:
     void buryWhatSank(std::span<const double> depth, std::span<const Vec3> x);
-    void settle();
     void restoreStep(const core::Archive& archive)
     {
         last_ = archive.getOne<double>("contact.step");
@@ -132,7 +133,8 @@ private:
     std::vector<Touch> touches(std::span<const Pair> pairs, std::span<const Vec3> x) const;
     std::vector<Touch> touches(std::span<const Vec3> x) const { return touches(pairs_, x); }
     std::vector<Held> heldAt(std::span<const Vec3> x) const;
-    std::vector<double> deepest(std::span<const Vec3> x) const;
+    std::vector<Sunk> sunkAt(std::span<const Vec3> x) const { return near_.sunkAt(surface_, targets_, x, kReach); }
+    bool cameUp(const Sunk& s) const;
 
     Penalty lawOf(std::uint32_t sample, std::uint32_t target) const
     {
@@ -148,17 +150,12 @@ private:
     {
         return 0.5 * surface_.area(t.sample) * lawOf(t.sample, t.target).pressure(t.depth) * t.outward;
     }
-    Vec3 apart(std::uint32_t sample, std::uint32_t target, const std::array<double, 4>& share,
-               std::span<const Vec3> x) const
+    template <class T>
+    Vec3 apart(const T& t, std::span<const Vec3> x) const
     {
-        Vec3 d = surface_.at(sample, x);
-        for (std::size_t a = 0; a < 4; ++a) d -= share[a] * x[targets_[target].node[a]];
-        return d;
+        return surface_.at(t.sample, x) - targets_.point(t.target, t.share, x);
     }
-    Vec3 slipOf(const Held& h, std::span<const Vec3> x) const
-    {
-        return h.rub.slip(apart(h.sample, h.target, h.share, x) - h.apart);
-    }
+    Vec3 slipOf(const Held& h, std::span<const Vec3> x) const { return h.rub.slip(apart(h, x) - h.apart); }
     /// gradient -= what a force [N] on a sample, and its opposite on a target, do at the nodes.
     template <class T>
     void addForce(const T& t, const Vec3& force, std::span<Vec3> gradient) const
@@ -180,9 +177,10 @@ private:
     std::vector<Vec3> start_, ahead_;  // m: of all nodes; where they would go by themselves
     double foundFor_ = 0;              // s: how far ahead of start_ near_ looks
     contact::NearTets near_;
-    std::vector<Pair> pairs_;  // by rising sample
-    std::vector<Held> held_;   // by rising sample
-    double deepest_ = 0;       // m
+    std::vector<Pair> pairs_;                   // by rising sample
+    std::vector<Held> held_;                    // by rising sample
+    std::vector<double> before_;                // m: depth of all samples
+    double deepest_ = 0, deepestInItself_ = 0;  // m
     mutable Ledger work_;
 };
 
@@ -193,14 +191,6 @@ void Contact::buryWhatSank(std::span<const double> depth, std::span<const Vec3> 
     for (const Pair& p : pairs_)
         if (depth[p.sample] == 0 && targets_.locate(p.target, surface_.at(p.sample, x), x).phi < -0.5 * kDepth * dx_)
             surface_.memory(p.sample).allowance = TouchMemory::kBuried;
-}
-
-void Contact::settle()
-{
-    if (isSettled_) return;
-    surface_.settle();
-    targets_.set(bodies_, kDepth * dx_);
-    isSettled_ = true;
 }
 
 /// Samples that are deeper than they may be, by rising sample.
@@ -216,17 +206,6 @@ std::vector<Touch> Contact::touches(std::span<const Pair> pairs, std::span<const
     return gatherChunks<Touch>(pairs.size(), kChunk, add);
 }
 
-/// How deep each sample is [m], 0 where it touches nothing.
-std::vector<double> Contact::deepest(std::span<const Vec3> x) const
-{
-    std::vector<double> depth(surface_.size(), 0);
-    for (const Pair& p : pairsAt(x)) {
-        const InTarget in = targets_.locate(p.target, surface_.at(p.sample, x), x);
-        depth[p.sample] = std::max(depth[p.sample], surface_.reach(p.sample) - in.phi);
-    }
-    return depth;
-}
-
 /// What samples rub on: the target that pushes each most.
 std::vector<Held> Contact::heldAt(std::span<const Vec3> x) const
 {
@@ -237,7 +216,7 @@ std::vector<Held> Contact::heldAt(std::span<const Vec3> x) const
         const double k = 0.5 * surface_.area(t.sample) * lawOf(t.sample, t.target).k();
         const Rub rub =
             contact::makeRub(t.outward.normalized(), friction_ * push, k, surface_.memory(t.sample).stretch);
-        contact::addStrongest(Held{t.sample, t.target, t.share, rub, apart(t.sample, t.target, t.share, start_)}, all);
+        contact::addStrongest(Held{t.sample, t.target, t.share, rub, apart(t, start_)}, all);
     }
     return all;
 }
@@ -246,7 +225,8 @@ std::vector<Held> Contact::heldAt(std::span<const Vec3> x) const
 void Contact::look(std::span<const Vec3> x, std::span<const Vec3> v, double dt)
 {
     constexpr double kFarthest = 8;  // cells that a node is followed in a step
-    settle();
+    if (!isSettled_) surface_.settle(), targets_.set(bodies_, kDepth * dx_);
+    isSettled_ = true;
     ahead_ = contact::ahead(x, v, dt, kFarthest * h_);
     const bool known = dt <= foundFor_ && std::equal(x.begin(), x.end(), start_.begin(), start_.end());
     if (!known) {
@@ -254,8 +234,8 @@ void Contact::look(std::span<const Vec3> x, std::span<const Vec3> v, double dt)
         foundFor_ = dt;
         const bool wide = near_.find(surface_, targets_, start_, ahead_, kMargin * h_);
         work_.count("contact", "searches", wide);
-        const std::vector<double> depth = deepest(start_);
-        for (std::size_t i = 0; i < surface_.size(); ++i) surface_.memory(i).see(depth[i]);
+        before_ = contact::deepest(sunkAt(start_), surface_.size());
+        for (std::size_t i = 0; i < surface_.size(); ++i) surface_.memory(i).see(before_[i]);
     }
     pairs_ = pairsAt(ahead_);
     held_ = heldAt(start_);
@@ -325,9 +305,7 @@ solver::EnergyFlow Contact::flow(const solver::Leg& leg) const
     double before = 0, after = 0, along = 0, stretched = 0, rubbed = 0;
     for (const Touch& t : touches(leg.from)) before += energyOf(t);
     for (const Touch& t : touches(leg.to)) after += energyOf(t);
-    const auto wayOf = [&](const auto& t) {
-        return Vec3(apart(t.sample, t.target, t.share, leg.to) - apart(t.sample, t.target, t.share, leg.from));
-    };
+    const auto wayOf = [&](const auto& t) { return Vec3(apart(t, leg.to) - apart(t, leg.from)); };
     for (const Touch& t : touches(leg.at)) along += forceOf(t).dot(wayOf(t));
     for (const Held& h : held_) {
         const Vec3 slip = slipOf(h, leg.at), force = h.rub.force(slip);
@@ -339,12 +317,38 @@ solver::EnergyFlow Contact::flow(const solver::Leg& leg) const
     return {work, dissipated, work - dissipated - along};
 }
 
+/// A sample may be in material of its own fragment that it does not touch, as it was beside it at rest. Where it comes
+/// out of that into what it does touch, it is deep without having gone there.
+bool Contact::cameUp(const Sunk& s) const
+{
+    constexpr double kWay = 0.5;  // of how much deeper it is than before
+    const double deeper = s.depth - before_[s.sample];
+    return deeper > kHidden * dx_ && apart(s, start_).norm() < kWay * deeper;
+}
+
+/// Newton's method may come to rest with a thin flap pushed through by one of its tries, or with touches that nobody
+/// has looked for since.
+bool Contact::holds(std::span<const Vec3> x) const
+{
+    const StageTimer timer(work_, "contact");
+    return std::ranges::none_of(sunkAt(x), [&](const Sunk& s) {
+        const double before = std::max(before_[s.sample], surface_.memory(s.sample).allowance);
+        return contact::isThrough(s.depth, before, dx_) && !cameUp(s);
+    });
+}
+
 void Contact::accept(std::span<const Vec3> x, double dt)
 {
     const StageTimer timer(work_, "contact");
     last_ = dt;
-    const std::vector<double> depth = deepest(x);
-    deepest_ = depth.empty() ? 0 : *std::max_element(depth.begin(), depth.end());
+    deepest_ = deepestInItself_ = 0;
+    const std::vector<Sunk> sunk = sunkAt(x);
+    for (const Sunk& s : sunk) {
+        double& most = s.inItself ? deepestInItself_ : deepest_;
+        most = std::max(most, s.depth);
+        if (s.inItself && cameUp(s)) surface_.memory(s.sample).allowance = s.depth;
+    }
+    const std::vector<double> depth = contact::deepest(sunk, surface_.size());
     std::vector<Vec3> stretch(surface_.size(), Vec3::Zero());
     for (const Held& h : held_) stretch[h.sample] = h.rub.kept(slipOf(h, x));
     for (std::size_t i = 0; i < surface_.size(); ++i)
@@ -359,16 +363,8 @@ double Contact::largestStep(const solver::State& state)
     const StageTimer timer(work_, "contact");
     const double ahead = std::min(longest_, kGrowth * last_);
     look(state.x, state.v, ahead);
-    const double fastest = orderedMax(near_.samples(), kChunk, 0, [&](std::size_t begin, std::size_t end) {
-        double most = 0;
-        for (std::size_t i = begin; i < end; ++i) {
-            const Vec3 v = surface_.at(near_.sample(i), state.v);
-            for (std::uint32_t t : near_.targets(i))
-                for (std::uint32_t n : targets_[t].node) most = std::max(most, (v - state.v[n]).squaredNorm());
-        }
-        return most;
-    });
-    const double largest = fastest > 0 ? 0.75 * kDepth * dx_ / std::sqrt(fastest) : kInfinity;
+    const double fastest = near_.fastest(surface_, targets_, state.v);
+    const double largest = fastest > 0 ? 0.75 * kDepth * dx_ / fastest : kInfinity;
     return ahead < longest_ ? std::min(largest, ahead) : largest;
 }
 
@@ -378,6 +374,7 @@ void Contact::report(Ledger& work, std::map<std::string, double>& measured)
     work_.count("contact", "listed", std::int64_t(near_.pairs()));
     work_.count("contact", "active", std::int64_t(pairs_.size()));
     measured["contact_depth_m"] = deepest_;
+    measured["contact_self_depth_m"] = deepestInItself_;
     work.add(work_);
     work_.clear();
 }

@@ -28,7 +28,7 @@ struct Held {
     mutable contact::Dual dual = rub.dual();
 };
 
-constexpr double kHidden = 0.1;  // voxels: half of what pieces may overlap by in the scenes that were measured
+constexpr double kHidden = contact::kDeep / 2;  // voxels
 
 /// Is a touch more than `deep` [m] deeper than those that were seen of its sample? Both by rising sample.
 inline bool hidesDeep(std::span<const Touch> seen, std::span<const Touch> all, double deep)

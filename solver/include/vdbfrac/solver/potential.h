@@ -65,6 +65,9 @@ public:
     /// The step is solved at x. What holds for this step only may be brought up to date there: is that enough of a
     /// change to solve on?
     virtual bool refresh(std::span<const Vec3> /*x*/) { return false; }
+    /// A step is solved at x. False where it has come to what a shorter one would not have: things have passed into
+    /// each other. It is cut back then, as one that is not solved is, as long as that makes sense.
+    virtual bool holds(std::span<const Vec3> /*x*/) const { return true; }
     /// A step of `dt` [s] has come to its end at x, and is kept.
     virtual void accept(std::span<const Vec3> /*x*/, double /*dt*/) {}
     /// What it did along a leg of the step that begin() was told of; before accept(). The columns of the effect.

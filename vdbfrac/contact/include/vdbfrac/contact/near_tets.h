@@ -51,6 +51,13 @@ public:
     };
     const std::vector<Group>& groups() const { return group_; }
     double spacing() const { return spacing_; }  ///< m: a typical size
+    /// m: the place in a target that has these shares in its nodes.
+    Vec3 point(std::size_t target, const std::array<double, 4>& share, std::span<const Vec3> x) const
+    {
+        Vec3 y = Vec3::Zero();
+        for (std::size_t a = 0; a < 4; ++a) y += share[a] * x[target_[target].node[a]];
+        return y;
+    }
     InTarget locate(std::size_t target, const Vec3& y, std::span<const Vec3> x) const;
     std::size_t bytes() const;
 
@@ -67,6 +74,17 @@ private:
 struct Pair {
     std::uint32_t sample = 0, target = 0;
 };
+
+/// A sample in other material; what its allowance is does not count.
+struct Sunk {
+    std::uint32_t sample = 0, target = 0;
+    double depth = 0;  ///< m, above 0
+    std::array<double, 4> share{};
+    bool inItself = false;  ///< in its own fragment
+};
+
+/// Of each sample [m], 0 where it is in nothing.
+std::vector<double> deepest(std::span<const Sunk> sunk, std::size_t samples);
 
 /// Where nodes go by themselves in `dt` [s], but no farther than `farthest` [m]; where they are for an infinite dt.
 std::vector<Vec3> ahead(std::span<const Vec3> x, std::span<const Vec3> v, double dt, double farthest);
@@ -87,6 +105,12 @@ public:
     /// in barycentric coordinates. By rising sample.
     std::vector<Pair> seenAt(const TouchingSurface& surface, const Targets& targets, std::span<const Vec3> x,
                              double reach) const;
+
+    /// Samples that are in what they see, by rising sample.
+    std::vector<Sunk> sunkAt(const TouchingSurface& surface, const Targets& targets, std::span<const Vec3> x,
+                             double reach) const;
+    /// At most that a sample and a node of a target move against each other at the velocities v [m/s].
+    double fastest(const TouchingSurface& surface, const Targets& targets, std::span<const Vec3> v) const;
 
     std::size_t pairs() const { return target_.size(); }
     std::size_t samples() const { return sample_.size(); }
