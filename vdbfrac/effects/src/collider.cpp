@@ -309,15 +309,17 @@ bool Colliders::holds(std::span<const Vec3> x) const
 {
     const StageTimer timer(work_, "collider");
     const Places end = placesAt(begin_ + length_);
-    return 0 == orderedMax(surface_.size(), kChunk, 0, [&](std::size_t begin, std::size_t end_) {
-               for (std::uint32_t i = std::uint32_t(begin); i < end_; ++i) {
-                   const double depth = deepest(i, surface_.at(i, x), end).value,
-                                allowed = surface_.memory(i).allowance;
-                   if (contact::isThrough(depth, allowed, dx_) &&
-                       contact::isThrough(depth, deepest(i, from_[i], start_).value, dx_))
-                       return 1;
-               }
-               return 0;
+    const auto isThrough = [&](std::uint32_t i) {
+        const Depth now = deepest(i, surface_.at(i, x), end);
+        const double beta = obstacles_[now.collider].collider().stiffness;
+        return contact::isThrough(now.value, surface_.memory(i).allowance, beta, dx_) &&
+               contact::isThrough(now.value, deepest(i, from_[i], start_).value, beta, dx_);
+    };
+    return 0 == orderedMax(surface_.size(), kChunk, 0, [&](std::size_t begin, std::size_t chunkEnd) {
+               double any = 0;
+               for (std::uint32_t i = std::uint32_t(begin); i < chunkEnd; ++i)
+                   any = std::max(any, double(isThrough(i)));
+               return any;
            });
 }
 

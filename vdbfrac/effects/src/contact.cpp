@@ -333,7 +333,7 @@ bool Contact::holds(std::span<const Vec3> x) const
     const StageTimer timer(work_, "contact");
     return std::ranges::none_of(sunkAt(x), [&](const Sunk& s) {
         const double before = std::max(before_[s.sample], surface_.memory(s.sample).allowance);
-        return contact::isThrough(s.depth, before, dx_) && !cameUp(s);
+        return contact::isThrough(s.depth, before, beta_, dx_) && !cameUp(s);
     });
 }
 
