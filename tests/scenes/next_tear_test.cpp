@@ -82,6 +82,10 @@ TEST(NextTear, IsWhereTheMarginIsLargest)
 /// (1 - nu) / ((1 + nu) (1 - 2 nu)) = 3.8 times what pulls its rim.
 TEST(Nucleation, IsInTheMiddleOfADiscWhereItMayBe)
 {
+    struct First {
+        grid::VoxelValues arrival;
+        std::vector<core::StepRecord> steps;
+    };
     const auto first = [](const std::string& more) {
         std::ostringstream s;
         s << "version = 1\nname = \"disc\"\n[time]\nframes = [1, 31]\nfps = 1\nsubsteps = 1\n[grid]\nvoxel_size = 0.1\n"
@@ -94,13 +98,27 @@ TEST(Nucleation, IsInTheMiddleOfADiscWhereItMayBe)
         s << "[fracture]\nkappa = 200\ngrip_margin = 0.1\n" << more;
         SceneRun run(s.str());
         while (run.work.countOf("fracture", "moved_voxels") == 0 && run.steps.size() < 30) run.step();
-        return lab::fieldOf(run, "arrival");
+        return First{lab::fieldOf(run, "arrival"), run.steps};
     };
-    const grid::VoxelValues inside = first("nucleation = \"inside\"\n"), surface = first("");
-    ASSERT_GT(inside.coords.size(), 0u);
-    for (const Coord& c : inside.coords) EXPECT_LE((.1 * c.toVec()).lpNorm<Eigen::Infinity>(), .4);
-    EXPECT_TRUE(surface.coords.empty());
-    EXPECT_LT(inside.coords.size(), 40u);  // a hole 2.5 voxels wide
+    constexpr double kMiddle = .4;  // m
+    const First inside = first("nucleation = \"inside\"\n"), surface = first("");
+    ASSERT_GT(inside.arrival.coords.size(), 0u);
+    for (const Coord& c : inside.arrival.coords) EXPECT_LE((.1 * c.toVec()).lpNorm<Eigen::Infinity>(), kMiddle);
+    EXPECT_TRUE(surface.arrival.coords.empty());
+    EXPECT_LT(inside.arrival.coords.size(), 40u);  // a hole 2.5 voxels wide
+
+    // Loads grow with time: the same onset is foretold from the first step that tells it to the one that tears.
+    std::vector<double> onset;
+    for (const core::StepRecord& r : inside.steps) {
+        const auto factor = r.measured.find("fracture_load_factor");
+        if (factor == r.measured.end()) continue;
+        onset.push_back(factor->second * r.time);
+        for (const char* axis : {"x", "y", "z"})
+            EXPECT_LE(std::abs(r.measured.at(std::string("fracture_next_") + axis + "_m")), kMiddle);
+    }
+    ASSERT_GE(onset.size(), 3u);
+    EXPECT_LT(inside.steps.back().measured.at("fracture_load_factor"), 1);
+    for (double time : onset) EXPECT_NEAR(time / onset.back(), 1, .01);
 }
 
 }  // namespace

@@ -120,8 +120,7 @@ private:
         constexpr double kFaster = .2;  // of the speed of Rayleigh waves, which it never passes
         return frontCfl_ * dx_ / (waveSpeed * std::min(1., values_.number("front_speed") * fastest + kFaster));
     }
-    void lookAhead(const core::GridContext& context, const core::Body& body, double kappa,
-                   const grid::TensionAbove& above);
+    void lookAhead(const core::GridContext& context, const core::Body& body, double kappa, double largest, Coord where);
     bool isFrame(double time) const { return std::abs(time * fps_ - std::round(time * fps_)) < 1e-6; }
     void noteArrivals(const core::Body& body, const Driven& front, const grid::PhiChanges& changes, double time);
     grid::Relevelling relevelling(long long update) const;
@@ -176,7 +175,6 @@ Driven Fracture::drivenByTension(const core::GridContext& context, const core::B
                               [&](std::uint32_t e) { return context.elementForces(body, e); },
                               &path};
     const grid::TensionAbove above = grid::tensionAbove(law.kappa, loaded, average, tension_[body.name].largest);
-    lookAhead(context, body, law.kappa, above);
     if (tellsMargin_ && isFrame(context.time)) {
         constexpr double kLittle = .05;  // what nobody looks at
         grid::VoxelValues& margins = tension_[body.name].margins =
@@ -184,6 +182,8 @@ Driven Fracture::drivenByTension(const core::GridContext& context, const core::B
         for (float& psi : margins.scalars) psi = float(double(psi) / law.kappa);
     }
     Driven driven{grid::sampleBand(body.phi, above.voxels), {}, {}, {}, above.stresses, {}};
+    double largest = above.largest;
+    Coord where = above.where;
     if (nucleatesInside_) {
         // Nearer to a surface that would only leave bridges ahead of a crack.
         const double depth = std::min(law.radius, grid_.halfWidth * dx_);
@@ -193,7 +193,9 @@ Driven Fracture::drivenByTension(const core::GridContext& context, const core::B
             grid::tensionAbove(law.kappa, {*body.mesh, loaded.energy, stress, isInside}, average, law.kappa);
         driven.looked += inside.stresses;
         if (inside.largest > law.kappa) driven.seed = inside.where;
+        if (inside.largest > largest) largest = inside.largest, where = inside.where;
     }
+    lookAhead(context, body, law.kappa, largest, where);
     for (std::size_t i = 0, n = 0; i < above.voxels.size() && n < driven.band.size(); ++i)
         if (driven.band[n].voxel == above.voxels[i]) {
             driven.psi.push_back(above.psi[i]), driven.share.push_back(above.share[i]);
@@ -222,21 +224,22 @@ Driven Fracture::driven(const core::GridContext& context, const core::Body& body
     return driven;
 }
 
-/// Where it tears next and at how much of the load; automatic steps end there.
-void Fracture::lookAhead(const core::GridContext& context, const core::Body& body, double kappa,
-                         const grid::TensionAbove& above)
+/// Where it tears next and at how much of the load, from the largest Psi [J/m^3] and its voxel; automatic steps end
+/// there.
+void Fracture::lookAhead(const core::GridContext& context, const core::Body& body, double kappa, double largest,
+                         Coord where)
 {
     constexpr double kLate = .01;  // of the load at the onset
     Tension& tension = tension_[body.name];
-    const double load = std::sqrt(above.largest / kappa), rate = (load - tension.load) / context.dt;
+    const double load = std::sqrt(largest / kappa), rate = (load - tension.load) / context.dt;
     if (load <= 1 && rate > 0) limit_ = std::min(limit_, std::max(1 - load, kLate) / rate);
-    tension.largest = above.largest, tension.load = load;
+    tension.largest = largest, tension.load = load;
     if (load == 0) return;
     const auto known = context.measured.find("fracture_load_factor");
     if (known != context.measured.end() && known->second <= 1 / load) return;  // another body tears before
     context.measured["fracture_load_factor"] = 1 / load;
-    const Vec3 where = dx_ * above.where.toVec();
-    for (int axis : {0, 1, 2}) context.measured[std::string("fracture_next_") + "xyz"[axis] + "_m"] = where[axis];
+    for (int axis : {0, 1, 2})
+        context.measured[std::string("fracture_next_") + "xyz"[axis] + "_m"] = dx_ * where.toVec()[axis];
 }
 
 void Fracture::noteArrivals(const core::Body& body, const Driven& front, const grid::PhiChanges& changes, double time)
