@@ -85,7 +85,6 @@ public:
     double evaluate(std::span<const Vec3> x, std::span<Vec3> gradient) const override;
     void linearize(std::span<const Vec3> x, std::vector<solver::Coupling>& couplings) const override;
     solver::EnergyFlow flow(const solver::Leg& leg) const override;
-    bool holds(std::span<const Vec3> x) const override;
     void accept(std::span<const Vec3> x, double dt) override;
     double largestStep(const solver::State& state) override;
     bool cutsBack() const override { return true; }
@@ -147,11 +146,11 @@ private:
         double value = 0;  // m
         std::size_t collider = 0;
     };
-    Depth deepest(std::uint32_t sample, const Vec3& y, const Places& places) const
+    Depth deepest(std::uint32_t sample, std::span<const Vec3> x, const Places& places) const
     {
         Depth most;
         for (std::size_t c = 0; c < obstacles_.size(); ++c) {
-            const double depth = surface_.reach(sample) - distanceAt(y, c, places).value;
+            const double depth = surface_.reach(sample) - distanceAt(surface_.at(sample, x), c, places).value;
             if (depth > most.value) most = {depth, c};
         }
         return most;
@@ -217,7 +216,7 @@ void Colliders::see(std::span<const Vec3> x, const Places& places)
     parallelChunks(surface_.size(), kChunk, [&](std::size_t begin, std::size_t end) {
         for (std::uint32_t i = std::uint32_t(begin); i < end; ++i)
             if (TouchMemory& m = surface_.memory(i); m.allowance == TouchMemory::kUnseen)
-                m.see(deepest(i, surface_.at(i, x), places).value);
+                m.see(deepest(i, x, places).value);
     });
 }
 
@@ -304,25 +303,6 @@ solver::EnergyFlow Colliders::flow(const solver::Leg& leg) const
     return {work, dissipated, work - dissipated - along};
 }
 
-/// Where a light piece is in something, its forces are none beside those of the others: the equations look solved.
-bool Colliders::holds(std::span<const Vec3> x) const
-{
-    const StageTimer timer(work_, "collider");
-    const Places end = placesAt(begin_ + length_);
-    const auto isThrough = [&](std::uint32_t i) {
-        const Depth now = deepest(i, surface_.at(i, x), end);
-        const double beta = obstacles_[now.collider].collider().stiffness;
-        return contact::isThrough(now.value, surface_.memory(i).allowance, beta, dx_) &&
-               contact::isThrough(now.value, deepest(i, from_[i], start_).value, beta, dx_);
-    };
-    return 0 == orderedMax(surface_.size(), kChunk, 0, [&](std::size_t begin, std::size_t chunkEnd) {
-               double any = 0;
-               for (std::uint32_t i = std::uint32_t(begin); i < chunkEnd; ++i)
-                   any = std::max(any, double(isThrough(i)));
-               return any;
-           });
-}
-
 void Colliders::accept(std::span<const Vec3> x, double dt)
 {
     const StageTimer timer(work_, "collider");
@@ -333,7 +313,7 @@ void Colliders::accept(std::span<const Vec3> x, double dt)
     for (const Held& h : held_) stretch[h.sample] = h.rub.kept(slipOf(h, x));
     parallelChunks(surface_.size(), kChunk, [&](std::size_t begin, std::size_t end) {
         for (std::uint32_t i = std::uint32_t(begin); i < end; ++i) {
-            const Depth most = deepest(i, surface_.at(i, x), places);
+            const Depth most = deepest(i, x, places);
             depth[i] = most.value;
             surface_.memory(i).keep(depth[i], stretch[i], dt * obstacles_[most.collider].collider().untangleSpeed);
         }

@@ -148,16 +148,6 @@ bool haveChanged(std::span<const T> before, std::span<const T> now, const ForceO
     return change > kChanged * all;
 }
 
-/// Voxels that things may overlap by in the scenes that were measured.
-constexpr double kDeep = 0.2;
-
-/// Is a depth [m] one that a step shall not have come to, from what it was before? Soft touches are deep under less
-/// than twice Young's modulus.
-inline bool isThrough(double depth, double before, double beta, double voxel)
-{
-    return depth > std::max(kDeep, 2 / beta) * voxel && depth > before + kDeep / 4 * voxel;
-}
-
 inline solver::SymmetricBlock blockOf(const Mat3& Q)
 {
     return {float(Q(0, 0)), float(Q(1, 1)), float(Q(2, 2)), float(Q(1, 2)), float(Q(2, 0)), float(Q(0, 1))};
