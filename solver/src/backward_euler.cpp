@@ -53,9 +53,8 @@ private:
     /// Not where forces overflow: there any x would look solved.
     bool isConverged(const Point& p, double tolerance) const
     {
-        // Cells that a node may be off for each part of the tolerance: beside a heavy piece a light one is not seen in
-        // the norm.
-        constexpr double kOff = 20;
+        constexpr double kOff =
+            20;  // cells, at a tolerance of 1: beside a hard piece the norm does not see a light one
         return p.norm <= tolerance * p.forceScale + p.noise && std::isfinite(p.forceScale + p.noise) &&
                (p.norm <= p.noise || objective_.farthest(p) <= kOff * tolerance * objective_.elastic().h());
     }

@@ -24,7 +24,9 @@ enum class NewtonTangent {
 };
 
 struct NewtonSettings {
-    double tolerance = 1e-3;  ///< of |gradient|, relative to the largest of inertia, elastic and outer force
+    /// Of |gradient|, relative to the largest of inertia, elastic and outer force; and 1/20 of the cells that a node
+    /// may be off where its own forces balance.
+    double tolerance = 1e-3;
     int iterations = 20;
     /// Of the preconditioned residual norm; looser where less is enough to bring the gradient below its tolerance
     /// (inexact Newton; Dembo, Eisenstat, Steihaug 1982).
