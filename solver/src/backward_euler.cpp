@@ -50,11 +50,11 @@ public:
     std::size_t bytes() const { return 6 * direction_.size() * sizeof(Vec3) + objective_.bytes() + linear_.bytes(); }
 
 private:
-    /// Not where forces overflow: there any x would look solved.
+    /// Not where forces overflow: there any x would look solved. The norm alone does not see a light piece beside a
+    /// hard one.
     bool isConverged(const Point& p, double tolerance) const
     {
-        constexpr double kOff =
-            20;  // cells, at a tolerance of 1: beside a hard piece the norm does not see a light one
+        constexpr double kOff = 20;  // cells, at a tolerance of 1
         return p.norm <= tolerance * p.forceScale + p.noise && std::isfinite(p.forceScale + p.noise) &&
                (p.norm <= p.noise || objective_.farthest(p) <= kOff * tolerance * objective_.elastic().h());
     }
