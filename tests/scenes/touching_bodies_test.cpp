@@ -83,9 +83,10 @@ TEST(Touching, ABodyCarriesAnotherAlongByFriction)
 }
 
 /// How near the two arms of a body with a slot come to each other, one above the other [m], when they are pressed
-/// together by more than the slot is wide; and with what force in the end [N].
+/// together by more than the slot is wide; with what force in the end [N]; and how deep they are told to be in each
+/// other, and in other fragments [m].
 struct Arms {
-    double gap = 1e9, load = 0;
+    double gap = 1e9, load = 0, inItself = 0, inOthers = 0;
 
     Arms(const char* lattice, const std::string& contact)
     {
@@ -100,7 +101,10 @@ struct Arms {
         const tetmesh::EmbeddedSurface surface = run.simulation.bodies()[0].mesh->surface();
         const std::vector<Vec3> rest = tetmesh::restPositions(*run.simulation.bodies()[0].mesh);
         while (!run.atEnd()) {
-            load = run.step().gripLoad[0].norm();
+            core::StepRecord r = run.step();
+            load = r.gripLoad[0].norm();
+            inItself = std::max(inItself, r.measured["contact_self_depth_m"]);
+            inOthers = std::max(inOthers, r.measured["contact_depth_m"]);
             std::map<std::pair<long, long>, std::pair<double, double>> column;  // lowest above, highest below
             for (const tetmesh::EmbeddedPoint& p : surface.points) {
                 const Vec3 X = p.at(rest), x = p.at(run.simulation.x());
@@ -117,9 +121,11 @@ struct Arms {
 TEST_P(TouchingOn, TheArmsOfABodyDoNotPassThroughEachOther)
 {
     const Arms touching(GetParam(), "[contact]\n"), free(GetParam(), "");
-    std::printf("%s: gap %.2f voxels, %.1f N; without contact %.2f, %.1f N\n", GetParam(), touching.gap / kDx,
-                touching.load, free.gap / kDx, free.load);
+    std::printf("%s: gap %.3f voxels, told %.3f, %.1f N; without contact %.2f, %.1f N\n", GetParam(),
+                touching.gap / kDx, touching.inItself / kDx, touching.load, free.gap / kDx, free.load);
     EXPECT_GT(touching.gap, -.1 * kDx);
+    EXPECT_NEAR(touching.inItself, -touching.gap, .03 * kDx);
+    EXPECT_EQ(touching.inOthers, 0);
     EXPECT_LT(free.gap, -.5 * kDx);
     EXPECT_GT(touching.load, 1.2 * free.load);
 }
