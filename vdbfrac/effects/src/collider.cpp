@@ -11,20 +11,20 @@
 
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/contact/contact_law.h>
-#include <vdbfrac/contact/obstacle.h>
 #include <vdbfrac/contact/touching_surface.h>
+#include <vdbfrac/grid/distance_field.h>
 #include <vdbfrac/scene/friction.h>
 #include <vdbfrac/scene/placement.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 namespace vdbfrac::effects {
 
 namespace {
 
-using contact::Obstacle;
 using contact::Penalty;
 using contact::Rub;
 using contact::TouchingSurface;
@@ -32,6 +32,29 @@ using contact::TouchMemory;
 
 constexpr double kGap = 0.25;  // voxels that surfaces stay away, where there is as much room at rest
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr std::uint64_t kFileMemory = std::uint64_t{4} << 30;  // bytes that the level set of one file may take
+
+/// A collider as it is at t = 0.
+class Obstacle {
+public:
+    Obstacle(const scene::Collider& collider, const scene::Grid& grid) : collider_(collider)
+    {
+        if (!std::holds_alternative<Primitive>(collider_.shape)) field_.emplace(collider_, grid, kFileMemory);
+        thickness_ = field_ ? field_->deepest() : vdbfrac::halfThickness(std::get<Primitive>(collider_.shape));
+    }
+    const scene::Collider& collider() const { return collider_; }
+    double halfThickness() const { return thickness_; }  ///< m; infinity: nothing comes through
+    DistanceSample at(const Vec3& X) const
+    {
+        return field_ ? field_->at(X) : sampleDistance(std::get<Primitive>(collider_.shape), X);
+    }
+    std::size_t bytes() const { return field_ ? field_->bytes() : 0; }
+
+private:
+    scene::Collider collider_;
+    std::optional<grid::DistanceField> field_;
+    double thickness_;
+};
 
 /// Where all colliders are at a time.
 using Places = std::vector<scene::Placement>;

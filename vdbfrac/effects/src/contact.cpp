@@ -115,7 +115,6 @@ public:
     std::size_t bytes() const override { return surface_.bytes() + targets_.bytes() + near_.bytes(); }
 
 private:
-    void buryWhatSank(std::span<const double> depth, std::span<const Vec3> x);
     void restoreStep(const core::Archive& archive)
     {
         last_ = archive.getOne<double>("contact.step");
@@ -152,7 +151,7 @@ private:
     }
     Vec3 apart(const auto& t, std::span<const Vec3> x) const
     {
-        return surface_.at(t.sample, x) - targets_.point(t.target, t.share, x);
+        return surface_.at(t.sample, x) - tetmesh::EmbeddedPoint{targets_[t.target].node, t.share}.at(x);
     }
     Vec3 slipOf(const Held& h, std::span<const Vec3> x) const { return h.rub.slip(apart(h, x) - h.apart); }
     /// gradient -= what a force [N] on a sample, and its opposite on a target, do at the nodes.
@@ -181,15 +180,6 @@ private:
     double deepest_ = 0, deepestInItself_ = 0;  // m
     mutable Ledger work_;
 };
-
-/// What a step has taken deeper than samples are found shall not be thrown out when it comes up: it was in a target,
-/// and now is in none. `depth`: of all.
-void Contact::buryWhatSank(std::span<const double> depth, std::span<const Vec3> x)
-{
-    for (const Pair& p : pairs_)
-        if (depth[p.sample] == 0 && targets_.locate(p.target, surface_.at(p.sample, x), x).phi < -0.5 * kDepth * dx_)
-            surface_.memory(p.sample).allowance = TouchMemory::kBuried;
-}
 
 /// Samples that are deeper than they may be, by rising sample.
 std::vector<Touch> Contact::touches(std::span<const Pair> pairs, std::span<const Vec3> x) const
@@ -330,14 +320,19 @@ bool Contact::holds(std::span<const Vec3> x) const
 {
     constexpr double kResists = .8;  // of a slope: in the middle of a flap there is none
     const StageTimer timer(work_, "contact");
-    std::vector<double> expected = before_;
-    for (const Touch& t : touches(x))
-        if (t.outward.norm() > kResists)
-            expected[t.sample] = std::max(expected[t.sample], surface_.memory(t.sample).allowance + t.depth);
-    return std::ranges::none_of(sunkAt(x), [&](const Sunk& s) {
-        const double more = s.depth - std::max(expected[s.sample], surface_.memory(s.sample).allowance);
-        return s.depth > kDeep * dx_ && more > kDeep / 4 * dx_ && !cameUp(s);
+    const auto isDeeperThan = [&](const Sunk& s, double expected) { return s.depth > expected + kDeep / 4 * dx_; };
+    std::vector<Sunk> through = sunkAt(x);
+    std::erase_if(through, [&](const Sunk& s) {
+        const double expected = std::max(before_[s.sample], surface_.memory(s.sample).allowance);
+        return s.depth <= kDeep * dx_ || !isDeeperThan(s, expected) || cameUp(s);
     });
+    if (through.empty()) return true;
+    for (const Touch& t : touches(x)) {
+        const double resisted = surface_.memory(t.sample).allowance + t.depth;
+        if (t.outward.norm() > kResists)
+            std::erase_if(through, [&](const Sunk& s) { return s.sample == t.sample && !isDeeperThan(s, resisted); });
+    }
+    return through.empty();
 }
 
 void Contact::accept(std::span<const Vec3> x, double dt)
@@ -356,7 +351,10 @@ void Contact::accept(std::span<const Vec3> x, double dt)
     for (const Held& h : held_) stretch[h.sample] = h.rub.kept(slipOf(h, x));
     for (std::size_t i = 0; i < surface_.size(); ++i)
         surface_.memory(i).keep(depth[i], stretch[i], untangleSpeed_ * dt);
-    buryWhatSank(depth, x);
+    // What has sunk deeper than samples are found shall not be thrown out when it comes up.
+    for (const Pair& p : pairs_)
+        if (depth[p.sample] == 0 && targets_.locate(p.target, surface_.at(p.sample, x), x).phi < -0.5 * kDepth * dx_)
+            surface_.memory(p.sample).allowance = TouchMemory::kBuried;
 }
 
 /// No sample comes nearer to a target than three quarters of the depth in which samples are found, in one step. Looks

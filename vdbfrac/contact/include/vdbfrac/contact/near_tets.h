@@ -51,13 +51,6 @@ public:
     };
     const std::vector<Group>& groups() const { return group_; }
     double spacing() const { return spacing_; }  ///< m: a typical size
-    /// m: the place in a target that has these shares in its nodes.
-    Vec3 point(std::size_t target, const std::array<double, 4>& share, std::span<const Vec3> x) const
-    {
-        Vec3 y = Vec3::Zero();
-        for (std::size_t a = 0; a < 4; ++a) y += share[a] * x[target_[target].node[a]];
-        return y;
-    }
     InTarget locate(std::size_t target, const Vec3& y, std::span<const Vec3> x) const;
     std::size_t bytes() const;
 
