@@ -295,10 +295,10 @@ private:
     /// none. From the material outwards: the first neighbour that is one step nearer to some leads there.
     std::vector<std::optional<Coord>> materialFrom(std::span<const Coord> nodes) const
     {
-        constexpr int kSteps = 4;  // what is farther is rare, and searched for
+        constexpr int kAround = 4, kSteps = 8;  // nodes; more edges than nodes, as ways wind round cracks
         constexpr std::uint32_t kNone = ~0u;
         const auto isClosed = [&](Coord n) { return !(c_(n) > 0); };
-        std::vector<Coord> air = tetmesh::nodesAround(nodes, kSteps - 1);
+        std::vector<Coord> air = tetmesh::nodesAround(nodes, kAround);
         keepIf(air, [&](Coord n) { return c_.contains(n) && isClosed(n) && !isMaterial(n); });
         tetmesh::NodeField<std::uint32_t> number(c_.lower(), c_.upper(), kNone, kNone);
         number.cover(air);
@@ -326,24 +326,9 @@ private:
         std::vector<std::optional<Coord>> material(nodes.size());
         parallelChunks(nodes.size(), kChunk / 16, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i)
-                if (isClosed(nodes[i])) {
-                    const auto& known = found[number(nodes[i])];
-                    material[i] = known ? known : searchMaterial(nodes[i]);
-                }
+                if (isClosed(nodes[i])) material[i] = found[number(nodes[i])];
         });
         return material;
-    }
-    /// The nearest node with material that edges lead to without entering a crack.
-    std::optional<Coord> searchMaterial(Coord n) const
-    {
-        Search search(n);
-        while (const std::optional<Coord> at = search.next()) {
-            if (isMaterial(*at)) return at;
-            forNeighbours(*at, [&](Coord m) {
-                if (!(c_(m) > 0)) search.add(m);
-            });
-        }
-        return std::nullopt;
     }
     /// Does material near two nodes join them?
     bool areJoined(Coord a, Coord b) const
