@@ -108,6 +108,44 @@ TEST(SolidMesh, IsWhatIsUnitedAndTakenAway)
     }
 }
 
+/// Scored down to its middle on both ways: corefinement leaves points in one place there, and folds.
+std::pair<Primitive, std::vector<Primitive>> scoredSlab()
+{
+    Primitive slab = cube(1);
+    slab.size = Vec3(.24, .04, .16), slab.center = Vec3(0, .2, 0);
+    std::vector<Primitive> scores;
+    for (int i = 0; i < 8; ++i) {
+        const double at = .04 * (i < 3 ? i - 1 : i - 5);
+        Primitive score = cube(1);
+        score.size = i < 3 ? Vec3(.3, .04, .01) : Vec3(.01, .04, .3);
+        score.center = i < 3 ? Vec3(0, .21, at) : Vec3(at, .21, 0);
+        scores.push_back(score);
+    }
+    return {slab, scores};
+}
+
+TEST(SolidMesh, HasNoFoldsWhereScoresCross)
+{
+    const auto [slab, scores] = scoredSlab();
+    for (const double edge : {.01, .008, .005}) {
+        const auto mesh = solidMesh(slab, {{}, scores}, edge);
+        ASSERT_TRUE(mesh);
+        EXPECT_EQ(badEdges(*mesh), 0) << edge;
+        std::vector<std::array<double, 9>> places;  // of corners, from the least on
+        for (std::size_t f = 0; f < mesh->faces(); ++f) {
+            std::array<std::array<double, 3>, 3> t;
+            for (std::size_t k = 0; k < 3; ++k) Vec3::Map(t[k].data()) = mesh->points[mesh->face(f)[k].point];
+            std::sort(t.begin(), t.end());
+            places.emplace_back();
+            for (std::size_t k = 0; k < 9; ++k) places.back()[k] = t[k / 3][k % 3];
+        }
+        std::sort(places.begin(), places.end());
+        EXPECT_EQ(std::adjacent_find(places.begin(), places.end()), places.end()) << edge;
+        // Scores .03 deep of .04: three across of .24, five of .16, that share fifteen squares.
+        EXPECT_NEAR(volume(*mesh), .24 * .04 * .16 - .03 * (3 * .24 * .01 + 5 * .16 * .01 - 15 * 1e-4), 1e-9) << edge;
+    }
+}
+
 TEST(SolidMesh, IsTheSameEachTimeWhateverLiesInMemory)
 {
     const Primitive block = cube(1);
@@ -121,17 +159,7 @@ TEST(SolidMesh, IsTheSameEachTimeWhateverLiesInMemory)
             score.size = size, score.center = Vec3(size.x() < size.z() ? at : 0, .45, size.x() < size.z() ? 0 : at);
             scores.push_back(score);
         }
-    // A slab scored down to its middle on both ways: corefinement leaves points in one place.
-    Primitive slab = cube(1);
-    slab.size = Vec3(.24, .04, .16), slab.center = Vec3(0, .2, 0);
-    std::vector<Primitive> flush;
-    for (int i = 0; i < 8; ++i) {
-        const double at = .04 * (i < 3 ? i - 1 : i - 5);
-        Primitive score = cube(1);
-        score.size = i < 3 ? Vec3(.3, .04, .01) : Vec3(.01, .04, .3);
-        score.center = i < 3 ? Vec3(0, .21, at) : Vec3(at, .21, 0);
-        flush.push_back(score);
-    }
+    const auto [slab, flush] = scoredSlab();
     std::vector<std::vector<char>> heap;
     using Case = std::tuple<Primitive, std::vector<Primitive>, double>;
     for (const auto& [solid, cut, edge] : {Case{block, {notch}, .1}, {block, scores, .1}, {slab, flush, .01}}) {

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <numeric>
 #include <utility>
@@ -289,6 +290,71 @@ Parts partsOf(Mesh& mesh)
     return parts;
 }
 
+/// Numbers of points, the same for those in one place.
+std::vector<std::uint32_t> placesOf(const std::vector<Vec3>& points)
+{
+    using Place = std::array<double, 3>;
+    std::map<Place, std::uint32_t> number;
+    std::vector<std::uint32_t> places;
+    for (const Vec3& X : points)
+        places.push_back(number.emplace(Place{X.x(), X.y(), X.z()}, std::uint32_t(number.size())).first->second);
+    return places;
+}
+
+/// Without the triangles that `isGone` marks, and without points that no triangle uses; `pointFor`: what a point has
+/// become.
+Parts without(const Parts& parts, const std::vector<std::uint8_t>& isGone, std::span<const std::uint32_t> pointFor)
+{
+    std::vector<std::uint32_t> number(pointFor.size(), Parts::kNone);
+    Parts left;
+    for (std::size_t f = 0; f < isGone.size(); ++f) {
+        if (isGone[f]) continue;
+        std::array<std::uint32_t, 3> t = parts.surface.triangles[f];
+        for (std::uint32_t& corner : t) {
+            const std::uint32_t point = pointFor[corner];
+            if (number[point] == Parts::kNone) {
+                number[point] = std::uint32_t(left.surface.points.size());
+                left.surface.points.push_back(parts.surface.points[point]);
+            }
+            corner = number[point];
+        }
+        left.surface.triangles.push_back(t);
+        left.origin.push_back(parts.origin[f]);
+    }
+    return left;
+}
+
+/// Where solids are flush, corefinement leaves folds: two triangles in one place that look opposite ways, with nothing
+/// between them. Takes both away and joins what lies beside them.
+Parts unfolded(const Parts& parts)
+{
+    const std::vector<std::uint32_t> place = placesOf(parts.surface.points);
+    std::vector<std::uint32_t> pointFor(place.size());
+    std::iota(pointFor.begin(), pointFor.end(), 0u);
+    std::vector<std::uint8_t> isGone(parts.surface.triangles.size(), 0);
+    std::map<std::array<std::uint32_t, 3>, std::vector<std::size_t>>
+        looking;  // at corners, in the order of their places
+    for (std::size_t f = 0; f < isGone.size(); ++f) {
+        std::array<std::uint32_t, 3> t = parts.surface.triangles[f];
+        std::rotate(t.begin(), std::ranges::min_element(t, {}, [&](std::uint32_t p) { return place[p]; }), t.end());
+        const auto others = looking.find({place[t[0]], place[t[2]], place[t[1]]});
+        if (others == looking.end() || others->second.empty()) {
+            looking[{place[t[0]], place[t[1]], place[t[2]]}].push_back(f);
+            continue;
+        }
+        const std::size_t other = others->second.back();
+        others->second.pop_back();
+        isGone[f] = isGone[other] = 1;
+        for (const std::uint32_t p : t)
+            for (const std::uint32_t q : parts.surface.triangles[other])
+                if (place[p] == place[q]) {
+                    const std::uint32_t a = pointFor[p], b = pointFor[q];
+                    std::replace(pointFor.begin(), pointFor.end(), std::max(a, b), std::min(a, b));
+                }
+    }
+    return without(parts, isGone, pointFor);
+}
+
 }  // namespace
 
 Vec3 rounded(const Vec3& X, double edge)
@@ -310,7 +376,7 @@ std::optional<Parts> carved(const Parts& whole, std::span<const Triangles> add, 
     for (const Triangles& other : cut)
         if (!combine(*mesh, other, false, edge)) return std::nullopt;
     Tidier(*mesh, edge).run();
-    return partsOf(*mesh);
+    return unfolded(partsOf(*mesh));
 }
 
 }  // namespace vdbfrac::solids
