@@ -2,6 +2,7 @@
 #include "lattices.h"
 
 #include <vdbfrac/skin/skin.h>
+#include <vdbfrac/tetmesh/fragments.h>
 
 #include <gtest/gtest.h>
 
@@ -93,6 +94,29 @@ TEST_P(SkinRiders, TakePartInAffineMotions)
         for (const tetmesh::RenderMesh::Corner& c : drawn.mesh.corners)
             EXPECT_LT((at[c.point] - A * drawn.mesh.points[c.point] - b).norm(), kRounding);
     }
+}
+
+/// phi of a face on voxel nodes is 0 but for its last bits. Where these are below 0 the nodes hold no material, so
+/// nothing ever tears them, and they must not hold the sides of a crack together.
+TEST_P(SkinRiders, PartWhereTheSkinLiesOnNodesBelowZero)
+{
+    constexpr double kLastBits = 1e-9;
+    const Coord half{6, 6, 3};
+    const test::Phi box = test::boxAt(Vec3::Zero(), dx * half.toVec());
+    CutMesh body(GetParam(), lab::sample({-10, -10, -10}, {10, 10, 10}, dx, [&](const Vec3& p) {
+                     const double phi = box(p);
+                     return std::abs(phi) < kLastBits ? -kLastBits : phi;
+                 }));
+    skin::Skin skin(voxelBox(half, dx), body, {});
+    auto raised = test::raised(body, {-9, -9, -9}, {9, 9, 9}, [](const Vec3& p) { return 1.2 * dx - std::abs(p.x()); });
+    std::erase_if(raised, [&](const auto& change) { return body.phi()(change.voxel) > -tetmesh::kSnap * dx; });
+    body.update(raised);
+    std::uint32_t nextId = 0;
+    const tetmesh::FragmentTracker fragments(body, nextId);
+    ASSERT_EQ(fragments.fragments().size(), 2u);
+    skin.follow(body, fragments.ofNode());
+    EXPECT_EQ(skin.work().bridges, 0);
+    EXPECT_EQ(skin.work().defects, 0);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include "crack_lattice.h"
 
 #include <vdbfrac/base/parallel.h>
+#include <vdbfrac/tetmesh/cut.h>
 #include <vdbfrac/tetmesh/nodes_around.h>
 #include <vdbfrac/tetmesh/nodes_where.h>
 #include <vdbfrac/tetmesh/trilinear.h>
@@ -92,7 +93,9 @@ public:
     }
 
 private:
-    bool isInside(Coord n) const { return rest_(n) < 0; }
+    /// As the lattice is cut: a node on the surface is outside, whatever the last bits of its phi are.
+    bool isBelow(double phi) const { return phi < -tetmesh::kSnap * dx_; }
+    bool isInside(Coord n) const { return isBelow(rest_(n)); }
     bool isRaised(Coord n) const { return raised_(n) < kNotRaised; }
     bool hasRisen(Coord n) const { return now_(n) > rest_(n) + kRaised * dx_; }
 
@@ -161,7 +164,7 @@ private:
         return outside;
     }
     /// Has it material that is drawn?
-    bool isMaterial(Coord n) const { return now_(n) < 0 && !(c_(n) > 0); }
+    bool isMaterial(Coord n) const { return isBelow(now_(n)) && !(c_(n) > 0); }
 
     /// Opens nodes with material where an edge leads to another fragment: of both the one nearer to a crack.
     void openBetweenFragments()
@@ -213,7 +216,7 @@ private:
     double settled(Coord n, double smooth) const
     {
         const double before = c_(n);
-        if (now_(n) < 0) return std::min(smooth < 0 ? smooth : before, -kLeast * dx_);
+        if (isBelow(now_(n))) return std::min(smooth < 0 ? smooth : before, -kLeast * dx_);
         if (isRaised(n)) return std::max(smooth > 0 ? smooth : before, kLeast * dx_);
         return off(smooth);
     }

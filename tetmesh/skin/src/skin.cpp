@@ -147,13 +147,18 @@ void Skin::follow(const tetmesh::BodyMesh& body, std::span<const std::uint32_t> 
     const FragmentAt fragment = fragmentsAt(body, fragmentOfNode);
     const SkinCut cut = cutter_.cut(body.restPhi(), body.phi(), style_, fragment);
     Drawer drawer(mesh_, fans_, cut);
-    work_ = {cut.mixedVoxels, std::int64_t(cut.parts.size()), std::int64_t(cut.torn.size()), cut.defects, 0};
+    work_ = {cut.mixedVoxels, std::int64_t(cut.parts.size()), std::int64_t(cut.torn.size()), cut.defects, 0, 0};
     givenNormals_ = drawer.givenNormals;
     embed({body, cut, drawer.drawn.mesh, fragment, fragmentOfNode});
     tetmesh::DrawnTopology& drawn = drawer.drawn;
     drawn.fragment.reserve(drawn.mesh.faces());
-    for (std::size_t f = 0; f < drawn.mesh.faces(); ++f)
-        drawn.fragment.push_back(fragmentOfNode[points_[drawn.mesh.face(f)[0].point].node[0]]);
+    const auto fragmentAt = [&](const RenderMesh::Corner& c) { return fragmentOfNode[points_[c.point].node[0]]; };
+    for (std::size_t f = 0; f < drawn.mesh.faces(); ++f) {
+        const auto corners = drawn.mesh.face(f);
+        drawn.fragment.push_back(fragmentAt(corners[0]));
+        work_.bridges += !std::ranges::all_of(
+            corners, [&](const RenderMesh::Corner& c) { return fragmentAt(c) == drawn.fragment.back(); });
+    }
     drawn_ = std::make_shared<const tetmesh::DrawnTopology>(std::move(drawn));
 }
 

@@ -127,6 +127,7 @@ void Drawing::follow(const Simulation& simulation, Ledger& work)
         work.count("draw", "torn_faces", skin.work().tornFaces);
         work.count("draw", "defects", skin.work().defects);
         work.count("draw", "far_points", skin.work().far);
+        work.count("draw", "bridges", skin.work().bridges);
     }
 }
 

@@ -19,6 +19,7 @@ struct SkinWork {
     std::int64_t tornFaces = 0;
     std::int64_t defects = 0;  ///< places where rounding left a gap in the surface
     std::int64_t far = 0;      ///< points more than a cell away from the material that carries them
+    std::int64_t bridges = 0;  ///< faces between fragments, which are drawn out as these part
 };
 
 /// Depends on the mesh and on the body as it is alone, so a run that is resumed draws the same.
