@@ -29,7 +29,6 @@ using Sides = std::vector<std::pair<Coord, Coord>>;
 constexpr double kFar = 3;          // voxels: nothing is known of cracks that are farther
 constexpr double kNear = 1.5;       // voxels from a crack that its surface may need the values of
 constexpr double kTorn = 1e-3;      // voxels: by rounding it may rise as much
-constexpr double kBeyond = 2.5;     // voxels outside of the body: outer surfaces of any make stay within
 constexpr double kOpened = 0.05;    // voxels: c of a node that has to be open
 constexpr double kSmoothed = 0.25;  // share of the neighbours: half of it makes a crack of two voxels a third thinner
 constexpr float kNotRaised = std::numeric_limits<float>::infinity();
@@ -300,7 +299,7 @@ private:
     {
         constexpr int kAround = 4, kSteps = 8;  // nodes; more edges than nodes, as ways wind round cracks
         constexpr std::uint32_t kNone = ~0u;
-        const auto isClosed = [&](Coord n) { return !(c_(n) > 0); };
+        const auto isClosed = [&](Coord n) { return !(c_(n) > 0) && rest_(n) < kBeyond * dx_; };
         std::vector<Coord> air = tetmesh::nodesAround(nodes, kAround);
         keepIf(air, [&](Coord n) { return c_.contains(n) && isClosed(n) && !isMaterial(n); });
         tetmesh::NodeField<std::uint32_t> number(c_.lower(), c_.upper(), kNone, kNone);

@@ -41,30 +41,39 @@ Tets tetsAt(const Carrier& carrier, Coord voxel)
     return tets;
 }
 
+struct Reached {
+    Tets tets;
+    Coord least;  ///< of all nodes that were looked at
+};
+
 /// The tets at a node, or at the first with any that edges lead to: without entering a crack, or through all.
-Tets tetsReached(const Carrier& carrier, const CrackField& cracks, Coord start, bool throughCracks)
+Reached tetsReached(const Carrier& carrier, const CrackField& cracks, Coord start, bool throughCracks)
 {
     constexpr std::size_t kWidest = 4000;  // nodes looked at
+    const double beyond = kBeyond * carrier.body.voxelSize();
+    const auto isClosed = [&](Coord n) { return !(cracks.c(n) > 0) && carrier.body.restPhi()(n) < beyond; };
     std::vector<Coord> reached{start};
     std::set<Coord> seen{start};
     for (std::size_t i = 0; i < reached.size() && i < kWidest; ++i) {
-        if (Tets tets = tetsAt(carrier, reached[i]); !tets.empty()) return tets;
+        if (Tets tets = tetsAt(carrier, reached[i]); !tets.empty()) return {std::move(tets), *seen.begin()};
         forNeighbours(reached[i], [&](Coord next) {
-            if ((throughCracks || !(cracks.c(next) > 0)) && seen.insert(next).second) reached.push_back(next);
+            if ((throughCracks || isClosed(next)) && seen.insert(next).second) reached.push_back(next);
         });
     }
-    return {};
+    return {{}, *seen.begin()};
 }
 
-/// What cracks have closed off on all sides and eaten up goes along with what is beyond them, whatever its fragment.
+/// What cracks have closed off on all sides and eaten up goes along with what is beyond them, whatever its fragment:
+/// all of it with the same, as it is drawn as one.
 Tets tetsFrom(const Carrier& carrier, const CrackField& cracks, Coord start)
 {
     const auto side = std::lower_bound(cracks.material.begin(), cracks.material.end(), start,
                                        [](const auto& entry, Coord n) { return entry.first < n; });
     if (side != cracks.material.end() && side->first == start) start = side->second;
-    const Tets tets = tetsReached(carrier, cracks, start, false);
+    Reached own = tetsReached(carrier, cracks, start, false);
+    if (!own.tets.empty()) return std::move(own.tets);
     const FragmentAt anyFragment;
-    return tets.empty() ? tetsReached({carrier.body, anyFragment, carrier.fragmentOfNode}, cracks, start, true) : tets;
+    return tetsReached({carrier.body, anyFragment, carrier.fragmentOfNode}, cracks, own.least, true).tets;
 }
 
 struct Found {

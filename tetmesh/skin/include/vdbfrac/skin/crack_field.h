@@ -31,6 +31,9 @@ using FragmentAt = std::function<std::optional<std::uint32_t>(Coord voxel)>;
 CrackField crackField(const tetmesh::NodeField<float>& rest, const tetmesh::NodeField<float>& now, double dx,
                       const FragmentAt& fragment = {});
 
+/// Voxels outside of the body to which cracks go on: outer surfaces of any make stay within. What leads round a crack
+/// farther out holds nothing together.
+inline constexpr double kBeyond = 2.5;
 /// In voxels. Keeps crossings apart from the nodes.
 inline constexpr double kLeast = 1e-3;
 /// In voxels: by less, re-levelling may have moved phi where nothing tore.
