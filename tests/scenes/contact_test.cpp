@@ -1,6 +1,7 @@
 // Bodies and fragments that touch: forces against differences of the energy, momentum, energy, and what lasts.
 #include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
+#include <vdbfrac/core/drawing.h>
 #include <vdbfrac/effects/effects.h>
 #include <vdbfrac/lab/scenes/scene_run.h>
 #include <vdbfrac/solver/linear_solver.h>
@@ -283,6 +284,7 @@ TEST(Contact, PiecesOfABrokenSlabStayApart)
     for (const char* voxel : {"0.01", "0.0125"}) {
         SceneRun run(readText(std::string(VDBFRAC_SOURCE) + "/data/scenes/cheese.toml"),
                      {std::string("grid.voxel_size=") + voxel});
+        core::Drawing drawing(run.scene, run.simulation);
         double deepest = 0;
         int cutbacks = 0;
         while (!run.atEnd()) {
@@ -290,6 +292,10 @@ TEST(Contact, PiecesOfABrokenSlabStayApart)
             deepest = std::max(deepest, r.measured.at("contact_depth_m") / std::stod(voxel));
             cutbacks += r.cutbacks;
         }
+        drawing.follow(run.simulation, run.work);
+        EXPECT_GT(run.work.countOf("draw", "cut_faces"), 1000);
+        EXPECT_EQ(run.work.countOf("draw", "bridges"), 0) << voxel;
+        EXPECT_EQ(run.work.countOf("draw", "defects"), 0) << voxel;
         EXPECT_GT(run.simulation.fragments(), 10u);
         EXPECT_LT(deepest, .2) << voxel;
         EXPECT_GT(deepest, 0) << voxel;
