@@ -66,6 +66,28 @@ inline Solid box(double half, int squares)
     return s;
 }
 
+/// Two columns of squares that touch along an edge, which belongs to four faces: no 2-manifold.
+inline Solid columns(int squares)
+{
+    Solid s{"columns of " + std::to_string(squares) + " squares a side", {}, {}, {}, 1};
+    for (const double at : {-.5, .5}) {
+        Solid column;
+        addCube(column, squares);
+        const std::uint32_t first = std::uint32_t(s.points.size());
+        for (const Vec3& p : column.points) s.points.push_back({at + .5 * p.x(), at + .5 * p.y(), p.z()});
+        for (const auto& t : column.triangles) s.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+    }
+    s.phi = [](const Vec3& X) {
+        double nearest = 1e300;
+        for (const double at : {-.5, .5}) {
+            const Vec3 q = (X - Vec3(at, at, 0)).cwiseAbs() - Vec3(.5, .5, 1);
+            nearest = std::min(nearest, q.cwiseMax(0).norm() + std::min(q.maxCoeff(), 0.));
+        }
+        return nearest;
+    };
+    return s;
+}
+
 inline Solid ball(double radius, int squares)
 {
     Solid s{"ball of " + std::to_string(squares) + " squares a side", {}, {}, {}, radius};

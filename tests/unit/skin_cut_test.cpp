@@ -59,6 +59,32 @@ TEST(SkinCut, ClosesEveryPartOfATornBody)
                 }
 }
 
+/// Where the surface is no 2-manifold, what is left has no gaps either: by their places, as many faces go along an edge
+/// one way as the other.
+TEST(SkinCut, ClosesWhatTouchesItselfAlongAnEdge)
+{
+    for (const int squares : {1, 9})
+        for (const Vec3& normal : kTilts) {
+            const Solid solid = columns(squares);
+            const SkinCut cut = cutBy(solid, {normal, .03}, .1);
+            const Drawn d = drawn(solid, cut);
+            EXPECT_EQ(cut.defects, 0) << solid.name << ", normal " << normal.transpose();
+            EXPECT_GT(cut.torn.size(), 100u);
+            using Place = std::array<double, 3>;
+            std::map<std::pair<Place, Place>, int> along;
+            for (const auto& faces : {d.outside, d.torn})
+                for (const auto& t : faces)
+                    for (std::size_t k = 0; k < 3; ++k) {
+                        const Vec3 &a = d.points[t[k]], &b = d.points[t[(k + 1) % 3]];
+                        const Place p{a.x(), a.y(), a.z()}, q{b.x(), b.y(), b.z()};
+                        ++along[{p, q}], --along[{q, p}];
+                    }
+            for (const auto& [edge, sum] : along)
+                EXPECT_EQ(sum, 0) << solid.name << ", normal " << normal.transpose() << ", at " << edge.first[0] << ' '
+                                  << edge.first[1] << ' ' << edge.first[2];
+        }
+}
+
 TEST(SkinCut, TakesFromTheBodyWhatTheCrackTakes)
 {
     const double dx = .1, r = 1;
