@@ -119,4 +119,29 @@ TEST_P(SkinRiders, PartWhereTheSkinLiesOnNodesBelowZero)
     EXPECT_EQ(skin.work().defects, 0);
 }
 
+/// Cracks that cross and end in each other, some thinner than what tells a crack: no face may join two fragments.
+TEST_P(SkinRiders, StayWithTheirFragmentsAmongManyCracks)
+{
+    const Coord half{6, 6, 6};
+    const test::Phi box = test::boxAt(Vec3::Zero(), dx * half.toVec());
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> anywhere(-1, 1);
+    for (int round = 0; round < 20; ++round) {
+        CutMesh body(GetParam(), lab::sample({-10, -10, -10}, {10, 10, 10}, dx, box));
+        skin::Skin skin(voxelBox(half, dx), body, {});
+        for (int crack = 0; crack < 4; ++crack) {
+            const Vec3 normal = Vec3(anywhere(random), anywhere(random), anywhere(random)).normalized();
+            const double offset = .4 * anywhere(random), width = (.9 + .3 * anywhere(random)) * dx;
+            body.update(test::raised(body, {-9, -9, -9}, {9, 9, 9},
+                                     [&](const Vec3& p) { return width - std::abs(normal.dot(p) - offset); }));
+        }
+        std::uint32_t nextId = 0;
+        const tetmesh::FragmentTracker fragments(body, nextId);
+        EXPECT_GT(fragments.alive(), 4u);
+        skin.follow(body, fragments.ofNode());
+        EXPECT_EQ(skin.work().bridges, 0) << "round " << round;
+        EXPECT_EQ(skin.work().defects, 0) << "round " << round;
+    }
+}
+
 }  // namespace

@@ -33,6 +33,7 @@ constexpr double kOpened = 0.05;    // voxels: c of a node that has to be open
 constexpr double kSmoothed = 0.25;  // share of the neighbours: half of it makes a crack of two voxels a third thinner
 constexpr float kNotRaised = std::numeric_limits<float>::infinity();
 constexpr int kReach = 3;  // voxels over which known values are carried on
+constexpr int kWay = 24;   // edges from a node to its material: along a rim that a crack has eaten it is far
 
 /// Calls visit(offset) for the nodes of a cube round one.
 template <class Visit>
@@ -86,7 +87,7 @@ public:
         smooth(near_, [&](Coord n, double smooth) { return settled(n, smooth); });
         if (fragment_) openBetweenFragments();
         const std::vector<Coord> outside = carryOutside();
-        Sides side = keepApart(outside);
+        Sides side = keepApart(bareNodes(outside));
         smooth(outside, [&](Coord n, double smooth) { return (smooth > 0) == (c_(n) > 0) ? off(smooth) : c_(n); });
         return {std::move(c_), std::move(side)};
     }
@@ -162,6 +163,15 @@ private:
         for (std::size_t i = 0; i < outside.size(); ++i) c_.set(outside[i], value[i]);
         return outside;
     }
+    /// Nodes near cracks that have no material and are in no crack: those outside, and those under the skin whose phi
+    /// rose past 0 by too little to tell a crack by.
+    std::vector<Coord> bareNodes(std::vector<Coord> nodes) const
+    {
+        for (Coord n : near_)
+            if (!isMaterial(n) && !(c_(n) > 0)) nodes.push_back(n);
+        std::sort(nodes.begin(), nodes.end());
+        return nodes;
+    }
     /// Has it material that is drawn?
     bool isMaterial(Coord n) const { return isBelow(now_(n)) && !(c_(n) > 0); }
 
@@ -222,33 +232,33 @@ private:
     /// A value as far from 0 as it has to be.
     double off(double c) const { return c < 0 ? std::min(c, -kLeast * dx_) : std::max(c, kLeast * dx_); }
 
-    /// Opens nodes outside of the body where they would hold together what the crack has parted: a crack much thinner
+    /// Opens nodes without material where they would hold together what the crack has parted: a crack much thinner
     /// than a voxel is lost between the nodes. Returns the nearest material of the others.
-    Sides keepApart(const std::vector<Coord>& outside)
+    Sides keepApart(const std::vector<Coord>& bare)
     {
         Sides side;
-        std::vector<std::optional<Coord>> found(outside.size());
-        std::vector<std::uint32_t> stale(outside.size());  // what the last round may have changed
+        std::vector<std::optional<Coord>> found(bare.size());
+        std::vector<std::uint32_t> stale(bare.size());  // what the last round may have changed
         std::iota(stale.begin(), stale.end(), 0u);
         while (!stale.empty()) {
             std::vector<Coord> nodes;
-            for (const std::uint32_t i : stale) nodes.push_back(outside[i]);
+            for (const std::uint32_t i : stale) nodes.push_back(bare[i]);
             const std::vector<std::optional<Coord>> material = materialFrom(nodes);
             for (std::size_t i = 0; i < stale.size(); ++i) found[stale[i]] = material[i];
             side.clear();
-            for (std::size_t i = 0; i < outside.size(); ++i)
-                if (found[i]) side.emplace_back(outside[i], *found[i]);
+            for (std::size_t i = 0; i < bare.size(); ++i)
+                if (found[i]) side.emplace_back(bare[i], *found[i]);
             std::vector<Coord> opened;
-            for (Coord n : bridgesOf(outside, stale, side))
+            for (Coord n : bridgesOf(bare, stale, side))
                 if (isBridge(n, side)) c_.set(n, float(kOpened * dx_)), opened.push_back(n);
-            stale = nodesNear(outside, opened);
+            stale = nodesNear(bare, opened);
         }
         return side;
     }
     /// Which of the nodes are so near to others that what searches find there may be another thing: their blocks touch.
     static std::vector<std::uint32_t> nodesNear(const std::vector<Coord>& nodes, std::span<const Coord> others)
     {
-        static constexpr double kBlock = 8;  // nodes: more than searches and their neighbours reach
+        static constexpr double kBlock = kWay + 2;  // nodes: ways and the neighbours of their ends reach no farther
         const auto blockOf = [](Coord n) { return tetmesh::floorOf(n.toVec() / kBlock); };
         std::set<Coord> blocks;
         for (Coord n : others) forOffsets(1, [&](Coord d) { blocks.insert(blockOf(n) + d); });
@@ -258,19 +268,19 @@ private:
         return near;
     }
     /// Nodes between material that is apart, those nearest to a crack first.
-    std::vector<Coord> bridgesOf(const std::vector<Coord>& outside, std::span<const std::uint32_t> which,
+    std::vector<Coord> bridgesOf(const std::vector<Coord>& bare, std::span<const std::uint32_t> which,
                                  const Sides& side) const
     {
         std::vector<std::uint8_t> bridges(which.size());
         parallelChunks(which.size(), kChunk / 16, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) {
-                const Coord n = outside[which[i]];
+                const Coord n = bare[which[i]];
                 bridges[i] = !(c_(n) > 0) && isBridge(n, side);
             }
         });
         std::vector<Coord> nodes;
         for (std::size_t i = 0; i < which.size(); ++i)
-            if (bridges[i]) nodes.push_back(outside[which[i]]);
+            if (bridges[i]) nodes.push_back(bare[which[i]]);
         std::stable_sort(nodes.begin(), nodes.end(), [&](Coord a, Coord b) { return c_(a) > c_(b); });
         return nodes;
     }
@@ -297,7 +307,7 @@ private:
     /// none. From the material outwards: the first neighbour that is one step nearer to some leads there.
     std::vector<std::optional<Coord>> materialFrom(std::span<const Coord> nodes) const
     {
-        constexpr int kAround = 4, kSteps = 8;  // nodes; more edges than nodes, as ways wind round cracks
+        constexpr int kAround = 4;  // nodes
         constexpr std::uint32_t kNone = ~0u;
         const auto isClosed = [&](Coord n) { return !(c_(n) > 0) && rest_(n) < kBeyond * dx_; };
         std::vector<Coord> air = tetmesh::nodesAround(nodes, kAround);
@@ -317,12 +327,13 @@ private:
             });
             return first;
         };
-        for (int step = 0; step < kSteps; ++step) {
+        for (int step = 0; step < kWay; ++step) {
             std::vector<std::optional<Coord>> next = found;
             parallelChunks(air.size(), kChunk / 16, [&](std::size_t begin, std::size_t end) {
                 for (std::size_t i = begin; i < end; ++i)
                     if (!found[i]) next[i] = oneStepNearer(air[i]);
             });
+            if (next == found) break;
             found.swap(next);
         }
         std::vector<std::optional<Coord>> material(nodes.size());

@@ -110,7 +110,7 @@ Found nearest(const tetmesh::BodyMesh& body, std::span<const tetmesh::RestTet> t
 FragmentAt fragmentsAt(const tetmesh::BodyMesh& body, std::span<const std::uint32_t> fragmentOfNode)
 {
     const auto* lattice = dynamic_cast<const tetmesh::CutMesh*>(&body);
-    if (lattice && !lattice->lattice().wholeTets) return {};
+    if (lattice && lattice->lattice().kind == tetmesh::Lattice::Kind::six && !lattice->lattice().wholeTets) return {};
     return [&body, fragmentOfNode](Coord voxel) -> std::optional<std::uint32_t> {
         const auto found = body.locate(body.voxelSize() * voxel.toVec());
         return found ? std::optional(fragmentOfNode[found->point.node[0]]) : std::nullopt;

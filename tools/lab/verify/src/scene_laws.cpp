@@ -4,6 +4,7 @@
 
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/base/parallel.h>
+#include <vdbfrac/core/drawing.h>
 #include <vdbfrac/lab/scenes/scene_run.h>
 #include <vdbfrac/lab/verify/energy_witness.h>
 
@@ -43,7 +44,10 @@ void requireAtMost(const char* law, double value, double limit) { require(value 
 class LawfulRun {
 public:
     LawfulRun(const std::string& scene, SceneOutcome& outcome)
-        : run_(scene, {}, &witness_), outcome_(outcome), volume_(run_.simulation.startVolume())
+        : run_(scene, {}, &witness_),
+          drawing_(run_.scene, run_.simulation),
+          outcome_(outcome),
+          volume_(run_.simulation.startVolume())
     {
         outcome_.startVolume = outcome_.volume = volume_;
         requireFragments();
@@ -61,6 +65,15 @@ public:
         requireLess(record);
         requireFragments();
         return true;
+    }
+
+    /// What is drawn of the state that it ended in.
+    void requireDrawn()
+    {
+        Ledger work;
+        drawing_.follow(run_.simulation, work);
+        requireAtMost("gaps in what is drawn", double(work.countOf("draw", "defects")), 0);
+        requireAtMost("drawn faces between fragments", double(work.countOf("draw", "bridges")), 0);
     }
 
     std::uint64_t hash() const { return run_.simulation.stateHash(); }
@@ -127,6 +140,7 @@ private:
 
     EnergyWitness witness_;
     SceneRun run_;
+    core::Drawing drawing_;
     SceneOutcome& outcome_;
     double volume_;
     std::int64_t tets_ = 0, iterations_ = 0;
@@ -152,6 +166,7 @@ void runAll(const std::string& scene, bool compareThreads, SceneOutcome& outcome
         return;
     }
     while (run->step()) {}
+    run->requireDrawn();
     if (!compareThreads) return;
     const std::uint64_t hash = run->hash();
     for (int threads : {1, 2})

@@ -18,7 +18,7 @@ struct CrackField {
     /// c [m] on voxel nodes: above 0 where a crack has taken the material, below elsewhere, -3 voxels where no crack is
     /// near. A node that has material has c < 0, one that was torn c > 0, and no |c| is below kLeast voxels.
     tetmesh::NodeField<float> c;
-    /// Nodes near cracks outside of the body with c < 0, rising, each with the node of the material that it goes with.
+    /// Nodes near cracks that have c < 0 but no material, rising, each with the node of the material that it goes with.
     std::vector<std::pair<Coord, Coord>> material;
 };
 

@@ -16,8 +16,8 @@ struct Rider {
     Coord anchor;  ///< voxel node on the side of the cracks that the point belongs to
 };
 
-/// What crackField takes for a body: nothing where its lattice is cut along phi's own nodes; other meshes have to be
-/// asked, and those whose tets stay whole. The arguments have to live as long.
+/// What crackField takes for a body: nothing where six tets to a cell are cut, which joins nodes as phi's are joined;
+/// other meshes have to be asked, and those whose tets stay whole. The arguments have to live as long.
 FragmentAt fragmentsAt(const tetmesh::BodyMesh& body, std::span<const std::uint32_t> fragmentOfNode);
 
 /// Each rider in a tet that has material at its anchor, or at the nearest node that no crack parts from it: the one it

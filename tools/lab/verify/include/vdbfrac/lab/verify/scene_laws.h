@@ -22,15 +22,15 @@ struct SceneOutcome {
 /// Runs a scene (TOML text) to its end and checks after each step:
 /// - positions, velocities, energies, loads and all that is reported are finite;
 /// - energy: kinetic, elastic and potential energy together do not grow by more than the work of grips and forces, what
-/// the
-///   Newton tolerance and rounding leave open, and the one gain that backward Euler allows (below). Capped steps are
-///   let off;
+///   the Newton tolerance and rounding leave open, and the one gain that backward Euler allows (below). Capped steps
+///   are let off;
 /// - removing material takes kinetic energy away and no more elastic energy comes than mean dilatation had averaged
-/// away;
+///   away;
 /// - reported loads and elastic energy are those of the state;
 /// - material does not grow, and fragments add up to it;
-/// and at the end, with `compareThreads`, that the state has the same bits for one thread and for two, with nobody
-/// looking on.
+/// and at the end:
+/// - what is drawn has no gaps, and no face that joins two fragments;
+/// - with `compareThreads`: the state has the same bits for one thread and for two, with nobody looking on.
 ///
 /// Backward Euler dissipates if the energy lies above its tangent plane at the end of the step. Corotational energy is
 /// not convex: material that is compressed and turns may gain E(x0) - E(x1) below that plane. This much is computed and
