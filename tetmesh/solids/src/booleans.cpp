@@ -301,26 +301,26 @@ std::vector<std::uint32_t> placesOf(const std::vector<Vec3>& points)
     return places;
 }
 
-/// Without the triangles that `isGone` marks, and without points that no triangle uses; `pointFor`: what a point has
-/// become.
+/// Without the triangles that `isGone` marks, and without points that no triangle uses then; `pointFor`: what a point
+/// has become.
 Parts without(const Parts& parts, const std::vector<std::uint8_t>& isGone, std::span<const std::uint32_t> pointFor)
 {
-    std::vector<std::uint32_t> number(pointFor.size(), Parts::kNone);
     Parts left;
+    std::vector<std::uint32_t> number(pointFor.size(), Parts::kNone);
     for (std::size_t f = 0; f < isGone.size(); ++f) {
         if (isGone[f]) continue;
         std::array<std::uint32_t, 3> t = parts.surface.triangles[f];
-        for (std::uint32_t& corner : t) {
-            const std::uint32_t point = pointFor[corner];
-            if (number[point] == Parts::kNone) {
-                number[point] = std::uint32_t(left.surface.points.size());
-                left.surface.points.push_back(parts.surface.points[point]);
-            }
-            corner = number[point];
-        }
+        for (std::uint32_t& corner : t) number[corner = pointFor[corner]] = 0;
         left.surface.triangles.push_back(t);
         left.origin.push_back(parts.origin[f]);
     }
+    for (std::size_t p = 0; p < number.size(); ++p) {
+        if (number[p] == Parts::kNone) continue;
+        number[p] = std::uint32_t(left.surface.points.size());
+        left.surface.points.push_back(parts.surface.points[p]);
+    }
+    for (auto& t : left.surface.triangles)
+        for (std::uint32_t& corner : t) corner = number[corner];
     return left;
 }
 
@@ -332,14 +332,14 @@ Parts unfolded(const Parts& parts)
     std::vector<std::uint32_t> pointFor(place.size());
     std::iota(pointFor.begin(), pointFor.end(), 0u);
     std::vector<std::uint8_t> isGone(parts.surface.triangles.size(), 0);
-    std::map<std::array<std::uint32_t, 3>, std::vector<std::size_t>>
-        looking;  // at corners, in the order of their places
+    using Places = std::array<std::uint32_t, 3>;  // of the corners, as they go round, the least first
+    std::map<Places, std::vector<std::size_t>> looking;
     for (std::size_t f = 0; f < isGone.size(); ++f) {
         std::array<std::uint32_t, 3> t = parts.surface.triangles[f];
         std::rotate(t.begin(), std::ranges::min_element(t, {}, [&](std::uint32_t p) { return place[p]; }), t.end());
-        const auto others = looking.find({place[t[0]], place[t[2]], place[t[1]]});
+        const auto others = looking.find(Places{place[t[0]], place[t[2]], place[t[1]]});
         if (others == looking.end() || others->second.empty()) {
-            looking[{place[t[0]], place[t[1]], place[t[2]]}].push_back(f);
+            looking[Places{place[t[0]], place[t[1]], place[t[2]]}].push_back(f);
             continue;
         }
         const std::size_t other = others->second.back();
