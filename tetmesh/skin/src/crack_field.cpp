@@ -309,7 +309,7 @@ private:
     {
         constexpr int kAround = 4;  // nodes
         constexpr std::uint32_t kNone = ~0u;
-        const auto isClosed = [&](Coord n) { return !(c_(n) > 0) && rest_(n) < kBeyond * dx_; };
+        const auto isClosed = [&](Coord n) { return holdsTogether(c_(n), rest_(n), dx_); };
         std::vector<Coord> air = tetmesh::nodesAround(nodes, kAround);
         keepIf(air, [&](Coord n) { return c_.contains(n) && isClosed(n) && !isMaterial(n); });
         tetmesh::NodeField<std::uint32_t> number(c_.lower(), c_.upper(), kNone, kNone);

@@ -50,8 +50,9 @@ struct Reached {
 Reached tetsReached(const Carrier& carrier, const CrackField& cracks, Coord start, bool throughCracks)
 {
     constexpr std::size_t kWidest = 4000;  // nodes looked at
-    const double beyond = kBeyond * carrier.body.voxelSize();
-    const auto isClosed = [&](Coord n) { return !(cracks.c(n) > 0) && carrier.body.restPhi()(n) < beyond; };
+    const auto isClosed = [&](Coord n) {
+        return holdsTogether(cracks.c(n), carrier.body.restPhi()(n), carrier.body.voxelSize());
+    };
     std::vector<Coord> reached{start};
     std::set<Coord> seen{start};
     for (std::size_t i = 0; i < reached.size() && i < kWidest; ++i) {

@@ -1,5 +1,7 @@
 #include "booleans.h"
 
+#include <vdbfrac/tetmesh/surface_input.h>
+
 #include <Eigen/Geometry>
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
@@ -290,17 +292,6 @@ Parts partsOf(Mesh& mesh)
     return parts;
 }
 
-/// Numbers of points, the same for those in one place.
-std::vector<std::uint32_t> placesOf(const std::vector<Vec3>& points)
-{
-    using Place = std::array<double, 3>;
-    std::map<Place, std::uint32_t> number;
-    std::vector<std::uint32_t> places;
-    for (const Vec3& X : points)
-        places.push_back(number.emplace(Place{X.x(), X.y(), X.z()}, std::uint32_t(number.size())).first->second);
-    return places;
-}
-
 /// Without the triangles that `isGone` marks, and without points that no triangle uses then; `pointFor`: what a point
 /// has become.
 Parts without(const Parts& parts, const std::vector<std::uint8_t>& isGone, std::span<const std::uint32_t> pointFor)
@@ -328,11 +319,11 @@ Parts without(const Parts& parts, const std::vector<std::uint8_t>& isGone, std::
 /// between them. Takes both away and joins what lies beside them.
 Parts unfolded(const Parts& parts)
 {
-    const std::vector<std::uint32_t> place = placesOf(parts.surface.points);
+    const std::vector<std::size_t> place = tetmesh::equalPoints(parts.surface.points);
     std::vector<std::uint32_t> pointFor(place.size());
     std::iota(pointFor.begin(), pointFor.end(), 0u);
     std::vector<std::uint8_t> isGone(parts.surface.triangles.size(), 0);
-    using Places = std::array<std::uint32_t, 3>;  // of the corners, as they go round, the least first
+    using Places = std::array<std::size_t, 3>;  // of the corners, as they go round, the least first
     std::map<Places, std::vector<std::size_t>> looking;
     for (std::size_t f = 0; f < isGone.size(); ++f) {
         std::array<std::uint32_t, 3> t = parts.surface.triangles[f];

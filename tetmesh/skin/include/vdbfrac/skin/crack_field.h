@@ -34,6 +34,8 @@ CrackField crackField(const tetmesh::NodeField<float>& rest, const tetmesh::Node
 /// Voxels outside of the body to which cracks go on: outer surfaces of any make stay within. What leads round a crack
 /// farther out holds nothing together.
 inline constexpr double kBeyond = 2.5;
+/// Does a way over a voxel node hold together what lies at its ends? c and phi at rest there [m].
+inline bool holdsTogether(double c, double rest, double dx) { return !(c > 0) && rest < kBeyond * dx; }
 /// In voxels. Keeps crossings apart from the nodes.
 inline constexpr double kLeast = 1e-3;
 /// In voxels: by less, re-levelling may have moved phi where nothing tore.
