@@ -127,6 +127,19 @@ with tempfile.TemporaryDirectory() as temporary:
     steps = rows(touching)
     if not sum(int(row["contact_active"]) for row in steps) or int(steps[-1]["asleep"]) == 0:
         failures.append("a run with contact: nothing touches, or nothing falls asleep")
+    # From each frame to the next: what a run knows of the steps before is in each checkpoint, down to its counters.
+    expect("a run that keeps its checkpoints", [*tumble, "-o", top / "kept", "--keep-checkpoints"], 0)
+    for frame in range(1, 50):
+        again = shutil.copytree(top / "kept", top / "again")
+        to_next = [str(frame + 1) if a == "50" else a for a in tumble]
+        expect(f"from frame {frame}", [*to_next, "-o", again, f"--resume={frame}"], 0)
+        if hashes(again) != hashes(touching)[:frame + 1]:
+            failures.append(f"from frame {frame} to the next: another frame")
+        # Columns of what has not happened yet are not there.
+        if any(row.items() - step.items() for row, step in zip(rows(again), rows(touching))):
+            failures.append(f"from frame {frame} to the next: other steps in stats.csv")
+        shutil.rmtree(again)
+
     kill(top / "killed_touching", [*tumble, "-o", top / "killed_touching", "--resume"], touching, touching_seconds)
 
     stopped = top / "stopped"

@@ -258,6 +258,22 @@ void NearTets::findWide(const TouchingSurface& surface, const Targets& targets, 
         }
     };
     wide_.pair = gatherChunks<Found>(surface.clusters(), kClusters, meet);
+    wide_.isRestored = false;
+}
+
+void NearTets::save(const std::string& name, core::Archive& archive) const
+{
+    archive.put(name + ".looked_at", wide_.x);
+    archive.putOne(name + ".slack", wide_.slack);
+}
+
+void NearTets::restoreFrom(const std::string& name, const core::Archive& archive, std::size_t nodes)
+{
+    wide_ = {archive.getOne<double>(name + ".slack"), archive.get<Vec3>(name + ".looked_at"), true, {}};
+    wide_.isRestored = !wide_.x.empty();
+    if (!(wide_.slack >= 0) || (wide_.isRestored && wide_.x.size() != nodes) ||
+        !std::all_of(wide_.x.begin(), wide_.x.end(), [](const Vec3& x) { return x.allFinite(); }))
+        archive.complain("where " + name + " looked for what is near is out of range");
 }
 
 bool NearTets::find(const TouchingSurface& surface, const Targets& targets, std::span<const Vec3> x,
@@ -266,6 +282,10 @@ bool NearTets::find(const TouchingSurface& surface, const Targets& targets, std:
     constexpr double kSlack = 0.5;  // cells: longer lists, and longer lives of them where little moves
     sample_.clear(), target_.clear(), start_.assign(1, 0);
     if (targets.size() == 0 || surface.size() == 0) return false;
+    if (wide_.isRestored) {
+        const std::vector<Vec3> then = wide_.x;
+        findWide(surface, targets, then, then, margin);
+    }
     const bool isNew = wide_.x.empty();
     const bool wide = isNew || std::max(farthestMove(wide_.x, x), farthestMove(wide_.x, ahead)) > wide_.slack;
     if (wide) {

@@ -101,12 +101,13 @@ public:
     void recut(const core::Body& body, const tetmesh::CutUpdate&) override { surface_.recut(body), forget(); }
     void save(std::span<const core::Body>, core::Archive& archive) const override
     {
-        surface_.save("contact", archive);
+        surface_.save("contact", archive), near_.save("contact", archive);
         archive.putOne("contact.step", last_);
     }
     void restoreFrom(const core::Archive& archive, std::span<const core::Body>) override
     {
         surface_.restoreFrom("contact", archive), restoreStep(archive);
+        near_.restoreFrom("contact", archive, bodies_.back().firstNode + bodies_.back().mesh->nodeCount());
     }
     void refineFrom(const core::Refinement& wide, std::span<const core::Body>) override
     {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <vdbfrac/contact/touching_surface.h>
+#include <vdbfrac/core/archive.h>
 #include <vdbfrac/core/body.h>
 #include <vdbfrac/tetmesh/phi_tets.h>
 
@@ -9,6 +10,7 @@
 #include <cstdint>
 #include <limits>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace vdbfrac::contact {
@@ -93,6 +95,10 @@ public:
               std::span<const Vec3> ahead, double margin);
     /// Samples and targets are others.
     void clear() { *this = {}; }
+    /// Where nodes were when it last looked for what lies wide apart: a run that goes on looks again when that one
+    /// would have.
+    void save(const std::string& name, core::Archive& archive) const;
+    void restoreFrom(const std::string& name, const core::Archive& archive, std::size_t nodes);
 
     /// In each fragment the target that a sample lies in, or nearest to which it is: no farther outside than `reach`,
     /// in barycentric coordinates. By rising sample.
@@ -118,8 +124,9 @@ public:
 private:
     /// What may meet as long as no node is farther than `slack` from where it was; in one step only where that is 0.
     struct Wide {
-        double slack = -1;                               // m
-        std::vector<Vec3> x;                             // m
+        double slack = 0;                                // m
+        std::vector<Vec3> x;                             // m; empty: not looked for
+        bool isRestored = false;                         // x is known, pairs are still to be found
         std::vector<std::array<std::uint32_t, 2>> pair;  // of sample and group, by rising cluster
     };
     void findWide(const TouchingSurface& surface, const Targets& targets, std::span<const Vec3> x,
