@@ -58,12 +58,13 @@ private:
         return p.norm <= tolerance * p.forceScale + p.noise && std::isfinite(p.forceScale + p.noise) &&
                (p.norm <= p.noise || objective_.farthest(p) <= kOff * tolerance * objective_.elastic().h());
     }
-    static double relative(const Point& p, double norm)
+    /// At most the tolerance where the norm is converged, also where there are no forces but of rounding.
+    double relative(const Point& p, double norm) const
     {
-        const double scale = std::max(p.forceScale, p.noise);
+        const double scale = p.forceScale + p.noise / settings_.tolerance;
         return std::isinf(scale) ? scale : norm > 0 ? norm / scale : norm;
     }
-    static double relative(const Point& p) { return relative(p, p.norm); }
+    double relative(const Point& p) const { return relative(p, p.norm); }
     void lift();
     void descendToRest(double tolerance);
     enum class Search { accepted, failed, crease };

@@ -39,10 +39,11 @@ using scene::Key;
 using scene::Type;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kDepth = 2;     // voxels below the surface in which samples are found
-constexpr double kMargin = 0.5;  // cells that a step may end beside the way it was expected to take
-constexpr double kGrowth = 4;    // of a step over the last one
-constexpr double kReach = 0.1;   // how far outside of its tet a sample may be, in barycentric coordinates
+constexpr double kDepth = 2;         // voxels below the surface in which samples are found
+constexpr double kMargin = 0.5;      // cells that a step may end beside the way it was expected to take
+constexpr double kGrowth = 4;        // of a step over the last one
+constexpr double kLeast = 1. / 256;  // of the longest step: so far is looked ahead, however short the last one was
+constexpr double kReach = 0.1;       // how far outside of its tet a sample may be, in barycentric coordinates
 
 const Key kKeys[] = {
     {"friction", Type::number, "", "Coulomb's coefficient", "0.5", 0},
@@ -312,7 +313,7 @@ bool Contact::cameUp(const Sunk& s) const
 {
     constexpr double kWay = 0.5;  // of how much deeper it is than before
     const double deeper = s.depth - before_[s.sample];
-    return deeper > kHidden * dx_ && apart(s, start_).norm() < kWay * deeper;
+    return deeper > kJump * dx_ && apart(s, start_).norm() < kWay * deeper;
 }
 
 /// Newton's method may come to rest with a thin flap pushed through by one of its tries, or with touches that nobody
@@ -321,7 +322,7 @@ bool Contact::holds(std::span<const Vec3> x) const
 {
     constexpr double kResists = .8;  // of a slope: in the middle of a flap there is none
     const StageTimer timer(work_, "contact");
-    const auto isDeeperThan = [&](const Sunk& s, double expected) { return s.depth > expected + kDeep / 4 * dx_; };
+    const auto isDeeperThan = [&](const Sunk& s, double expected) { return s.depth > expected + kJump * dx_; };
     std::vector<Sunk> through = sunkAt(x);
     std::erase_if(through, [&](const Sunk& s) {
         const double expected = std::max(before_[s.sample], surface_.memory(s.sample).allowance);
@@ -363,7 +364,7 @@ void Contact::accept(std::span<const Vec3> x, double dt)
 double Contact::largestStep(const solver::State& state)
 {
     const StageTimer timer(work_, "contact");
-    const double ahead = std::min(longest_, kGrowth * last_);
+    const double ahead = std::clamp(kGrowth * last_, kLeast * longest_, longest_);
     look(state.x, state.v, ahead);
     const double fastest = near_.fastest(surface_, targets_, state.v);
     const double largest = fastest > 0 ? 0.75 * kDepth * dx_ / fastest : kInfinity;

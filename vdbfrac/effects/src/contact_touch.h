@@ -28,8 +28,8 @@ struct Held {
     mutable contact::Dual dual = rub.dual();
 };
 
-// Voxels: what pieces may overlap by in the scenes that were measured, and half of it.
-constexpr double kDeep = 0.2, kHidden = kDeep / 2;
+// Voxels: what pieces may overlap by in the scenes that were measured, half of it, and how much deeper a step may end.
+constexpr double kDeep = 0.2, kHidden = kDeep / 2, kJump = kDeep / 4;
 
 /// Is a touch more than `deep` [m] deeper than those that were seen of its sample? Both by rising sample.
 inline bool hidesDeep(std::span<const Touch> seen, std::span<const Touch> all, double deep)

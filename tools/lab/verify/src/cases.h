@@ -68,5 +68,6 @@ Measurements thinWalls(Extent);
 // torture_motion.cpp
 Measurements planeThroughNodes(Extent);
 Measurements spunApart(Extent);
+Measurements touchingWhileTorn(Extent);
 
 }  // namespace vdbfrac::lab::verify

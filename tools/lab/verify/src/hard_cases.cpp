@@ -41,6 +41,8 @@ constexpr HardCase kTorture[] = {
     {5, "moving_plane", "a plane that moves through nodes, edges, faces", "pieces without volume, holes in the surface",
      planeThroughNodes},
     {6, "spun_apart", "a body that spins itself apart", "momentum from nowhere", spunApart},
+    {7, "touching", "shot, crushed, thrown together while it tears",
+     "pieces in each other, steps that shrink to nothing", touchingWhileTorn},
 };
 
 }  // namespace

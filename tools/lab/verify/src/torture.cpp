@@ -8,6 +8,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <span>
 
 namespace vdbfrac::lab::verify {
 
@@ -59,7 +61,16 @@ struct Account {
     double dishonest = 0;    ///< steps whose status does not say what happened
     double capped = 0, steps = 0, tornVoxels = 0, fragments = 0;
     double startVolume = 0;  ///< m^3
+    double unnamed = 0;      ///< energy that no account names, of what was put in; the largest of all steps
+    double shortest = std::numeric_limits<double>::infinity();  ///< s: step
+    double inOthers = 0, inColliders = 0;                       ///< m: deepest that a piece went into them
 };
+
+double measured(const core::StepRecord& s, const char* what)
+{
+    const auto found = s.measured.find(what);
+    return found == s.measured.end() ? 0 : found->second;
+}
 
 Account runAndWatch(SceneRun& run)
 {
@@ -74,6 +85,10 @@ Account runAndWatch(SceneRun& run)
         a.strayVolume = std::max(a.strayVolume, std::abs(fragmentVolume(simulation) - s.volume) / start);
         a.dishonest += !isHonest(s, run.scene.solver);
         a.capped += s.outcome == core::Outcome::capped;
+        a.unnamed = std::max(a.unnamed, s.unnamedShare);
+        a.shortest = std::min(a.shortest, s.dt);
+        a.inOthers = std::max(a.inOthers, measured(s, "contact_depth_m"));
+        a.inColliders = std::max(a.inColliders, measured(s, "collider_depth_m"));
         before = s.volume;
     }
     a.steps = double(run.steps.size());
@@ -110,6 +125,37 @@ std::string jerks()
             keys += ", { time = " + std::to_string(start + time) + ", translate = [0, " + std::to_string(y) + ", 0] }";
     }
     return keys + "]";
+}
+
+constexpr double kBall = .12;  // m
+
+/// A ball at twice the speed of waves, into a block.
+std::string shotThrough(double nu)
+{
+    return sceneOf({"0.05", "[0.6, 0.6, 0.4]"}, nu, "frames = [1, 33], fps = 480") +
+           "[contact]\n[fracture]\nkappa = 200\n[[collider]]\nshape = { sphere = { radius = " + std::to_string(kBall) +
+           " } }\nmove = { keys = [{ time = 0, translate = [0.03, 0.02, -0.4] },\n"
+           "{ time = 0.05, translate = [0.03, 0.02, 0.6] }] }\n";
+}
+
+/// A block between plates, to a third of its height and back.
+std::string crushed(double nu)
+{
+    return sceneOf({"0.05", "[0.6, 0.6, 0.4]"}, nu, "frames = [1, 25]") +
+           "[contact]\n[fracture]\nkappa = 2000\ndriver = \"full\"\n"
+           "[[collider]]\nshape = { halfspace = { normal = [0, -1, 0], offset = 0.3 } }\n"
+           "[[collider]]\nshape = { halfspace = { normal = [0, 1, 0], offset = 0.3 } }\n"
+           "move = { keys = [{ time = 0 }, { time = 0.3, translate = [0, -0.4, 0] }, { time = 0.5 }] }\n";
+}
+
+/// Two blocks that meet at the speed of waves, one of them turning, with friction.
+std::string thrownTogether(double nu)
+{
+    return sceneOf({"0.05", "[0.4, 0.6, 0.4], center = [-0.22, 0, 0]", "velocity = [5, 0, 0]\n"}, nu,
+                   "frames = [1, 13], fps = 240") +
+           "[[body]]\nname = \"other\"\nmaterial = \"m\"\nvelocity = [-5, 0, 0]\nangular_velocity = [0, 20, 0]\n"
+           "shape = { box = { size = [0.4, 0.4, 0.4], center = [0.22, 0.1, 0.03] } }\n"
+           "[contact]\nfriction = 0.5\n[fracture]\nkappa = 1000\n";
 }
 
 Account watch(const std::string& scene)
@@ -175,6 +221,30 @@ Measurements thinWalls(Extent)
                 watch(sceneOf({"0.05", size}, nu, "frames = [1, 25]") + pulled(.4, .5) + "[fracture]\nkappa = 2000\n");
             all.push_back(atLeast(at(nu) + size + " m: fragments", a.fragments, 2));
             report(at(nu) + size + " m: ", a, 0, all);
+        }
+    return all;
+}
+
+Measurements touchingWhileTorn(Extent extent)
+{
+    constexpr double kCell = .05, kFrame = 1. / 480;  // m, s: the shortest of the frames
+    struct Touching {
+        const char* name;
+        std::string scene;
+        double inOthers, inColliders;  // m: allowed
+    };
+    Measurements all;
+    for (double nu : std::span(kPoissonRatios).subspan(extent == Extent::full ? 0 : 1))
+        for (const Touching& t :
+             {Touching{"shot: ", shotThrough(nu), kCell, kBall}, Touching{"crushed: ", crushed(nu), kCell, kCell},
+              Touching{"thrown together: ", thrownTogether(nu), kCell, 0}}) {
+            const Account a = watch(t.scene);
+            const std::string name = at(nu) + t.name;
+            all.push_back(atMost(name + "in other pieces, cells", a.inOthers / kCell, t.inOthers / kCell));
+            all.push_back(atMost(name + "in colliders, cells", a.inColliders / kCell, t.inColliders / kCell));
+            all.push_back(atMost(name + "energy of no account, of what was put in", a.unnamed, .01));
+            all.push_back(atLeast(name + "shortest step, frames of 1/480 s", a.shortest / kFrame, std::exp2(-16)));
+            report(name, a, 0, all);
         }
     return all;
 }
