@@ -1,6 +1,7 @@
 // Fragments that lie still fall asleep: they cost nothing, stay where they are, and wake when something pushes them.
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/base/parallel.h>
+#include <vdbfrac/lab/scenes/saw.h>
 #include <vdbfrac/lab/scenes/scene_run.h>
 
 #include <gtest/gtest.h>
@@ -98,6 +99,29 @@ TEST(Sleep, LeavesPiecesWhereTheyWouldLie)
         ASSERT_LT((with.simulation.x()[i] - without.simulation.x()[i]).norm(), kApart * kH);
 }
 
+/// Six blocks that fall into a pile of three layers: it comes to rest without jitter,
+/// and with sleep all of it sleeps.
+TEST(Sleep, PilesComeToRest)
+{
+    std::string pile;
+    for (int layer = 0; layer < 3; ++layer)
+        for (int i = 0; i < 3 - layer; ++i)
+            pile += block(std::string(1, char('a' + layer)) + std::to_string(i),
+                          "[" + std::to_string((i - .5 * (2 - layer)) * .4 + .013 * layer) + ", " +
+                              std::to_string(.2 + .4 * layer) + ", " + std::to_string(.011 * (i + layer)) + "]");
+    SceneRun awake(scene(pile, kFloor + "[contact]\nfriction = 0.5\n")),
+        sleeping(scene(pile, kFloor + "[contact]\nfriction = 0.5\n[sleep]\n"));
+    constexpr double kJitter = 1e-6;  // of the energy that they fall with; a hundredth of it was measured
+    double fastest = 0, most = 0;
+    while (!awake.atEnd()) {
+        const core::StepRecord& r = awake.step();
+        fastest = std::max(fastest, r.kineticEnergy);
+        if (r.time > 2.5) most = std::max(most, r.kineticEnergy);
+    }
+    EXPECT_LT(most, kJitter * fastest);
+    EXPECT_EQ(asleep(untilAsleep(sleeping, 6)), 6);
+}
+
 /// A block and one far from it, on the floor, and a ball that falls on the first.
 std::string ballOnBlock()
 {
@@ -164,6 +188,31 @@ TEST(Sleep, EndsWhenTheGroundGoes)
     while (run.simulation.time() < 1.7) run.step();
     EXPECT_EQ(asleep(run.steps.back()), 0);
     EXPECT_LT(run.simulation.v()[0].y(), -.3);
+}
+
+/// A piece that is cut again wakes, and no other, though nothing pushes it; it falls asleep again as two.
+TEST(Sleep, EndsWithACut)
+{
+    lab::Saw saw(.01, .04, 1.5);
+    SceneRun run(scene(block("a", "[0, 0.16, 0]") + block("far", "[2, 0.16, 0]"), "[sleep]\nspeed = 0.01\n"), {}, &saw);
+    ASSERT_EQ(asleep(untilAsleep(run, 2)), 2);
+    while (!run.atEnd() && run.simulation.fragments() == 2) run.step();
+    EXPECT_NEAR(run.simulation.time(), 1.5, .05);
+    EXPECT_EQ(asleep(run.step()), 1);
+    EXPECT_GT(run.steps.back().work.countOf("solve", "evaluated_tets"), 0);
+    EXPECT_EQ(asleep(untilAsleep(run, 3)), 3);
+}
+
+/// What keys of time make weaker wakes up and tears.
+TEST(Sleep, EndsWhereMaterialGetsWeaker)
+{
+    const std::string keys = "keys = [{ time = 1.5, scale = 1 }, { time = 1.6, scale = 1e-5 }]\n";
+    SceneRun run(
+        scene(block("a", "[0, 0.16, 0]"), kFloor + "[sleep]\n[fracture]\nkappa = 1e4\ndriver = \"full\"\n" + keys));
+    ASSERT_EQ(asleep(untilAsleep(run, 1)), 1);
+    while (run.simulation.time() < 1.49) EXPECT_EQ(asleep(run.step()), 1);
+    while (run.simulation.time() < 1.7) run.step();
+    EXPECT_LT(run.steps.back().volume, .9 * run.simulation.startVolume());
 }
 
 TEST(Sleep, NamedWhereNothingRestsChangesNoBit)

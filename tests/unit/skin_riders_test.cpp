@@ -119,6 +119,25 @@ TEST_P(SkinRiders, PartWhereTheSkinLiesOnNodesBelowZero)
     EXPECT_EQ(skin.work().defects, 0);
 }
 
+/// A body that cracks have eaten up is drawn as nothing, with the points and normals that were given.
+TEST_P(SkinRiders, MayHaveNoMaterialLeft)
+{
+    const Coord half{6, 6, 3};
+    CutMesh body(GetParam(),
+                 lab::sample({-10, -10, -10}, {10, 10, 10}, dx, test::boxAt(Vec3::Zero(), dx * half.toVec())));
+    tetmesh::RenderMesh mesh = voxelBox(half, dx);
+    mesh.normals = {Vec3::UnitX()};
+    for (auto& corner : mesh.corners) corner.normal = 0;
+    skin::Skin skin(mesh, body, {});
+    body.update(test::raised(body, {-9, -9, -9}, {9, 9, 9}, [](const Vec3&) { return dx; }));
+    ASSERT_EQ(body.nodeCount(), 0u);
+    skin.follow(body, {});
+    EXPECT_EQ(skin.topology()->mesh.faces(), 0u);
+    const std::vector<Vec3> at = skin.carried({});
+    EXPECT_EQ(at.size(), skin.topology()->mesh.points.size());
+    EXPECT_EQ(skin.normals({}, at).size(), skin.topology()->mesh.normals.size());
+}
+
 /// Cracks that cross and end in each other, some thinner than what tells a crack: no face may join two fragments.
 TEST_P(SkinRiders, StayWithTheirFragmentsAmongManyCracks)
 {

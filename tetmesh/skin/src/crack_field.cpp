@@ -157,11 +157,25 @@ private:
             for (std::size_t i = begin; i < end; ++i) {
                 const Coord n = outside[i];
                 const std::optional<Vec3> up = uphill(n);
-                value[i] = up ? float(off(tetmesh::trilinear(c_, n.toVec() - (rest_(n) / dx_ + 1) * *up))) : c_(n);
+                const auto below = up ? inside(n.toVec() - (rest_(n) / dx_ + 1) * *up) : std::nullopt;
+                value[i] = below ? float(off(*below)) : c_(n);
             }
         });
         for (std::size_t i = 0; i < outside.size(); ++i) c_.set(outside[i], value[i]);
         return outside;
+    }
+    /// c at a place [voxels], from those corners of its voxel that are inside: near an edge of the skin not all are.
+    std::optional<double> inside(const Vec3& at) const
+    {
+        const Coord low = tetmesh::floorOf(at);
+        const Vec3 t = at - low.toVec();
+        double sum = 0, all = 0;
+        for (int k = 0; k < tetmesh::kCorners; ++k) {
+            const Coord n = low + tetmesh::cornerOffset(k);
+            const double share = isInside(n) ? tetmesh::trilinearShare(k, t) : 0;
+            sum += share * c_(n), all += share;
+        }
+        return all > 0 ? std::optional(sum / all) : std::nullopt;
     }
     /// Nodes near cracks that have no material and are in no crack: those outside, and those under the skin whose phi
     /// rose past 0 by too little to tell a crack by.

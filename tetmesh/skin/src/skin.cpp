@@ -167,7 +167,7 @@ void Skin::embed(const Embedding& what)
 {
     const auto& [body, cut, drawn, fragment, fragmentOfNode] = what;
     std::vector<std::uint8_t> isUsed(drawn.points.size(), 0);
-    normalPoint_.assign(drawn.normals.size(), 0);
+    normalPoint_.assign(drawn.normals.size(), kNone);
     for (const RenderMesh::Corner& c : drawn.corners) {
         isUsed[c.point] = 1;
         if (c.normal != kNone) normalPoint_[c.normal] = c.point;
@@ -186,6 +186,7 @@ void Skin::embed(const Embedding& what)
     for (std::size_t i = 0; i < point.size(); ++i) points_[point[i]] = embedded[i];
     restNormal_.resize(givenNormals_);
     for (std::size_t n = 0; n < givenNormals_; ++n) {
+        if (normalPoint_[n] == kNone) continue;
         const tetmesh::EmbeddedPoint& p = points_[normalPoint_[n]];
         for (std::size_t a = 0; a < 3; ++a)
             restNormal_[n][int(a)] =
@@ -195,7 +196,8 @@ void Skin::embed(const Embedding& what)
 
 std::vector<Vec3> Skin::carried(std::span<const Vec3> ofNodes) const
 {
-    std::vector<Vec3> at(points_.size());
+    std::vector<Vec3> at(points_.size(), Vec3::Zero());
+    if (ofNodes.empty()) return at;  // all of the body is gone
     parallelChunks(at.size(), kChunk, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) at[i] = points_[i].at(ofNodes);
     });
@@ -208,6 +210,7 @@ std::vector<Vec3> Skin::normals(std::span<const Vec3> x, std::span<const Vec3> p
     std::vector<Vec3> normals(mesh.normals.size(), Vec3::Zero());
     parallelChunks(givenNormals_, kChunk, [&](std::size_t begin, std::size_t end) {
         for (std::size_t n = begin; n < end; ++n) {
+            if (normalPoint_[n] == kNone) continue;
             // F^-T N = d^-T (D^T N), d and D the edges of the tet now and at rest; d^-T by its cofactors.
             const Mat3 d = edgesOf(points_[normalPoint_[n]], x);
             const Vec3& r = restNormal_[n];

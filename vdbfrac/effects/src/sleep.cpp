@@ -3,7 +3,7 @@
 // Islands are fragments that contact joins. An island falls asleep when none of its nodes has been faster than v_s for
 // a while; what it still moves with is lost, m v_s^2 / 2 at most. A fragment wakes when the forces on it, their sum or
 // their moments, differ from those in the first step of its sleep by more than what would bring it to v_s within a
-// frame, and when it is cut again.
+// frame, when it is cut again, and when what may tear it gets weaker over time.
 #include "all.h"
 
 #include <vdbfrac/base/disjoint_sets.h>
@@ -46,6 +46,14 @@ double speedOf(const scene::Values& values, const scene::Scene& scene)
                       "", "add speed, in m/s"});
 }
 
+/// How resistance to fracture changes over time.
+scene::Curve resistanceOf(const scene::Scene& scene)
+{
+    for (const scene::NamedValues& table : scene.tables)
+        if (table.name == "fracture" && table.values.has("keys")) return table.values.curve("keys");
+    return {};
+}
+
 /// What is kept of each fragment.
 struct Quiet {
     double time = 0;                     // s: since when it is slow
@@ -63,7 +71,10 @@ struct Piece {
 class Sleep : public core::Effect, public core::PieceStage, public core::Persistent {
 public:
     Sleep(const scene::Values& values, const scene::Scene& scene)
-        : speed_(speedOf(values, scene)), after_(values.number("after")), frame_(1 / scene.time.fps)
+        : speed_(speedOf(values, scene)),
+          after_(values.number("after")),
+          frame_(1 / scene.time.fps),
+          resistance_(resistanceOf(scene))
     {
     }
 
@@ -85,7 +96,8 @@ private:
     void fallAsleep(const core::PieceContext& context, std::span<std::uint8_t> asleep);
 
     double speed_, after_, frame_;  // m/s, s, s
-    std::vector<Quiet> quiet_;      // of each fragment
+    scene::Curve resistance_;
+    std::vector<Quiet> quiet_;  // of each fragment
 };
 
 template <class F>
@@ -121,6 +133,7 @@ std::vector<Piece> Sleep::measure(const core::PieceContext& context, std::size_t
 
 void Sleep::decide(const core::PieceContext& context, std::span<std::uint8_t> asleep)
 {
+    if (resistance_.at(context.time) < resistance_.at(context.time - context.dt)) std::ranges::fill(asleep, 0);
     forgetWoken(asleep);
     const bool sleeping = std::any_of(asleep.begin(), asleep.end(), [](std::uint8_t a) { return a != 0; });
     const std::vector<Piece> pieces = measure(context, asleep.size(), sleeping);

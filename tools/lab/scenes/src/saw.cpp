@@ -8,9 +8,9 @@
 
 namespace vdbfrac::lab {
 
-grid::PhiChanges Saw::update(const core::GridContext&, const core::Body& body, grid::LevelSet& grid)
+grid::PhiChanges Saw::update(const core::GridContext& context, const core::Body& body, grid::LevelSet& grid)
 {
-    if (done_) return {};
+    if (done_ || context.time < time_) return {};
     done_ = true;
     grid::PhiChanges raised;
     const tetmesh::NodeField<float>& phi = body.mesh->phi();

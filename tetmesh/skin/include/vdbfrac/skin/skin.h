@@ -58,7 +58,7 @@ private:
     SkinCutter cutter_;
     std::shared_ptr<const tetmesh::DrawnTopology> drawn_;
     std::vector<tetmesh::EmbeddedPoint> points_;
-    std::vector<std::uint32_t> normalPoint_;  // of each normal: the point that it is at
+    std::vector<std::uint32_t> normalPoint_;  // of each normal: the point that it is at; kNone: at none
     std::size_t givenNormals_ = 0;            // the others are those of torn faces
     std::vector<Vec3> restNormal_;            // given, times the edges of the tet of its point at rest
     SkinWork work_;

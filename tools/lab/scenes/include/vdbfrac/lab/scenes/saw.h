@@ -5,17 +5,19 @@
 
 namespace vdbfrac::lab {
 
-/// Takes a slab |x - at| < halfWidth [m] away at the end of the first step. It joins where fracture does.
+/// Takes a slab |x - at| < halfWidth [m] away at the end of the first step that ends after `time` [s]. It joins where
+/// fracture does.
 class Saw : public core::Effect, public core::GridStage {
 public:
-    Saw(double at, double halfWidth) : at_(at), halfWidth_(halfWidth) {}
+    Saw(double at, double halfWidth, double time = 0) : at_(at), halfWidth_(halfWidth), time_(time) {}
 
     std::string name() const override { return "saw"; }
     void join(core::Stages& stages) override { stages.grid.push_back(this); }
-    grid::PhiChanges update(const core::GridContext&, const core::Body& body, grid::LevelSet& grid) override;
+    grid::PhiChanges update(const core::GridContext& context, const core::Body& body, grid::LevelSet& grid) override;
 
 private:
     double at_, halfWidth_;  // m
+    double time_;            // s
     bool done_ = false;
 };
 
