@@ -3,8 +3,6 @@
 #include <vdbfrac/base/grouping.h>
 #include <vdbfrac/base/parallel.h>
 
-#include <Eigen/Dense>
-
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -102,30 +100,6 @@ double farthestMove(std::span<const Vec3> from, std::span<const Vec3> to)
     });
 }
 
-/// The gradient of what has the values phi at the corners of a tet, times the determinant of its edges, whose cross
-/// products are n: of the second and third, of the third and first, of the first and second.
-Vec3 gradientTimesVolume(const std::array<float, 4>& phi, const std::array<Vec3, 3>& n)
-{
-    return double(phi[1] - phi[0]) * n[0] + double(phi[2] - phi[0]) * n[1] + double(phi[3] - phi[0]) * n[2];
-}
-
-/// Finishes a target, in nodes of its body until now, and adds it to its group.
-void gather(Target& target, const core::Body& body, Targets::Group& group)
-{
-    std::array<Vec3, 4> X;
-    for (std::size_t a = 0; a < 4; ++a) X[a] = body.mesh->restPosition(target.node[a]);
-    const Vec3 e1 = X[1] - X[0], e2 = X[2] - X[0], e3 = X[3] - X[0];
-    const std::array<Vec3, 3> n{e2.cross(e3), e3.cross(e1), e1.cross(e2)};
-    target.restVolume = float(std::abs(n[2].dot(e3)));
-    for (std::uint32_t& node : target.node) {
-        node += body.firstNode;
-        const auto end = group.node.begin() + group.nodes;
-        if (std::find(group.node.begin(), end, node) == end) group.node[group.nodes++] = node;
-    }
-    group.X += (0.25 * (X[0] + X[1] + X[2] + X[3])).cast<float>();
-    group.outward += gradientTimesVolume(target.phi, n).stableNormalized().cast<float>();
-}
-
 bool sharesNode(const tetmesh::EmbeddedPoint& point, const Target& target)
 {
     for (std::uint32_t n : point.node)
@@ -155,72 +129,6 @@ std::vector<Vec3> ahead(std::span<const Vec3> x, std::span<const Vec3> v, double
         there[i] += std::min(1., farthest / std::max(way.norm(), farthest * 1e-9)) * way;
     }
     return there;
-}
-
-void Targets::set(std::span<const core::Body> bodies, double depth)
-{
-    target_.clear(), inside_.clear(), group_.clear();
-    for (std::size_t b = 0; b < bodies.size(); ++b) add(bodies[b], std::uint16_t(b), depth);
-    spacing_ = 0;
-    for (const Group& group : group_) spacing_ += double(group.size) / double(group_.size());
-}
-
-void Targets::add(const core::Body& body, std::uint16_t number, double depth)
-{
-    const tetmesh::PhiTets tets = body.mesh->phiTets(depth);
-    const std::size_t first = target_.size(), firstGroup = group_.size();
-    target_.resize(first + tets.tets.size());
-    for (std::size_t i = 0; i < tets.tets.size(); ++i) {
-        if (i == 0 || tets.tets[i].element != tets.tets[i - 1].element) {
-            group_.emplace_back();
-            group_.back().first = std::uint32_t(first + i);
-            group_.back().fragment = body.fragments.ofNode()[tets.tets[i].node[0]];
-        }
-        group_.back().end = std::uint32_t(first + i + 1);
-    }
-    parallelChunks(group_.size() - firstGroup, kChunk, [&](std::size_t begin, std::size_t end) {
-        for (Group& group : std::span(group_).subspan(firstGroup + begin, end - begin)) {
-            for (std::uint32_t t = group.first; t < group.end; ++t) {
-                const tetmesh::PhiTet& tet = tets.tets[t - first];
-                target_[t] = {tet.node, tet.phi, 0, tet.part + std::uint32_t(inside_.size()), group.fragment, number};
-                gather(target_[t], body, group);
-            }
-            group.X /= float(group.end - group.first);
-            group.outward.stableNormalize();
-            group.size = std::cbrt(target_[group.first].restVolume);
-        }
-    });
-    inside_.insert(inside_.end(), tets.inside.begin(), tets.inside.end());
-}
-
-InTarget Targets::locate(std::size_t n, const Vec3& y, std::span<const Vec3> x) const
-{
-    // Of the volume at rest. What is seen in a tet stays in it through a solve, which cannot pass a jump of the energy.
-    constexpr double kFlat = 0.05, kNone = 1e-3;
-    const Target& t = target_[n];
-    const Vec3& z0 = x[t.node[0]];
-    const Vec3 e1 = x[t.node[1]] - z0, e2 = x[t.node[2]] - z0, e3 = x[t.node[3]] - z0, d = y - z0;
-    const std::array<Vec3, 3> normal{e2.cross(e3), e3.cross(e1), e1.cross(e2)};
-    const double volume = e1.dot(normal[0]);
-    InTarget in;
-    if (!(volume > kNone * double(t.restVolume))) return in;
-    in.share = {0, d.dot(normal[0]) / volume, d.dot(normal[1]) / volume, d.dot(normal[2]) / volume};
-    in.share[0] = 1 - in.share[1] - in.share[2] - in.share[3];
-    if (volume > kFlat * double(t.restVolume)) in.least = 1;
-    for (const auto& row : inside_[t.inside]) {
-        double share = 0;
-        for (std::size_t a = 0; a < 4; ++a) share += row[a] * in.share[a];
-        in.least = std::min(in.least, share);
-    }
-    for (std::size_t a = 0; a < 4; ++a) in.phi += in.share[a] * double(t.phi[a]);
-    in.outward = gradientTimesVolume(t.phi, normal) / volume;
-    return in;
-}
-
-std::size_t Targets::bytes() const
-{
-    return target_.capacity() * sizeof(Target) + group_.capacity() * sizeof(Group) +
-           inside_.capacity() * sizeof(tetmesh::TetMatrix);
 }
 
 void NearTets::findWide(const TouchingSurface& surface, const Targets& targets, std::span<const Vec3> x,
