@@ -150,7 +150,7 @@ void NearTets::findWide(const TouchingSurface& surface, const Targets& targets, 
             rooms.clear();
             for (std::uint32_t i : cluster) {
                 const Box way = Box::of(surface.at(i, x)).with(surface.at(i, ahead));
-                rooms.push_back(way.wider(surface.stretch(i) * wide_.slack));
+                rooms.push_back(way.wider(surface.stretch(i) * wide_.slack + surface.toLip(i)));
                 all = all.with(rooms.back().lower).with(rooms.back().upper);
             }
             near.clear();
@@ -207,7 +207,7 @@ bool NearTets::find(const TouchingSurface& surface, const Targets& targets, std:
         std::uint32_t last = ~0u;
         Box way = Box::none();
         for (const auto& [sample, g] : std::span(wide_.pair).subspan(begin, end - begin)) {
-            if (sample != last) way = Box::of(surface.at(sample, x)).with(surface.at(sample, ahead));
+            if (sample != last) way = Box::of(surface.feels(sample, x)).with(surface.feels(sample, ahead));
             last = sample;
             const Targets::Group& group = targets.groups()[g];
             if (!wayOf(std::span(group.node).first(group.nodes), x, ahead, margin).meets(way)) continue;
@@ -235,7 +235,7 @@ std::vector<Pair> NearTets::seenAt(const TouchingSurface& surface, const Targets
 {
     return gatherChunks<Pair>(samples(), kSamples, [&](std::size_t begin, std::size_t end, std::vector<Pair>& seen) {
         for (std::size_t i = begin; i < end; ++i) {
-            const Vec3 y = surface.at(sample_[i], x);
+            const Vec3 y = surface.feels(sample_[i], x);
             std::uint32_t fragment = ~0u;
             double best = 0;
             for (std::uint32_t t : this->targets(i)) {
@@ -255,7 +255,7 @@ std::vector<Sunk> NearTets::sunkAt(const TouchingSurface& surface, const Targets
 {
     std::vector<Sunk> all;
     for (const Pair& p : seenAt(surface, targets, x, reach)) {
-        const InTarget in = targets.locate(p.target, surface.at(p.sample, x), x);
+        const InTarget in = targets.locate(p.target, surface.feels(p.sample, x), x);
         const double depth = surface.reach(p.sample) - in.phi;
         const bool inItself = surface.fragment(p.sample) == targets[p.target].fragment;
         if (depth > 0) all.push_back({p.sample, p.target, depth, in.share, inItself});
@@ -292,8 +292,8 @@ std::vector<Pair> withKnown(std::span<const Pair> seen, std::span<const Pair> kn
     };
     std::vector<Pair> lost, all;
     std::set_difference(known.begin(), known.end(), seen.begin(), seen.end(), std::back_inserter(lost), before);
-    std::erase_if(lost,
-                  [&](const Pair& p) { return targets.locate(p.target, surface.at(p.sample, x), x).least < -kGone; });
+    std::erase_if(
+        lost, [&](const Pair& p) { return targets.locate(p.target, surface.feels(p.sample, x), x).least < -kGone; });
     std::merge(seen.begin(), seen.end(), lost.begin(), lost.end(), std::back_inserter(all), before);
     return all;
 }

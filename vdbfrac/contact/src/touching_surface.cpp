@@ -42,10 +42,10 @@ Groups clustersOf(std::span<const EmbeddedPoint> points)
 
 }  // namespace
 
-void TouchingSurface::start(std::span<const core::Body> bodies, double gap)
+void TouchingSurface::start(std::span<const core::Body> bodies, double gap, bool closesLips)
 {
     bodies_ = bodies;
-    gap_ = gap;
+    gap_ = gap, closesLips_ = closesLips;
     takeSamples();
 }
 
@@ -94,6 +94,11 @@ TouchingSurface::Samples TouchingSurface::samplesOf(const core::Body& body) cons
         const Vec3 twice = (X[t[1]] - X[t[0]]).cross(X[t[2]] - X[t[0]]);
         for (std::uint32_t p : t) normal[p] += twice;
     }
+    if (closesLips_) {
+        std::vector<Vec3> out(normal);
+        for (Vec3& n : out) n.stableNormalize();
+        own.lip = lipsOf(body, X, out);
+    }
     // The cut takes phi for linear along edges, and so cuts corners off round surfaces.
     const double farthest = kOffSurface * mesh.voxelSize();
     const auto phi = grid::cubicPhiSampler(body.phi);
@@ -113,6 +118,8 @@ TouchingSurface::Samples TouchingSurface::samplesOf(const core::Body& body) cons
         phi(at, value);
         for (std::size_t i = 0; i < at.size(); ++i) own.reach[begin + i] += std::clamp(value[i], 0., gap_);
     });
+    for (std::size_t i = 0; i < own.lip.size(); ++i)
+        if (own.lip[i].gap > 0) own.reach[i] = 0;  // a gap is from cut to cut
     return own;
 }
 
@@ -129,7 +136,10 @@ void TouchingSurface::recut(const core::Body& body)
     const auto first = memory_.begin() + std::ptrdiff_t(firstOf(b));
     std::vector<TouchMemory> memory(own_[b].key.size());
     for (std::size_t i = 0; i < memory.size(); ++i)
-        if (const auto it = numberOf.find(own_[b].key[i]); it != numberOf.end()) memory[i] = first[it->second];
+        if (const auto it = numberOf.find(own_[b].key[i]); it != numberOf.end()) {
+            memory[i] = first[it->second];
+            if (closesLips_ && memory[i].before == TouchMemory::kUnseen) memory[i].before = memory[i].depth;
+        }
     memory_.insert(memory_.erase(first, first + std::ptrdiff_t(before.size())), memory.begin(), memory.end());
 }
 
@@ -138,7 +148,7 @@ void TouchingSurface::settle()
     if (isSettled_) return;
     isSettled_ = true;
     all_ = {};
-    body_.clear(), fragment_.clear();
+    aimed_.clear(), body_.clear(), fragment_.clear();
     const auto append = [](auto& all, const auto& own) { all.insert(all.end(), own.begin(), own.end()); };
     for (std::size_t b = 0; b < bodies_.size(); ++b) {
         for (EmbeddedPoint p : own_[b].point) {
@@ -149,9 +159,21 @@ void TouchingSurface::settle()
         append(all_.area, own_[b].area);
         append(all_.reach, own_[b].reach);
         append(all_.rest, own_[b].rest);
+        append(all_.lip, own_[b].lip);
+        for (std::size_t i = all_.lip.size() - own_[b].lip.size(); i < all_.lip.size(); ++i)
+            for (std::uint32_t& n : all_.lip[i].below.node) n += bodies_[b].firstNode;
         body_.resize(size(), std::uint16_t(b));
     }
     cluster_ = clustersOf(all_.point);
+}
+
+void TouchingSurface::aim(std::span<const Vec3> x)
+{
+    aimed_.resize(all_.lip.size());
+    parallelChunks(aimed_.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i)
+            aimed_[i] = all_.lip[i].gap * (at(i, x) - all_.lip[i].below.at(x)).stableNormalized();
+    });
 }
 
 void TouchingSurface::save(const std::string& name, core::Archive& archive) const
@@ -161,6 +183,10 @@ void TouchingSurface::save(const std::string& name, core::Archive& archive) cons
     for (const TouchMemory& m : memory_) allowance.push_back(m.allowance), stretch.push_back(m.stretch);
     archive.put(name + ".allowance", allowance);
     archive.put(name + ".stretch", stretch);
+    if (!closesLips_) return;
+    std::vector<double> before;
+    for (const TouchMemory& m : memory_) before.push_back(m.before);
+    archive.put(name + ".before", before);
 }
 
 void TouchingSurface::restoreFrom(const std::string& name, const core::Archive& archive)
@@ -171,8 +197,12 @@ void TouchingSurface::restoreFrom(const std::string& name, const core::Archive& 
     for (std::size_t i = 0; i < memory_.size(); ++i) {
         if (!(allowance[i] >= 0 || allowance[i] == TouchMemory::kUnseen) || !stretch[i].allFinite())
             archive.complain("what a sample of the surface keeps for " + name + " is out of range");
-        memory_[i] = {allowance[i], stretch[i]};
+        memory_[i].allowance = allowance[i], memory_[i].stretch = stretch[i];
     }
+    if (!archive.has(name + ".before")) return;
+    const auto before = archive.get<double>(name + ".before", memory_.size());
+    for (std::size_t i = 0; i < memory_.size(); ++i)
+        if (closesLips_ && (before[i] >= 0 || before[i] == TouchMemory::kUnseen)) memory_[i].before = before[i];
 }
 
 void TouchingSurface::refineFrom(const std::string& name, const core::Refinement& wide)

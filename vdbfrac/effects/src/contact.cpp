@@ -35,8 +35,6 @@ using contact::Penalty;
 using contact::Rub;
 using contact::Sunk;
 using contact::TouchMemory;
-using scene::Key;
-using scene::Type;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kDepth = 2;         // voxels below the surface in which samples are found
@@ -44,15 +42,6 @@ constexpr double kMargin = 0.5;      // cells that a step may end beside the way
 constexpr double kGrowth = 4;        // of a step over the last one
 constexpr double kLeast = 1. / 256;  // of the longest step: so far is looked ahead, however short the last one was
 constexpr double kReach = 0.1;       // how far outside of its tet a sample may be, in barycentric coordinates
-
-const Key kKeys[] = {
-    {"friction", Type::number, "", "Coulomb's coefficient", "0.5", 0},
-    {"stiffness", Type::number, "", "of a touch, over that of a cell: E / h times this, for each metre of depth", "10",
-     0, kInfinity, true},
-    {"gap", Type::number, "voxels", "that surfaces which touch keep; thin cut tets are crushed where it is large", "0",
-     0, 1},
-    {"untangle_speed", Type::number, "m/s", "at which what was tangled when it was first seen is pushed apart", "0", 0},
-};
 
 class Contact : public core::Effect,
                 public solver::Potential,
@@ -65,6 +54,7 @@ public:
         : friction_(values.number("friction")),
           beta_(values.number("stiffness")),
           gap_(values.number("gap")),
+          closesLips_(values.text("lips") == "closed"),
           untangleSpeed_(values.number("untangle_speed")),
           dx_(scene.grid.voxelSize),
           h_(scene.grid.coarsening * dx_),
@@ -84,7 +74,7 @@ public:
     void start(std::span<const core::Body> bodies, std::vector<std::string>&) override
     {
         bodies_ = bodies;
-        surface_.start(bodies, gap_ * dx_);
+        surface_.start(bodies, gap_ * dx_, closesLips_);
         surface_.bury(kDepth * dx_);
     }
 
@@ -153,7 +143,7 @@ private:
     }
     Vec3 apart(const auto& t, std::span<const Vec3> x) const
     {
-        return surface_.at(t.sample, x) - tetmesh::EmbeddedPoint{targets_[t.target].node, t.share}.at(x);
+        return surface_.feels(t.sample, x) - tetmesh::EmbeddedPoint{targets_[t.target].node, t.share}.at(x);
     }
     Vec3 slipOf(const Held& h, std::span<const Vec3> x) const { return h.rub.slip(apart(h, x) - h.apart); }
     /// gradient -= what a force [N] on a sample, and its opposite on a target, do at the nodes.
@@ -163,7 +153,9 @@ private:
         for (std::size_t a = 0; a < 4; ++a) gradient[targets_[t.target].node[a]] += t.share[a] * force;
     }
 
-    double friction_, beta_, gap_, untangleSpeed_;
+    double friction_, beta_, gap_;
+    bool closesLips_;
+    double untangleSpeed_;
     double dx_, h_;            // m
     double longest_;           // s: that a step can be
     double last_ = kInfinity;  // s: how long the last step was
@@ -188,7 +180,7 @@ std::vector<Touch> Contact::touches(std::span<const Pair> pairs, std::span<const
 {
     const auto add = [&](std::size_t begin, std::size_t end, std::vector<Touch>& all) {
         for (const Pair& p : pairs.subspan(begin, end - begin)) {
-            const InTarget in = targets_.locate(p.target, surface_.at(p.sample, x), x);
+            const InTarget in = targets_.locate(p.target, surface_.feels(p.sample, x), x);
             const double depth = surface_.reach(p.sample) - in.phi - surface_.memory(p.sample).allowance;
             if (depth > 0) all.push_back({p.sample, p.target, depth, in.share, in.outward});
         }
@@ -222,6 +214,7 @@ void Contact::look(std::span<const Vec3> x, std::span<const Vec3> v, double dt)
     if (!known) {
         start_.assign(x.begin(), x.end());
         foundFor_ = dt;
+        surface_.aim(start_);
         const bool wide = near_.find(surface_, targets_, start_, ahead_, kMargin * h_);
         work_.count("contact", "searches", wide);
         before_ = contact::deepest(sunkAt(start_), surface_.size());
@@ -355,7 +348,7 @@ void Contact::accept(std::span<const Vec3> x, double dt)
         surface_.memory(i).keep(depth[i], stretch[i], untangleSpeed_ * dt);
     // What has sunk deeper than samples are found shall not be thrown out when it comes up.
     for (const Pair& p : pairs_)
-        if (depth[p.sample] == 0 && targets_.locate(p.target, surface_.at(p.sample, x), x).phi < -0.5 * kDepth * dx_)
+        if (depth[p.sample] == 0 && targets_.locate(p.target, surface_.feels(p.sample, x), x).phi < -0.5 * kDepth * dx_)
             surface_.memory(p.sample).allowance = TouchMemory::kBuried;
 }
 
@@ -392,7 +385,7 @@ std::unique_ptr<core::Effect> make(const scene::Values& values, const scene::Sce
 
 EffectInfo contact()
 {
-    return {{"contact", "Bodies and fragments touch each other and themselves.", kKeys},
+    return {{"contact", "Bodies and fragments touch each other and themselves.", kContactKeys},
             "solve, limit on the time step",
             make};
 }

@@ -1,15 +1,37 @@
-// What touches what. Not installed.
+// What touches what, and what a scene says about it. Not installed.
 #pragma once
 
 #include <vdbfrac/base/vec.h>
 #include <vdbfrac/contact/contact_law.h>
+#include <vdbfrac/scene/key.h>
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <cstdint>
 #include <span>
 
 namespace vdbfrac::effects {
+
+inline const scene::Key kContactKeys[] = {
+    {"friction", scene::Type::number, "", "Coulomb's coefficient", "0.5", 0},
+    {"stiffness", scene::Type::number, "", "of a touch, over that of a cell: E / h times this, for each metre of depth",
+     "10", 0, std::numeric_limits<double>::infinity(), true},
+    {"gap", scene::Type::number, "voxels",
+     "that surfaces which touch keep; thin cut tets are crushed where it is large", "0", 0, 1},
+    {"lips",
+     scene::Type::choice,
+     "",
+     "do lips of a crack touch where the material between them has gone, or as they are drawn closed?",
+     "\"as_simulated\"",
+     -std::numeric_limits<double>::infinity(),
+     std::numeric_limits<double>::infinity(),
+     false,
+     false,
+     {"as_simulated", "closed"}},
+    {"untangle_speed", scene::Type::number, "m/s", "at which what was tangled when it was first seen is pushed apart",
+     "0", 0},
+};
 
 /// A sample in a target.
 struct Touch {

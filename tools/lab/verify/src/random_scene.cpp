@@ -252,8 +252,10 @@ void Generator::touch(const Body& b)
 {
     Dice& dice = touching_;
     const bool sees = dice.chance(.7), met = !sees || dice.chance(.5);
-    if (sees)
+    if (sees) {
         text_ += format("[contact]\nfriction = %.4f\nstiffness = %.4g\n", dice.uniform(0, 1), dice.decades(1, 30));
+        if (dice.chance(.4)) text_ += "lips = \"closed\"\n";
+    }
     if (!met) return;
     const double gap = dice.uniform(.1, 2) * dx_, radius = size_ * dice.uniform(.1, 1);
     text_ += "[[collider]]\nshape = { ";

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <vdbfrac/base/grouping.h>
+#include <vdbfrac/contact/lips.h>
 #include <vdbfrac/core/archive.h>
 #include <vdbfrac/core/body.h>
 #include <vdbfrac/core/stages.h>
@@ -25,17 +26,26 @@ struct TouchMemory {
     double allowance = kUnseen;   ///< how deep it may be without being pushed [m]; unseen: nobody has looked yet;
                                   ///< buried: too deep to be found, until it comes up
     Vec3 stretch = Vec3::Zero();  ///< elastic slip [m]
+    double depth = 0;             ///< after the last step [m]
+    double before = kUnseen;      ///< depth before the lip that it is on was cut anew [m], if it was
+
+    /// A cut does not push: by what it makes deeper, a sample may be deeper.
 
     /// It is at this depth [m] when it is looked at: what is new may be as deep as it is.
     void see(double depth)
     {
-        if (allowance == kUnseen) allowance = depth;
+        if (allowance == kUnseen)
+            allowance = depth;
+        else if (before != kUnseen)
+            allowance += std::max(0., depth - before);
+        before = kUnseen;
     }
     /// A step has left it at this depth, with this slip if it still touches. `out`: m that it may be less deep then.
-    void keep(double depth, const Vec3& slip, double out)
+    void keep(double now, const Vec3& slip, double out)
     {
-        if (allowance < kBuried || depth > 0) allowance = std::max(0., std::min(allowance, depth) - out);
-        stretch = depth > 0 ? slip : Vec3::Zero();
+        if (allowance < kBuried || now > 0) allowance = std::max(0., std::min(allowance, now) - out);
+        stretch = now > 0 ? slip : Vec3::Zero();
+        depth = now;
     }
 };
 
@@ -44,8 +54,8 @@ struct TouchMemory {
 /// those.
 class TouchingSurface {
 public:
-    /// `gap`: m. The bodies have to live as long.
-    void start(std::span<const core::Body> bodies, double gap);
+    /// `gap`: m. `closesLips`: those of cracks reach to each other. The bodies have to live as long.
+    void start(std::span<const core::Body> bodies, double gap, bool closesLips = false);
     /// Samples that are deeper than `depth` [m] in other bodies at rest are buried.
     void bury(double depth);
     /// A body has been cut again. Samples where the surface was before keep their memory; nodes of the system are known
@@ -65,6 +75,15 @@ public:
     const Vec3& restPosition(std::size_t i) const { return all_.rest[i].at; }  ///< m
     const Vec3& restNormal(std::size_t i) const { return all_.rest[i].normal; }
     Vec3 at(std::size_t i, std::span<const Vec3> x) const { return all_.point[i].at(x); }
+    /// How far it feels [m]: to the other lip.
+    double toLip(std::size_t i) const { return all_.lip.empty() ? 0 : all_.lip[i].gap; }
+    /// Turns samples on lips to where the other lip was; until it is called again they feel in this direction.
+    void aim(std::span<const Vec3> x);
+    /// Where it feels what is near: at itself, or where the other lip was.
+    Vec3 feels(std::size_t i, std::span<const Vec3> x) const
+    {
+        return aimed_.empty() ? at(i, x) : Vec3(at(i, x) + aimed_[i]);
+    }
     /// How far it moves where its nodes move by 1, at the most: above 1 where it lies outside of its tet.
     double stretch(std::size_t i) const
     {
@@ -106,6 +125,7 @@ private:
         std::vector<double> area, reach;
         std::vector<AtRest> rest;
         std::vector<std::uint64_t> key;  // names the place at rest
+        std::vector<Lip> lip;            // none: lips do not close
 
         std::size_t bytes() const;
     };
@@ -116,12 +136,14 @@ private:
 
     std::span<const core::Body> bodies_;
     double gap_ = 0;
+    bool closesLips_ = false;
     std::vector<Samples> own_;         // of each body
     std::vector<TouchMemory> memory_;  // of all
     bool isSettled_ = false;
     Samples all_;  // in nodes of the system, without keys
     std::vector<std::uint16_t> body_;
     std::vector<std::uint32_t> fragment_;
+    std::vector<Vec3> aimed_;  // m
     Groups cluster_{{0}, {}};
 };
 
