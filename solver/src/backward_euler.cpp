@@ -58,13 +58,13 @@ private:
         return p.norm <= tolerance * p.forceScale + p.noise && std::isfinite(p.forceScale + p.noise) &&
                (p.norm <= p.noise || objective_.farthest(p) <= kOff * tolerance * objective_.elastic().h());
     }
-    /// At most the tolerance where the norm is converged, also where there are no forces but of rounding.
-    double relative(const Point& p, double norm) const
+    /// Beyond what rounding leaves, so it is at most the tolerance where the norm is converged. NaN stays NaN.
+    static double relative(const Point& p, double norm)
     {
-        const double scale = p.forceScale + p.noise / settings_.tolerance;
-        return std::isinf(scale) ? scale : norm > 0 ? norm / scale : norm;
+        const double scale = std::max(p.forceScale, p.noise);
+        return std::isinf(scale) ? scale : norm <= p.noise ? 0 : (norm - p.noise) / scale;
     }
-    double relative(const Point& p) const { return relative(p, p.norm); }
+    static double relative(const Point& p) { return relative(p, p.norm); }
     void lift();
     void descendToRest(double tolerance);
     enum class Search { accepted, failed, crease };

@@ -142,7 +142,7 @@ BUGS = [
     Bug("touches that a solve ends are forgotten", EFFECTS + "contact.cpp",
         "contact::withKnown(pairsAt(x), pairs_, surface_, targets_, x)", "pairsAt(x)",
         "contact_test", "Contact.PiecesOfABrokenSlabStayApart"),
-    Bug("energy of a touch jumps where its tet is crushed", "vdbfrac/contact/src/near_tets.cpp", "kNone = 1e-3;", "kNone = kFlat;",
+    Bug("energy of a touch jumps where its tet is crushed", "vdbfrac/contact/src/targets.cpp", "kNone = 1e-3;", "kNone = kFlat;",
         "contact_test", "Contact.PiecesOfABrokenSlabStayApart"),
 ]
 

@@ -119,6 +119,27 @@ TEST_P(SkinRiders, PartWhereTheSkinLiesOnNodesBelowZero)
     EXPECT_EQ(skin.work().defects, 0);
 }
 
+/// A skin round parts that are apart at rest, as what joins them is thinner than voxels see, goes along with each of
+/// them.
+TEST_P(SkinRiders, PartBetweenWhatIsApartAtRest)
+{
+    const Coord half{6, 6, 3};
+    const test::Phi box = test::boxAt(Vec3::Zero(), dx * half.toVec());
+    for (const Vec3& normal : {Vec3(1, 0, 0), Vec3(.8, .6, 0)}) {
+        const CutMesh body(GetParam(), lab::sample({-10, -10, -10}, {10, 10, 10}, dx, [&](const Vec3& p) {
+                               return std::max(box(p), 1.4 * dx - std::abs(normal.dot(p)));
+                           }));
+        std::uint32_t nextId = 0;
+        const tetmesh::FragmentTracker fragments(body, nextId);
+        ASSERT_EQ(fragments.fragments().size(), 2u);
+        skin::Skin skin(voxelBox(half, dx), body, {});
+        skin.follow(body, fragments.ofNode());
+        EXPECT_EQ(skin.work().bridges, 0);
+        EXPECT_EQ(skin.work().defects, 0);
+        EXPECT_GT(skin.work().tornFaces, 0);
+    }
+}
+
 /// A body that cracks have eaten up is drawn as nothing, with the points and normals that were given.
 TEST_P(SkinRiders, MayHaveNoMaterialLeft)
 {

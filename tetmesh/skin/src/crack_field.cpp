@@ -1,7 +1,9 @@
 #include <vdbfrac/skin/crack_field.h>
 
 #include "crack_lattice.h"
+#include "node_search.h"
 
+#include <vdbfrac/base/grouping.h>
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/tetmesh/cut.h>
 #include <vdbfrac/tetmesh/nodes_around.h>
@@ -9,7 +11,6 @@
 #include <vdbfrac/tetmesh/trilinear.h>
 
 #include <algorithm>
-#include <bitset>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -44,29 +45,6 @@ void forOffsets(int reach, const Visit& visit)
             for (int x = -reach; x <= reach; ++x) visit(Coord{x, y, z});
 }
 
-/// Nodes round one, each once, in the order in which they are reached.
-class Search {
-public:
-    explicit Search(Coord start) : lower_(start - Coord{kReach, kReach, kReach}) { add(start); }
-    void add(Coord n)
-    {
-        const Coord d = n - lower_;
-        if (d.x < 0 || d.y < 0 || d.z < 0 || d.x >= kSize || d.y >= kSize || d.z >= kSize) return;
-        const std::size_t k = std::size_t((d.z * kSize + d.y) * kSize + d.x);
-        if (seen_[k]) return;
-        seen_[k] = true;
-        reached_.push_back(n);
-    }
-    std::optional<Coord> next() { return at_ < reached_.size() ? std::optional(reached_[at_++]) : std::nullopt; }
-
-private:
-    static constexpr int kReach = 5, kSize = 2 * kReach + 1;
-    Coord lower_;
-    std::bitset<std::size_t(kSize) * kSize * kSize> seen_;
-    std::vector<Coord> reached_;
-    std::size_t at_ = 0;
-};
-
 class Extension {
 public:
     Extension(const Field& rest, const Field& now, double dx, const FragmentAt& fragment)
@@ -79,7 +57,7 @@ public:
     {
     }
 
-    CrackField run()
+    CrackField run(std::span<const Coord> between)
     {
         const std::vector<Coord> known = raisedNodes();
         for (Coord n : known) raised_.set(n, now_(n)), c_.set(n, now_(n));
@@ -87,7 +65,7 @@ public:
         smooth(near_, [&](Coord n, double smooth) { return settled(n, smooth); });
         if (fragment_) openBetweenFragments();
         const std::vector<Coord> outside = carryOutside();
-        Sides side = keepApart(bareNodes(outside));
+        Sides side = keepApart(bareNodes(outside, between));
         smooth(outside, [&](Coord n, double smooth) { return (smooth > 0) == (c_(n) > 0) ? off(smooth) : c_(n); });
         return {std::move(c_), std::move(side)};
     }
@@ -162,7 +140,23 @@ private:
             }
         });
         for (std::size_t i = 0; i < outside.size(); ++i) c_.set(outside[i], value[i]);
+        closeBubbles(outside);
         return outside;
+    }
+    /// Outside, cracks only go on: closes what is open there and not joined to what is open inside.
+    void closeBubbles(const std::vector<Coord>& outside)
+    {
+        std::vector<Coord> open;
+        for (Coord n : outside)
+            if (c_(n) > 0) open.push_back(n);
+        std::set<Coord> joined;
+        const auto joins = [&](Coord n) {
+            bool any = false;
+            forNeighbours(n, [&](Coord m) { any = any || (c_(m) > 0 && (isInside(m) || joined.contains(m))); });
+            return any && joined.insert(n).second;
+        };
+        while (std::erase_if(open, joins) > 0) {}
+        for (Coord n : open) c_.set(n, float(-kLeast * dx_));
     }
     /// c at a place [voxels], from those corners of its voxel that are inside: near an edge of the skin not all are.
     std::optional<double> inside(const Vec3& at) const
@@ -178,12 +172,17 @@ private:
         return all > 0 ? std::optional(sum / all) : std::nullopt;
     }
     /// Nodes near cracks that have no material and are in no crack: those outside, and those under the skin whose phi
-    /// rose past 0 by too little to tell a crack by.
-    std::vector<Coord> bareNodes(std::vector<Coord> nodes) const
+    /// rose past 0 by too little to tell a crack by, near one or not; and those between parts.
+    std::vector<Coord> bareNodes(std::vector<Coord> nodes, std::span<const Coord> between) const
     {
         for (Coord n : near_)
             if (!isMaterial(n) && !(c_(n) > 0)) nodes.push_back(n);
-        std::sort(nodes.begin(), nodes.end());
+        nodes.insert(nodes.end(), between.begin(), between.end());
+        const std::vector<Coord> lost = tetmesh::nodesWhere(
+            now_, [&](Coord n) { return isInside(n) && !isBelow(now_(n)) && !(c_(n) > float(-kFar * dx_)); });
+        for (Coord n : tetmesh::nodesAround(lost, kReach))
+            if (c_.contains(n) && !isMaterial(n) && !(c_(n) > 0) && rest_(n) < kBeyond * dx_) nodes.push_back(n);
+        sortUnique(nodes);
         return nodes;
     }
     /// Has it material that is drawn?
@@ -366,7 +365,7 @@ private:
         if (beside) return true;
         const Coord low{std::min(a.x, b.x) - kRound, std::min(a.y, b.y) - kRound, std::min(a.z, b.z) - kRound};
         const Coord high{std::max(a.x, b.x) + kRound, std::max(a.y, b.y) + kRound, std::max(a.z, b.z) + kRound};
-        Search search(a);
+        NodeSearch search(a);
         while (const std::optional<Coord> at = search.next()) {
             if (*at == b) return true;
             forNeighbours(*at, [&](Coord m) {
@@ -388,9 +387,10 @@ private:
 
 }  // namespace
 
-CrackField crackField(const Field& rest, const Field& now, double dx, const FragmentAt& fragment)
+CrackField crackField(const Field& rest, const Field& now, double dx, const FragmentAt& fragment,
+                      std::span<const Coord> between)
 {
-    return Extension(rest, now, dx, fragment).run();
+    return Extension(rest, now, dx, fragment).run(between);
 }
 
 }  // namespace vdbfrac::skin

@@ -171,6 +171,7 @@ void fair(const SkinTopology& skin, const Groups& neighbours, double dx, std::ve
 {
     constexpr int kRounds = 15;  // with points half a voxel apart: .02 is left of what is 2 voxels long, .8 of 4
     constexpr double kTowards = 0.5, kAway = -0.53;
+    constexpr double kLeastLoop = 0.02;  // voxels: rims of cracks that have just begun do not shrink to points
     const Surroundings round = SurroundingsOf(points, neighbours, dx).make();
     const Slider slider(skin);
     std::vector<std::uint32_t> triangle(points.size(), 0);
@@ -185,8 +186,13 @@ void fair(const SkinTopology& skin, const Groups& neighbours, double dx, std::ve
                 moved[i] = points[i].X;
                 if (round.start[i + 1] > round.start[i]) {
                     Vec3 mean = Vec3::Zero();
-                    for (std::uint32_t k = round.start[i]; k < round.start[i + 1]; ++k)
-                        mean += round.weight[k] * points[round.point[k]].X;
+                    double farthest = 0;
+                    for (std::uint32_t k = round.start[i]; k < round.start[i + 1]; ++k) {
+                        const Vec3& X = points[round.point[k]].X;
+                        mean += round.weight[k] * X;
+                        farthest = std::max(farthest, (X - points[i].X).squaredNorm());
+                    }
+                    if (isRim && farthest < kLeastLoop * kLeastLoop * dx * dx) continue;
                     moved[i] += (isRim ? kTowards : inFace) * (mean - points[i].X);
                 }
                 if (isRim) moved[i] = slider.closest(points[i], moved[i], triangle[i]);

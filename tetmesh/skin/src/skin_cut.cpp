@@ -1,5 +1,6 @@
 #include <vdbfrac/skin/skin_cut.h>
 
+#include "rest_parts.h"
 #include "crossings.h"
 #include "lips.h"
 #include "planar.h"
@@ -99,6 +100,7 @@ SkinCutter::SkinCutter(std::span<const Vec3> points, std::vector<std::array<std:
     : triangles_(std::move(triangles)),
       topology_(std::make_unique<const SkinTopology>(topologyOf(points, triangles_))),
       isInner_(triangles_.size()),
+      between_(nodesBetweenParts(rest, dx)),
       dx_(dx)
 {
     // Sheets deeper than this are no surface of the material: parts of a mesh that reach into each other.
@@ -157,7 +159,7 @@ SkinCut SkinCutter::cut(const tetmesh::NodeField<float>& rest, const tetmesh::No
 {
     SkinCut cut;
     cut.fate.assign(triangles_.size(), SkinCut::Fate::kept);
-    cut.cracks = crackField(rest, now, dx_, fragment);
+    cut.cracks = crackField(rest, now, dx_, fragment, between_);
     const CrackLattice lattice(cut.cracks.c, now, dx_);
     cut.anchor = anchors(lattice);
     cut.mixedVoxels = std::int64_t(lattice.mixedVoxels().size());

@@ -240,13 +240,14 @@ void TouchingSurface::refineFrom(const std::string& name, const core::Refinement
 std::size_t TouchingSurface::Samples::bytes() const
 {
     return point.capacity() * sizeof(EmbeddedPoint) + (area.capacity() + reach.capacity()) * sizeof(double) +
-           rest.capacity() * sizeof(AtRest) + key.capacity() * sizeof(std::uint64_t);
+           rest.capacity() * sizeof(AtRest) + key.capacity() * sizeof(std::uint64_t) + lip.capacity() * sizeof(Lip);
 }
 
 std::size_t TouchingSurface::bytes() const
 {
     std::size_t sum = all_.bytes() + cluster_.bytes() + memory_.capacity() * sizeof(TouchMemory) +
-                      body_.capacity() * sizeof(std::uint16_t) + fragment_.capacity() * sizeof(std::uint32_t);
+                      body_.capacity() * sizeof(std::uint16_t) + fragment_.capacity() * sizeof(std::uint32_t) +
+                      aimed_.capacity() * sizeof(Vec3);
     for (const Samples& own : own_) sum += own.bytes();
     return sum;
 }

@@ -52,7 +52,7 @@ public:
         outcome_.startVolume = outcome_.volume = volume_;
         requireFragments();
         drawing_.follow(run_.simulation, drawn_);
-        isDrawnWhole_ = bridges() == 0;
+        requireNoBridges();
     }
 
     /// One step and all that has to hold after it. False when the scene is over.
@@ -74,13 +74,16 @@ public:
     {
         drawing_.follow(run_.simulation, drawn_);
         requireAtMost("gaps in what is drawn", double(drawn_.countOf("draw", "defects")), 0);
-        if (isDrawnWhole_) requireAtMost("drawn faces between fragments", double(bridges()), 0);
+        requireNoBridges();
     }
 
     std::uint64_t hash() const { return run_.simulation.stateHash(); }
 
 private:
-    std::int64_t bridges() const { return drawn_.countOf("draw", "bridges"); }
+    void requireNoBridges() const
+    {
+        requireAtMost("drawn faces between fragments", double(drawn_.countOf("draw", "bridges")), 0);
+    }
 
     void count(const core::StepRecord& record)
     {
@@ -145,7 +148,6 @@ private:
     SceneRun run_;
     core::Drawing drawing_;
     Ledger drawn_;
-    bool isDrawnWhole_ = true;  // else thin parts are fragments of their own at rest, under one skin
     SceneOutcome& outcome_;
     double volume_;
     std::int64_t tets_ = 0, iterations_ = 0;

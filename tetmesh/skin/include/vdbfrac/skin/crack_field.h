@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -25,11 +26,12 @@ struct CrackField {
 /// The fragment of the material at a voxel node; none where there is no material. Called from any thread.
 using FragmentAt = std::function<std::optional<std::uint32_t>(Coord voxel)>;
 
-/// `rest` and `now`: phi [m] at the start and at present, on the same box; dx: voxel size [m]. Edges between nodes with
+/// `rest` and `now`: phi [m] at the start and at present, on the same box; dx: voxel size [m]; `between`: nodes between
+/// parts that are apart at rest. Edges between nodes with
 /// c < 0 do not join material that is apart: as the nodes of phi are joined, which is what a lattice of six tets to a
 /// cell cuts by, and as `fragment` says, where it is given, for a mesh that is cut otherwise.
 CrackField crackField(const tetmesh::NodeField<float>& rest, const tetmesh::NodeField<float>& now, double dx,
-                      const FragmentAt& fragment = {});
+                      const FragmentAt& fragment = {}, std::span<const Coord> between = {});
 
 /// Voxels outside of the body to which cracks go on: outer surfaces of any make stay within. What leads round a crack
 /// farther out holds nothing together.

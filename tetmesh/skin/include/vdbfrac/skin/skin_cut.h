@@ -86,6 +86,7 @@ private:
     std::vector<std::array<std::uint32_t, 3>> triangles_;
     std::unique_ptr<const SkinTopology> topology_;
     std::vector<std::uint8_t> isInner_;  // of each triangle: it lies in the material, not on its surface
+    std::vector<Coord> between_;         // nodes between parts that are apart at rest
     double dx_;
 };
 

@@ -27,7 +27,7 @@ struct TouchMemory {
                                   ///< buried: too deep to be found, until it comes up
     Vec3 stretch = Vec3::Zero();  ///< elastic slip [m]
     double depth = 0;             ///< after the last step [m]
-    double before = kUnseen;      ///< depth before the lip that it is on was cut anew [m], if it was
+    double before = kUnseen;      ///< its depth before its surface was cut [m], if it was since it was looked at
 
     /// A cut does not push: by what it makes deeper, a sample may be deeper.
 

@@ -1,0 +1,79 @@
+#include "rest_parts.h"
+
+#include "crack_lattice.h"
+
+#include <vdbfrac/base/disjoint_sets.h>
+#include <vdbfrac/skin/crack_field.h>
+#include <vdbfrac/tetmesh/cut.h>
+#include <vdbfrac/tetmesh/nodes_around.h>
+#include <vdbfrac/tetmesh/nodes_where.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+
+namespace vdbfrac::skin {
+
+namespace {
+
+using Labels = tetmesh::NodeField<std::uint32_t>;
+constexpr std::uint32_t kNameless = std::numeric_limits<std::uint32_t>::max();
+
+/// Names the parts, each by the least number of a node in it. Returns how many there are.
+std::size_t nameParts(const std::vector<Coord>& material, Labels& part)
+{
+    for (std::uint32_t i = 0; i < material.size(); ++i) part.set(material[i], i);
+    DisjointSets sets(material.size());
+    for (std::uint32_t i = 0; i < material.size(); ++i)
+        forNeighbours(material[i], [&](Coord m) {
+            if (part(m) != kNameless) sets.join(i, part(m));
+        });
+    std::size_t parts = 0;
+    for (std::uint32_t i = 0; i < material.size(); ++i) {
+        part.set(material[i], sets.find(i));
+        parts += sets.find(i) == i;
+    }
+    return parts;
+}
+
+/// Gives each of the nodes the name of the nearest part, by edges between them.
+void nameNearest(std::vector<Coord> nodes, Labels& part)
+{
+    while (!nodes.empty()) {
+        std::vector<std::pair<Coord, std::uint32_t>> named;
+        for (Coord n : nodes) {
+            std::uint32_t least = kNameless;
+            forNeighbours(n, [&](Coord m) { least = std::min(least, part(m)); });
+            if (least != kNameless) named.emplace_back(n, least);
+        }
+        if (named.empty()) return;
+        for (const auto& [n, name] : named) part.set(n, name);
+        std::erase_if(nodes, [&](Coord n) { return part(n) != kNameless; });
+    }
+}
+
+}  // namespace
+
+std::vector<Coord> nodesBetweenParts(const tetmesh::NodeField<float>& rest, double dx)
+{
+    const auto isMaterial = [&](Coord n) { return rest(n) < -tetmesh::kSnap * dx; };
+    Labels part(rest.lower(), rest.upper(), kNameless, kNameless);
+    const std::vector<Coord> material = tetmesh::nodesWhere(rest, isMaterial);
+    part.cover(material);
+    if (nameParts(material, part) < 2) return {};
+    const std::vector<Coord> bare =
+        tetmesh::nodesWhere(rest, [&](Coord n) { return !isMaterial(n) && rest(n) < kBeyond * dx; });
+    part.cover(bare);
+    nameNearest(bare, part);
+    std::vector<Coord> between;
+    for (Coord n : bare) {
+        bool isBetween = false;
+        forNeighbours(n, [&](Coord m) { isBetween = isBetween || (part(m) != kNameless && part(m) != part(n)); });
+        if (isBetween && part(n) != kNameless) between.push_back(n);
+    }
+    std::vector<Coord> round = tetmesh::nodesAround(between, 3);
+    std::erase_if(round, [&](Coord n) { return !rest.contains(n) || isMaterial(n) || !(rest(n) < kBeyond * dx); });
+    return round;
+}
+
+}  // namespace vdbfrac::skin
