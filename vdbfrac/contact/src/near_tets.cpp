@@ -149,8 +149,13 @@ void NearTets::findWide(const TouchingSurface& surface, const Targets& targets, 
             Box all = Box::none();
             rooms.clear();
             for (std::uint32_t i : cluster) {
-                const Box way = Box::of(surface.at(i, x)).with(surface.at(i, ahead));
-                rooms.push_back(way.wider(surface.stretch(i) * wide_.slack + surface.toLip(i)));
+                // A list that lives on has room for lips in whatever direction they will feel then.
+                if (wide_.slack > 0) {
+                    const Box way = Box::of(surface.at(i, x)).with(surface.at(i, ahead));
+                    rooms.push_back(way.wider(surface.stretch(i) * wide_.slack + surface.toLip(i)));
+                } else {
+                    rooms.push_back(Box::of(surface.feels(i, x)).with(surface.feels(i, ahead)));
+                }
                 all = all.with(rooms.back().lower).with(rooms.back().upper);
             }
             near.clear();

@@ -22,7 +22,7 @@ inline const scene::Key kContactKeys[] = {
     {"lips",
      scene::Type::choice,
      "",
-     "do lips of a crack touch where the material between them has gone, or as they are drawn closed?",
+     "where lips of a crack touch: where material is left, or closed, as they are drawn",
      "\"as_simulated\"",
      -std::numeric_limits<double>::infinity(),
      std::numeric_limits<double>::infinity(),
