@@ -144,6 +144,16 @@ BUGS = [
         "contact_test", "Contact.PiecesOfABrokenSlabStayApart"),
     Bug("energy of a touch jumps where its tet is crushed", "vdbfrac/contact/src/targets.cpp", "kNone = 1e-3;", "kNone = kFlat;",
         "contact_test", "Contact.PiecesOfABrokenSlabStayApart"),
+    Bug("what a cut makes deeper pushes", "vdbfrac/contact/include/vdbfrac/contact/touching_surface.h", "allowance += std::max(0., depth - before);", "allowance += 0;",
+        "contact_test", "ClosedLips.ForgiveWhatACutMakesDeeper"),
+    Bug("what is cut goes on sleeping", CORE + "simulation.cpp", "if (!asleep_.empty()) wakeRecut(body, update);", "",
+        "sleep_test", "Sleep.EndsWithACut"),
+    Bug("what gets weaker goes on sleeping", EFFECTS + "sleep.cpp", "std::ranges::fill(asleep, 0);", "(void)asleep;",
+        "sleep_test", "Sleep.EndsWhereMaterialGetsWeaker"),
+    Bug("cracks end before the edges of solids", "tetmesh/skin/src/crack_field.cpp", "isInside(n) ? tetmesh::trilinearShare(k, t) : 0", "tetmesh::trilinearShare(k, t)",
+        "skin_test", "SkinRiders.MayHaveNoMaterialLeft"),
+    Bug("one skin joins parts that are apart at rest", "tetmesh/skin/src/skin_cut.cpp", "fragment, between_);", "fragment, {});",
+        "skin_test", "SkinRiders.PartBetweenWhatIsApartAtRest"),
 ]
 
 
