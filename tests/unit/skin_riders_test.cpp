@@ -132,7 +132,8 @@ TEST_P(SkinRiders, PartBetweenWhatIsApartAtRest)
         std::uint32_t nextId = 0;
         const tetmesh::FragmentTracker fragments(body, nextId);
         ASSERT_EQ(fragments.fragments().size(), 2u);
-        skin::Skin skin(voxelBox(half, dx), body, {});
+        constexpr bool kIsInParts = true;
+        skin::Skin skin(voxelBox(half, dx), body, {}, kIsInParts);
         skin.follow(body, fragments.ofNode());
         EXPECT_EQ(skin.work().bridges, 0);
         EXPECT_EQ(skin.work().defects, 0);

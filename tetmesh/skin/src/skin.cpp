@@ -133,11 +133,11 @@ Mat3 edgesOf(const tetmesh::EmbeddedPoint& point, std::span<const Vec3> x)
 
 }  // namespace
 
-Skin::Skin(RenderMesh mesh, const tetmesh::BodyMesh& body, const CrackStyle& style)
+Skin::Skin(RenderMesh mesh, const tetmesh::BodyMesh& body, const CrackStyle& style, bool isInParts)
     : style_(style),
       mesh_(std::move(mesh)),
       fans_(tetmesh::fansOf(mesh_)),
-      cutter_(mesh_.points, trianglesOf(mesh_, fans_), body.restPhi(), body.voxelSize())
+      cutter_(mesh_.points, trianglesOf(mesh_, fans_), body.restPhi(), body.voxelSize(), isInParts)
 {
     partNormals(mesh_);
 }

@@ -96,11 +96,11 @@ std::span<const RimSegment> segmentsOf(const Crossings& crossings, std::uint32_t
 }  // namespace
 
 SkinCutter::SkinCutter(std::span<const Vec3> points, std::vector<std::array<std::uint32_t, 3>> triangles,
-                       const tetmesh::NodeField<float>& rest, double dx)
+                       const tetmesh::NodeField<float>& rest, double dx, bool isInParts)
     : triangles_(std::move(triangles)),
       topology_(std::make_unique<const SkinTopology>(topologyOf(points, triangles_))),
       isInner_(triangles_.size()),
-      between_(nodesBetweenParts(rest, dx)),
+      between_(isInParts ? nodesBetweenParts(rest, dx) : std::vector<Coord>()),
       dx_(dx)
 {
     // Sheets deeper than this are no surface of the material: parts of a mesh that reach into each other.

@@ -6,6 +6,7 @@
 #include <vdbfrac/solids/solid_mesh.h>
 #include <vdbfrac/tetmesh/mtl_file.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <limits>
 #include <optional>
@@ -92,6 +93,12 @@ skin::CrackStyle styleOf(const scene::Scene& scene)
              std::uint64_t(output.tornDetailSeed)}};
 }
 
+bool isInParts(const Body& body)
+{
+    const auto isOld = [](const tetmesh::Fragment& f) { return f.parent < 0; };
+    return std::ranges::count_if(body.fragments.fragments(), isOld) > 1;
+}
+
 }  // namespace
 
 Drawing::Drawing(const scene::Scene& scene, const Simulation& simulation)
@@ -101,7 +108,7 @@ Drawing::Drawing(const scene::Scene& scene, const Simulation& simulation)
         tetmesh::RenderMesh mesh = outerSurface(scene.bodies[b], body, notes_);
         if (const auto* file = std::get_if<scene::MeshFile>(&scene.bodies[b].shape))
             materials_ += materialsOf(mesh, file->file.parent_path());
-        surfaces_.push_back({skin::Skin(std::move(mesh), *body.mesh, styleOf(scene))});
+        surfaces_.push_back({skin::Skin(std::move(mesh), *body.mesh, styleOf(scene), isInParts(body))});
     }
 }
 
@@ -111,7 +118,7 @@ void Drawing::replace(const scene::Scene& scene, const Simulation& simulation, s
     const Body& own = simulation.bodies()[body];
     auto whole = carved(std::move(mesh), scene.bodies[body], own.phi.voxelSize());
     if (!whole) throw InputError({"the mesh for body '" + own.name + "'", "cannot be drawn", kCarvable, ""});
-    surfaces_[body] = {skin::Skin(std::move(*whole), *own.mesh, styleOf(scene))};
+    surfaces_[body] = {skin::Skin(std::move(*whole), *own.mesh, styleOf(scene), isInParts(own))};
 }
 
 void Drawing::follow(const Simulation& simulation, Ledger& work)

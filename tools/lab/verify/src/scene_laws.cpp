@@ -53,6 +53,8 @@ public:
         requireFragments();
         drawing_.follow(run_.simulation, drawn_);
         requireNoBridges();
+        if (run_.simulation.fragments() == 1)
+            requireAtMost("torn faces before anything tears", double(drawn_.countOf("draw", "torn_faces")), 0);
     }
 
     /// One step and all that has to hold after it. False when the scene is over.

@@ -25,8 +25,8 @@ struct SkinWork {
 /// Depends on the mesh and on the body as it is alone, so a run that is resumed draws the same.
 class Skin {
 public:
-    /// `mesh` [m, at rest]: the outer surface of the body.
-    Skin(tetmesh::RenderMesh mesh, const tetmesh::BodyMesh& body, const CrackStyle& style);
+    /// `mesh` [m, at rest]: the outer surface of the body; `isInParts`: the body is several fragments at rest.
+    Skin(tetmesh::RenderMesh mesh, const tetmesh::BodyMesh& body, const CrackStyle& style, bool isInParts = false);
 
     /// Cuts the surface by the cracks that the body has now, and takes points along with its nodes as they are numbered
     /// now.

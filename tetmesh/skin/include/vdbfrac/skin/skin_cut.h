@@ -67,9 +67,9 @@ class CrackLattice;
 class SkinCutter {
 public:
     /// Triangles of `points` [m] with the material on their inner side; points with equal coordinates are one. `rest`:
-    /// phi [m] of the body; dx: voxel size [m].
+    /// phi [m] of the body; dx: voxel size [m]; `isInParts`: it is several fragments at rest.
     SkinCutter(std::span<const Vec3> points, std::vector<std::array<std::uint32_t, 3>> triangles,
-               const tetmesh::NodeField<float>& rest, double dx);
+               const tetmesh::NodeField<float>& rest, double dx, bool isInParts = false);
     SkinCutter(SkinCutter&&) noexcept;
     SkinCutter& operator=(SkinCutter&&) noexcept;
     ~SkinCutter();
