@@ -176,17 +176,18 @@ private:
     std::vector<Coord> bareNodes(std::vector<Coord> nodes, std::span<const Coord> between) const
     {
         for (Coord n : near_)
-            if (!isMaterial(n) && !(c_(n) > 0)) nodes.push_back(n);
+            if (isBare(n)) nodes.push_back(n);
         nodes.insert(nodes.end(), between.begin(), between.end());
         const std::vector<Coord> lost = tetmesh::nodesWhere(
             now_, [&](Coord n) { return isInside(n) && !isBelow(now_(n)) && !(c_(n) > float(-kFar * dx_)); });
         for (Coord n : tetmesh::nodesAround(lost, kReach))
-            if (c_.contains(n) && !isMaterial(n) && !(c_(n) > 0) && rest_(n) < kBeyond * dx_) nodes.push_back(n);
+            if (c_.contains(n) && isBare(n) && rest_(n) < kBeyond * dx_) nodes.push_back(n);
         sortUnique(nodes);
         return nodes;
     }
     /// Has it material that is drawn?
     bool isMaterial(Coord n) const { return isBelow(now_(n)) && !(c_(n) > 0); }
+    bool isBare(Coord n) const { return !isBelow(now_(n)) && !(c_(n) > 0); }
 
     /// Opens nodes with material where an edge leads to another fragment: of both the one nearer to a crack.
     void openBetweenFragments()

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <limits>
+#include <utility>
 
 namespace vdbfrac::skin {
 
@@ -56,13 +57,14 @@ void nameNearest(std::vector<Coord> nodes, Labels& part)
 
 std::vector<Coord> nodesBetweenParts(const tetmesh::NodeField<float>& rest, double dx)
 {
+    constexpr int kRound = 3;  // edges from there: parts that lose material are parted elsewhere
     const auto isMaterial = [&](Coord n) { return rest(n) < -tetmesh::kSnap * dx; };
+    const auto isBare = [&](Coord n) { return !isMaterial(n) && rest(n) < kBeyond * dx; };
     Labels part(rest.lower(), rest.upper(), kNameless, kNameless);
     const std::vector<Coord> material = tetmesh::nodesWhere(rest, isMaterial);
     part.cover(material);
     if (nameParts(material, part) < 2) return {};
-    const std::vector<Coord> bare =
-        tetmesh::nodesWhere(rest, [&](Coord n) { return !isMaterial(n) && rest(n) < kBeyond * dx; });
+    const std::vector<Coord> bare = tetmesh::nodesWhere(rest, isBare);
     part.cover(bare);
     nameNearest(bare, part);
     std::vector<Coord> between;
@@ -71,8 +73,8 @@ std::vector<Coord> nodesBetweenParts(const tetmesh::NodeField<float>& rest, doub
         forNeighbours(n, [&](Coord m) { isBetween = isBetween || (part(m) != kNameless && part(m) != part(n)); });
         if (isBetween && part(n) != kNameless) between.push_back(n);
     }
-    std::vector<Coord> round = tetmesh::nodesAround(between, 3);
-    std::erase_if(round, [&](Coord n) { return !rest.contains(n) || isMaterial(n) || !(rest(n) < kBeyond * dx); });
+    std::vector<Coord> round = tetmesh::nodesAround(between, kRound);
+    std::erase_if(round, [&](Coord n) { return !rest.contains(n) || !isBare(n); });
     return round;
 }
 

@@ -1,9 +1,9 @@
 #include <vdbfrac/skin/skin_cut.h>
 
-#include "rest_parts.h"
 #include "crossings.h"
 #include "lips.h"
 #include "planar.h"
+#include "rest_parts.h"
 #include "torn_detail.h"
 #include "torn_faces.h"
 

@@ -29,7 +29,8 @@ struct SceneOutcome {
 /// - reported loads and elastic energy are those of the state;
 /// - material does not grow, and fragments add up to it;
 /// and at the end:
-/// - what is drawn has no gaps, and no face that joins two fragments, if none did at rest;
+/// - what is drawn has no gaps, and no face that joins two fragments; at the start neither, and nothing torn if all is
+///   one fragment;
 /// - with `compareThreads`: the state has the same bits for one thread and for two, with nobody looking on.
 ///
 /// Backward Euler dissipates if the energy lies above its tangent plane at the end of the step. Corotational energy is
