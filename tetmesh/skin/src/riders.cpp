@@ -1,5 +1,6 @@
 #include <vdbfrac/skin/riders.h>
 
+#include "carrier.h"
 #include "crack_lattice.h"
 
 #include <vdbfrac/base/error.h>
@@ -16,33 +17,11 @@ namespace vdbfrac::skin {
 
 namespace {
 
-using Tets = std::vector<std::pair<std::uint32_t, std::uint32_t>>;  // element, tet
-
-/// The body, and which of its tets near a voxel node are on the side of it.
-struct Carrier {
-    const tetmesh::BodyMesh& body;
-    const FragmentAt& fragment;
-    std::span<const std::uint32_t> fragmentOfNode;
-};
-
-Tets tetsAt(const Carrier& carrier, Coord voxel)
-{
-    const tetmesh::BodyMesh& body = carrier.body;
-    Tets tets;
-    if (!(body.phi()(voxel) < 0)) return tets;
-    const auto fragment = carrier.fragment ? carrier.fragment(voxel) : std::nullopt;
-    body.visitTets(voxel, [&](std::uint32_t e, int t, double) {
-        const tetmesh::CellElement& element = body.elements()[e];
-        const int corner = tetmesh::cellTets(element.shape).corner[std::size_t(t)][0];
-        if (!fragment || carrier.fragmentOfNode[element.node[std::size_t(corner)]] == *fragment)
-            tets.emplace_back(e, std::uint32_t(t));
-    });
-    sortUnique(tets);
-    return tets;
-}
+using Tets = std::vector<tetmesh::TetShare>;
 
 struct Reached {
     Tets tets;
+    Coord at;     ///< where they are
     Coord least;  ///< of all nodes that were looked at
 };
 
@@ -56,30 +35,31 @@ Reached tetsReached(const Carrier& carrier, const CrackField& cracks, Coord star
     std::vector<Coord> reached{start};
     std::set<Coord> seen{start};
     for (std::size_t i = 0; i < reached.size() && i < kWidest; ++i) {
-        if (Tets tets = tetsAt(carrier, reached[i]); !tets.empty()) return {std::move(tets), *seen.begin()};
+        if (Tets tets = carrier.tetsAt(reached[i]); !tets.empty()) return {std::move(tets), reached[i], *seen.begin()};
         forNeighbours(reached[i], [&](Coord next) {
             if ((throughCracks || isClosed(next)) && seen.insert(next).second) reached.push_back(next);
         });
     }
-    return {{}, *seen.begin()};
+    return {{}, start, *seen.begin()};
 }
 
 /// What cracks have closed off on all sides and eaten up goes along with what is beyond them, whatever its fragment:
 /// all of it with the same, as it is drawn as one.
-Tets tetsFrom(const Carrier& carrier, const CrackField& cracks, Coord start)
+Reached tetsFrom(const Carrier& carrier, const CrackField& cracks, Coord start)
 {
     const auto side = std::lower_bound(cracks.material.begin(), cracks.material.end(), start,
                                        [](const auto& entry, Coord n) { return entry.first < n; });
     if (side != cracks.material.end() && side->first == start) start = side->second;
     Reached own = tetsReached(carrier, cracks, start, false);
-    if (!own.tets.empty()) return std::move(own.tets);
+    if (!own.tets.empty()) return own;
     const FragmentAt anyFragment;
-    return tetsReached({carrier.body, anyFragment, carrier.fragmentOfNode}, cracks, own.least, true).tets;
+    return tetsReached({carrier.body, anyFragment, carrier.fragmentOfNode}, cracks, own.least, true);
 }
 
 struct Found {
     tetmesh::EmbeddedPoint point;
     double least = -1e300;  // smallest weight: below 0 outside of the tet
+    double outside = 0;     // m
 };
 
 std::vector<std::uint32_t> nodesOf(std::span<const tetmesh::RestTet> tets)
@@ -98,12 +78,12 @@ Found nearest(const tetmesh::BodyMesh& body, std::span<const tetmesh::RestTet> t
     Found best;
     for (const tetmesh::RestTet& tet : tets) {
         const tetmesh::EmbeddedPoint point = tet.embed(X);
-        if (const double least = point.leastWeight(); least > best.least) best = {point, least};
+        if (const double least = point.leastWeight(); least > best.least) best = {point, least, tet.outside(point)};
     }
     if (tets.empty() || best.point.isInTet()) return best;
     if (nodes.empty()) nodes = nodesOf(tets);
     const auto beside = body.locate(X, nodes);
-    return beside ? Found{beside->point, beside->point.leastWeight()} : best;
+    return beside ? Found{beside->point, beside->point.leastWeight(), 0} : best;
 }
 
 }  // namespace
@@ -118,9 +98,8 @@ FragmentAt fragmentsAt(const tetmesh::BodyMesh& body, std::span<const std::uint3
     };
 }
 
-std::vector<tetmesh::EmbeddedPoint> embedRiders(const tetmesh::BodyMesh& body, const CrackField& cracks,
-                                                std::span<const Rider> riders, const FragmentAt& fragment,
-                                                std::span<const std::uint32_t> fragmentOfNode, std::int64_t& far)
+Embedded embedRiders(const tetmesh::BodyMesh& body, const CrackField& cracks, std::span<const Rider> riders,
+                     const FragmentAt& fragment, std::span<const std::uint32_t> fragmentOfNode)
 {
     const Carrier carrier{body, fragment, fragmentOfNode};
     constexpr double kFar = -1;  // weight of a point a tet's height away
@@ -133,17 +112,21 @@ std::vector<tetmesh::EmbeddedPoint> embedRiders(const tetmesh::BodyMesh& body, c
     for (std::size_t i = 0; i < order.size(); ++i)
         if (i == 0 || riders[order[i]].anchor != riders[order[i - 1]].anchor) run.push_back(i);
     run.push_back(order.size());
-    std::vector<tetmesh::EmbeddedPoint> points(riders.size());
+    Embedded embedded;
+    embedded.points.resize(riders.size()), embedded.from.resize(riders.size()), embedded.outside.resize(riders.size());
     const auto sums = orderedSums<2>(run.size() - 1, 64, [&](std::size_t begin, std::size_t end) {
         std::array<double, 2> count{};
         for (std::size_t r = begin; r < end; ++r) {
+            const Reached reached = tetsFrom(carrier, cracks, riders[order[run[r]]].anchor);
             std::vector<tetmesh::RestTet> tets;
-            for (const auto& [e, t] : tetsFrom(carrier, cracks, riders[order[run[r]]].anchor))
-                tets.push_back(body.restTet(e, t));
+            for (const tetmesh::TetShare& tet : reached.tets)
+                tets.push_back(body.restTet(tet.element, std::uint32_t(tet.tet)));
             std::vector<std::uint32_t> nodes;
             for (std::size_t i = run[r]; i < run[r + 1]; ++i) {
                 const Found found = nearest(body, tets, nodes, riders[order[i]].X);
-                points[order[i]] = found.point;
+                embedded.points[order[i]] = found.point;
+                embedded.from[order[i]] = reached.at;
+                embedded.outside[order[i]] = found.outside;
                 count[0] += found.least < kFar, count[1] += tets.empty();
             }
         }
@@ -151,8 +134,8 @@ std::vector<tetmesh::EmbeddedPoint> embedRiders(const tetmesh::BodyMesh& body, c
     });
     if (sums[1] > 0)
         throw Error(std::to_string(int(sums[1])) + " points of the drawn surface are too far from all material");
-    far += std::int64_t(sums[0]);
-    return points;
+    embedded.far = std::int64_t(sums[0]);
+    return embedded;
 }
 
 }  // namespace vdbfrac::skin

@@ -180,10 +180,12 @@ void Skin::embed(const Embedding& what)
         riders.push_back({drawn.points[p], p < given ? cut.anchor[p] : cut.points[p - given].anchor});
         point.push_back(p);
     }
-    const std::vector<tetmesh::EmbeddedPoint> embedded =
-        embedRiders(body, cut.cracks, riders, fragment, fragmentOfNode, work_.far);
+    const Embedded embedded = embedRiders(body, cut.cracks, riders, fragment, fragmentOfNode);
+    work_.far = embedded.far;
     points_.assign(isUsed.size(), {});
-    for (std::size_t i = 0; i < point.size(); ++i) points_[point[i]] = embedded[i];
+    for (std::size_t i = 0; i < point.size(); ++i) points_[point[i]] = embedded.points[i];
+    outside_ = MeanMotion(body, riders, embedded, fragment, fragmentOfNode);
+    takeOutside(point);
     restNormal_.resize(givenNormals_);
     for (std::size_t n = 0; n < givenNormals_; ++n) {
         if (normalPoint_[n] == kNone) continue;
@@ -194,6 +196,18 @@ void Skin::embed(const Embedding& what)
     }
 }
 
+/// Which points and given normals are outside of their tets; `point`: of each rider.
+void Skin::takeOutside(std::span<const std::uint32_t> point)
+{
+    outsidePoint_.clear(), outsideNormal_.clear();
+    for (const MeanMotion::Point& p : outside_.points()) outsidePoint_.push_back(point[p.rider]);
+    for (std::uint32_t n = 0; n < givenNormals_; ++n) {
+        const auto at = std::ranges::lower_bound(outsidePoint_, normalPoint_[n]);
+        if (at != outsidePoint_.end() && *at == normalPoint_[n])
+            outsideNormal_.emplace_back(n, std::uint32_t(at - outsidePoint_.begin()));
+    }
+}
+
 std::vector<Vec3> Skin::carried(std::span<const Vec3> ofNodes) const
 {
     std::vector<Vec3> at(points_.size(), Vec3::Zero());
@@ -201,7 +215,25 @@ std::vector<Vec3> Skin::carried(std::span<const Vec3> ofNodes) const
     parallelChunks(at.size(), kChunk, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) at[i] = points_[i].at(ofNodes);
     });
+    const std::vector<Affine> outside = outside_.at(ofNodes);
+    for (std::size_t i = 0; i < outside.size(); ++i) {
+        Vec3& p = at[outsidePoint_[i]];
+        p += outside_.points()[i].share * (outside[i].value - p);
+    }
     return at;
+}
+
+/// Normals of points outside of their tets, as far as these go with the mean motion.
+void Skin::turnOutside(std::span<const Vec3> x, std::vector<Vec3>& normals) const
+{
+    const std::vector<Affine> outside = outside_.at(x);
+    for (const auto& [n, i] : outsideNormal_) {
+        const Mat3& F = outside[i].slope;
+        Mat3 cofactors;
+        for (int k = 0; k < 3; ++k) cofactors.col(k) = F.col((k + 1) % 3).cross(F.col((k + 2) % 3));
+        const Vec3 mean = (cofactors * drawn_->mesh.normals[n]).stableNormalized();
+        normals[n] = (normals[n] + outside_.points()[i].share * (mean - normals[n])).stableNormalized();
+    }
 }
 
 std::vector<Vec3> Skin::normals(std::span<const Vec3> x, std::span<const Vec3> points) const
@@ -219,6 +251,7 @@ std::vector<Vec3> Skin::normals(std::span<const Vec3> x, std::span<const Vec3> p
                     .stableNormalized();
         }
     });
+    if (givenNormals_ > 0) turnOutside(x, normals);
     for (std::size_t f = 0; f < mesh.faces(); ++f) {
         if (!drawn_->torn[f] || normals.empty()) continue;
         const auto c = mesh.face(f);

@@ -133,9 +133,8 @@ void Simulation::refineFrom(const Simulation& wide, const Archive& archive)
         const std::vector<Coord> anchors = anchorsOf(body, cracks);
         std::vector<skin::Rider> riders;
         for (std::size_t i = 0; i < anchors.size(); ++i) riders.push_back({body.mesh->restPosition(i), anchors[i]});
-        std::int64_t far = 0;
         const std::vector<tetmesh::EmbeddedPoint> points =
-            skin::embedRiders(*old.mesh, cracks, riders, fragment, old.fragments.ofNode(), far);
+            skin::embedRiders(*old.mesh, cracks, riders, fragment, old.fragments.ofNode()).points;
         const auto append = [&](std::vector<Vec3>& all, std::span<const Vec3> field) {
             const std::vector<Vec3> own = carried(points, field.subspan(old.firstNode, old.mesh->nodeCount()));
             all.insert(all.end(), own.begin(), own.end());

@@ -39,6 +39,13 @@ struct RestTet {
         const Vec3 w = inverse * (X - origin);
         return {node, {1 - w.sum(), w[0], w[1], w[2]}};
     }
+    /// How far outside of the plane of a face, at most, a point of embed() lies [m]; 0 in the tet.
+    double outside(const EmbeddedPoint& point) const
+    {
+        double most = std::max(0.0, -point.weight[0] / inverse.colwise().sum().norm());
+        for (int a = 0; a < 3; ++a) most = std::max(most, -point.weight[std::size_t(a + 1)] / inverse.row(a).norm());
+        return most;
+    }
 };
 
 /// Closed surface of the material, normals outward. Vertices are shared along every edge the cut crosses.

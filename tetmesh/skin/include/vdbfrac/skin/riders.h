@@ -20,11 +20,17 @@ struct Rider {
 /// other meshes have to be asked, and those whose tets stay whole. The arguments have to live as long.
 FragmentAt fragmentsAt(const tetmesh::BodyMesh& body, std::span<const std::uint32_t> fragmentOfNode);
 
+/// What carries riders, one by one.
+struct Embedded {
+    std::vector<tetmesh::EmbeddedPoint> points;
+    std::vector<Coord> from;      ///< voxel nodes at which material was found
+    std::vector<double> outside;  ///< m: how far outside of its tet a rider is; 0 in it
+    std::int64_t far = 0;         ///< riders more than a tet's height outside
+};
+
 /// Each rider in a tet that has material at its anchor, or at the nearest node that no crack parts from it: the one it
-/// lies in, or nearest to. `fragment`: where it is given, a tet is of that of its anchor, by `fragmentOfNode`. Counts
-/// in `far` those more than a tet's size away from theirs.
-std::vector<tetmesh::EmbeddedPoint> embedRiders(const tetmesh::BodyMesh& body, const CrackField& cracks,
-                                                std::span<const Rider> riders, const FragmentAt& fragment,
-                                                std::span<const std::uint32_t> fragmentOfNode, std::int64_t& far);
+/// lies in, or nearest to. `fragment`: where it is given, a tet is of that of its anchor, by `fragmentOfNode`.
+Embedded embedRiders(const tetmesh::BodyMesh& body, const CrackField& cracks, std::span<const Rider> riders,
+                     const FragmentAt& fragment, std::span<const std::uint32_t> fragmentOfNode);
 
 }  // namespace vdbfrac::skin

@@ -1,6 +1,7 @@
 // What is drawn of a body: its outer surface, kept as it was given and torn cleanly, riding in the material.
 #pragma once
 
+#include <vdbfrac/skin/mean_motion.h>
 #include <vdbfrac/skin/skin_cut.h>
 #include <vdbfrac/tetmesh/body_mesh.h>
 #include <vdbfrac/tetmesh/render_mesh.h>
@@ -51,6 +52,8 @@ private:
         std::span<const std::uint32_t> fragmentOfNode;
     };
     void embed(const Embedding& what);
+    void takeOutside(std::span<const std::uint32_t> point);
+    void turnOutside(std::span<const Vec3> x, std::vector<Vec3>& normals) const;
 
     CrackStyle style_;
     tetmesh::RenderMesh mesh_;
@@ -58,6 +61,9 @@ private:
     SkinCutter cutter_;
     std::shared_ptr<const tetmesh::DrawnTopology> drawn_;
     std::vector<tetmesh::EmbeddedPoint> points_;
+    MeanMotion outside_;
+    std::vector<std::uint32_t> outsidePoint_;                             // of each of outside_.points(), rising
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> outsideNormal_;  // given normals: with which of them they turn
     std::vector<std::uint32_t> normalPoint_;  // of each normal: the point that it is at; kNone: at none
     std::size_t givenNormals_ = 0;            // the others are those of torn faces
     std::vector<Vec3> restNormal_;            // given, times the edges of the tet of its point at rest

@@ -1,0 +1,63 @@
+// Points outside of the material go along with all of it that is near.
+//
+// Carried on by one tet, a point swings with that tet, and at the edge of a crack tets hang on by a corner, crushed or
+// turned over: the skin between two such points gets spikes. So what carries a point is, from a little way outside on,
+// the mean of the affine motions of the tets round it. Affine motions stay exact.
+#pragma once
+
+#include <vdbfrac/skin/riders.h>
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace vdbfrac::skin {
+
+/// A motion [m] or velocity [m/s] that is affine in the place at rest.
+struct Affine {
+    Vec3 value = Vec3::Zero();  ///< at the place that it is of
+    Mat3 slope = Mat3::Zero();  ///< by the place at rest
+};
+
+struct Carrier;
+
+class MeanMotion {
+public:
+    struct Point {
+        std::uint32_t rider = 0;
+        double share = 0;  ///< of the mean motion in that of the point; the rest is that of its tet
+    };
+
+    MeanMotion() = default;
+    /// Of those riders that are outside of their tets. The arguments are as for embedRiders, which gave `embedded`.
+    MeanMotion(const tetmesh::BodyMesh& body, std::span<const Rider> riders, const Embedded& embedded,
+               const FragmentAt& fragment, std::span<const std::uint32_t> fragmentOfNode);
+
+    std::span<const Point> points() const { return points_; }  ///< riders rise
+    /// At each of points(), from the positions [m] or velocities [m/s] of all nodes of the body.
+    std::vector<Affine> at(std::span<const Vec3> ofNodes) const;
+
+private:
+    struct Term {
+        std::uint32_t node = 0;
+        double weight = 0;
+        Vec3 slope = Vec3::Zero();  // of the weight [1/m]
+    };
+    /// The mean motion round a voxel node: a sum over nodes of the body.
+    struct Round {
+        std::vector<Term> terms;
+        double volume = 0;  // of the material there [voxels]
+    };
+    struct Part {
+        std::uint32_t round = 0;
+        double weight = 0;         // of a point they add up to 1
+        Vec3 away = Vec3::Zero();  // of the point from the voxel node [m]
+    };
+    static Round round(const Carrier& carrier, Coord voxel);
+
+    std::vector<Point> points_;
+    std::vector<std::vector<Part>> parts_;  // of each point
+    std::vector<Round> rounds_;
+};
+
+}  // namespace vdbfrac::skin
