@@ -3,6 +3,7 @@
 Usage: check_drawn.py PROGRAM. A block is given as a mesh of quads with texture coordinates, groups and materials, and is
 torn in two.
 """
+import csv
 import json
 import struct
 import subprocess
@@ -16,7 +17,7 @@ import numpy as np
 from ply_frames import read_ply
 
 PROGRAM = sys.argv[1]
-FRAMES, FPS = 14, 24
+FRAMES, FPS, VOXEL = 14, 24, 0.049
 failures = []
 
 
@@ -62,7 +63,7 @@ def scene(file, mesh):
     file.write_text(f"""version = 1
 name = "block"
 time = {{ frames = [1, {FRAMES}], fps = {FPS} }}
-grid = {{ voxel_size = 0.049 }}
+grid = {{ voxel_size = {VOXEL} }}
 [[body]]
 name = "block"
 shape = {{ mesh = "{mesh}" }}
@@ -83,7 +84,7 @@ move = {{ velocity = [-0.4, 0, 0] }}
 [damping]
 stiffness = 0.002
 [fracture]
-toughness = 25
+toughness = 100
 [output]
 vdb = []
 point_cache = ["mdd", "usda"]
@@ -156,6 +157,41 @@ def read_mdd(path):
     return times, np.frombuffer(data, ">f4", frames * points * 3, 8 + 4 * frames).reshape(frames, points, 3)
 
 
+def rims_apart(mesh, points):
+    """How far each point of a rim is from the rim of the other side."""
+    sides, kinds = list(range(len(points))), {}
+
+    def side(p):
+        while sides[p] != p:
+            sides[p] = sides[sides[p]]
+            p = sides[p]
+        return p
+
+    for f in mesh.faces:
+        for a, b in zip(f[0], f[0][1:] + f[0][:1]):
+            sides[side(a)] = side(b)
+            kinds.setdefault((min(a, b), max(a, b)), set()).add(f[4] == "inside")
+    rims = {}
+    for edge, kind in kinds.items():
+        if kind == {False, True}:
+            rims.setdefault(side(edge[0]), []).append(edge)
+    apart = []
+    for mine in rims:
+        a, b = points[np.array([e for other in rims if other != mine for e in rims[other]]).T]
+        along = b - a
+        for p in points[sorted({p for e in rims[mine] for p in e})]:
+            t = np.clip(((p - a) * along).sum(axis=1) / np.maximum((along * along).sum(axis=1), 1e-30), 0, 1)
+            apart.append(np.linalg.norm(a + t[:, None] * along - p, axis=1).min())
+    return apart
+
+
+def first_tear(run):
+    """Time of the first step after which less material was left."""
+    with open(run / "stats.csv") as file:
+        rows = list(csv.DictReader(file))
+    return next(float(row["time_s"]) for row in rows if float(row["volume_m3"]) < float(rows[0]["volume_m3"]))
+
+
 def check_embedded(folder, run, last):
     vdbfrac("embed", run, "-o", folder / "e.obj")
     mesh = Obj(folder / "e.obj")
@@ -166,9 +202,11 @@ def check_embedded(folder, run, last):
     order = lambda points: points[np.lexsort(np.rint(1e4 * points).T)]
     apart = np.abs(order(positions[-1].astype(float)) - order(last.points)).max(axis=1)
     check("the last frame is as it was drawn", (apart < 1e-6).mean() > 0.98, np.sort(apart)[-5:])  # but for ties of rounding
-    # Before anything tears the surface is whole: torn faces lie on each other.
-    lips = sorted({p for f in mesh.faces if f[4] == "inside" for p in f[0]})
-    check("lips start together", np.abs(positions[1][lips] - positions[0][lips]).max() < 0.03)
+    # Before the crack comes the surface shows no line where it will: rims lie on each other.
+    apart = [np.quantile(rims_apart(mesh, frame.astype(float)), [0.5, 0.95]) / VOXEL for frame in positions]
+    whole = int(first_tear(run) * FPS) + 1  # frames
+    check("lips are together until they tear", 1 < whole < FRAMES and max(a[1] for a in apart[:whole]) < 0.02, apart[:whole])
+    check("and then part", apart[-1][0] > 1, apart[-1])
 
     (folder / "ply").mkdir()
     vdbfrac("embed", run, "-o", folder / "ply/e.####.ply")

@@ -1,6 +1,7 @@
 // Points of the drawn surface go where the material goes that they lie in.
 #include "lattices.h"
 
+#include <vdbfrac/skin/opposite.h>
 #include <vdbfrac/skin/skin.h>
 #include <vdbfrac/tetmesh/fragments.h>
 
@@ -9,6 +10,7 @@
 
 #include <algorithm>
 #include <random>
+#include <set>
 
 using namespace vdbfrac;
 using tetmesh::CutMesh;
@@ -116,6 +118,56 @@ TEST_P(SkinRiders, TakePartInAffineMotions)
                             .norm(),
                         kRounding);
     }
+}
+
+/// Torn faces of a body as they are drawn at rest, and normals of the outer surface at rims.
+struct TornAtRest {
+    std::vector<std::array<std::uint32_t, 3>> faces;
+    std::vector<Vec3> normal;
+};
+
+TornAtRest tornAtRest(const tetmesh::DrawnTopology& drawn)
+{
+    const tetmesh::RenderMesh& mesh = drawn.mesh;
+    TornAtRest torn{{}, std::vector<Vec3>(mesh.points.size(), Vec3::Zero())};
+    for (std::size_t f = 0; f < mesh.faces(); ++f) {
+        const auto c = mesh.face(f);
+        if (drawn.torn[f]) torn.faces.push_back({c[0].point, c[1].point, c[2].point});
+        if (drawn.torn[f]) continue;
+        const Vec3& X = mesh.points[c[0].point];
+        const Vec3 normal = (mesh.points[c[1].point] - X).cross(mesh.points[c[2].point] - X).normalized();
+        for (const auto& corner : c) torn.normal[corner.point] += normal;
+    }
+    return torn;
+}
+
+/// The two sides of a crack are made fair each by itself, and then lie on each other: no line shows on the skin before
+/// it opens.
+TEST_P(SkinRiders, ClosedLipsMeet)
+{
+    constexpr double kRims = .01, kFaces = .1;  // voxels
+    const Coord half{6, 6, 3};
+    CutMesh body(GetParam(),
+                 lab::sample({-10, -10, -10}, {10, 10, 10}, dx, test::boxAt(Vec3::Zero(), dx * half.toVec())));
+    skin::Skin skin(voxelBox(half, dx), body, {});
+    body.update(test::raised(body, {-9, -9, -9}, {9, 9, 9}, [](const Vec3& p) {
+        return .7 * dx - std::abs(p.x() + dx * std::sin(4 * p.y()) + .3 * p.z() - .02);
+    }));
+    skin.follow(body, std::vector<std::uint32_t>(body.nodeCount(), 0));
+    const std::vector<Vec3>& X = skin.topology()->mesh.points;
+    const TornAtRest torn = tornAtRest(*skin.topology());
+    std::set<std::uint32_t> rim, inner;
+    for (const auto& t : torn.faces)
+        for (const std::uint32_t p : t) (torn.normal[p].isZero() ? inner : rim).insert(p);
+    const auto expectClose = [&](const std::vector<skin::Opposite>& lips, std::size_t of, double limit) {
+        std::vector<double> apart(of, 1);  // where there is none opposite
+        for (std::size_t i = 0; i < lips.size(); ++i) apart[i] = (lips[i].at<Vec3>(X) - X[lips[i].point]).norm() / dx;
+        std::ranges::sort(apart);
+        EXPECT_GT(of, 50u);
+        EXPECT_LT(apart[of * 95 / 100], limit);
+    };
+    expectClose(skin::oppositeRims(X, torn.faces, torn.normal, dx), rim.size(), kRims);
+    expectClose(skin::oppositeFaces(X, torn.faces, torn.normal, dx), inner.size(), kFaces);
 }
 
 /// A lip drawn in the middle of a gap rides outside of the material. Carried by one tet it would swing with a corner of

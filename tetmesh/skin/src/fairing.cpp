@@ -1,5 +1,7 @@
 #include "fairing.h"
 
+#include "slider.h"
+
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/base/triangle.h>
 
@@ -101,57 +103,6 @@ private:
     const std::vector<SkinCut::Point>& points_;
     double dx_;
     Groups next_;  // of each point; of one on a rim only those along it
-};
-
-/// Slides points over the outer surface.
-class Slider {
-public:
-    explicit Slider(const SkinTopology& skin) : skin_(skin) {}
-
-    /// The closest point to X of the smooth face that `point` was on, or of its sharp edges where it was on one. `at`:
-    /// the triangle to look from, and then the one that it lies on.
-    Vec3 closest(const SkinCut::Point& point, const Vec3& X, std::uint32_t& at) const
-    {
-        const bool sharp = point.onEdge && skin_.isSharp[point.skin];
-        const Vec3& normal = point.onEdge ? skin_.edgeNormal[point.skin] : skin_.normal[point.skin];
-        double nearest = std::numeric_limits<double>::infinity();
-        Vec3 best = X;
-        // From triangle to triangle, as long as they are as near as what was found.
-        std::vector<std::uint32_t> reached{at};
-        for (std::size_t i = 0; i < reached.size(); ++i) {
-            const std::uint32_t t = reached[i];
-            if (!sharp && skin_.normal[t].dot(normal) < kSameFace) continue;
-            const Vec3 there = closestPoint(skin_.corners(t), X).at;
-            const auto keep = [&](const Vec3& p) {
-                if (const double d = (p - X).squaredNorm(); d < nearest) nearest = d, best = p, at = t;
-            };
-            if (sharp)
-                visitSharpEdges(t, X, keep);
-            else
-                keep(there);
-            if ((there - X).squaredNorm() > nearest) continue;
-            for (const std::uint32_t e : skin_.edgeOf[t])
-                for (const std::uint32_t beside : skin_.trianglesOf[e])
-                    if (std::find(reached.begin(), reached.end(), beside) == reached.end()) reached.push_back(beside);
-        }
-        return best;
-    }
-
-    std::uint32_t triangleOf(const SkinCut::Point& point) const
-    {
-        return point.onEdge ? skin_.trianglesOf[point.skin][0] : point.skin;
-    }
-
-private:
-    template <class Keep>
-    void visitSharpEdges(std::uint32_t t, const Vec3& X, const Keep& keep) const
-    {
-        const std::array<Vec3, 3> c = skin_.corners(t);
-        for (std::size_t k = 0; k < 3; ++k)
-            if (skin_.isSharp[skin_.edgeOf[t][k]]) keep(closestPoint({c[k], c[(k + 1) % 3], c[(k + 1) % 3]}, X).at);
-    }
-
-    const SkinTopology& skin_;
 };
 
 }  // namespace

@@ -2,6 +2,9 @@
 
 #include "fairing.h"
 #include "planar.h"
+#include "slider.h"
+
+#include <vdbfrac/skin/opposite.h>
 
 #include <vdbfrac/base/grouping.h>
 #include <vdbfrac/base/parallel.h>
@@ -229,6 +232,36 @@ private:
     SkinCut& cut_;
 };
 
+/// Moves points of torn faces and rims to the middle between them and the lip opposite, as each lip has been made fair
+/// by itself: rims, which are seen before the crack opens, until they lie on each other.
+void meet(const SkinTopology& skin, double dx, SkinCut& cut)
+{
+    constexpr int kRounds = 4;
+    const auto first = std::uint32_t(skin.pointOf.size());
+    std::vector<std::array<std::uint32_t, 3>> torn;
+    for (const auto& [a, b, c] : cut.torn) torn.push_back({a - first, b - first, c - first});
+    const Slider slider(skin);
+    std::vector<Vec3> X, normal;
+    for (const SkinCut::Point& point : cut.points) {
+        X.push_back(point.X);
+        normal.push_back(slider.normalAt(point));
+    }
+    const auto halfWay = [&](const std::vector<Opposite>& lips) {
+        std::vector<Vec3> middle(lips.size());
+        parallelChunks(lips.size(), kChunk / 16, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) {
+                const std::uint32_t p = lips[i].point;
+                middle[i] = 0.5 * (X[p] + lips[i].at<Vec3>(X));
+                if (!normal[p].isZero()) middle[i] = slider.closest(cut.points[p], middle[i]);
+            }
+        });
+        for (std::size_t i = 0; i < lips.size(); ++i) X[lips[i].point] = middle[i];
+    };
+    halfWay(oppositeFaces(X, torn, normal, dx));
+    for (int round = 0; round < kRounds; ++round) halfWay(oppositeRims(X, torn, normal, dx));
+    for (std::size_t i = 0; i < X.size(); ++i) cut.points[i].X = X[i];
+}
+
 }  // namespace
 
 void closeLips(const SkinTopology& skin, const CrackLattice& lattice, SkinCut& cut)
@@ -250,6 +283,7 @@ void closeLips(const SkinTopology& skin, const CrackLattice& lattice, SkinCut& c
     for (std::size_t i = 0; i < way.size(); ++i)
         if (way[i]) cut.points[i].X += *way[i];
     fair(skin, neighbours, lattice.voxelSize(), cut.points);
+    meet(skin, lattice.voxelSize(), cut);
     std::vector<std::uint32_t> moved;
     for (std::uint32_t i = 0; i < cut.points.size(); ++i)
         if (cut.points[i].skin == SkinCut::kNoSkin) moved.push_back(i);

@@ -4,10 +4,10 @@
 #include "crack_lattice.h"
 #include "node_search.h"
 
-#include <vdbfrac/base/grouping.h>
 #include <vdbfrac/base/parallel.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace vdbfrac::skin {
 
@@ -24,24 +24,24 @@ struct Near {
 /// Voxel nodes with material near X that edges join to `from`, by how near they are.
 std::vector<Near> nodesNear(const Carrier& carrier, const Vec3& X, Coord from)
 {
-    const double dx = carrier.body.voxelSize();
-    const auto distance = [&](Coord n) { return (n.toVec() - X / dx).norm(); };
-    const double farthest = distance(from) + kReach;
+    const Vec3 at = X / carrier.body.voxelSize();
+    const auto square = [&](Coord n) { return (n.toVec() - at).squaredNorm(); };
+    const double farthest = std::sqrt(square(from)) + kReach;
     const auto side = carrier.fragmentAt(from);
     std::vector<Near> found;
-    double least = farthest;
+    double least = farthest * farthest;
     NodeSearch search(from);
     while (const auto n = search.next()) {
         if (!carrier.hasMaterial(*n) || carrier.fragmentAt(*n) != side) continue;
-        found.push_back({*n, distance(*n)});
+        found.push_back({*n, square(*n)});
         least = std::min(least, found.back().weight);
         forNeighbours(*n, [&](Coord next) {
-            if (distance(next) < farthest) search.add(next);
+            if (square(next) < farthest * farthest) search.add(next);
         });
     }
-    const double radius = least + kReach;
-    std::erase_if(found, [&](const Near& n) { return n.weight >= radius; });
-    for (Near& n : found) n.weight = (1 - n.weight / radius) * (1 - n.weight / radius);
+    const double radius = std::sqrt(least) + kReach;
+    std::erase_if(found, [&](const Near& n) { return n.weight >= radius * radius; });
+    for (Near& n : found) n.weight = std::pow(1 - std::sqrt(n.weight) / radius, 2);
     return found;
 }
 
@@ -60,10 +60,13 @@ MeanMotion::MeanMotion(const tetmesh::BodyMesh& body, std::span<const Rider> rid
         for (std::size_t p = begin; p < end; ++p)
             near[p] = nodesNear(carrier, riders[points_[p].rider].X, embedded.from[points_[p].rider]);
     });
+    constexpr std::uint32_t kNone = 0xffffffff;
+    tetmesh::NodeField<std::uint32_t> number(body.phi().lower(), body.phi().upper(), kNone, kNone);
     std::vector<Coord> voxels;
     for (const auto& list : near)
-        for (const Near& n : list) voxels.push_back(n.voxel);
-    sortUnique(voxels);
+        for (const Near& n : list)
+            if (std::uint32_t& own = number.at(n.voxel); own == kNone)
+                own = std::uint32_t(voxels.size()), voxels.push_back(n.voxel);
     rounds_.resize(voxels.size());
     parallelChunks(voxels.size(), kChunk / 16, [&](std::size_t begin, std::size_t end) {
         for (std::size_t v = begin; v < end; ++v) rounds_[v] = round(carrier, voxels[v]);
@@ -71,10 +74,11 @@ MeanMotion::MeanMotion(const tetmesh::BodyMesh& body, std::span<const Rider> rid
     parts_.resize(points_.size());
     for (std::size_t p = 0; p < points_.size(); ++p) {
         double sum = 0;
+        parts_[p].reserve(near[p].size());
         for (const Near& n : near[p]) {
-            const auto v = std::size_t(std::lower_bound(voxels.begin(), voxels.end(), n.voxel) - voxels.begin());
-            const double weight = n.weight * rounds_[v].volume;
-            parts_[p].push_back({std::uint32_t(v), weight, riders[points_[p].rider].X - dx * n.voxel.toVec()});
+            const std::uint32_t round = number(n.voxel);
+            const double weight = n.weight * rounds_[round].volume;
+            parts_[p].push_back({round, weight, riders[points_[p].rider].X - dx * n.voxel.toVec()});
             sum += weight;
         }
         for (Part& part : parts_[p]) part.weight /= sum;

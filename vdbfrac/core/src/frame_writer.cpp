@@ -51,19 +51,6 @@ grid::NamedGrid restGrid(const FrameSource& source, const FrameSource::Field& fi
     return g;
 }
 
-/// Calls act(source, field) for the source of a field of the rest configuration. False when there is none.
-template <class Act>
-bool withSource(const std::string& name, const Stages& stages, const Act& act)
-{
-    for (const FrameSource* source : stages.frames)
-        for (const FrameSource::Field& field : source->fields())
-            if (field.name == name) {
-                act(*source, field);
-                return true;
-            }
-    return false;
-}
-
 /// More than one, for the case that a disk loses the last.
 constexpr std::size_t kKeptCheckpoints = 2;
 
@@ -101,10 +88,7 @@ scene::Vocabulary::Fields outputFields()
     return {{"phi", "energy"}, std::move(world)};
 }
 
-bool offersField(const Stages& stages, const std::string& name)
-{
-    return worldField(name) || withSource(name, stages, [](const auto&, const auto&) {});
-}
+bool offersField(const Stages& stages, const std::string& name) { return worldField(name) || stages.sourceOf(name); }
 
 RunState runState(const Simulation& simulation)
 {
@@ -133,15 +117,15 @@ FrameData takeFrame(const Simulation& simulation, const scene::Scene& scene, int
             data.grids.push_back({name, nullptr, {}, scene.grid.voxelSize, field->unit});
             continue;
         }
-        withSource(name, simulation.stages(), [&](const FrameSource& source, const FrameSource::Field& field) {
-            std::vector<std::size_t> ofBodies;
-            for (const Body& body : simulation.bodies()) {
-                ofBodies.push_back(data.grids.size());
-                data.grids.push_back(restGrid(source, field, body, data.levelSets));
-                if (simulation.bodies().size() > 1) data.grids.back().name += "_" + body.name;
-            }
-            if (!data.grids.back().levelSet) data.restValues.emplace_back(name, std::move(ofBodies));
-        });
+        const auto of = simulation.stages().sourceOf(name);
+        if (!of) continue;
+        std::vector<std::size_t> ofBodies;
+        for (const Body& body : simulation.bodies()) {
+            ofBodies.push_back(data.grids.size());
+            data.grids.push_back(restGrid(*of->source, of->field, body, data.levelSets));
+            if (simulation.bodies().size() > 1) data.grids.back().name += "_" + body.name;
+        }
+        if (!data.grids.back().levelSet) data.restValues.emplace_back(name, std::move(ofBodies));
     }
     if (simulation.ancestry()) data.motion = motionOf(simulation);
     data.state = runState(simulation);

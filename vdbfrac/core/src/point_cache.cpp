@@ -36,6 +36,9 @@ PointCache::PointCache(const scene::Scene& scene, const Simulation& simulation, 
 {
     rest_ = frame(0);
     for (const DrawnBody& body : rest_) used_.push_back(tetmesh::usedPoints(body.topology->mesh));
+    if (!scene.output.lipsClosed) return;
+    for (std::size_t b = 0; b < rest_.size(); ++b)
+        joined_.emplace_back(*rest_[b].topology, simulation.stages(), simulation.bodies()[b]);
 }
 
 /// Classes of nodes only split: each node of the last frame was one node in every frame before.
@@ -77,8 +80,19 @@ DrawnFrame PointCache::frame(std::size_t number) const
             atX.push_back(x[n]), atV.push_back(v[n]);
         }
         all.push_back(drawing_.body(b, atX, atV));
+        if (joined_.empty()) continue;
+        joinLips(b, double(number) / scene_.time.fps, all.back());
     }
     return all;
+}
+
+void PointCache::joinLips(std::size_t b, double time, DrawnBody& drawn) const
+{
+    const std::vector<Vec3>& rest = drawn.topology->mesh.points;
+    for (std::size_t p = 0; p < rest.size(); ++p) drawn.points[p] -= rest[p];
+    joined_[b].join(time, drawn.points);
+    joined_[b].join(time, drawn.velocity);
+    for (std::size_t p = 0; p < rest.size(); ++p) drawn.points[p] += rest[p];
 }
 
 std::vector<tetmesh::CacheFrame> PointCache::cacheFrame(std::size_t number) const

@@ -1,9 +1,11 @@
 // One topology over all frames of a run: the surface is cut once, by the cracks of the run's end, and its points are
-// where their material was in each frame before. Programs that play frames call this a point cache.
+// where their material was in each frame before. Lips are one until the crack arrives between them. Programs that play
+// frames call this a point cache.
 #pragma once
 
 #include <vdbfrac/core/archive.h>
 #include <vdbfrac/core/drawing.h>
+#include <vdbfrac/core/joined_lips.h>
 #include <vdbfrac/core/simulation.h>
 #include <vdbfrac/scene/scene.h>
 
@@ -35,6 +37,7 @@ private:
     using Nodes = std::shared_ptr<const std::vector<std::uint32_t>>;
 
     std::vector<std::vector<Nodes>> ancestors(const Simulation& simulation) const;
+    void joinLips(std::size_t body, double time, DrawnBody& drawn) const;
     std::vector<tetmesh::CacheFrame> cacheFrame(std::size_t number) const;
     void writeObj(const std::filesystem::path& out) const;
     void writeMdd(const std::filesystem::path& out) const;
@@ -46,6 +49,7 @@ private:
     std::vector<std::vector<Nodes>> node_;          // of each frame and body: what those of the last frame were
     DrawnFrame rest_;                               // the first frame
     std::vector<std::vector<std::uint32_t>> used_;  // points that faces use, of each body
+    std::vector<JoinedLips> joined_;                // of each body
 };
 
 }  // namespace vdbfrac::core

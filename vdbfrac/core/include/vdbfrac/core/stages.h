@@ -15,6 +15,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <variant>
@@ -148,6 +149,19 @@ struct Stages {
     std::vector<FrameSource*> frames;
     std::vector<Persistent*> persistent;
     std::vector<std::string> notes;  ///< what the user should know before the run, a sentence each
+
+    struct SourceOfField {
+        const FrameSource* source = nullptr;
+        FrameSource::Field field;
+    };
+    /// What gives the grid of this name, if anything does.
+    std::optional<SourceOfField> sourceOf(const std::string& name) const
+    {
+        for (const FrameSource* source : frames)
+            for (const FrameSource::Field& field : source->fields())
+                if (field.name == name) return SourceOfField{source, field};
+        return std::nullopt;
+    }
 };
 
 /// Something a scene can ask for. It enters the stages it needs and is never asked whether it is there.

@@ -1,0 +1,159 @@
+#include <vdbfrac/skin/opposite.h>
+
+#include <vdbfrac/base/parallel.h>
+#include <vdbfrac/base/triangle.h>
+#include <vdbfrac/tetmesh/trilinear.h>
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+namespace vdbfrac::skin {
+
+namespace {
+
+using Corners = std::array<std::uint32_t, 3>;
+
+constexpr double kNear = 0.75;      // voxels: lips farther apart have not been closed
+constexpr double kThrough = 0.25;   // voxels that one may lie behind the other; more is thin material between cracks
+constexpr double kOpposite = -0.3;  // cosine between the directions in which two lips look
+
+/// A torn face, or an edge of a rim with two of its corners in one.
+struct Piece {
+    Corners corner{};
+    Vec3 out;  // into the crack
+};
+
+/// Of a place on a triangle or an edge.
+std::array<double, 3> weightsOf(const std::array<Vec3, 3>& corner, const Vec3& at)
+{
+    const Vec3 u = corner[1] - corner[0], v = corner[2] - corner[0], w = at - corner[0];
+    const double uu = u.dot(u), uv = u.dot(v), vv = v.dot(v), determinant = uu * vv - uv * uv;
+    if (!(determinant > 1e-12 * uu * vv)) {  // an edge
+        const double t = vv > 0 ? std::clamp(w.dot(v) / vv, 0., 1.) : 0;
+        return {1 - t, 0, t};
+    }
+    const double s = (vv * w.dot(u) - uv * w.dot(v)) / determinant, t = (uu * w.dot(v) - uv * w.dot(u)) / determinant;
+    return {1 - s - t, s, t};
+}
+
+/// Pieces by the voxels that their boxes touch.
+class Pieces {
+public:
+    Pieces(std::span<const Vec3> X, std::vector<Piece> pieces, double dx) : X_(X), pieces_(std::move(pieces)), dx_(dx)
+    {
+        for (std::uint32_t i = 0; i < pieces_.size(); ++i) {
+            const auto [p, q, r] = corners(pieces_[i]);
+            const Coord low = tetmesh::floorOf(p.cwiseMin(q).cwiseMin(r) / dx);
+            const Coord high = tetmesh::floorOf(p.cwiseMax(q).cwiseMax(r) / dx);
+            for (int z = low.z; z <= high.z; ++z)
+                for (int y = low.y; y <= high.y; ++y)
+                    for (int x = low.x; x <= high.x; ++x) entries_.emplace_back(Coord{x, y, z}, i);
+        }
+        std::sort(entries_.begin(), entries_.end());
+    }
+
+    /// For each point that looks anywhere the closest place on what looks against it, if that is near.
+    std::vector<Opposite> opposites(std::span<const Vec3> out) const
+    {
+        std::vector<std::uint32_t> points;
+        for (std::uint32_t p = 0; p < out.size(); ++p)
+            if (!out[p].isZero()) points.push_back(p);
+        return gatherChunks<Opposite>(points.size(), kChunk / 16, [&](std::size_t begin, std::size_t end, auto& found) {
+            for (std::size_t i = begin; i < end; ++i)
+                if (const auto other = opposite(points[i], out[points[i]].stableNormalized())) found.push_back(*other);
+        });
+    }
+
+private:
+    std::array<Vec3, 3> corners(const Piece& piece) const
+    {
+        return {X_[piece.corner[0]], X_[piece.corner[1]], X_[piece.corner[2]]};
+    }
+    std::optional<Opposite> opposite(std::uint32_t point, const Vec3& out) const
+    {
+        for (const double reach : {kNear / 4, kNear})  // most are as near as that
+            if (auto found = within(reach * dx_, point, out)) return found;
+        return std::nullopt;
+    }
+    std::optional<Opposite> within(double reach, std::uint32_t point, const Vec3& out) const
+    {
+        const Vec3& X = X_[point];
+        double nearest = reach * reach;
+        const Piece* best = nullptr;
+        Vec3 at;
+        forNear(X, reach, [&](const Piece& piece) {
+            if (piece.out.dot(out) > kOpposite) return;
+            const Vec3 p = closestPoint(corners(piece), X).at;
+            const double d = (p - X).squaredNorm();
+            if (d < nearest && (p - X).dot(out) > -kThrough * dx_) nearest = d, best = &piece, at = p;
+        });
+        if (!best) return std::nullopt;
+        return Opposite{point, best->corner, weightsOf(corners(*best), at)};
+    }
+    template <class Visit>
+    void forNear(const Vec3& X, double reach, const Visit& visit) const
+    {
+        const Coord low = tetmesh::floorOf((X.array() - reach) / dx_),
+                    high = tetmesh::floorOf((X.array() + reach) / dx_);
+        for (int z = low.z; z <= high.z; ++z)
+            for (int y = low.y; y <= high.y; ++y)
+                for (int x = low.x; x <= high.x; ++x) {
+                    const Coord voxel{x, y, z};
+                    auto at = std::lower_bound(entries_.begin(), entries_.end(), std::pair{voxel, std::uint32_t(0)});
+                    for (; at != entries_.end() && at->first == voxel; ++at) visit(pieces_[at->second]);
+                }
+    }
+
+    std::span<const Vec3> X_;
+    std::vector<Piece> pieces_;
+    double dx_;
+    std::vector<std::pair<Coord, std::uint32_t>> entries_;
+};
+
+/// Edges of rims: those of one torn face alone.
+std::vector<std::pair<std::uint32_t, std::uint32_t>> rimOf(std::span<const Corners> torn, std::span<const Vec3> normal)
+{
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> edges, rim;
+    for (const Corners& t : torn)
+        for (std::size_t k = 0; k < 3; ++k)
+            if (!normal[t[k]].isZero() && !normal[t[(k + 1) % 3]].isZero()) edges.emplace_back(t[k], t[(k + 1) % 3]);
+    std::sort(edges.begin(), edges.end());
+    for (const auto& [a, b] : edges)
+        if (!std::binary_search(edges.begin(), edges.end(), std::pair{b, a})) rim.emplace_back(a, b);
+    return rim;
+}
+
+}  // namespace
+
+std::vector<Opposite> oppositeFaces(std::span<const Vec3> X, std::span<const Corners> torn,
+                                    std::span<const Vec3> normal, double dx)
+{
+    std::vector<Piece> faces;
+    std::vector<Vec3> out(X.size(), Vec3::Zero());
+    for (const Corners& t : torn) {
+        const Vec3 area = (X[t[1]] - X[t[0]]).cross(X[t[2]] - X[t[0]]);
+        faces.push_back({t, area.stableNormalized()});
+        for (const std::uint32_t p : t)
+            if (normal[p].isZero()) out[p] += area;
+    }
+    return Pieces(X, std::move(faces), dx).opposites(out);
+}
+
+std::vector<Opposite> oppositeRims(std::span<const Vec3> X, std::span<const Corners> torn, std::span<const Vec3> normal,
+                                   double dx)
+{
+    std::vector<Piece> edges;
+    std::vector<Vec3> out(X.size(), Vec3::Zero());
+    for (const auto& [a, b] : rimOf(torn, normal)) {
+        const Vec3 across = (normal[a] + normal[b]).cross(X[b] - X[a]);
+        edges.push_back({{a, b, b}, across.stableNormalized()});
+        out[a] += across, out[b] += across;
+    }
+    return Pieces(X, std::move(edges), dx).opposites(out);
+}
+
+}  // namespace vdbfrac::skin

@@ -1,0 +1,31 @@
+// The lips of cracks that are yet to come, in a surface that is cut by all cracks of a run.
+//
+// Either lip rides on its own side of the crack, and where material is stretched unevenly the sides carry them a little
+// apart: a hairline would tell where it is going to tear.
+#pragma once
+
+#include <vdbfrac/core/body.h>
+#include <vdbfrac/core/stages.h>
+#include <vdbfrac/skin/opposite.h>
+#include <vdbfrac/tetmesh/render_mesh.h>
+
+#include <span>
+#include <vector>
+
+namespace vdbfrac::core {
+
+class JoinedLips {
+public:
+    /// Of a body as it is drawn at the end of a run.
+    JoinedLips(const tetmesh::DrawnTopology& drawn, const Stages& stages, const Body& body);
+
+    /// Gives points that the crack has not come to by this time [s] the mean of their motion and that of the lip
+    /// opposite. `motion`: displacements [m] or velocities [m/s] of all points.
+    void join(double time, std::span<Vec3> motion) const;
+
+private:
+    std::vector<skin::Opposite> lips_;
+    std::vector<float> arrival_;  // s, at each; below 0 where no crack is known to have come
+};
+
+}  // namespace vdbfrac::core

@@ -1,0 +1,68 @@
+#include <vdbfrac/core/joined_lips.h>
+
+#include <vdbfrac/grid/voxel_values.h>
+
+#include <Eigen/Geometry>
+
+#include <array>
+#include <cstdint>
+#include <variant>
+
+namespace vdbfrac::core {
+
+namespace {
+
+std::vector<skin::Opposite> lipsOf(const tetmesh::DrawnTopology& drawn, double dx)
+{
+    const tetmesh::RenderMesh& mesh = drawn.mesh;
+    std::vector<std::array<std::uint32_t, 3>> torn;
+    std::vector<Vec3> normal(mesh.points.size(), Vec3::Zero());
+    for (std::size_t f = 0; f < mesh.faces(); ++f) {
+        const auto c = mesh.face(f);
+        if (drawn.torn[f]) {
+            torn.push_back({c[0].point, c[1].point, c[2].point});
+            continue;
+        }
+        Vec3 area = Vec3::Zero();
+        for (std::size_t k = 1; k + 1 < c.size(); ++k)
+            area += (mesh.points[c[k].point] - mesh.points[c[0].point])
+                        .cross(mesh.points[c[k + 1].point] - mesh.points[c[0].point]);
+        for (const tetmesh::RenderMesh::Corner& corner : c) normal[corner.point] += area;
+    }
+    for (Vec3& n : normal) n.stableNormalize();
+    std::vector<skin::Opposite> lips = skin::oppositeFaces(mesh.points, torn, normal, dx);
+    const std::vector<skin::Opposite> rims = skin::oppositeRims(mesh.points, torn, normal, dx);
+    lips.insert(lips.end(), rims.begin(), rims.end());
+    return lips;
+}
+
+}  // namespace
+
+JoinedLips::JoinedLips(const tetmesh::DrawnTopology& drawn, const Stages& stages, const Body& body)
+{
+    constexpr double kMet = 0.05;  // voxels: lips that are farther apart at rest have not been closed
+    const auto arrival = stages.sourceOf("arrival");
+    if (!arrival) return;
+    const double dx = body.phi.voxelSize();
+    const std::vector<Vec3>& rest = drawn.mesh.points;
+    std::vector<Vec3> X;
+    for (const skin::Opposite& lip : lipsOf(drawn, dx)) {
+        if ((lip.at<Vec3>(rest) - rest[lip.point]).norm() > kMet * dx) continue;
+        lips_.push_back(lip);
+        X.push_back(rest[lip.point]);
+    }
+    arrival_ = grid::sample(std::get<grid::VoxelValues>(arrival->source->take(body, arrival->field.name)), dx, X);
+}
+
+void JoinedLips::join(double time, std::span<Vec3> motion) const
+{
+    constexpr int kRounds = 3;  // each lip moves while the other does
+    std::vector<Vec3> other(lips_.size());
+    for (int round = 0; round < kRounds; ++round) {
+        for (std::size_t i = 0; i < lips_.size(); ++i) other[i] = lips_[i].at<Vec3>(motion);
+        for (std::size_t i = 0; i < lips_.size(); ++i)
+            if (time < arrival_[i]) motion[lips_[i].point] = 0.5 * (motion[lips_[i].point] + other[i]);
+    }
+}
+
+}  // namespace vdbfrac::core
