@@ -175,6 +175,7 @@ def rims_apart(mesh, points):
     for edge, kind in kinds.items():
         if kind == {False, True}:
             rims.setdefault(side(edge[0]), []).append(edge)
+    check("two sides, and no specks", len(rims) == 2, len(rims))
     apart = []
     for mine in rims:
         a, b = points[np.array([e for other in rims if other != mine for e in rims[other]]).T]

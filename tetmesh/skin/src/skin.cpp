@@ -147,7 +147,8 @@ void Skin::follow(const tetmesh::BodyMesh& body, std::span<const std::uint32_t> 
     const FragmentAt fragment = fragmentsAt(body, fragmentOfNode);
     const SkinCut cut = cutter_.cut(body.restPhi(), body.phi(), style_, fragment);
     Drawer drawer(mesh_, fans_, cut);
-    work_ = {cut.mixedVoxels, std::int64_t(cut.parts.size()), std::int64_t(cut.torn.size()), cut.defects, 0, 0};
+    work_ = {
+        cut.mixedVoxels, std::int64_t(cut.parts.size()), std::int64_t(cut.torn.size()), cut.specks, cut.defects, 0, 0};
     givenNormals_ = drawer.givenNormals;
     embed({body, cut, drawer.drawn.mesh, fragment, fragmentOfNode});
     tetmesh::DrawnTopology& drawn = drawer.drawn;

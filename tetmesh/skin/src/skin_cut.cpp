@@ -4,6 +4,7 @@
 #include "lips.h"
 #include "planar.h"
 #include "rest_parts.h"
+#include "specks.h"
 #include "torn_detail.h"
 #include "torn_faces.h"
 
@@ -172,6 +173,7 @@ SkinCut SkinCutter::cut(const tetmesh::NodeField<float>& rest, const tetmesh::No
         if (open[topology_->triangles[t][0]]) cut.fate[t] = SkinCut::Fate::gone;
     divide(crossings, open, cut);
     addTornFaces({lattice, rest, crossings, isInner_, std::uint32_t(topology_->pointOf.size())}, cut);
+    removeSpecks(*topology_, now, dx_, cut);
     if (style.lips == Lips::closed) closeLips(*topology_, lattice, cut);
     if (style.detail.amplitude > 0) addTornDetail(style.detail, rest, dx_, cut);
     return cut;

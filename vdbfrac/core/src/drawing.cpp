@@ -132,6 +132,7 @@ void Drawing::follow(const Simulation& simulation, Ledger& work)
         work.count("draw", "mixed_voxels", skin.work().mixedVoxels);
         work.count("draw", "cut_faces", skin.work().cutFaces);
         work.count("draw", "torn_faces", skin.work().tornFaces);
+        work.count("draw", "specks", skin.work().specks);
         work.count("draw", "defects", skin.work().defects);
         work.count("draw", "far_points", skin.work().far);
         work.count("draw", "bridges", skin.work().bridges);

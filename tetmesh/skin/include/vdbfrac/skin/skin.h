@@ -18,6 +18,7 @@ struct SkinWork {
     std::int64_t mixedVoxels = 0;  ///< that surfaces of cracks go through
     std::int64_t cutFaces = 0;     ///< parts of the outer surface that were made
     std::int64_t tornFaces = 0;
+    std::int64_t specks = 0;   ///< pieces without material that were taken out
     std::int64_t defects = 0;  ///< places where rounding left a gap in the surface
     std::int64_t far = 0;      ///< points more than a cell away from the material that carries them
     std::int64_t bridges = 0;  ///< faces between fragments, which are drawn out as these part
