@@ -151,6 +151,7 @@ inline void expectEqual(const scene::Scene& a, const scene::Scene& b)
         EXPECT_EQ(a.materials[i].youngsModulus, b.materials[i].youngsModulus);
         EXPECT_EQ(a.materials[i].poissonRatio, b.materials[i].poissonRatio);
         EXPECT_EQ(a.materials[i].density, b.materials[i].density);
+        EXPECT_EQ(a.materials[i].colour, b.materials[i].colour);
     }
     expectEqual(a.tables, b.tables);
     expectEqual(a.notes, b.notes);

@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <iterator>
+#include <locale>
+#include <sstream>
 
 namespace vdbfrac::tetmesh {
 
@@ -82,11 +84,18 @@ void visitMaterials(const std::string& mtl, const Visit& visit)
 
 }  // namespace
 
+std::string mtlMaterial(const std::string& name, const Vec3& colour)
+{
+    std::ostringstream text;
+    text.imbue(std::locale::classic());
+    text << "newmtl " << name << "\nKa 0 0 0\nKd " << colour.transpose() << "\nKs 0.04 0.04 0.04\nNs 20\nillum 2\n";
+    return text.str();
+}
+
 std::string mtlText(std::string_view more)
 {
-    return "newmtl outside\nKa 0 0 0\nKd 0.72 0.71 0.68\nKs 0.04 0.04 0.04\nNs 20\nillum 2\n\n"
-           "newmtl inside\nKa 0 0 0\nKd 0.80 0.10 0.07\nKs 0.10 0.10 0.10\nNs 60\nillum 2\n" +
-           std::string(more);
+    return mtlMaterial("outside", {0.72, 0.71, 0.68}) + "\n" +
+           "newmtl inside\nKa 0 0 0\nKd 0.80 0.10 0.07\nKs 0.10 0.10 0.10\nNs 60\nillum 2\n" + std::string(more);
 }
 
 void writeMtl(const std::filesystem::path& file, std::string_view more) { writeText(file, mtlText(more)); }

@@ -85,6 +85,16 @@ std::string materialsOf(const tetmesh::RenderMesh& mesh, const std::filesystem::
     return text;
 }
 
+/// Names the material of the body on faces that have none of their own, if it has a colour.
+tetmesh::RenderMesh coloured(tetmesh::RenderMesh mesh, const scene::Material& material)
+{
+    if (!material.hasColour()) return mesh;
+    const auto own = std::uint32_t(mesh.materials.size());
+    mesh.materials.push_back(material.name);
+    std::ranges::replace(mesh.material, tetmesh::RenderMesh::kNone, own);
+    return mesh;
+}
+
 skin::CrackStyle styleOf(const scene::Scene& scene)
 {
     const scene::Output& output = scene.output;
@@ -108,8 +118,11 @@ Drawing::Drawing(const scene::Scene& scene, const Simulation& simulation)
         tetmesh::RenderMesh mesh = outerSurface(scene.bodies[b], body, notes_);
         if (const auto* file = std::get_if<scene::MeshFile>(&scene.bodies[b].shape))
             materials_ += materialsOf(mesh, file->file.parent_path());
+        mesh = coloured(std::move(mesh), scene.materialOf(scene.bodies[b]));
         surfaces_.push_back({skin::Skin(std::move(mesh), *body.mesh, styleOf(scene), isInParts(body))});
     }
+    for (const scene::Material& m : scene.materials)
+        if (m.hasColour()) materials_ += '\n' + tetmesh::mtlMaterial(m.name, m.colour);
 }
 
 void Drawing::replace(const scene::Scene& scene, const Simulation& simulation, std::size_t body,
@@ -118,6 +131,7 @@ void Drawing::replace(const scene::Scene& scene, const Simulation& simulation, s
     const Body& own = simulation.bodies()[body];
     auto whole = carved(std::move(mesh), scene.bodies[body], own.phi.voxelSize());
     if (!whole) throw InputError({"the mesh for body '" + own.name + "'", "cannot be drawn", kCarvable, ""});
+    *whole = coloured(std::move(*whole), scene.materialOf(scene.bodies[body]));
     surfaces_[body] = {skin::Skin(std::move(*whole), *own.mesh, styleOf(scene), isInParts(own))};
 }
 

@@ -129,6 +129,12 @@ const Key kMaterial[] = {
      .defaultText = kRequired,
      .min = 0,
      .minOpen = true},
+    {.name = "colour",
+     .member = &Material::colour,
+     .doc = "Red, green, blue (linear) of its outer surface in the .mtl and in pictures, where the body's mesh has no "
+            "material of its own.",
+     .min = 0,
+     .max = 1},
 };
 
 const Key kGrip[] = {

@@ -12,6 +12,8 @@
 
 namespace vdbfrac::tetmesh {
 
+/// A material of a library that is a little glossy; `colour`: Kd.
+std::string mtlMaterial(const std::string& name, const Vec3& colour);
 /// The material library of the frames: "outside" neutral, "inside" red, and what `more` defines.
 std::string mtlText(std::string_view more = "");
 /// Writes it. Throws FileError.

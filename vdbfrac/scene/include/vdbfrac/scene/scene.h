@@ -63,6 +63,10 @@ struct Material {
     double youngsModulus = 0;  ///< E [Pa]
     double poissonRatio = 0;   ///< nu
     double density = 0;        ///< rho [kg/m^3]
+    Vec3 colour = kGrey;       ///< red, green, blue: what is drawn where a body's own surface has no material
+
+    static inline const Vec3 kGrey{0.72, 0.71, 0.68};
+    bool hasColour() const { return colour != kGrey; }
 };
 
 struct PoseKey {
