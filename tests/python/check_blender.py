@@ -23,6 +23,7 @@ def box(mesh):
 bpy.ops.wm.obj_import(filepath=folder + "/e.obj")
 (obj,) = bpy.data.objects
 told["materials"] = [m.name for m in obj.data.materials]
+told["colours"] = [list(m.diffuse_color)[:3] for m in obj.data.materials]
 told["uv_layers"] = len(obj.data.uv_layers)
 told["points"], told["faces"] = len(obj.data.vertices), len(obj.data.polygons)
 cache = obj.modifiers.new("motion", "MESH_CACHE")
@@ -63,8 +64,8 @@ def main(program, source, folder):
     points = [list(map(float, l.split()[1:])) for l in lines if l.startswith("v ")]
     first = [[f(p[k] for p in points) for k in range(3)] for f in (min, max)]
     wrong = []
-    if told["materials"] != ["outside", "inside"]:
-        wrong.append(f"materials {told['materials']}")
+    if told["materials"] != ["gel", "inside"] or not near([told["colours"][0]], [[0.2, 0.46, 0.5]]):
+        wrong.append(f"materials {told['materials']} of {told['colours']}")
     if told["uv_layers"] != 1 or told["points"] != len(points) or told["faces"] != sum(l.startswith("f ") for l in lines):
         wrong.append(f"counts {told}")
     if not near(told["boxes"][0], first):
