@@ -64,7 +64,7 @@ def main(program, source, folder):
     points = [list(map(float, l.split()[1:])) for l in lines if l.startswith("v ")]
     first = [[f(p[k] for p in points) for k in range(3)] for f in (min, max)]
     wrong = []
-    if told["materials"] != ["gel", "inside"] or not near([told["colours"][0]], [[0.2, 0.46, 0.5]]):
+    if told["materials"] != ["gel", "inside"] or not near([told["colours"][0]], [[0.45, 0.68, 0.7]]):
         wrong.append(f"materials {told['materials']} of {told['colours']}")
     if told["uv_layers"] != 1 or told["points"] != len(points) or told["faces"] != sum(l.startswith("f ") for l in lines):
         wrong.append(f"counts {told}")
