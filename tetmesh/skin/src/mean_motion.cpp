@@ -14,21 +14,21 @@ namespace vdbfrac::skin {
 namespace {
 
 constexpr double kFrom = 0.05, kWholly = 0.15;  // voxels outside: where the mean motion begins to count, and alone does
-constexpr double kReach = 1;                    // voxels farther than the nearest node with material: what is near
+constexpr double kRound = 1;                    // voxels farther than the nearest node with material: what is near
 
-struct Near {
+struct NearNode {
     Coord voxel;
     double weight = 0;
 };
 
 /// Voxel nodes with material near X that edges join to `from`, by how near they are.
-std::vector<Near> nodesNear(const Carrier& carrier, const Vec3& X, Coord from)
+std::vector<NearNode> nodesNear(const Carrier& carrier, const Vec3& X, Coord from)
 {
     const Vec3 at = X / carrier.body.voxelSize();
     const auto square = [&](Coord n) { return (n.toVec() - at).squaredNorm(); };
-    const double farthest = std::sqrt(square(from)) + kReach;
+    const double farthest = std::sqrt(square(from)) + kRound;
     const auto side = carrier.fragmentAt(from);
-    std::vector<Near> found;
+    std::vector<NearNode> found;
     double least = farthest * farthest;
     NodeSearch search(from);
     while (const auto n = search.next()) {
@@ -39,9 +39,9 @@ std::vector<Near> nodesNear(const Carrier& carrier, const Vec3& X, Coord from)
             if (square(next) < farthest * farthest) search.add(next);
         });
     }
-    const double radius = std::sqrt(least) + kReach;
-    std::erase_if(found, [&](const Near& n) { return n.weight >= radius * radius; });
-    for (Near& n : found) n.weight = std::pow(1 - std::sqrt(n.weight) / radius, 2);
+    const double radius = std::sqrt(least) + kRound;
+    std::erase_if(found, [&](const NearNode& n) { return n.weight >= radius * radius; });
+    for (NearNode& n : found) n.weight = std::pow(1 - std::sqrt(n.weight) / radius, 2);
     return found;
 }
 
@@ -55,7 +55,7 @@ MeanMotion::MeanMotion(const tetmesh::BodyMesh& body, std::span<const Rider> rid
     for (std::uint32_t i = 0; i < riders.size(); ++i)
         if (const double out = embedded.outside[i] / dx; out > kFrom)
             points_.push_back({i, std::min(1.0, (out - kFrom) / (kWholly - kFrom))});
-    std::vector<std::vector<Near>> near(points_.size());
+    std::vector<std::vector<NearNode>> near(points_.size());
     parallelChunks(points_.size(), kChunk / 16, [&](std::size_t begin, std::size_t end) {
         for (std::size_t p = begin; p < end; ++p)
             near[p] = nodesNear(carrier, riders[points_[p].rider].X, embedded.from[points_[p].rider]);
@@ -64,7 +64,7 @@ MeanMotion::MeanMotion(const tetmesh::BodyMesh& body, std::span<const Rider> rid
     tetmesh::NodeField<std::uint32_t> number(body.phi().lower(), body.phi().upper(), kNone, kNone);
     std::vector<Coord> voxels;
     for (const auto& list : near)
-        for (const Near& n : list)
+        for (const NearNode& n : list)
             if (std::uint32_t& own = number.at(n.voxel); own == kNone)
                 own = std::uint32_t(voxels.size()), voxels.push_back(n.voxel);
     rounds_.resize(voxels.size());
@@ -75,7 +75,7 @@ MeanMotion::MeanMotion(const tetmesh::BodyMesh& body, std::span<const Rider> rid
     for (std::size_t p = 0; p < points_.size(); ++p) {
         double sum = 0;
         parts_[p].reserve(near[p].size());
-        for (const Near& n : near[p]) {
+        for (const NearNode& n : near[p]) {
             const std::uint32_t round = number(n.voxel);
             const double weight = n.weight * rounds_[round].volume;
             parts_[p].push_back({round, weight, riders[points_[p].rider].X - dx * n.voxel.toVec()});

@@ -17,12 +17,12 @@ namespace {
 
 using Corners = std::array<std::uint32_t, 3>;
 
-constexpr double kNear = 0.75;      // voxels: lips farther apart have not been closed
+constexpr double kClosed = 0.75;    // voxels: lips farther apart have not been closed
 constexpr double kThrough = 0.25;   // voxels that one may lie behind the other; more is thin material between cracks
 constexpr double kOpposite = -0.3;  // cosine between the directions in which two lips look
 
 /// A torn face, or an edge of a rim with two of its corners in one.
-struct Piece {
+struct LipPiece {
     Corners corner{};
     Vec3 out;  // into the crack
 };
@@ -40,10 +40,11 @@ std::array<double, 3> weightsOf(const std::array<Vec3, 3>& corner, const Vec3& a
     return {1 - s - t, s, t};
 }
 
-/// Pieces by the voxels that their boxes touch.
-class Pieces {
+/// LipPieces by the voxels that their boxes touch.
+class LipPieces {
 public:
-    Pieces(std::span<const Vec3> X, std::vector<Piece> pieces, double dx) : X_(X), pieces_(std::move(pieces)), dx_(dx)
+    LipPieces(std::span<const Vec3> X, std::vector<LipPiece> pieces, double dx)
+        : X_(X), pieces_(std::move(pieces)), dx_(dx)
     {
         for (std::uint32_t i = 0; i < pieces_.size(); ++i) {
             const auto [p, q, r] = corners(pieces_[i]);
@@ -69,13 +70,13 @@ public:
     }
 
 private:
-    std::array<Vec3, 3> corners(const Piece& piece) const
+    std::array<Vec3, 3> corners(const LipPiece& piece) const
     {
         return {X_[piece.corner[0]], X_[piece.corner[1]], X_[piece.corner[2]]};
     }
     std::optional<Opposite> opposite(std::uint32_t point, const Vec3& out) const
     {
-        for (const double reach : {kNear / 4, kNear})  // most are as near as that
+        for (const double reach : {kClosed / 4, kClosed})  // most are as near as that
             if (auto found = within(reach * dx_, point, out)) return found;
         return std::nullopt;
     }
@@ -83,9 +84,9 @@ private:
     {
         const Vec3& X = X_[point];
         double nearest = reach * reach;
-        const Piece* best = nullptr;
+        const LipPiece* best = nullptr;
         Vec3 at;
-        forNear(X, reach, [&](const Piece& piece) {
+        forNear(X, reach, [&](const LipPiece& piece) {
             if (piece.out.dot(out) > kOpposite) return;
             const Vec3 p = closestPoint(corners(piece), X).at;
             const double d = (p - X).squaredNorm();
@@ -109,7 +110,7 @@ private:
     }
 
     std::span<const Vec3> X_;
-    std::vector<Piece> pieces_;
+    std::vector<LipPiece> pieces_;
     double dx_;
     std::vector<std::pair<Coord, std::uint32_t>> entries_;
 };
@@ -132,7 +133,7 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> rimOf(std::span<const Corne
 std::vector<Opposite> oppositeFaces(std::span<const Vec3> X, std::span<const Corners> torn,
                                     std::span<const Vec3> normal, double dx)
 {
-    std::vector<Piece> faces;
+    std::vector<LipPiece> faces;
     std::vector<Vec3> out(X.size(), Vec3::Zero());
     for (const Corners& t : torn) {
         const Vec3 area = (X[t[1]] - X[t[0]]).cross(X[t[2]] - X[t[0]]);
@@ -140,20 +141,20 @@ std::vector<Opposite> oppositeFaces(std::span<const Vec3> X, std::span<const Cor
         for (const std::uint32_t p : t)
             if (normal[p].isZero()) out[p] += area;
     }
-    return Pieces(X, std::move(faces), dx).opposites(out);
+    return LipPieces(X, std::move(faces), dx).opposites(out);
 }
 
 std::vector<Opposite> oppositeRims(std::span<const Vec3> X, std::span<const Corners> torn, std::span<const Vec3> normal,
                                    double dx)
 {
-    std::vector<Piece> edges;
+    std::vector<LipPiece> edges;
     std::vector<Vec3> out(X.size(), Vec3::Zero());
     for (const auto& [a, b] : rimOf(torn, normal)) {
         const Vec3 across = (normal[a] + normal[b]).cross(X[b] - X[a]);
         edges.push_back({{a, b, b}, across.stableNormalized()});
         out[a] += across, out[b] += across;
     }
-    return Pieces(X, std::move(edges), dx).opposites(out);
+    return LipPieces(X, std::move(edges), dx).opposites(out);
 }
 
 }  // namespace vdbfrac::skin

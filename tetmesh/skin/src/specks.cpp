@@ -16,9 +16,9 @@ namespace vdbfrac::skin {
 namespace {
 
 /// What faces that the cut made hang together by: points of the cut, then corners of the outer surface.
-class Pieces {
+class CutPieces {
 public:
-    Pieces(const SkinTopology& skin, const SkinCut& cut) : skin_(skin), given_(std::uint32_t(skin.pointOf.size()))
+    CutPieces(const SkinTopology& skin, const SkinCut& cut) : skin_(skin), given_(std::uint32_t(skin.pointOf.size()))
     {
         for (const SkinCut::Part& part : cut.parts)
             for (const std::uint32_t p : part.corner)
@@ -54,7 +54,7 @@ private:
 
 void removeSpecks(const SkinTopology& skin, const tetmesh::NodeField<float>& now, double dx, SkinCut& cut)
 {
-    const Pieces pieces(skin, cut);
+    const CutPieces pieces(skin, cut);
     std::vector<Eigen::AlignedBox3d> box(pieces.name.size());
     std::vector<std::uint8_t> isKept(pieces.name.size(), 0);  // it has material, or hangs on a whole triangle
     for (std::size_t i = 0; i < pieces.name.size(); ++i) {
