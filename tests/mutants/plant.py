@@ -81,6 +81,8 @@ BUGS = [
         "skin_test", "SkinCut.ClosedLipsOfAJaggedCrackHaveSmoothRims"),
     Bug("rims of dense meshes keep the teeth of their voxels", "tetmesh/skin/src/fairing.cpp", "all.point.size() == first || length <= reach", "all.point.size() == first",
         "skin_test", "SkinCut.ClosedLipsOfAJaggedCrackHaveSmoothRims"),
+    Bug("no sight across a crack at an angle", "vdbfrac/contact/src/near_tets.cpp", "return round_[g] == sample;", "return true;",
+        "contact_test", "NearTets.SeeAcrossACrackAtAnAngle"),
     Bug("specks hang in the air", "tetmesh/skin/src/skin_cut.cpp", "removeSpecks(*topology_, now, dx_, cut);", "",
         "skin_test", "SkinCut.LeavesNoSpecksWithoutMaterial"),
     Bug("closed lips do not meet", "tetmesh/skin/src/lips.cpp", "    meet(skin, lattice.voxelSize(), cut);\n", "",

@@ -107,17 +107,78 @@ bool sharesNode(const tetmesh::EmbeddedPoint& point, const Target& target)
     return false;
 }
 
-/// Is a group of the same fragment near a sample at rest, but not across a gap from it? The back of a thin sheet faces
-/// away and lies behind: where the sheet is crushed, its two sides do not push each other.
-bool isBeside(const TouchingSurface& surface, std::size_t sample, const Targets::Group& group)
+/// Groups of each node.
+Groups groupsOfNodes(const Targets& targets)
 {
-    constexpr double kNear = 2.5;    // cells
-    constexpr double kFacing = -.3;  // cosine of the angle between the directions outward, at the most
-    if (surface.fragment(sample) != group.fragment) return false;
-    const Vec3 there = group.X.cast<double>() - surface.restPosition(sample), out = surface.restNormal(sample);
-    const bool faces = out.dot(group.outward.cast<double>()) <= kFacing && out.dot(there) >= 0;
-    return there.squaredNorm() < kNear * kNear * double(group.size) * double(group.size) && !faces;
+    std::size_t nodes = 0;
+    const auto each = [&](const auto& visit) {
+        for (std::uint32_t g = 0; g < targets.groups().size(); ++g) {
+            const Targets::Group& group = targets.groups()[g];
+            for (std::size_t k = 0; k < group.nodes; ++k) visit(group.node[k], g);
+        }
+    };
+    each([&](std::uint32_t node, std::uint32_t) { nodes = std::max(nodes, std::size_t(node) + 1); });
+    return groupItems(nodes, each);
 }
+
+/// What a sample does not see: the material that it is part of.
+class OwnMaterial {
+public:
+    OwnMaterial(const TouchingSurface& surface, const Targets& targets, const Groups& ofNode)
+        : surface_(surface), targets_(targets), ofNode_(ofNode), round_(targets.groups().size(), kNone)
+    {
+    }
+
+    /// Is a group near a sample at rest, joined to it there by groups that are, and not across a gap from it? The back
+    /// of a thin sheet faces away and lies behind: where the sheet is crushed, its two sides do not push each other.
+    bool has(std::uint32_t sample, std::uint32_t g)
+    {
+        constexpr double kFacing = -.3;  // cosine of the angle between the directions outward, at the most
+        const Targets::Group& group = targets_.groups()[g];
+        if (surface_.fragment(sample) != group.fragment || !isNear(sample, group)) return false;
+        const Vec3 there = group.X.cast<double>() - surface_.restPosition(sample), out = surface_.restNormal(sample);
+        if (out.dot(group.outward.cast<double>()) <= kFacing && out.dot(there) >= 0) return false;
+        if (!surface_.isTorn(sample)) return true;  // no crack to go round: saves time
+        if (sample != sample_) findRound(sample);
+        return round_[g] == sample;
+    }
+
+private:
+    static constexpr std::uint32_t kNone = ~0u;
+
+    bool isNear(std::uint32_t sample, const Targets::Group& group) const
+    {
+        constexpr double kNear = 2.5;  // cells
+        const double reach = kNear * double(group.size);
+        return (group.X.cast<double>() - surface_.restPosition(sample)).squaredNorm() < reach * reach;
+    }
+    /// Goes from the nodes of the sample from group to group.
+    void findRound(std::uint32_t sample)
+    {
+        sample_ = sample;
+        reached_.clear();
+        const auto enter = [&](std::span<const std::uint32_t> nodes) {
+            for (const std::uint32_t node : nodes) {
+                if (node + 1 >= ofNode_.start.size()) continue;  // deep inside
+                for (const std::uint32_t g : ofNode_[node])
+                    if (round_[g] != sample && isNear(sample, targets_.groups()[g]))
+                        round_[g] = sample, reached_.push_back(g);
+            }
+        };
+        enter(surface_.point(sample).node);
+        for (std::size_t i = 0; i < reached_.size(); ++i) {
+            const Targets::Group& group = targets_.groups()[reached_[i]];
+            enter(std::span(group.node).first(group.nodes));
+        }
+    }
+
+    const TouchingSurface& surface_;
+    const Targets& targets_;
+    const Groups& ofNode_;
+    std::uint32_t sample_ = kNone;
+    std::vector<std::uint32_t> round_;  // of each group: the last sample that it is round
+    std::vector<std::uint32_t> reached_;
+};
 
 }  // namespace
 
@@ -140,10 +201,12 @@ void NearTets::findWide(const TouchingSurface& surface, const Targets& targets, 
     const Groups inBin = groupItems(bins.count(), [&](const auto& add) {
         for (std::uint32_t g = 0; g < groups.size(); ++g) bins.visit(groups[g], [&](std::size_t bin) { add(bin, g); });
     });
+    const Groups ofNode = groupsOfNodes(targets);
     using Found = std::array<std::uint32_t, 2>;
     const auto meet = [&](std::size_t begin, std::size_t end, std::vector<Found>& found) {
         std::vector<std::uint32_t> near;
         std::vector<Box> rooms;
+        OwnMaterial own(surface, targets, ofNode);
         for (std::size_t c = begin; c < end; ++c) {
             const auto cluster = surface.cluster(c);
             Box all = Box::none();
@@ -166,8 +229,7 @@ void NearTets::findWide(const TouchingSurface& surface, const Targets& targets, 
             sortUnique(near);
             for (std::size_t s = 0; s < cluster.size(); ++s)
                 for (std::uint32_t g : near)
-                    if (groups[g].meets(rooms[s]) && !isBeside(surface, cluster[s], targets.groups()[g]))
-                        found.push_back({cluster[s], g});
+                    if (groups[g].meets(rooms[s]) && !own.has(cluster[s], g)) found.push_back({cluster[s], g});
         }
     };
     wide_.pair = gatherChunks<Found>(surface.clusters(), kClusters, meet);

@@ -90,9 +90,11 @@ TouchingSurface::Samples TouchingSurface::samplesOf(const core::Body& body) cons
     parallelChunks(count, kChunk, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) X[i] = atRest(own.point[i], mesh);
     });
-    for (const auto& t : surface.triangles) {
+    own.isTorn.assign(count, 0);
+    for (std::size_t f = 0; f < surface.triangles.size(); ++f) {
+        const auto& t = surface.triangles[f];
         const Vec3 twice = (X[t[1]] - X[t[0]]).cross(X[t[2]] - X[t[0]]);
-        for (std::uint32_t p : t) normal[p] += twice;
+        for (std::uint32_t p : t) normal[p] += twice, own.isTorn[p] |= surface.torn[f];
     }
     if (closesLips_) {
         std::vector<Vec3> out(normal);
@@ -159,6 +161,7 @@ void TouchingSurface::settle()
         append(all_.area, own_[b].area);
         append(all_.reach, own_[b].reach);
         append(all_.rest, own_[b].rest);
+        append(all_.isTorn, own_[b].isTorn);
         append(all_.lip, own_[b].lip);
         for (std::size_t i = all_.lip.size() - own_[b].lip.size(); i < all_.lip.size(); ++i)
             for (std::uint32_t& n : all_.lip[i].below.node) n += bodies_[b].firstNode;
@@ -240,7 +243,8 @@ void TouchingSurface::refineFrom(const std::string& name, const core::Refinement
 std::size_t TouchingSurface::Samples::bytes() const
 {
     return point.capacity() * sizeof(EmbeddedPoint) + (area.capacity() + reach.capacity()) * sizeof(double) +
-           rest.capacity() * sizeof(AtRest) + key.capacity() * sizeof(std::uint64_t) + lip.capacity() * sizeof(Lip);
+           rest.capacity() * sizeof(AtRest) + isTorn.capacity() + key.capacity() * sizeof(std::uint64_t) +
+           lip.capacity() * sizeof(Lip);
 }
 
 std::size_t TouchingSurface::bytes() const

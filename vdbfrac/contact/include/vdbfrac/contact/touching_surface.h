@@ -74,6 +74,7 @@ public:
     std::uint32_t fragment(std::size_t i) const { return fragment_[i]; }
     const Vec3& restPosition(std::size_t i) const { return all_.rest[i].at; }  ///< m
     const Vec3& restNormal(std::size_t i) const { return all_.rest[i].normal; }
+    bool isTorn(std::size_t i) const { return all_.isTorn[i] != 0; }  ///< on a face that a crack has made
     Vec3 at(std::size_t i, std::span<const Vec3> x) const { return all_.point[i].at(x); }
     /// How far it feels [m]: to the other lip.
     double toLip(std::size_t i) const { return all_.lip.empty() ? 0 : all_.lip[i].gap; }
@@ -124,8 +125,9 @@ private:
         std::vector<tetmesh::EmbeddedPoint> point;
         std::vector<double> area, reach;
         std::vector<AtRest> rest;
-        std::vector<std::uint64_t> key;  // names the place at rest
-        std::vector<Lip> lip;            // none: lips do not close
+        std::vector<std::uint8_t> isTorn;  // on a lip
+        std::vector<std::uint64_t> key;    // names the place at rest
+        std::vector<Lip> lip;              // none: lips do not close
 
         std::size_t bytes() const;
     };

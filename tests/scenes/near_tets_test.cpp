@@ -1,0 +1,111 @@
+// Which tets the samples of a surface see.
+#include <vdbfrac/base/disjoint_sets.h>
+#include <vdbfrac/contact/near_tets.h>
+#include <vdbfrac/grid/phi_nodes.h>
+#include <vdbfrac/grid/phi_sampler.h>
+#include <vdbfrac/lab/scenes/scene_run.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+using namespace vdbfrac;
+
+namespace {
+
+constexpr double kDx = 0.05, kBottom = -.3;  // m; below that nothing is cut
+
+/// Cuts a column out of a block on two sides, along x = 0 and y = 0, and leaves it standing.
+class ColumnCutter : public core::Effect, public core::GridStage {
+public:
+    std::string name() const override { return "column_cutter"; }
+    void join(core::Stages& stages) override { stages.grid.push_back(this); }
+    grid::PhiChanges update(const core::GridContext&, const core::Body& body, grid::LevelSet& grid) override
+    {
+        if (done_) return {};
+        done_ = true;
+        grid::PhiChanges raised;
+        const tetmesh::NodeField<float>& phi = body.mesh->phi();
+        phi.forEachBlock([&](Coord low) {
+            phi.forEachNode(low, [&](Coord c) {
+                const Vec3 X = kDx * c.toVec();
+                const double toX = std::hypot(X.x(), std::max(X.y(), 0.)), toY = std::hypot(X.y(), std::max(X.x(), 0.));
+                const double slab = std::min(.6 * kDx - std::min(toX, toY), X.z() - kBottom);
+                if (phi(c) < 0 && slab > phi(c)) raised.emplace_back(c, float(slab));
+            });
+        });
+        grid::RelevelWork work;
+        return grid::raiseAndRelevel(grid, raised, work);
+    }
+
+private:
+    bool done_ = false;
+};
+
+/// Of each node: is it of the column? `above` [m]: where column and block are apart.
+std::vector<bool> nodesOfColumn(const core::Body& body, double above)
+{
+    DisjointSets sets(body.mesh->nodeCount());
+    std::vector<bool> isAbove(body.mesh->nodeCount(), false);
+    for (const tetmesh::CellElement& e : body.mesh->elements()) {
+        const auto low = std::ranges::min(e.node, {}, [&](std::uint32_t n) { return body.mesh->restPosition(n).z(); });
+        if (body.mesh->restPosition(low).z() < above) continue;
+        for (const std::uint32_t n : e.node) sets.join(e.node[0], n), isAbove[n] = true;
+    }
+    std::uint32_t in = 0;
+    double nearest = std::numeric_limits<double>::infinity();
+    for (std::uint32_t n = 0; n < isAbove.size(); ++n) {
+        const double d = (body.mesh->restPosition(n) - Vec3(-.25, -.25, .25)).norm();
+        if (isAbove[n] && d < nearest) nearest = d, in = n;
+    }
+    std::vector<bool> isColumn(isAbove.size());
+    for (std::uint32_t n = 0; n < isAbove.size(); ++n) isColumn[n] = isAbove[n] && sets.find(n) == sets.find(in);
+    return isColumn;
+}
+
+/// Round the edge of a column that a crack has cut out, what faces the side of the column is not its neighbourhood:
+/// they hang together far below only. It looks across the crack at an angle, as lips of any crack do that is not
+/// straight.
+TEST(NearTets, SeeAcrossACrackAtAnAngle)
+{
+    ColumnCutter cutter;
+    lab::SceneRun run(
+        "version = 1\nname = \"block\"\n[time]\nframes = [1, 2]\n[grid]\nvoxel_size = 0.05\n[[body]]\n"
+        "name = \"block\"\nmaterial = \"gel\"\nshape = { box = { size = [1, 1, 1] } }\n"
+        "[material.gel]\nyoungs_modulus = 1e5\npoisson_ratio = 0.3\ndensity = 1000\n",
+        {}, &cutter);
+    run.step();
+    const auto bodies = run.simulation.bodies();
+    ASSERT_EQ(run.simulation.fragments(), 1u);
+    contact::TouchingSurface surface;
+    surface.start(bodies, 0);
+    surface.settle();
+    contact::Targets targets;
+    targets.set(bodies, 2 * kDx);
+
+    const std::vector<bool> isColumn = nodesOfColumn(bodies[0], 0);
+    std::vector<Vec3> x = tetmesh::restPositions(*bodies[0].mesh);
+    for (std::size_t n = 0; n < x.size(); ++n)
+        if (isColumn[n]) x[n] += kDx * Vec3(-.5, 1.9, 0);  // its side goes into what is behind the other crack
+    contact::NearTets near;
+    near.find(surface, targets, x, x, .1 * kDx);
+    const std::vector<double> depth = contact::deepest(near.sunkAt(surface, targets, x, .01), surface.size());
+    const auto phi = grid::phiSampler(bodies[0].phi);
+    int inside = 0, seen = 0;
+    for (std::size_t i = 0; i < surface.size(); ++i) {
+        const auto& nodes = surface.point(i).node;
+        const Vec3 at = surface.at(i, x);
+        const bool ofColumn = std::ranges::all_of(nodes, [&](std::uint32_t n) { return isColumn[n]; });
+        const bool ofItsSide = surface.restNormal(i).x() > .8 && surface.restPosition(i).z() > .1;
+        if (!ofColumn || !ofItsSide || !(phi(at) < -.2 * kDx) || at.y() < 0) continue;
+        ++inside;
+        seen += depth[i] > 0;
+    }
+    EXPECT_GT(inside, 5);
+    EXPECT_EQ(seen, inside);
+}
+
+}  // namespace
