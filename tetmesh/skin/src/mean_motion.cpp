@@ -16,32 +16,21 @@ namespace {
 constexpr double kFrom = 0.05, kWholly = 0.15;  // voxels outside: where the mean motion begins to count, and alone does
 constexpr double kRound = 1;                    // voxels farther than the nearest node with material: what is near
 
-struct NearNode {
-    Coord voxel;
-    double weight = 0;
-};
-
-/// Voxel nodes with material near X that edges join to `from`, by how near they are.
-std::vector<NearNode> nodesNear(const Carrier& carrier, const Vec3& X, Coord from)
+/// Voxel nodes with material that edges join to `from`, near X: no farther than `from` and kRound more.
+std::vector<Coord> nodesNear(const Carrier& carrier, const Vec3& X, Coord from)
 {
     const Vec3 at = X / carrier.body.voxelSize();
     const auto square = [&](Coord n) { return (n.toVec() - at).squaredNorm(); };
-    const double farthest = std::sqrt(square(from)) + kRound;
-    const auto side = carrier.fragmentAt(from);
-    std::vector<NearNode> found;
-    double least = farthest * farthest;
+    const double farthest = std::pow(std::sqrt(square(from)) + kRound, 2);
+    std::vector<Coord> found;
     NodeSearch search(from);
     while (const auto n = search.next()) {
-        if (!carrier.hasMaterial(*n) || carrier.fragmentAt(*n) != side) continue;
-        found.push_back({*n, square(*n)});
-        least = std::min(least, found.back().weight);
+        if (!carrier.hasMaterial(*n)) continue;
+        found.push_back(*n);
         forNeighbours(*n, [&](Coord next) {
-            if (square(next) < farthest * farthest) search.add(next);
+            if (square(next) < farthest) search.add(next);
         });
     }
-    const double radius = std::sqrt(least) + kRound;
-    std::erase_if(found, [&](const NearNode& n) { return n.weight >= radius * radius; });
-    for (NearNode& n : found) n.weight = std::pow(1 - std::sqrt(n.weight) / radius, 2);
     return found;
 }
 
@@ -51,50 +40,64 @@ MeanMotion::MeanMotion(const tetmesh::BodyMesh& body, std::span<const Rider> rid
                        const FragmentAt& fragment, std::span<const std::uint32_t> fragmentOfNode)
 {
     const Carrier carrier{body, fragment, fragmentOfNode};
-    const double dx = body.voxelSize();
     for (std::uint32_t i = 0; i < riders.size(); ++i)
-        if (const double out = embedded.outside[i] / dx; out > kFrom)
-            points_.push_back({i, std::min(1.0, (out - kFrom) / (kWholly - kFrom))});
-    std::vector<std::vector<NearNode>> near(points_.size());
+        if (const double out = embedded.outside[i] / body.voxelSize(); out > kFrom)
+            points_.push_back({i, riders[i].X, std::min(1.0, (out - kFrom) / (kWholly - kFrom))});
+    std::vector<std::vector<Coord>> near(points_.size());  // first that at which material was found
     parallelChunks(points_.size(), kChunk / 16, [&](std::size_t begin, std::size_t end) {
         for (std::size_t p = begin; p < end; ++p)
-            near[p] = nodesNear(carrier, riders[points_[p].rider].X, embedded.from[points_[p].rider]);
+            near[p] = nodesNear(carrier, points_[p].X, embedded.from[points_[p].rider]);
     });
     constexpr std::uint32_t kNone = 0xffffffff;
     tetmesh::NodeField<std::uint32_t> number(body.phi().lower(), body.phi().upper(), kNone, kNone);
     std::vector<Coord> voxels;
     for (const auto& list : near)
-        for (const NearNode& n : list)
-            if (std::uint32_t& own = number.at(n.voxel); own == kNone)
-                own = std::uint32_t(voxels.size()), voxels.push_back(n.voxel);
+        for (const Coord& n : list)
+            if (std::uint32_t& own = number.at(n); own == kNone)
+                own = std::uint32_t(voxels.size()), voxels.push_back(n);
     rounds_.resize(voxels.size());
     parallelChunks(voxels.size(), kChunk / 16, [&](std::size_t begin, std::size_t end) {
         for (std::size_t v = begin; v < end; ++v) rounds_[v] = round(carrier, voxels[v]);
     });
     parts_.resize(points_.size());
-    for (std::size_t p = 0; p < points_.size(); ++p) {
-        double sum = 0;
-        parts_[p].reserve(near[p].size());
-        for (const NearNode& n : near[p]) {
-            const std::uint32_t round = number(n.voxel);
-            const double weight = n.weight * rounds_[round].volume;
-            parts_[p].push_back({round, weight, riders[points_[p].rider].X - dx * n.voxel.toVec()});
-            sum += weight;
+    parallelChunks(points_.size(), kChunk / 16, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t p = begin; p < end; ++p) {
+            for (const Coord& n : near[p]) parts_[p].push_back({number(n), 0});
+            weigh(points_[p], parts_[p], body.voxelSize());
         }
-        for (Part& part : parts_[p]) part.weight /= sum;
+    });
+}
+
+/// Gives a point the voxel nodes of the fragment of the first, the nearer and the more material is round them the more.
+void MeanMotion::weigh(Point& point, std::vector<Part>& parts, double dx) const
+{
+    const auto distance = [&](const Part& part) { return (point.X - rounds_[part.round].X).norm() / dx; };
+    std::erase_if(
+        parts, [&, side = rounds_[parts[0].round].side](const Part& part) { return rounds_[part.round].side != side; });
+    for (Part& part : parts) part.weight = distance(part);
+    const double radius = kRound + std::ranges::min(parts, {}, &Part::weight).weight;
+    std::erase_if(parts, [&](const Part& part) { return part.weight >= radius; });
+    double sum = 0;
+    for (Part& part : parts) {
+        part.weight = std::pow(1 - part.weight / radius, 2) * rounds_[part.round].volume;
+        sum += part.weight;
     }
+    if (!(sum > 0)) parts.clear(), point.share = 0;
+    for (Part& part : parts) part.weight /= sum;
 }
 
 /// The mean of the tets round a voxel node, by the material that each has there.
 MeanMotion::Round MeanMotion::round(const Carrier& carrier, Coord voxel)
 {
-    const Vec3 X = carrier.body.voxelSize() * voxel.toVec();
     Round result;
+    result.X = carrier.body.voxelSize() * voxel.toVec();
+    result.side = carrier.fragmentAt(voxel);
     const std::vector<tetmesh::TetShare> tets = carrier.tetsAt(voxel);
     for (const tetmesh::TetShare& share : tets) result.volume += share.volume;
     for (const tetmesh::TetShare& share : tets) {
+        if (!(share.volume > 0)) continue;
         const tetmesh::RestTet tet = carrier.body.restTet(share.element, std::uint32_t(share.tet));
-        const tetmesh::EmbeddedPoint at = tet.embed(X);
+        const tetmesh::EmbeddedPoint at = tet.embed(result.X);
         const double part = share.volume / result.volume;
         for (std::size_t a = 0; a < 4; ++a) {
             const Vec3 slope = a > 0 ? Vec3(tet.inverse.row(int(a) - 1)) : Vec3(-tet.inverse.colwise().sum());
@@ -120,7 +123,7 @@ std::vector<Affine> MeanMotion::at(std::span<const Vec3> ofNodes) const
         for (std::size_t p = begin; p < end; ++p)
             for (const Part& part : parts_[p]) {
                 const Affine& near = round[part.round];
-                all[p].value += part.weight * (near.value + near.slope * part.away);
+                all[p].value += part.weight * (near.value + near.slope * (points_[p].X - rounds_[part.round].X));
                 all[p].slope += part.weight * near.slope;
             }
     });

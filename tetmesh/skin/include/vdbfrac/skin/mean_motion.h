@@ -8,6 +8,7 @@
 #include <vdbfrac/skin/riders.h>
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -25,7 +26,8 @@ class MeanMotion {
 public:
     struct Point {
         std::uint32_t rider = 0;
-        double share = 0;  ///< of the mean motion in that of the point; the rest is that of its tet
+        Vec3 X = Vec3::Zero();  ///< m, at rest
+        double share = 0;       ///< of the mean motion in that of the point; the rest is that of its tet
     };
 
     MeanMotion() = default;
@@ -45,15 +47,17 @@ private:
     };
     /// The mean motion round a voxel node: a sum over nodes of the body.
     struct Round {
+        Vec3 X = Vec3::Zero();  // of the voxel node [m]
         std::vector<Term> terms;
-        double volume = 0;  // of the material there [voxels]
+        double volume = 0;                  // of the material there [voxels]
+        std::optional<std::uint32_t> side;  // its fragment, where that has to be asked
     };
     struct Part {
         std::uint32_t round = 0;
-        double weight = 0;         // of a point they add up to 1
-        Vec3 away = Vec3::Zero();  // of the point from the voxel node [m]
+        double weight = 0;  // of a point they add up to 1
     };
     static Round round(const Carrier& carrier, Coord voxel);
+    void weigh(Point& point, std::vector<Part>& parts, double dx) const;
 
     std::vector<Point> points_;
     std::vector<std::vector<Part>> parts_;  // of each point
