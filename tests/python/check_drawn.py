@@ -367,6 +367,28 @@ def check_level_set(folder, hashes):
     check("but it is drawn otherwise", (rough / f"obj/block.{FRAMES:04}.obj").read_bytes() != (folder / f"run/obj/block.{FRAMES:04}.obj").read_bytes())
 
 
+def check_colours(folder):
+    """Two boxes of two materials, of which one has a colour."""
+    bodies = "".join(f"""[[body]]
+name = "{name}"
+shape = {{ box = {{ size = [0.4, 0.4, 0.4], center = [{x}, 0, 0] }} }}
+material = "{name}"
+[material.{name}]
+youngs_modulus = 1e5
+poisson_ratio = 0.3
+density = 1000
+""" + colour for name, x, colour in (("red", 0, "colour = [0.9, 0.25, 0.125]\n"), ("plain", 1, "")))
+    (folder / "c.toml").write_text('version = 1\nname = "c"\n[time]\nframes = [1, 2]\n[grid]\nvoxel_size = 0.1\n' + bodies + "[output]\nvdb = []\n")
+    vdbfrac("sim", folder / "c.toml", "-o", folder / "colours", "-q")
+    drawn = Obj(folder / "colours/obj/c.0001.obj")
+    materials = {material: {x > 0.5 for points, _, _, _, m in drawn.faces if m == material for x in drawn.points[points, 0]} for material in {f[4] for f in drawn.faces}}
+    check("each box has its material", materials == {"red": {False}, "outside": {True}}, materials)
+    library = (folder / "colours/obj/c.mtl").read_text()
+    check("with its colour", "newmtl red\nKa 0 0 0\nKd 0.9 0.25 0.125\n" in library and "newmtl plain" not in library, library)
+    said = vdbfrac("check", folder / "c.toml", "--set", "material.red.colour=[1,1.5,0]", code=2)
+    check("a colour out of range is told", "material.red.colour" in said and "each from 0 to 1" in said, said)
+
+
 def main(folder):
     write_block(folder / "block.obj", 20)
     write_block(folder / "fine.obj", 60)
@@ -382,6 +404,7 @@ def main(folder):
     check_first_frame(Obj(folder / "block.obj"), Obj(run / "obj/block.0001.obj"))
     last = check_frames(run, folder / "block.obj")
     check_ply(folder)
+    check_colours(folder)
     check_embedded(folder, run, last)
 
     vdbfrac("embed", run, folder / "fine.obj", "-o", folder / "fine_out.obj")

@@ -88,7 +88,8 @@ std::string mtlMaterial(const std::string& name, const Vec3& colour)
 {
     std::ostringstream text;
     text.imbue(std::locale::classic());
-    text << "newmtl " << name << "\nKa 0 0 0\nKd " << colour.transpose() << "\nKs 0.04 0.04 0.04\nNs 20\nillum 2\n";
+    text << "newmtl " << name << "\nKa 0 0 0\nKd " << colour.x() << " " << colour.y() << " " << colour.z()
+         << "\nKs 0.04 0.04 0.04\nNs 20\nillum 2\n";
     return text.str();
 }
 
