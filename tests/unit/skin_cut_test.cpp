@@ -61,8 +61,6 @@ TEST(SkinCut, ClosesEveryPartOfATornBody)
                 }
 }
 
-/// Where the surface is no 2-manifold, what is left has no gaps either: by their places, as many faces go along an edge
-/// one way as the other.
 /// Points of each piece that is drawn.
 std::map<std::uint32_t, std::vector<std::uint32_t>> piecesOf(const Drawn& d)
 {
@@ -104,6 +102,8 @@ TEST(SkinCut, LeavesNoSpecksWithoutMaterial)
     EXPECT_GT(specks, 0);
 }
 
+/// Where the surface is no 2-manifold, what is left has no gaps either: by their places, as many faces go along an edge
+/// one way as the other.
 TEST(SkinCut, ClosesWhatTouchesItselfAlongAnEdge)
 {
     for (const int squares : {1, 9})

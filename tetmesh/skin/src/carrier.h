@@ -21,9 +21,12 @@ struct Carrier {
     /// The tets with material round a voxel node that are of its side; none where it has no material.
     std::vector<tetmesh::TetShare> tetsAt(Coord voxel) const
     {
+        return hasMaterial(voxel) ? tetsAt(voxel, fragmentAt(voxel)) : std::vector<tetmesh::TetShare>();
+    }
+    /// The same of a fragment, if one is given.
+    std::vector<tetmesh::TetShare> tetsAt(Coord voxel, std::optional<std::uint32_t> side) const
+    {
         std::vector<tetmesh::TetShare> tets;
-        if (!hasMaterial(voxel)) return tets;
-        const auto side = fragmentAt(voxel);
         body.addTetsRound(voxel, tets);
         std::erase_if(tets, [&](const tetmesh::TetShare& tet) {
             const tetmesh::CellElement& element = body.elements()[tet.element];

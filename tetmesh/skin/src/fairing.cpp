@@ -3,15 +3,11 @@
 #include "slider.h"
 
 #include <vdbfrac/base/parallel.h>
-#include <vdbfrac/base/triangle.h>
 
 #include <Eigen/Geometry>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <limits>
-#include <utility>
 #include <vector>
 
 namespace vdbfrac::skin {
@@ -118,7 +114,8 @@ Groups neighboursOf(const SkinCut& cut, std::uint32_t firstPoint)
 
 /// Each point goes towards the mean of those round it, and in torn faces away from it again, which evens what is short
 /// and keeps what is long (Taubin 1995); rims would keep their small loops.
-void fair(const SkinTopology& skin, const Groups& neighbours, double dx, std::vector<SkinCut::Point>& points)
+std::vector<std::uint32_t> fair(const SkinTopology& skin, const Groups& neighbours, double dx,
+                                std::vector<SkinCut::Point>& points)
 {
     constexpr int kRounds = 15;  // with points half a voxel apart: .02 is left of what is 2 voxels long, .8 of 4
     constexpr double kTowards = 0.5, kAway = -0.53;
@@ -151,6 +148,7 @@ void fair(const SkinTopology& skin, const Groups& neighbours, double dx, std::ve
         });
         for (std::size_t i = 0; i < points.size(); ++i) points[i].X = moved[i];
     }
+    return triangle;
 }
 
 std::vector<std::uint32_t> unfold(const Groups& neighbours, std::uint32_t firstPoint, SkinCut& cut)

@@ -233,8 +233,9 @@ private:
 };
 
 /// Moves points of torn faces and rims to the middle between them and the lip opposite, as each lip has been made fair
-/// by itself: rims, which are seen before the crack opens, until they lie on each other.
-void meet(const SkinTopology& skin, double dx, SkinCut& cut)
+/// by itself: rims, which are seen before the crack opens, until they lie on each other. `triangle`: as fair() returns
+/// it.
+void meet(const SkinTopology& skin, double dx, std::vector<std::uint32_t> triangle, SkinCut& cut)
 {
     constexpr int kRounds = 4;
     const auto first = std::uint32_t(skin.pointOf.size());
@@ -252,7 +253,7 @@ void meet(const SkinTopology& skin, double dx, SkinCut& cut)
             for (std::size_t i = begin; i < end; ++i) {
                 const std::uint32_t p = lips[i].point;
                 middle[i] = 0.5 * (X[p] + lips[i].at<Vec3>(X));
-                if (!normal[p].isZero()) middle[i] = slider.closest(cut.points[p], middle[i]);
+                if (!normal[p].isZero()) middle[i] = slider.closest(cut.points[p], middle[i], triangle[p]);
             }
         });
         for (std::size_t i = 0; i < lips.size(); ++i) X[lips[i].point] = middle[i];
@@ -282,8 +283,7 @@ void closeLips(const SkinTopology& skin, const CrackLattice& lattice, SkinCut& c
     for (int round = 0; round < kRounds; ++round) way = evened(way, neighbours);
     for (std::size_t i = 0; i < way.size(); ++i)
         if (way[i]) cut.points[i].X += *way[i];
-    fair(skin, neighbours, lattice.voxelSize(), cut.points);
-    meet(skin, lattice.voxelSize(), cut);
+    meet(skin, lattice.voxelSize(), fair(skin, neighbours, lattice.voxelSize(), cut.points), cut);
     std::vector<std::uint32_t> moved;
     for (std::uint32_t i = 0; i < cut.points.size(); ++i)
         if (cut.points[i].skin == SkinCut::kNoSkin) moved.push_back(i);

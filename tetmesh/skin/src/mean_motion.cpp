@@ -92,7 +92,8 @@ MeanMotion::Round MeanMotion::round(const Carrier& carrier, Coord voxel)
     Round result;
     result.X = carrier.body.voxelSize() * voxel.toVec();
     result.side = carrier.fragmentAt(voxel);
-    const std::vector<tetmesh::TetShare> tets = carrier.tetsAt(voxel);
+    if (carrier.fragment && !result.side) return result;  // of whatever side: beside its tets
+    const std::vector<tetmesh::TetShare> tets = carrier.tetsAt(voxel, result.side);
     for (const tetmesh::TetShare& share : tets) result.volume += share.volume;
     for (const tetmesh::TetShare& share : tets) {
         if (!(share.volume > 0)) continue;

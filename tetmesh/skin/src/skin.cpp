@@ -252,7 +252,7 @@ std::vector<Vec3> Skin::normals(std::span<const Vec3> x, std::span<const Vec3> p
                     .stableNormalized();
         }
     });
-    if (givenNormals_ > 0) turnOutside(x, normals);
+    if (!outsideNormal_.empty()) turnOutside(x, normals);
     for (std::size_t f = 0; f < mesh.faces(); ++f) {
         if (!drawn_->torn[f] || normals.empty()) continue;
         const auto c = mesh.face(f);

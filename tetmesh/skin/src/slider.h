@@ -47,12 +47,6 @@ public:
         return best;
     }
 
-    Vec3 closest(const SkinCut::Point& point, const Vec3& X) const
-    {
-        std::uint32_t at = triangleOf(point);
-        return closest(point, X, at);
-    }
-
     /// Of the outer surface; 0 where the point is in a torn face.
     Vec3 normalAt(const SkinCut::Point& point) const
     {

@@ -69,8 +69,10 @@ void removeSpecks(const SkinTopology& skin, const tetmesh::NodeField<float>& now
             small.emplace_back(pieces.corners[i], name);
     for (std::size_t t = 0; t < skin.triangles.size() && !small.empty(); ++t) {
         if (cut.fate[t] != SkinCut::Fate::kept) continue;
-        for (const std::uint32_t corner : skin.triangles[t])
-            for (const auto& [of, name] : small) isKept[name] |= of == corner;
+        for (const std::uint32_t corner : skin.triangles[t]) {
+            const auto at = std::ranges::lower_bound(small, corner, {}, [](const auto& one) { return one.first; });
+            if (at != small.end() && at->first == corner) isKept[at->second] = 1;
+        }
     }
     for (std::size_t i = 0; i < pieces.name.size(); ++i) cut.specks += pieces.name[i] == i && isSmall(i);
     if (cut.specks == 0) return;

@@ -107,30 +107,31 @@ bool sharesNode(const tetmesh::EmbeddedPoint& point, const Target& target)
     return false;
 }
 
-/// Groups of each node.
-Groups groupsOfNodes(const Targets& targets)
+/// Groups of each node; none where nothing has torn.
+Groups groupsOfNodes(const TouchingSurface& surface, const Targets& targets, std::size_t nodes)
 {
-    std::size_t nodes = 0;
-    const auto each = [&](const auto& visit) {
+    std::size_t i = 0;
+    while (i < surface.size() && !surface.isTorn(i)) ++i;
+    if (i == surface.size()) return {};
+    return groupItems(nodes, [&](const auto& add) {
         for (std::uint32_t g = 0; g < targets.groups().size(); ++g) {
             const Targets::Group& group = targets.groups()[g];
-            for (std::size_t k = 0; k < group.nodes; ++k) visit(group.node[k], g);
+            for (std::size_t k = 0; k < group.nodes; ++k) add(group.node[k], g);
         }
-    };
-    each([&](std::uint32_t node, std::uint32_t) { nodes = std::max(nodes, std::size_t(node) + 1); });
-    return groupItems(nodes, each);
+    });
 }
 
 /// What a sample does not see: the material that it is part of.
 class OwnMaterial {
 public:
     OwnMaterial(const TouchingSurface& surface, const Targets& targets, const Groups& ofNode)
-        : surface_(surface), targets_(targets), ofNode_(ofNode), round_(targets.groups().size(), kNone)
+        : surface_(surface), targets_(targets), ofNode_(ofNode)
     {
     }
 
-    /// Is a group near a sample at rest, joined to it there by groups that are, and not across a gap from it? The back
-    /// of a thin sheet faces away and lies behind: where the sheet is crushed, its two sides do not push each other.
+    /// Is a group of the same fragment near a sample at rest and not across a gap from it, and, for a sample on a lip,
+    /// joined to it there by groups that are? The back of a thin sheet faces away and lies behind: where the sheet is
+    /// crushed, its two sides do not push each other.
     bool has(std::uint32_t sample, std::uint32_t g)
     {
         constexpr double kFacing = -.3;  // cosine of the angle between the directions outward, at the most
@@ -138,7 +139,7 @@ public:
         if (surface_.fragment(sample) != group.fragment || !isNear(sample, group)) return false;
         const Vec3 there = group.X.cast<double>() - surface_.restPosition(sample), out = surface_.restNormal(sample);
         if (out.dot(group.outward.cast<double>()) <= kFacing && out.dot(there) >= 0) return false;
-        if (!surface_.isTorn(sample)) return true;  // no crack to go round: saves time
+        if (!surface_.isTorn(sample)) return true;  // to ask all samples takes too long
         if (sample != sample_) findRound(sample);
         return round_[g] == sample;
     }
@@ -157,13 +158,12 @@ private:
     {
         sample_ = sample;
         reached_.clear();
+        round_.resize(targets_.groups().size(), kNone);
         const auto enter = [&](std::span<const std::uint32_t> nodes) {
-            for (const std::uint32_t node : nodes) {
-                if (node + 1 >= ofNode_.start.size()) continue;  // deep inside
+            for (const std::uint32_t node : nodes)
                 for (const std::uint32_t g : ofNode_[node])
                     if (round_[g] != sample && isNear(sample, targets_.groups()[g]))
                         round_[g] = sample, reached_.push_back(g);
-            }
         };
         enter(surface_.point(sample).node);
         for (std::size_t i = 0; i < reached_.size(); ++i) {
@@ -201,7 +201,7 @@ void NearTets::findWide(const TouchingSurface& surface, const Targets& targets, 
     const Groups inBin = groupItems(bins.count(), [&](const auto& add) {
         for (std::uint32_t g = 0; g < groups.size(); ++g) bins.visit(groups[g], [&](std::size_t bin) { add(bin, g); });
     });
-    const Groups ofNode = groupsOfNodes(targets);
+    const Groups ofNode = groupsOfNodes(surface, targets, x.size());
     using Found = std::array<std::uint32_t, 2>;
     const auto meet = [&](std::size_t begin, std::size_t end, std::vector<Found>& found) {
         std::vector<std::uint32_t> near;

@@ -89,6 +89,10 @@ std::string materialsOf(const tetmesh::RenderMesh& mesh, const std::filesystem::
 tetmesh::RenderMesh coloured(tetmesh::RenderMesh mesh, const scene::Material& material)
 {
     if (!material.hasColour()) return mesh;
+    if (material.name == "inside" || material.name == "outside")
+        throw InputError({"material." + material.name + ".colour",
+                          "in .obj files '" + material.name + "' names what fracture made or left",
+                          "another name for a material that has a colour", ""});
     const auto own = std::uint32_t(mesh.materials.size());
     mesh.materials.push_back(material.name);
     std::ranges::replace(mesh.material, tetmesh::RenderMesh::kNone, own);
@@ -122,7 +126,8 @@ Drawing::Drawing(const scene::Scene& scene, const Simulation& simulation)
         surfaces_.push_back({skin::Skin(std::move(mesh), *body.mesh, styleOf(scene), isInParts(body))});
     }
     for (const scene::Material& m : scene.materials)
-        if (m.hasColour()) materials_ += '\n' + tetmesh::mtlMaterial(m.name, m.colour);
+        if (m.hasColour() && ("\n" + materials_).find("\nnewmtl " + m.name + "\n") == std::string::npos)
+            materials_ += '\n' + tetmesh::mtlMaterial(m.name, m.colour);
 }
 
 void Drawing::replace(const scene::Scene& scene, const Simulation& simulation, std::size_t body,

@@ -54,15 +54,27 @@ JoinedLips::JoinedLips(const tetmesh::DrawnTopology& drawn, const Stages& stages
     arrival_ = grid::sample(std::get<grid::VoxelValues>(arrival->source->take(body, arrival->field.name)), dx, X);
 }
 
-void JoinedLips::join(double time, std::span<Vec3> motion) const
+void JoinedLips::join(double time, DrawnBody& drawn) const
 {
     constexpr int kRounds = 3;  // each lip moves while the other does
     std::vector<Vec3> other(lips_.size());
-    for (int round = 0; round < kRounds; ++round) {
-        for (std::size_t i = 0; i < lips_.size(); ++i) other[i] = lips_[i].at<Vec3>(motion);
-        for (std::size_t i = 0; i < lips_.size(); ++i)
-            if (time < arrival_[i]) motion[lips_[i].point] = 0.5 * (motion[lips_[i].point] + other[i]);
-    }
+    const auto joinBy = [&](std::vector<Vec3>& values, const auto& atRest) {
+        for (int round = 0; round < kRounds; ++round) {
+            for (std::size_t i = 0; i < lips_.size(); ++i) {
+                other[i].setZero();
+                for (std::size_t k = 0; k < 3; ++k) {
+                    const std::uint32_t p = lips_[i].corner[k];
+                    other[i] += lips_[i].weight[k] * (values[p] - atRest(p));
+                }
+            }
+            for (std::size_t i = 0; i < lips_.size(); ++i) {
+                const std::uint32_t p = lips_[i].point;
+                if (time < arrival_[i]) values[p] = 0.5 * (values[p] + atRest(p) + other[i]);
+            }
+        }
+    };
+    joinBy(drawn.points, [&](std::uint32_t p) -> const Vec3& { return drawn.topology->mesh.points[p]; });
+    joinBy(drawn.velocity, [](std::uint32_t) { return Vec3(Vec3::Zero()); });
 }
 
 }  // namespace vdbfrac::core

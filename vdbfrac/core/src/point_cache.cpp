@@ -80,19 +80,9 @@ DrawnFrame PointCache::frame(std::size_t number) const
             atX.push_back(x[n]), atV.push_back(v[n]);
         }
         all.push_back(drawing_.body(b, atX, atV));
-        if (joined_.empty()) continue;
-        joinLips(b, double(number) / scene_.time.fps, all.back());
+        if (!joined_.empty()) joined_[b].join(double(number) / scene_.time.fps, all.back());
     }
     return all;
-}
-
-void PointCache::joinLips(std::size_t b, double time, DrawnBody& drawn) const
-{
-    const std::vector<Vec3>& rest = drawn.topology->mesh.points;
-    for (std::size_t p = 0; p < rest.size(); ++p) drawn.points[p] -= rest[p];
-    joined_[b].join(time, drawn.points);
-    joined_[b].join(time, drawn.velocity);
-    for (std::size_t p = 0; p < rest.size(); ++p) drawn.points[p] += rest[p];
 }
 
 std::vector<tetmesh::CacheFrame> PointCache::cacheFrame(std::size_t number) const

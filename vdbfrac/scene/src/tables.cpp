@@ -131,7 +131,8 @@ const Key kMaterial[] = {
      .minOpen = true},
     {.name = "colour",
      .member = &Material::colour,
-     .doc = "Red, green, blue (linear) of its outer surface in the .mtl and in pictures, where the body's mesh has no "
+     .doc = "Red, green, blue, as a screen shows them, of its outer surface in the .mtl and in pictures, where the "
+            "body's mesh has no "
             "material of its own.",
      .min = 0,
      .max = 1},

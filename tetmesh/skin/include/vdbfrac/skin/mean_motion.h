@@ -1,8 +1,8 @@
 // Points outside of the material go along with all of it that is near.
 //
-// Carried on by one tet, a point swings with that tet, and at the edge of a crack tets hang on by a corner, crushed or
-// turned over: the skin between two such points gets spikes. So what carries a point is, from a little way outside on,
-// the mean of the affine motions of the tets round it. Affine motions stay exact.
+// A point that one tet carries swings with it; at the edge of a crack tets hang by a corner, or are crushed or
+// inverted, and the skin gets spikes. So, from a little way outside on, a point is carried by the mean of the affine
+// motions of the tets round it. Affine motions stay exact.
 #pragma once
 
 #include <vdbfrac/skin/riders.h>

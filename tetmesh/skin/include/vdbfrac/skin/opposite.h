@@ -23,9 +23,9 @@ struct Opposite {
     }
 };
 
-/// Of all points in torn faces that have another lip within 3/4 of a voxel of size dx [m], rising. X [m]: all points;
-/// `torn`: triangles, seen from the crack counter-clockwise; `normal`: at points of a rim that of the outer surface, 0
-/// at others.
+/// Of all points of torn faces that are on no rim and have another lip within 3/4 of a voxel of size dx [m], rising. X
+/// [m]: all points; `torn`: triangles, seen from the crack counter-clockwise; `normal`: at points of a rim that of the
+/// outer surface, 0 at others.
 std::vector<Opposite> oppositeFaces(std::span<const Vec3> X, std::span<const std::array<std::uint32_t, 3>> torn,
                                     std::span<const Vec3> normal, double dx);
 /// The same of points of rims, which are opposite to rims.

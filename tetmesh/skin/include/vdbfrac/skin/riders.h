@@ -29,7 +29,8 @@ struct Embedded {
 };
 
 /// Each rider in a tet that has material at its anchor, or at the nearest node that no crack parts from it: the one it
-/// lies in, or nearest to. `fragment`: where it is given, a tet is of that of its anchor, by `fragmentOfNode`.
+/// lies in, or nearest to. `fragment`: where it is given, the tet has to be in the fragment of the anchor, by
+/// `fragmentOfNode`.
 Embedded embedRiders(const tetmesh::BodyMesh& body, const CrackField& cracks, std::span<const Rider> riders,
                      const FragmentAt& fragment, std::span<const std::uint32_t> fragmentOfNode);
 

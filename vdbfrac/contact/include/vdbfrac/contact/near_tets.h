@@ -33,8 +33,9 @@ std::vector<double> deepest(std::span<const Sunk> sunk, std::size_t samples);
 std::vector<Vec3> ahead(std::span<const Vec3> x, std::span<const Vec3> v, double dt, double farthest);
 
 /// Targets that each sample may reach: its way and theirs over the step come near each other. A sample does not see its
-/// own neighbourhood, the targets with which it shares a node and those that are near it at rest and joined to it
-/// there, but not across a gap; so both lips of a crack see each other once they have parted.
+/// own neighbourhood: the targets with which it shares a node, and those of its fragment that are near it at rest but
+/// not across a gap. A sample on a lip sees those too that are not joined to it there. So both lips of a crack see each
+/// other once they have parted.
 class NearTets {
 public:
     /// From x to `ahead` [m]; ways are widened by `margin` [m]. What lies wide apart is only looked for again when

@@ -5,11 +5,11 @@
 #pragma once
 
 #include <vdbfrac/core/body.h>
+#include <vdbfrac/core/drawing.h>
 #include <vdbfrac/core/stages.h>
 #include <vdbfrac/skin/opposite.h>
 #include <vdbfrac/tetmesh/render_mesh.h>
 
-#include <span>
 #include <vector>
 
 namespace vdbfrac::core {
@@ -19,9 +19,9 @@ public:
     /// Of a body as it is drawn at the end of a run.
     JoinedLips(const tetmesh::DrawnTopology& drawn, const Stages& stages, const Body& body);
 
-    /// Gives points that the crack has not come to by this time [s] the mean of their motion and that of the lip
-    /// opposite. `motion`: displacements [m] or velocities [m/s] of all points.
-    void join(double time, std::span<Vec3> motion) const;
+    /// Gives points that the crack has not come to by this time [s] the mean of their displacement and that of the lip
+    /// opposite, and of their velocities.
+    void join(double time, DrawnBody& drawn) const;
 
 private:
     std::vector<skin::Opposite> lips_;

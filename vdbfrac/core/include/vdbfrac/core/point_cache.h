@@ -37,7 +37,6 @@ private:
     using Nodes = std::shared_ptr<const std::vector<std::uint32_t>>;
 
     std::vector<std::vector<Nodes>> ancestors(const Simulation& simulation) const;
-    void joinLips(std::size_t body, double time, DrawnBody& drawn) const;
     std::vector<tetmesh::CacheFrame> cacheFrame(std::size_t number) const;
     void writeObj(const std::filesystem::path& out) const;
     void writeMdd(const std::filesystem::path& out) const;
