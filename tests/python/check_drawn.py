@@ -385,6 +385,9 @@ density = 1000
     check("each box has its material", materials == {"red": {False}, "outside": {True}}, materials)
     library = (folder / "colours/obj/c.mtl").read_text()
     check("with its colour", "newmtl red\nKa 0 0 0\nKd 0.9 0.25 0.125\n" in library and "newmtl plain" not in library, library)
+    (folder / "inside.toml").write_text((folder / "c.toml").read_text().replace("red", "inside"))
+    said = vdbfrac("check", folder / "inside.toml", code=2)
+    check("a colour may not have the name of torn faces", "inside.toml:11:" in said and "material.inside has a colour" in said and "another name" in said, said)
     said = vdbfrac("check", folder / "c.toml", "--set", "material.red.colour=[1,1.5,0]", code=2)
     check("a colour out of range is told", "material.red.colour" in said and "each from 0 to 1" in said, said)
 

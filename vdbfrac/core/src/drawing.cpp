@@ -89,10 +89,6 @@ std::string materialsOf(const tetmesh::RenderMesh& mesh, const std::filesystem::
 tetmesh::RenderMesh coloured(tetmesh::RenderMesh mesh, const scene::Material& material)
 {
     if (!material.hasColour()) return mesh;
-    if (material.name == "inside" || material.name == "outside")
-        throw InputError({"material." + material.name + ".colour",
-                          "in .obj files '" + material.name + "' names what fracture made or left",
-                          "another name for a material that has a colour", ""});
     const auto own = std::uint32_t(mesh.materials.size());
     mesh.materials.push_back(material.name);
     std::ranges::replace(mesh.material, tetmesh::RenderMesh::kNone, own);

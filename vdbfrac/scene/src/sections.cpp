@@ -93,6 +93,11 @@ private:
             Material material;
             material.name = m.key;
             readInto(material, all.child(keyText(m.key), m.value), spec, complaints());
+            if (material.hasColour() && (m.key == "inside" || m.key == "outside"))
+                complaints().add(m.keyPlace,
+                                 {"material." + m.key + " has a colour, but in .obj files this is the name " +
+                                      "of what fracture made, or left",
+                                  "another name"});
             scene_.materials.push_back(std::move(material));
         }
     }
