@@ -247,7 +247,7 @@ void meet(const SkinTopology& skin, double dx, std::vector<std::uint32_t> triang
         X.push_back(point.X);
         normal.push_back(slider.normalAt(point));
     }
-    const auto halfWay = [&](const std::vector<Opposite>& lips) {
+    const auto goHalfWay = [&](const std::vector<Opposite>& lips) {
         std::vector<Vec3> middle(lips.size());
         parallelChunks(lips.size(), kChunk / 16, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) {
@@ -258,8 +258,8 @@ void meet(const SkinTopology& skin, double dx, std::vector<std::uint32_t> triang
         });
         for (std::size_t i = 0; i < lips.size(); ++i) X[lips[i].point] = middle[i];
     };
-    halfWay(oppositeFaces(X, torn, normal, dx));
-    for (int round = 0; round < kRounds; ++round) halfWay(oppositeRims(X, torn, normal, dx));
+    goHalfWay(oppositeFaces(X, torn, normal, dx));
+    for (int round = 0; round < kRounds; ++round) goHalfWay(oppositeRims(X, torn, normal, dx));
     for (std::size_t i = 0; i < X.size(); ++i) cut.points[i].X = X[i];
 }
 

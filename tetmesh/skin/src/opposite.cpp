@@ -32,7 +32,8 @@ std::array<double, 3> weightsOf(const std::array<Vec3, 3>& corner, const Vec3& a
 {
     const Vec3 u = corner[1] - corner[0], v = corner[2] - corner[0], w = at - corner[0];
     const double uu = u.dot(u), uv = u.dot(v), vv = v.dot(v), determinant = uu * vv - uv * uv;
-    if (!(determinant > 1e-12 * uu * vv)) {  // an edge
+    constexpr double kFlat = 1e-12;          // squared sine of an angle: below it rounding tells nothing
+    if (!(determinant > kFlat * uu * vv)) {  // an edge
         const double t = vv > 0 ? std::clamp(w.dot(v) / vv, 0., 1.) : 0;
         return {1 - t, 0, t};
     }
@@ -40,7 +41,7 @@ std::array<double, 3> weightsOf(const std::array<Vec3, 3>& corner, const Vec3& a
     return {1 - s - t, s, t};
 }
 
-/// LipPieces by the voxels that their boxes touch.
+/// Pieces of lips by the voxels that their boxes touch.
 class LipPieces {
 public:
     LipPieces(std::span<const Vec3> X, std::vector<LipPiece> pieces, double dx)
