@@ -158,12 +158,15 @@ private:
     {
         sample_ = sample;
         reached_.clear();
-        round_.resize(targets_.groups().size(), kNone);
+        round_.resize(targets_.groups().size(), kNone), left_.resize(ofNode_.start.size() - 1, kNone);
         const auto enter = [&](std::span<const std::uint32_t> nodes) {
-            for (const std::uint32_t node : nodes)
+            for (const std::uint32_t node : nodes) {
+                if (left_[node] == sample) continue;
+                left_[node] = sample;
                 for (const std::uint32_t g : ofNode_[node])
                     if (round_[g] != sample && isNear(sample, targets_.groups()[g]))
                         round_[g] = sample, reached_.push_back(g);
+            }
         };
         enter(surface_.point(sample).node);
         for (std::size_t i = 0; i < reached_.size(); ++i) {
@@ -177,6 +180,7 @@ private:
     const Groups& ofNode_;
     std::uint32_t sample_ = kNone;
     std::vector<std::uint32_t> round_;  // of each group: the last sample that it is round
+    std::vector<std::uint32_t> left_;   // of each node: the last sample for which its groups were looked at
     std::vector<std::uint32_t> reached_;
 };
 
