@@ -160,7 +160,7 @@ TEST_P(SkinRiders, ClosedLipsMeet)
         for (const std::uint32_t p : t) (torn.normal[p].isZero() ? inner : rim).insert(p);
     const auto expectClose = [&](const std::vector<skin::Opposite>& lips, std::size_t of, double limit) {
         std::vector<double> apart(of, 1);  // where there is none opposite
-        for (std::size_t i = 0; i < lips.size(); ++i) apart[i] = (lips[i].at<Vec3>(X) - X[lips[i].point]).norm() / dx;
+        for (std::size_t i = 0; i < lips.size(); ++i) apart[i] = (lips[i].at(X) - X[lips[i].point]).norm() / dx;
         std::ranges::sort(apart);
         EXPECT_GT(of, 50u);
         EXPECT_LT(apart[of * 95 / 100], limit);

@@ -1,5 +1,6 @@
 #include "lips.h"
 
+#include "by_voxel.h"
 #include "fairing.h"
 #include "planar.h"
 #include "slider.h"
@@ -32,9 +33,9 @@ public:
     {
         for (std::uint32_t t = 0; t < skin.triangles.size(); ++t)
             forVoxels(skin, t, lattice, [&](Coord voxel) {
-                if (lattice.isMixed(voxel) || lattice.isOpen(voxel)) entries_.emplace_back(voxel, t);
+                if (lattice.isMixed(voxel) || lattice.isOpen(voxel)) byVoxel_.add(voxel, t);
             });
-        std::sort(entries_.begin(), entries_.end());
+        byVoxel_.sort();
     }
 
     /// How deep X lies below the surface [m], up to `most`; 0 outside of it.
@@ -78,14 +79,8 @@ private:
     template <class Visit>
     void forNear(const Vec3& X, const Visit& visit) const
     {
-        const Coord middle = tetmesh::floorOf(X / dx_);
-        for (int z = -1; z <= 1; ++z)
-            for (int y = -1; y <= 1; ++y)
-                for (int x = -1; x <= 1; ++x) {
-                    const Coord voxel = middle + Coord{x, y, z};
-                    auto at = std::lower_bound(entries_.begin(), entries_.end(), std::pair{voxel, std::uint32_t(0)});
-                    for (; at != entries_.end() && at->first == voxel; ++at) visit(at->second);
-                }
+        const Coord middle = tetmesh::floorOf(X / dx_), one{1, 1, 1};
+        byVoxel_.visit(middle - one, middle + one, visit);
     }
     /// No point of a triangle is nearer to X than this; squared.
     double leastSquare(std::uint32_t t, const Vec3& X) const
@@ -96,7 +91,7 @@ private:
     }
     const SkinTopology& skin_;
     double dx_;
-    std::vector<std::pair<Coord, std::uint32_t>> entries_;
+    ByVoxel byVoxel_;
 };
 
 /// Half the way from a lip to the one opposite; none where nothing is opposite.
@@ -252,7 +247,7 @@ void meet(const SkinTopology& skin, double dx, std::vector<std::uint32_t> triang
         parallelChunks(lips.size(), kChunk / 16, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) {
                 const std::uint32_t p = lips[i].point;
-                middle[i] = 0.5 * (X[p] + lips[i].at<Vec3>(X));
+                middle[i] = 0.5 * (X[p] + lips[i].at(X));
                 if (!normal[p].isZero()) middle[i] = slider.closest(cut.points[p], middle[i], triangle[p]);
             }
         });

@@ -101,10 +101,9 @@ MeanMotion::Round MeanMotion::round(const Carrier& carrier, Coord voxel)
         const tetmesh::EmbeddedPoint at = tet.embed(result.X);
         const double part = share.volume / result.volume;
         for (std::size_t a = 0; a < 4; ++a) {
-            const Vec3 slope = a > 0 ? Vec3(tet.inverse.row(int(a) - 1)) : Vec3(-tet.inverse.colwise().sum());
             const auto same = std::ranges::find(result.terms, at.node[a], &Term::node);
             Term& term = same != result.terms.end() ? *same : result.terms.emplace_back(Term{at.node[a]});
-            term.weight += part * at.weight[a], term.slope += part * slope;
+            term.weight += part * at.weight[a], term.slope += part * tet.gradient(a);
         }
     }
     return result;

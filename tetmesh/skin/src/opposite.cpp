@@ -1,5 +1,7 @@
 #include <vdbfrac/skin/opposite.h>
 
+#include "by_voxel.h"
+
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/base/triangle.h>
 #include <vdbfrac/tetmesh/trilinear.h>
@@ -51,11 +53,9 @@ public:
             const auto [p, q, r] = corners(pieces_[i]);
             const Coord low = tetmesh::floorOf(p.cwiseMin(q).cwiseMin(r) / dx);
             const Coord high = tetmesh::floorOf(p.cwiseMax(q).cwiseMax(r) / dx);
-            for (int z = low.z; z <= high.z; ++z)
-                for (int y = low.y; y <= high.y; ++y)
-                    for (int x = low.x; x <= high.x; ++x) entries_.emplace_back(Coord{x, y, z}, i);
+            forVoxelsOf(low, high, [&](Coord voxel) { byVoxel_.add(voxel, i); });
         }
-        std::sort(entries_.begin(), entries_.end());
+        byVoxel_.sort();
     }
 
     /// For each point that looks anywhere the closest place on what looks against it, if that is near.
@@ -99,21 +99,14 @@ private:
     template <class Visit>
     void forNear(const Vec3& X, double reach, const Visit& visit) const
     {
-        const Coord low = tetmesh::floorOf((X.array() - reach) / dx_),
-                    high = tetmesh::floorOf((X.array() + reach) / dx_);
-        for (int z = low.z; z <= high.z; ++z)
-            for (int y = low.y; y <= high.y; ++y)
-                for (int x = low.x; x <= high.x; ++x) {
-                    const Coord voxel{x, y, z};
-                    auto at = std::lower_bound(entries_.begin(), entries_.end(), std::pair{voxel, std::uint32_t(0)});
-                    for (; at != entries_.end() && at->first == voxel; ++at) visit(pieces_[at->second]);
-                }
+        byVoxel_.visit(tetmesh::floorOf((X.array() - reach) / dx_), tetmesh::floorOf((X.array() + reach) / dx_),
+                       [&](std::uint32_t i) { visit(pieces_[i]); });
     }
 
     std::span<const Vec3> X_;
     std::vector<LipPiece> pieces_;
     double dx_;
-    std::vector<std::pair<Coord, std::uint32_t>> entries_;
+    ByVoxel byVoxel_;
 };
 
 /// Edges of rims: those of one torn face alone.

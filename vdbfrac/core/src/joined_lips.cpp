@@ -47,8 +47,10 @@ JoinedLips::JoinedLips(const tetmesh::DrawnTopology& drawn, const Stages& stages
     const std::vector<Vec3>& rest = drawn.mesh.points;
     std::vector<Vec3> X;
     for (const skin::Opposite& lip : lipsOf(drawn, dx)) {
-        if ((lip.at<Vec3>(rest) - rest[lip.point]).norm() > kMet * dx) continue;
+        const Vec3 gap = lip.at(rest) - rest[lip.point];
+        if (gap.norm() > kMet * dx) continue;
         lips_.push_back(lip);
+        gap_.push_back(gap);
         X.push_back(rest[lip.point]);
     }
     arrival_ = grid::sample(std::get<grid::VoxelValues>(arrival->source->take(body, arrival->field.name)), dx, X);
@@ -58,23 +60,15 @@ void JoinedLips::join(double time, DrawnBody& drawn) const
 {
     constexpr int kRounds = 3;  // each lip moves while the other does
     std::vector<Vec3> other(lips_.size());
-    const auto joinBy = [&](std::vector<Vec3>& values, const auto& atRest) {
+    const auto joinBy = [&](std::vector<Vec3>& values, double ofGap) {
         for (int round = 0; round < kRounds; ++round) {
-            for (std::size_t i = 0; i < lips_.size(); ++i) {
-                other[i].setZero();
-                for (std::size_t k = 0; k < 3; ++k) {
-                    const std::uint32_t p = lips_[i].corner[k];
-                    other[i] += lips_[i].weight[k] * (values[p] - atRest(p));
-                }
-            }
-            for (std::size_t i = 0; i < lips_.size(); ++i) {
-                const std::uint32_t p = lips_[i].point;
-                if (time < arrival_[i]) values[p] = 0.5 * (values[p] + atRest(p) + other[i]);
-            }
+            for (std::size_t i = 0; i < lips_.size(); ++i) other[i] = lips_[i].at(values) - ofGap * gap_[i];
+            for (std::size_t i = 0; i < lips_.size(); ++i)
+                if (Vec3& own = values[lips_[i].point]; time < arrival_[i]) own = 0.5 * (own + other[i]);
         }
     };
-    joinBy(drawn.points, [&](std::uint32_t p) -> const Vec3& { return drawn.topology->mesh.points[p]; });
-    joinBy(drawn.velocity, [](std::uint32_t) { return Vec3(Vec3::Zero()); });
+    joinBy(drawn.points, 1);
+    joinBy(drawn.velocity, 0);
 }
 
 }  // namespace vdbfrac::core

@@ -42,9 +42,14 @@ struct RestTet {
     /// How far outside of the plane of a face, at most, a point of embed() lies [m]; 0 in the tet.
     double outside(const EmbeddedPoint& point) const
     {
-        double most = std::max(0.0, -point.weight[0] / inverse.colwise().sum().norm());
-        for (int a = 0; a < 3; ++a) most = std::max(most, -point.weight[std::size_t(a + 1)] / inverse.row(a).norm());
+        double most = 0;
+        for (std::size_t a = 0; a < 4; ++a) most = std::max(most, -point.weight[a] / gradient(a).norm());
         return most;
+    }
+    /// Of the weight of a node in embed() by the place [1/m].
+    Vec3 gradient(std::size_t a) const
+    {
+        return a > 0 ? Vec3(inverse.row(int(a) - 1)) : Vec3(-inverse.colwise().sum());
     }
 };
 

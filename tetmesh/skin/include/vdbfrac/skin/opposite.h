@@ -16,8 +16,7 @@ struct Opposite {
     std::array<std::uint32_t, 3> corner{};  ///< of a torn face; of an edge of a rim two of them are one
     std::array<double, 3> weight{};
 
-    template <class Value>
-    Value at(std::span<const Value> values) const
+    Vec3 at(std::span<const Vec3> values) const
     {
         return weight[0] * values[corner[0]] + weight[1] * values[corner[1]] + weight[2] * values[corner[2]];
     }

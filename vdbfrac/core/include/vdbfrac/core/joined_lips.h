@@ -25,6 +25,7 @@ public:
 
 private:
     std::vector<skin::Opposite> lips_;
+    std::vector<Vec3> gap_;       // m, of each: from its point to what is opposite, at rest
     std::vector<float> arrival_;  // s, at each; below 0 where no crack is known to have come
 };
 
