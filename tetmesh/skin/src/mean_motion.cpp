@@ -4,6 +4,7 @@
 #include "crack_lattice.h"
 #include "node_search.h"
 
+#include <vdbfrac/base/grouping.h>
 #include <vdbfrac/base/parallel.h>
 
 #include <algorithm>
@@ -14,10 +15,16 @@ namespace vdbfrac::skin {
 namespace {
 
 constexpr double kFrom = 0.05, kWholly = 0.15;  // voxels outside: where the mean motion begins to count, and alone does
+constexpr double kAlike = 0.5;                  // of neighbours' motions that may differ
+constexpr int kPasses = 4;                      // over what is evened out
 constexpr double kRound = 1;                    // voxels farther than the nearest node with material: what is near
 
-/// Voxel nodes with material that edges join to `from`, near X: no farther than `from` and kRound more.
-std::vector<Coord> nodesNear(const Carrier& carrier, const Vec3& X, Coord from)
+/// Edges from one voxel node to another where nothing is in the way: they lead along diagonals of one kind only.
+int edgesTo(Coord d) { return std::max({0, d.x, d.y, d.z}) + std::max({0, -d.x, -d.y, -d.z}); }
+
+/// Voxel nodes with material that edges outside of cracks join to `from`, near X: no farther than `from` and kRound
+/// more. What is reached by a detour only, round the front of a crack or through a ligament, is on the other lip.
+std::vector<Coord> nodesNear(const Carrier& carrier, const CrackField& cracks, const Vec3& X, Coord from)
 {
     const Vec3 at = X / carrier.body.voxelSize();
     const auto square = [&](Coord n) { return (n.toVec() - at).squaredNorm(); };
@@ -25,7 +32,7 @@ std::vector<Coord> nodesNear(const Carrier& carrier, const Vec3& X, Coord from)
     std::vector<Coord> found;
     NodeSearch search(from);
     while (const auto n = search.next()) {
-        if (!carrier.hasMaterial(*n)) continue;
+        if (!carrier.hasMaterial(*n) || cracks.c(*n) > 0 || search.steps() > edgesTo(*n - from)) continue;
         found.push_back(*n);
         forNeighbours(*n, [&](Coord next) {
             if (square(next) < farthest) search.add(next);
@@ -36,8 +43,9 @@ std::vector<Coord> nodesNear(const Carrier& carrier, const Vec3& X, Coord from)
 
 }  // namespace
 
-MeanMotion::MeanMotion(const tetmesh::BodyMesh& body, std::span<const Rider> riders, const Embedded& embedded,
-                       const FragmentAt& fragment, std::span<const std::uint32_t> fragmentOfNode)
+MeanMotion::MeanMotion(const tetmesh::BodyMesh& body, const CrackField& cracks, std::span<const Rider> riders,
+                       const Embedded& embedded, const FragmentAt& fragment,
+                       std::span<const std::uint32_t> fragmentOfNode)
 {
     const Carrier carrier{body, fragment, fragmentOfNode};
     for (std::uint32_t i = 0; i < riders.size(); ++i)
@@ -46,7 +54,7 @@ MeanMotion::MeanMotion(const tetmesh::BodyMesh& body, std::span<const Rider> rid
     std::vector<std::vector<Coord>> near(points_.size());  // first that at which material was found
     parallelChunks(points_.size(), kChunk / 16, [&](std::size_t begin, std::size_t end) {
         for (std::size_t p = begin; p < end; ++p)
-            near[p] = nodesNear(carrier, points_[p].X, embedded.from[points_[p].rider]);
+            near[p] = nodesNear(carrier, cracks, points_[p].X, embedded.from[points_[p].rider]);
     });
     constexpr std::uint32_t kNone = 0xffffffff;
     tetmesh::NodeField<std::uint32_t> number(body.phi().lower(), body.phi().upper(), kNone, kNone);
@@ -69,7 +77,7 @@ MeanMotion::MeanMotion(const tetmesh::BodyMesh& body, std::span<const Rider> rid
 }
 
 /// Gives a point the voxel nodes of the fragment of the first, the nearer and the more material is round them the more.
-void MeanMotion::weigh(Point& point, std::vector<Part>& parts, double dx) const
+void MeanMotion::weigh(Point& point, Parts& parts, double dx) const
 {
     const auto distance = [&](const Part& part) { return (point.X - rounds_[part.round].X).norm() / dx; };
     std::erase_if(
@@ -84,6 +92,60 @@ void MeanMotion::weigh(Point& point, std::vector<Part>& parts, double dx) const
     }
     if (!(sum > 0)) parts.clear(), point.share = 0;
     for (Part& part : parts) part.weight /= sum;
+    std::ranges::sort(parts, {}, &Part::round);
+}
+
+/// How much of two motions is the same: from 0 to 1.
+double MeanMotion::common(const Parts& a, const Parts& b)
+{
+    double sum = 0;
+    for (std::size_t i = 0, j = 0; i < a.size() && j < b.size();) {
+        if (a[i].round == b[j].round) sum += std::min(a[i].weight, b[j].weight);
+        const bool first = a[i].round <= b[j].round, second = b[j].round <= a[i].round;
+        i += first, j += second;
+    }
+    return sum;
+}
+
+void MeanMotion::evenOut(std::span<const std::array<std::uint32_t, 2>> edges)
+{
+    std::vector<std::uint8_t> uneven(edges.size());
+    parallelChunks(edges.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t e = begin; e < end; ++e) uneven[e] = common(parts_[edges[e][0]], parts_[edges[e][1]]) < kAlike;
+    });
+    std::vector<std::uint32_t> ends;
+    for (std::size_t e = 0; e < edges.size(); ++e)
+        if (uneven[e]) ends.insert(ends.end(), edges[e].begin(), edges[e].end());
+    sortUnique(ends);
+    const auto placeOf = [&](std::uint32_t p) { return std::size_t(std::ranges::lower_bound(ends, p) - ends.begin()); };
+    std::vector<std::vector<std::uint32_t>> beside(ends.size());
+    for (const auto& [a, b] : edges)
+        for (const auto& [own, other] : {std::pair(a, b), std::pair(b, a)})
+            if (const std::size_t i = placeOf(own); i < ends.size() && ends[i] == own) beside[i].push_back(other);
+    for (std::vector<std::uint32_t>& list : beside) sortUnique(list);
+    for (int pass = 0; pass < kPasses; ++pass) {
+        std::vector<Parts> next(ends.size());
+        parallelChunks(ends.size(), kChunk / 16, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) next[i] = mixed(ends[i], beside[i]);
+        });
+        for (std::size_t i = 0; i < ends.size(); ++i) parts_[ends[i]] = std::move(next[i]);
+    }
+}
+
+/// Half of a point's motion and half of the mean of those beside it.
+MeanMotion::Parts MeanMotion::mixed(std::uint32_t point, std::span<const std::uint32_t> beside) const
+{
+    Parts all = parts_[point];
+    for (Part& part : all) part.weight *= 0.5;
+    for (const std::uint32_t other : beside)
+        for (const Part& part : parts_[other]) all.push_back({part.round, 0.5 * part.weight / double(beside.size())});
+    std::ranges::stable_sort(all, {}, &Part::round);
+    Parts parts;
+    for (const Part& part : all) {
+        if (parts.empty() || parts.back().round != part.round) parts.push_back({part.round, 0});
+        parts.back().weight += part.weight;
+    }
+    return parts;
 }
 
 /// The mean of the tets round a voxel node, by the material that each has there.

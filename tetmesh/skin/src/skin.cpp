@@ -185,8 +185,9 @@ void Skin::embed(const Embedding& what)
     work_.far = embedded.far;
     points_.assign(isUsed.size(), {});
     for (std::size_t i = 0; i < point.size(); ++i) points_[point[i]] = embedded.points[i];
-    outside_ = MeanMotion(body, riders, embedded, fragment, fragmentOfNode);
+    outside_ = MeanMotion(body, cut.cracks, riders, embedded, fragment, fragmentOfNode);
     takeOutside(point);
+    outside_.evenOut(outsideEdges(drawn));
     restNormal_.resize(givenNormals_);
     for (std::size_t n = 0; n < givenNormals_; ++n) {
         if (normalPoint_[n] == kNone) continue;
@@ -207,6 +208,22 @@ void Skin::takeOutside(std::span<const std::uint32_t> point)
         if (at != outsidePoint_.end() && *at == normalPoint_[n])
             outsideNormal_.emplace_back(n, std::uint32_t(at - outsidePoint_.begin()));
     }
+}
+
+/// The edges of faces that join points outside of their tets, by their places among these.
+std::vector<std::array<std::uint32_t, 2>> Skin::outsideEdges(const RenderMesh& drawn) const
+{
+    std::vector<std::uint32_t> place(drawn.points.size(), kNone);
+    for (std::uint32_t i = 0; i < outsidePoint_.size(); ++i) place[outsidePoint_[i]] = i;
+    std::vector<std::array<std::uint32_t, 2>> edges;
+    for (std::size_t f = 0; f < drawn.faces(); ++f) {
+        const auto corners = drawn.face(f);
+        for (std::size_t k = 0; k < corners.size(); ++k) {
+            const std::uint32_t a = place[corners[k].point], b = place[corners[(k + 1) % corners.size()].point];
+            if (a != kNone && b != kNone) edges.push_back({a, b});
+        }
+    }
+    return edges;
 }
 
 std::vector<Vec3> Skin::carried(std::span<const Vec3> ofNodes) const

@@ -21,7 +21,7 @@ namespace {
 struct PreviewOptions {
     std::string folder;
     std::vector<int> frames;
-    int count = 12, columns = 4, width = 480, height = 480, samples = 16;
+    int count = 12, columns = 4, width = 480, height = 480, samples = 32;
     int turntable = 0;
     std::string colour = "material", torn = "red", fit = "frames";
     std::vector<double> direction = {-0.55, -0.35, -1}, eye, lookAt;

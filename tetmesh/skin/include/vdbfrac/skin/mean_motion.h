@@ -7,6 +7,7 @@
 
 #include <vdbfrac/skin/riders.h>
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -32,8 +33,13 @@ public:
 
     MeanMotion() = default;
     /// Of those riders that are outside of their tets. The arguments are as for embedRiders, which gave `embedded`.
-    MeanMotion(const tetmesh::BodyMesh& body, std::span<const Rider> riders, const Embedded& embedded,
-               const FragmentAt& fragment, std::span<const std::uint32_t> fragmentOfNode);
+    MeanMotion(const tetmesh::BodyMesh& body, const CrackField& cracks, std::span<const Rider> riders,
+               const Embedded& embedded, const FragmentAt& fragment, std::span<const std::uint32_t> fragmentOfNode);
+
+    /// Evens out the motions of points that edges join, where these have little in common: at the front of a crack,
+    /// where one lip goes over into the other, and where a point was taken for one of the other lip. `edges`: pairs of
+    /// points(), those of an edge once or in both orders.
+    void evenOut(std::span<const std::array<std::uint32_t, 2>> edges);
 
     std::span<const Point> points() const { return points_; }  ///< riders rise
     /// At each of points(), from the positions [m] or velocities [m/s] of all nodes of the body.
@@ -56,11 +62,14 @@ private:
         std::uint32_t round = 0;
         double weight = 0;  // of a point they add up to 1
     };
+    using Parts = std::vector<Part>;  // rounds rise
     static Round round(const Carrier& carrier, Coord voxel);
-    void weigh(Point& point, std::vector<Part>& parts, double dx) const;
+    void weigh(Point& point, Parts& parts, double dx) const;
+    static double common(const Parts& a, const Parts& b);
+    Parts mixed(std::uint32_t point, std::span<const std::uint32_t> beside) const;
 
     std::vector<Point> points_;
-    std::vector<std::vector<Part>> parts_;  // of each point
+    std::vector<Parts> parts_;  // of each point
     std::vector<Round> rounds_;
 };
 

@@ -54,6 +54,7 @@ private:
     };
     void embed(const Embedding& what);
     void takeOutside(std::span<const std::uint32_t> point);
+    std::vector<std::array<std::uint32_t, 2>> outsideEdges(const tetmesh::RenderMesh& drawn) const;
     void turnOutside(std::span<const Vec3> x, std::vector<Vec3>& normals) const;
 
     CrackStyle style_;

@@ -89,7 +89,7 @@ Camera fittingCamera(const Vec3& direction, std::span<const Vec3> points, int wi
 struct View {
     Camera camera;
     int width = 640, height = 480;
-    int samples = 16;              ///< rays a pixel
+    int samples = 32;              ///< rays a pixel
     std::optional<double> ground;  ///< height of a floor [m]
 };
 
