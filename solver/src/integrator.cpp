@@ -252,7 +252,7 @@ public:
     void rebind(const ElasticOperator& elastic) override
     {
         elastic_ = &elastic;
-        evaluated_ = false;
+        evaluatedAt_.clear();
     }
 
     /// v += -dt (w^2 x + d v), x += dt v does not grow where (w dt)^2 + 2 d dt <= 4. Forward Euler grows anyway.
@@ -271,7 +271,7 @@ public:
 
     const StepReport& step(State& state, double dt, const StepLoads& loads) override
     {
-        if (!evaluated_) evaluate(state.x);
+        if (evaluatedAt_ != state.x) evaluate(state.x);  // after a step that was cut back it is another
         const Boundary& boundary = loads.boundary(1);
         addOuter(state, dt, loads);
         const double loss = move(state, dt, boundary);
@@ -287,14 +287,14 @@ public:
         return report_;
     }
 
-    std::size_t bytes() const override { return 4 * gradient_.capacity() * sizeof(Vec3); }
+    std::size_t bytes() const override { return 5 * gradient_.capacity() * sizeof(Vec3); }
 
 private:
     void evaluate(std::span<const Vec3> x)
     {
         gradient_.assign(x.size(), Vec3::Zero());
         elasticEnergy_ = elastic_->evaluate(x, gradient_, nullptr);
-        evaluated_ = true;
+        evaluatedAt_.assign(x.begin(), x.end());
     }
 
     void addOuter(const State& state, double dt, const StepLoads& loads)
@@ -331,9 +331,10 @@ private:
     }
 
     const ElasticOperator* elastic_;
-    bool symplectic_, evaluated_ = false;
-    double fastest_, elasticEnergy_ = 0;              // 1/s, J
-    std::vector<Vec3> gradient_, outer_, predicted_;  // N at x; N; m
+    bool symplectic_;
+    double fastest_, elasticEnergy_ = 0;        // 1/s; J at evaluatedAt_
+    std::vector<Vec3> evaluatedAt_, gradient_;  // m, N
+    std::vector<Vec3> outer_, predicted_;       // N, m
     StepReport report_;
 };
 

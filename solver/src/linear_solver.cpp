@@ -234,8 +234,19 @@ double meanDiagonal(const LinearSystem& system)
 }
 
 struct Direct {
-    Eigen::CholmodSupernodalLLT<Eigen::SparseMatrix<double>> factor;
-    std::vector<std::uint8_t> fixed;  // of the analysed pattern
+    using Matrix = Eigen::SparseMatrix<double>;
+    Eigen::CholmodSupernodalLLT<Matrix> factor;
+    std::vector<Matrix::StorageIndex> starts,
+        rows;  // of what was analysed: nodes that are fixed and couplings change it
+
+    void analyze(const Matrix& A)
+    {
+        const std::span nowStarts(A.outerIndexPtr(), std::size_t(A.outerSize()) + 1);
+        const std::span nowRows(A.innerIndexPtr(), std::size_t(A.nonZeros()));
+        if (std::ranges::equal(starts, nowStarts) && std::ranges::equal(rows, nowRows)) return;
+        factor.analyzePattern(A);
+        starts.assign(nowStarts.begin(), nowStarts.end()), rows.assign(nowRows.begin(), nowRows.end());
+    }
 };
 
 }  // namespace
@@ -344,11 +355,7 @@ LinearReport LinearSolver::solveDirectly(const LinearSystem& system, std::span<c
         d.direct = std::make_unique<Direct>();
         d.direct->factor.cholmod().print = 0;  // what it has to say is in info()
     }
-    if (d.direct->fixed.empty() ||
-        !std::equal(system.fixed.begin(), system.fixed.end(), d.direct->fixed.begin(), d.direct->fixed.end())) {
-        d.direct->factor.analyzePattern(A);
-        d.direct->fixed.assign(system.fixed.begin(), system.fixed.end());
-    }
+    d.direct->analyze(A);
     d.direct->factor.factorize(A);
     if (d.direct->factor.info() != Eigen::Success) {
         report.status = LinearStatus::negativeCurvature;

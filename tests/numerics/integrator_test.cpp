@@ -157,6 +157,26 @@ TEST(Integrators, ExplicitOnesAreStableUpToTheirLimitAndNotFarBeyond)
               std::numeric_limits<double>::infinity());
 }
 
+/// A step that does not hold is taken again from where it began, and nothing of it may be left.
+TEST(Integrators, StepsThatAreCutBackLeaveNothing)
+{
+    constexpr double dt = 1e-3, kRounding = 1e-12;  // relative; of implicit schemes the tolerance
+    for (const Scheme scheme :
+         {Scheme::backwardEuler, Scheme::midpoint, Scheme::sdirk2, Scheme::symplecticEuler, Scheme::forwardEuler}) {
+        Shaken once, twice;
+        once.run(scheme, dt / 2, 1);
+        const solver::State before = twice.state;
+        const auto integrator = solver::makeIntegrator(scheme, twice.elastic, lab::tightSettings());
+        (void)integrator->step(twice.state, dt, twice.loads());
+        EXPECT_GT(distance(twice.state.x, once.state.x), 1e-3 * distance(once.state.x, before.x));
+        twice.state = before;
+        (void)integrator->step(twice.state, dt / 2, twice.loads());
+        const double moved = distance(once.state.x, before.x);
+        EXPECT_LT(distance(twice.state.x, once.state.x), kRounding * moved) << int(scheme);
+        EXPECT_LT(distance(twice.state.v, once.state.v), kRounding * moved / dt) << int(scheme);
+    }
+}
+
 TEST(Integrators, HeldNodesFollowTheirTargetsExactly)
 {
     for (const Scheme scheme :

@@ -209,6 +209,23 @@ TEST(CoupledSystems, AllMethodsAgree)
     EXPECT_GT(lab::norm(lab::difference(loose, direct)), 0.1 * lab::norm(direct));
 }
 
+/// Couplings come and go from one system to the next, and with them the places of the matrix.
+TEST(CoupledSystems, OneSolverTakesThemAsTheyCome)
+{
+    constexpr double kTolerance = 1e-10, kError = 1e4 * kTolerance;  // condition numbers below 1e4
+    const TiedBlocks tied(8, 10);
+    for (LinearMethod method : {LinearMethod::direct, LinearMethod::jacobi, LinearMethod::multigrid}) {
+        solver::LinearSolver linear(tied.solid->elastic(), method, solver::LinearPrecision::doubles);
+        for (const bool withTies : {false, true, false, true}) {
+            std::vector<Vec3> u(tied.solid->nodeCount());
+            EXPECT_EQ(linear.solve(tied.system(withTies), tied.pull(), u, {kTolerance, 20000}).status,
+                      LinearStatus::converged);
+            const std::vector<Vec3> fresh = solve(tied, method, kTolerance, withTies).u;
+            EXPECT_LT(lab::norm(lab::difference(u, fresh)), kError * lab::norm(fresh)) << int(method) << withTies;
+        }
+    }
+}
+
 /// Iterations of multigrid to 1e-6, and how many more couplings make of them.
 void expectFewMore(int cells, std::size_t ties, int more)
 {
