@@ -122,7 +122,8 @@ TEXTS = {
     "resolution": "The report takes the block of 20^3 to 50^3 with the same kappa, and finds other cracks, as with a lower kappa (figure 5); it suspects its\n"
     "scaling. With kappa as given the finer block is weaker indeed: the energy at a notch grows as voxels shrink, and kappa is a toughness of\n"
     "kappa l / A (docs/physics.md). Under `toughness`, the same at 20^3, kappa grows with 1 / h: the finer block is\n"
-    "stronger, as a notch this blunt is a smooth face, which no toughness alone tears. The report's 100^3 is run with `--fine`.",
+    "stronger, as a notch this blunt is a smooth face, which no toughness alone tears. The report's 100^3 is\n"
+    "run with `--fine`, to frame 36: a row takes some 20 minutes on two cores.",
     "force": "The report regrets that its grips move as they are told. Here they pull with a force that grows to its full size in two seconds.",
 }
 

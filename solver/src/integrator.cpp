@@ -49,7 +49,8 @@ public:
     using Implicit::Implicit;
     const StepReport& step(State& state, double dt, const StepLoads& loads) override
     {
-        const StepReport& report = newton_.step(state, dt, {loads.potentials, loads.boundary(1), loads.time + dt});
+        const StepReport& report =
+            newton_.step(state, dt, {loads.potentials, loads.boundary(1), loads.time + dt, loads.time});
         if (loads.origin) {
             beginEnergy(loads);
             pass(loads, {loads.origin->state.x, state.x, state.x});
@@ -77,7 +78,7 @@ public:
     {
         state.v.assign(state.v.size(), Vec3::Zero());
         const StepReport& report = newton_.step(state, std::numeric_limits<double>::infinity(),
-                                                {loads.potentials, loads.boundary(1), loads.time + dt});
+                                                {loads.potentials, loads.boundary(1), loads.time + dt, loads.time});
         if (loads.origin) book(state, loads);
         return report;
     }
@@ -153,7 +154,7 @@ public:
         middle_ = loads.boundary(0.5);
         eachNode<double>(targets_.size(),
                          [&](std::size_t i) { middle_.target[i] = 0.5 * (start_.x[i] + targets_[i]); });
-        report_ = newton_.step(state, 0.5 * dt, {loads.potentials, middle_, loads.time + 0.5 * dt});
+        report_ = newton_.step(state, 0.5 * dt, {loads.potentials, middle_, loads.time + 0.5 * dt, loads.time});
         if (loads.origin) at_ = state.x;
         extrapolate(start_, 2, state);
         // What is held has the velocity of its step: doubling it would ring on, and load the grips with it.
@@ -194,7 +195,8 @@ public:
         constexpr double gamma = 1 - std::numbers::sqrt2 / 2;
         start_ = state;
         constexpr double beyond = (1 - gamma) / gamma;
-        first_ = newton_.step(state, gamma * dt, {loads.potentials, loads.boundary(gamma), loads.time + gamma * dt});
+        first_ = newton_.step(state, gamma * dt,
+                              {loads.potentials, loads.boundary(gamma), loads.time + gamma * dt, loads.time});
         if (loads.origin) at_ = state.x;
         extrapolate(start_, beyond, state);
         if (loads.origin) {
@@ -202,7 +204,8 @@ public:
             beginEnergy(loads);
             pass(loads, {start_.x, between_, at_, beyond});
         }
-        report_ = newton_.step(state, gamma * dt, {loads.potentials, loads.boundary(1), loads.time + dt});
+        report_ = newton_.step(state, gamma * dt,
+                               {loads.potentials, loads.boundary(1), loads.time + dt, loads.time + (1 - gamma) * dt});
         if (loads.origin) {
             pass(loads, {between_, state.x, state.x});
             energy_.loss = report_.inertialLoss - first_.inertialLoss + beyond * first_.elasticWork +
@@ -303,7 +306,7 @@ private:
         outer_.assign(state.x.size(), Vec3::Zero());
         eachNode<double>(state.x.size(), [&](std::size_t i) { predicted_[i] = state.x[i] + dt * state.v[i]; });
         for (Potential* potential : loads.potentials) {
-            potential->begin({state.x, state.v, dt, *elastic_, loads.time + dt});
+            potential->begin({state.x, state.v, dt, *elastic_, loads.time + dt, loads.time});
             (void)potential->evaluate(predicted_, outer_);
         }
     }

@@ -54,7 +54,7 @@ void Objective::begin(const State& state, double dt, const System& system)
     fixed_ = boundary_->fixed;
     frozenNodes_ = 0;
     for (Potential* potential : potentials_) {
-        potential->begin({state.x, state.v, dt, *elastic_, system.time});
+        potential->begin({state.x, state.v, dt, *elastic_, system.time, system.begin});
         const HessianShares h = potential->hessian();
         shares_ = {shares_.mass + h.mass, shares_.stiffness + h.stiffness};
     }

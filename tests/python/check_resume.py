@@ -197,6 +197,22 @@ with tempfile.TemporaryDirectory() as temporary:
     other = top / "other.toml"
     other.write_text(SCENE.read_text().replace('name = "notched_block"', 'name = "other"').replace("{ box = { size = [1, 1, 1] } }", '{ vdb = "own/vdb/other.0001.vdb" }'))
     expect("writing over an input", [PROGRAM, "sim", other, "-o", own, "--overwrite"], 2, "other.0001.vdb", "would write over")
+    collider = '\n[[collider]]\nshape = {{ {} }}\nmove = {{ keys = [{{ time = 0, translate = [0, -9, 0] }}] }}\n'
+    other.write_text(SCENE.read_text().replace('name = "notched_block"', 'name = "other"') + collider.format('vdb = "own/vdb/other.0001.vdb"'))
+    expect("writing over a collider", [PROGRAM, "sim", other, "-o", own, "--overwrite"], 2, "other.0001.vdb", "would write over")
+    wall, walled = top / "wall.obj", top / "walled.toml"
+    corners = [(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)]
+    faces = [(1, 2, 4, 3), (5, 7, 8, 6), (1, 5, 6, 2), (3, 4, 8, 7), (1, 3, 7, 5), (2, 6, 8, 4)]
+    def write_wall(size):
+        wall.write_text("".join("v {} {} {}\n".format(*(size * c for c in corner)) for corner in corners)
+                        + "".join("f {} {} {} {}\n".format(*face) for face in faces))
+    write_wall(1)
+    walled.write_text(SCENE.read_text() + collider.format('mesh = "wall.obj"'))
+    expect("a collider of a file", [PROGRAM, "sim", walled, "-o", top / "walled", "-f", "1", "-q"], 0)
+    write_wall(2)
+    expect("a collider that has changed", [PROGRAM, "sim", walled, "-o", top / "walled", "--resume", "-f", "2", "-q"], 2, "colliders")
+    write_wall(1)
+    expect("a collider that is as it was", [PROGRAM, "sim", walled, "-o", top / "walled", "--resume", "-f", "2", "-q"], 0)
     alone = top / "alone"
     (alone / "obj").mkdir(parents=True)
     (alone / "scene.toml").write_text(SCENE.read_text())

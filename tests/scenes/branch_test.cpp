@@ -188,6 +188,26 @@ TEST(Branch, EffectsThatTheRunDidNotHaveBeginAnewAndOthersEnd)
     EXPECT_EQ(fewer.steps.back().outcome, core::Outcome::converged);
 }
 
+/// What a branch adds is where it would be, had it been there from the start: here it touches after the branch only.
+TEST(Branch, CollidersThatMoveAreWhereTheirKeysSay)
+{
+    constexpr double kSame = 1e-9;  // m, J: where a step begins is a sum of steps
+    const std::string scene = bar(
+        "[[collider]]\nshape = { sphere = { radius = 0.3 } }\nfriction = 0.5\nmove = { keys = [{ time = 0, translate = "
+        "[2, 0, 0] }, { time = 1, translate = [0.6, 0, 0] }, { time = 1.5, translate = [0.3, 0.1, 0] }] }\n");
+    SceneRun all(scene), before(bar()), branch(scene);
+    before.toFrame(9);
+    branch.simulation.branchFrom(saved(before));
+    all.toFrame(12), branch.toFrame(12);
+    const core::StepRecord &last = all.steps.back(), &also = branch.steps.back();
+    EXPECT_GT(last.measured.at("collider_depth_m"), 0.001);
+    EXPECT_GT(last.energyFlow.at("collider_work"), 0);
+    EXPECT_NEAR(also.measured.at("collider_depth_m"), last.measured.at("collider_depth_m"), kSame);
+    for (const auto& [name, joules] : last.energyFlow) EXPECT_NEAR(also.energyFlow.at(name), joules, kSame) << name;
+    for (std::size_t i = 0; i < all.simulation.x().size(); ++i)
+        EXPECT_LT((branch.simulation.x()[i] - all.simulation.x()[i]).norm(), kSame) << i;
+}
+
 class Finer : public testing::TestWithParam<const char*> {};
 
 /// Linear displacements are exact on both lattices, and so is a box with its faces on planes of voxels.

@@ -22,15 +22,33 @@ namespace {
 /// most.
 constexpr std::size_t kWaitingFrames = 1;
 
+/// The files that shapes of bodies or of colliders are read from.
+template <class Solids>
+std::vector<fs::path> filesOf(const Solids& solids)
+{
+    std::vector<fs::path> files;
+    for (const auto& solid : solids) {
+        if (const auto* mesh = std::get_if<scene::MeshFile>(&solid.shape)) files.push_back(mesh->file);
+        if (const auto* vdb = std::get_if<scene::VdbFile>(&solid.shape)) files.push_back(vdb->file);
+    }
+    return files;
+}
+
 /// The scene and the files that it names.
 std::vector<fs::path> inputsOf(const scene::Scene& scene)
 {
     std::vector<fs::path> files = {scene.file};
-    for (const scene::Body& body : scene.bodies) {
-        if (const auto* mesh = std::get_if<scene::MeshFile>(&body.shape)) files.push_back(mesh->file);
-        if (const auto* vdb = std::get_if<scene::VdbFile>(&body.shape)) files.push_back(vdb->file);
-    }
+    for (const auto& more : {filesOf(scene.bodies), filesOf(scene.colliders)})
+        files.insert(files.end(), more.begin(), more.end());
     return files;
+}
+
+/// Of what the files of colliders hold.
+std::string collidersHash(const scene::Scene& scene)
+{
+    std::uint64_t hash = 0;
+    for (const fs::path& file : filesOf(scene.colliders)) hash = hashFile(file, hash);
+    return hexadecimal(hash);
 }
 
 /// A run that was killed at once has left nothing but a manifest that was not finished.
@@ -105,6 +123,7 @@ void requireSame(const std::string& settings, const std::string& before)
 RunFolder::RunFolder(fs::path folder, const scene::Scene& scene, const Simulation& simulation, ExistingRun existing)
     : folder_(std::move(folder)),
       scene_(scene),
+      collidersHash_(collidersHash(scene)),
       writer_(std::make_unique<Writer>(folder_, scene)),
       queue_(kWaitingFrames)
 {
@@ -172,6 +191,7 @@ void RunFolder::writeCheckpoint(const Simulation& simulation, const std::string&
         archive->putText("settings", settings);
         archive->putText("rest_hash", restHash_);
         archive->putText("bodies_hash", bodiesHash_);
+        archive->putText("colliders_hash", collidersHash_);
         archive->putText("branches", branchesJson(branches_).dump());
         archive->putText("state_hash", hash);
         simulation.save(*archive);
@@ -249,6 +269,8 @@ void RunFolder::goOn(Simulation& simulation, const Resume& how, const Found& fou
     const bool isBranch = !branch.changes.empty();
     if (!branch.isFiner && bodiesHash_ != archive.getText("bodies_hash"))
         refuse("the bodies at rest are not those of the run: a mesh, a .vdb file or the program has changed since");
+    if (!isBranch && collidersHash_ != archive.getText("colliders_hash"))
+        refuse("the colliders are not those of the run: a mesh or a .vdb file has changed since");
     if (!isBranch && restHash_ != archive.getText("rest_hash"))
         refuse("the start is not that of the run: the program has changed since");
     takeState(simulation, how, archive, branch, notes);

@@ -190,7 +190,7 @@ StepRecord Simulation::step(double until)
 void Simulation::solve(StepRecord& record, double until)
 {
     const StageTimer timer(record.work, "solve");
-    const StepControl::Choice choice = stepControl_->next(until - time_, {bodies_, state_, stages_, *integrator_});
+    const StepControl::Choice choice = stepControl_->next(until - time_, {bodies_, state_, time_, stages_, *integrator_});
     const solver::ElasticWork before = elastic_->work();
     saved_ = state_;
     double dt = choice.dt;
@@ -227,7 +227,7 @@ void Simulation::solve(StepRecord& record, double until)
     record.gripLoad = grips_->loads(report->reaction);
     book(record, *report);
     for (Observer* observer : stages_.observers) observer->observe({state_.x, time_, dt});
-    for (solver::Potential* potential : stages_.solve) potential->accept(state_.x, dt);
+    for (solver::Potential* potential : stages_.solve) potential->accept(state_.x, time_, dt);
     const solver::ElasticWork& after = elastic_->work();
     record.work.count("solve", "evaluated_tets", after.evaluatedTets - before.evaluatedTets);
     record.work.count("solve", "product_tets", after.productTets - before.productTets);

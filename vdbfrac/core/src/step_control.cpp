@@ -49,7 +49,7 @@ double StepControl::limit(double spread, const StepOutlook& outlook) const
     double limit = 1 / settings_.fps;
     if (settings_.substeps > 0) return limit / settings_.substeps;
     if (spread > 0) limit = std::min(limit, settings_.nodeCfl * h_ / spread);
-    for (StepLimit* l : outlook.stages.limits) limit = std::min(limit, l->largestStep(outlook.state));
+    for (StepLimit* l : outlook.stages.limits) limit = std::min(limit, l->largestStep(outlook.state, outlook.time));
     limit = std::min(limit, outlook.integrator.largestStep(outlook.stages.solve, outlook.state.x));
     return limit;
 }
@@ -65,7 +65,7 @@ StepControl::Choice StepControl::next(double left, const StepOutlook& outlook) c
     double longest = limit(spread, outlook);
     if (settings_.substeps > 0)
         for (StepLimit* l : outlook.stages.limits) {
-            const double largest = l->cutsBack() ? l->largestStep(outlook.state) : longest;
+            const double largest = l->cutsBack() ? l->largestStep(outlook.state, outlook.time) : longest;
             for (; longest > largest && choice.halvings < kMaxCutbacks; ++choice.halvings) longest *= 0.5;
         }
     // An explicit scheme that flies apart shall do so at once.

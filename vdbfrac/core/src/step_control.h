@@ -15,6 +15,7 @@ namespace vdbfrac::core {
 struct StepOutlook {
     std::span<const Body> bodies;
     const solver::State& state;
+    double time;  ///< s
     const Stages& stages;
     const solver::Integrator& integrator;
 };

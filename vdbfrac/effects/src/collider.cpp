@@ -108,8 +108,8 @@ public:
     double evaluate(std::span<const Vec3> x, std::span<Vec3> gradient) const override;
     void linearize(std::span<const Vec3> x, std::vector<solver::Coupling>& couplings) const override;
     solver::EnergyFlow flow(const solver::Leg& leg) const override;
-    void accept(std::span<const Vec3> x, double dt) override;
-    double largestStep(const solver::State& state) override;
+    void accept(std::span<const Vec3> x, double time, double dt) override;
+    double largestStep(const solver::State& state, double time) override;
     bool cutsBack() const override { return true; }
     bool refresh(std::span<const Vec3> x) override;
     void report(Ledger& work, std::map<std::string, double>& measured) override;
@@ -118,17 +118,14 @@ public:
     void save(std::span<const core::Body>, core::Archive& archive) const override
     {
         surface_.save("collider", archive);
-        archive.putOne("collider.time", now_);
     }
     void restoreFrom(const core::Archive& archive, std::span<const core::Body>) override
     {
         surface_.restoreFrom("collider", archive);
-        restoreTime(archive);
     }
     void refineFrom(const core::Refinement& wide, std::span<const core::Body>) override
     {
         surface_.refineFrom("collider", wide);
-        restoreTime(wide.archive);
     }
     std::size_t bytes() const override
     {
@@ -138,11 +135,6 @@ public:
     }
 
 private:
-    void restoreTime(const core::Archive& archive)
-    {
-        now_ = archive.getOne<double>("collider.time");
-        if (!std::isfinite(now_)) archive.complain("the time of the colliders is not a number");
-    }
     Places placesAt(double time) const
     {
         Places places;
@@ -186,7 +178,6 @@ private:
     std::vector<Obstacle> obstacles_;
     std::vector<Penalty> law_;  // of each body, with each collider
     TouchingSurface surface_;
-    double now_ = 0;  // s: end of the last step that was kept
 
     // Of the step at hand.
     double begin_ = 0, length_ = 0;  // s
@@ -218,8 +209,7 @@ void Colliders::begin(const solver::StepStart& start)
 {
     const StageTimer timer(work_, "collider");
     surface_.settle();
-    length_ = std::isfinite(start.dt) ? start.dt : start.time - now_;
-    begin_ = start.time - length_;
+    begin_ = start.begin, length_ = start.time - start.begin;
     start_ = placesAt(begin_);
     places_ = placesAt(start.time);
     setOff(start.x);
@@ -326,11 +316,10 @@ solver::EnergyFlow Colliders::flow(const solver::Leg& leg) const
     return {work, dissipated, work - dissipated - along};
 }
 
-void Colliders::accept(std::span<const Vec3> x, double dt)
+void Colliders::accept(std::span<const Vec3> x, double time, double dt)
 {
     const StageTimer timer(work_, "collider");
-    now_ += dt;
-    const Places places = placesAt(now_);
+    const Places places = placesAt(time);
     std::vector<Vec3> stretch(surface_.size(), Vec3::Zero());
     std::vector<double> depth(surface_.size());
     for (const Held& h : held_) stretch[h.sample] = h.rub.kept(slipOf(h, x));
@@ -355,12 +344,12 @@ void Colliders::report(Ledger& work, std::map<std::string, double>& measured)
 }
 
 /// No sample passes more than half a collider in a step, so none comes out on the other side.
-double Colliders::largestStep(const solver::State& state)
+double Colliders::largestStep(const solver::State& state, double time)
 {
     constexpr double kShort = 1e-6;  // s: in which a collider's speed is measured
     const StageTimer timer(work_, "collider");
     surface_.settle();
-    const Places now = placesAt(now_), soon = placesAt(now_ + kShort);
+    const Places now = placesAt(time), soon = placesAt(time + kShort);
     start_ = places_ = now;
     setOff(state.x);
     const double rate = orderedMax(surface_.size(), kChunk, 0, [&](std::size_t begin, std::size_t end) {

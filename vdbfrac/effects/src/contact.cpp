@@ -84,8 +84,8 @@ public:
     solver::EnergyFlow flow(const solver::Leg& leg) const override;
     bool refresh(std::span<const Vec3> x) override;
     bool holds(std::span<const Vec3> x) const override;
-    void accept(std::span<const Vec3> x, double dt) override;
-    double largestStep(const solver::State& state) override;
+    void accept(std::span<const Vec3> x, double time, double dt) override;
+    double largestStep(const solver::State& state, double time) override;
     bool cutsBack() const override { return true; }
     void report(Ledger& work, std::map<std::string, double>& measured) override;
 
@@ -330,7 +330,7 @@ bool Contact::holds(std::span<const Vec3> x) const
     return through.empty();
 }
 
-void Contact::accept(std::span<const Vec3> x, double dt)
+void Contact::accept(std::span<const Vec3> x, double, double dt)
 {
     const StageTimer timer(work_, "contact");
     last_ = dt;
@@ -354,7 +354,7 @@ void Contact::accept(std::span<const Vec3> x, double dt)
 
 /// No sample comes nearer to a target than three quarters of the depth in which samples are found, in one step. Looks
 /// as far ahead as the next step may be long: lists for a whole frame would be endless where steps are short.
-double Contact::largestStep(const solver::State& state)
+double Contact::largestStep(const solver::State& state, double)
 {
     const StageTimer timer(work_, "contact");
     const double ahead = std::clamp(kGrowth * last_, kLeast * longest_, longest_);

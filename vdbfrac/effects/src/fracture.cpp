@@ -91,7 +91,7 @@ public:
     {
         for (const core::Body& body : bodies) laws_[body.name] = lawOf(body, notes), arrival_.try_emplace(body.name);
     }
-    double largestStep(const solver::State&) override { return limit_; }
+    double largestStep(const solver::State&, double) override { return limit_; }
     grid::PhiChanges update(const core::GridContext& context, const core::Body& body, grid::LevelSet& phi) override;
 
     std::vector<Field> fields() const override { return {{"arrival", "s"}, {kMargin, "1"}}; }

@@ -15,7 +15,8 @@ struct StepStart {
     std::span<const Vec3> v;  ///< [m/s]
     double dt = 0;            ///< s
     const ElasticOperator& elastic;
-    double time = 0;  ///< s: where forces are taken
+    double time = 0;   ///< s: where forces are taken
+    double begin = 0;  ///< s: where the way begins
 };
 
 /// The Hessian of a potential as the tangent takes it in: `mass` times the lumped mass [1/s^2] and `stiffness` times
@@ -68,8 +69,8 @@ public:
     /// A step is solved at x. False where it has come to what a shorter one would not have: things have passed into
     /// each other. It is cut back then, as one that is not solved is, as long as that makes sense.
     virtual bool holds(std::span<const Vec3> /*x*/) const { return true; }
-    /// A step of `dt` [s] has come to its end at x, and is kept.
-    virtual void accept(std::span<const Vec3> /*x*/, double /*dt*/) {}
+    /// A step of `dt` [s] has come to its end at x, at this time [s], and is kept.
+    virtual void accept(std::span<const Vec3> /*x*/, double /*time*/, double /*dt*/) {}
     /// What it did along a leg of the step that begin() was told of; before accept(). The columns of the effect.
     virtual EnergyFlow flow(const Leg& leg) const = 0;
     /// The same in all steps.

@@ -122,6 +122,7 @@ private:
     std::vector<StepRecord> steps_;
     std::size_t handedOver_ = 0;  // steps that the writer knows
     int checkpointed_ = -1;       // step of the last checkpoint
+    std::string collidersHash_;   // of their files
     std::string restHash_;        // of the state before the first step
     std::string bodiesHash_;      // of the bodies then
     std::vector<BranchRecord> branches_;

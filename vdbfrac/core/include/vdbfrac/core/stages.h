@@ -28,7 +28,8 @@ namespace vdbfrac::core {
 class StepLimit {
 public:
     virtual ~StepLimit() = default;
-    virtual double largestStep(const solver::State& state) = 0;  ///< s; infinity for none
+    /// s; infinity for none. time [s]: when the step begins.
+    virtual double largestStep(const solver::State& state, double time) = 0;
     /// Where the scene fixes the steps: are those that are longer cut back?
     virtual bool cutsBack() const { return false; }
 };
