@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cassert>
 #include <type_traits>
 
 namespace vdbfrac::solver {
@@ -198,7 +197,6 @@ template <class Nodes>
 Built buildPatch(const Range& range, bool means)
 {
     Nodes local(range);
-    assert(local.nodes.size() + 2 * kLanes < 65536);
     const auto elements = range.set->elements.subspan(range.begin, range.end - range.begin);
     std::vector<Local> corners(elements.size());
     for (std::size_t e = 0; e < elements.size(); ++e)
@@ -218,12 +216,15 @@ Built buildPatch(const Range& range, bool means)
     return built;
 }
 
+/// The elements of each patch; in parts where crumbs with nodes of their own are more than 16 bits can number.
 std::vector<Range> findRanges(std::span<const ElementSet> sets)
 {
+    constexpr std::size_t kMost = (65536 - 2 * kLanes) / kCorners - 1;
     std::vector<Range> ranges;
     for (const ElementSet& set : sets) {
         for (std::size_t e = 0; e < set.elements.size(); ++e) {
-            if (e == 0 || set.elements[e].patch != set.elements[e - 1].patch) ranges.push_back({&set, e, e});
+            if (e == 0 || set.elements[e].patch != set.elements[e - 1].patch || e - ranges.back().begin == kMost)
+                ranges.push_back({&set, e, e});
             ranges.back().end = e + 1;
         }
     }

@@ -146,6 +146,15 @@ with tempfile.TemporaryDirectory() as temporary:
     if steps != 300 or json.loads((stuck / "run.json").read_text())["status"] != "stuck" or not (stuck / "ckpt/notched_block.000300.ckpt").exists():
         failures.append(f"stuck: {steps} steps, {sorted(p.name for p in (stuck / 'ckpt').iterdir())}")
     expect("which is tried again", [*nowhere, "--resume"], 0, "goes on after step 300")
+    # What flies apart is an error; the steps that lead there are kept.
+    apart = folder / "apart"
+    expect("a run that flies apart", ["sim", good, "-o", apart, "--set", "grid.voxel_size=0.1", "--set", 'solver.integrator="symplectic_euler"',
+                                      "--set", "time.substeps=6"], 5, "beyond what a number can hold")
+    steps, run = statuses(apart), json.loads((apart / "run.json").read_text())
+    if run["status"] != "failed" or not 0 < len(steps) or "failed: step" not in (apart / "run.log").read_text():
+        failures.append(f"apart: {run['status']}, {len(steps)} steps")
+    elif len(steps) <= 6 * (len(run["frames"]) - 1) or not float(steps[-1]["kinetic_J"]) > 1e6 * float(steps[0]["kinetic_J"]):
+        failures.append(f"apart: the last steps are not told: {len(steps)} of {len(run['frames'])} frames")
     held = folder / "held"
     expect("a front held back", ["sim", good, "-o", held, *quick, "-f", "24", "--set", "fracture.keys=[{ time = 0, scale = 1e-3 }]", "--strict"], 0, "held back: in ")
     if not any(int(s["fracture_held_back"]) for s in statuses(held)):

@@ -294,6 +294,30 @@ struct LooseTets {
     }
 };
 
+/// Crumbs have nodes of their own, and a block of cells may hold more of them than 16 bits can number.
+TEST(Kernel, BlocksOfVeryManyNodesAgreeWithSmallOnes)
+{
+    constexpr std::uint32_t kCrumbs = 9000;
+    const lab::Block one({1, 1, 1}, 0.1);
+    const std::vector<Vec3> bent = one.bentPositions();
+    std::vector<Coord> nodes;
+    std::vector<Vec3> x;
+    std::vector<tetmesh::CellElement> elements;
+    for (std::uint32_t i = 0; i < kCrumbs; ++i) {
+        elements.push_back(one.elements[0]);
+        for (std::uint32_t& n : elements.back().node) n += std::uint32_t(nodes.size());
+        nodes.insert(nodes.end(), one.nodes.begin(), one.nodes.end());
+        x.insert(x.end(), bent.begin(), bent.end());
+    }
+    const solver::ElementSet crumbs{elements, nodes, 0, kGel}, alone{one.elements, one.nodes, 0, kGel};
+    std::vector<Vec3> force(x.size(), Vec3::Zero()), expected(bent.size(), Vec3::Zero());
+    (void)solver::ElasticOperator(std::span(&crumbs, 1), std::uint32_t(nodes.size()), 0.1, Volumetric::cell)
+        .evaluate(x, force, nullptr);
+    (void)solver::ElasticOperator(std::span(&alone, 1), 8, 0.1, Volumetric::cell).evaluate(bent, expected, nullptr);
+    EXPECT_GT(expected[0].norm(), 0);
+    for (std::size_t i = 0; i < force.size(); ++i) ASSERT_EQ(force[i], expected[i % 8]) << i;
+}
+
 /// The rest shape of a tet that is kept beside it gives what the lattice knows at compile time.
 TEST(Kernel, TetsOfAnyShapeAgreeWithThoseOfALattice)
 {

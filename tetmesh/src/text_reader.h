@@ -124,7 +124,6 @@ private:
 /// The extension of a file in lower case, with its dot.
 std::string extensionOf(const std::filesystem::path& file);
 
-/// The readers of readSurface, from the whole content of a file.
 /// Adds a face of 3 corners or more, and drops others at once: a file of empty faces must not fill the memory.
 inline void addPolygon(PolygonSoup& soup, std::vector<std::size_t> polygon)
 {

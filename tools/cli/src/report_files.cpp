@@ -121,7 +121,7 @@ std::string LiveReport::finish()
     std::string wrong;
     try {
         writeReport(folder_);
-    } catch (const Error& e) {
+    } catch (const std::exception& e) {
         wrong = e.what();
     }
     next_ = Clock::now() + kShare * (Clock::now() - start);

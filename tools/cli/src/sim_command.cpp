@@ -111,6 +111,8 @@ public:
     /// Returns why it stopped before the last frame; empty when it did not.
     std::string toLastFrame(const StopRequest& stop);
     int end(const std::string& stopped);
+    /// Keeps the steps up to an error: they tell what led to it.
+    void fail(const std::string& error);
 
 private:
     bool takeUp(std::vector<std::string>& notes);
@@ -269,6 +271,16 @@ int Run::end(const std::string& stopped)
     return capped && options_.strict ? kNotConverged : kDone;
 }
 
+void Run::fail(const std::string& error)
+{
+    log_.debug("failed: {}", error);
+    try {
+        folder_.finish(simulation_, "failed");
+    } catch (const std::exception& e) {  // of the two the first is told
+        log_.debug("the last steps are not in stats.csv: {}", e.what());
+    }
+}
+
 /// What would run. Bodies are only made for it where that is quick.
 int plan(const SimOptions& options, const scene::Scene& scene, const core::SceneEstimate& estimate)
 {
@@ -308,7 +320,12 @@ int simulate(const SimOptions& options, const scene::Scene& scene)
     Run run(options, scene, prepared.simulation, *log);
     run.begin();
     const StopRequest stop(start, timeLimit);
-    return run.end(run.toLastFrame(stop));
+    try {
+        return run.end(run.toLastFrame(stop));
+    } catch (const std::exception& e) {
+        run.fail(e.what());
+        throw;
+    }
 }
 
 }  // namespace

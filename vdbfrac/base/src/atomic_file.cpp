@@ -45,7 +45,6 @@ class Input {
 public:
     // O_NONBLOCK: a pipe would block.
     Input(const fs::path& file, std::uint64_t maxBytes)
-        // a pipe would block.
         : name_(file.string()),
           maxBytes_(maxBytes),
           descriptor_(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK))

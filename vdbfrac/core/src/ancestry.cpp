@@ -27,11 +27,13 @@ void Ancestry::save(Archive& archive) const
     }
 }
 
-void Ancestry::restoreFrom(const Archive& archive)
+void Ancestry::restoreFrom(const Archive& archive, std::span<const Body> bodies)
 {
     for (std::size_t b = 0; b < bodies_.size(); ++b) {
         bodies_[b].frame = archive.getOne<std::int32_t>("ancestry_frame_" + std::to_string(b));
         bodies_[b].node = archive.get<std::uint32_t>("ancestry_node_" + std::to_string(b));
+        if (!bodies_[b].node.empty() && bodies_[b].node.size() != bodies[b].mesh->nodeCount())
+            archive.complain("what nodes were before a cut is not of all nodes");
     }
 }
 

@@ -219,7 +219,7 @@ void Simulation::restoreFrom(const Archive& archive)
     restoreBodies(archive);
     restoreProgress(archive);
     for (Persistent* p : stages_.persistent) p->restoreFrom(archive, bodies_);
-    if (ancestry_) ancestry_->restoreFrom(archive);
+    if (ancestry_) ancestry_->restoreFrom(archive, bodies_);
 }
 
 void Simulation::branchFrom(const Archive& archive)
@@ -228,7 +228,7 @@ void Simulation::branchFrom(const Archive& archive)
     restoreProgress(archive);
     grips_->requireNear(state_.x, time_, 0.5 * h_);
     restoreEffects(archive, [&](Persistent& p) { p.restoreFrom(archive, bodies_); });
-    if (ancestry_) ancestry_->restoreFrom(archive);
+    if (ancestry_) ancestry_->restoreFrom(archive, bodies_);
     elasticEnergy_ = totals().elasticEnergy;
     balanced_ = false;
 }

@@ -1,4 +1,4 @@
-// // Linear systems of a Newton step, A u = b with A = m M + K + H on the free nodes: M lumped mass, K the tangent, H
+// Linear systems of a Newton step, A u = b with A = m M + K + H on the free nodes: M lumped mass, K the tangent, H
 // couplings.
 //
 //   jacobi     conjugate gradients (Hestenes & Stiefel 1952) with the 3x3 diagonal blocks: the least work where the

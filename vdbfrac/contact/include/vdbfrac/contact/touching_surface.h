@@ -29,9 +29,8 @@ struct TouchMemory {
     double depth = 0;             ///< after the last step [m]
     double before = kUnseen;      ///< its depth before its surface was cut [m], if it was since it was looked at
 
-    /// A cut does not push: by what it makes deeper, a sample may be deeper.
-
-    /// It is at this depth [m] when it is looked at: what is new may be as deep as it is.
+    /// It is at this depth [m] when it is looked at: what is new may be as deep as it is. Where a cut has moved it
+    /// deeper, its allowance grows by as much, so that a cut never pushes.
     void see(double depth)
     {
         if (allowance == kUnseen)

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <vdbfrac/core/archive.h>
+#include <vdbfrac/core/body.h>
 
 #include <cstdint>
 #include <span>
@@ -20,7 +21,7 @@ public:
     std::span<const std::uint32_t> before(std::size_t body, int frame) const;
 
     void save(Archive& archive) const;
-    void restoreFrom(const Archive& archive);
+    void restoreFrom(const Archive& archive, std::span<const Body> bodies);
 
 private:
     struct Stretch {
