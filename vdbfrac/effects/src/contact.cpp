@@ -5,7 +5,7 @@
 //        of its own piece of material sees it; half, as both sides sample each other
 //   r_s  reach of the sample
 //   a_s  allowance: how deep a sample already was when it was first seen. What is born tangled is not thrown out, but
-//        goes no deeper; it only falls.
+//        goes no deeper: it never grows, but where material is cut again or folds into itself.
 // Because y = sum_a b_a z_a in T, forces and their moments on both sides cancel exactly. Fisher, Lin 2001 (distance
 // carried along by tets); Gast et al. 2015, section 6 (as a penalty in the minimisation of backward Euler).
 // Friction is that of contact/contact_law.h.

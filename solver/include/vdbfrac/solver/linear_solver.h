@@ -54,7 +54,7 @@ public:
     LinearSolver(LinearSolver&&) noexcept;
     LinearSolver& operator=(LinearSolver&&) noexcept;
 
-    /// Goes on with another operator, in the same memory where it suffices.
+    /// Goes on with another operator. Work vectors keep their memory; multigrid and factors are made anew.
     void rebind(const ElasticOperator& elastic);
 
     /// Solves A u = b from u = 0; u is 0 at fixed nodes. Iterations stop at the first direction p with p.A p <= 0 and

@@ -53,7 +53,7 @@ struct PreviousElements {
 struct CutUpdate {
     std::vector<std::uint32_t> previousNode;  ///< of each new node: the old node whose x and v it takes
     PreviousElements previousElement;
-    std::int64_t changedVoxels = 0;    ///< voxel nodes whose phi the cut sees differently
+    std::int64_t changedVoxels = 0;    ///< voxel nodes whose phi has changed, as the cut sees it on a lattice
     std::int64_t cutCells = 0;         ///< cells or tets cut again: exactly those that see such a change
     std::int64_t classifiedNodes = 0;  ///< points of the mesh whose copies were counted again
     std::int64_t groupedCells = 0;     ///< cells or tets that were made to elements again

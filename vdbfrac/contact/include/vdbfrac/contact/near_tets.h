@@ -85,9 +85,9 @@ private:
     Wide wide_;
 };
 
-/// What is seen at x, and of samples that are in no target of a fragment there the one that they were `known` in. A
-/// sample that was just pushed out of a target goes into it again, deep, where nobody remembers it. Forgotten is what
-/// would push a sample that has long left it. All by rising sample, then fragment.
+/// The pairs seen at x, and for each sample that is in no target of a fragment there the last pair `known` with it.
+/// Without these, a sample that was just pushed out could go back in, deep, unseen. A pair is dropped where it would
+/// push a sample that has long left. All by rising sample, then fragment.
 std::vector<Pair> withKnown(std::span<const Pair> seen, std::span<const Pair> known, const TouchingSurface& surface,
                             const Targets& targets, std::span<const Vec3> x);
 
