@@ -89,7 +89,7 @@ BUGS = [
         "skin_test", "SkinRiders.ClosedLipsMeet"),
     Bug("points outside swing with one tet", "tetmesh/skin/src/mean_motion.cpp", "kFrom = 0.05, kWholly = 0.15", "kFrom = 1e8, kWholly = 1e9",
         "skin_test", "SkinRiders.GoLittleFartherThanTheNodesThatCarryThem"),
-    Bug("lips go along with each other round the front", "tetmesh/skin/src/mean_motion.cpp", "search.steps() > edgesTo(*n - from)", "search.steps() > 99",
+    Bug("lips go along with each other round the front", "tetmesh/skin/src/mean_motion.cpp", "search.steps() <= edgesTo(n - from)", "search.steps() <= 99",
         "skin_test", "SkinRiders.LipsPartFromTheFrontOn"),
     Bug("points ride on any tet of the nearest node", "tetmesh/skin/src/riders.cpp", "if (tets.empty() || best.point.isInTet()) return best;", "return best;",
         "skin_test", "SkinRiders.RideInTheTetsThatTheyLieIn"),

@@ -245,6 +245,26 @@ TEST(MeanMotion, IsEvenedOutAlongEdges)
         EXPECT_NEAR(after[std::size_t(i)], share, kRounding) << i;
 }
 
+/// Where cracks close something off on all sides, it goes with what is beyond them, be that a node in a crack.
+TEST(MeanMotion, IsThatOfTheNodeWhereNoOtherIsJoinedToIt)
+{
+    constexpr double dx = 0.1;
+    CutMesh body({tetmesh::Lattice::Kind::six, 1, dx},
+                 lab::sample({-10, -10, -10}, {10, 10, 10}, dx, test::boxAt(Vec3::Zero(), Vec3(.6, .6, .3))));
+    skin::CrackField cracks = skin::crackField(body.restPhi(), body.phi(), dx);
+    body.phi().forEachBlock([&](Coord low) {
+        tetmesh::NodeField<float>::forEachNode(low, [&](Coord n) {
+            if (cracks.c.contains(n)) cracks.c.set(n, float(dx));
+        });
+    });
+    const std::vector<skin::Rider> riders{{Vec3(.7, 0, 0), {5, 0, 0}}};
+    const std::vector<std::uint32_t> fragment(body.nodeCount(), 0);
+    const skin::Embedded embedded = skin::embedRiders(body, cracks, riders, {}, fragment);
+    const skin::MeanMotion motion(body, cracks, riders, embedded, {}, fragment);
+    ASSERT_EQ(motion.points().size(), 1u);
+    EXPECT_LT((motion.at(tetmesh::restPositions(body))[0].value - riders[0].X).norm(), 1e-12);
+}
+
 /// A lip drawn in the middle of a gap rides outside of the material. Carried by one tet it would swing with a corner of
 /// it, and one node moved points up to 3 times as far as itself (on `six1`; the least, on `six3`, is 1.7).
 TEST_P(SkinRiders, GoLittleFartherThanTheNodesThatCarryThem)

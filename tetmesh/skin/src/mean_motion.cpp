@@ -31,8 +31,11 @@ std::vector<Coord> nodesNear(const Carrier& carrier, const CrackField& cracks, c
     const double farthest = std::pow(std::sqrt(square(from)) + kRound, 2);
     std::vector<Coord> found;
     NodeSearch search(from);
+    const auto counts = [&](Coord n) {
+        return carrier.hasMaterial(n) && !(cracks.c(n) > 0) && search.steps() <= edgesTo(n - from);
+    };
     while (const auto n = search.next()) {
-        if (!carrier.hasMaterial(*n) || cracks.c(*n) > 0 || search.steps() > edgesTo(*n - from)) continue;
+        if (*n != from && !counts(*n)) continue;
         found.push_back(*n);
         forNeighbours(*n, [&](Coord next) {
             if (square(next) < farthest) search.add(next);

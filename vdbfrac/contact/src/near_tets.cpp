@@ -121,7 +121,7 @@ Groups groupsOfNodes(const TouchingSurface& surface, const Targets& targets, std
     });
 }
 
-/// What a sample does not see: the material that it is part of.
+/// What a sample does not see: the material that it is part of. One for each thread, as it remembers all groups.
 class OwnMaterial {
 public:
     OwnMaterial(const TouchingSurface& surface, const Targets& targets, const Groups& ofNode)
@@ -206,11 +206,12 @@ void NearTets::findWide(const TouchingSurface& surface, const Targets& targets, 
         for (std::uint32_t g = 0; g < groups.size(); ++g) bins.visit(groups[g], [&](std::size_t bin) { add(bin, g); });
     });
     const Groups ofNode = groupsOfNodes(surface, targets, x.size());
+    std::vector<OwnMaterial> ownOfThread(std::size_t(threadSlots()), OwnMaterial(surface, targets, ofNode));
     using Found = std::array<std::uint32_t, 2>;
     const auto meet = [&](std::size_t begin, std::size_t end, std::vector<Found>& found) {
         std::vector<std::uint32_t> near;
         std::vector<Box> rooms;
-        OwnMaterial own(surface, targets, ofNode);
+        OwnMaterial& own = ownOfThread[std::size_t(threadSlot())];
         for (std::size_t c = begin; c < end; ++c) {
             const auto cluster = surface.cluster(c);
             Box all = Box::none();
