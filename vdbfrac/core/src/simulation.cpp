@@ -150,18 +150,28 @@ void Simulation::setInitialVelocity(const scene::Body& spec, const Body& body)
         state_.v[i] = spec.velocity + spec.angularVelocity.cross(state_.x[i] - center);
 }
 
-/// Operator and grips for the meshes as they are now.
-void Simulation::rebuild()
+/// Nodes and elements of all bodies follow each other.
+void Simulation::number()
 {
-    std::vector<solver::ElementSet> sets;
     std::uint32_t node = 0, element = 0;
     for (Body& body : bodies_) {
         body.firstNode = node, body.firstElement = element;
         node += std::uint32_t(body.mesh->nodeCount()), element += std::uint32_t(body.mesh->elements().size());
+    }
+}
+
+/// Operator and grips for the meshes as they are now.
+void Simulation::rebuild()
+{
+    number();
+    std::vector<solver::ElementSet> sets;
+    std::uint32_t nodes = 0;
+    for (const Body& body : bodies_) {
+        nodes += std::uint32_t(body.mesh->nodeCount());
         sets.push_back(
             {body.mesh->elements(), body.mesh->latticeCoords(), body.firstNode, body.material, body.mesh->gradients()});
     }
-    elastic_ = std::make_unique<solver::ElasticOperator>(sets, node, h_, elasticityOf(solverSettings_));
+    elastic_ = std::make_unique<solver::ElasticOperator>(sets, nodes, h_, elasticityOf(solverSettings_));
     if (integrator_)
         integrator_->rebind(*elastic_);
     else
@@ -285,37 +295,40 @@ void Simulation::updateGrid(StepRecord& record)
             const grid::PhiChanges more = stage->update(context, bodies_[b], bodies_[b].phi);
             changes[b].insert(changes[b].end(), more.begin(), more.end());
         }
+    bool isRecut = false;
     for (std::size_t b = 0; b < bodies_.size(); ++b)
-        if (!changes[b].empty()) recut(record, b, changes[b]);
-}
-
-/// Re-cuts what changed and carries x and v exactly: a copy of a node starts where its original is.
-void Simulation::recut(StepRecord& record, std::size_t b, const grid::PhiChanges& changes)
-{
-    Body& body = bodies_[b];
-    {
-        const StageTimer timer(record.work, "cut");
-        const std::size_t oldCount = body.mesh->nodeCount();
-        const tetmesh::CutUpdate update = body.mesh->update(changes);
-        record.work.count("cut", "cells", update.cutCells);
-        record.work.count("cut", "voxels", update.changedVoxels);
-        record.work.count("cut", "classified_nodes", update.classifiedNodes);
-        record.work.count("cut", "grouped_cells", update.groupedCells);
-        if (update.changedVoxels == 0) return;
-        balanced_ = false;
-        const auto own = [&] { return std::span(state_.x).subspan(body.firstNode); };
-        const double before = replacedEnergy(update, own(), body, h_, elastic_->elasticity());
-        for (std::vector<Vec3>* field : {&state_.x, &state_.v})
-            carry(*field, body.firstNode, oldCount, update.previousNode);
-        elasticEnergy_ -= before - recutEnergy(update, own(), body, h_, elastic_->elasticity());
-        body.fragments.update(*body.mesh, update.previousNode, time_, nextFragment_);
-        ++body.revision;
-        if (ancestry_) ancestry_->recut(b, update.previousNode, frameUnderWay());
-        if (!asleep_.empty()) wakeRecut(body, update);
-        for (RecutStage* stage : stages_.recut) stage->recut(body, update);
-    }
+        if (!changes[b].empty()) isRecut |= recut(record, b, changes[b]);
+    if (!isRecut) return;
     const StageTimer timer(record.work, "rebuild");
     rebuild();
+}
+
+/// Re-cuts what changed and carries x and v exactly: a copy of a node starts where its original is. Returns whether
+/// anything changed.
+bool Simulation::recut(StepRecord& record, std::size_t b, const grid::PhiChanges& changes)
+{
+    Body& body = bodies_[b];
+    const StageTimer timer(record.work, "cut");
+    const std::size_t oldCount = body.mesh->nodeCount();
+    const tetmesh::CutUpdate update = body.mesh->update(changes);
+    record.work.count("cut", "cells", update.cutCells);
+    record.work.count("cut", "voxels", update.changedVoxels);
+    record.work.count("cut", "classified_nodes", update.classifiedNodes);
+    record.work.count("cut", "grouped_cells", update.groupedCells);
+    if (update.changedVoxels == 0) return false;
+    balanced_ = false;
+    const auto own = [&] { return std::span(state_.x).subspan(body.firstNode); };
+    const double before = replacedEnergy(update, own(), body, h_, elastic_->elasticity());
+    for (std::vector<Vec3>* field : {&state_.x, &state_.v})
+        carry(*field, body.firstNode, oldCount, update.previousNode);
+    number();
+    elasticEnergy_ -= before - recutEnergy(update, own(), body, h_, elastic_->elasticity());
+    body.fragments.update(*body.mesh, update.previousNode, time_, nextFragment_);
+    ++body.revision;
+    if (ancestry_) ancestry_->recut(b, update.previousNode, frameUnderWay());
+    if (!asleep_.empty()) wakeRecut(body, update);
+    for (RecutStage* stage : stages_.recut) stage->recut(body, update);
+    return true;
 }
 
 void Simulation::measure(StepRecord& record) const

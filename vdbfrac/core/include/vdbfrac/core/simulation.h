@@ -128,7 +128,8 @@ private:
     void restoreEffects(const Archive& archive, const std::function<void(Persistent&)>& restore);
     bool holds() const;
     void updateGrid(StepRecord& record);
-    void recut(StepRecord& record, std::size_t body, const grid::PhiChanges& changes);
+    bool recut(StepRecord& record, std::size_t body, const grid::PhiChanges& changes);
+    void number();
     void rebuild();
     void measure(StepRecord& record) const;
     double kineticEnergy(std::span<const Vec3> v) const;
