@@ -1,4 +1,4 @@
-// Checkpoints of a small scene that tears: sound ones, and what 'vdbfrac sim --resume' does with any.
+// Checkpoints of a small scene that tears and touches: sound ones, and what 'vdbfrac sim --resume' does with any.
 #include "checkpoints.h"
 
 #include "run_records.h"
@@ -33,9 +33,20 @@ move = { velocity = [0, -0.1, 0] }
 body = "bar"
 region = { halfspace = { normal = [0, 1, 0], offset = 0.2 } }
 move = { velocity = [0, 0.1, 0] }
+[[collider]]
+shape = { halfspace = { normal = [1, 0, 0], offset = -0.14 } }
+friction = 0.3
+move = { velocity = [0.02, 0, 0] }
 [fracture]
 kappa = 200
 grip_margin = 0.1
+[contact]
+friction = 0.3
+lips = "closed"
+[sleep]
+speed = 0.01
+[output]
+motion = true
 )";
 
 }  // namespace
