@@ -291,7 +291,7 @@ TEST_P(SkinRiders, GoLittleFartherThanTheNodesThatCarryThem)
 /// nothing ever tears them, and they must not hold the sides of a crack together.
 TEST_P(SkinRiders, PartWhereTheSkinLiesOnNodesBelowZero)
 {
-    constexpr double kLastBits = 1e-9;
+    constexpr double kLastBits = 1e-9, kRounding = 1e-12;
     const Coord half{6, 6, 3};
     const test::Phi box = test::boxAt(Vec3::Zero(), dx * half.toVec());
     CutMesh body(GetParam(), lab::sample({-10, -10, -10}, {10, 10, 10}, dx, [&](const Vec3& p) {
@@ -308,6 +308,11 @@ TEST_P(SkinRiders, PartWhereTheSkinLiesOnNodesBelowZero)
     skin.follow(body, fragments.ofNode());
     EXPECT_EQ(skin.work().bridges, 0);
     EXPECT_EQ(skin.work().defects, 0);
+    // There is no mean of no material: such points ride on their tets alone, and those beside them take nothing of it.
+    const std::vector<Vec3> at = skin.carried(tetmesh::restPositions(body));
+    const tetmesh::RenderMesh& mesh = skin.topology()->mesh;
+    for (const tetmesh::RenderMesh::Corner& c : mesh.corners)
+        EXPECT_LT((at[c.point] - mesh.points[c.point]).norm(), kRounding) << mesh.points[c.point].transpose();
 }
 
 /// A skin round parts that are apart at rest, as what joins them is thinner than voxels see, goes along with each of

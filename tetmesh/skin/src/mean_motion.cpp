@@ -110,8 +110,9 @@ double MeanMotion::common(const Parts& a, const Parts& b)
     return sum;
 }
 
-void MeanMotion::evenOut(std::span<const std::array<std::uint32_t, 2>> edges)
+void MeanMotion::evenOut(std::vector<std::array<std::uint32_t, 2>> edges)
 {
+    std::erase_if(edges, [&](const auto& edge) { return parts_[edge[0]].empty() || parts_[edge[1]].empty(); });
     std::vector<std::uint8_t> uneven(edges.size());
     parallelChunks(edges.size(), kChunk, [&](std::size_t begin, std::size_t end) {
         for (std::size_t e = begin; e < end; ++e) uneven[e] = common(parts_[edges[e][0]], parts_[edges[e][1]]) < kAlike;

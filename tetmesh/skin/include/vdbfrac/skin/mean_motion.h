@@ -39,7 +39,7 @@ public:
     /// Evens out the motions of points that edges join, where these have little in common: at the front of a crack,
     /// where one lip goes over into the other, and where a point was taken for one of the other lip. `edges`: pairs of
     /// points(), those of an edge once or in both orders.
-    void evenOut(std::span<const std::array<std::uint32_t, 2>> edges);
+    void evenOut(std::vector<std::array<std::uint32_t, 2>> edges);
 
     std::span<const Point> points() const { return points_; }  ///< riders rise
     /// At each of points(), from the positions [m] or velocities [m/s] of all nodes of the body.
@@ -69,7 +69,7 @@ private:
     Parts mixed(std::uint32_t point, std::span<const std::uint32_t> beside) const;
 
     std::vector<Point> points_;
-    std::vector<Parts> parts_;  // of each point
+    std::vector<Parts> parts_;  // of each point; none where no material is near
     std::vector<Round> rounds_;
 };
 
