@@ -200,7 +200,8 @@ StepRecord Simulation::step(double until)
 void Simulation::solve(StepRecord& record, double until)
 {
     const StageTimer timer(record.work, "solve");
-    const StepControl::Choice choice = stepControl_->next(until - time_, {bodies_, state_, time_, stages_, *integrator_});
+    const StepControl::Choice choice =
+        stepControl_->next(until - time_, {bodies_, state_, time_, stages_, *integrator_});
     const solver::ElasticWork before = elastic_->work();
     saved_ = state_;
     double dt = choice.dt;

@@ -23,7 +23,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace vdbfrac::effects {
 
@@ -35,13 +34,6 @@ using contact::Penalty;
 using contact::Rub;
 using contact::Sunk;
 using contact::TouchMemory;
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kDepth = 2;         // voxels below the surface in which samples are found
-constexpr double kMargin = 0.5;      // cells that a step may end beside the way it was expected to take
-constexpr double kGrowth = 4;        // of a step over the last one
-constexpr double kLeast = 1. / 256;  // of the longest step: so far is looked ahead, however short the last one was
-constexpr double kReach = 0.1;       // how far outside of its tet a sample may be, in barycentric coordinates
 
 class Contact : public core::Effect,
                 public solver::Potential,
@@ -120,7 +112,7 @@ private:
         near_.clear(), start_.clear(), pairs_.clear(), held_.clear();
     }
     void look(std::span<const Vec3> x, std::span<const Vec3> v, double dt);
-    std::vector<Pair> pairsAt(std::span<const Vec3> x) const { return near_.seenAt(surface_, targets_, x, kReach); }
+    std::vector<Pair> pairsAt(std::span<const Vec3> x) const;
     std::vector<Touch> touches(std::span<const Pair> pairs, std::span<const Vec3> x) const;
     std::vector<Touch> touches(std::span<const Vec3> x) const { return touches(pairs_, x); }
     std::vector<Held> heldAt(std::span<const Vec3> x) const;
@@ -201,6 +193,17 @@ std::vector<Held> Contact::heldAt(std::span<const Vec3> x) const
         contact::addStrongest(Held{t.sample, t.target, t.share, rub, apart(t, start_)}, all);
     }
     return all;
+}
+
+/// What is seen at x, but for targets that would throw a sample out.
+std::vector<Pair> Contact::pairsAt(std::span<const Vec3> x) const
+{
+    std::vector<Pair> pairs = near_.seenAt(surface_, targets_, x, kReach);
+    std::erase_if(pairs, [&](const Pair& p) {
+        const double phi = targets_.locate(p.target, surface_.feels(p.sample, start_), start_).phi;
+        return surface_.reach(p.sample) - phi > knownDepth(p.sample, surface_, before_) + kThrown * dx_;
+    });
+    return pairs;
 }
 
 /// Finds what may touch within `dt` [s] from x, and what does so at first; lists that were found for more serve too.
@@ -318,8 +321,7 @@ bool Contact::holds(std::span<const Vec3> x) const
     const auto isDeeperThan = [&](const Sunk& s, double expected) { return s.depth > expected + kJump * dx_; };
     std::vector<Sunk> through = sunkAt(x);
     std::erase_if(through, [&](const Sunk& s) {
-        const double expected = std::max(before_[s.sample], surface_.memory(s.sample).allowance);
-        return s.depth <= kDeep * dx_ || !isDeeperThan(s, expected) || cameUp(s);
+        return s.depth <= kDeep * dx_ || !isDeeperThan(s, knownDepth(s.sample, surface_, before_)) || cameUp(s);
     });
     if (through.empty()) return true;
     for (const Touch& t : touches(x)) {
@@ -336,6 +338,7 @@ void Contact::accept(std::span<const Vec3> x, double, double dt)
     last_ = dt;
     deepest_ = deepestInItself_ = 0;
     const std::vector<Sunk> sunk = sunkAt(x);
+    allowJumps(sunk, touches(x), before_, kThrown * dx_, surface_);
     for (const Sunk& s : sunk) {
         double& most = s.inItself ? deepestInItself_ : deepest_;
         most = std::max(most, s.depth);

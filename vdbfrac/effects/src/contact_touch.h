@@ -3,6 +3,7 @@
 
 #include <vdbfrac/base/vec.h>
 #include <vdbfrac/contact/contact_law.h>
+#include <vdbfrac/contact/near_tets.h>
 #include <vdbfrac/scene/key.h>
 
 #include <algorithm>
@@ -10,13 +11,16 @@
 #include <limits>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 namespace vdbfrac::effects {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 inline const scene::Key kContactKeys[] = {
     {"friction", scene::Type::number, "", "Coulomb's coefficient", "0.5", 0},
     {"stiffness", scene::Type::number, "", "of a touch, over that of a cell: E / h times this, for each metre of depth",
-     "10", 0, std::numeric_limits<double>::infinity(), true},
+     "10", 0, kInfinity, true},
     {"gap", scene::Type::number, "voxels",
      "that surfaces which touch keep; thin cut tets are crushed where it is large", "0", 0, 1},
     {"lips",
@@ -24,8 +28,8 @@ inline const scene::Key kContactKeys[] = {
      "",
      "where lips of a crack touch: where material is left, or closed, as they are drawn",
      "\"as_simulated\"",
-     -std::numeric_limits<double>::infinity(),
-     std::numeric_limits<double>::infinity(),
+     -kInfinity,
+     kInfinity,
      false,
      false,
      {"as_simulated", "closed"}},
@@ -50,8 +54,36 @@ struct Held {
     mutable contact::Dual dual = rub.dual();
 };
 
+constexpr double kDepth = 2;         // voxels below the surface in which samples are found
+constexpr double kMargin = 0.5;      // cells that a step may end beside the way it was expected to take
+constexpr double kGrowth = 4;        // of a step over the last one
+constexpr double kLeast = 1. / 256;  // of the longest step: so far is looked ahead, however short the last one was
+constexpr double kReach = 0.1;       // how far outside of its tet a sample may be, in barycentric coordinates
 // Voxels: what pieces may overlap by in the scenes that were measured, half of it, and how much deeper a step may end.
 constexpr double kDeep = 0.2, kHidden = kDeep / 2, kJump = kDeep / 4;
+// Voxels: phi of tets that are crushed, turned or folded jumps from one to the next, and means nothing far outside of
+// them. By so much deeper than it was known to be a sample has not gone; pushed out from there, it would be thrown,
+// with energy that nobody has put in.
+constexpr double kThrown = 0.5;
+
+/// m: what a sample may be or was when the step began; `before`: of each sample.
+inline double knownDepth(std::uint32_t sample, const contact::TouchingSurface& surface, std::span<const double> before)
+{
+    return std::max(before[sample], surface.memory(sample).allowance);
+}
+
+/// Samples that are deeper by more than `jump` [m] than they were known to be, and than what touches have resisted, may
+/// be so.
+inline void allowJumps(std::span<const contact::Sunk> sunk, std::span<const Touch> touches,
+                       std::span<const double> before, double jump, contact::TouchingSurface& surface)
+{
+    std::vector<double> known(before.begin(), before.end());
+    for (std::uint32_t i = 0; i < known.size(); ++i) known[i] = knownDepth(i, surface, before);
+    for (const Touch& t : touches)
+        known[t.sample] = std::max(known[t.sample], surface.memory(t.sample).allowance + t.depth);
+    for (const contact::Sunk& s : sunk)
+        if (s.depth > known[s.sample] + jump) surface.memory(s.sample).allowance += s.depth - known[s.sample];
+}
 
 /// Is a touch more than `deep` [m] deeper than those that were seen of its sample? Both by rising sample.
 inline bool hidesDeep(std::span<const Touch> seen, std::span<const Touch> all, double deep)
