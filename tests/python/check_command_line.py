@@ -84,6 +84,13 @@ with tempfile.TemporaryDirectory() as temporary:
     example = subprocess.run([PROGRAM, "scene", "--example"], capture_output=True, text=True, check=True).stdout
     (folder / "example.toml").write_text(example)
     expect("example is a scene", ["check", folder / "example.toml"], 0, "ok")
+    (folder / "example.toml").write_text(example.replace("# [fracture]", "[fracture]").replace("# toughness", "toughness"))
+    expect("example tears as it says", ["sim", folder / "example.toml", "-o", folder / "torn", "-f", "30", "-q"], 0)
+    expect("example torn", ["info", folder / "torn"], 0, "id: 0", "id: 1")
+    expect("nothing tears", ["sim", folder / "example.toml", "-o", folder / "whole", "-f", "3"], 0, "nothing tore: loads")
+    expect("grips on all", ["sim", folder / "example.toml", "-o", folder / "held", "-f", "1", "--set", "grip.0.region.halfspace.offset=-1"], 0,
+           "'top' holds all of body 'block'", "'top' and 'bottom' both hold")
+    shutil.rmtree(folder / "held")
 
     bad.write_text(SCENE.replace("poisson_ratio = 0.3", "poisson_ratio = 0.5").replace("voxel_size", "voxel_siz"))
     expect("all errors at once", ["check", bad], 2, "bad.toml:", "did you mean", "voxel_size", "poisson_ratio", "0.5")
@@ -216,6 +223,7 @@ with tempfile.TemporaryDirectory() as temporary:
     grids = report("info of a .vdb", ["info", ball, "--json"])
     if grids and not (grids["grids"][0]["class"] == "level set" and grids["grids"][0]["metadata"]["length_unit"] == "m"):
         failures.append(f"info of a .vdb: {grids}")
+    expect("info of nothing", ["info", folder / "nothing"], 4, "No such file")
     expect("info of a surface", ["info", cube], 0, "open_edges: 4", "faces: 5")
     expect("info of a run", ["info", out, "--verify"], 0, "frames: 1", "frames_with_flaws: none", "frames_missing: none", "rest_volume")
     stopped = folder / "stopped"

@@ -167,6 +167,8 @@ PolygonSoup readOff(std::string_view text, const std::string& file)
 PolygonSoup readSurface(const std::filesystem::path& file, std::uint64_t memoryLimit)
 {
     const std::string extension = extensionOf(file);
+    std::error_code none;
+    if (!std::filesystem::exists(file, none)) throw FileError(file.string(), "No such file or directory");
     requireKnown(extension, file.string());
     requireMemory(file, memoryLimit);
     return parseSurface(readText(file), extension, file.string());

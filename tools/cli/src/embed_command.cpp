@@ -47,7 +47,13 @@ struct LastState {
         if (checkpoints.empty()) throw FileError(folder.string(), "holds no checkpoint");
         prepared.simulation.restoreFrom(core::Archive::read(checkpoints.back(), limit));
         Ledger work;
-        drawing.follow(prepared.simulation, work);
+        try {
+            drawing.follow(prepared.simulation, work);
+        } catch (const Error& e) {
+            if (options.mesh.empty()) throw;
+            throw InputError({options.mesh, e.what(), "a mesh where the body lies at rest",
+                              "move it as the scene moves the body's own: scale, rotate, translate"});
+        }
     }
 
 private:

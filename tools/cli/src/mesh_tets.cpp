@@ -68,7 +68,8 @@ Input openSurface(const MeshOptions& options)
     if (!report.closed)
         throw InputError(
             {options.in.string(), "is not closed: it has " + std::to_string(report.openEdges) + " open edges",
-             "a closed surface", "make a solid of it first: vdbfrac relevel " + options.in.string() + " -o SOLID.vdb"});
+             "a closed surface",
+             "make a solid of it first: vdbfrac relevel " + options.in.string() + " -o SOLID.vdb --voxel SIZE"});
     input.longestSide = (report.upper - report.lower).maxCoeff();
     input.volume = report.oriented ? std::abs(report.volume) : 0;
     return input;

@@ -42,6 +42,22 @@ std::string workTable(const Ledger& work)
 }
 
 /// What did not go as it should: steps that were cut back or are not solved, cracks that were held back. A line each.
+/// Was it looked for cracks, and none found?
+bool nothingTore(const Ledger& work)
+{
+    return work.countOf("fracture", "calls") > 0 && work.countOf("fracture", "moved_voxels") == 0;
+}
+
+std::string nearestToTearing(const std::vector<core::StepRecord>& steps)
+{
+    double most = 0;
+    for (const core::StepRecord& s : steps)
+        if (const auto factor = s.measured.find("fracture_load_factor"); factor != s.measured.end())
+            most = std::max(most, 1 / factor->second);
+    return most > 0 ? fmt::format("nothing tore: loads reached {:.2g} of what it takes\n", most)
+                    : std::string("nothing tore: loads stayed far from what it takes\n");
+}
+
 std::string shortcomings(const std::vector<core::StepRecord>& steps, const Ledger& work)
 {
     double shortest = INFINITY, worst = 0, best = 0;
@@ -51,6 +67,7 @@ std::string shortcomings(const std::vector<core::StepRecord>& steps, const Ledge
         worst = std::max(worst, s.residual), best = std::max(best, s.minResidual);
     }
     std::string text;
+    if (nothingTore(work)) text += nearestToTearing(steps);
     if (shortest < INFINITY) text += fmt::format("cut back: steps down to {:.2e} s\n", shortest);
     if (anyCapped(steps))
         text +=

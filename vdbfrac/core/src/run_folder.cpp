@@ -233,7 +233,8 @@ std::optional<RunFolder::Found> RunFolder::newestIn(const fs::path& run, const R
         return found;
     }
     throw FileError((run / kCheckpointFolder).string(),
-                    "has no whole checkpoint up to frame " + std::to_string(how.lastFrame) + passed);
+                    "has no whole checkpoint up to frame " + std::to_string(how.lastFrame) +
+                        " (with --keep-checkpoints a run keeps all that it writes)" + passed);
 }
 
 bool RunFolder::resume(Simulation& simulation, const Resume& how, std::vector<std::string>& notes)

@@ -38,6 +38,10 @@ body = "block"
 region = { halfspace = { normal = [0, -1, 0], offset = 0.45 } }
 move = { velocity = [0, 0, 0] }
 
+# Effects are simulated where a scene names them. With this one the block tears:
+# [fracture]
+# toughness = 200         # J/m^2
+
 [output]
 vdb = ["phi", "energy"]
 obj = true
