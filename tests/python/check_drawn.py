@@ -412,6 +412,10 @@ def main(folder):
 
     vdbfrac("embed", run, folder / "fine.obj", "-o", folder / "fine_out.obj")
     check("another mesh rides along", len(Obj(folder / "fine_out.obj").faces) > 7000)
+    lines = [l.split() for l in (folder / "fine.obj").read_text().splitlines()]
+    (folder / "away.obj").write_text("\n".join(" ".join(["v", str(float(l[1]) + 9), *l[2:]] if l[:1] == ["v"] else l) for l in lines) + "\n")
+    said = vdbfrac("embed", run, folder / "away.obj", "-o", folder / "no.obj", code=2)
+    check("a mesh elsewhere is refused with a hint", "away.obj" in said and "where the body lies at rest" in said, said)
 
     # The same after a stop, to the byte; and the state does not know what is drawn.
     half = folder / "half"
