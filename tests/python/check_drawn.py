@@ -193,6 +193,14 @@ def first_tear(run):
     return next(float(row["time_s"]) for row in rows if float(row["volume_m3"]) < float(rows[0]["volume_m3"]))
 
 
+def check_missing_materials(folder):
+    """What a mesh names and does not have is told."""
+    (folder / "lost.obj").write_text("mtllib lost.mtl\n" + (folder / "block.obj").read_text().replace("mtllib", "# mtllib"))
+    (folder / "lost.toml").write_text((folder / "s.toml").read_text().replace("block.obj", "lost.obj"))
+    said = vdbfrac("sim", folder / "lost.toml", "-o", folder / "lost", "-f", 1)
+    check("a missing .mtl is told", "lost.mtl is not there" in said, said)
+
+
 def check_embedded(folder, run, last):
     vdbfrac("embed", run, "-o", folder / "e.obj")
     mesh = Obj(folder / "e.obj")
@@ -409,6 +417,7 @@ def main(folder):
     check_ply(folder)
     check_colours(folder)
     check_embedded(folder, run, last)
+    check_missing_materials(folder)
 
     vdbfrac("embed", run, folder / "fine.obj", "-o", folder / "fine_out.obj")
     check("another mesh rides along", len(Obj(folder / "fine_out.obj").faces) > 7000)

@@ -268,6 +268,8 @@ with tempfile.TemporaryDirectory() as temporary:
     check("preview 10 km from the origin", shown.returncode == 0 and "contact_sheet.png" in shown.stdout, shown.stderr)
     shown = preview(folder)
     check("preview of no run", shown.returncode == 4 and "holds no run" in shown.stderr, shown.stderr)
+    mesh(run, "-o", folder / "new/a.####.obj", "-f", "1")
+    check("the folder of a sequence is made", list((folder / "new").glob("a.*.obj")), "")
     mesh(run, "-o", folder / "a.####.obj", "-f", "99", code=2, says=["has no frame 99"])
     mesh(run, "-o", folder / "a.####.obj", "-f", "9-1", code=2, says=["1-96x2"])
     check("nothing is left of what failed", not list(folder.glob("x*")) and not list(folder.glob(".partial*")))

@@ -112,6 +112,16 @@ TEST(SceneOverrides, SetWhatTheTextSetsAndWhatItLeavesOut)
     EXPECT_EQ(std::get<Primitive>(s.bodies[0].shape).radius, 3);
 }
 
+/// A grip without a name is grip1 in columns, notes and measures.
+TEST(SceneOverrides, CallWhatHasNoNameAsOutputsDo)
+{
+    const Scene s = parse(kGood, {"grip.grip1.move.velocity=[0,0,3]"});
+    EXPECT_EQ(s.grips[0].name, "grip1");
+    EXPECT_EQ(std::get<Velocity>(s.grips[0].move).velocity, Vec3(0, 0, 3));
+    EXPECT_EQ(errorsOf(kGood, {"grip.grip2.move.velocity=[0,0,3]"}).size(), 1u);
+    EXPECT_EQ(errorsOf(with("[[grip]]", "[[grip]]\nname = \"top\""), {"grip.grip1.move.velocity=[0,0,3]"}).size(), 1u);
+}
+
 TEST(SceneOverrides, TakeNumbersAsTheyAreTyped)
 {
     EXPECT_EQ(parse(kGood, {"grid.voxel_size=.036"}).grid.voxelSize, .036);

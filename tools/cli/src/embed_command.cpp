@@ -89,6 +89,7 @@ void writePly(const core::PointCache& cache, const std::string& out, int firstFr
         throw InputError({out, "is one name for all frames", "a place for the frame, as in name.####.ply", ""});
     for (std::size_t f = 0; f < cache.frames(); ++f) {
         const fs::path file = frameName(out, firstFrame + int(f));
+        makeFolderOf(file);
         const core::DrawnFrame drawn = cache.frame(f);
         tetmesh::writePlyFrame(file, core::plyBodies(drawn), tetmesh::PlyOrder::asGiven);
         std::printf("%s\n", file.c_str());

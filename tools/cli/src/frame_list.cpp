@@ -108,4 +108,11 @@ std::string frameName(const std::string& name, int frame)
     return result;
 }
 
+void makeFolderOf(const std::filesystem::path& file)
+{
+    std::error_code error;
+    if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path(), error);
+    if (error) throw FileError(file.parent_path().string(), "cannot be made: " + error.message());
+}
+
 }  // namespace vdbfrac::cli

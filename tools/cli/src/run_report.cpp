@@ -191,6 +191,9 @@ std::string summaryText(const core::Simulation& simulation, const core::RunFolde
         return std::count_if(folder.steps().begin(), folder.steps().end(),
                              [o](const core::StepRecord& s) { return s.outcome == o; });
     };
+    std::int64_t gone = 0;
+    for (const core::Body& body : simulation.bodies())
+        gone += std::ranges::count(body.fragments.fragments(), 0., &tetmesh::Fragment::restVolume);
     std::string text = fmt::format("{} frames, {} steps: {} converged, {} cut back, {} capped\n",
                                    folder.frames().size(), folder.steps().size(), count(core::Outcome::converged),
                                    count(core::Outcome::cutback), count(core::Outcome::capped));
@@ -199,6 +202,7 @@ std::string summaryText(const core::Simulation& simulation, const core::RunFolde
                     simulation.fragments(), simulation.fragments() == 1 ? "fragment" : "fragments",
                     100 * (1 - simulation.volume() / simulation.startVolume()), double(lab::peakMemory()) / lab::kGiB,
                     folder.frames().empty() ? "-" : folder.frames().back().stateHash);
+    if (gone > 0) text += fmt::format("{} more fragments were eaten up by cracks\n", gone);
     text += shortcomings(folder.steps(), work) + workTable(work);
     return text + "\nwritten to " + folder.path().string();
 }

@@ -77,11 +77,15 @@ tetmesh::RenderMesh surfaceOf(const scene::Collider& collider, const scene::Grid
 
 namespace {
 
-std::string materialsOf(const tetmesh::RenderMesh& mesh, const std::filesystem::path& folder)
+std::string materialsOf(const tetmesh::RenderMesh& mesh, const std::filesystem::path& folder,
+                        std::vector<std::string>& notes)
 {
     std::string text;
     for (const std::string& library : mesh.libraries)
-        if (std::filesystem::is_regular_file(folder / library)) text += '\n' + tetmesh::readMtl(folder / library);
+        if (std::filesystem::is_regular_file(folder / library))
+            text += '\n' + tetmesh::readMtl(folder / library);
+        else
+            notes.push_back((folder / library).string() + " is not there: its materials have no colours or textures");
     return text;
 }
 
@@ -117,7 +121,7 @@ Drawing::Drawing(const scene::Scene& scene, const Simulation& simulation)
         const Body& body = simulation.bodies()[b];
         tetmesh::RenderMesh mesh = outerSurface(scene.bodies[b], body, notes_);
         if (const auto* file = std::get_if<scene::MeshFile>(&scene.bodies[b].shape))
-            materials_ += materialsOf(mesh, file->file.parent_path());
+            materials_ += materialsOf(mesh, file->file.parent_path(), notes_);
         mesh = coloured(std::move(mesh), scene.materialOf(scene.bodies[b]));
         surfaces_.push_back({skin::Skin(std::move(mesh), *body.mesh, styleOf(scene), isInParts(body))});
     }

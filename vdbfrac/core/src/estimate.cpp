@@ -138,8 +138,17 @@ SceneEstimate estimateScene(const scene::Scene& scene, std::uint64_t memoryLimit
 void requireMemory(const SceneEstimate& estimate, std::uint64_t limit)
 {
     if (estimate.bytes <= double(limit)) return;
+    const auto lengthOf = [](const BodyEstimate& body) {
+        const Bounds bounds = body.bounds();
+        return (bounds.upper - bounds.lower).maxCoeff();
+    };
+    const auto longest = std::ranges::max_element(estimate.bodies, {}, lengthOf);
     throw LimitError("the run needs about " + shortNumber(estimate.bytes / kGibi, 3) + " GiB, the limit is " +
-                     shortNumber(double(limit) / kGibi, 3) + " GiB; use a coarser grid.voxel_size or --max-memory");
+                     shortNumber(double(limit) / kGibi, 3) + " GiB; use a coarser grid.voxel_size or --max-memory" +
+                     (longest == estimate.bodies.end()
+                          ? ""
+                          : "; body '" + longest->body->name + "' is " + shortNumber(lengthOf(*longest), 3) +
+                                " m long: is that meant, or is its mesh in other units?"));
 }
 
 }  // namespace vdbfrac::core

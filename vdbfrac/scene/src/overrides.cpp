@@ -45,8 +45,9 @@ bool isNamed(const Node& node, const std::string& name)
     return given && given->text() && *given->text() == name;
 }
 
-/// Entry of a list by index or by name; nullptr when there is none.
-Node* entryOf(Array& array, const std::string& step)
+/// Entry of a list by index or by name; nullptr when there is none. Those without a name are called as outputs call
+/// them: after their list, and numbered from 1.
+Node* entryOf(Array& array, const std::string& step, const std::string& list)
 {
     std::size_t index = 0;
     const char* end = step.data() + step.size();
@@ -54,13 +55,18 @@ Node* entryOf(Array& array, const std::string& step)
     if (ec == std::errc() && stop == end) return index < array.items.size() ? &array.items[index] : nullptr;
     const auto it =
         std::find_if(array.items.begin(), array.items.end(), [&](const Node& item) { return isNamed(item, step); });
-    return it == array.items.end() ? nullptr : &*it;
+    if (it != array.items.end()) return &*it;
+    for (std::size_t i = 0; i < array.items.size(); ++i) {
+        const Table* table = array.items[i].table();
+        if (table && !table->find("name") && step == list + std::to_string(i + 1)) return &array.items[i];
+    }
+    return nullptr;
 }
 
-/// One step down; makes a missing member of a table.
-Node* descend(Node& node, const std::string& step, const Place& place)
+/// One step down, after the step `before`; makes a missing member of a table.
+Node* descend(Node& node, const std::string& step, const std::string& before, const Place& place)
 {
-    if (Array* array = std::get_if<Array>(&node.value)) return entryOf(*array, step);
+    if (Array* array = std::get_if<Array>(&node.value)) return entryOf(*array, step, before);
     Table* table = std::get_if<Table>(&node.value);
     if (!table) return nullptr;
     if (Node* found = table->find(step)) return found;
@@ -83,14 +89,15 @@ void apply(Node& root, const std::string& text, const Place& place, Complaints& 
         return;
     }
     Node* at = &root;
+    std::string before;
     for (const std::string& step : path) {
-        Node* next = descend(*at, step, place);
+        Node* next = descend(*at, step, before, place);
         if (!next) {
             complaints.add(place, {describe({{}, step}) + " leads nowhere: before it is " + deadEnd(*at),
                                    "a key of a table, or the index (from 0) or name of a list entry"});
             return;
         }
-        at = next;
+        at = next, before = step;
     }
     *at = parseValue(std::string_view(text).substr(equals + 1));
     setPlace(*at, place);

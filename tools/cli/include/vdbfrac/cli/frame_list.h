@@ -1,6 +1,7 @@
 // Lists of frames, and the names of files in sequences.
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -15,5 +16,8 @@ bool isSequence(const std::string& name);
 
 /// The name with each such place filled: as many digits as there are # or as the number says, more when needed.
 std::string frameName(const std::string& name, int frame);
+
+/// Makes the folder that a file of a sequence goes into, if it is not there. Throws FileError.
+void makeFolderOf(const std::filesystem::path& file);
 
 }  // namespace vdbfrac::cli
