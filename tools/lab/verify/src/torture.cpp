@@ -64,6 +64,7 @@ struct Account {
     double unnamed = 0;      ///< energy that no account names, of what was put in; the largest of all steps
     double shortest = std::numeric_limits<double>::infinity();  ///< s: step
     double inOthers = 0, inColliders = 0;                       ///< m: deepest that a piece went into them
+    double fromContact = 0, mostEnergy = 0;                     ///< J: given by it in all; kinetic and elastic
 };
 
 double measured(const core::StepRecord& s, const char* what)
@@ -89,6 +90,9 @@ Account runAndWatch(SceneRun& run)
         a.shortest = std::min(a.shortest, s.dt);
         a.inOthers = std::max(a.inOthers, measured(s, "contact_depth_m"));
         a.inColliders = std::max(a.inColliders, measured(s, "collider_depth_m"));
+        if (const auto work = s.energyFlow.find("contact_work"); work != s.energyFlow.end())
+            a.fromContact += work->second;
+        a.mostEnergy = std::max(a.mostEnergy, s.kineticEnergy + s.elasticEnergy);
         before = s.volume;
     }
     a.steps = double(run.steps.size());
@@ -228,21 +232,26 @@ Measurements thinWalls(Extent)
 Measurements touchingWhileTorn(Extent extent)
 {
     constexpr double kCell = .05, kFrame = 1. / 480;  // m, s: the shortest of the frames
+    // Pieces that fold into each other are not thrown apart: that would make energy of nothing.
+    constexpr double kFolded = 1.5 * kCell, kGiven = .02, kGivenToShot = .3;
     struct Touching {
         const char* name;
         std::string scene;
         double inOthers, inColliders;  // m: allowed
+        double given;                  // 1: allowed
     };
     Measurements all;
     for (double nu : std::span(kPoissonRatios).subspan(extent == Extent::full ? 0 : 1))
-        for (const Touching& t :
-             {Touching{"shot: ", shotThrough(nu), kCell, kBall}, Touching{"crushed: ", crushed(nu), kCell, kCell},
-              Touching{"thrown together: ", thrownTogether(nu), kCell, 0}}) {
+        for (const Touching& t : {Touching{"shot: ", shotThrough(nu), kCell, kBall, kGivenToShot},
+                                  Touching{"crushed: ", crushed(nu), kCell, kCell, kGiven},
+                                  Touching{"thrown together: ", thrownTogether(nu), kFolded, 0, kGiven}}) {
             const Account a = watch(t.scene);
             const std::string name = at(nu) + t.name;
             all.push_back(atMost(name + "in other pieces, cells", a.inOthers / kCell, t.inOthers / kCell));
             all.push_back(atMost(name + "in colliders, cells", a.inColliders / kCell, t.inColliders / kCell));
             all.push_back(atMost(name + "energy of no account, of what was put in", a.unnamed, .01));
+            all.push_back(atMost(name + "energy that contact gives, of the most there was",
+                                 std::max(0., a.fromContact) / a.mostEnergy, t.given));
             all.push_back(atLeast(name + "shortest step, frames of 1/480 s", a.shortest / kFrame, std::exp2(-16)));
             report(name, a, 0, all);
         }
