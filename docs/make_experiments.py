@@ -104,7 +104,7 @@ def page(result, texts):
                 continue
             forced = name == "force" or r["first_tear"] is None
             strain = "-" if forced else number(0.5 * r["first_tear"] / 0.8)
-            stuck = f" stopped at {number(r['seconds'])} s" if r["status"] in ("stuck", "stopped") else ""
+            stuck = f" stopped at {number(r['seconds'])} s" if r["status"] in ("stuck", "stopped", "failed") else ""
             text += (f"| {what}{stuck} | {number(r['first_tear'])} | {strain} | {number(r['split'])} | {number(r['peak'])} | {r['fragments']} | "
                      f"{number(100 * r['lost'])} | ![{what}](experiments/{name}_{i}.png) |\n")
     return text

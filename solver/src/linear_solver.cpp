@@ -236,8 +236,8 @@ double meanDiagonal(const LinearSystem& system)
 struct Direct {
     using Matrix = Eigen::SparseMatrix<double>;
     Eigen::CholmodSupernodalLLT<Matrix> factor;
-    std::vector<Matrix::StorageIndex> starts,
-        rows;  // of what was analysed: nodes that are fixed and couplings change it
+    // Of what was analysed: nodes that are fixed and couplings change it.
+    std::vector<Matrix::StorageIndex> starts, rows;
 
     void analyze(const Matrix& A)
     {

@@ -216,7 +216,7 @@ Built buildPatch(const Range& range, bool means)
     return built;
 }
 
-/// The elements of each patch; in parts where crumbs with nodes of their own are more than 16 bits can number.
+/// The elements of each patch; split where crumbs, which have nodes of their own, could need more than 16 bits.
 std::vector<Range> findRanges(std::span<const ElementSet> sets)
 {
     constexpr std::size_t kMost = (65536 - 2 * kLanes) / kCorners - 1;

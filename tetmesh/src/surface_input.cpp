@@ -168,7 +168,8 @@ PolygonSoup readSurface(const std::filesystem::path& file, std::uint64_t memoryL
 {
     const std::string extension = extensionOf(file);
     std::error_code none;
-    if (!std::filesystem::exists(file, none)) throw FileError(file.string(), "No such file or directory");
+    if (std::filesystem::status(file, none).type() == std::filesystem::file_type::not_found)
+        throw FileError(file.string(), "No such file or directory");
     requireKnown(extension, file.string());
     requireMemory(file, memoryLimit);
     return parseSurface(readText(file), extension, file.string());

@@ -49,6 +49,10 @@ struct LastState {
         Ledger work;
         try {
             drawing.follow(prepared.simulation, work);
+        } catch (const FileError&) {
+            throw;
+        } catch (const LimitError&) {
+            throw;
         } catch (const Error& e) {
             if (options.mesh.empty()) throw;
             throw InputError({options.mesh, e.what(), "a mesh where the body lies at rest",

@@ -41,13 +41,13 @@ std::string workTable(const Ledger& work)
     return text + fmt::format("{:<10}{:>10.2f}", "all", total);
 }
 
-/// What did not go as it should: steps that were cut back or are not solved, cracks that were held back. A line each.
-/// Was it looked for cracks, and none found?
+/// Were cracks looked for, and none found?
 bool nothingTore(const Ledger& work)
 {
     return work.countOf("fracture", "calls") > 0 && work.countOf("fracture", "moved_voxels") == 0;
 }
 
+/// How near it came, where the driver measures that.
 std::string nearestToTearing(const std::vector<core::StepRecord>& steps)
 {
     double most = 0;
@@ -55,9 +55,10 @@ std::string nearestToTearing(const std::vector<core::StepRecord>& steps)
         if (const auto factor = s.measured.find("fracture_load_factor"); factor != s.measured.end())
             most = std::max(most, 1 / factor->second);
     return most > 0 ? fmt::format("nothing tore: loads reached {:.2g} of what it takes\n", most)
-                    : std::string("nothing tore: loads stayed far from what it takes\n");
+                    : std::string("nothing tore\n");
 }
 
+/// What did not go as it should: steps that were cut back or are not solved, cracks that were held back. A line each.
 std::string shortcomings(const std::vector<core::StepRecord>& steps, const Ledger& work)
 {
     double shortest = INFINITY, worst = 0, best = 0;
@@ -202,7 +203,8 @@ std::string summaryText(const core::Simulation& simulation, const core::RunFolde
                     simulation.fragments(), simulation.fragments() == 1 ? "fragment" : "fragments",
                     100 * (1 - simulation.volume() / simulation.startVolume()), double(lab::peakMemory()) / lab::kGiB,
                     folder.frames().empty() ? "-" : folder.frames().back().stateHash);
-    if (gone > 0) text += fmt::format("{} more fragments were eaten up by cracks\n", gone);
+    if (gone > 0)
+        text += fmt::format("{} more {} eaten up by cracks\n", gone, gone == 1 ? "fragment was" : "fragments were");
     text += shortcomings(folder.steps(), work) + workTable(work);
     return text + "\nwritten to " + folder.path().string();
 }

@@ -74,15 +74,17 @@ int lastToKeep(const std::string& resume)
 }
 
 /// What the steps of a run depend on, as text: the scene, but for its last frame and the folders that files lie in.
-/// What is in the files shows in the bodies at rest.
+/// What is in the files is compared on its own: as the bodies at rest, and as it is for colliders.
 std::string settingsText(scene::Scene scene)
 {
     scene.notes.clear();  // of studies and wedges
     scene.time.lastFrame = scene.time.firstFrame;
-    for (scene::Body& body : scene.bodies) {
-        if (auto* mesh = std::get_if<scene::MeshFile>(&body.shape)) mesh->file = mesh->file.filename();
-        if (auto* vdb = std::get_if<scene::VdbFile>(&body.shape)) vdb->file = vdb->file.filename();
-    }
+    const auto leaveOutFolder = [](auto& shape) {
+        if (auto* mesh = std::get_if<scene::MeshFile>(&shape)) mesh->file = mesh->file.filename();
+        if (auto* vdb = std::get_if<scene::VdbFile>(&shape)) vdb->file = vdb->file.filename();
+    };
+    for (scene::Body& body : scene.bodies) leaveOutFolder(body.shape);
+    for (scene::Collider& collider : scene.colliders) leaveOutFolder(collider.shape);
     return scene::writeScene(scene, lab::study::vocabulary());
 }
 

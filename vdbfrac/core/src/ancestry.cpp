@@ -32,7 +32,8 @@ void Ancestry::restoreFrom(const Archive& archive, std::span<const Body> bodies)
     for (std::size_t b = 0; b < bodies_.size(); ++b) {
         bodies_[b].frame = archive.getOne<std::int32_t>("ancestry_frame_" + std::to_string(b));
         bodies_[b].node = archive.get<std::uint32_t>("ancestry_node_" + std::to_string(b));
-        if (!bodies_[b].node.empty() && bodies_[b].node.size() != bodies[b].mesh->nodeCount())
+        const bool wasCut = bodies_[b].frame > 0;
+        if (bodies_[b].frame < 0 || bodies_[b].node.size() != (wasCut ? bodies[b].mesh->nodeCount() : 0))
             archive.complain("what nodes were before a cut is not of all nodes");
     }
 }

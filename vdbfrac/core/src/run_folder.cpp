@@ -270,8 +270,10 @@ void RunFolder::goOn(Simulation& simulation, const Resume& how, const Found& fou
     const bool isBranch = !branch.changes.empty();
     if (!branch.isFiner && bodiesHash_ != archive.getText("bodies_hash"))
         refuse("the bodies at rest are not those of the run: a mesh, a .vdb file or the program has changed since");
-    if (!isBranch && collidersHash_ != archive.getText("colliders_hash"))
-        refuse("the colliders are not those of the run: a mesh or a .vdb file has changed since");
+    if (collidersHash_ != archive.getText("colliders_hash")) {
+        if (!how.mayBranch) refuse("the colliders are not those of the run: a mesh or a .vdb file has changed since");
+        notes.push_back("the files of colliders are not those of the run");
+    }
     if (!isBranch && restHash_ != archive.getText("rest_hash"))
         refuse("the start is not that of the run: the program has changed since");
     takeState(simulation, how, archive, branch, notes);

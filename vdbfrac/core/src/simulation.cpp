@@ -109,7 +109,7 @@ Simulation::Simulation(const scene::Scene& scene, std::span<Effect* const> effec
 
 Simulation::~Simulation() = default;
 
-/// Grips that leave nothing free, or hold what others hold, are mistakes as a rule: of a sign, most often.
+/// Grips that leave nothing free, or hold what others hold, are usually mistakes, most often a wrong sign.
 void Simulation::noteGrips(const scene::Scene& scene)
 {
     for (std::size_t g = 0; g < scene.grips.size(); ++g) {
@@ -341,7 +341,7 @@ bool Simulation::recut(StepRecord& record, std::size_t b, const grid::PhiChanges
     const double before = replacedEnergy(update, own(), body, h_, elastic_->elasticity());
     for (std::vector<Vec3>* field : {&state_.x, &state_.v})
         carry(*field, body.firstNode, oldCount, update.previousNode);
-    number();
+    number();  // of the bodies after it, which may be cut before all is built anew
     elasticEnergy_ -= before - recutEnergy(update, own(), body, h_, elastic_->elasticity());
     body.fragments.update(*body.mesh, update.previousNode, time_, nextFragment_);
     ++body.revision;

@@ -5,7 +5,7 @@
 //        of its own piece of material sees it; half, as both sides sample each other
 //   r_s  reach of the sample
 //   a_s  allowance: how deep a sample already was when it was first seen. What is born tangled is not thrown out, but
-//        goes no deeper: it never grows, but where material is cut again or folds into itself.
+//        goes no deeper: it grows only where material is cut again, and where cells fold (allowJumps).
 // Because y = sum_a b_a z_a in T, forces and their moments on both sides cancel exactly. Fisher, Lin 2001 (distance
 // carried along by tets); Gast et al. 2015, section 6 (as a penalty in the minimisation of backward Euler).
 // Friction is that of contact/contact_law.h.
@@ -109,7 +109,8 @@ private:
     void forget()
     {
         isSettled_ = false;
-        near_.clear(), start_.clear(), pairs_.clear(), held_.clear();
+        near_.clear(), start_.clear(), before_.clear(), pairs_.clear(), held_.clear();
+        foundFor_ = -1;
     }
     void look(std::span<const Vec3> x, std::span<const Vec3> v, double dt);
     std::vector<Pair> pairsAt(std::span<const Vec3> x) const;
@@ -158,7 +159,7 @@ private:
 
     // Of the step at hand.
     std::vector<Vec3> start_, ahead_;  // m: of all nodes; where they would go by themselves
-    double foundFor_ = 0;              // s: how far ahead of start_ near_ looks
+    double foundFor_ = -1;             // s: how far ahead of start_ near_ looks
     contact::NearTets near_;
     std::vector<Pair> pairs_;                   // by rising sample
     std::vector<Held> held_;                    // by rising sample

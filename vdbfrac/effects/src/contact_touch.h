@@ -62,8 +62,8 @@ constexpr double kReach = 0.1;       // how far outside of its tet a sample may 
 // Voxels: what pieces may overlap by in the scenes that were measured, half of it, and how much deeper a step may end.
 constexpr double kDeep = 0.2, kHidden = kDeep / 2, kJump = kDeep / 4;
 // Voxels: phi of tets that are crushed, turned or folded jumps from one to the next, and means nothing far outside of
-// them. By so much deeper than it was known to be a sample has not gone; pushed out from there, it would be thrown,
-// with energy that nobody has put in.
+// them. No sample really goes this much deeper than it was known to be in a step; pushed out from there, it would be
+// thrown, with energy that nobody has put in.
 constexpr double kThrown = 0.5;
 
 /// m: what a sample may be or was when the step began; `before`: of each sample.
@@ -72,8 +72,8 @@ inline double knownDepth(std::uint32_t sample, const contact::TouchingSurface& s
     return std::max(before[sample], surface.memory(sample).allowance);
 }
 
-/// Samples that are deeper by more than `jump` [m] than they were known to be, and than what touches have resisted, may
-/// be so.
+/// Samples that are deeper by more than `jump` [m] than they were known to be, and than what touches have resisted, are
+/// allowed the excess.
 inline void allowJumps(std::span<const contact::Sunk> sunk, std::span<const Touch> touches,
                        std::span<const double> before, double jump, contact::TouchingSurface& surface)
 {
@@ -82,7 +82,10 @@ inline void allowJumps(std::span<const contact::Sunk> sunk, std::span<const Touc
     for (const Touch& t : touches)
         known[t.sample] = std::max(known[t.sample], surface.memory(t.sample).allowance + t.depth);
     for (const contact::Sunk& s : sunk)
-        if (s.depth > known[s.sample] + jump) surface.memory(s.sample).allowance += s.depth - known[s.sample];
+        if (s.depth > known[s.sample] + jump) {
+            surface.memory(s.sample).allowance += s.depth - known[s.sample];
+            known[s.sample] = s.depth;  // it may be in several pieces
+        }
 }
 
 /// Is a touch more than `deep` [m] deeper than those that were seen of its sample? Both by rising sample.

@@ -45,8 +45,8 @@ bool isNamed(const Node& node, const std::string& name)
     return given && given->text() && *given->text() == name;
 }
 
-/// Entry of a list by index or by name; nullptr when there is none. Those without a name are called as outputs call
-/// them: after their list, and numbered from 1.
+/// Entry of a list by index or by name; nullptr when there is none. `list`: that its entries without a name are called
+/// by, as outputs call them; empty where they are not.
 Node* entryOf(Array& array, const std::string& step, const std::string& list)
 {
     std::size_t index = 0;
@@ -58,15 +58,19 @@ Node* entryOf(Array& array, const std::string& step, const std::string& list)
     if (it != array.items.end()) return &*it;
     for (std::size_t i = 0; i < array.items.size(); ++i) {
         const Table* table = array.items[i].table();
-        if (table && !table->find("name") && step == list + std::to_string(i + 1)) return &array.items[i];
+        if (list.empty() || !table || table->find("name")) continue;
+        std::size_t number = i + 1;
+        const auto isTaken = [&](const Node& item) { return isNamed(item, list + std::to_string(number)); };
+        while (std::ranges::any_of(array.items, isTaken)) ++number;
+        if (step == list + std::to_string(number)) return &array.items[i];
     }
     return nullptr;
 }
 
-/// One step down, after the step `before`; makes a missing member of a table.
-Node* descend(Node& node, const std::string& step, const std::string& before, const Place& place)
+/// One step down; makes a missing member of a table.
+Node* descend(Node& node, const std::string& step, const std::string& list, const Place& place)
 {
-    if (Array* array = std::get_if<Array>(&node.value)) return entryOf(*array, step, before);
+    if (Array* array = std::get_if<Array>(&node.value)) return entryOf(*array, step, list);
     Table* table = std::get_if<Table>(&node.value);
     if (!table) return nullptr;
     if (Node* found = table->find(step)) return found;
@@ -89,15 +93,16 @@ void apply(Node& root, const std::string& text, const Place& place, Complaints& 
         return;
     }
     Node* at = &root;
-    std::string before;
-    for (const std::string& step : path) {
-        Node* next = descend(*at, step, before, place);
+    for (std::size_t i = 0; i < path.size(); ++i) {
+        const std::string& step = path[i];
+        const bool isCalled = i == 1 && (path[0] == "grip" || path[0] == "collider");
+        Node* next = descend(*at, step, isCalled ? path[0] : "", place);
         if (!next) {
             complaints.add(place, {describe({{}, step}) + " leads nowhere: before it is " + deadEnd(*at),
                                    "a key of a table, or the index (from 0) or name of a list entry"});
             return;
         }
-        at = next, before = step;
+        at = next;
     }
     *at = parseValue(std::string_view(text).substr(equals + 1));
     setPlace(*at, place);

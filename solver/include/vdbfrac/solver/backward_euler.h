@@ -77,7 +77,7 @@ struct System {
     std::span<Potential* const> potentials;
     const Boundary& boundary;
     double time = 0;   ///< s: where forces are taken
-    double begin = 0;  ///< s: where the way begins that is solved for
+    double begin = 0;  ///< s: start of the interval that is solved for
 };
 
 /// Keeps its memory from step to step: after the first step of an operator nothing is allocated.

@@ -72,9 +72,9 @@ public:
 
     /// Goes on with another operator, of the same bodies less what has gone since.
     virtual void rebind(const ElasticOperator& elastic) = 0;
-    /// Advances `state` by dt [s] > 0, finite; it is what the last step left or what it began with, or rebind() was
-    /// called since. The report holds until the next step; its energy is that of the end, its reactions those of the
-    /// last solve: in mid-step with midpoint, at the start of the step with the explicit schemes.
+    /// Advances `state` by dt [s] > 0, finite: what the last step left, or what it began with (after a cut-back), or
+    /// any after rebind(). The report holds until the next step; its energy is that of the end, its reactions those of
+    /// the last solve: in mid-step with midpoint, at the start of the step with the explicit schemes.
     [[nodiscard]] virtual const StepReport& step(State& state, double dt, const StepLoads& loads) = 0;
     /// Does it only ever look at forces it has, so that a step too long flies apart?
     virtual bool isExplicit() const { return false; }

@@ -16,7 +16,7 @@ struct StepStart {
     double dt = 0;            ///< s
     const ElasticOperator& elastic;
     double time = 0;   ///< s: where forces are taken
-    double begin = 0;  ///< s: where the way begins
+    double begin = 0;  ///< s: start of the interval that is solved for
 };
 
 /// The Hessian of a potential as the tangent takes it in: `mass` times the lumped mass [1/s^2] and `stiffness` times

@@ -1,4 +1,4 @@
-// Points outside of the material go along with all of it that is near.
+// Points outside of the material go along with all of it that is near and on their side of the cracks.
 //
 // A point that one tet carries swings with it; at the edge of a crack tets hang by a corner, or are crushed or
 // inverted, and the skin gets spikes. So, from a little way outside on, a point is carried by the mean of the affine
