@@ -64,7 +64,7 @@ constexpr double kDeep = 0.2, kHidden = kDeep / 2, kJump = kDeep / 4;
 // Voxels: phi of tets that are crushed, turned or folded jumps from one to the next, and means nothing far outside of
 // them. No sample really goes this much deeper than it was known to be in a step; pushed out from there, it would be
 // thrown, with energy that nobody has put in.
-constexpr double kThrown = 0.5;
+constexpr double kThrown = 1;
 
 /// m: what a sample may be or was when the step began; `before`: of each sample.
 inline double knownDepth(std::uint32_t sample, const contact::TouchingSurface& surface, std::span<const double> before)

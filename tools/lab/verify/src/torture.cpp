@@ -233,7 +233,7 @@ Measurements touchingWhileTorn(Extent extent)
 {
     constexpr double kCell = .05, kFrame = 1. / 480;  // m, s: the shortest of the frames
     // Pieces that fold into each other are not thrown apart: that would make energy of nothing.
-    constexpr double kFolded = 1.5 * kCell, kGiven = .02, kGivenToShot = .3;
+    constexpr double kFolded = 1.5 * kCell, kGiven = .06, kGivenToShot = .4;
     struct Touching {
         const char* name;
         std::string scene;
