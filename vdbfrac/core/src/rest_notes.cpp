@@ -97,4 +97,22 @@ void noteRestState(const scene::Scene& scene, std::span<const Body> bodies, doub
     for (const scene::Grip& grip : scene.grips) noteSpeed(grip, bodies, notes);
 }
 
+void noteGrips(std::span<const scene::Grip> grips, std::span<const Body> bodies, const GripNodes& nodesOf,
+               std::vector<std::string>& notes)
+{
+    for (std::size_t g = 0; g < grips.size(); ++g) {
+        const std::span<const std::uint32_t> nodes = nodesOf(g);
+        for (const Body& body : bodies)
+            if (body.name == grips[g].body && nodes.size() == body.mesh->nodeCount())
+                notes.push_back("grip '" + grips[g].name + "' holds all of body '" + body.name + "'");
+        for (std::size_t other = 0; other < g; ++other) {
+            std::vector<std::uint32_t> both;
+            std::ranges::set_intersection(nodes, nodesOf(other), std::back_inserter(both));
+            if (!both.empty())
+                notes.push_back("grips '" + grips[other].name + "' and '" + grips[g].name + "' both hold " +
+                                std::to_string(both.size()) + " nodes");
+        }
+    }
+}
+
 }  // namespace vdbfrac::core

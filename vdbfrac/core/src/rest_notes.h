@@ -4,6 +4,8 @@
 #include <vdbfrac/core/body.h>
 #include <vdbfrac/scene/scene.h>
 
+#include <cstdint>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -13,5 +15,11 @@ namespace vdbfrac::core {
 /// Adds a sentence for each body that is thin or in several parts, each two that overlap, each grip faster than sound.
 /// `h` [m]: lattice spacing. Body b is made of scene.bodies[b].
 void noteRestState(const scene::Scene& scene, std::span<const Body> bodies, double h, std::vector<std::string>& notes);
+
+/// Nodes of the system that a grip holds, rising.
+using GripNodes = std::function<std::span<const std::uint32_t>(std::size_t grip)>;
+/// Grips that leave nothing free, or hold what others hold, are usually mistakes, most often a wrong sign.
+void noteGrips(std::span<const scene::Grip> grips, std::span<const Body> bodies, const GripNodes& nodesOf,
+               std::vector<std::string>& notes);
 
 }  // namespace vdbfrac::core

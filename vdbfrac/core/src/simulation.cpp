@@ -100,7 +100,8 @@ Simulation::Simulation(const scene::Scene& scene, std::span<Effect* const> effec
     }
     stepControl_ = std::make_unique<StepControl>(scene.time, h_);
     noteRestState(scene, bodies_, h_, stages_.notes);
-    noteGrips(scene);
+    noteGrips(
+        scene.grips, bodies_, [this](std::size_t g) { return gripNodes(g); }, stages_.notes);
     warnOfLongSteps();
     if (!stages_.pieces.empty()) asleep_.resize(nextFragment_);
     for (Effect* effect : effects) effect->start(bodies_, stages_.notes);
@@ -108,24 +109,6 @@ Simulation::Simulation(const scene::Scene& scene, std::span<Effect* const> effec
 }
 
 Simulation::~Simulation() = default;
-
-/// Grips that leave nothing free, or hold what others hold, are usually mistakes, most often a wrong sign.
-void Simulation::noteGrips(const scene::Scene& scene)
-{
-    for (std::size_t g = 0; g < scene.grips.size(); ++g) {
-        const std::span<const std::uint32_t> nodes = gripNodes(g);
-        for (const Body& body : bodies_)
-            if (body.name == scene.grips[g].body && nodes.size() == body.mesh->nodeCount())
-                stages_.notes.push_back("grip '" + scene.grips[g].name + "' holds all of body '" + body.name + "'");
-        for (std::size_t other = 0; other < g; ++other) {
-            std::vector<std::uint32_t> both;
-            std::ranges::set_intersection(nodes, gripNodes(other), std::back_inserter(both));
-            if (!both.empty())
-                stages_.notes.push_back("grips '" + scene.grips[other].name + "' and '" + scene.grips[g].name +
-                                        "' both hold " + std::to_string(both.size()) + " nodes");
-        }
-    }
-}
 
 void Simulation::addBody(const scene::Scene& scene, const scene::Body& spec, std::uint64_t memoryLimit)
 {

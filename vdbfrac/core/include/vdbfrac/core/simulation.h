@@ -130,7 +130,6 @@ private:
     void updateGrid(StepRecord& record);
     bool recut(StepRecord& record, std::size_t body, const grid::PhiChanges& changes);
     void number();
-    void noteGrips(const scene::Scene& scene);
     void rebuild();
     void measure(StepRecord& record) const;
     double kineticEnergy(std::span<const Vec3> v) const;
