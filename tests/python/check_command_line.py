@@ -91,6 +91,12 @@ with tempfile.TemporaryDirectory() as temporary:
     expect("grips on all", ["sim", folder / "example.toml", "-o", folder / "held", "-f", "1", "--set", "grip.0.region.halfspace.offset=-1"], 0,
            "'top' holds all of body 'block'", "'top' and 'bottom' both hold")
     shutil.rmtree(folder / "held")
+    lost = folder / "lost.toml"
+    lost.write_text(re.sub(r"shape = .*", 'shape = { mesh = { file = "lost.obj" } }', SCENE, count=1))
+    expect("a lost mesh", ["sim", lost, "-n", "--measure", "0"], 4, "lost.toml:", "body 'block': ", "lost.obj: No such file")
+    sunk = folder / "sunk.toml"
+    sunk.write_text(SCENE + '\n[[collider]]\nname = "floor"\nshape = { halfspace = { normal = [0, 1, 0], offset = 0.1 } }\n')
+    expect("a sunk body", ["sim", sunk, "-n", "--measure", "0"], 0, "body 'block' begins up to", "deep in collider 'floor'")
 
     bad.write_text(SCENE.replace("poisson_ratio = 0.3", "poisson_ratio = 0.5").replace("voxel_size", "voxel_siz"))
     expect("all errors at once", ["check", bad], 2, "bad.toml:", "did you mean", "voxel_size", "poisson_ratio", "0.5")

@@ -23,9 +23,11 @@ std::string bytesText(double bytes)
 std::string sourceText(const lab::Forecast& f)
 {
     const std::string own = f.measuredSteps > 0 ? fmt::format("{} steps of this scene", f.measuredSteps) : "";
-    if (f.wider == 1) return own + fmt::format(", {:.0f} % of its frames", 100 * f.simulatedShare);
-    return fmt::format("{}{}{:.0f} % of the frames on voxels {:.3g} times as wide", own, own.empty() ? "" : ", and ",
-                       100 * f.simulatedShare, f.wider);
+    constexpr double kAll = 0.995;  // what is told as 100 %
+    const char* const later = f.simulatedShare < kAll ? "; what touches or tears after them costs more" : "";
+    if (f.wider == 1) return own + fmt::format(", {:.0f} % of its frames{}", 100 * f.simulatedShare, later);
+    return fmt::format("{}{}{:.0f} % of the frames on voxels {:.3g} times as wide{}", own, own.empty() ? "" : ", and ",
+                       100 * f.simulatedShare, f.wider, later);
 }
 
 }  // namespace

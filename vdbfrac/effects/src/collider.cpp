@@ -8,18 +8,18 @@
 // Friction is that of contact/contact_law.h, against the motion of the collider; normal forces and directions are
 // brought up to date where a step is solved.
 #include "all.h"
+#include "obstacle.h"
 
+#include <vdbfrac/base/number_text.h>
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/contact/contact_law.h>
 #include <vdbfrac/contact/touching_surface.h>
-#include <vdbfrac/grid/distance_field.h>
 #include <vdbfrac/scene/friction.h>
 #include <vdbfrac/scene/placement.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
 
 namespace vdbfrac::effects {
 
@@ -31,30 +31,8 @@ using contact::TouchingSurface;
 using contact::TouchMemory;
 
 constexpr double kGap = 0.25;  // voxels that surfaces stay away, where there is as much room at rest
+constexpr double kTold = 0.5;  // voxels in a collider at rest that a user is told of
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr std::uint64_t kFileMemory = std::uint64_t{4} << 30;  // bytes that the level set of one file may take
-
-/// A collider as it is at t = 0.
-class Obstacle {
-public:
-    Obstacle(const scene::Collider& collider, const scene::Grid& grid) : collider_(collider)
-    {
-        if (!std::holds_alternative<Primitive>(collider_.shape)) field_.emplace(collider_, grid, kFileMemory);
-        thickness_ = field_ ? field_->deepest() : vdbfrac::halfThickness(std::get<Primitive>(collider_.shape));
-    }
-    const scene::Collider& collider() const { return collider_; }
-    double halfThickness() const { return thickness_; }  ///< m; infinity: nothing comes through
-    DistanceSample at(const Vec3& X) const
-    {
-        return field_ ? field_->at(X) : sampleDistance(std::get<Primitive>(collider_.shape), X);
-    }
-    std::size_t bytes() const { return field_ ? field_->bytes() : 0; }
-
-private:
-    scene::Collider collider_;
-    std::optional<grid::DistanceField> field_;
-    double thickness_;
-};
 
 /// Where all colliders are at a time.
 using Places = std::vector<scene::Placement>;
@@ -95,9 +73,10 @@ public:
         stages.recut.push_back(this);
         stages.persistent.push_back(this);
     }
-    void start(std::span<const core::Body> bodies, std::vector<std::string>&) override
+    void start(std::span<const core::Body> bodies, std::vector<std::string>& notes) override
     {
         surface_.start(bodies, kGap * dx_);
+        noteDepths(bodies, notes);
         law_.clear();
         for (const core::Body& body : bodies)
             for (const Obstacle& o : obstacles_)
@@ -170,6 +149,7 @@ private:
         }
         return most;
     }
+    void noteDepths(std::span<const core::Body> bodies, std::vector<std::string>& notes);
     void see(std::span<const Vec3> x, const Places& places);
     void setOff(std::span<const Vec3> x);
     std::vector<Held> heldAt(std::span<const Vec3> x, const Places& places) const;
@@ -188,6 +168,24 @@ private:
     std::size_t active_ = 0;         // samples that touched in the last step
     mutable Ledger work_;
 };
+
+/// What begins in a collider stays as deep: most often that is a mistake.
+void Colliders::noteDepths(std::span<const core::Body> bodies, std::vector<std::string>& notes)
+{
+    surface_.settle();
+    const Places places = placesAt(0);
+    std::vector<double> most(bodies.size() * obstacles_.size(), 0);
+    for (std::size_t i = 0; i < surface_.size(); ++i)
+        for (std::size_t c = 0; c < obstacles_.size(); ++c) {
+            double& depth = most[surface_.body(i) * obstacles_.size() + c];
+            depth = std::max(depth, -distanceAt(surface_.restPosition(i), c, places).value);
+        }
+    for (std::size_t k = 0; k < most.size(); ++k)
+        if (most[k] > kTold * dx_)
+            notes.push_back("body '" + bodies[k / obstacles_.size()].name + "' begins up to " +
+                            shortNumber(most[k], 3) + " m deep in collider '" +
+                            obstacles_[k % obstacles_.size()].collider().name + "': it is not pushed out");
+}
 
 /// Samples that are deeper than they may be, by rising sample.
 std::vector<Touch> Colliders::touches(std::span<const Vec3> x, const Places& places) const

@@ -182,7 +182,12 @@ LevelSet build(const scene::Body& body, const Build& build)
     const scene::Grid& grid = build.grid;
     requireVoxelSize(build);
     if (grid.halfWidth < 1) complain(build, "band of " + std::to_string(grid.halfWidth) + " voxels", "1 or more", "");
-    openvdb::FloatGrid::Ptr phi = std::visit(ShapeVisitor{body, build}, body.shape);
+    openvdb::FloatGrid::Ptr phi;
+    try {
+        phi = std::visit(ShapeVisitor{body, build}, body.shape);
+    } catch (const FileError& e) {  // it names the file, but not who asks for it
+        throw FileError(build.place + ": " + build.subject, e.what());
+    }
     if (!hasMaterial(*phi))
         complain(build, "is empty: no voxel lies inside", "at least one voxel",
                  "make voxel_size smaller than the thinnest part, or check that 'cut' leaves something");
