@@ -70,6 +70,7 @@ TEST(Primitives, DistanceIsTheLengthToTheNearestPointOfTheSurface)
             const double distance = signedDistance(s.primitive, X);
             const Vec3 g = gradientOf(s.primitive, X);
             ASSERT_NEAR(g.norm(), 1, kDifference) << s.name;
+            ASSERT_LT((distanceGradient(s.primitive, X) - g).norm(), kDifference) << s.name;
             ASSERT_NEAR(signedDistance(s.primitive, X - distance * g), 0, kDifference) << s.name;
         }
     }

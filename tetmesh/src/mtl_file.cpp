@@ -68,6 +68,24 @@ DiffuseMap mapOf(TextReader in)
     }
 }
 
+/// Red alone is a grey. None of a spectrum, of CIE XYZ, and of what is no colour: a material says how things look, and
+/// a run does not end for that.
+std::optional<Vec3> colourOf(TextReader& in)
+{
+    Vec3 colour;
+    for (int k = 0; k < 3; ++k) {
+        const std::string_view word = in.word();
+        const std::optional<double> value = TextReader::parse<double>(word);
+        if (word.empty() && k > 0)
+            colour[k] = colour[0];
+        else if (value && std::isfinite(*value))
+            colour[k] = *value;
+        else
+            return std::nullopt;
+    }
+    return colour;
+}
+
 /// Calls visit(name of the material, key, what follows it) for each line of a material.
 template <class Visit>
 void visitMaterials(const std::string& mtl, const Visit& visit)
@@ -122,7 +140,8 @@ std::map<std::string, Vec3> diffuseColours(const std::string& mtl)
 {
     std::map<std::string, Vec3> colours;
     visitMaterials(mtl, [&](const std::string& name, std::string_view key, TextReader& in) {
-        if (key == "Kd") colours[name] = in.point();
+        if (key != "Kd") return;
+        if (const std::optional<Vec3> colour = colourOf(in)) colours[name] = *colour;
     });
     return colours;
 }

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
+#include <limits>
 #include <numeric>
 #include <sstream>
 #include <string_view>
@@ -28,6 +29,9 @@ constexpr std::string_view kEnd = "end_header\n", kProperty = "property float ";
 /// Vertices and faces as they come; the header knows their numbers in the end.
 class PlyWriter {
 public:
+    /// `longFaces`: some have more corners than a byte can count.
+    explicit PlyWriter(bool longFaces) : longFaces_(longFaces) {}
+
     /// Writes faces, and before them the points that they use, rising.
     void add(const PlyBody& body, std::span<const std::uint32_t> faces)
     {
@@ -41,7 +45,11 @@ public:
         }
         for (const std::uint32_t f : faces) {
             ++count_;
-            faces_.bytes<kLittle>(std::uint8_t(mesh.face(f).size()));
+            const std::size_t corners = mesh.face(f).size();
+            if (longFaces_)
+                faces_.bytes<kLittle>(std::uint32_t(corners));
+            else
+                faces_.bytes<kLittle>(std::uint8_t(corners));
             for (const RenderMesh::Corner& c : mesh.face(f)) faces_.bytes<kLittle>(number_[c.point]);
             faces_.bytes<kLittle>(std::int32_t(body.topology.fragment[f]));
             faces_.bytes<kLittle>(body.topology.torn[f]);
@@ -55,24 +63,33 @@ public:
         for (const char* name : kPlaces) head << kProperty << name << "\n";
         for (const std::string& name : names) head << kProperty << name << "\n";
         head << "element face " << count_
-             << "\nproperty list uchar int vertex_indices\nproperty int fragment\nproperty uchar torn\n"
+             << "\nproperty list " << (longFaces_ ? "uint" : "uchar") << " int vertex_indices\nproperty int fragment\nproperty uchar torn\n"
              << kEnd;
         return std::string(head.text()) + std::string(vertices_.text()) + std::string(faces_.text());
     }
 
 private:
+    bool longFaces_;
     TextWriter vertices_, faces_;
     std::vector<std::int32_t> number_;
     std::int32_t points_ = 0;
     std::size_t count_ = 0;
 };
 
+bool hasLongFaces(const PlyBody& body)
+{
+    const RenderMesh& mesh = body.topology.mesh;
+    for (std::size_t f = 0; f < mesh.faces(); ++f)
+        if (mesh.face(f).size() > std::numeric_limits<std::uint8_t>::max()) return true;
+    return false;
+}
+
 }  // namespace
 
 void writePlyFrame(const std::filesystem::path& file, std::span<const PlyBody> bodies, PlyOrder order,
                    std::span<const std::string> names)
 {
-    PlyWriter writer;
+    PlyWriter writer(std::any_of(bodies.begin(), bodies.end(), hasLongFaces));
     for (const PlyBody& body : bodies) {
         if (order == PlyOrder::byFragment) {
             for (const auto& faces : facesOfFragments(body.topology)) writer.add(body, faces);

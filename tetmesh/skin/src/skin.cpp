@@ -1,5 +1,7 @@
 #include <vdbfrac/skin/skin.h>
 
+#include "winding.h"
+
 #include <vdbfrac/skin/riders.h>
 
 #include <vdbfrac/base/parallel.h>
@@ -135,7 +137,7 @@ Mat3 edgesOf(const tetmesh::EmbeddedPoint& point, std::span<const Vec3> x)
 
 Skin::Skin(RenderMesh mesh, const tetmesh::BodyMesh& body, const CrackStyle& style, bool isInParts)
     : style_(style),
-      mesh_(std::move(mesh)),
+      mesh_(woundOutward(std::move(mesh), body)),
       fans_(tetmesh::fansOf(mesh_)),
       cutter_(mesh_.points, trianglesOf(mesh_, fans_), body.restPhi(), body.voxelSize(), isInParts)
 {

@@ -79,9 +79,8 @@ std::string settingsText(scene::Scene scene)
 {
     scene.notes.clear();  // of studies and wedges
     scene.time.lastFrame = scene.time.firstFrame;
-    const auto leaveOutFolder = [](auto& shape) {
-        if (auto* mesh = std::get_if<scene::MeshFile>(&shape)) mesh->file = mesh->file.filename();
-        if (auto* vdb = std::get_if<scene::VdbFile>(&shape)) vdb->file = vdb->file.filename();
+    const auto leaveOutFolder = [](scene::Shape& shape) {
+        if (fs::path* file = scene::fileOf(shape)) *file = file->filename();
     };
     for (scene::Body& body : scene.bodies) leaveOutFolder(body.shape);
     for (scene::Collider& collider : scene.colliders) leaveOutFolder(collider.shape);

@@ -131,7 +131,8 @@ public:
         // From the upper left behind the camera.
         sun_ = (-0.9 * right_ + 1.5 * Vec3::UnitY() - 0.8 * ahead_).normalized();
         sunU_ = sun_.unitOrthogonal(), sunV_ = sun_.cross(sunU_);
-        for (const Vec3& p : subject.points) size_ = std::max(size_, (p - subject.points[0]).norm());
+        middle_ = subject.points.empty() ? view.camera.eye : subject.points[0];
+        for (const Vec3& p : subject.points) size_ = std::max(size_, (p - middle_).norm());
     }
 
     Colour pixel(int i, int j) const
@@ -211,7 +212,7 @@ private:
         const Vec3 up = rho * std::cos(b) * u + rho * std::sin(b) * v + std::sqrt(1 - sky[0]) * s.normal;
         if (!target_.isBlocked(from, up)) sum += kSkyLight * s.colour * float(0.65 + 0.35 * up.y());
         if (s.normal != Vec3::UnitY() || !view_.ground || s.X.y() > *view_.ground + 1e-9 * size_) return sum;
-        const double away = (s.X - subject_.points[0]).norm() / (3 * size_);
+        const double away = (s.X - middle_).norm() / (3 * size_);
         const float fade = float(std::clamp(away - 0.4, 0., 1.));
         return (1 - fade) * sum + fade * kSkyBottom;
     }
@@ -220,6 +221,7 @@ private:
     const View& view_;
     Target target_;
     Vec3 ahead_, right_, up_, sun_, sunU_, sunV_;
+    Vec3 middle_;  // of the lit ground
     double slope_ = 0, size_ = 1e-9;
 };
 

@@ -76,7 +76,9 @@ Vec3 fromAxisPlane(const Primitive& s, const Vec3& X, const Eigen::Vector2d& d)
     return d.x() * radial + d.y() * s.axis;
 }
 
-Vec3 gradientOf(const Primitive& s, const Vec3& X)
+}  // namespace
+
+Vec3 distanceGradient(const Primitive& s, const Vec3& X)
 {
     const AxisPoint p = toAxis(s, X);
     const double side = p.along < 0 ? -1 : 1, excess = std::abs(p.along) - 0.5 * s.height;
@@ -104,10 +106,6 @@ Vec3 gradientOf(const Primitive& s, const Vec3& X)
     }
     return -s.axis;
 }
-
-}  // namespace
-
-DistanceSample sampleDistance(const Primitive& s, const Vec3& X) { return {signedDistance(s, X), gradientOf(s, X)}; }
 
 double halfThickness(const Primitive& s)
 {

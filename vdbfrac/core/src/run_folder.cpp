@@ -22,24 +22,14 @@ namespace {
 /// most.
 constexpr std::size_t kWaitingFrames = 1;
 
-/// The files that shapes of bodies or of colliders are read from.
-template <class Solids>
-std::vector<fs::path> filesOf(const Solids& solids)
-{
-    std::vector<fs::path> files;
-    for (const auto& solid : solids) {
-        if (const auto* mesh = std::get_if<scene::MeshFile>(&solid.shape)) files.push_back(mesh->file);
-        if (const auto* vdb = std::get_if<scene::VdbFile>(&solid.shape)) files.push_back(vdb->file);
-    }
-    return files;
-}
-
 /// The scene and the files that it names.
 std::vector<fs::path> inputsOf(const scene::Scene& scene)
 {
     std::vector<fs::path> files = {scene.file};
-    for (const auto& more : {filesOf(scene.bodies), filesOf(scene.colliders)})
-        files.insert(files.end(), more.begin(), more.end());
+    for (const scene::Body& body : scene.bodies)
+        if (const fs::path* file = scene::fileOf(body.shape)) files.push_back(*file);
+    for (const scene::Collider& collider : scene.colliders)
+        if (const fs::path* file = scene::fileOf(collider.shape)) files.push_back(*file);
     return files;
 }
 
@@ -47,7 +37,8 @@ std::vector<fs::path> inputsOf(const scene::Scene& scene)
 std::string collidersHash(const scene::Scene& scene)
 {
     std::uint64_t hash = 0;
-    for (const fs::path& file : filesOf(scene.colliders)) hash = hashFile(file, hash);
+    for (const scene::Collider& collider : scene.colliders)
+        if (const fs::path* file = scene::fileOf(collider.shape)) hash = hashFile(*file, hash);
     return hexadecimal(hash);
 }
 

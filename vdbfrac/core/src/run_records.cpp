@@ -104,10 +104,10 @@ std::int64_t countOrAbsent(const Ledger& work, const Column& c)
     return it == stage->counts.end() ? kAbsent : it->second;
 }
 
-/// At least 0, and so small that sums of many do not overflow.
+/// At least 0, and so small that sums of many do not overflow; a step that is given up may count 1e12 tets.
 void requireSummable(std::int64_t amount, const Archive& archive)
 {
-    constexpr std::int64_t kMax = std::int64_t{1} << 40;
+    constexpr std::int64_t kMax = std::int64_t{1} << 46;
     if (amount < 0 || amount > kMax)
         archive.complain("a count of work is " + std::to_string(amount) + ", which is out of range");
 }
@@ -118,6 +118,12 @@ std::int64_t wholeNumber(const json& number, const Archive& archive)
         archive.complain("its list of frames has " + number.dump() + " instead of a whole number");
     requireSummable(number.get<std::int64_t>(), archive);
     return number.get<std::int64_t>();
+}
+
+/// Paths are bytes, JSON is Unicode: what is no UTF-8 is shown as its replacement character.
+json inUtf8(const std::string& bytes)
+{
+    return json::parse(json(bytes).dump(-1, ' ', false, json::error_handler_t::replace));
 }
 
 }  // namespace
@@ -176,7 +182,7 @@ json branchesJson(std::span<const BranchRecord> branches)
         json changes = json::array();
         for (const scene::Change& c : b.changes)
             changes.push_back({{"key", c.key}, {"before", c.before}, {"after", c.after}});
-        list.push_back({{"frame", b.frame}, {"step", b.step}, {"from", b.from}, {"changes", changes}});
+        list.push_back({{"frame", b.frame}, {"step", b.step}, {"from", inUtf8(b.from)}, {"changes", changes}});
     }
     return list;
 }

@@ -44,6 +44,12 @@ struct Touch {
     Vec3 outward;      ///< gradient of the distance
 };
 
+/// Where a sample is as a step begins, in the frame of a collider at t = 0, and how far from there it touches nothing.
+struct Apart {
+    Vec3 at;
+    double room = 0;  ///< m; 0 or less: it may touch at once
+};
+
 /// The strongest touch of a sample.
 struct Held {
     std::uint32_t sample = 0, collider = 0;
@@ -108,7 +114,7 @@ public:
     }
     std::size_t bytes() const override
     {
-        std::size_t sum = surface_.bytes() + held_.capacity() * sizeof(Held);
+        std::size_t sum = surface_.bytes() + held_.capacity() * sizeof(Held) + apart_.capacity() * sizeof(Apart);
         for (const Obstacle& o : obstacles_) sum += o.bytes();
         return sum;
     }
@@ -120,10 +126,13 @@ private:
         for (const Obstacle& o : obstacles_) places.push_back(scene::placementAt(o.collider().move, time));
         return places;
     }
-    DistanceSample distanceAt(const Vec3& y, std::size_t collider, const Places& places) const
+    double distanceAt(const Vec3& y, std::size_t collider, const Places& places) const
     {
-        const DistanceSample d = obstacles_[collider].at(places[collider].inverse(y));
-        return {d.value, places[collider].turn * d.gradient};
+        return obstacles_[collider].distance(places[collider].inverse(y));
+    }
+    const Apart& apart(std::size_t sample, std::size_t collider) const
+    {
+        return apart_[sample * obstacles_.size() + collider];
     }
     std::vector<Touch> touches(std::span<const Vec3> x, const Places& places) const;
     const Penalty& lawOf(const Touch& t) const
@@ -144,7 +153,7 @@ private:
     {
         Depth most;
         for (std::size_t c = 0; c < obstacles_.size(); ++c) {
-            const double depth = surface_.reach(sample) - distanceAt(surface_.at(sample, x), c, places).value;
+            const double depth = surface_.reach(sample) - distanceAt(surface_.at(sample, x), c, places);
             if (depth > most.value) most = {depth, c};
         }
         return most;
@@ -162,7 +171,7 @@ private:
     // Of the step at hand.
     double begin_ = 0, length_ = 0;  // s
     Places start_, places_;          // when it begins; when forces are taken
-    std::vector<Vec3> from_;         // m: of all samples, when it begins
+    std::vector<Apart> apart_;       // of each sample, from each collider
     std::vector<Held> held_;         // by rising sample
     double deepest_ = 0;             // m
     std::size_t active_ = 0;         // samples that touched in the last step
@@ -178,7 +187,7 @@ void Colliders::noteDepths(std::span<const core::Body> bodies, std::vector<std::
     for (std::size_t i = 0; i < surface_.size(); ++i)
         for (std::size_t c = 0; c < obstacles_.size(); ++c) {
             double& depth = most[surface_.body(i) * obstacles_.size() + c];
-            depth = std::max(depth, -distanceAt(surface_.restPosition(i), c, places).value);
+            depth = std::max(depth, -distanceAt(surface_.restPosition(i), c, places));
         }
     for (std::size_t k = 0; k < most.size(); ++k)
         if (most[k] > kTold * dx_)
@@ -194,9 +203,11 @@ std::vector<Touch> Colliders::touches(std::span<const Vec3> x, const Places& pla
         for (std::uint32_t i = std::uint32_t(begin); i < end; ++i) {
             const Vec3 y = surface_.at(i, x);
             for (std::uint32_t c = 0; c < obstacles_.size(); ++c) {
-                const DistanceSample d = distanceAt(y, c, places);
-                const double depth = surface_.reach(i) - d.value - surface_.memory(i).allowance;
-                if (depth > 0) all.push_back({i, c, depth, d.gradient});
+                const Vec3 X = places[c].inverse(y);
+                const Apart& a = apart(i, c);
+                if (a.room > 0 && (X - a.at).squaredNorm() < a.room * a.room) continue;
+                const double depth = surface_.reach(i) - obstacles_[c].distance(X) - surface_.memory(i).allowance;
+                if (depth > 0) all.push_back({i, c, depth, places[c].turn * obstacles_[c].gradient(X)});
             }
         }
     };
@@ -216,8 +227,16 @@ void Colliders::begin(const solver::StepStart& start)
 void Colliders::setOff(std::span<const Vec3> x)
 {
     see(x, start_);
-    from_.resize(surface_.size());
-    for (std::size_t i = 0; i < from_.size(); ++i) from_[i] = surface_.at(i, x);
+    const std::size_t colliders = obstacles_.size();
+    apart_.resize(surface_.size() * colliders);
+    parallelChunks(surface_.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i)
+            for (std::size_t c = 0; c < colliders; ++c) {
+                const Vec3 X = start_[c].inverse(surface_.at(i, x));
+                const double gap = obstacles_[c].distance(X) - surface_.reach(i);
+                apart_[i * colliders + c] = {X, gap / obstacles_[c].steepest()};
+            }
+    });
     held_ = heldAt(x, start_);
 }
 
@@ -240,7 +259,7 @@ std::vector<Held> Colliders::heldAt(std::span<const Vec3> x, const Places& place
         if (!(friction * push > 0)) continue;
         const Rub rub = contact::makeRub(t.outward.normalized(), friction * push,
                                          surface_.area(t.sample) * lawOf(t).k(), surface_.memory(t.sample).stretch);
-        const Vec3 carried = places_[t.collider](start_[t.collider].inverse(from_[t.sample]));
+        const Vec3 carried = places_[t.collider](apart(t.sample, t.collider).at);
         contact::addStrongest(Held{t.sample, t.collider, rub, carried}, all);
     }
     return all;
@@ -358,7 +377,7 @@ double Colliders::largestStep(const solver::State& state, double time)
                 const double room = obstacles_[c].halfThickness();
                 if (!std::isfinite(room)) continue;
                 const Vec3 carried = (soon[c](now[c].inverse(y)) - y) / kShort;
-                most = std::max(most, (v - carried).norm() / (room + std::max(0., distanceAt(y, c, now).value)));
+                most = std::max(most, (v - carried).norm() / (room + std::max(0., distanceAt(y, c, now))));
             }
         }
         return most;

@@ -36,13 +36,27 @@ double deepestOf(const openvdb::FloatGrid& phi)
     return -double(least);
 }
 
+/// Between voxels no value along an axis changes faster than between the voxels beside it.
+double steepestOf(const openvdb::FloatGrid& phi, double dx)
+{
+    const openvdb::FloatGrid::ConstAccessor voxels(phi.tree());
+    double most = 0;
+    for (auto leaf = phi.tree().cbeginLeaf(); leaf; ++leaf)
+        for (auto v = leaf->cbeginValueOn(); v; ++v)
+            for (int side : {-1, 1})
+                for (const openvdb::Coord& way :
+                     {openvdb::Coord(side, 0, 0), openvdb::Coord(0, side, 0), openvdb::Coord(0, 0, side)})
+                    most = std::max(most, std::abs(double(*v) - voxels.getValue(v.getCoord() + way)));
+    return std::max(1., std::sqrt(3.) * most / dx);
+}
+
 }  // namespace
 
 DistanceField::DistanceField(const scene::Collider& collider, const scene::Grid& grid, std::uint64_t memoryLimit)
 {
     LevelSet band = makeLevelSet(collider, grid, memoryLimit);
     data_ = std::make_unique<Data>(Data{filled(*band.grid().grid), grid.voxelSize});
-    deepest_ = deepestOf(*data_->phi);
+    deepest_ = deepestOf(*data_->phi), steepest_ = steepestOf(*data_->phi, grid.voxelSize);
 }
 DistanceField::DistanceField(DistanceField&&) noexcept = default;
 DistanceField::~DistanceField() = default;

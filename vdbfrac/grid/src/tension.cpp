@@ -44,7 +44,7 @@ double across(const Mat3& S, const Vec3& d, double nu)
     const double s = mean + radius, t = mean - radius;
     if (s <= 0) return 0;
     const double inPlane = along + s;
-    return s * s * (inPlane > 0 ? 1 - nu * std::clamp(t / inPlane, 0., nu) : 1);
+    return s * s * (inPlane > 0 ? 1 - nu * std::clamp(t / inPlane, std::min(0., nu), std::max(0., nu)) : 1);
 }
 
 /// 2 E R [Pa^2].
@@ -326,7 +326,7 @@ void chooseAmong(const std::vector<Coord>& compared, const Much& much, const Spa
 TensionAbove tensionAbove(double kappa, const Loaded& body, const TensionAverage& average, double expected)
 {
     const double radius = average.radius / body.mesh.voxelSize();
-    if (radius == 0) return nodalTensionAbove(kappa, body, average);
+    if (radius <= 1) return nodalTensionAbove(kappa, body, average);  // no other voxel node is within it
     TensionAbove above;
     NodalStresses nodes(body.mesh, body.stress, average.counts);
     Much much;

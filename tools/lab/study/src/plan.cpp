@@ -155,7 +155,7 @@ private:
         study_.settings.push_back({s, level, indexOf(std::move(run)), label});
     }
 
-    /// Of the program and the files that bodies are read from.
+    /// Of the program and the files that bodies and colliders are read from.
     std::uint64_t hashOfInputs(const scene::Scene& scene)
     {
         std::uint64_t hash = hashBytes(input_.program.data(), input_.program.size());
@@ -164,10 +164,10 @@ private:
             if (isNew) known->second = hashFile(file);
             hash = hashBytes(&known->second, sizeof known->second, hash);
         };
-        for (const scene::Body& body : scene.bodies) {
-            if (const auto* mesh = std::get_if<scene::MeshFile>(&body.shape)) add(mesh->file);
-            if (const auto* vdb = std::get_if<scene::VdbFile>(&body.shape)) add(vdb->file);
-        }
+        for (const scene::Body& body : scene.bodies)
+            if (const fs::path* file = scene::fileOf(body.shape)) add(*file);
+        for (const scene::Collider& collider : scene.colliders)
+            if (const fs::path* file = scene::fileOf(collider.shape)) add(*file);
         return hash;
     }
 

@@ -28,12 +28,8 @@ struct Primitive {
 /// Signed distance [m] of X to the surface, negative inside. Exact for every kind.
 double signedDistance(const Primitive& solid, const Vec3& X);
 
-/// The same and the direction in which it grows fastest, of unit length; some such direction where there are several.
-struct DistanceSample {
-    double value;  ///< m
-    Vec3 gradient;
-};
-DistanceSample sampleDistance(const Primitive& solid, const Vec3& X);
+/// The direction in which it grows fastest, of unit length; some such direction where there are several.
+Vec3 distanceGradient(const Primitive& solid, const Vec3& X);
 
 /// How deep [m] a point can be inside, at least: infinity in a halfspace.
 double halfThickness(const Primitive& solid);

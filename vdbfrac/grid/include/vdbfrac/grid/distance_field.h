@@ -1,13 +1,18 @@
 // The distance to a solid that was read from a file, all the way to its middle.
 #pragma once
 
-#include <vdbfrac/base/primitive.h>
+#include <vdbfrac/base/vec.h>
 #include <vdbfrac/scene/scene.h>
 
 #include <cstdint>
 #include <memory>
 
 namespace vdbfrac::grid {
+
+struct DistanceSample {
+    double value;  ///< m, negative inside
+    Vec3 gradient;
+};
 
 /// Owner of a level set whose band reaches through the whole inside; the middle is where it is deepest.
 class DistanceField {
@@ -21,12 +26,14 @@ public:
     /// called from any number of threads.
     DistanceSample at(const Vec3& X) const;
     double deepest() const { return deepest_; }  ///< m inside
+    /// Most that the distance changes by over a way, over the length of the way: at least 1.
+    double steepest() const { return steepest_; }
     std::size_t bytes() const;
 
 private:
     struct Data;
     std::unique_ptr<Data> data_;
-    double deepest_ = 0;
+    double deepest_ = 0, steepest_ = 1;
 };
 
 }  // namespace vdbfrac::grid

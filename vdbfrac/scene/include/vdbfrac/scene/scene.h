@@ -47,9 +47,19 @@ struct VdbFile {
     std::string grid;  ///< name; empty takes the first level set
 };
 
+using Shape = std::variant<Primitive, MeshFile, VdbFile>;
+/// The file that a shape is read from; null of an analytic solid.
+inline std::filesystem::path* fileOf(Shape& shape)
+{
+    if (auto* mesh = std::get_if<MeshFile>(&shape)) return &mesh->file;
+    auto* vdb = std::get_if<VdbFile>(&shape);
+    return vdb ? &vdb->file : nullptr;
+}
+inline const std::filesystem::path* fileOf(const Shape& shape) { return fileOf(const_cast<Shape&>(shape)); }
+
 struct Body {
     std::string name;
-    std::variant<Primitive, MeshFile, VdbFile> shape;
+    Shape shape;
     std::vector<Primitive> add;  ///< united with the shape
     std::vector<Primitive> cut;  ///< then taken away
     std::string material;
@@ -101,7 +111,7 @@ struct Grip {
 /// A solid that bodies cannot enter. It moves by itself and is not moved.
 struct Collider {
     std::string name;  ///< given, or "collider1", "collider2", ...
-    std::variant<Primitive, MeshFile, VdbFile> shape;
+    Shape shape;
     Path move;
     double friction = 0.5;     ///< Coulomb's coefficient
     double stiffness = 10;     ///< of a touch, over that of a cell
