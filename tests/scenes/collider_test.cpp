@@ -108,7 +108,7 @@ TEST(Collider, ForcesAndTheirDerivativeAreThoseOfTheEnergy)
     for (const solver::Coupling& c : couplings) {
         EXPECT_TRUE(c.isExternal());
         Vec3 v = Vec3::Zero();
-        for (std::size_t a = 0; a < 4; ++a) v += double(c.weight[a]) * u[c.node[a]];
+        for (std::size_t a = 0; a < solver::Coupling::kNodes; ++a) v += double(c.weight[a]) * u[c.node[a]];
         tangent += v.dot(solver::multiply(c.Q, v));
     }
     // The curvature of round colliders is left out: it is negative, by depth over radius.

@@ -80,7 +80,7 @@ std::string settingsText(scene::Scene scene)
     scene.notes.clear();  // of studies and wedges
     scene.time.lastFrame = scene.time.firstFrame;
     const auto leaveOutFolder = [](scene::Shape& shape) {
-        if (fs::path* file = scene::fileOf(shape)) *file = file->filename();
+        if (std::filesystem::path* file = scene::fileOf(shape)) *file = file->filename();
     };
     for (scene::Body& body : scene.bodies) leaveOutFolder(body.shape);
     for (scene::Collider& collider : scene.colliders) leaveOutFolder(collider.shape);

@@ -95,6 +95,9 @@ TouchingSurface::Samples TouchingSurface::samplesOf(const core::Body& body) cons
         const auto& t = surface.triangles[f];
         const Vec3 twice = (X[t[1]] - X[t[0]]).cross(X[t[2]] - X[t[0]]);
         for (std::uint32_t p : t) normal[p] += twice, own.isTorn[p] |= surface.torn[f];
+        // Closed and wound one way, the surface has each edge once from its lesser end.
+        for (std::size_t k : {0, 1, 2})
+            if (const Edge edge{t[k], t[(k + 1) % 3]}; edge[0] < edge[1]) own.edge.push_back(edge);
     }
     if (closesLips_) {
         std::vector<Vec3> out(normal);
@@ -158,6 +161,8 @@ void TouchingSurface::settle()
             for (std::uint32_t& n : p.node) n += bodies_[b].firstNode;
             all_.point.push_back(p);
         }
+        const auto first = std::uint32_t(all_.area.size());
+        for (const Edge& e : own_[b].edge) all_.edge.push_back({first + e[0], first + e[1]});
         append(all_.area, own_[b].area);
         append(all_.reach, own_[b].reach);
         append(all_.rest, own_[b].rest);
@@ -181,10 +186,12 @@ void TouchingSurface::aim(std::span<const Vec3> x)
 
 void TouchingSurface::save(const std::string& name, core::Archive& archive) const
 {
-    std::vector<double> allowance;
+    std::vector<double> allowance, depth;
     std::vector<Vec3> stretch;
-    for (const TouchMemory& m : memory_) allowance.push_back(m.allowance), stretch.push_back(m.stretch);
+    for (const TouchMemory& m : memory_)
+        allowance.push_back(m.allowance), stretch.push_back(m.stretch), depth.push_back(m.depth);
     archive.put(name + ".allowance", allowance);
+    archive.put(name + ".depth", depth);
     archive.put(name + ".stretch", stretch);
     if (!closesLips_) return;
     std::vector<double> before;
@@ -196,11 +203,12 @@ void TouchingSurface::restoreFrom(const std::string& name, const core::Archive& 
 {
     takeSamples();
     const auto allowance = archive.get<double>(name + ".allowance", memory_.size());
+    const auto depth = archive.get<double>(name + ".depth", memory_.size());
     const auto stretch = archive.get<Vec3>(name + ".stretch", memory_.size());
     for (std::size_t i = 0; i < memory_.size(); ++i) {
-        if (!(allowance[i] >= 0 || allowance[i] == TouchMemory::kUnseen) || !stretch[i].allFinite())
+        if (!(allowance[i] >= 0 || allowance[i] == TouchMemory::kUnseen) || !(depth[i] >= 0) || !stretch[i].allFinite())
             archive.complain("what a sample of the surface keeps for " + name + " is out of range");
-        memory_[i].allowance = allowance[i], memory_[i].stretch = stretch[i];
+        memory_[i] = {allowance[i], stretch[i], depth[i]};
     }
     if (!archive.has(name + ".before")) return;
     const auto before = archive.get<double>(name + ".before", memory_.size());

@@ -227,7 +227,7 @@ void Simulation::branchFrom(const Archive& archive)
     restoreBodies(archive);
     restoreProgress(archive);
     grips_->requireNear(state_.x, time_, 0.5 * h_);
-    restoreEffects(archive, [&](Persistent& p) { p.restoreFrom(archive, bodies_); });
+    restoreEffects(archive, [&](Persistent& p) { p.branchFrom(archive, bodies_); });
     if (ancestry_) ancestry_->restoreFrom(archive, bodies_);
     elasticEnergy_ = totals().elasticEnergy;
     balanced_ = false;

@@ -8,14 +8,12 @@
 // Friction is that of contact/contact_law.h, against the motion of the collider; normal forces and directions are
 // brought up to date where a step is solved.
 #include "all.h"
-#include "obstacle.h"
+#include "obstacles.h"
 
-#include <vdbfrac/base/number_text.h>
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/contact/contact_law.h>
-#include <vdbfrac/contact/touching_surface.h>
+#include <vdbfrac/contact/edged_surface.h>
 #include <vdbfrac/scene/friction.h>
-#include <vdbfrac/scene/placement.h>
 
 #include <algorithm>
 #include <cmath>
@@ -27,27 +25,16 @@ namespace {
 
 using contact::Penalty;
 using contact::Rub;
-using contact::TouchingSurface;
 using contact::TouchMemory;
 
 constexpr double kGap = 0.25;  // voxels that surfaces stay away, where there is as much room at rest
-constexpr double kTold = 0.5;  // voxels in a collider at rest that a user is told of
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// Where all colliders are at a time.
-using Places = std::vector<scene::Placement>;
-
-/// A sample in a collider.
+/// A sample in a collider, or a point of a stretched edge.
 struct Touch {
     std::uint32_t sample = 0, collider = 0;
     double depth = 0;  ///< beyond its allowance [m]
     Vec3 outward;      ///< gradient of the distance
-};
-
-/// Where a sample is as a step begins, in the frame of a collider at t = 0, and how far from there it touches nothing.
-struct Apart {
-    Vec3 at;
-    double room = 0;  ///< m; 0 or less: it may touch at once
 };
 
 /// The strongest touch of a sample.
@@ -65,9 +52,9 @@ class Colliders : public core::Effect,
                   public core::RecutStage,
                   public core::Persistent {
 public:
-    explicit Colliders(const scene::Scene& scene) : dx_(scene.grid.voxelSize), h_(scene.grid.coarsening * dx_)
+    explicit Colliders(const scene::Scene& scene)
+        : dx_(scene.grid.voxelSize), h_(scene.grid.coarsening * dx_), obstacles_(scene)
     {
-        for (const scene::Collider& c : scene.colliders) obstacles_.emplace_back(c, scene.grid);
     }
 
     std::string name() const override { return "collider"; }
@@ -82,17 +69,20 @@ public:
     void start(std::span<const core::Body> bodies, std::vector<std::string>& notes) override
     {
         surface_.start(bodies, kGap * dx_);
-        noteDepths(bodies, notes);
+        surface_.settle();
+        noteDepths(surface_, bodies, obstacles_, notes);
         law_.clear();
         for (const core::Body& body : bodies)
-            for (const Obstacle& o : obstacles_)
-                law_.push_back(contact::penaltyOf(o.collider().stiffness, body.material.youngsModulus(), h_));
+            for (std::size_t c = 0; c < obstacles_.size(); ++c)
+                law_.push_back(
+                    contact::penaltyOf(obstacles_[c].collider().stiffness, body.material.youngsModulus(), h_));
     }
 
     void begin(const solver::StepStart& start) override;
     double evaluate(std::span<const Vec3> x, std::span<Vec3> gradient) const override;
     void linearize(std::span<const Vec3> x, std::vector<solver::Coupling>& couplings) const override;
     solver::EnergyFlow flow(const solver::Leg& leg) const override;
+    bool holds(std::span<const Vec3> x) const override;
     void accept(std::span<const Vec3> x, double time, double dt) override;
     double largestStep(const solver::State& state, double time) override;
     bool cutsBack() const override { return true; }
@@ -103,33 +93,28 @@ public:
     void save(std::span<const core::Body>, core::Archive& archive) const override
     {
         surface_.save("collider", archive);
+        archive.putOne<std::int64_t>("collider.other", isOther_);
     }
     void restoreFrom(const core::Archive& archive, std::span<const core::Body>) override
     {
         surface_.restoreFrom("collider", archive);
+        isOther_ = archive.getOne<std::int64_t>("collider.other") != 0;
+    }
+    void branchFrom(const core::Archive& archive, std::span<const core::Body> bodies) override
+    {
+        restoreFrom(archive, bodies), isOther_ = true;
     }
     void refineFrom(const core::Refinement& wide, std::span<const core::Body>) override
     {
-        surface_.refineFrom("collider", wide);
+        surface_.refineFrom("collider", wide), isOther_ = true;
     }
     std::size_t bytes() const override
     {
-        std::size_t sum = surface_.bytes() + held_.capacity() * sizeof(Held) + apart_.capacity() * sizeof(Apart);
-        for (const Obstacle& o : obstacles_) sum += o.bytes();
-        return sum;
+        return surface_.bytes() + held_.capacity() * sizeof(Held) + apart_.capacity() * sizeof(Apart) +
+               obstacles_.bytes();
     }
 
 private:
-    Places placesAt(double time) const
-    {
-        Places places;
-        for (const Obstacle& o : obstacles_) places.push_back(scene::placementAt(o.collider().move, time));
-        return places;
-    }
-    double distanceAt(const Vec3& y, std::size_t collider, const Places& places) const
-    {
-        return obstacles_[collider].distance(places[collider].inverse(y));
-    }
     const Apart& apart(std::size_t sample, std::size_t collider) const
     {
         return apart_[sample * obstacles_.size() + collider];
@@ -145,28 +130,24 @@ private:
     {
         return h.rub.slip(surface_.at(h.sample, x) - h.carried);
     }
-    struct Depth {
-        double value = 0;  // m
-        std::size_t collider = 0;
-    };
-    Depth deepest(std::uint32_t sample, std::span<const Vec3> x, const Places& places) const
+    Obstacles::Nearest nearest(std::size_t point, std::span<const Vec3> x, const Places& places) const
     {
-        Depth most;
-        for (std::size_t c = 0; c < obstacles_.size(); ++c) {
-            const double depth = surface_.reach(sample) - distanceAt(surface_.at(sample, x), c, places);
-            if (depth > most.value) most = {depth, c};
-        }
-        return most;
+        return obstacles_.nearest(surface_.at(point, x), places);
     }
-    void noteDepths(std::span<const core::Body> bodies, std::vector<std::string>& notes);
+    double depthOf(std::size_t point, const Obstacles::Nearest& nearest) const
+    {
+        return std::max(0., surface_.reach(point) - nearest.distance);
+    }
     void see(std::span<const Vec3> x, const Places& places);
     void setOff(std::span<const Vec3> x);
     std::vector<Held> heldAt(std::span<const Vec3> x, const Places& places) const;
 
     double dx_, h_;  // m
-    std::vector<Obstacle> obstacles_;
+    Obstacles obstacles_;
     std::vector<Penalty> law_;  // of each body, with each collider
-    TouchingSurface surface_;
+    contact::EdgedSurface surface_;
+
+    bool isOther_ = false;  // colliders may not be those that samples have touched
 
     // Of the step at hand.
     double begin_ = 0, length_ = 0;  // s
@@ -178,40 +159,21 @@ private:
     mutable Ledger work_;
 };
 
-/// What begins in a collider stays as deep: most often that is a mistake.
-void Colliders::noteDepths(std::span<const core::Body> bodies, std::vector<std::string>& notes)
-{
-    surface_.settle();
-    const Places places = placesAt(0);
-    std::vector<double> most(bodies.size() * obstacles_.size(), 0);
-    for (std::size_t i = 0; i < surface_.size(); ++i)
-        for (std::size_t c = 0; c < obstacles_.size(); ++c) {
-            double& depth = most[surface_.body(i) * obstacles_.size() + c];
-            depth = std::max(depth, -distanceAt(surface_.restPosition(i), c, places));
-        }
-    for (std::size_t k = 0; k < most.size(); ++k)
-        if (most[k] > kTold * dx_)
-            notes.push_back("body '" + bodies[k / obstacles_.size()].name + "' begins up to " +
-                            shortNumber(most[k], 3) + " m deep in collider '" +
-                            obstacles_[k % obstacles_.size()].collider().name + "': it is not pushed out");
-}
-
 /// Samples that are deeper than they may be, by rising sample.
 std::vector<Touch> Colliders::touches(std::span<const Vec3> x, const Places& places) const
 {
     const auto add = [&](std::size_t begin, std::size_t end, std::vector<Touch>& all) {
-        for (std::uint32_t i = std::uint32_t(begin); i < end; ++i) {
+        for (std::size_t i = begin; i < end; ++i) {
             const Vec3 y = surface_.at(i, x);
             for (std::uint32_t c = 0; c < obstacles_.size(); ++c) {
                 const Vec3 X = places[c].inverse(y);
-                const Apart& a = apart(i, c);
-                if (a.room > 0 && (X - a.at).squaredNorm() < a.room * a.room) continue;
-                const double depth = surface_.reach(i) - obstacles_[c].distance(X) - surface_.memory(i).allowance;
-                if (depth > 0) all.push_back({i, c, depth, places[c].turn * obstacles_[c].gradient(X)});
+                if (!surface_.isOnEdge(i) && apart(i, c).isSafe(X)) continue;
+                const double depth = surface_.reach(i) - obstacles_[c].distance(X) - surface_.allowance(i);
+                if (depth > 0) all.push_back({std::uint32_t(i), c, depth, places[c].turn * obstacles_[c].gradient(X)});
             }
         }
     };
-    return gatherChunks<Touch>(surface_.size(), kChunk, add);
+    return gatherChunks<Touch>(surface_.points(), kChunk, add);
 }
 
 void Colliders::begin(const solver::StepStart& start)
@@ -219,8 +181,8 @@ void Colliders::begin(const solver::StepStart& start)
     const StageTimer timer(work_, "collider");
     surface_.settle();
     begin_ = start.begin, length_ = start.time - start.begin;
-    start_ = placesAt(begin_);
-    places_ = placesAt(start.time);
+    start_ = obstacles_.placesAt(begin_);
+    places_ = obstacles_.placesAt(start.time);
     setOff(start.x);
 }
 
@@ -237,17 +199,29 @@ void Colliders::setOff(std::span<const Vec3> x)
                 apart_[i * colliders + c] = {X, gap / obstacles_[c].steepest()};
             }
     });
+    surface_.chooseOnEdges(x, dx_, [&](std::uint32_t a, std::uint32_t b, double length, const Vec3& y) {
+        bool isNear = false;
+        for (std::size_t c = 0; c < colliders; ++c) {
+            if (std::min(apart(a, c).room, apart(b, c).room) > length + dx_) continue;
+            isNear = true;
+            if (obstacles_[c].hasPassed(start_[c].inverse(y), apart(a, c).at, apart(b, c).at)) return false;
+        }
+        return isNear;
+    });
     held_ = heldAt(x, start_);
 }
 
-/// Samples that are new may be as deep as they are.
+/// Samples that are new may be as deep as they are; and deeper than they were, by as much, where colliders are others.
 void Colliders::see(std::span<const Vec3> x, const Places& places)
 {
     parallelChunks(surface_.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-        for (std::uint32_t i = std::uint32_t(begin); i < end; ++i)
-            if (TouchMemory& m = surface_.memory(i); m.allowance == TouchMemory::kUnseen)
-                m.see(deepest(i, x, places).value);
+        for (std::size_t i = begin; i < end; ++i) {
+            TouchMemory& m = surface_.memory(i);
+            if (isOther_) m.before = m.depth;
+            if (isOther_ || m.allowance == TouchMemory::kUnseen) m.see(depthOf(i, nearest(i, x, places)));
+        }
     });
+    isOther_ = false;
 }
 
 /// What each sample rubs on: what pushes it most.
@@ -255,6 +229,7 @@ std::vector<Held> Colliders::heldAt(std::span<const Vec3> x, const Places& place
 {
     std::vector<Held> all;
     for (const Touch& t : touches(x, places)) {
+        if (surface_.isOnEdge(t.sample)) break;  // smooth, and after all samples
         const double push = forceOf(t).norm(), friction = obstacles_[t.collider].collider().friction;
         if (!(friction * push > 0)) continue;
         const Rub rub = contact::makeRub(t.outward.normalized(), friction * push,
@@ -311,7 +286,7 @@ void Colliders::linearize(std::span<const Vec3> x, std::vector<solver::Coupling>
 /// Contact holds energy, and colliders that move bring some; friction takes it, but for what stretches slip.
 solver::EnergyFlow Colliders::flow(const solver::Leg& leg) const
 {
-    const Places end = placesAt(begin_ + leg.length * length_);
+    const Places end = obstacles_.placesAt(begin_ + leg.length * length_);
     const StageTimer timer(work_, "collider");
     double before = 0, after = 0, along = 0, brought = 0, stretched = 0, rubbed = 0;
     for (const Touch& t : touches(leg.from, start_)) before += energyOf(t);
@@ -333,28 +308,49 @@ solver::EnergyFlow Colliders::flow(const solver::Leg& leg) const
     return {work, dissipated, work - dissipated - along};
 }
 
+/// A step may take a sample farther than its speed told, and through a thin collider: out where it was not in.
+bool Colliders::holds(std::span<const Vec3> x) const
+{
+    const StageTimer timer(work_, "collider");
+    const auto hasPassed = [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i)
+            for (std::size_t c = 0; c < obstacles_.size(); ++c) {
+                const Apart& a = apart(i, c);
+                const Vec3 X = places_[c].inverse(surface_.at(i, x)), way = X - a.at;
+                const double room = std::max(0., a.room) + obstacles_[c].halfThickness();
+                if (way.squaredNorm() < room * room) continue;
+                if (obstacles_[c].distance(a.at + .5 * way) < 0) return 1.;
+            }
+        return 0.;
+    };
+    return orderedMax(surface_.size(), kChunk, 0, hasPassed) == 0;
+}
+
 void Colliders::accept(std::span<const Vec3> x, double time, double dt)
 {
     const StageTimer timer(work_, "collider");
-    const Places places = placesAt(time);
+    const Places places = obstacles_.placesAt(time);
     std::vector<Vec3> stretch(surface_.size(), Vec3::Zero());
     std::vector<double> depth(surface_.size());
     for (const Held& h : held_) stretch[h.sample] = h.rub.kept(slipOf(h, x));
     parallelChunks(surface_.size(), kChunk, [&](std::size_t begin, std::size_t end) {
         for (std::uint32_t i = std::uint32_t(begin); i < end; ++i) {
-            const Depth most = deepest(i, x, places);
-            depth[i] = most.value;
-            surface_.memory(i).keep(depth[i], stretch[i], dt * obstacles_[most.collider].collider().untangleSpeed);
+            const Obstacles::Nearest to = nearest(i, x, places);
+            depth[i] = depthOf(i, to);
+            surface_.memory(i).keep(depth[i], stretch[i], dt * obstacles_[to.collider].collider().untangleSpeed);
         }
     });
     deepest_ = 0, active_ = 0;
     for (double d : depth) deepest_ = std::max(deepest_, d), active_ += d > 0;
+    for (std::size_t i = surface_.size(); i < surface_.points(); ++i)
+        deepest_ = std::max(deepest_, depthOf(i, nearest(i, x, places)));
 }
 
 void Colliders::report(Ledger& work, std::map<std::string, double>& measured)
 {
     work_.count("collider", "samples", std::int64_t(surface_.size()));
     work_.count("collider", "active", std::int64_t(active_));
+    work_.count("collider", "edge_points", std::int64_t(surface_.points() - surface_.size()));
     measured["collider_depth_m"] = deepest_;
     work.add(work_);
     work_.clear();
@@ -366,7 +362,7 @@ double Colliders::largestStep(const solver::State& state, double time)
     constexpr double kShort = 1e-6;  // s: in which a collider's speed is measured
     const StageTimer timer(work_, "collider");
     surface_.settle();
-    const Places now = placesAt(time), soon = placesAt(time + kShort);
+    const Places now = obstacles_.placesAt(time), soon = obstacles_.placesAt(time + kShort);
     start_ = places_ = now;
     setOff(state.x);
     const double rate = orderedMax(surface_.size(), kChunk, 0, [&](std::size_t begin, std::size_t end) {
@@ -377,7 +373,7 @@ double Colliders::largestStep(const solver::State& state, double time)
                 const double room = obstacles_[c].halfThickness();
                 if (!std::isfinite(room)) continue;
                 const Vec3 carried = (soon[c](now[c].inverse(y)) - y) / kShort;
-                most = std::max(most, (v - carried).norm() / (room + std::max(0., distanceAt(y, c, now))));
+                most = std::max(most, (v - carried).norm() / (room + std::max(0., obstacles_.distance(y, c, now))));
             }
         }
         return most;

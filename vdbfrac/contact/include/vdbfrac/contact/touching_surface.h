@@ -94,6 +94,9 @@ public:
     /// Samples that lie near each other: most of those in a cell.
     std::size_t clusters() const { return cluster_.start.size() - 1; }
     std::span<const std::uint32_t> cluster(std::size_t c) const { return cluster_[c]; }
+    /// Of the triangles between the samples, each once.
+    using Edge = std::array<std::uint32_t, 2>;
+    std::span<const Edge> edges() const { return all_.edge; }
     TouchMemory& memory(std::size_t i) { return memory_[i]; }
     const TouchMemory& memory(std::size_t i) const { return memory_[i]; }
 
@@ -126,7 +129,8 @@ private:
         std::vector<AtRest> rest;
         std::vector<std::uint8_t> isTorn;  // on a lip
         std::vector<std::uint64_t> key;    // names the place at rest
-        std::vector<Lip> lip;              // none: lips do not close
+        std::vector<Edge> edge;
+        std::vector<Lip> lip;  // none: lips do not close
 
         std::size_t bytes() const;
     };

@@ -134,7 +134,9 @@ public:
     virtual void save(std::span<const Body> bodies, Archive& archive) const = 0;
     /// What save wrote for the same bodies. Throws FileError.
     virtual void restoreFrom(const Archive& archive, std::span<const Body> bodies) = 0;
-    /// The same for the same bodies with voxels half as wide.
+    /// The same, but the scene may be another than that which saved.
+    virtual void branchFrom(const Archive& archive, std::span<const Body> bodies) { restoreFrom(archive, bodies); }
+    /// That for the same bodies with voxels half as wide.
     virtual void refineFrom(const Refinement& wide, std::span<const Body> bodies) { restoreFrom(wide.archive, bodies); }
 };
 

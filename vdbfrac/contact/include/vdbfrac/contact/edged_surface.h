@@ -1,0 +1,62 @@
+// Samples of surfaces, and points on edges between them that have grown so long that something narrow would pass.
+#pragma once
+
+#include <vdbfrac/contact/touching_surface.h>
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+namespace vdbfrac::contact {
+
+/// A touching surface with more points, numbered after its samples: on stretched edges, about as far apart as samples
+/// are at rest. They keep nothing from step to step; what they may do is between what the ends of their edges may.
+class EdgedSurface : public TouchingSurface {
+public:
+    /// A point y [m] of an edge between two samples, `length` [m] long: does it matter?
+    using Takes = std::function<bool(std::uint32_t a, std::uint32_t b, double length, const Vec3& y)>;
+    /// Chooses anew, on edges longer than kLong * `spacing` [m] in x; where a step begins.
+    void chooseOnEdges(std::span<const Vec3> x, double spacing, const Takes& takes);
+    /// Samples and points on edges.
+    std::size_t points() const { return size() + onEdge_.size(); }
+    bool isOnEdge(std::size_t i) const { return i >= size(); }
+
+    // As those of samples, for all points.
+    std::size_t body(std::size_t i) const { return TouchingSurface::body(isOnEdge(i) ? onEdge_[i - size()].a : i); }
+    Vec3 at(std::size_t i, std::span<const Vec3> x) const
+    {
+        return between(i, [&](std::size_t end) { return TouchingSurface::at(end, x); });
+    }
+    double reach(std::size_t i) const
+    {
+        return between(i, [&](std::size_t end) { return TouchingSurface::reach(end); });
+    }
+    double allowance(std::size_t i) const
+    {
+        return between(i, [&](std::size_t end) { return memory(end).allowance; });
+    }
+    /// m^2; of points on edges as stretched as they are, of samples at rest.
+    double area(std::size_t i) const { return isOnEdge(i) ? onEdge_[i - size()].area : TouchingSurface::area(i); }
+    void addForce(std::size_t i, const Vec3& force, std::span<Vec3> gradient) const;
+    void couple(std::size_t i, solver::Coupling& coupling) const;
+    std::size_t bytes() const { return TouchingSurface::bytes() + onEdge_.capacity() * sizeof(OnEdge); }
+
+private:
+    static constexpr double kLong = 1.5;
+    struct OnEdge {
+        std::uint32_t a, b;  // samples
+        double s;            // 0 at a, 1 at b
+        double area;
+    };
+    template <class Value>
+    auto between(std::size_t i, const Value& value) const -> decltype(value(i))
+    {
+        if (!isOnEdge(i)) return value(i);
+        const OnEdge& p = onEdge_[i - size()];
+        return (1 - p.s) * value(p.a) + p.s * value(p.b);
+    }
+    std::vector<OnEdge> onEdge_;
+};
+
+}  // namespace vdbfrac::contact

@@ -1,0 +1,113 @@
+// What colliders are made of, exact solids or the distances round surfaces from files, and where they are.
+#pragma once
+
+#include <vdbfrac/contact/touching_surface.h>
+#include <vdbfrac/grid/distance_field.h>
+#include <vdbfrac/scene/placement.h>
+#include <vdbfrac/scene/scene.h>
+
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace vdbfrac::effects {
+
+/// A collider as it is at t = 0.
+class Obstacle {
+public:
+    static constexpr std::uint64_t kFileMemory = std::uint64_t{4} << 30;  ///< bytes that the level set of one may take
+
+    Obstacle(const scene::Collider& collider, const scene::Grid& grid) : collider_(collider)
+    {
+        if (!std::holds_alternative<Primitive>(collider_.shape)) field_.emplace(collider_, grid, kFileMemory);
+        thickness_ = field_ ? field_->deepest() : vdbfrac::halfThickness(std::get<Primitive>(collider_.shape));
+    }
+    const scene::Collider& collider() const { return collider_; }
+    double halfThickness() const { return thickness_; }  ///< m; infinity: nothing comes through
+    double distance(const Vec3& X) const                 ///< m; negative inside
+    {
+        return field_ ? field_->at(X).value : signedDistance(std::get<Primitive>(collider_.shape), X);
+    }
+    Vec3 gradient(const Vec3& X) const  ///< of the distance
+    {
+        return field_ ? field_->at(X).gradient : distanceGradient(std::get<Primitive>(collider_.shape), X);
+    }
+    /// Most that the distance changes by over a way, over the length of the way.
+    double steepest() const { return field_ ? field_->steepest() : 1; }
+    /// Is X between A and B inside, and beyond the middle for both? It would be pushed out on the other side.
+    bool hasPassed(const Vec3& X, const Vec3& A, const Vec3& B) const
+    {
+        if (distance(X) >= 0) return false;
+        const Vec3 out = gradient(X);
+        return out.dot(gradient(A)) < 0 && out.dot(gradient(B)) < 0;
+    }
+    std::size_t bytes() const { return field_ ? field_->bytes() : 0; }
+
+private:
+    scene::Collider collider_;
+    std::optional<grid::DistanceField> field_;
+    double thickness_;
+};
+
+/// Where all colliders are at a time.
+using Places = std::vector<scene::Placement>;
+
+/// Where a sample is as a step begins, in the frame of a collider at t = 0, and how far from there it touches nothing.
+struct Apart {
+    Vec3 at;
+    double room = 0;  ///< m; 0 or less: it may touch at once
+
+    bool isSafe(const Vec3& X) const { return room > 0 && (X - at).squaredNorm() < room * room; }
+};
+
+/// All colliders of a scene.
+class Obstacles {
+public:
+    explicit Obstacles(const scene::Scene& scene)
+    {
+        for (const scene::Collider& c : scene.colliders) all_.emplace_back(c, scene.grid);
+    }
+    std::size_t size() const { return all_.size(); }
+    const Obstacle& operator[](std::size_t c) const { return all_[c]; }
+    Places placesAt(double time) const
+    {
+        Places places;
+        for (const Obstacle& o : all_) places.push_back(scene::placementAt(o.collider().move, time));
+        return places;
+    }
+    /// m; of a point y [m] from a collider.
+    double distance(const Vec3& y, std::size_t collider, const Places& places) const
+    {
+        return all_[collider].distance(places[collider].inverse(y));
+    }
+    struct Nearest {
+        double distance = std::numeric_limits<double>::infinity();  // m
+        std::size_t collider = 0;
+    };
+    Nearest nearest(const Vec3& y, const Places& places) const
+    {
+        Nearest nearest;
+        for (std::size_t c = 0; c < all_.size(); ++c)
+            if (const double d = distance(y, c, places); d < nearest.distance) nearest = {d, c};
+        return nearest;
+    }
+    std::size_t bytes() const
+    {
+        std::size_t sum = 0;
+        for (const Obstacle& o : all_) sum += o.bytes();
+        return sum;
+    }
+
+private:
+    std::vector<Obstacle> all_;
+};
+
+/// Tells which bodies begin in which colliders.
+void noteDepths(const contact::TouchingSurface& surface, std::span<const core::Body> bodies, const Obstacles& obstacles,
+                std::vector<std::string>& notes);
+
+}  // namespace vdbfrac::effects
