@@ -104,6 +104,16 @@ with tempfile.TemporaryDirectory() as temporary:
     study("another scene", [BAR, "-o", b, "--set", "gravity.acceleration=[0,-2,0]", "--rounds", "0"])
     expect("nothing of another scene is reused", outcome(b) != before)
 
+    # A file that a collider is read from counts as the scene does.
+    floor, scene = folder / "floor.obj", folder / "bar.toml"
+    corners = "".join(f"v {x} {y} {z}\n" for x in (8, 9) for y in (0, 1) for z in (0, 1))
+    faces = "f 1 2 4 3\nf 5 7 8 6\nf 1 5 6 2\nf 3 4 8 7\nf 1 3 7 5\nf 2 6 8 4\n"
+    scene.write_text(BAR.read_text() + '\n[[collider]]\nshape = { mesh = { file = "floor.obj" } }\n')
+    for height, reused in (("0", 0), ("0", 7), ("0.5", 0)):
+        floor.write_text(corners.replace(" 0 ", f" {height} ") + faces)
+        run = study("collider", [scene, "-o", folder / "collider", "--rounds", "0", "-j", "2"])
+        expect(f"of a collider at {height} m, {reused} runs are reused", reused == 7 * ("7 of 7 runs reused" in run.stdout + run.stderr))
+
     # One run by itself, as a farm would.
     study("one run", [BAR, "-o", folder / "farm", "--run", "0"])
     alone = json.loads((folder / "farm/runs/0.json").read_text())

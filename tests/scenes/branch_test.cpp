@@ -208,6 +208,31 @@ TEST(Branch, CollidersThatMoveAreWhereTheirKeysSay)
         EXPECT_LT((branch.simulation.x()[i] - all.simulation.x()[i]).norm(), kSame) << i;
 }
 
+/// Bodies that are inside when a collider comes stay as deep; they are not thrown out for what was outside of others.
+TEST(Branch, CollidersThatComeOrJumpThrowNothingOut)
+{
+    const std::string
+        floor = "[[collider]]\nname = \"floor\"\nshape = { halfspace = { normal = [1, 0, 0], offset = 9 } }\n",
+        ball = "[[collider]]\nname = \"ball\"\nshape = { sphere = { radius = 0.2, center = [",
+        added = floor + ball + "0.25, 0, 0] } }\n", far = floor + ball + "5, 0, 0] } }\n";
+    SceneRun calm(bar(floor)), aside(bar(far)), alone(bar());
+    for (SceneRun* run : {&calm, &aside, &alone}) run->toFrame(3);
+    const double before = alone.simulation.totals().kineticEnergy;
+    for (const SceneRun* from : {&calm, &aside, &alone}) {
+        SceneRun branch(bar(added));
+        branch.simulation.branchFrom(saved(*from));
+        // A checkpoint that the branch starts with knows it, too.
+        SceneRun again(bar(added));
+        again.simulation.restoreFrom(saved(branch));
+        for (SceneRun* run : {&branch, &again}) {
+            const core::StepRecord& step = run->step();
+            EXPECT_LT(step.kineticEnergy, 1.5 * before + 1e-3);
+            EXPECT_GT(step.measured.at("collider_depth_m"), .1);
+        }
+        EXPECT_EQ(branch.simulation.stateHash(), again.simulation.stateHash());
+    }
+}
+
 class Finer : public testing::TestWithParam<const char*> {};
 
 /// Linear displacements are exact on both lattices, and so is a box with its faces on planes of voxels.

@@ -1,12 +1,14 @@
 // Files of tets and surfaces: what is refused, and what our own reader finds in surfaces again.
 // (tests/python/check_mesh_files.py reads every format with another program.)
 #include <vdbfrac/base/error.h>
+#include <vdbfrac/tetmesh/cache_files.h>
 #include <vdbfrac/tetmesh/surface_file.h>
 #include <vdbfrac/tetmesh/surface_input.h>
 #include <vdbfrac/tetmesh/tet_file.h>
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <string>
 
@@ -88,6 +90,31 @@ TEST(SurfaceFiles, AreReadBackAsTheyWere)
                     << extension;
         std::filesystem::remove(file);
     }
+}
+
+/// As modelling programs close cylinders.
+TEST(PlyFrames, HaveFacesOfManyCorners)
+{
+    tetmesh::DrawnTopology drawn;
+    std::vector<tetmesh::RenderMesh::Corner> corners;
+    for (std::uint32_t i = 0; i < 300; ++i) {
+        drawn.mesh.points.emplace_back(std::cos(.02 * i), std::sin(.02 * i), 0);
+        corners.push_back({i});
+    }
+    for (std::size_t count : {3, 300}) {
+        drawn.mesh.addFace(std::span(corners).first(count), tetmesh::RenderMesh::kNone, tetmesh::RenderMesh::kNone);
+        drawn.fragment.push_back(0), drawn.torn.push_back(0);
+    }
+    const std::filesystem::path file = std::filesystem::temp_directory_path() / "vdbfrac_long_faces.ply";
+    const std::vector<Vec3> still(300, Vec3::Zero());
+    const std::vector<tetmesh::PlyBody> bodies{{drawn, drawn.mesh.points, still, {}}};
+    tetmesh::writePlyFrame(file, bodies, tetmesh::PlyOrder::asGiven, {});
+    const tetmesh::PolygonSoup soup = tetmesh::readSurface(file);
+    std::filesystem::remove(file);
+    ASSERT_EQ(soup.polygons.size(), 2u);
+    EXPECT_EQ(soup.polygons[0].size(), 3u);
+    EXPECT_EQ(soup.polygons[1].size(), 300u);
+    EXPECT_EQ(soup.points.size(), 300u);
 }
 
 TEST(SurfaceFiles, OtherExtensionsAreRefused)

@@ -86,6 +86,14 @@ TEST(Render, EmptySpaceShowsTheBackground)
         }
 }
 
+/// A body that was eaten up leaves the floor that other frames have.
+TEST(Render, AFloorNeedsNothingOnIt)
+{
+    View view = from({0, -1, -1});
+    view.ground = 0;
+    EXPECT_TRUE(isGrey(pixel(render({}, view), 80, 100)));
+}
+
 TEST(Render, CameraSeesAllOfItAndNoMoreThanAMargin)
 {
     for (const Vec3& direction : {Vec3(0, 0, -1), Vec3(-.5, -.35, -1), Vec3(0, -1, 0), Vec3(1, .2, .1)}) {

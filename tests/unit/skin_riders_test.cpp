@@ -189,6 +189,51 @@ std::vector<Vec3> nodesOn(const CutMesh& body, int side)
 
 /// A little way behind the front of a crack each lip goes along with its own material alone, though the other is as
 /// near.
+/// Twice the area, as vectors along the faces' normals against the way out of the middle.
+double outwardArea(const tetmesh::DrawnTopology& drawn)
+{
+    double sum = 0;
+    for (std::size_t f = 0; f < drawn.mesh.faces(); ++f) {
+        const auto face = drawn.mesh.face(f);
+        const Vec3 A = drawn.mesh.points[face[0].point];
+        for (std::size_t k = 2; k < face.size(); ++k) {
+            const Vec3 B = drawn.mesh.points[face[k - 1].point], C = drawn.mesh.points[face[k].point];
+            sum += A.dot(B.cross(C));
+        }
+    }
+    return sum;
+}
+
+/// The way corners run is what a program that wrote the mesh took for it, for each of its parts.
+TEST_P(SkinRiders, MeshesInsideOutAreTurned)
+{
+    constexpr double kRounding = 1e-9;
+    const Coord half{6, 6, 3};
+    const CutMesh body(GetParam(),
+                       lab::sample({-10, -10, -10}, {10, 10, 10}, dx, test::boxAt(Vec3::Zero(), dx * half.toVec())));
+    const tetmesh::RenderMesh box = withNormals(voxelBox(half, dx));
+    tetmesh::RenderMesh insideOut = box;
+    for (std::size_t f = 0, begin = 0; f < box.faces(); begin = box.faceEnd[f++])
+        std::reverse(insideOut.corners.begin() + std::ptrdiff_t(begin), insideOut.corners.begin() + box.faceEnd[f]);
+    tetmesh::RenderMesh both = insideOut;  // normals too
+    for (Vec3& n : both.normals) n = -n;
+    std::vector<std::uint32_t> whole(body.nodeCount(), 0);
+    const auto drawnOf = [&](const tetmesh::RenderMesh& mesh) {
+        skin::Skin skin(mesh, body, {});
+        skin.follow(body, whole);
+        return skin.topology();
+    };
+    const auto right = drawnOf(box);
+    EXPECT_GT(outwardArea(*right), 0);
+    for (const tetmesh::RenderMesh& mesh : {insideOut, both}) {
+        const auto drawn = drawnOf(mesh);
+        EXPECT_NEAR(outwardArea(*drawn), outwardArea(*right), kRounding);
+        ASSERT_EQ(drawn->mesh.normals.size(), right->mesh.normals.size());
+        for (std::size_t n = 0; n < drawn->mesh.normals.size(); ++n)
+            EXPECT_LT((drawn->mesh.normals[n] - right->mesh.normals[n]).norm(), kRounding);
+    }
+}
+
 TEST_P(SkinRiders, LipsPartFromTheFrontOn)
 {
     constexpr double kBehind = 1.5;  // voxels, or edges of tets

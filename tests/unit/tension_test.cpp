@@ -307,6 +307,22 @@ TEST_P(Tension, AboveAResistanceIsWhatItIsWithoutOne)
     }
 }
 
+/// Where no other voxel node is within the radius the average is the node's own.
+TEST_P(Tension, AveragedOverLessThanAVoxelIsThatOfTheNode)
+{
+    const CutMesh mesh = slit(GetParam(), 0);
+    const auto stress = stressOf(mesh, tipStress(false, 0));
+    const std::vector<double> energy(tetmesh::tetEntry(mesh.elements().size(), 0), 1e300);
+    const auto isFront = [&](Coord c) { return mesh.phi()(c) < 0 && std::abs(c.z) < 9; };
+    const grid::TensionAbove own = grid::tensionAbove(0, {mesh, energy, stress, isFront}, {0, kE, kNu});
+    ASSERT_GT(own.voxels.size(), 0u);
+    for (const double voxels : {.5, 1.}) {
+        const grid::TensionAbove above = grid::tensionAbove(0, {mesh, energy, stress, isFront}, {voxels * dx, kE, kNu});
+        EXPECT_EQ(above.voxels, own.voxels) << voxels;
+        EXPECT_EQ(above.psi, own.psi) << voxels;
+    }
+}
+
 /// Hooke's law: E psi = |S|^2 (1 + nu) / 2 - nu tr(S)^2 / 2.
 TEST(MinEnergyUnder, IsTheLeastEnergyOfAllStressesWithThatTension)
 {

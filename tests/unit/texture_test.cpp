@@ -188,3 +188,15 @@ TEST_F(TextureFiles, HaveNamesWithBlanksBehindOptions)
     EXPECT_EQ(maps.at("a").file, there + "my wood.png");
     EXPECT_TRUE(maps.at("a").scale.isApprox(Eigen::Array2d(2, 1)));
 }
+
+/// As the format allows; what is no colour is none, and no error.
+TEST(DiffuseColours, MayBeGreyOrMissing)
+{
+    const auto colours = tetmesh::diffuseColours(
+        "newmtl grey\nKd 0.8\nnewmtl blue\nKd 0 .1 1\nnewmtl s\nKd spectral a.rfl 1\nnewmtl x\nKd xyz 1 2 3\n"
+        "newmtl two\nKd 1 2\nnewmtl odd\nKd nan 0 0\nnewmtl none\nKd\n");
+    ASSERT_EQ(colours.size(), 3u);
+    EXPECT_EQ(colours.at("grey"), Vec3(.8, .8, .8));
+    EXPECT_EQ(colours.at("blue"), Vec3(0, .1, 1));
+    EXPECT_EQ(colours.at("two"), Vec3(1, 2, 1));
+}

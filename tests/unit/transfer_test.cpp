@@ -263,4 +263,17 @@ TEST(Griffith, RayleighSpeedMatchesFreund)
     EXPECT_NEAR(grid::rayleighSpeed(1, .25, 1), .9194, .002);  // the fit's own error
 }
 
+/// (2 - y)^2 = 4 sqrt(1 - y) sqrt(1 - a y) with y = (c / c_s)^2, a = (c_s / c_p)^2 (Freund 1990, section 2.5).
+TEST(Griffith, RayleighSpeedSolvesItsEquationForAllPoissonRatios)
+{
+    constexpr double kFit = .015;  // largest at nu = 0, in Freund's
+    for (double nu = -.99; nu < .5; nu += .03) {
+        const double a = (1 - 2 * nu) / (2 * (1 - nu));
+        const auto f = [&](double y) { return (2 - y) * (2 - y) - 4 * std::sqrt((1 - y) * (1 - a * y)); };
+        double low = .01, high = 1;
+        for (int i = 0; i < 60; ++i) (f((low + high) / 2) < 0 ? low : high) = (low + high) / 2;
+        EXPECT_NEAR(grid::rayleighSpeed(1, nu, 1) / std::sqrt(low), 1, kFit) << nu;
+    }
+}
+
 }  // namespace

@@ -89,6 +89,17 @@ std::string materialsOf(const tetmesh::RenderMesh& mesh, const std::filesystem::
     return text;
 }
 
+/// By their material readers tell torn faces from the others.
+void requireOwnNames(const tetmesh::RenderMesh& mesh, const std::string& body)
+{
+    for (const char* name : {"inside", "outside"})
+        if (std::ranges::find(mesh.materials, name) != mesh.materials.end())
+            throw InputError({"the mesh for body '" + body + "'",
+                              std::string("has a material '") + name +
+                                  "', but in .obj files this is the name of what fracture made, or left",
+                              "another name", ""});
+}
+
 /// Names the material of the body on faces that have none of their own, if it has a colour.
 tetmesh::RenderMesh coloured(tetmesh::RenderMesh mesh, const scene::Material& material)
 {
@@ -122,6 +133,7 @@ Drawing::Drawing(const scene::Scene& scene, const Simulation& simulation)
         tetmesh::RenderMesh mesh = outerSurface(scene.bodies[b], body, notes_);
         if (const auto* file = std::get_if<scene::MeshFile>(&scene.bodies[b].shape))
             materials_ += materialsOf(mesh, file->file.parent_path(), notes_);
+        requireOwnNames(mesh, body.name);
         mesh = coloured(std::move(mesh), scene.materialOf(scene.bodies[b]));
         surfaces_.push_back({skin::Skin(std::move(mesh), *body.mesh, styleOf(scene), isInParts(body))});
     }
@@ -134,6 +146,7 @@ void Drawing::replace(const scene::Scene& scene, const Simulation& simulation, s
                       tetmesh::RenderMesh mesh)
 {
     const Body& own = simulation.bodies()[body];
+    requireOwnNames(mesh, own.name);
     auto whole = carved(std::move(mesh), scene.bodies[body], own.phi.voxelSize());
     if (!whole) throw InputError({"the mesh for body '" + own.name + "'", "cannot be drawn", kCarvable, ""});
     *whole = coloured(std::move(*whole), scene.materialOf(scene.bodies[body]));
