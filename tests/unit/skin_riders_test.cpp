@@ -187,10 +187,8 @@ std::vector<Vec3> nodesOn(const CutMesh& body, int side)
     return on;
 }
 
-/// A little way behind the front of a crack each lip goes along with its own material alone, though the other is as
-/// near.
-/// Twice the area, as vectors along the faces' normals against the way out of the middle.
-double outwardArea(const tetmesh::DrawnTopology& drawn)
+/// Six times the volume inside; negative where the surface is inside out.
+double sixVolumes(const tetmesh::DrawnTopology& drawn)
 {
     double sum = 0;
     for (std::size_t f = 0; f < drawn.mesh.faces(); ++f) {
@@ -224,16 +222,18 @@ TEST_P(SkinRiders, MeshesInsideOutAreTurned)
         return skin.topology();
     };
     const auto right = drawnOf(box);
-    EXPECT_GT(outwardArea(*right), 0);
+    EXPECT_GT(sixVolumes(*right), 0);
     for (const tetmesh::RenderMesh& mesh : {insideOut, both}) {
         const auto drawn = drawnOf(mesh);
-        EXPECT_NEAR(outwardArea(*drawn), outwardArea(*right), kRounding);
+        EXPECT_NEAR(sixVolumes(*drawn), sixVolumes(*right), kRounding);
         ASSERT_EQ(drawn->mesh.normals.size(), right->mesh.normals.size());
         for (std::size_t n = 0; n < drawn->mesh.normals.size(); ++n)
             EXPECT_LT((drawn->mesh.normals[n] - right->mesh.normals[n]).norm(), kRounding);
     }
 }
 
+/// A little way behind the front of a crack each lip goes along with its own material alone, though the other is as
+/// near.
 TEST_P(SkinRiders, LipsPartFromTheFrontOn)
 {
     constexpr double kBehind = 1.5;  // voxels, or edges of tets

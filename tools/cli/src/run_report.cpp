@@ -84,6 +84,17 @@ std::string shortcomings(const std::vector<core::StepRecord>& steps, const Ledge
     return text;
 }
 
+/// Elasticity that is linear in strain does not resist the last of a squeeze, and frames show it.
+std::string squeezeText(const std::vector<core::FrameRecord>& frames)
+{
+    constexpr double kMuch = .8;  // of the volume
+    const auto least = std::ranges::min_element(frames, {}, &core::FrameRecord::squeeze);
+    if (least == frames.end() || least->squeeze > kMuch) return "";
+    return fmt::format(
+        "squeezed: in frame {} a body has {:.0f} % of its volume; stiffer materials and slower motion keep more\n",
+        least->frame, 100 * least->squeeze);
+}
+
 std::string pointText(const Vec3& p) { return fmt::format("({:.4g}, {:.4g}, {:.4g})", p.x(), p.y(), p.z()); }
 
 Bounds boundsOf(const core::Body& body)
@@ -205,7 +216,7 @@ std::string summaryText(const core::Simulation& simulation, const core::RunFolde
                     folder.frames().empty() ? "-" : folder.frames().back().stateHash);
     if (gone > 0)
         text += fmt::format("{} more {} eaten up by cracks\n", gone, gone == 1 ? "fragment was" : "fragments were");
-    text += shortcomings(folder.steps(), work) + workTable(work);
+    text += shortcomings(folder.steps(), work) + squeezeText(folder.frames()) + workTable(work);
     return text + "\nwritten to " + folder.path().string();
 }
 

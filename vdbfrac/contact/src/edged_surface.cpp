@@ -7,7 +7,7 @@
 
 namespace vdbfrac::contact {
 
-void EdgedSurface::chooseOnEdges(std::span<const Vec3> x, double spacing, const Takes& takes)
+void EdgedSurface::chooseOnEdges(std::span<const Vec3> x, double spacing, const IsNear& isNear)
 {
     constexpr std::size_t kChunk = 1024;
     constexpr int kMost = 32;  // parts of an edge
@@ -16,25 +16,15 @@ void EdgedSurface::chooseOnEdges(std::span<const Vec3> x, double spacing, const 
     const auto add = [&](std::size_t begin, std::size_t end, std::vector<OnEdge>& all) {
         for (std::size_t e = begin; e < end; ++e) {
             const auto [a, b] = edges()[e];
-            const Vec3 from = at(a, x), way = at(b, x) - from;
-            const double length = way.norm();
-            if (!(length > kLong * spacing)) continue;
+            const double length = (at(b, x) - at(a, x)).norm(), rest = (restPosition(b) - restPosition(a)).norm();
+            if (!(length > kLong * std::max(spacing, rest)) || !isNear(a, b, length)) continue;
             const int parts = int(std::min<double>(kMost, std::ceil(length / spacing)));
-            for (int k = 1; k < parts; ++k)
-                if (const double s = double(k) / parts; takes(a, b, length, from + s * way))
-                    all.push_back({a, b, s, kShare * length * length / parts});
+            const double area = kShare * length * length / parts;
+            for (int k = 1; k < parts; ++k) all.push_back({a, b, double(k) / parts, area});
         }
     };
     onEdge_.clear();
     onEdge_ = gatherChunks<OnEdge>(edges().size(), kChunk, add);
-}
-
-void EdgedSurface::addForce(std::size_t i, const Vec3& force, std::span<Vec3> gradient) const
-{
-    if (!isOnEdge(i)) return TouchingSurface::addForce(i, force, gradient);
-    const OnEdge& p = onEdge_[i - size()];
-    TouchingSurface::addForce(p.a, (1 - p.s) * force, gradient);
-    TouchingSurface::addForce(p.b, p.s * force, gradient);
 }
 
 void EdgedSurface::couple(std::size_t i, solver::Coupling& coupling) const

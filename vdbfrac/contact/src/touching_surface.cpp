@@ -97,7 +97,7 @@ TouchingSurface::Samples TouchingSurface::samplesOf(const core::Body& body) cons
         for (std::uint32_t p : t) normal[p] += twice, own.isTorn[p] |= surface.torn[f];
         // Closed and wound one way, the surface has each edge once from its lesser end.
         for (std::size_t k : {0, 1, 2})
-            if (const Edge edge{t[k], t[(k + 1) % 3]}; edge[0] < edge[1]) own.edge.push_back(edge);
+            if (const Edge edge{t[k], t[(k + 1) % 3]}; keepsEdges_ && edge[0] < edge[1]) own.edge.push_back(edge);
     }
     if (closesLips_) {
         std::vector<Vec3> out(normal);
@@ -252,7 +252,7 @@ std::size_t TouchingSurface::Samples::bytes() const
 {
     return point.capacity() * sizeof(EmbeddedPoint) + (area.capacity() + reach.capacity()) * sizeof(double) +
            rest.capacity() * sizeof(AtRest) + isTorn.capacity() + key.capacity() * sizeof(std::uint64_t) +
-           lip.capacity() * sizeof(Lip);
+           lip.capacity() * sizeof(Lip) + edge.capacity() * sizeof(Edge);
 }
 
 std::size_t TouchingSurface::bytes() const

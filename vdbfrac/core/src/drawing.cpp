@@ -6,6 +6,8 @@
 #include <vdbfrac/solids/solid_mesh.h>
 #include <vdbfrac/tetmesh/mtl_file.h>
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <filesystem>
 #include <limits>
@@ -89,15 +91,21 @@ std::string materialsOf(const tetmesh::RenderMesh& mesh, const std::filesystem::
     return text;
 }
 
-/// By their material readers tell torn faces from the others.
-void requireOwnNames(const tetmesh::RenderMesh& mesh, const std::string& body)
+/// Frames have materials of these names: "outside" is none, and by "inside" readers tell what is torn.
+tetmesh::RenderMesh withOwnNames(tetmesh::RenderMesh mesh, const std::string& body, std::vector<std::string>& notes)
 {
-    for (const char* name : {"inside", "outside"})
-        if (std::ranges::find(mesh.materials, name) != mesh.materials.end())
-            throw InputError({"the mesh for body '" + body + "'",
-                              std::string("has a material '") + name +
-                                  "', but in .obj files this is the name of what fracture made, or left",
-                              "another name", ""});
+    for (const char* name : {"outside", "inside"}) {
+        const auto found = std::ranges::find(mesh.materials, name);
+        if (found == mesh.materials.end()) continue;
+        const auto number = std::uint32_t(found - mesh.materials.begin());
+        const auto count = std::ranges::count(mesh.material, number);
+        std::ranges::replace(mesh.material, number, tetmesh::RenderMesh::kNone);
+        if (count > 0 && *found == "inside")
+            notes.push_back("the mesh for body '" + body + "' has " + std::to_string(count) +
+                            " faces of a material 'inside', the name of torn faces in frames: they count as faces "
+                            "without a material");
+    }
+    return mesh;
 }
 
 /// Names the material of the body on faces that have none of their own, if it has a colour.
@@ -133,8 +141,7 @@ Drawing::Drawing(const scene::Scene& scene, const Simulation& simulation)
         tetmesh::RenderMesh mesh = outerSurface(scene.bodies[b], body, notes_);
         if (const auto* file = std::get_if<scene::MeshFile>(&scene.bodies[b].shape))
             materials_ += materialsOf(mesh, file->file.parent_path(), notes_);
-        requireOwnNames(mesh, body.name);
-        mesh = coloured(std::move(mesh), scene.materialOf(scene.bodies[b]));
+        mesh = coloured(withOwnNames(std::move(mesh), body.name, notes_), scene.materialOf(scene.bodies[b]));
         surfaces_.push_back({skin::Skin(std::move(mesh), *body.mesh, styleOf(scene), isInParts(body))});
     }
     for (const scene::Material& m : scene.materials)
@@ -146,8 +153,7 @@ void Drawing::replace(const scene::Scene& scene, const Simulation& simulation, s
                       tetmesh::RenderMesh mesh)
 {
     const Body& own = simulation.bodies()[body];
-    requireOwnNames(mesh, own.name);
-    auto whole = carved(std::move(mesh), scene.bodies[body], own.phi.voxelSize());
+    auto whole = carved(withOwnNames(std::move(mesh), own.name, notes_), scene.bodies[body], own.phi.voxelSize());
     if (!whole) throw InputError({"the mesh for body '" + own.name + "'", "cannot be drawn", kCarvable, ""});
     *whole = coloured(std::move(*whole), scene.materialOf(scene.bodies[body]));
     surfaces_[body] = {skin::Skin(std::move(*whole), *own.mesh, styleOf(scene), isInParts(own))};
@@ -201,6 +207,33 @@ Bounds boundsOf(const DrawnFrame& frame)
         }
     if (!(box.lower.x() <= box.upper.x())) box = {Vec3::Zero(), Vec3::Zero()};
     return box;
+}
+
+namespace {
+
+/// In a closed surface [m^3], at some places of its points.
+double volumeIn(const tetmesh::RenderMesh& mesh, std::span<const Vec3> at)
+{
+    double six = 0;
+    for (std::size_t f = 0; f < mesh.faces(); ++f) {
+        const auto face = mesh.face(f);
+        for (std::size_t k = 2; k < face.size(); ++k)
+            six += at[face[0].point].dot(at[face[k - 1].point].cross(at[face[k].point]));
+    }
+    return six / 6;
+}
+
+}  // namespace
+
+double squeezeOf(const DrawnFrame& frame)
+{
+    double least = 1;
+    for (const DrawnBody& body : frame) {
+        const tetmesh::RenderMesh& mesh = body.topology->mesh;
+        if (const double rest = volumeIn(mesh, mesh.points); rest > 0)
+            least = std::min(least, volumeIn(mesh, body.points) / rest);
+    }
+    return least;
 }
 
 std::vector<tetmesh::PlyBody> plyBodies(const DrawnFrame& frame)

@@ -162,7 +162,7 @@ std::string RunFolder::writeFrame(const Simulation& simulation, int frame)
         const StageTimer timer(work_, "draw");
         drawing_->follow(simulation, work_);
         data->drawn = drawing_->frame(simulation);
-        data->record.drawn = boundsOf(data->drawn);
+        data->record.drawn = boundsOf(data->drawn), data->record.squeeze = squeezeOf(data->drawn);
     }
     const std::string hash = data->record.stateHash;
     queue_.push([writer = writer_.get(), data = std::move(data)] { writer->write(*data); });

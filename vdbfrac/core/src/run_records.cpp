@@ -144,6 +144,7 @@ json framesJson(std::span<const FrameRecord> frames)
         if (f.drawn.lower != f.drawn.upper)
             list.back()["bounds"] = {{f.drawn.lower.x(), f.drawn.lower.y(), f.drawn.lower.z()},
                                      {f.drawn.upper.x(), f.drawn.upper.y(), f.drawn.upper.z()}};
+        if (f.drawn.lower != f.drawn.upper) list.back()["squeeze"] = f.squeeze;
     }
     return list;
 }
@@ -163,6 +164,7 @@ std::vector<FrameRecord> loadFrames(const Archive& archive)
                     record.drawn.lower[k] = f.at("bounds").at(0).at(std::size_t(k)).get<double>();
                     record.drawn.upper[k] = f.at("bounds").at(1).at(std::size_t(k)).get<double>();
                 }
+            record.squeeze = f.value("squeeze", 1.);
             for (const json& w : f.at("files"))
                 record.files.push_back({w.at("path").get<std::string>(),
                                         std::uint64_t(wholeNumber(w.at("bytes"), archive)),

@@ -104,7 +104,7 @@ Simulation::Simulation(const scene::Scene& scene, std::span<Effect* const> effec
         scene.grips, bodies_, [this](std::size_t g) { return gripNodes(g); }, stages_.notes);
     warnOfLongSteps();
     if (!stages_.pieces.empty()) asleep_.resize(nextFragment_);
-    for (Effect* effect : effects) effect->start(bodies_, stages_.notes);
+    for (Effect* effect : effects) effect->start({state_.x, time_}, bodies_, stages_.notes);
     beginEnergy();
 }
 
@@ -220,7 +220,7 @@ void Simulation::solve(StepRecord& record, double until)
         record.projections += report->projections;
         record.work.count("solve", "multigrid_systems", report->multigridSystems);
         record.work.count("solve", "creases", report->creases);
-        if (0.5 * dt < choice.shortest || (report->status == solver::StepStatus::converged && holds())) break;
+        if (0.5 * dt < choice.shortest || (report->status == solver::StepStatus::converged && holds(dt))) break;
     }
     stepControl_->learn(choice.dt, dt);
     if (!std::isfinite(report->residual))
@@ -257,10 +257,11 @@ void Simulation::solve(StepRecord& record, double until)
     }
 }
 
-/// Does what a solve has come to pass with all potentials?
-bool Simulation::holds() const
+/// Does what a solve over dt [s] has come to pass with all potentials?
+bool Simulation::holds(double dt) const
 {
-    return std::ranges::all_of(stages_.solve, [&](const solver::Potential* p) { return p->holds(state_.x); });
+    const solver::Way way{saved_.x, state_.x, time_, time_ + dt};
+    return std::ranges::all_of(stages_.solve, [&](const solver::Potential* p) { return p->holds(way); });
 }
 
 void Simulation::updateGrid(StepRecord& record)

@@ -210,7 +210,7 @@ void Simulation::restoreEffects(const Archive& archive, const std::function<void
         if (known.find("\n" + persistentOwners_[i]->name() + "\n") != std::string::npos)
             restore(*stages_.persistent[i]);
         else
-            persistentOwners_[i]->start(bodies_, stages_.notes);
+            persistentOwners_[i]->start({state_.x, time_}, bodies_, stages_.notes);
 }
 
 void Simulation::restoreFrom(const Archive& archive)

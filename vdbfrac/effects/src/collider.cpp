@@ -5,9 +5,12 @@
 //   d_c  signed distance of a collider where it was at t = 0, T_c where it is when the forces are taken
 //   a_s  allowance: how deep a sample already was when it was first seen. What is born tangled is not thrown out, but
 //        goes no deeper; it only falls, by untangle_speed too.
+// Points on stretched edges of the surface touch too, with its area as it is stretched: between samples that are drawn
+// apart something narrow would pass. They have the friction of the ends of their edges.
 // Friction is that of contact/contact_law.h, against the motion of the collider; normal forces and directions are
 // brought up to date where a step is solved.
 #include "all.h"
+#include "collider_touch.h"
 #include "obstacles.h"
 
 #include <vdbfrac/base/parallel.h>
@@ -18,6 +21,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace vdbfrac::effects {
 
@@ -28,22 +32,7 @@ using contact::Rub;
 using contact::TouchMemory;
 
 constexpr double kGap = 0.25;  // voxels that surfaces stay away, where there is as much room at rest
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-/// A sample in a collider, or a point of a stretched edge.
-struct Touch {
-    std::uint32_t sample = 0, collider = 0;
-    double depth = 0;  ///< beyond its allowance [m]
-    Vec3 outward;      ///< gradient of the distance
-};
-
-/// The strongest touch of a sample.
-struct Held {
-    std::uint32_t sample = 0, collider = 0;
-    Rub rub;
-    Vec3 carried;  ///< m: where the collider has taken the sample's place since
-    mutable contact::Dual dual = rub.dual();
-};
+constexpr double kInfinity = std::numeric_limits<double>::infinity(), kNever = -1;  // s
 
 class Colliders : public core::Effect,
                   public solver::Potential,
@@ -66,11 +55,12 @@ public:
         stages.recut.push_back(this);
         stages.persistent.push_back(this);
     }
-    void start(std::span<const core::Body> bodies, std::vector<std::string>& notes) override
+    void start(const core::SolvedStep& now, std::span<const core::Body> bodies,
+               std::vector<std::string>& notes) override
     {
         surface_.start(bodies, kGap * dx_);
         surface_.settle();
-        noteDepths(surface_, bodies, obstacles_, notes);
+        noteDepths(surface_, now, bodies, obstacles_, notes);
         law_.clear();
         for (const core::Body& body : bodies)
             for (std::size_t c = 0; c < obstacles_.size(); ++c)
@@ -82,7 +72,7 @@ public:
     double evaluate(std::span<const Vec3> x, std::span<Vec3> gradient) const override;
     void linearize(std::span<const Vec3> x, std::vector<solver::Coupling>& couplings) const override;
     solver::EnergyFlow flow(const solver::Leg& leg) const override;
-    bool holds(std::span<const Vec3> x) const override;
+    bool holds(const solver::Way& way) const override;
     void accept(std::span<const Vec3> x, double time, double dt) override;
     double largestStep(const solver::State& state, double time) override;
     bool cutsBack() const override { return true; }
@@ -110,7 +100,7 @@ public:
     }
     std::size_t bytes() const override
     {
-        return surface_.bytes() + held_.capacity() * sizeof(Held) + apart_.capacity() * sizeof(Apart) +
+        return surface_.bytes() + held_.capacity() * sizeof(ColliderHeld) + apart_.capacity() * sizeof(Apart) +
                obstacles_.bytes();
     }
 
@@ -119,14 +109,15 @@ private:
     {
         return apart_[sample * obstacles_.size() + collider];
     }
-    std::vector<Touch> touches(std::span<const Vec3> x, const Places& places) const;
-    const Penalty& lawOf(const Touch& t) const
+    std::vector<ColliderTouch> touches(std::span<const Vec3> x, const Places& places) const;
+    /// Of a touch or a push.
+    const Penalty& lawOf(const auto& t) const { return law_[surface_.body(t.sample) * obstacles_.size() + t.collider]; }
+    double energyOf(const ColliderTouch& t) const { return surface_.area(t.sample) * lawOf(t).energy(t.depth); }
+    Vec3 forceOf(const ColliderTouch& t) const
     {
-        return law_[surface_.body(t.sample) * obstacles_.size() + t.collider];
+        return surface_.area(t.sample) * lawOf(t).pressure(t.depth) * t.outward;
     }
-    double energyOf(const Touch& t) const { return surface_.area(t.sample) * lawOf(t).energy(t.depth); }
-    Vec3 forceOf(const Touch& t) const { return surface_.area(t.sample) * lawOf(t).pressure(t.depth) * t.outward; }
-    Vec3 slipOf(const Held& h, std::span<const Vec3> x) const
+    Vec3 slipOf(const ColliderHeld& h, std::span<const Vec3> x) const
     {
         return h.rub.slip(surface_.at(h.sample, x) - h.carried);
     }
@@ -139,30 +130,31 @@ private:
         return std::max(0., surface_.reach(point) - nearest.distance);
     }
     void see(std::span<const Vec3> x, const Places& places);
-    void setOff(std::span<const Vec3> x);
-    std::vector<Held> heldAt(std::span<const Vec3> x, const Places& places) const;
+    void look(std::span<const Vec3> x, double time);
+    std::vector<ColliderPush> pushesAt(std::span<const Vec3> x, const Places& places) const;
+    std::vector<ColliderHeld> heldAt(std::span<const Vec3> x, const Places& places) const;
 
     double dx_, h_;  // m
     Obstacles obstacles_;
     std::vector<Penalty> law_;  // of each body, with each collider
     contact::EdgedSurface surface_;
-
-    bool isOther_ = false;  // colliders may not be those that samples have touched
+    bool isOther_ = false;      // colliders may not be those that samples have touched
+    double lookedAt_ = kNever;  // s
 
     // Of the step at hand.
-    double begin_ = 0, length_ = 0;  // s
-    Places start_, places_;          // when it begins; when forces are taken
-    std::vector<Apart> apart_;       // of each sample, from each collider
-    std::vector<Held> held_;         // by rising sample
-    double deepest_ = 0;             // m
-    std::size_t active_ = 0;         // samples that touched in the last step
+    double begin_ = 0, length_ = 0;   // s
+    Places start_, places_;           // when it begins; when forces are taken
+    std::vector<Apart> apart_;        // of each sample, from each collider
+    std::vector<ColliderHeld> held_;  // by rising sample
+    double deepest_ = 0;              // m
+    std::size_t active_ = 0;          // samples that touched in the last step
     mutable Ledger work_;
 };
 
 /// Samples that are deeper than they may be, by rising sample.
-std::vector<Touch> Colliders::touches(std::span<const Vec3> x, const Places& places) const
+std::vector<ColliderTouch> Colliders::touches(std::span<const Vec3> x, const Places& places) const
 {
-    const auto add = [&](std::size_t begin, std::size_t end, std::vector<Touch>& all) {
+    const auto add = [&](std::size_t begin, std::size_t end, std::vector<ColliderTouch>& all) {
         for (std::size_t i = begin; i < end; ++i) {
             const Vec3 y = surface_.at(i, x);
             for (std::uint32_t c = 0; c < obstacles_.size(); ++c) {
@@ -173,21 +165,25 @@ std::vector<Touch> Colliders::touches(std::span<const Vec3> x, const Places& pla
             }
         }
     };
-    return gatherChunks<Touch>(surface_.points(), kChunk, add);
+    return gatherChunks<ColliderTouch>(surface_.points(), kChunk, add);
 }
 
 void Colliders::begin(const solver::StepStart& start)
 {
     const StageTimer timer(work_, "collider");
-    surface_.settle();
     begin_ = start.begin, length_ = start.time - start.begin;
-    start_ = obstacles_.placesAt(begin_);
+    look(start.x, begin_);
     places_ = obstacles_.placesAt(start.time);
-    setOff(start.x);
+    held_ = heldAt(start.x, start_);
 }
 
-void Colliders::setOff(std::span<const Vec3> x)
+/// Where everything is as a step begins, or a stage of one; once, unless a step has been kept since.
+void Colliders::look(std::span<const Vec3> x, double time)
 {
+    if (lookedAt_ == time) return;
+    lookedAt_ = time;
+    surface_.settle();
+    start_ = obstacles_.placesAt(time);
     see(x, start_);
     const std::size_t colliders = obstacles_.size();
     apart_.resize(surface_.size() * colliders);
@@ -199,16 +195,11 @@ void Colliders::setOff(std::span<const Vec3> x)
                 apart_[i * colliders + c] = {X, gap / obstacles_[c].steepest()};
             }
     });
-    surface_.chooseOnEdges(x, dx_, [&](std::uint32_t a, std::uint32_t b, double length, const Vec3& y) {
-        bool isNear = false;
-        for (std::size_t c = 0; c < colliders; ++c) {
-            if (std::min(apart(a, c).room, apart(b, c).room) > length + dx_) continue;
-            isNear = true;
-            if (obstacles_[c].hasPassed(start_[c].inverse(y), apart(a, c).at, apart(b, c).at)) return false;
-        }
-        return isNear;
+    surface_.chooseOnEdges(x, dx_, [&](std::uint32_t a, std::uint32_t b, double length) {
+        for (std::size_t c = 0; c < colliders; ++c)
+            if (std::min(apart(a, c).room, apart(b, c).room) < length + dx_) return true;
+        return false;
     });
-    held_ = heldAt(x, start_);
 }
 
 /// Samples that are new may be as deep as they are; and deeper than they were, by as much, where colliders are others.
@@ -224,18 +215,28 @@ void Colliders::see(std::span<const Vec3> x, const Places& places)
     isOther_ = false;
 }
 
-/// What each sample rubs on: what pushes it most.
-std::vector<Held> Colliders::heldAt(std::span<const Vec3> x, const Places& places) const
+/// What pushes samples, by rising sample and collider: what pushes a point of an edge pushes its ends.
+std::vector<ColliderPush> Colliders::pushesAt(std::span<const Vec3> x, const Places& places) const
 {
-    std::vector<Held> all;
-    for (const Touch& t : touches(x, places)) {
-        if (surface_.isOnEdge(t.sample)) break;  // smooth, and after all samples
-        const double push = forceOf(t).norm(), friction = obstacles_[t.collider].collider().friction;
+    std::vector<ColliderPush> all;
+    for (const ColliderTouch& t : touches(x, places))
+        surface_.visitSamples(t.sample, [&](std::size_t sample, double share) {
+            all.push_back({std::uint32_t(sample), t.collider, share * forceOf(t)});
+        });
+    return merged(std::move(all));
+}
+
+/// What each sample rubs on: what pushes it most.
+std::vector<ColliderHeld> Colliders::heldAt(std::span<const Vec3> x, const Places& places) const
+{
+    std::vector<ColliderHeld> all;
+    for (const ColliderPush& p : pushesAt(x, places)) {
+        const double push = p.force.norm(), friction = obstacles_[p.collider].collider().friction;
         if (!(friction * push > 0)) continue;
-        const Rub rub = contact::makeRub(t.outward.normalized(), friction * push,
-                                         surface_.area(t.sample) * lawOf(t).k(), surface_.memory(t.sample).stretch);
-        const Vec3 carried = places_[t.collider](apart(t.sample, t.collider).at);
-        contact::addStrongest(Held{t.sample, t.collider, rub, carried}, all);
+        const Rub rub = contact::makeRub(p.force / push, friction * push, surface_.area(p.sample) * lawOf(p).k(),
+                                         surface_.memory(p.sample).stretch);
+        const Vec3 carried = places_[p.collider](apart(p.sample, p.collider).at);
+        contact::addStrongest(ColliderHeld{p.sample, p.collider, rub, carried}, all);
     }
     return all;
 }
@@ -243,8 +244,9 @@ std::vector<Held> Colliders::heldAt(std::span<const Vec3> x, const Places& place
 bool Colliders::refresh(std::span<const Vec3> x)
 {
     const StageTimer timer(work_, "collider");
-    std::vector<Held> held = heldAt(x, places_);
-    const bool rubs = contact::haveChanged<Held>(held_, held, [](const Held& h) { return h.rub.push(); });
+    std::vector<ColliderHeld> held = heldAt(x, places_);
+    const bool rubs =
+        contact::haveChanged<ColliderHeld>(held_, held, [](const ColliderHeld& h) { return h.rub.push(); });
     if (rubs) held_ = std::move(held);
     return rubs;
 }
@@ -253,11 +255,11 @@ double Colliders::evaluate(std::span<const Vec3> x, std::span<Vec3> gradient) co
 {
     const StageTimer timer(work_, "collider");
     double energy = 0;
-    for (const Touch& t : touches(x, places_)) {
+    for (const ColliderTouch& t : touches(x, places_)) {
         energy += energyOf(t);
         surface_.addForce(t.sample, forceOf(t), gradient);
     }
-    for (const Held& h : held_) {
+    for (const ColliderHeld& h : held_) {
         const Vec3 slip = slipOf(h, x);
         energy += h.rub.energy(slip);
         surface_.addForce(h.sample, h.rub.force(slip), gradient);
@@ -274,9 +276,9 @@ void Colliders::linearize(std::span<const Vec3> x, std::vector<solver::Coupling>
         c.Q = contact::blockOf(Q);
         couplings.push_back(c);
     };
-    for (const Touch& t : touches(x, places_))
+    for (const ColliderTouch& t : touches(x, places_))
         add(t.sample, surface_.area(t.sample) * lawOf(t).stiffness(t.depth) * t.outward * t.outward.transpose());
-    for (const Held& h : held_) {
+    for (const ColliderHeld& h : held_) {
         const Vec3 slip = slipOf(h, x);
         h.rub.follow(slip, h.dual);
         add(h.sample, h.rub.stiffness(slip, h.dual));
@@ -289,8 +291,8 @@ solver::EnergyFlow Colliders::flow(const solver::Leg& leg) const
     const Places end = obstacles_.placesAt(begin_ + leg.length * length_);
     const StageTimer timer(work_, "collider");
     double before = 0, after = 0, along = 0, brought = 0, stretched = 0, rubbed = 0;
-    for (const Touch& t : touches(leg.from, start_)) before += energyOf(t);
-    for (const Touch& t : touches(leg.to, end)) after += energyOf(t);
+    for (const ColliderTouch& t : touches(leg.from, start_)) before += energyOf(t);
+    for (const ColliderTouch& t : touches(leg.to, end)) after += energyOf(t);
     const auto push = [&](std::uint32_t sample, std::uint32_t collider, const Vec3& force) {
         const Vec3 y0 = surface_.at(sample, leg.from), way = surface_.at(sample, leg.to) - y0,
                    carried = end[collider](start_[collider].inverse(y0)) - y0;
@@ -298,8 +300,8 @@ solver::EnergyFlow Colliders::flow(const solver::Leg& leg) const
         brought += force.dot(carried);
         return Vec3(way - carried);
     };
-    for (const Touch& t : touches(leg.at, places_)) push(t.sample, t.collider, forceOf(t));
-    for (const Held& h : held_) {
+    for (const ColliderTouch& t : touches(leg.at, places_)) push(t.sample, t.collider, forceOf(t));
+    for (const ColliderHeld& h : held_) {
         const Vec3 slip = slipOf(h, leg.at), force = h.rub.force(slip), way = push(h.sample, h.collider, force);
         stretched += force.dot(h.rub.kept(slip) - h.rub.stretch);
         rubbed -= force.dot(way);
@@ -308,19 +310,17 @@ solver::EnergyFlow Colliders::flow(const solver::Leg& leg) const
     return {work, dissipated, work - dissipated - along};
 }
 
-/// A step may take a sample farther than its speed told, and through a thin collider: out where it was not in.
-bool Colliders::holds(std::span<const Vec3> x) const
+/// A step may take a sample farther than its speed told, and so to the other side of a thin collider.
+bool Colliders::holds(const solver::Way& way) const
 {
     const StageTimer timer(work_, "collider");
+    const Places from = obstacles_.placesAt(way.begin), to = obstacles_.placesAt(way.end);
     const auto hasPassed = [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i)
-            for (std::size_t c = 0; c < obstacles_.size(); ++c) {
-                const Apart& a = apart(i, c);
-                const Vec3 X = places_[c].inverse(surface_.at(i, x)), way = X - a.at;
-                const double room = std::max(0., a.room) + obstacles_[c].halfThickness();
-                if (way.squaredNorm() < room * room) continue;
-                if (obstacles_[c].distance(a.at + .5 * way) < 0) return 1.;
-            }
+            for (std::size_t c = 0; c < obstacles_.size(); ++c)
+                if (obstacles_[c].isPassed(from[c].inverse(surface_.at(i, way.from)),
+                                           to[c].inverse(surface_.at(i, way.to))))
+                    return 1.;
         return 0.;
     };
     return orderedMax(surface_.size(), kChunk, 0, hasPassed) == 0;
@@ -329,10 +329,11 @@ bool Colliders::holds(std::span<const Vec3> x) const
 void Colliders::accept(std::span<const Vec3> x, double time, double dt)
 {
     const StageTimer timer(work_, "collider");
+    lookedAt_ = kNever;
     const Places places = obstacles_.placesAt(time);
     std::vector<Vec3> stretch(surface_.size(), Vec3::Zero());
     std::vector<double> depth(surface_.size());
-    for (const Held& h : held_) stretch[h.sample] = h.rub.kept(slipOf(h, x));
+    for (const ColliderHeld& h : held_) stretch[h.sample] = h.rub.kept(slipOf(h, x));
     parallelChunks(surface_.size(), kChunk, [&](std::size_t begin, std::size_t end) {
         for (std::uint32_t i = std::uint32_t(begin); i < end; ++i) {
             const Obstacles::Nearest to = nearest(i, x, places);
@@ -361,10 +362,10 @@ double Colliders::largestStep(const solver::State& state, double time)
 {
     constexpr double kShort = 1e-6;  // s: in which a collider's speed is measured
     const StageTimer timer(work_, "collider");
-    surface_.settle();
-    const Places now = obstacles_.placesAt(time), soon = obstacles_.placesAt(time + kShort);
-    start_ = places_ = now;
-    setOff(state.x);
+    look(state.x, time);
+    places_ = start_;
+    held_ = heldAt(state.x, start_);
+    const Places soon = obstacles_.placesAt(time + kShort);
     const double rate = orderedMax(surface_.size(), kChunk, 0, [&](std::size_t begin, std::size_t end) {
         double most = 0;
         for (std::uint32_t i = std::uint32_t(begin); i < end; ++i) {
@@ -372,8 +373,8 @@ double Colliders::largestStep(const solver::State& state, double time)
             for (std::size_t c = 0; c < obstacles_.size(); ++c) {
                 const double room = obstacles_[c].halfThickness();
                 if (!std::isfinite(room)) continue;
-                const Vec3 carried = (soon[c](now[c].inverse(y)) - y) / kShort;
-                most = std::max(most, (v - carried).norm() / (room + std::max(0., obstacles_.distance(y, c, now))));
+                const Vec3 carried = (soon[c](apart(i, c).at) - y) / kShort;
+                most = std::max(most, (v - carried).norm() / (room + std::max(0., apart(i, c).room)));
             }
         }
         return most;

@@ -63,7 +63,7 @@ public:
         stages.recut.push_back(this);
         stages.persistent.push_back(this);
     }
-    void start(std::span<const core::Body> bodies, std::vector<std::string>&) override
+    void start(const core::SolvedStep&, std::span<const core::Body> bodies, std::vector<std::string>&) override
     {
         bodies_ = bodies;
         surface_.start(bodies, gap_ * dx_, closesLips_);
@@ -75,7 +75,7 @@ public:
     void linearize(std::span<const Vec3> x, std::vector<solver::Coupling>& couplings) const override;
     solver::EnergyFlow flow(const solver::Leg& leg) const override;
     bool refresh(std::span<const Vec3> x) override;
-    bool holds(std::span<const Vec3> x) const override;
+    bool holds(const solver::Way& way) const override;
     void accept(std::span<const Vec3> x, double time, double dt) override;
     double largestStep(const solver::State& state, double time) override;
     bool cutsBack() const override { return true; }
@@ -315,8 +315,9 @@ bool Contact::cameUp(const Sunk& s) const
 
 /// Newton's method may come to rest with a thin flap pushed through by one of its tries, or with touches that nobody
 /// has looked for since. What it has resisted may be as deep as it is.
-bool Contact::holds(std::span<const Vec3> x) const
+bool Contact::holds(const solver::Way& way) const
 {
+    const std::span<const Vec3> x = way.to;
     constexpr double kResists = .8;  // of a slope: in the middle of a flap there is none
     const StageTimer timer(work_, "contact");
     const auto isDeeperThan = [&](const Sunk& s, double expected) { return s.depth > expected + kJump * dx_; };

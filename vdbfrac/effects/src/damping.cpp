@@ -67,7 +67,10 @@ public:
     Damping(double mass, double stiffness) : a_(mass), b_(stiffness) {}
     std::string name() const override { return "damping"; }
     void join(core::Stages& stages) override { stages.solve.push_back(this); }
-    void start(std::span<const core::Body> bodies, std::vector<std::string>&) override { bodies_ = bodies; }
+    void start(const core::SolvedStep&, std::span<const core::Body> bodies, std::vector<std::string>&) override
+    {
+        bodies_ = bodies;
+    }
 
     void begin(const solver::StepStart& start) override
     {

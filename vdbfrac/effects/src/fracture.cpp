@@ -87,7 +87,7 @@ public:
         stages.persistent.push_back(this);
     }
 
-    void start(std::span<const core::Body> bodies, std::vector<std::string>& notes) override
+    void start(const core::SolvedStep&, std::span<const core::Body> bodies, std::vector<std::string>& notes) override
     {
         for (const core::Body& body : bodies) laws_[body.name] = lawOf(body, notes), arrival_.try_emplace(body.name);
     }

@@ -6,17 +6,33 @@
 
 namespace vdbfrac::effects {
 
+bool Obstacle::isPassed(const Vec3& A, const Vec3& B) const
+{
+    constexpr int kPlaces = 64;
+    const Vec3 way = B - A;
+    const double length = way.norm();
+    if (!(length > thickness_) || !(distance(A) >= 0) || !(gradient(A).dot(gradient(B)) < 0)) return false;
+    // As far at a time as nothing can be in the way (Hart 1996).
+    const double least = length / kPlaces;
+    for (double gone = 0; gone < length;) {
+        const double d = distance(A + gone / length * way);
+        if (d < 0) return true;
+        gone += std::max(least, d / steepest());
+    }
+    return false;
+}
+
 /// What begins in a collider stays as deep: most often that is a mistake.
-void noteDepths(const contact::TouchingSurface& surface, std::span<const core::Body> bodies, const Obstacles& obstacles,
-                std::vector<std::string>& notes)
+void noteDepths(const contact::TouchingSurface& surface, const core::SolvedStep& now,
+                std::span<const core::Body> bodies, const Obstacles& obstacles, std::vector<std::string>& notes)
 {
     constexpr double kTold = .5;  // voxels
-    const Places places = obstacles.placesAt(0);
+    const Places places = obstacles.placesAt(now.time);
     std::vector<double> most(bodies.size() * obstacles.size(), 0);
     for (std::size_t i = 0; i < surface.size(); ++i)
         for (std::size_t c = 0; c < obstacles.size(); ++c) {
             double& depth = most[surface.body(i) * obstacles.size() + c];
-            depth = std::max(depth, -obstacles.distance(surface.restPosition(i), c, places));
+            depth = std::max(depth, -obstacles.distance(surface.at(i, now.x), c, places));
         }
     for (std::size_t k = 0; k < most.size(); ++k)
         if (most[k] > kTold * bodies[k / obstacles.size()].mesh->voxelSize())

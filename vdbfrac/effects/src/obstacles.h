@@ -38,13 +38,8 @@ public:
     }
     /// Most that the distance changes by over a way, over the length of the way.
     double steepest() const { return field_ ? field_->steepest() : 1; }
-    /// Is X between A and B inside, and beyond the middle for both? It would be pushed out on the other side.
-    bool hasPassed(const Vec3& X, const Vec3& A, const Vec3& B) const
-    {
-        if (distance(X) >= 0) return false;
-        const Vec3 out = gradient(X);
-        return out.dot(gradient(A)) < 0 && out.dot(gradient(B)) < 0;
-    }
+    /// Does a way lead from A outside through it and to the other side?
+    bool isPassed(const Vec3& A, const Vec3& B) const;
     std::size_t bytes() const { return field_ ? field_->bytes() : 0; }
 
 private:
@@ -55,14 +50,6 @@ private:
 
 /// Where all colliders are at a time.
 using Places = std::vector<scene::Placement>;
-
-/// Where a sample is as a step begins, in the frame of a collider at t = 0, and how far from there it touches nothing.
-struct Apart {
-    Vec3 at;
-    double room = 0;  ///< m; 0 or less: it may touch at once
-
-    bool isSafe(const Vec3& X) const { return room > 0 && (X - at).squaredNorm() < room * room; }
-};
 
 /// All colliders of a scene.
 class Obstacles {
@@ -107,7 +94,7 @@ private:
 };
 
 /// Tells which bodies begin in which colliders.
-void noteDepths(const contact::TouchingSurface& surface, std::span<const core::Body> bodies, const Obstacles& obstacles,
-                std::vector<std::string>& notes);
+void noteDepths(const contact::TouchingSurface& surface, const core::SolvedStep& now,
+                std::span<const core::Body> bodies, const Obstacles& obstacles, std::vector<std::string>& notes);
 
 }  // namespace vdbfrac::effects

@@ -15,6 +15,7 @@ namespace vdbfrac::grid {
 struct DistanceField::Data {
     openvdb::FloatGrid::Ptr phi;
     double dx;
+    Vec3 lower, upper;  // m: round all that is inside
 };
 
 namespace {
@@ -55,7 +56,11 @@ double steepestOf(const openvdb::FloatGrid& phi, double dx)
 DistanceField::DistanceField(const scene::Collider& collider, const scene::Grid& grid, std::uint64_t memoryLimit)
 {
     LevelSet band = makeLevelSet(collider, grid, memoryLimit);
-    data_ = std::make_unique<Data>(Data{filled(*band.grid().grid), grid.voxelSize});
+    const openvdb::CoordBBox inside = materialVoxels(*band.grid().grid);
+    // The surface is less than a voxel beyond.
+    data_ = std::make_unique<Data>(Data{filled(*band.grid().grid), grid.voxelSize,
+                                        grid.voxelSize * (fromVdb(inside.min()).toVec() - Vec3::Ones()),
+                                        grid.voxelSize * (fromVdb(inside.max()).toVec() + Vec3::Ones())});
     deepest_ = deepestOf(*data_->phi), steepest_ = steepestOf(*data_->phi, grid.voxelSize);
 }
 DistanceField::DistanceField(DistanceField&&) noexcept = default;
@@ -77,6 +82,9 @@ DistanceSample DistanceField::at(const Vec3& X) const
         gradient += phi * Vec3(slope.x() * share.y() * share.z(), slope.y() * share.z() * share.x(),
                                slope.z() * share.x() * share.y());
     }
+    constexpr double kRounding = 1e-5;  // of floats
+    if (value >= (1 - kRounding) * data_->phi->background())
+        value = std::max(value, (X - X.cwiseMax(data_->lower).cwiseMin(data_->upper)).norm());
     return {value, gradient / data_->dx};
 }
 

@@ -46,6 +46,12 @@ struct EnergyFlow {
     double loss = 0;        ///< J that the scheme takes: work less what the forces of the equations do along the leg
 };
 
+/// A whole step, whatever stages it has.
+struct Way {
+    std::span<const Vec3> from, to;  ///< m
+    double begin = 0, end = 0;       ///< s
+};
+
 /// U(x) with its gradient and a positive semidefinite approximation of its Hessian, each checked against the other
 /// by finite differences in the tests. Forces that do not come from an energy of x alone (damping, friction) use one
 /// that holds for this step only.
@@ -66,9 +72,9 @@ public:
     /// The step is solved at x. What holds for this step only may be brought up to date there: is that enough of a
     /// change to solve on?
     virtual bool refresh(std::span<const Vec3> /*x*/) { return false; }
-    /// A step is solved at x. False where it has come to what a shorter one would not have: things have passed into
-    /// each other. It is cut back then, as one that is not solved is, as long as that makes sense.
-    virtual bool holds(std::span<const Vec3> /*x*/) const { return true; }
+    /// A step is solved. False where it has come to what a shorter one would not have: things have passed into each
+    /// other. It is cut back then, as one that is not solved is, as long as that makes sense.
+    virtual bool holds(const Way& /*way*/) const { return true; }
     /// A step of `dt` [s] has come to its end at x, at this time [s], and is kept.
     virtual void accept(std::span<const Vec3> /*x*/, double /*time*/, double /*dt*/) {}
     /// What it did along a leg of the step that begin() was told of; before accept(). The columns of the effect.

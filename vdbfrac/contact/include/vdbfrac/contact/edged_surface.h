@@ -10,14 +10,16 @@
 
 namespace vdbfrac::contact {
 
-/// A touching surface with more points, numbered after its samples: on stretched edges, about as far apart as samples
-/// are at rest. They keep nothing from step to step; what they may do is between what the ends of their edges may.
+/// A touching surface with more points, numbered after its samples: on edges that are stretched, as far apart as
+/// samples are at rest. They keep nothing from step to step; what they may do is between what the ends of their edges
+/// may.
 class EdgedSurface : public TouchingSurface {
 public:
-    /// A point y [m] of an edge between two samples, `length` [m] long: does it matter?
-    using Takes = std::function<bool(std::uint32_t a, std::uint32_t b, double length, const Vec3& y)>;
-    /// Chooses anew, on edges longer than kLong * `spacing` [m] in x; where a step begins.
-    void chooseOnEdges(std::span<const Vec3> x, double spacing, const Takes& takes);
+    EdgedSurface() { keepsEdges_ = true; }
+    /// Is a point of an edge between two samples, `length` [m] long, near anything?
+    using IsNear = std::function<bool(std::uint32_t a, std::uint32_t b, double length)>;
+    /// Chooses anew, where a step begins: on edges kLong times as long in x as at rest, and as `spacing` [m].
+    void chooseOnEdges(std::span<const Vec3> x, double spacing, const IsNear& isNear);
     /// Samples and points on edges.
     std::size_t points() const { return size() + onEdge_.size(); }
     bool isOnEdge(std::size_t i) const { return i >= size(); }
@@ -36,9 +38,21 @@ public:
     {
         return between(i, [&](std::size_t end) { return memory(end).allowance; });
     }
-    /// m^2; of points on edges as stretched as they are, of samples at rest.
+    /// m^2; of samples that at rest, of points on edges as stretched as they are.
     double area(std::size_t i) const { return isOnEdge(i) ? onEdge_[i - size()].area : TouchingSurface::area(i); }
-    void addForce(std::size_t i, const Vec3& force, std::span<Vec3> gradient) const;
+    /// Calls visit(sample, share) for the sample, or the ends of its edge.
+    template <class Visit>
+    void visitSamples(std::size_t i, const Visit& visit) const
+    {
+        if (!isOnEdge(i)) return visit(i, 1.);
+        const OnEdge& p = onEdge_[i - size()];
+        visit(std::size_t(p.a), 1 - p.s), visit(std::size_t(p.b), p.s);
+    }
+    void addForce(std::size_t i, const Vec3& force, std::span<Vec3> gradient) const
+    {
+        visitSamples(
+            i, [&](std::size_t sample, double share) { TouchingSurface::addForce(sample, share * force, gradient); });
+    }
     void couple(std::size_t i, solver::Coupling& coupling) const;
     std::size_t bytes() const { return TouchingSurface::bytes() + onEdge_.capacity() * sizeof(OnEdge); }
 

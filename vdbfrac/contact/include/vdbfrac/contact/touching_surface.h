@@ -27,7 +27,8 @@ struct TouchMemory {
                                   ///< buried: too deep to be found, until it comes up
     Vec3 stretch = Vec3::Zero();  ///< elastic slip [m]
     double depth = 0;             ///< after the last step [m]
-    double before = kUnseen;      ///< its depth before its surface was cut [m], if it was since it was looked at
+    double before = kUnseen;      ///< its depth before its surface was cut, or what it touches changed [m], if that was
+                                  ///< since it was looked at
 
     /// It is at this depth [m] when it is looked at: what is new may be as deep as it is. Where a cut has moved it
     /// deeper, its allowance grows by as much, so that a cut never pushes.
@@ -94,7 +95,7 @@ public:
     /// Samples that lie near each other: most of those in a cell.
     std::size_t clusters() const { return cluster_.start.size() - 1; }
     std::span<const std::uint32_t> cluster(std::size_t c) const { return cluster_[c]; }
-    /// Of the triangles between the samples, each once.
+    /// Of the triangles between the samples, each once; none where keepsEdges_ is false.
     using Edge = std::array<std::uint32_t, 2>;
     std::span<const Edge> edges() const { return all_.edge; }
     TouchMemory& memory(std::size_t i) { return memory_[i]; }
@@ -117,6 +118,9 @@ public:
     /// Each sample keeps what the nearest one of the wide lattice did, where one is within two of its voxels.
     void refineFrom(const std::string& name, const core::Refinement& wide);
     std::size_t bytes() const;
+
+protected:
+    bool keepsEdges_ = false;
 
 private:
     struct AtRest {

@@ -58,6 +58,8 @@ private:
 
 /// Box round all points that faces use [m]; of no size without any.
 Bounds boundsOf(const DrawnFrame& frame);
+/// The least volume of a body over that of the same material at rest; 1 where nothing is drawn.
+double squeezeOf(const DrawnFrame& frame);
 
 /// For a .ply of a frame, which has to live as long.
 std::vector<tetmesh::PlyBody> plyBodies(const DrawnFrame& frame);

@@ -126,7 +126,7 @@ private:
     void restoreBodies(const Archive& archive);
     void restoreProgress(const Archive& archive);
     void restoreEffects(const Archive& archive, const std::function<void(Persistent&)>& restore);
-    bool holds() const;
+    bool holds(double dt) const;
     void updateGrid(StepRecord& record);
     bool recut(StepRecord& record, std::size_t body, const grid::PhiChanges& changes);
     void number();

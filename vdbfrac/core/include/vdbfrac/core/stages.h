@@ -176,7 +176,9 @@ public:
     virtual void join(Stages& stages) = 0;
     /// Before the first step, and again before the first of a branch of a run that did not have it; `notes` as in
     /// Stages.
-    virtual void start(std::span<const Body> /*bodies*/, std::vector<std::string>& /*notes*/) {}
+    virtual void start(const SolvedStep& /*now*/, std::span<const Body> /*bodies*/, std::vector<std::string>& /*notes*/)
+    {
+    }
 };
 
 }  // namespace vdbfrac::core

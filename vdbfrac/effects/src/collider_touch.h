@@ -1,0 +1,58 @@
+// What colliders know of samples in a step.
+#pragma once
+
+#include <vdbfrac/base/vec.h>
+#include <vdbfrac/contact/contact_law.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+namespace vdbfrac::effects {
+
+/// Where a sample is as a step begins, in the frame of a collider at t = 0, and how far from there it touches nothing.
+struct Apart {
+    Vec3 at;
+    double room = 0;  ///< m; 0 or less: it may touch at once
+
+    bool isSafe(const Vec3& X) const { return room > 0 && (X - at).squaredNorm() < room * room; }
+};
+
+/// A sample in a collider, or a point of a stretched edge.
+struct ColliderTouch {
+    std::uint32_t sample = 0, collider = 0;
+    double depth = 0;  ///< beyond its allowance [m]
+    Vec3 outward;      ///< gradient of the distance
+};
+
+/// How a collider pushes a sample.
+struct ColliderPush {
+    std::uint32_t sample = 0, collider = 0;
+    Vec3 force;  ///< N
+};
+
+/// One for each sample and collider, by rising ones.
+inline std::vector<ColliderPush> merged(std::vector<ColliderPush> all)
+{
+    const auto place = [](const ColliderPush& p) { return std::pair(p.sample, p.collider); };
+    std::ranges::stable_sort(all, {}, place);
+    std::size_t count = 0;
+    for (const ColliderPush& p : all)
+        if (count > 0 && place(all[count - 1]) == place(p))
+            all[count - 1].force += p.force;
+        else
+            all[count++] = p;
+    all.resize(count);
+    return all;
+}
+
+/// The strongest touch of a sample.
+struct ColliderHeld {
+    std::uint32_t sample = 0, collider = 0;
+    contact::Rub rub;
+    Vec3 carried;  ///< m: where the collider has taken the sample's place since
+    mutable contact::Dual dual = rub.dual();
+};
+
+}  // namespace vdbfrac::effects
