@@ -1,5 +1,6 @@
 // Points of the drawn surface go where the material goes that they lie in.
 #include "lattices.h"
+#include "voxel_box.h"
 
 #include <vdbfrac/skin/mean_motion.h>
 #include <vdbfrac/skin/opposite.h>
@@ -15,36 +16,14 @@
 #include <set>
 
 using namespace vdbfrac;
+using test::voxelBox;
+using test::withNormals;
 using tetmesh::CutMesh;
 
 namespace {
 
 class SkinRiders : public test::Lattices {};
 INSTANTIATE_TEST_SUITE_P(All, SkinRiders, test::kLattices, test::nameOfLattice);
-
-/// A box of whole voxels, one point a voxel node on its surface.
-tetmesh::RenderMesh voxelBox(const Coord& half, double dx)
-{
-    tetmesh::PolygonSoup soup;
-    for (int axis = 0; axis < 3; ++axis)
-        for (const int side : {-1, 1}) {
-            const Coord size = half;
-            const int n[3] = {size.x, size.y, size.z}, u = (axis + 1) % 3, v = (axis + 2) % 3;
-            for (int j = -n[v]; j < n[v]; ++j)
-                for (int i = -n[u]; i < n[u]; ++i) {
-                    std::vector<std::size_t> square;
-                    for (const auto& [di, dj] : {std::pair{0, 0}, {1, 0}, {1, 1}, {0, 1}}) {
-                        Vec3 p;
-                        p[axis] = side * n[axis], p[u] = i + di, p[v] = j + dj;
-                        square.push_back(soup.points.size());
-                        soup.points.push_back(dx * p);
-                    }
-                    if (side < 0) std::reverse(square.begin(), square.end());
-                    soup.polygons.push_back(square);
-                }
-        }
-    return tetmesh::renderMesh(soup);
-}
 
 /// Faces on voxel planes are where the nodes with material and the points are least alike: at an edge no tet of the
 /// nearest node inside need have the point.
@@ -73,18 +52,6 @@ TEST_P(SkinRiders, RideInTheTetsThatTheyLieIn)
         ASSERT_TRUE(in) << mesh.points[i].transpose();
         EXPECT_LT((at[i] - in->point.at(x)).norm(), kRounding) << mesh.points[i].transpose();
     }
-}
-
-/// Each face with its normal.
-tetmesh::RenderMesh withNormals(tetmesh::RenderMesh mesh)
-{
-    for (std::size_t f = 0; f < mesh.faces(); ++f) {
-        const auto face = std::span(mesh.corners).subspan(4 * f, 4);
-        const auto at = [&](std::size_t k) { return mesh.points[face[k].point]; };
-        for (auto& corner : face) corner.normal = std::uint32_t(f);
-        mesh.normals.push_back((at(1) - at(0)).cross(at(2) - at(0)).normalized());
-    }
-    return mesh;
 }
 
 /// Whatever cracks there are, and wherever points ride: an affine motion of the nodes is one of all points, and given
@@ -185,51 +152,6 @@ std::vector<Vec3> nodesOn(const CutMesh& body, int side)
     std::vector<Vec3> on;
     for (const std::uint8_t s : sides) on.push_back((s == (side < 0 ? 1 : 2)) * Vec3::UnitX());
     return on;
-}
-
-/// Six times the volume inside; negative where the surface is inside out.
-double sixVolumes(const tetmesh::DrawnTopology& drawn)
-{
-    double sum = 0;
-    for (std::size_t f = 0; f < drawn.mesh.faces(); ++f) {
-        const auto face = drawn.mesh.face(f);
-        const Vec3 A = drawn.mesh.points[face[0].point];
-        for (std::size_t k = 2; k < face.size(); ++k) {
-            const Vec3 B = drawn.mesh.points[face[k - 1].point], C = drawn.mesh.points[face[k].point];
-            sum += A.dot(B.cross(C));
-        }
-    }
-    return sum;
-}
-
-/// The way corners run is what a program that wrote the mesh took for it, for each of its parts.
-TEST_P(SkinRiders, MeshesInsideOutAreTurned)
-{
-    constexpr double kRounding = 1e-9;
-    const Coord half{6, 6, 3};
-    const CutMesh body(GetParam(),
-                       lab::sample({-10, -10, -10}, {10, 10, 10}, dx, test::boxAt(Vec3::Zero(), dx * half.toVec())));
-    const tetmesh::RenderMesh box = withNormals(voxelBox(half, dx));
-    tetmesh::RenderMesh insideOut = box;
-    for (std::size_t f = 0, begin = 0; f < box.faces(); begin = box.faceEnd[f++])
-        std::reverse(insideOut.corners.begin() + std::ptrdiff_t(begin), insideOut.corners.begin() + box.faceEnd[f]);
-    tetmesh::RenderMesh both = insideOut;  // normals too
-    for (Vec3& n : both.normals) n = -n;
-    std::vector<std::uint32_t> whole(body.nodeCount(), 0);
-    const auto drawnOf = [&](const tetmesh::RenderMesh& mesh) {
-        skin::Skin skin(mesh, body, {});
-        skin.follow(body, whole);
-        return skin.topology();
-    };
-    const auto right = drawnOf(box);
-    EXPECT_GT(sixVolumes(*right), 0);
-    for (const tetmesh::RenderMesh& mesh : {insideOut, both}) {
-        const auto drawn = drawnOf(mesh);
-        EXPECT_NEAR(sixVolumes(*drawn), sixVolumes(*right), kRounding);
-        ASSERT_EQ(drawn->mesh.normals.size(), right->mesh.normals.size());
-        for (std::size_t n = 0; n < drawn->mesh.normals.size(); ++n)
-            EXPECT_LT((drawn->mesh.normals[n] - right->mesh.normals[n]).norm(), kRounding);
-    }
 }
 
 /// A little way behind the front of a crack each lip goes along with its own material alone, though the other is as

@@ -62,8 +62,8 @@ public:
         head << kFormat << points_ << "\n";
         for (const char* name : kPlaces) head << kProperty << name << "\n";
         for (const std::string& name : names) head << kProperty << name << "\n";
-        head << "element face " << count_
-             << "\nproperty list " << (longFaces_ ? "uint" : "uchar") << " int vertex_indices\nproperty int fragment\nproperty uchar torn\n"
+        head << "element face " << count_ << "\nproperty list " << (longFaces_ ? "uint" : "uchar")
+             << " int vertex_indices\nproperty int fragment\nproperty uchar torn\n"
              << kEnd;
         return std::string(head.text()) + std::string(vertices_.text()) + std::string(faces_.text());
     }

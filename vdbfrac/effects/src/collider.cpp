@@ -11,7 +11,7 @@
 // brought up to date where a step is solved.
 #include "all.h"
 #include "collider_touch.h"
-#include "obstacles.h"
+#include "collider_obstacles.h"
 
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/contact/contact_law.h>

@@ -1,4 +1,4 @@
-#include "obstacles.h"
+#include "collider_obstacles.h"
 
 #include <vdbfrac/base/number_text.h>
 
