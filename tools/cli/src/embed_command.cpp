@@ -14,6 +14,7 @@
 #include <vdbfrac/scene/reader.h>
 #include <vdbfrac/tetmesh/cache_files.h>
 #include <vdbfrac/tetmesh/render_mesh.h>
+#include <vdbfrac/tetmesh/surface_input.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -100,6 +101,31 @@ void writePly(const core::PointCache& cache, const std::string& out, int firstFr
     }
 }
 
+tetmesh::PolygonSoup soupOf(const core::DrawnBody& body)
+{
+    tetmesh::PolygonSoup soup{body.points, {}};
+    const tetmesh::RenderMesh& mesh = body.topology->mesh;
+    for (std::size_t f = 0; f < mesh.faces(); ++f) {
+        soup.polygons.emplace_back();
+        for (const tetmesh::RenderMesh::Corner& c : mesh.face(f)) soup.polygons.back().push_back(c.point);
+    }
+    return soup;
+}
+
+/// Torn faces end where the body's own surface is.
+void noteOpenEdges(const std::string& mesh, const core::PointCache& cache)
+{
+    if (!tetmesh::examine(tetmesh::readSurface(mesh)).closed) return;
+    std::size_t open = 0;
+    for (const core::DrawnBody& body : cache.frame(cache.frames() - 1))
+        open += tetmesh::examine(soupOf(body)).openEdges;
+    if (open > 0)
+        std::fprintf(stderr,
+                     "note: %zu edges are open that were closed: there %s lies so far from the surface of its body, "
+                     "half a voxel or more, that torn faces do not meet it\n",
+                     open, mesh.c_str());
+}
+
 int embed(const EmbedOptions& options)
 {
     const fs::path folder = options.folder;
@@ -108,6 +134,7 @@ int embed(const EmbedOptions& options)
     const core::Simulation& simulation = last.prepared.simulation;
     const core::PointCache cache(scene, simulation, last.drawing,
                                  motionFiles(readRunFrames(folder), simulation, folder));
+    if (!options.mesh.empty()) noteOpenEdges(options.mesh, cache);
     if (fs::path(options.out).extension() == ".ply") {
         writePly(cache, options.out, scene.time.firstFrame);
         return kDone;

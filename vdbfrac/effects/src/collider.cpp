@@ -191,8 +191,8 @@ void Colliders::look(std::span<const Vec3> x, double time)
         for (std::size_t i = begin; i < end; ++i)
             for (std::size_t c = 0; c < colliders; ++c) {
                 const Vec3 X = start_[c].inverse(surface_.at(i, x));
-                const double gap = obstacles_[c].distance(X) - surface_.reach(i);
-                apart_[i * colliders + c] = {X, gap / obstacles_[c].steepest()};
+                const double distance = obstacles_[c].distance(X);
+                apart_[i * colliders + c] = {X, distance, (distance - surface_.reach(i)) / obstacles_[c].steepest()};
             }
     });
     surface_.chooseOnEdges(x, dx_, [&](std::uint32_t a, std::uint32_t b, double length) {
@@ -374,7 +374,7 @@ double Colliders::largestStep(const solver::State& state, double time)
                 const double room = obstacles_[c].halfThickness();
                 if (!std::isfinite(room)) continue;
                 const Vec3 carried = (soon[c](apart(i, c).at) - y) / kShort;
-                most = std::max(most, (v - carried).norm() / (room + std::max(0., apart(i, c).room)));
+                most = std::max(most, (v - carried).norm() / (room + std::max(0., apart(i, c).distance)));
             }
         }
         return most;

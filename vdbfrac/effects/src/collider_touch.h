@@ -14,7 +14,7 @@ namespace vdbfrac::effects {
 /// Where a sample is as a step begins, in the frame of a collider at t = 0, and how far from there it touches nothing.
 struct Apart {
     Vec3 at;
-    double room = 0;  ///< m; 0 or less: it may touch at once
+    double distance = 0, room = 0;  ///< m; no room, or less: it may touch at once
 
     bool isSafe(const Vec3& X) const { return room > 0 && (X - at).squaredNorm() < room * room; }
 };

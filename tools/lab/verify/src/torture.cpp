@@ -233,7 +233,8 @@ Measurements touchingWhileTorn(Extent extent)
 {
     constexpr double kCell = .05, kFrame = 1. / 480;  // m, s: the shortest of the frames
     // Pieces that fold into each other are not thrown apart: that would make energy of nothing.
-    constexpr double kFolded = 1.5 * kCell, kGiven = .06, kGivenToShot = .4;
+    constexpr double kFolded = 1.5 * kCell, kGiven = .06;
+    constexpr double kMiddle = kBall + .25 * kCell;  // how deep the middle of the ball is, with the gap that it keeps
     struct Touching {
         const char* name;
         std::string scene;
@@ -242,7 +243,7 @@ Measurements touchingWhileTorn(Extent extent)
     };
     Measurements all;
     for (double nu : std::span(kPoissonRatios).subspan(extent == Extent::full ? 0 : 1))
-        for (const Touching& t : {Touching{"shot: ", shotThrough(nu), kCell, kBall, kGivenToShot},
+        for (const Touching& t : {Touching{"shot: ", shotThrough(nu), kCell, kMiddle, kGiven},
                                   Touching{"crushed: ", crushed(nu), kCell, kCell, kGiven},
                                   Touching{"thrown together: ", thrownTogether(nu), kFolded, 0, kGiven}}) {
             const Account a = watch(t.scene);
