@@ -83,8 +83,9 @@ DistanceSample DistanceField::at(const Vec3& X) const
                                slope.z() * share.x() * share.y());
     }
     constexpr double kRounding = 1e-5;  // of floats
-    if (value >= (1 - kRounding) * data_->phi->background())
-        value = std::max(value, (X - X.cwiseMax(data_->lower).cwiseMin(data_->upper)).norm());
+    const Vec3 away = X - X.cwiseMax(data_->lower).cwiseMin(data_->upper);
+    if (value >= (1 - kRounding) * data_->phi->background() && away.norm() > value)
+        return {away.norm(), away.normalized()};
     return {value, gradient / data_->dx};
 }
 

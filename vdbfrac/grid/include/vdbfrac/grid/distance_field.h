@@ -23,7 +23,7 @@ public:
     ~DistanceField();
 
     /// Trilinear between voxels, with the gradient of that. Beyond the band outside that to a box round the solid, or
-    /// the band's width, and no gradient. May be called from any number of threads.
+    /// the band's width without a gradient. May be called from any number of threads.
     DistanceSample at(const Vec3& X) const;
     double deepest() const { return deepest_; }  ///< m inside
     /// Most that the distance changes by over a way, over the length of the way: at least 1.
