@@ -122,4 +122,29 @@ TEST(Collider, LooksAtEdgesThatAreStretchedAndNearAlone)
     std::filesystem::remove(mesh);
 }
 
+/// Where nothing moves by itself, what a collider that presses puts in is what the block and the touch hold: its forces
+/// grow along its way. Not in the first step, in which the block comes to rest.
+TEST(Collider, WorkOfOneThatMovesIsThatOfItsForcesOnTheWay)
+{
+    constexpr double kWithin = .01;
+    for (int substeps : {1, 8}) {
+        Sled sled{.gravity = Vec3::Zero(), .friction = 0, .frames = 3, .solver = "integrator = \"static\"\n"};
+        sled.more =
+            "[[collider]]\nfriction = 0\nshape = { box = { size = [2, 0.2, 2], center = [0, 0.31, 0] } }\n"
+            "move = { velocity = [0, -0.2, 0] }\n";
+        std::string text = sled.text();
+        text.replace(text.find("substeps = 1"), 12, "substeps = " + std::to_string(substeps));
+        SceneRun run(text);
+        run.step();
+        double held = run.simulation.totals().elasticEnergy;
+        while (run.simulation.framesDone() < 3) {
+            const core::StepRecord& s = run.step();
+            const double gain = run.simulation.totals().elasticEnergy - held, work = s.energyFlow.at("collider_work");
+            EXPECT_NEAR(work / gain, 1, kWithin) << substeps;
+            held += gain;
+        }
+        EXPECT_GT(held, 15);
+    }
+}
+
 }  // namespace

@@ -28,7 +28,6 @@ namespace vdbfrac::effects {
 namespace {
 
 using contact::Penalty;
-using contact::Rub;
 using contact::TouchMemory;
 
 constexpr double kGap = 0.25;  // voxels that surfaces stay away, where there is as much room at rest
@@ -105,10 +104,7 @@ public:
     }
 
 private:
-    const Apart& apart(std::size_t sample, std::size_t collider) const
-    {
-        return apart_[sample * obstacles_.size() + collider];
-    }
+    const Apart& apart(std::size_t i, std::size_t collider) const { return apart_[i * obstacles_.size() + collider]; }
     std::vector<ColliderTouch> touches(std::span<const Vec3> x, const Places& places) const;
     /// Of a touch or a push.
     const Penalty& lawOf(const auto& t) const { return law_[surface_.body(t.sample) * obstacles_.size() + t.collider]; }
@@ -233,8 +229,8 @@ std::vector<ColliderHeld> Colliders::heldAt(std::span<const Vec3> x, const Place
     for (const ColliderPush& p : pushesAt(x, places)) {
         const double push = p.force.norm(), friction = obstacles_[p.collider].collider().friction;
         if (!(friction * push > 0)) continue;
-        const Rub rub = contact::makeRub(p.force / push, friction * push, surface_.area(p.sample) * lawOf(p).k(),
-                                         surface_.memory(p.sample).stretch);
+        const contact::Rub rub = contact::makeRub(
+            p.force / push, friction * push, surface_.area(p.sample) * lawOf(p).k(), surface_.memory(p.sample).stretch);
         const Vec3 carried = places_[p.collider](apart(p.sample, p.collider).at);
         contact::addStrongest(ColliderHeld{p.sample, p.collider, rub, carried}, all);
     }
@@ -291,20 +287,24 @@ solver::EnergyFlow Colliders::flow(const solver::Leg& leg) const
     const Places end = obstacles_.placesAt(begin_ + leg.length * length_);
     const StageTimer timer(work_, "collider");
     double before = 0, after = 0, along = 0, brought = 0, stretched = 0, rubbed = 0;
-    for (const ColliderTouch& t : touches(leg.from, start_)) before += energyOf(t);
-    for (const ColliderTouch& t : touches(leg.to, end)) after += energyOf(t);
-    const auto push = [&](std::uint32_t sample, std::uint32_t collider, const Vec3& force) {
-        const Vec3 y0 = surface_.at(sample, leg.from), way = surface_.at(sample, leg.to) - y0,
-                   carried = end[collider](start_[collider].inverse(y0)) - y0;
-        along += force.dot(way);
-        brought += force.dot(carried);
-        return Vec3(way - carried);
-    };
-    for (const ColliderTouch& t : touches(leg.at, places_)) push(t.sample, t.collider, forceOf(t));
+    const auto from = [&](const auto& t) { return surface_.at(t.sample, leg.from); };
+    const auto to = [&](const auto& t) { return surface_.at(t.sample, leg.to); };
+    // What a push brings in on the way of its collider: the mean of both ends, as forces change with depth.
+    for (const ColliderTouch& t : touches(leg.from, start_)) {
+        before += energyOf(t);
+        brought += .5 * forceOf(t).dot(obstacles_.carry(from(t), t.collider, start_, end) - from(t));
+    }
+    for (const ColliderTouch& t : touches(leg.to, end)) {
+        after += energyOf(t);
+        brought += .5 * forceOf(t).dot(to(t) - obstacles_.carry(to(t), t.collider, end, start_));
+    }
+    for (const ColliderTouch& t : touches(leg.at, places_)) along += forceOf(t).dot(to(t) - from(t));
     for (const ColliderHeld& h : held_) {
-        const Vec3 slip = slipOf(h, leg.at), force = h.rub.force(slip), way = push(h.sample, h.collider, force);
+        const Vec3 slip = slipOf(h, leg.at), force = h.rub.force(slip), way = to(h) - from(h),
+                   carried = obstacles_.carry(from(h), h.collider, start_, end) - from(h);
+        along += force.dot(way), brought += force.dot(carried);
         stretched += force.dot(h.rub.kept(slip) - h.rub.stretch);
-        rubbed -= force.dot(way);
+        rubbed -= force.dot(way - carried);
     }
     const double work = before - after + brought + stretched, dissipated = rubbed + stretched;
     return {work, dissipated, work - dissipated - along};

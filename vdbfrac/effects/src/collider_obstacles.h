@@ -71,6 +71,11 @@ public:
     {
         return all_[collider].distance(places[collider].inverse(y));
     }
+    /// Where a collider takes what is at y [m] on its way from one place to another.
+    Vec3 carry(const Vec3& y, std::size_t collider, const Places& from, const Places& to) const
+    {
+        return to[collider](from[collider].inverse(y));
+    }
     struct Nearest {
         double distance = std::numeric_limits<double>::infinity();  // m
         std::size_t collider = 0;
