@@ -18,6 +18,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <utility>
 
 namespace vdbfrac::cli {
 
@@ -35,6 +36,7 @@ struct EmbedOptions {
 struct LastState {
     lab::PreparedScene prepared;
     core::Drawing drawing;
+    bool isClosed = false;  // the mesh that is drawn instead of a body's own
 
     LastState(const fs::path& folder, const EmbedOptions& options, std::uint64_t limit)
         : prepared(scene::readScene(folder / "scene.toml", lab::study::vocabulary()), limit),
@@ -72,7 +74,9 @@ private:
         if (options.body.empty() && bodies.size() > 1)
             throw InputError({"--body", "the run has several bodies", "the name of the one that the mesh is for", ""});
         const std::size_t b = options.body.empty() ? 0 : std::size_t(named - bodies.begin());
-        drawing.replace(prepared.scene, prepared.simulation, b, tetmesh::readRenderMesh(options.mesh));
+        tetmesh::RenderMesh mesh = tetmesh::readRenderMesh(options.mesh);
+        isClosed = tetmesh::examine(tetmesh::soupOf(mesh)).closed;
+        drawing.replace(prepared.scene, prepared.simulation, b, std::move(mesh));
     }
 };
 
@@ -101,24 +105,15 @@ void writePly(const core::PointCache& cache, const std::string& out, int firstFr
     }
 }
 
-tetmesh::PolygonSoup soupOf(const core::DrawnBody& body)
-{
-    tetmesh::PolygonSoup soup{body.points, {}};
-    const tetmesh::RenderMesh& mesh = body.topology->mesh;
-    for (std::size_t f = 0; f < mesh.faces(); ++f) {
-        soup.polygons.emplace_back();
-        for (const tetmesh::RenderMesh::Corner& c : mesh.face(f)) soup.polygons.back().push_back(c.point);
-    }
-    return soup;
-}
-
 /// Torn faces end where the body's own surface is.
 void noteOpenEdges(const std::string& mesh, const core::PointCache& cache)
 {
-    if (!tetmesh::examine(tetmesh::readSurface(mesh)).closed) return;
     std::size_t open = 0;
-    for (const core::DrawnBody& body : cache.frame(cache.frames() - 1))
-        open += tetmesh::examine(soupOf(body)).openEdges;
+    for (const core::DrawnBody& body : cache.frame(cache.frames() - 1)) {
+        tetmesh::PolygonSoup soup = tetmesh::soupOf(body.topology->mesh);
+        soup.points = body.points;  // at rest lips lie on each other
+        open += tetmesh::examine(soup).openEdges;
+    }
     if (open > 0)
         std::fprintf(stderr,
                      "note: %zu edges are open that were closed: there %s lies so far from the surface of its body, "
@@ -134,7 +129,7 @@ int embed(const EmbedOptions& options)
     const core::Simulation& simulation = last.prepared.simulation;
     const core::PointCache cache(scene, simulation, last.drawing,
                                  motionFiles(readRunFrames(folder), simulation, folder));
-    if (!options.mesh.empty()) noteOpenEdges(options.mesh, cache);
+    if (last.isClosed) noteOpenEdges(options.mesh, cache);
     if (fs::path(options.out).extension() == ".ply") {
         writePly(cache, options.out, scene.time.firstFrame);
         return kDone;

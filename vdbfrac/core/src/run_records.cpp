@@ -141,10 +141,10 @@ json framesJson(std::span<const FrameRecord> frames)
     for (const FrameRecord& f : frames) {
         list.push_back(
             {{"frame", f.frame}, {"time", f.time}, {"state_hash", f.stateHash}, {"files", filesJson(f.files)}});
-        if (f.drawn.lower != f.drawn.upper)
-            list.back()["bounds"] = {{f.drawn.lower.x(), f.drawn.lower.y(), f.drawn.lower.z()},
-                                     {f.drawn.upper.x(), f.drawn.upper.y(), f.drawn.upper.z()}};
-        if (f.drawn.lower != f.drawn.upper) list.back()["squeeze"] = f.squeeze;
+        if (f.drawn.lower == f.drawn.upper) continue;
+        list.back()["bounds"] = {{f.drawn.lower.x(), f.drawn.lower.y(), f.drawn.lower.z()},
+                                 {f.drawn.upper.x(), f.drawn.upper.y(), f.drawn.upper.z()}};
+        list.back()["squeeze"] = f.squeeze;
     }
     return list;
 }

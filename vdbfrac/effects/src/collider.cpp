@@ -10,8 +10,8 @@
 // Friction is that of contact/contact_law.h, against the motion of the collider; normal forces and directions are
 // brought up to date where a step is solved.
 #include "all.h"
-#include "collider_touch.h"
 #include "collider_obstacles.h"
+#include "collider_touch.h"
 
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/contact/contact_law.h>
