@@ -14,18 +14,63 @@ namespace {
 constexpr std::size_t kRowChunk = 256;
 constexpr std::uint32_t kNoRow = 0xffffffff;
 
-/// The row of each node of a system that has one.
-std::vector<std::uint32_t> rowOfNode(std::span<const std::uint32_t> rows, std::size_t nodes)
-{
-    std::vector<std::uint32_t> of(nodes, kNoRow);
-    for (std::uint32_t r = 0; r < rows.size(); ++r) of[rows[r]] = r;
-    return of;
-}
+/// Rows for some nodes of a system, in their order.
+struct Rows {
+    std::vector<std::uint32_t> node;  // rising
+    std::vector<std::uint32_t> of;    // of each node of the system; kNoRow
+
+    /// forEach(mark) calls mark(node) for all that get one, also several times.
+    template <class ForEach>
+    Rows(std::size_t nodes, const ForEach& forEach) : of(nodes, kNoRow)
+    {
+        forEach([this](std::uint32_t n) { of[n] = 0; });
+        for (std::uint32_t n = 0; n < nodes; ++n)
+            if (of[n] != kNoRow) of[n] = std::uint32_t(node.size()), node.push_back(n);
+    }
+};
 
 void addTo(SymmetricBlock& sum, float factor, const SymmetricBlock& block)
 {
     for (std::size_t k = 0; k < sum.size(); ++k) sum[k] += factor * block[k];
 }
+
+/// The entries of a row, added up by column.
+class RowSums {
+public:
+    void add(std::uint32_t column, float factor, const SymmetricBlock& block)
+    {
+        if (2 * entries_.size() >= table_.size()) grow();
+        std::uint32_t& place = table_[find(column)];
+        if (place == kNoRow) place = std::uint32_t(entries_.size()), entries_.push_back({column, {}});
+        addTo(entries_[place].block, factor, block);
+    }
+    /// Appends them to `list`, columns rising, and starts a new row.
+    void moveTo(std::vector<NodeBlocks::Entry>& list)
+    {
+        std::fill(table_.begin(), table_.end(), kNoRow);
+        std::sort(entries_.begin(), entries_.end(), [](const auto& a, const auto& b) { return a.node < b.node; });
+        list.insert(list.end(), entries_.begin(), entries_.end());
+        entries_.clear();
+    }
+
+private:
+    /// Where a column is in the table, or would be.
+    std::size_t find(std::uint32_t column) const
+    {
+        constexpr std::uint32_t kSpread = 2654435761u;  // 2^32 over the golden ratio (Knuth)
+        std::size_t at = (column * kSpread) & (table_.size() - 1);
+        while (table_[at] != kNoRow && entries_[table_[at]].node != column) at = (at + 1) & (table_.size() - 1);
+        return at;
+    }
+    void grow()
+    {
+        table_.assign(std::max<std::size_t>(256, 2 * table_.size()), kNoRow);
+        for (std::uint32_t i = 0; i < entries_.size(); ++i) table_[find(entries_[i].node)] = i;
+    }
+
+    std::vector<NodeBlocks::Entry> entries_;
+    std::vector<std::uint32_t> table_;  // places in entries_; a power of two, at most half full
+};
 
 }  // namespace
 
@@ -61,21 +106,13 @@ void NodeBlocks::assemble(std::vector<std::uint32_t> rows, const Emit& emit)
     std::vector<std::size_t> size(row_.size());
     parallelChunks(row_.size(), kRowChunk, [&](std::size_t begin, std::size_t end) {
         std::vector<Entry>& all = part[begin / kRowChunk];
-        std::vector<Entry> own;
+        RowSums sums;
         for (std::size_t r = begin; r < end; ++r) {
-            own.clear();
             emit(r, [&](std::uint32_t column, float factor, const SymmetricBlock& block) {
-                own.push_back({column, {}});
-                addTo(own.back().block, factor, block);
+                sums.add(column, factor, block);
             });
-            std::stable_sort(own.begin(), own.end(), [](const Entry& a, const Entry& b) { return a.node < b.node; });
             const std::size_t first = all.size();
-            for (const Entry& e : own) {
-                if (all.size() > first && all.back().node == e.node)
-                    addTo(all.back().block, 1, e.block);
-                else
-                    all.push_back(e);
-            }
+            sums.moveTo(all);
             size[r] = all.size() - first;
         }
     });
@@ -88,20 +125,19 @@ void NodeBlocks::assemble(std::vector<std::uint32_t> rows, const Emit& emit)
 
 NodeBlocks::NodeBlocks(std::span<const Coupling> couplings, std::size_t nodes)
 {
-    std::vector<std::uint32_t> rows;
-    for (const Coupling& c : couplings)
-        for (std::size_t a = 0; a < Coupling::kNodes; ++a)
-            if (c.weight[a] != 0) rows.push_back(c.node[a]);
-    sortUnique(rows);
-    const std::vector<std::uint32_t> rowOf = rowOfNode(rows, nodes);
+    Rows rows(nodes, [&](const auto& mark) {
+        for (const Coupling& c : couplings)
+            for (std::size_t a = 0; a < Coupling::kNodes; ++a)
+                if (c.weight[a] != 0) mark(c.node[a]);
+    });
     // Items are corners: 8 coupling + place in it.
-    const Groups corners = groupItems(rows.size(), [&](const auto& add) {
+    const Groups corners = groupItems(rows.node.size(), [&](const auto& add) {
         for (std::size_t c = 0; c < couplings.size(); ++c)
             for (std::size_t a = 0; a < Coupling::kNodes; ++a)
                 if (couplings[c].weight[a] != 0)
-                    add(rowOf[couplings[c].node[a]], std::uint32_t(c * Coupling::kNodes + a));
+                    add(rows.of[couplings[c].node[a]], std::uint32_t(c * Coupling::kNodes + a));
     });
-    assemble(std::move(rows), [&](std::size_t row, const auto& add) {
+    assemble(std::move(rows.node), [&](std::size_t row, const auto& add) {
         for (std::uint32_t corner : corners[row]) {
             const Coupling& c = couplings[corner / Coupling::kNodes];
             const float own = c.weight[corner % Coupling::kNodes];
@@ -118,16 +154,15 @@ NodeBlocks NodeBlocks::restricted(Parents parents, std::span<const std::uint8_t>
         for (std::uint32_t parent : parents[node])
             if (parent < coarseNodes) f(parent);
     };
-    std::vector<std::uint32_t> rows;
-    for (std::uint32_t node : row_) eachParent(node, [&](std::uint32_t parent) { rows.push_back(parent); });
-    sortUnique(rows);
-    const std::vector<std::uint32_t> rowOf = rowOfNode(rows, coarseNodes);
-    const Groups finer = groupItems(rows.size(), [&](const auto& add) {
+    Rows rows(coarseNodes, [&](const auto& mark) {
+        for (std::uint32_t node : row_) eachParent(node, mark);
+    });
+    const Groups finer = groupItems(rows.node.size(), [&](const auto& add) {
         for (std::uint32_t r = 0; r < row_.size(); ++r)
-            eachParent(row_[r], [&](std::uint32_t parent) { add(rowOf[parent], r); });
+            eachParent(row_[r], [&](std::uint32_t parent) { add(rows.of[parent], r); });
     });
     NodeBlocks coarse;
-    coarse.assemble(std::move(rows), [&](std::size_t row, const auto& add) {
+    coarse.assemble(std::move(rows.node), [&](std::size_t row, const auto& add) {
         for (std::uint32_t r : finer[row])
             for (const Entry& e : entries(r))
                 eachParent(e.node, [&](std::uint32_t parent) { add(parent, .25f, e.block); });

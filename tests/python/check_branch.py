@@ -104,9 +104,15 @@ with tempfile.TemporaryDirectory() as temporary:
     check("jumps are told", told and abs(float(told[1])) < 1 and abs(float(told[2])) < 10, said)
     check("finer frames", states(fine)[:AT] == states(run)[:AT], "not the frames of the run")
 
+    # Later frames go where a run goes on from a frame, whatever comes after.
+    shorter = top / f"same_{AT}"
+    went = subprocess.run([PROGRAM, "sim", SCENE, "-o", shorter, *COARSE, "-f", str(LAST - 1), f"--resume={LAST - 1}"], capture_output=True, text=True)
+    check("made shorter", went.returncode == 0 and len(list(shorter.glob("obj/*.obj"))) == LAST - 1, f"{went.stderr}{list(shorter.glob('obj/*.obj'))}")
+
     moving = ["--set", "output.motion=true"]
     sim(top / "moving", "--keep-checkpoints", base=[*COARSE, *moving])
     sim(top / "moving_fine", "--branch", top / "moving", "--at", AT, base=["--set", "grid.voxel_size=0.05", *moving], code=2, texts=["output.motion", "finer lattice"])
+    sim(top / "moving_fine", "--branch", top / "moving", "--at", AT, base=["--set", "grid.voxel_size=0.05"], texts=["output.motion = false (was true)"])
 
     # What has to stay is named, all of it, and nothing is written over.
     before = states(run)
@@ -114,6 +120,11 @@ with tempfile.TemporaryDirectory() as temporary:
     sim(top / "jump", "--branch", run, "--at", AT, *tough, "--set", "grip.top.move.velocity=[0,0.9,0]", code=2, texts=["would jump by", "half a cell", "keys that pass through"])
     sim(top / "other", "--branch", top / "none", code=4, texts=["none"])
     sim(run, "--branch", run, code=4, texts=["is not empty"])
+    sim(run, "--branch", run, "--overwrite", code=2, texts=["the folder that the branch would be written into"])
+    kept = states(top / "same_2")
+    sim(top / "same_2", "--branch", run, "--overwrite", "--set", "time.fps=25", code=2, texts=["cannot change in a branch"])
+    check("what a refused branch would replace", states(top / "same_2") == kept, "is gone")
+    is_whole(top / "same_2")
     sim(top / "alone", "--at", AT, code=2)
     check("nothing changed", states(run) == before)
 

@@ -100,6 +100,8 @@ with tempfile.TemporaryDirectory() as temporary:
 
     bad.write_text(SCENE.replace("poisson_ratio = 0.3", "poisson_ratio = 0.5").replace("voxel_size", "voxel_siz"))
     expect("all errors at once", ["check", bad], 2, "bad.toml:", "did you mean", "voxel_size", "poisson_ratio", "0.5")
+    expect("a field that nothing makes", ["check", good, "--set", 'output.vdb=["margin"]', "--set", 'fracture.driver="full"'], 2, "output.vdb", "nothing in this scene makes")
+    expect("the text of a scene alone", ["check", "--quick", good, "--set", 'collider=[{ name = "hill", shape = { mesh = { file = "none.obj" } } }]'], 0, "ok")
     expect("missing file", ["check", folder / "none.toml"], 4, "none.toml")
     expect("no output folder", ["sim", good], 2, "-o")
     expect("plan", ["sim", good, "-n", "--measure", "0"], 0, "solve", "fracture", "gravity", "off", "no [gravity] in the scene")

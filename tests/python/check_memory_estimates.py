@@ -18,6 +18,8 @@ def shaped(shape):
     return re.sub(r"cut = .*", "", SCENE.replace("{ box = { size = [1, 1, 1] } }", shape))
 
 
+# A closed cube, 3 m wide, away from the block.
+CRATE = "".join(f"v {x} {y} {z}\n" for z in (3, 6) for y in (-1, 2) for x in (-1, 2)) + "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n"
 CASES = [  # name, scene, settings
     ("block", SCENE, ["grid.voxel_size=0.02"]),
     ("finer block", SCENE, ["grid.voxel_size=0.014"]),
@@ -30,6 +32,7 @@ CASES = [  # name, scene, settings
     ("ball", shaped("{ sphere = { radius = 0.55 } }"), ["grid.voxel_size=0.02"]),
     ("plate", shaped("{ box = { size = [2, 1, 0.08] } }"), ["grid.voxel_size=0.014"]),
     ("Delaunay", SCENE, ["grid.voxel_size=0.05", 'grid.lattice="delaunay"']),
+    ("collider", SCENE, ["grid.voxel_size=0.02", 'collider=[{ name = "crate", shape = { mesh = { file = "crate.obj" } } }]']),
     ("direct", SCENE, ["grid.voxel_size=0.07", 'solver.linear_solver="direct"']),
 ]
 
@@ -40,6 +43,7 @@ def run(*arguments, before=None):
 
 with tempfile.TemporaryDirectory() as temporary:
     top = Path(temporary)
+    (top / "crate.obj").write_text(CRATE)
     for name, text, settings in CASES:
         scene = top / f"{name}.toml".replace(" ", "_")
         scene.write_text(text)

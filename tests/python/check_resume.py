@@ -117,6 +117,26 @@ with tempfile.TemporaryDirectory() as temporary:
 
     kill(top / "killed", command(top / "killed", "--resume"), whole, whole_seconds)
 
+    # What a step leaves for its frame alone, wherever the run stops.
+    margin = [PROGRAM, "sim", SCENE, "--set", "grid.voxel_size=0.1", "--set", "time.substeps=1", "--set", "output.ply=true", "--set", 'output.vdb=["margin"]',
+              "--set", "output.motion=true", "-f", "10", "--progress", "none"]
+    def plys(folder):
+        return [w["xxh3"] for f in json.loads((folder / "run.json").read_text())["frames"] for w in f["files"] if w["path"].endswith(".ply")]
+    expect("a run with margins", [*margin, "-o", top / "margins"], 0)
+    for _ in range(20):
+        if subprocess.run([*margin, "-o", top / "halting", "--resume", "--time-limit", "0.001s"], capture_output=True).returncode == 0:
+            break
+    if plys(top / "halting") != plys(top / "margins"):
+        failures.append("stopped again and again: other margins")
+    # run.json of a killed run may lag, and its newest checkpoint be damaged.
+    lagging = json.loads((top / "halting/run.json").read_text())
+    lagging["frames"] = lagging["frames"][:3]
+    (top / "halting/run.json").write_text(json.dumps(lagging))
+    expect("embed of a killed run", [PROGRAM, "embed", top / "halting", "-o", top / "killed.obj"], 0)
+    newest = max((top / "halting/ckpt").glob("*.ckpt"))
+    newest.write_bytes(newest.read_bytes()[:-9])
+    expect("embed from an older checkpoint", [PROGRAM, "embed", top / "halting", "-o", top / "older.obj"], 0, "an older checkpoint is taken")
+
     # Things that touch, slide, and fall asleep.
     tumble = [PROGRAM, "sim", SOURCE / "data/scenes/tumble.toml", "--set", "grid.voxel_size=0.1", "--set", "sleep={ speed = 0.1 }",
               "-f", "50", "--progress", "none"]
@@ -193,6 +213,9 @@ with tempfile.TemporaryDirectory() as temporary:
     expect("resuming the scene in the folder", [PROGRAM, "sim", inside, "-o", own, "--resume", "-f", "2", "-q"], 0)
     if inside.read_text() != text:
         failures.append("--resume replaced the scene it was given")
+    expect("other settings of the scene in the folder", [PROGRAM, "sim", inside, "-o", own, "--resume=2", "-f", "3", "-q", "--set", "fracture.toughness=3000"], 0)
+    if "toughness = 3000" not in inside.read_text():
+        failures.append("the scene in the folder is not that of the run any more")
     (own / "vdb/other.0001.vdb").write_bytes((own / "vdb/notched_block.0001.vdb").read_bytes())
     other = top / "other.toml"
     other.write_text(SCENE.read_text().replace('name = "notched_block"', 'name = "other"').replace("{ box = { size = [1, 1, 1] } }", '{ vdb = "own/vdb/other.0001.vdb" }'))

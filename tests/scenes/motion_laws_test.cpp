@@ -208,6 +208,25 @@ TEST(Grips, KeysTurnAboutXThenYThenZ)
     }
 }
 
+/// Loads add up to what holds the box, in grips that share nodes too.
+TEST(Grips, EachTellsItsOwnLoad)
+{
+    const auto grip = [](const char* move) {
+        return std::string("[[grip]]\nbody = \"box\"\nregion.sphere.radius = 9\nmove = { ") + move + " }\n";
+    };
+    SceneRun pulled(box("", grip("force = [0, 100, 0]") + grip("force = [20, 50, 0]")));
+    const std::vector<Vec3> forces = pulled.step().gripLoad;
+    EXPECT_LT((forces[0] - Vec3(0, 100, 0)).norm(), 1e-9);
+    EXPECT_LT((forces[1] - Vec3(20, 50, 0)).norm(), 1e-9);
+
+    const std::string up = "velocity = [0, 1, 0]", weight = "[gravity]\nacceleration = [0, -10, 0]\n";
+    SceneRun one(box("", grip(up.c_str()) + weight)), two(box("", grip(up.c_str()) + grip(up.c_str()) + weight));
+    const Vec3 alone = one.step().gripLoad[0];
+    const std::vector<Vec3> both = two.step().gripLoad;
+    EXPECT_GT(alone.norm(), 1);
+    EXPECT_LT((both[0] + both[1] - alone).norm(), 1e-9 * alone.norm());
+}
+
 /// Largest difference of velocity within a cell [m/s], between any two of its nodes.
 double largestSpread(const core::Simulation& simulation)
 {

@@ -132,7 +132,7 @@ TEST_F(RunFolderTest, AnErrorOfTheWriterIsThrownInTheRunWithTheNameOfTheFile)
 {
     SceneRun run(tornBar());
     core::RunFolder folder = open(run);
-    fs::create_directory(folder_ / "obj" / "bar.0002.obj");  // in the way
+    fs::create_directories(folder_ / "obj" / "bar.0002.obj");  // in the way
     try {
         writeTo(run, folder, kFrames);
         folder.finish(run.simulation, "done");

@@ -90,7 +90,7 @@ TEST(SolvedStep, IsHalvedUntilWhatItEndsInHolds)
     EXPECT_EQ(leashed.outcome, core::Outcome::cutback);
     EXPECT_EQ(leashed.dt, kWhole / 4);
     EXPECT_EQ(hopeless.cutbacks, 8);  // then it is kept
-    EXPECT_EQ(hopeless.outcome, core::Outcome::cutback);
+    EXPECT_EQ(hopeless.outcome, core::Outcome::capped);
 }
 
 }  // namespace

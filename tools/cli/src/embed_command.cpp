@@ -1,6 +1,5 @@
 // vdbfrac embed: one topology over all frames of a run, for motion blur and for other render meshes.
 #include "options.h"
-#include "run_frames.h"
 
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/base/parallel.h>
@@ -9,6 +8,7 @@
 #include <vdbfrac/core/drawing.h>
 #include <vdbfrac/core/point_cache.h>
 #include <vdbfrac/core/run_folder.h>
+#include <vdbfrac/core/version.h>
 #include <vdbfrac/lab/scenes/prepared_scene.h>
 #include <vdbfrac/lab/study/study_table.h>
 #include <vdbfrac/scene/reader.h>
@@ -32,6 +32,26 @@ struct EmbedOptions {
     double maxMemory = 0;
 };
 
+/// The newest whole one of a run.
+core::Archive newestCheckpoint(const fs::path& folder, std::uint64_t limit)
+{
+    std::vector<fs::path> checkpoints = core::checkpointsIn(folder);
+    std::string passed;
+    for (std::reverse(checkpoints.begin(), checkpoints.end()); const fs::path& file : checkpoints) {
+        try {
+            core::Archive archive = core::Archive::read(file, limit);
+            if (const std::string creator = archive.getText("creator"); creator != core::kCreator)
+                throw InputError({folder.string(), "was made by " + creator + ", this is " + core::kCreator, "",
+                                  "simulate it again"});
+            if (!passed.empty()) std::fprintf(stderr, "note: an older checkpoint is taken%s\n", passed.c_str());
+            return archive;
+        } catch (const FileError& e) {
+            passed += std::string("; ") + e.what();
+        }
+    }
+    throw FileError(folder.string(), "holds no whole checkpoint" + passed);
+}
+
 /// A run at its last checkpoint.
 struct LastState {
     lab::PreparedScene prepared;
@@ -46,9 +66,7 @@ struct LastState {
             throw InputError(
                 {folder.string(), "holds no positions of nodes", "", "simulate with output.motion = true"});
         if (!options.mesh.empty()) replace(options);
-        const std::vector<fs::path> checkpoints = core::checkpointsIn(folder);
-        if (checkpoints.empty()) throw FileError(folder.string(), "holds no checkpoint");
-        prepared.simulation.restoreFrom(core::Archive::read(checkpoints.back(), limit));
+        prepared.simulation.restoreFrom(newestCheckpoint(folder, limit));
         Ledger work;
         try {
             drawing.follow(prepared.simulation, work);
@@ -80,14 +98,15 @@ private:
     }
 };
 
-/// Files of the frames up to the last that is done.
-std::vector<fs::path> motionFiles(const RunFrames& run, const core::Simulation& simulation, const fs::path& folder)
+/// Files of the frames up to the last that is done. run.json may not list all of them yet, if the run was killed.
+std::vector<fs::path> motionFiles(const lab::PreparedScene& last, const fs::path& folder)
 {
     std::vector<fs::path> files;
-    for (const RunFrame& frame : run.frames)
-        if (!frame.motion.empty() && int(files.size()) <= simulation.framesDone()) files.push_back(frame.motion);
-    if (int(files.size()) != simulation.framesDone() + 1)
-        throw FileError(folder.string(), "lacks frames before its last checkpoint; see 'vdbfrac info'");
+    for (int frame = 0; frame <= last.simulation.framesDone(); ++frame) {
+        files.push_back(frameName((folder / "motion" / (last.scene.name + ".####.motion")).string(),
+                                  last.scene.time.firstFrame + frame));
+        if (!fs::exists(files.back())) throw FileError(files.back().string(), "is not there, but later frames are");
+    }
     return files;
 }
 
@@ -127,8 +146,7 @@ int embed(const EmbedOptions& options)
     const LastState last(folder, options, memoryLimitOf(options.maxMemory));
     const scene::Scene& scene = last.prepared.scene;
     const core::Simulation& simulation = last.prepared.simulation;
-    const core::PointCache cache(scene, simulation, last.drawing,
-                                 motionFiles(readRunFrames(folder), simulation, folder));
+    const core::PointCache cache(scene, simulation, last.drawing, motionFiles(last.prepared, folder));
     if (last.isClosed) noteOpenEdges(options.mesh, cache);
     if (fs::path(options.out).extension() == ".ply") {
         writePly(cache, options.out, scene.time.firstFrame);

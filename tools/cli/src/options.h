@@ -16,6 +16,8 @@ struct CommonOptions {
     bool verbose = false, quiet = false;
     std::string logFile;
     std::string progress = "auto";  ///< auto, bar, plain, none, openjd, alf
+    /// The same, where nothing asked for any.
+    std::string progressKind() const { return quiet && progress == "auto" ? "none" : progress; }
 };
 void addCommonOptions(CLI::App& command, CommonOptions& options);
 

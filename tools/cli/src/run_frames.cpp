@@ -30,7 +30,6 @@ RunFrames readRunFrames(const std::filesystem::path& folder)
                 if (path.ends_with(".obj")) f.obj = folder / path;
                 if (path.ends_with(".ply")) f.ply = folder / path;
                 if (path.ends_with(".vdb")) f.vdb = folder / path;
-                if (path.ends_with(".motion")) f.motion = folder / path;
             }
         }
     } catch (const nlohmann::json::exception& e) {

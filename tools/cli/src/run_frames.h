@@ -11,8 +11,8 @@ namespace vdbfrac::cli {
 
 struct RunFrame {
     int frame = 0;
-    std::filesystem::path obj, ply, vdb, motion;  ///< empty where the run wrote none
-    std::vector<Vec3> bounds;                     ///< lower and upper corner of what is drawn [m]; empty without any
+    std::filesystem::path obj, ply, vdb;  ///< empty where the run wrote none
+    std::vector<Vec3> bounds;             ///< lower and upper corner of what is drawn [m]; empty without any
 };
 
 struct RunFrames {

@@ -91,7 +91,8 @@ std::string squeezeText(const std::vector<core::FrameRecord>& frames)
     const auto least = std::ranges::min_element(frames, {}, &core::FrameRecord::squeeze);
     if (least == frames.end() || least->squeeze > kMuch) return "";
     return fmt::format(
-        "squeezed: in frame {} a body has {:.0f} % of its volume; stiffer materials and slower motion keep more\n",
+        "squeezed: in frame {} a body has {:.0f} % of its volume; [volume], stiffer materials or slower motion keep "
+        "more\n",
         least->frame, 100 * least->squeeze);
 }
 

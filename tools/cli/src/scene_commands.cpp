@@ -3,8 +3,8 @@
 
 #include <vdbfrac/cli/commands.h>
 #include <vdbfrac/core/estimate.h>
-#include <vdbfrac/effects/effects.h>
 #include <vdbfrac/lab/machine/memory.h>
+#include <vdbfrac/lab/scenes/prepared_scene.h>
 #include <vdbfrac/lab/study/study_table.h>
 #include <vdbfrac/scene/reader.h>
 
@@ -27,12 +27,16 @@ Action addCheck(CLI::App& app)
         ->type_name("KEY=VALUE");
     command->add_flag("--quick", options->quick, "The text alone: read no meshes and no .vdb files");
     return [options] {
-        const scene::Scene s = scene::readScene(options->scene, lab::study::vocabulary(), options->set);
-        (void)effects::makeEffects(s);  // what keys of an effect and of the rest say together
-        if (!options->quick) (void)core::estimateScene(s, lab::defaultMemoryLimit());
+        scene::Scene s = scene::readScene(options->scene, lab::study::vocabulary(), options->set);
+        const std::size_t effects = s.tables.size();
+        if (options->quick)
+            std::erase_if(s.colliders, [](scene::Collider& c) { return scene::fileOf(c.shape) != nullptr; });
+        else
+            (void)core::estimateScene(s, lab::defaultMemoryLimit());
+        lab::requireSound(s);
         std::printf("%s: ok (%zu %s, frames %d-%d, %zu %s)\n", options->scene.c_str(), s.bodies.size(),
-                    s.bodies.size() == 1 ? "body" : "bodies", s.time.firstFrame, s.time.lastFrame, s.tables.size(),
-                    s.tables.size() == 1 ? "effect" : "effects");
+                    s.bodies.size() == 1 ? "body" : "bodies", s.time.firstFrame, s.time.lastFrame, effects,
+                    effects == 1 ? "effect" : "effects");
         return int(kDone);
     };
 }

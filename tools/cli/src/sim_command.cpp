@@ -1,11 +1,10 @@
 // vdbfrac sim: a scene in, frames out.
 #include "accuracy.h"
-#include "expected_errors.h"
-#include "forecast_text.h"
 #include "options.h"
 #include "progress.h"
 #include "report_files.h"
 #include "run_report.h"
+#include "sim_plan.h"
 #include "stop_request.h"
 #include <vdbfrac/lab/study/study_table.h>
 
@@ -36,9 +35,9 @@ constexpr int kMaxFrame = 999999;  // as scenes have it
 struct SimOptions {
     CommonOptions common;
     std::string scene, folder, frames, accuracy, timeLimit;
-    std::string resume;  // empty: no; "latest"; or the last frame to keep
-    std::string branch;  // folder of the run that this one branches from
-    int at = 0;          // the last frame to keep of it; 0: all
+    std::string resume;     // empty: no; "latest"; or the last frame to keep
+    std::string branch;     // folder of the run that this one branches from
+    std::optional<int> at;  // the last frame to keep of it; none: its newest
     std::vector<std::string> set;
     bool overwrite = false, plan = false, strict = false, report = false, keepCheckpoints = false;
     int threads = 0, checkpointEvery = 1;
@@ -122,6 +121,7 @@ private:
     {
         if (!wrong.empty()) log_.warn("report.html: {}", wrong);
     }
+    void writeOwnScene() const;
     void warnOfUnnamed(const core::StepRecord& step);
 
     const SimOptions& options_;
@@ -153,7 +153,7 @@ bool Run::takeUp(std::vector<std::string>& notes)
         if (folder_.resume(simulation_, own, notes)) return true;
     }
     if (options_.branch.empty()) return false;
-    if (options_.at > 0) how.lastFrame = std::min(options_.at, how.lastFrame);
+    if (options_.at) how.lastFrame = std::min(*options_.at, how.lastFrame);
     how.mayBranch = true;
     if (folder_.branchFrom(options_.branch, simulation_, how, notes)) return true;
     throw FileError(options_.branch, "holds no run to branch from");
@@ -167,10 +167,7 @@ void Run::begin()
     const bool resumed = takeUp(notes);
     if (resumed) lastWritten_ += int(folder_.frames().size());
     folder_.writeCheckpoint(simulation_, settings_);  // from here on there is always one of these settings
-    std::error_code none;
-    // What the user gave stays.
-    if (const auto own = folder_.path() / "scene.toml"; !std::filesystem::equivalent(own, scene_.file, none))
-        writeText(own, scene::writeScene(scene_, lab::study::vocabulary()));
+    writeOwnScene();
     logToFile(log_, folder_.path() / "run.log");
     log_.info("vdbfrac {}  scene '{}'  {} nodes  {} tets  {} threads", core::kVersion, scene_.name,
               simulation_.x().size(), simulation_.elastic().tetCount(), threadCount());
@@ -181,6 +178,19 @@ void Run::begin()
         log_.info("there is no run yet: starts at frame {}", scene_.time.firstFrame);
     if (!options_.accuracy.empty()) log_.info("{}", accuracyText(scene_, options_.accuracy));
     for (const std::string& note : notes) log_.warn("note: {}", note);
+}
+
+/// The scene of the run, beside its frames. Where the user gave that very file, it stays as it is unless steps would
+/// be others by it.
+void Run::writeOwnScene() const
+{
+    const auto vocabulary = lab::study::vocabulary();
+    const std::filesystem::path own = folder_.path() / "scene.toml";
+    std::error_code none;
+    if (std::filesystem::equivalent(own, scene_.file, none) &&
+        settingsText(scene::readScene(own, vocabulary)) == settings_)
+        return;
+    writeText(own, scene::writeScene(scene_, vocabulary));
 }
 
 /// Once: it stays in the columns, and in the summary.
@@ -201,7 +211,8 @@ std::string Run::toFrame(int frame, const StopRequest& stop, Progress& progress)
     const int first = scene_.time.firstFrame;
     const double start = (frame - 1 - first) / scene_.time.fps;
     int steps = 0, troubled = 0;
-    while (simulation_.framesDone() < frame - first) {
+    const auto isDone = [&] { return simulation_.framesDone() >= frame - first; };
+    while (!isDone()) {
         const core::StepRecord step = simulation_.stepInFrame();
         folder_.addStep(step);
         log_.debug("{}", stepText(step));
@@ -213,6 +224,7 @@ std::string Run::toFrame(int frame, const StopRequest& stop, Progress& progress)
         warnOfUnnamed(step);
         progress.update(frame - first + (simulation_.time() - start) * scene_.time.fps, stepText(step));
         ++steps, troubled += step.outcome != core::Outcome::converged;
+        if (isDone()) break;  // what the last step leaves for the frame alone is in no checkpoint
         if (steps >= kPatience && 3 * troubled > steps) return kStuck;
         if (const std::string reason = stop.reason(); !reason.empty()) return reason;  // after a step: each try gets on
     }
@@ -222,8 +234,7 @@ std::string Run::toFrame(int frame, const StopRequest& stop, Progress& progress)
 std::string Run::toLastFrame(const StopRequest& stop)
 {
     const int first = scene_.time.firstFrame, last = scene_.time.lastFrame;
-    Progress progress(options_.common.quiet ? "none" : options_.common.progress, last - first + 1,
-                      lastWritten_ + 1 - first);
+    Progress progress(options_.common.progressKind(), last - first + 1, lastWritten_ + 1 - first);
     for (int frame = lastWritten_ + 1; frame <= last; ++frame) {
         if (const std::string reason = toFrame(frame, stop, progress); !reason.empty()) return reason;
         log_.debug("frame {}  state {}", frame, folder_.writeFrame(simulation_, frame));
@@ -234,7 +245,9 @@ std::string Run::toLastFrame(const StopRequest& stop)
         progress.frame(
             frame, frame - first + 1,
             std::to_string(simulation_.fragments()) + (simulation_.fragments() == 1 ? " fragment" : " fragments"));
-        if (report_ && frame != last) tellOfReport(report_->update());
+        if (frame == last) break;
+        if (const std::string reason = stop.reason(); !reason.empty() && frame > first) return reason;
+        if (report_) tellOfReport(report_->update());
     }
     return "";
 }
@@ -259,7 +272,8 @@ int Run::end(const std::string& stopped)
             log_.error(
                 "frame {} gets nowhere: too many of its steps were cut back or not solved, the last to {:.2g} s. What "
                 "may help: slower grips, "
-                "[damping] stiffness, a looser solver.newton_tolerance (0.02), a smaller poisson_ratio, another "
+                "[volume] for what is squeezed, [damping] stiffness, a looser solver.newton_tolerance (0.02), a "
+                "smaller poisson_ratio, another "
                 "voxel_size; with a "
                 "checkpoint it stops here, --resume tries on",
                 lastWritten_ + 1, folder_.steps().back().dt);
@@ -282,32 +296,6 @@ void Run::fail(const std::string& error)
     }
 }
 
-/// What would run. Bodies are only made for it where that is quick.
-int plan(const SimOptions& options, const scene::Scene& scene, const core::SceneEstimate& estimate)
-{
-    constexpr double kQuick = 1e6;  // tets
-    const std::uint64_t limit = memoryLimitOf(options.maxMemory);
-    if (!options.accuracy.empty()) std::printf("%s\n", accuracyText(scene, options.accuracy).c_str());
-    std::optional<lab::PreparedScene> prepared;
-    const bool fits = estimate.bytes <= double(limit);
-    const bool quick = estimate.tets <= kQuick && scene.grid.lattice != scene::LatticeKind::delaunay;
-    if (fits && quick) prepared.emplace(scene, limit);
-    std::fputs(planText(scene, estimate, prepared ? &prepared->simulation : nullptr).c_str(), stdout);
-    std::fputs(expectedErrors(scene, estimate).c_str(), stdout);
-    std::fputs(filesText(scene).c_str(), stdout);
-    core::requireMemory(estimate, limit);
-    if (options.measureFor == 0) return kDone;
-    std::fflush(stdout);  // the rest takes a while
-    prepared.reset();
-    const lab::ForecastSettings how{options.measureFor, limit, options.keepCheckpoints};
-    try {
-        std::fputs(forecastText(scene, lab::forecast(scene, estimate, how)).c_str(), stdout);
-    } catch (const Error& e) {
-        std::printf("time: not known: %s\n", e.what());
-    }
-    return kDone;
-}
-
 int simulate(const SimOptions& options, const scene::Scene& scene)
 {
     const auto start = std::chrono::steady_clock::now();
@@ -315,7 +303,11 @@ int simulate(const SimOptions& options, const scene::Scene& scene)
     const auto log = makeLog(options.common);
     const std::uint64_t limit = memoryLimitOf(options.maxMemory);
     const core::SceneEstimate estimate = core::estimateScene(scene, limit);
-    if (options.plan) return plan(options, scene, estimate);
+    if (options.plan) {
+        printPlan(scene, estimate, options.accuracy,
+                  {options.measureFor, limit, options.keepCheckpoints, options.checkpointEvery});
+        return kDone;
+    }
     core::requireMemory(estimate, limit);
     lab::PreparedScene prepared(scene, limit);
     Run run(options, scene, prepared.simulation, *log);

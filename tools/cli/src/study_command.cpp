@@ -68,6 +68,8 @@ std::vector<std::string> ownCommand(const StudyOptions& o)
     add("--vary=", o.plan.vary);
     add("--measure=", o.plan.measure);
     if (o.plan.grid) command.push_back("--grid");
+    if (!o.by.empty()) command.push_back("--by=" + o.by);
+    if (o.threadsPerRun) command.push_back("--threads-per-run");
     if (o.timeLimit > 0) command.push_back("--time-limit=" + std::to_string(o.timeLimit));
     if (o.maxMemory > 0) command.push_back("--max-memory=" + std::to_string(o.maxMemory));
     return command;

@@ -31,7 +31,10 @@ std::string reasonToStay(const scene::Change& change)
     if (key == kVoxelSize) return isHalved(change) ? "" : "voxels may become half as wide, no other size";
     if (key.starts_with("grid.")) return "a branch goes on with the lattice, or with half its voxel_size";
     if (key == "time.frames" || key == "time.fps") return "the first frame and the time of frames are those of the run";
-    if (key == "output.motion" || key == "output.point_cache") return "it follows nodes from the first frame on";
+    if (key == "output.motion" || key == "output.point_cache")
+        return change.after.empty() || change.after == "false" || change.after == "[]"
+                   ? ""
+                   : "it follows nodes from the first frame on";
     if (key == "name" || key == "version") return "files bear the name of the scene";
     return "";
 }

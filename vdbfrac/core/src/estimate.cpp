@@ -27,14 +27,16 @@ constexpr double kPerDirect = 0.88 * kKibi;        // times nodes^(4/3): what fa
 constexpr double kPerSurfaceVoxel = 1.8 * kKibi, kPerFinerVoxel = 3.8 * kKibi;
 constexpr double kPerWorldVoxel = 2.7 * kKibi;  // grids made of the deformed surface, and the frames that wait
 constexpr double kPerBandVoxel = 30;            // phi and its frames
+constexpr double kPerFilledVoxel = 41;  // distances in all of a collider, while they are swept: balls of 4 and 12 M
 
 /// Lattice cells that hold material: half of those that the surface crosses come to the volume.
 constexpr double kCrossed = 0.5;
 /// The same for Delaunay tets of edges near h.
 constexpr double kDelaunayInside = 5.5, kDelaunayCrossed = 6.1;
 
-/// The outline at which volume and surface no longer change, or the finest.
-BodyEstimate outline(const scene::Body& body, const scene::Grid& grid, std::uint64_t memoryLimit)
+/// The outline of a body or a collider at which volume and surface no longer change, or the finest.
+template <class Solid>
+BodyEstimate outline(const Solid& solid, const scene::Grid& grid, std::uint64_t memoryLimit)
 {
     constexpr int kFirst = 64, kFinest = 256;  // voxels along the longest side
     constexpr double kSame = 0.03;             // of volume and area
@@ -43,8 +45,7 @@ BodyEstimate outline(const scene::Body& body, const scene::Grid& grid, std::uint
         std::optional<BodyEstimate> now;
         try {
             now.emplace();
-            now->body = &body;
-            now->outline = grid::makeOutline(body, grid, across, memoryLimit);
+            now->outline = grid::makeOutline(solid, grid, across, memoryLimit);
         } catch (const InputError&) {
             if (across >= kFinest) throw;  // thinner than its voxels, perhaps
             continue;
@@ -124,6 +125,7 @@ SceneEstimate estimateScene(const scene::Scene& scene, std::uint64_t memoryLimit
     all.bytes = kProgram;
     for (const scene::Body& body : scene.bodies) {
         BodyEstimate e = outline(body, scene.grid, memoryLimit);
+        e.body = &body;
         for (const scene::Grip& grip : scene.grips)
             if (grip.body == body.name) requireNear(grip, e);
         count(e, scene.grid);
@@ -131,6 +133,11 @@ SceneEstimate estimateScene(const scene::Scene& scene, std::uint64_t memoryLimit
         all.bytes += bytesOf(e, scene);
         all.bodies.push_back(std::move(e));
     }
+    for (const scene::Collider& collider : scene.colliders)
+        if (scene::fileOf(collider.shape))
+            all.colliderBytes +=
+                kPerFilledVoxel * outline(collider, scene.grid, memoryLimit).volume / std::pow(scene.grid.voxelSize, 3);
+    all.bytes += all.colliderBytes;
     if (scene.solver.linearSolver == scene::LinearSolver::direct) all.bytes += kPerDirect * std::pow(all.nodes, 4. / 3);
     return all;
 }
@@ -143,8 +150,11 @@ void requireMemory(const SceneEstimate& estimate, std::uint64_t limit)
         return (bounds.upper - bounds.lower).maxCoeff();
     };
     const auto longest = std::ranges::max_element(estimate.bodies, {}, lengthOf);
-    throw LimitError("the run needs about " + shortNumber(estimate.bytes / kGibi, 3) + " GiB, the limit is " +
-                     shortNumber(double(limit) / kGibi, 3) + " GiB; use a coarser grid.voxel_size or --max-memory" +
+    const auto gibi = [](double bytes) { return shortNumber(bytes / kGibi, 3) + " GiB"; };
+    const std::string ofColliders =
+        estimate.colliderBytes > 0 ? ", " + gibi(estimate.colliderBytes) + " of it for the files of colliders" : "";
+    throw LimitError("the run needs about " + gibi(estimate.bytes) + ofColliders + ", the limit is " +
+                     gibi(double(limit)) + "; use a coarser grid.voxel_size or --max-memory" +
                      (longest == estimate.bodies.end()
                           ? ""
                           : "; body '" + longest->body->name + "' is " + shortNumber(lengthOf(*longest), 3) +

@@ -88,7 +88,17 @@ scene::Vocabulary::Fields outputFields()
     return {{"phi", "energy"}, std::move(world)};
 }
 
-bool offersField(const Stages& stages, const std::string& name) { return worldField(name) || stages.sourceOf(name); }
+void requireSources(const scene::Scene& scene, const Stages& stages)
+{
+    const auto has = [](const std::vector<std::string>& names, const std::string& name) {
+        return std::find(names.begin(), names.end(), name) != names.end();
+    };
+    const scene::Vocabulary::Fields own = outputFields();
+    for (const std::string& name : scene.output.vdb)
+        if (!has(own.rest, name) && !has(own.deformed, name) && !stages.sourceOf(name))
+            throw InputError({"output.vdb", "nothing in this scene makes the field '" + name + "'", "",
+                              "name the effect that makes it, or leave the field out"});
+}
 
 RunState runState(const Simulation& simulation)
 {
@@ -271,6 +281,11 @@ void RunFolder::Writer::goOnFrom(const std::string& checkpoint, RecordLog::Recor
     steps_ = std::move(records.steps);
     frames_ = std::move(records.frames);
     loggedSteps_ = steps_.size(), loggedFrames_ = frames_.size();
+}
+
+void RunFolder::Writer::removeLaterFrames() const
+{
+    core::removeLaterFrames(folder_, scene_.name, frames_.empty() ? scene_.time.firstFrame - 1 : frames_.back().frame);
 }
 
 void RunFolder::Writer::takeOver(const fs::path& run, RecordLog::Records records)

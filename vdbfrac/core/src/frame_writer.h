@@ -18,9 +18,6 @@
 
 namespace vdbfrac::core {
 
-/// Can the frames of a simulation have a field?
-bool offersField(const Stages& stages, const std::string& name);
-
 /// What the manifest tells of the state, beside frames.
 struct RunState {
     struct Entry {
@@ -69,6 +66,8 @@ public:
     RecordLog::Records readRecords(const Archive& archive);
     /// Goes on from them. `checkpoint`: the file's name.
     void goOnFrom(const std::string& checkpoint, RecordLog::Records records);
+    /// Removes files of frames that the records do not have.
+    void removeLaterFrames() const;
     /// Copies the frames of another run into this folder, checks them, and goes on from its records. Throws FileError.
     void takeOver(const std::filesystem::path& run, RecordLog::Records records);
     void setBranches(std::vector<BranchRecord> branches) { branches_ = std::move(branches); }

@@ -183,14 +183,12 @@ void Simulation::Grips::setStartVelocities(std::span<Vec3> v) const
                 v[held.nodes[i]] = std::visit(StartVelocity{held.rest[i]}, held.grip->move);
 }
 
-std::vector<Vec3> Simulation::Grips::loads(std::span<const Vec3> reaction) const
+std::vector<Vec3> Simulation::Grips::loads(std::span<const Vec3> reaction, double time) const
 {
     std::vector<Vec3> loads;
     for (const Held& held : held_) {
         Vec3 sum = Vec3::Zero();
-        const bool force = std::holds_alternative<scene::Force>(held.grip->move);
-        for (std::size_t i = 0; i < held.nodes.size(); ++i)
-            sum += force ? boundary_.force[held.nodes[i]] : reaction[held.nodes[i]];
+        for (std::size_t i = 0; i < held.nodes.size(); ++i) sum += forceOn(held, i, time, reaction);
         loads.push_back(sum);
     }
     return loads;

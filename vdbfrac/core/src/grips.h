@@ -42,7 +42,7 @@ public:
     const solver::Boundary& boundary(double time);
 
     /// Total force [N] of each grip on the material, with the forces of the last boundary().
-    std::vector<Vec3> loads(std::span<const Vec3> reaction) const;
+    std::vector<Vec3> loads(std::span<const Vec3> reaction, double time) const;
 
     /// A step from x0 at time t0 to x1 at t1 [m, s].
     struct Move {

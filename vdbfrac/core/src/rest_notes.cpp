@@ -54,8 +54,8 @@ void noteOverlaps(std::span<const Body> bodies, std::vector<std::string>& notes)
             if (const double common = overlap(bodies[j], bodies[i]); common > 0)
                 notes.push_back("bodies '" + bodies[j].name + "' and '" + bodies[i].name + "' overlap at rest by " +
                                 rough(common) +
-                                " m^3: with [contact] they stay as deep as they are, without it each moves as if the "
-                                "other were not there");
+                                " m^3: with [contact] they stay as deep as they are, or come apart with its "
+                                "untangle_speed; without it each moves as if the other were not there");
 }
 
 /// Fastest [m/s] that keys move a grip from one to the next, turns apart.

@@ -23,6 +23,34 @@ bool liesBelow(const fs::path& path)
            std::none_of(path.begin(), path.end(), [](const fs::path& part) { return part == ".."; });
 }
 
+constexpr std::string_view kNumber = "####";
+
+/// What stands for the number of a pattern in a path that it stands for: the last, as a name of a scene may have one of
+/// its own.
+std::string_view numberIn(std::string_view pattern, std::string_view path)
+{
+    const std::size_t at = pattern.rfind(kNumber);
+    return path.substr(at, path.size() - (pattern.size() - kNumber.size()));
+}
+
+std::vector<fs::path> filesOf(const fs::path& folder, const std::string& pattern)
+{
+    const fs::path place = fs::path(pattern).parent_path();
+    std::vector<fs::path> found;
+    std::error_code error;
+    for (fs::directory_iterator entry(folder / place, error), end; !error && entry != end; entry.increment(error))
+        if (matches(pattern, (place / entry->path().filename()).generic_string()) &&
+            !fs::is_directory(entry->symlink_status()))
+            found.push_back(entry->path());
+    return found;
+}
+
+void removeFile(const fs::path& file)
+{
+    std::error_code error;
+    if (fs::remove(file, error); error) throw FileError(file.string(), "cannot be removed: " + error.message());
+}
+
 }  // namespace
 
 std::vector<std::string> runFiles(const std::string& name)
@@ -53,12 +81,11 @@ std::vector<std::string> runFiles(const std::string& name)
 
 bool matches(std::string_view pattern, std::string_view path)
 {
-    constexpr std::string_view kNumber = "####";
-    const std::size_t at = pattern.rfind(kNumber);  // the last: a name of a scene may have one of its own
+    const std::size_t at = pattern.rfind(kNumber);
     if (at == std::string_view::npos) return pattern == path;
     const std::string_view before = pattern.substr(0, at), after = pattern.substr(at + kNumber.size());
     if (path.size() < pattern.size() || !path.starts_with(before) || !path.ends_with(after)) return false;
-    const std::string_view number = path.substr(before.size(), path.size() - before.size() - after.size());
+    const std::string_view number = numberIn(pattern, path);
     return std::all_of(number.begin(), number.end(), isDigit);
 }
 
@@ -101,19 +128,25 @@ void removeRunFiles(const fs::path& folder, const std::vector<std::string>& patt
 {
     std::set<fs::path> places;
     for (const std::string& pattern : patterns) {
-        const fs::path place = fs::path(pattern).parent_path();
-        std::vector<fs::path> found;
-        std::error_code error;
-        for (fs::directory_iterator entry(folder / place, error), end; !error && entry != end; entry.increment(error))
-            if (matches(pattern, (place / entry->path().filename()).generic_string()) &&
-                !fs::is_directory(entry->symlink_status()))
-                found.push_back(entry->path());
-        for (const fs::path& file : found)
-            if (fs::remove(file, error); error) throw FileError(file.string(), "cannot be removed: " + error.message());
-        if (!place.empty()) places.insert(place);
+        for (const fs::path& file : filesOf(folder, pattern)) removeFile(file);
+        if (const fs::path place = fs::path(pattern).parent_path(); !place.empty()) places.insert(place);
     }
     std::error_code notEmpty;
     for (const fs::path& place : places) fs::remove(folder / place, notEmpty);
+}
+
+void removeLaterFrames(const fs::path& folder, const std::string& sceneName, int last)
+{
+    for (const std::string& pattern : runFiles(sceneName)) {
+        const bool isOfFrames = pattern.find("/" + sceneName + ".####.") != std::string::npos;
+        if (pattern.starts_with(kCheckpointFolder) || (!isOfFrames && !pattern.starts_with("cache/"))) continue;
+        for (const fs::path& file : filesOf(folder, pattern)) {
+            constexpr std::size_t kDigits = 9;  // longer ones are no frame's
+            const std::string path = file.lexically_relative(folder).generic_string();
+            const std::string number = isOfFrames ? std::string(numberIn(pattern, path)) : "";
+            if (!isOfFrames || (number.size() <= kDigits && std::stoi(number) > last)) removeFile(file);
+        }
+    }
 }
 
 }  // namespace vdbfrac::core

@@ -36,4 +36,8 @@ void requireApart(const std::filesystem::path& folder, const std::vector<std::st
 /// Removes the files that the patterns stand for, in their order, then the folders that are empty. Throws FileError.
 void removeRunFiles(const std::filesystem::path& folder, const std::vector<std::string>& patterns);
 
+/// Removes what a run has in the folder of frames after `last`, and the point cache, which is of all frames.
+/// Checkpoints stay. Throws FileError.
+void removeLaterFrames(const std::filesystem::path& folder, const std::string& sceneName, int last);
+
 }  // namespace vdbfrac::core

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <sstream>
+#include <utility>
 
 namespace vdbfrac::core {
 
@@ -53,8 +54,10 @@ bool isEmpty(const fs::path& folder)
     return empty;
 }
 
-/// Takes an empty folder, or one with an earlier run of this program and nothing of the scene's among its files.
-FolderLock prepare(const fs::path& folder, const scene::Scene& scene, ExistingRun existing)
+/// Takes an empty folder, or one with an earlier run of this program and nothing of the scene's among its files. That
+/// run stays as it is; `removes`: what of it has to go.
+FolderLock prepare(const fs::path& folder, const scene::Scene& scene, ExistingRun existing,
+                   std::vector<std::string>& removes)
 {
     std::error_code error;
     if (fs::is_regular_file(folder, error)) throw FileError(folder.string(), "is a file, not a folder");
@@ -76,16 +79,8 @@ FolderLock prepare(const fs::path& folder, const scene::Scene& scene, ExistingRu
     requireApart(folder, runFiles(scene.name), inputs, "write over");
     for (const char* place : {"", kCheckpointFolder, "vdb", "obj", "ply", "motion", "cache"})
         removeTemporaries(folder / place);
-    if (existing == ExistingRun::replace) removeRunFiles(folder, before);
+    if (existing == ExistingRun::replace) removes = before;
     return lock;
-}
-
-void requireSources(const scene::Scene& scene, const Stages& stages)
-{
-    for (const std::string& name : scene.output.vdb)
-        if (!offersField(stages, name))
-            throw InputError({"output.vdb", "nothing in this scene makes the field '" + name + "'", "",
-                              "name the effect that makes it, or leave the field out"});
 }
 
 /// Throws InputError where the settings are not what they were.
@@ -119,18 +114,24 @@ RunFolder::RunFolder(fs::path folder, const scene::Scene& scene, const Simulatio
       queue_(kWaitingFrames)
 {
     requireSources(scene, simulation.stages());
-    lock_ = prepare(folder_, scene, existing);
-    // From here on the folder is known to hold a run.
-    if (!fs::exists(folder_ / kManifest)) writer_->writeFirstManifest();
-    if (!scene.output.vdb.empty()) fs::create_directory(folder_ / "vdb");
-    if (scene.output.ply) fs::create_directory(folder_ / "ply");
-    if (scene.output.followsNodes()) fs::create_directory(folder_ / "motion");
-    if (!scene.output.pointCache.empty()) fs::create_directory(folder_ / "cache");
+    lock_ = prepare(folder_, scene, existing, removes_);
     if (isDrawn(scene.output) || !scene.output.pointCache.empty())
         drawing_ = std::make_unique<Drawing>(scene, simulation);
-    if (scene.output.obj) {
+}
+
+void RunFolder::open()
+{
+    if (std::exchange(isOpen_, true)) return;
+    removeRunFiles(folder_, removes_);
+    // From here on the folder is known to hold a run.
+    if (!fs::exists(folder_ / kManifest)) writer_->writeFirstManifest();
+    if (!scene_.output.vdb.empty()) fs::create_directory(folder_ / "vdb");
+    if (scene_.output.ply) fs::create_directory(folder_ / "ply");
+    if (scene_.output.followsNodes()) fs::create_directory(folder_ / "motion");
+    if (!scene_.output.pointCache.empty()) fs::create_directory(folder_ / "cache");
+    if (scene_.output.obj) {
         fs::create_directory(folder_ / "obj");
-        tetmesh::writeMtl(folder_ / "obj" / (scene.name + ".mtl"), drawing_->materials());
+        tetmesh::writeMtl(folder_ / "obj" / (scene_.name + ".mtl"), drawing_->materials());
     }
 }
 
@@ -152,6 +153,7 @@ std::vector<StepRecord> RunFolder::newSteps()
 
 std::string RunFolder::writeFrame(const Simulation& simulation, int frame)
 {
+    open();
     std::shared_ptr<FrameData> data;  // shared, since jobs are copyable
     {
         const StageTimer timer(work_, "snapshot");
@@ -172,6 +174,7 @@ std::string RunFolder::writeFrame(const Simulation& simulation, int frame)
 void RunFolder::writeCheckpoint(const Simulation& simulation, const std::string& settings)
 {
     if (simulation.steps() == checkpointed_) return;
+    open();
     checkpointed_ = simulation.steps();
     const std::string hash = hexadecimal(simulation.stateHash());
     if (simulation.steps() == 0) restHash_ = hash, bodiesHash_ = hexadecimal(simulation.bodiesHash());
@@ -230,19 +233,26 @@ std::optional<RunFolder::Found> RunFolder::newestIn(const fs::path& run, const R
 
 bool RunFolder::resume(Simulation& simulation, const Resume& how, std::vector<std::string>& notes)
 {
+    if (!fs::exists(folder_ / kManifest)) return false;  // no run has been here
     std::optional<Found> found = newestIn(folder_, how, notes);
     if (!found) return false;
     goOn(simulation, how, *found, notes);
+    open();
     writer_->goOnFrom(found->file.filename(), std::move(found->records));
+    if (how.mayBranch) writer_->removeLaterFrames();
     return true;
 }
 
 bool RunFolder::branchFrom(const fs::path& run, Simulation& simulation, const Resume& how,
                            std::vector<std::string>& notes)
 {
+    if (std::error_code none; fs::equivalent(run, folder_, none))
+        throw InputError({"--branch", "is the folder that the branch would be written into: " + run.string(),
+                          "another folder for the branch", "--resume=FRAME goes on in the same folder"});
     std::optional<Found> found = newestIn(run, how, notes);
     if (!found) return false;
     goOn(simulation, how, *found, notes);
+    open();
     writer_->takeOver(run, std::move(found->records));
     return true;
 }

@@ -209,6 +209,7 @@ void Simulation::solve(StepRecord& record, double until)
     double dt = choice.dt;
     record.cutbacks = choice.halvings;
     const solver::StepReport* report = nullptr;
+    bool isSolved = false;
     const solver::StepOrigin origin{saved_, elasticEnergy_, balanced_};
     const auto boundaryAt = [&](double share) -> const solver::Boundary& {
         return grips_->boundary(time_ + share * dt);
@@ -220,7 +221,8 @@ void Simulation::solve(StepRecord& record, double until)
         record.projections += report->projections;
         record.work.count("solve", "multigrid_systems", report->multigridSystems);
         record.work.count("solve", "creases", report->creases);
-        if (0.5 * dt < choice.shortest || (report->status == solver::StepStatus::converged && holds(dt))) break;
+        isSolved = report->status == solver::StepStatus::converged && holds(dt);
+        if (isSolved || 0.5 * dt < choice.shortest) break;
     }
     stepControl_->learn(choice.dt, dt);
     if (!std::isfinite(report->residual))
@@ -233,11 +235,11 @@ void Simulation::solve(StepRecord& record, double until)
     record.dt = dt;
     record.residual = report->residual;
     record.minResidual = report->minResidual;
-    record.outcome = report->status == solver::StepStatus::capped ? Outcome::capped
-                     : record.cutbacks > 0                        ? Outcome::cutback
-                                                                  : Outcome::converged;
+    record.outcome = !isSolved                           ? Outcome::capped
+                     : record.cutbacks > choice.halvings ? Outcome::cutback
+                                                         : Outcome::converged;
     balanced_ = report->status == solver::StepStatus::converged;
-    record.gripLoad = grips_->loads(report->reaction);
+    record.gripLoad = grips_->loads(report->reaction, time_);
     book(record, *report);
     for (Observer* observer : stages_.observers) observer->observe({state_.x, time_, dt});
     for (solver::Potential* potential : stages_.solve) potential->accept(state_.x, time_, dt);

@@ -38,7 +38,7 @@ void noteDepths(const contact::TouchingSurface& surface, const core::SolvedStep&
         if (most[k] > kTold * bodies[k / obstacles.size()].mesh->voxelSize())
             notes.push_back("body '" + bodies[k / obstacles.size()].name + "' begins up to " + shortNumber(most[k], 3) +
                             " m deep in collider '" + obstacles[k % obstacles.size()].collider().name +
-                            "': it is not pushed out");
+                            "': it is not pushed out but by untangle_speed");
 }
 
 }  // namespace vdbfrac::effects

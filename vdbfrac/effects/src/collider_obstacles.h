@@ -19,11 +19,10 @@ namespace vdbfrac::effects {
 /// A collider as it is at t = 0.
 class Obstacle {
 public:
-    static constexpr std::uint64_t kFileMemory = std::uint64_t{4} << 30;  ///< bytes that the level set of one may take
-
     Obstacle(const scene::Collider& collider, const scene::Grid& grid) : collider_(collider)
     {
-        if (!std::holds_alternative<Primitive>(collider_.shape)) field_.emplace(collider_, grid, kFileMemory);
+        if (!std::holds_alternative<Primitive>(collider_.shape))
+            field_.emplace(collider_, grid, std::numeric_limits<std::uint64_t>::max());
         thickness_ = field_ ? field_->deepest() : vdbfrac::halfThickness(std::get<Primitive>(collider_.shape));
     }
     const scene::Collider& collider() const { return collider_; }

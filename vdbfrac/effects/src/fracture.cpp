@@ -94,7 +94,12 @@ public:
     double largestStep(const solver::State&, double) override { return limit_; }
     grid::PhiChanges update(const core::GridContext& context, const core::Body& body, grid::LevelSet& phi) override;
 
-    std::vector<Field> fields() const override { return {{"arrival", "s"}, {kMargin, "1"}}; }
+    std::vector<Field> fields() const override
+    {
+        std::vector<Field> fields = {{"arrival", "s"}};
+        if (isTension_) fields.push_back({kMargin, "1"});
+        return fields;
+    }
     core::FrameGrid take(const core::Body& body, const std::string& field) const override
     {
         const auto margins = tension_.find(body.name);

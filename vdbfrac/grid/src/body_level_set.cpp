@@ -195,6 +195,18 @@ LevelSet build(const scene::Body& body, const Build& build)
     return wrap(std::move(phi));
 }
 
+scene::Body bodyOf(const scene::Collider& collider)
+{
+    scene::Body body;
+    body.shape = collider.shape;
+    return body;
+}
+
+Build buildOf(const scene::Collider& collider, const scene::Grid& grid, std::uint64_t memoryLimit)
+{
+    return {grid, memoryLimit, collider.place, "collider '" + collider.name + "'"};
+}
+
 Build buildOf(const scene::Body& body, const scene::Grid& grid, std::uint64_t memoryLimit)
 {
     return {grid, memoryLimit, body.place.empty() ? "body " + body.name : body.place, "body '" + body.name + "'"};
@@ -224,9 +236,14 @@ tetmesh::RestShape restShape(const scene::Body& body, const LevelSet& phi)
 
 LevelSet makeLevelSet(const scene::Collider& collider, const scene::Grid& grid, std::uint64_t memoryLimit)
 {
-    scene::Body body;
-    body.shape = collider.shape;
-    return build(body, {grid, memoryLimit, collider.place, "collider '" + collider.name + "'"});
+    return build(bodyOf(collider), buildOf(collider, grid, memoryLimit));
+}
+
+LevelSet makeOutline(const scene::Collider& collider, const scene::Grid& grid, int across, std::uint64_t memoryLimit)
+{
+    Build coarse = buildOf(collider, grid, memoryLimit);
+    coarse.across = across;
+    return build(bodyOf(collider), coarse);
 }
 
 LevelSet makeOutline(const scene::Body& body, const scene::Grid& grid, int across, std::uint64_t memoryLimit)

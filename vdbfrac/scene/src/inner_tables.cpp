@@ -36,7 +36,7 @@ const Key kCylinder[] = {
     {.name = "height",
      .member = &Primitive::height,
      .unit = "m",
-     .doc = "Length along the axis; 0 is endless, as only cut and region can be.",
+     .doc = "Length along the axis; 0 is endless, as all but bodies can be.",
      .min = 0},
 };
 const Key kCapsule[] = {

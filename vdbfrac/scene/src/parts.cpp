@@ -31,7 +31,7 @@ void checkBounded(const Item& item, const Primitive& solid, Context& context)
 {
     if (solid.kind == Primitive::Kind::halfspace)
         context.complaints.add(item.node.place, {item.path + " is endless", "a bounded solid",
-                                                 "a halfspace can be in cut and in the region of a grip"});
+                                                 "a halfspace can be a collider, in cut and in the region of a grip"});
     if (solid.kind == Primitive::Kind::cylinder && solid.height == 0)
         context.complaints.add(item.node.place,
                                {item.path + " is endless", "a bounded solid", "give the cylinder a height"});

@@ -42,7 +42,8 @@ const Key kTime[] = {
     {.name = "front_cfl",
      .member = &Time::frontCfl,
      .unit = "voxels",
-     .doc = "With \"auto\": how far a crack front may move in a step.",
+     .doc =
+         "How far a crack front may move in a step: with \"auto\" steps are as short as that, fixed ones hold it back.",
      .min = 0,
      .max = 2,
      .minOpen = true},

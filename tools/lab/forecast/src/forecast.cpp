@@ -187,7 +187,8 @@ Forecast forecast(const scene::Scene& scene, const core::SceneEstimate& estimate
     const double frameNow = own ? bytesOfFrame(*own) : bytesOfFrame(whole) * std::pow(ofNode, 2. / 3);
     result.frameBytes = frameNow * mean(whole.frameBytes) / std::max(1., bytesOfFrame(whole));
     const double one = own ? own->checkpointBytes : whole.checkpointBytes * ofNode;
-    result.checkpointBytes = one * (settings.keepsCheckpoints ? frames + 1 : std::min(2., frames + 1));
+    const double checkpoints = 1 + (settings.checkpointEvery > 0 ? std::ceil(frames / settings.checkpointEvery) : 1);
+    result.checkpointBytes = one * (settings.keepsCheckpoints ? checkpoints : std::min(2., checkpoints));
     result.bytes = result.frameBytes * (frames + 1) + result.checkpointBytes + kStatsBytes * result.steps;
     return result;
 }

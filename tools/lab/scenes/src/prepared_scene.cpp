@@ -1,5 +1,6 @@
 #include <vdbfrac/lab/scenes/prepared_scene.h>
 
+#include <vdbfrac/core/run_folder.h>
 #include <vdbfrac/effects/effects.h>
 
 #include <utility>
@@ -23,6 +24,14 @@ PreparedScene::PreparedScene(scene::Scene what, std::uint64_t memoryLimit, core:
       effects(effects::makeEffects(scene)),
       simulation(scene, pointers(effects, witness), memoryLimit)
 {
+}
+
+void requireSound(const scene::Scene& scene)
+{
+    core::Stages stages;
+    const auto effects = effects::makeEffects(scene);
+    for (const auto& effect : effects) effect->join(stages);
+    core::requireSources(scene, stages);
 }
 
 }  // namespace vdbfrac::lab

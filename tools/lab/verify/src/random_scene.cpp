@@ -14,7 +14,7 @@ std::string velocity(const Vec3& v) { return "velocity = " + list(v); }
 
 class Generator {
 public:
-    explicit Generator(std::uint64_t seed) : dice_(seed), touching_(seed ^ kTouching)
+    explicit Generator(std::uint64_t seed) : dice_(seed), touching_(seed ^ kTouching), squeezing_(seed ^ kSqueezing)
     {
         text_ = format("# Seed %llu of 'vdbfrac verify --random'.\n", static_cast<unsigned long long>(seed));
     }
@@ -48,9 +48,9 @@ private:
     void touch(const Body& b);
     double span() const { return steps_ * dt_; }
 
-    static constexpr std::uint64_t kTouching = 0x746f756368;
+    static constexpr std::uint64_t kTouching = 0x746f756368, kSqueezing = 0x73717565657a65;
 
-    Dice dice_, touching_;  // the second for what touches: without that, scenes are what the first makes
+    Dice dice_, touching_, squeezing_;  // one for each that was added: without that, scenes are what the first makes
     bool touches_ = touching_.chance(.4);
     std::string text_;
     double size_ = 1, dx_ = 1, h_ = 1, dt_ = 1;  // m, s
@@ -287,6 +287,9 @@ std::string Generator::scene()
     effects(b[0]);
     solver();
     if (touches_) touch(b[0]);
+    if (squeezing_.chance(.25))
+        text_ +=
+            format("[volume]\nleast = %.4f\nstiffness = %.4g\n", squeezing_.uniform(.3, 1), squeezing_.decades(.3, 30));
     return text_;
 }
 

@@ -21,7 +21,8 @@ struct BodyEstimate {
 struct SceneEstimate {
     std::vector<BodyEstimate> bodies;
     double tets = 0, nodes = 0;
-    double bytes = 0;  ///< peak of a run, with what system and libraries need
+    double colliderBytes = 0;  ///< of the files of colliders
+    double bytes = 0;          ///< peak of a run, with what system and libraries need
 };
 
 /// Reads the files that the scene names. Throws InputError (also for a grip that is far from all material of its body),

@@ -53,14 +53,18 @@ struct Resume {
 /// What output.vdb can list in any scene. Effects bring more.
 scene::Vocabulary::Fields outputFields();
 
+/// Throws InputError for a field of output.vdb that nothing makes, neither the core nor an effect in the stages.
+void requireSources(const scene::Scene& scene, const Stages& stages);
+
 /// What becomes of an earlier run in the folder. `replace` and `keep` take only folders whose run.json is of this
 /// program and none of whose files the scene needs; `replace` removes what that run.json lists, and nothing else.
 enum class ExistingRun { refuse, replace, keep };
 
 class RunFolder {
 public:
-    /// Makes the folder for a simulation that has made no step. Throws FileError; InputError for an output field that
-    /// nothing makes, or where files of the scene would be lost.
+    /// Takes the folder for a simulation that has made no step. What is in it changes with the first call that writes
+    /// or goes on: until then a mistake costs nothing. Throws FileError; InputError for an output field that nothing
+    /// makes, or where files of the scene would be lost.
     RunFolder(std::filesystem::path folder, const scene::Scene& scene, const Simulation& simulation,
               ExistingRun existing);
 
@@ -81,7 +85,8 @@ public:
     /// nothing when the last step has a checkpoint.
     void writeCheckpoint(const Simulation& simulation, const std::string& settings);
     /// Takes a simulation of the same scene that has made no step to where the newest checkpoint was written. Damaged
-    /// ones are passed over; `notes` says so. Steps and frames so far become those of this run. False when there is
+    /// ones are passed over; `notes` says so. Steps and frames so far become those of this run; where it may branch,
+    /// files of later frames are removed. False when there is
     /// neither a checkpoint nor a frame. Throws FileError when no checkpoint can be used, InputError when settings,
     /// bodies or program are not those of the run.
     bool resume(Simulation& simulation, const Resume& how, std::vector<std::string>& notes);
@@ -109,6 +114,8 @@ private:
 
     struct Found;
 
+    /// Makes the folder ready to be written to, once.
+    void open();
     std::vector<StepRecord> newSteps();
     std::optional<Found> newestIn(const std::filesystem::path& run, const Resume& how, std::vector<std::string>& notes);
     void goOn(Simulation& simulation, const Resume& how, const Found& found, std::vector<std::string>& notes);
@@ -119,6 +126,8 @@ private:
 
     std::filesystem::path folder_;
     FolderLock lock_;
+    std::vector<std::string> removes_;  // patterns of the earlier run's files that it replaces
+    bool isOpen_ = false;
     scene::Scene scene_;
     std::vector<StepRecord> steps_;
     std::size_t handedOver_ = 0;  // steps that the writer knows

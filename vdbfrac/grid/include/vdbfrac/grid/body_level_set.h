@@ -27,6 +27,7 @@ LevelSet makeLevelSet(const scene::Collider& collider, const scene::Grid& grid, 
 
 /// The same with voxels no smaller than the longest side over `across`: what it looks like, at a bounded cost.
 LevelSet makeOutline(const scene::Body& body, const scene::Grid& grid, int across, std::uint64_t memoryLimit);
+LevelSet makeOutline(const scene::Collider& collider, const scene::Grid& grid, int across, std::uint64_t memoryLimit);
 
 /// phi of the body whose level set this is, between voxels too: solids as they are, what was read by cubic
 /// interpolation. Shares the grid, which must not change meanwhile.

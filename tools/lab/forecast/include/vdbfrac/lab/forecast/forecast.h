@@ -16,6 +16,7 @@ struct ForecastSettings {
     double seconds = 10;                            ///< that it may take, about
     std::uint64_t memoryLimit = ~std::uint64_t{0};  ///< bytes
     bool keepsCheckpoints = false;                  ///< all of them, not two
+    int checkpointEvery = 1;                        ///< frames; 0: only at the start and at the end
     double wider = 0;  ///< voxels of the pilot over those of the scene; 0: as wide as the seconds ask for
 };
 

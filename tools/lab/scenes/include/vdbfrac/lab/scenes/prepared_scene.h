@@ -24,4 +24,8 @@ struct PreparedScene {
     bool atEnd() const { return simulation.framesDone() >= scene.time.lastFrame - scene.time.firstFrame; }
 };
 
+/// Throws InputError where keys of an effect and of the rest do not go together, or nothing makes a field of
+/// output.vdb; makes no bodies. Reads the files of colliders.
+void requireSound(const scene::Scene& scene);
+
 }  // namespace vdbfrac::lab

@@ -1,0 +1,190 @@
+// Volume: material that is squeezed far keeps what is left of its volume. Corotational elasticity is linear in strain:
+// it has a finite energy at no volume, and what is hit near the speed of sound is crushed.
+//
+//   U(x) = sum_e w V k/2 <j - J>^2,  J = det F,  <a> = max(a, 0)
+//   F   of an element: the mean over its material, as in mean dilatation
+//   j   share of its volume at rest below which it resists
+//   k   stiffness, in Young's moduli of the material [Pa]
+//
+// Per volume at rest, with f(J) = k/2 <j - J>^2, F = sum s_i u_i v_i^T and c_i = s_j s_k, the Hessian by F has in the
+// directions u_i v_i^T the 3x3 block f'' c c^T + f' [0 s_3 s_2; s_3 0 s_1; s_2 s_1 0], and the eigenvalues -+ f' s_k
+// along (u_i v_j^T +- u_j v_i^T) / sqrt 2 (Smith, de Goes, Kim 2018, section 4). A coupling takes one direction at
+// rest, with the weights v_i . grad N. So of the block the diagonal f'' c_i^2 is kept, which is all that matters where
+// something is flat, and of the pairs -f' s_k along both u_i v_j^T and u_j v_i^T, which is no less than either. A bound
+// of the whole block (sums of its rows) takes twice as many Newton iterations.
+#include "all.h"
+
+#include <vdbfrac/base/parallel.h>
+#include <vdbfrac/tetmesh/cell.h>
+#include <vdbfrac/tetmesh/tet_field.h>
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <Eigen/SVD>
+
+#include <array>
+
+namespace vdbfrac::effects {
+
+namespace {
+
+using scene::Key;
+using scene::Type;
+
+const Key kKeys[] = {
+    {"least", Type::number, "", "share of its volume at rest below which material resists", "0.9", 0, 1},
+    {"stiffness", Type::number, "", "how much it resists, in its Young's moduli", "5", 0},
+};
+
+using Corners = Eigen::Matrix<double, 3, tetmesh::kCorners>;
+
+/// An element with less than the least volume.
+struct Squeezed {
+    const std::uint32_t* node;  ///< of the body, of each corner
+    std::uint32_t firstNode;    ///< of the system: node 0 of the body
+    Corners gradN;              ///< 1/m, means over the material
+    Mat3 F;
+    double volume;  ///< m^3 of material, times the factor on its stiffness
+    double k;       ///< Pa
+};
+
+class Volume : public core::Effect, public solver::Potential, public core::Reporter {
+public:
+    Volume(double least, double stiffness) : least_(least), stiffness_(stiffness) {}
+    std::string name() const override { return "volume"; }
+    void join(core::Stages& stages) override
+    {
+        stages.solve.push_back(this);
+        stages.reporters.push_back(this);
+    }
+    void begin(const solver::StepStart& start) override { elastic_ = &start.elastic; }
+
+    double evaluate(std::span<const Vec3> x, std::span<Vec3> gradient) const override;
+    void linearize(std::span<const Vec3> x, std::vector<solver::Coupling>& couplings) const override;
+    void accept(std::span<const Vec3> x, double, double) override { count_ = std::int64_t(squeezed(x).size()); }
+    /// Becomes the column volume_work_J.
+    solver::EnergyFlow flow(const solver::Leg& leg) const override { return solver::storedFlow(*this, leg); }
+    void report(Ledger& work, std::map<std::string, double>&) override { work.count("volume", "squeezed", count_); }
+
+private:
+    std::vector<Squeezed> squeezed(std::span<const Vec3> x) const;
+
+    double least_, stiffness_;
+    const solver::ElasticOperator* elastic_ = nullptr;
+    std::int64_t count_ = 0;  // elements, when the last step had ended
+};
+
+/// Means over the material of element e [1/h], 0 for a corner that no tet of it has; returns its volume [h^3].
+double meanGradients(const solver::ElementSet& set, std::size_t e, Corners& gradN)
+{
+    const tetmesh::CellElement& element = set.elements[e];
+    const tetmesh::CellTets& tets = tetmesh::cellTets(element.shape);
+    double volume = 0;
+    gradN.setZero();
+    for (std::size_t t = 0; t < std::size_t(tets.count); ++t) {
+        double V = tets.volume[t] * element.fraction[t];
+        if (V == 0) continue;
+        if (!set.stiffness.empty()) V *= double(set.stiffness[tetmesh::tetEntry(e, t)]);
+        volume += V;
+        for (std::size_t a = 1; a < 4; ++a) {
+            const auto& own = set.gradients.empty() ? tets.gradient[t][a] : set.gradients[e][a - 1];
+            const Vec3 part = V * Eigen::Map<const Vec3>(own.data());
+            gradN.col(tets.corner[t][a]) += part, gradN.col(tets.corner[t][0]) -= part;
+        }
+    }
+    if (volume > 0) gradN /= volume;
+    return volume;
+}
+
+std::vector<Squeezed> Volume::squeezed(std::span<const Vec3> x) const
+{
+    constexpr std::size_t kElements = 1024;
+    const double h = elastic_->h();
+    std::vector<Squeezed> all;
+    for (const solver::ElementSet& set : elastic_->sets()) {
+        const auto add = [&](std::size_t begin, std::size_t end, std::vector<Squeezed>& list) {
+            for (std::size_t e = begin; e < end; ++e) {
+                Squeezed s;
+                s.volume = h * h * h * meanGradients(set, e, s.gradN);
+                s.gradN /= h;
+                s.node = set.elements[e].node.data(), s.firstNode = set.firstNode;
+                Corners corners;
+                for (int a = 0; a < tetmesh::kCorners; ++a) corners.col(a) = x[s.firstNode + s.node[a]];
+                s.F = corners * s.gradN.transpose();
+                s.k = stiffness_ * set.material.youngsModulus();
+                if (s.volume > 0 && s.F.determinant() < least_) list.push_back(s);
+            }
+        };
+        const std::vector<Squeezed> own = gatherChunks<Squeezed>(set.elements.size(), kElements, add);
+        all.insert(all.end(), own.begin(), own.end());
+    }
+    return all;
+}
+
+/// d det F / dF.
+Mat3 cofactors(const Mat3& F)
+{
+    Mat3 C;
+    for (int i = 0; i < 3; ++i) C.col(i) = F.col((i + 1) % 3).cross(F.col((i + 2) % 3));
+    return C;
+}
+
+double Volume::evaluate(std::span<const Vec3> x, std::span<Vec3> gradient) const
+{
+    double energy = 0;
+    for (const Squeezed& s : squeezed(x)) {
+        const double missing = least_ - s.F.determinant();
+        energy += s.volume * s.k / 2 * missing * missing;
+        const Corners forces = -s.volume * s.k * missing * cofactors(s.F) * s.gradN;
+        for (int a = 0; a < tetmesh::kCorners; ++a) gradient[s.firstNode + s.node[a]] += forces.col(a);
+    }
+    return energy;
+}
+
+/// Its share of the Hessian.
+std::array<solver::Coupling, 3> couplingsOf(const Squeezed& e, double least)
+{
+    const Eigen::JacobiSVD<Mat3> svd(e.F, Eigen::ComputeFullU | Eigen::ComputeFullV);  // signs cancel below
+    const Mat3 &U = svd.matrixU(), &V = svd.matrixV();
+    const Vec3 s = svd.singularValues();
+    const double pressure = e.k * (least - e.F.determinant());  // -f'
+    std::array<solver::Coupling, 3> couplings;
+    for (int i = 0; i < 3; ++i) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        Vec3 q;  // along each of u, what a change along v_i meets
+        q[i] = e.k * s[j] * s[j] * s[k] * s[k], q[j] = pressure * s[k], q[k] = pressure * s[j];
+        const Mat3 Q = e.volume * (U * q.asDiagonal() * U.transpose());
+        const Eigen::Matrix<double, 1, tetmesh::kCorners> weights = V.col(i).transpose() * e.gradN;
+        solver::Coupling& c = couplings[std::size_t(i)];
+        for (std::size_t a = 0; a < solver::Coupling::kNodes; ++a)
+            c.node[a] = e.firstNode + e.node[a], c.weight[a] = float(weights[int(a)]);
+        c.Q = {float(Q(0, 0)), float(Q(1, 1)), float(Q(2, 2)), float(Q(1, 2)), float(Q(2, 0)), float(Q(0, 1))};
+    }
+    return couplings;
+}
+
+void Volume::linearize(std::span<const Vec3> x, std::vector<solver::Coupling>& couplings) const
+{
+    constexpr std::size_t kElements = 64;
+    const std::vector<Squeezed> elements = squeezed(x);
+    const std::vector<solver::Coupling> own = gatherChunks<solver::Coupling>(
+        elements.size(), kElements, [&](std::size_t begin, std::size_t end, std::vector<solver::Coupling>& list) {
+            for (std::size_t e = begin; e < end; ++e)
+                for (const solver::Coupling& c : couplingsOf(elements[e], least_)) list.push_back(c);
+        });
+    couplings.insert(couplings.end(), own.begin(), own.end());
+}
+
+std::unique_ptr<core::Effect> make(const scene::Values& values, const scene::Scene&)
+{
+    return std::make_unique<Volume>(values.number("least"), values.number("stiffness"));
+}
+
+}  // namespace
+
+EffectInfo volume()
+{
+    return {{"volume", "Material that is squeezed far keeps what is left of its volume.", kKeys}, "solve", make};
+}
+
+}  // namespace vdbfrac::effects
