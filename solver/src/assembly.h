@@ -9,12 +9,6 @@
 
 namespace vdbfrac::solver {
 
-/// Row i, column j of a block.
-inline double entryOf(const SymmetricBlock& block, int i, int j)
-{
-    return double(block[std::size_t(i == j ? i : 6 - i - j)]);
-}
-
 /// Calls add(row, column, value) for all that adds up to the lower triangle of A; rows and columns are 3 node + axis.
 /// Fixed nodes and nodes without material have the identity; `extra` [N/m], if any, is added to the diagonal.
 template <class Add>
@@ -40,7 +34,7 @@ void eachEntry(const LinearSystem& system, std::span<const float> extra, const A
             for (int i = 0; i < 3; ++i)
                 for (int j = 0; j < 3; ++j) {
                     const Eigen::Index row = Eigen::Index(3 * a) + i, column = Eigen::Index(3 * b) + j;
-                    if (row >= column) add(row, column, entryOf(e.block, i, j));
+                    if (row >= column) add(row, column, double(e.block(i, j)));
                 }
         }
     for (std::size_t n = 0; n < elastic.nodeCount(); ++n) {

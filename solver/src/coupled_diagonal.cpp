@@ -8,7 +8,7 @@ namespace vdbfrac::solver {
 CoupledDiagonal::CoupledDiagonal(const NodeBlocks* blocks)
 {
     for (std::size_t r = 0; blocks && r < blocks->rows(); ++r) {
-        const SymmetricBlock& own = blocks->diagonal(r);
+        const SymmetricBlock own = blocks->diagonal(r);
         traces_.emplace_back(blocks->node(r), double(own[0]) + double(own[1]) + double(own[2]));
     }
 }

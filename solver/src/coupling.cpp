@@ -29,20 +29,29 @@ struct Rows {
     }
 };
 
-void addTo(SymmetricBlock& sum, float factor, const SymmetricBlock& block)
+Eigen::Matrix3f matrixOf(const SymmetricBlock& q)
 {
-    for (std::size_t k = 0; k < sum.size(); ++k) sum[k] += factor * block[k];
+    Eigen::Matrix3f m;
+    m << q[0], q[5], q[4], q[5], q[1], q[3], q[4], q[3], q[2];
+    return m;
+}
+
+/// Its symmetric part.
+SymmetricBlock packed(const Eigen::Matrix3f& m)
+{
+    return {m(0, 0), m(1, 1), m(2, 2), .5f * (m(1, 2) + m(2, 1)), .5f * (m(2, 0) + m(0, 2)), .5f * (m(0, 1) + m(1, 0))};
 }
 
 /// The entries of a row, added up by column.
 class RowSums {
 public:
-    void add(std::uint32_t column, float factor, const SymmetricBlock& block)
+    void add(std::uint32_t column, const Eigen::Matrix3f& block)
     {
         if (2 * entries_.size() >= table_.size()) grow();
         std::uint32_t& place = table_[find(column)];
-        if (place == kNoRow) place = std::uint32_t(entries_.size()), entries_.push_back({column, {}});
-        addTo(entries_[place].block, factor, block);
+        if (place == kNoRow)
+            place = std::uint32_t(entries_.size()), entries_.push_back({column, Eigen::Matrix3f::Zero()});
+        entries_[place].block += block;
     }
     /// Appends them to `list`, columns rising, and starts a new row.
     void moveTo(std::vector<NodeBlocks::Entry>& list)
@@ -82,10 +91,15 @@ bool Coupling::isExternal() const
     return std::abs(sum) > kRounding * size;
 }
 
-double highestFrequency(std::span<const Coupling> couplings, std::span<const double> mass)
+double highestFrequency(const CouplingsOf& couplings, std::span<const double> mass)
 {
     std::vector<double> row(mass.size(), 0);
-    for (const Coupling& c : couplings) {
+    for (const ScalarCoupling& c : couplings.scalars) {
+        double size = 0;
+        for (const auto& g : c.gradient) size += double(g.norm());
+        for (std::size_t a = 0; a < ScalarCoupling::kNodes; ++a) row[c.node[a]] += double(c.gradient[a].norm()) * size;
+    }
+    for (const Coupling& c : couplings.points) {
         double size = 0;
         for (float w : c.weight) size += std::abs(w);
         for (std::size_t a = 0; a < Coupling::kNodes; ++a)
@@ -97,7 +111,7 @@ double highestFrequency(std::span<const Coupling> couplings, std::span<const dou
     return std::sqrt(highest);
 }
 
-/// Calls emit(row, add) for each row; add(column, factor, block) adds up to the row's entries.
+/// Calls emit(row, add) for each row; add(column, block) adds up to the row's entries.
 template <class Emit>
 void NodeBlocks::assemble(std::vector<std::uint32_t> rows, const Emit& emit)
 {
@@ -108,9 +122,7 @@ void NodeBlocks::assemble(std::vector<std::uint32_t> rows, const Emit& emit)
         std::vector<Entry>& all = part[begin / kRowChunk];
         RowSums sums;
         for (std::size_t r = begin; r < end; ++r) {
-            emit(r, [&](std::uint32_t column, float factor, const SymmetricBlock& block) {
-                sums.add(column, factor, block);
-            });
+            emit(r, [&](std::uint32_t column, const Eigen::Matrix3f& block) { sums.add(column, block); });
             const std::size_t first = all.size();
             sums.moveTo(all);
             size[r] = all.size() - first;
@@ -123,26 +135,41 @@ void NodeBlocks::assemble(std::vector<std::uint32_t> rows, const Emit& emit)
     for (const auto& p : part) entry_.insert(entry_.end(), p.begin(), p.end());
 }
 
-NodeBlocks::NodeBlocks(std::span<const Coupling> couplings, std::size_t nodes)
+NodeBlocks::NodeBlocks(const CouplingsOf& couplings, std::size_t nodes)
 {
+    constexpr std::size_t kNodes = Coupling::kNodes;
+    const auto [points, scalars] = couplings;
     Rows rows(nodes, [&](const auto& mark) {
-        for (const Coupling& c : couplings)
-            for (std::size_t a = 0; a < Coupling::kNodes; ++a)
+        for (const Coupling& c : points)
+            for (std::size_t a = 0; a < kNodes; ++a)
                 if (c.weight[a] != 0) mark(c.node[a]);
+        for (const ScalarCoupling& c : scalars)
+            for (std::size_t a = 0; a < kNodes; ++a)
+                if (!c.gradient[a].isZero(0)) mark(c.node[a]);
     });
-    // Items are corners: 8 coupling + place in it.
+    // Items are corners: 8 coupling + place in it, scalars after points.
     const Groups corners = groupItems(rows.node.size(), [&](const auto& add) {
-        for (std::size_t c = 0; c < couplings.size(); ++c)
-            for (std::size_t a = 0; a < Coupling::kNodes; ++a)
-                if (couplings[c].weight[a] != 0)
-                    add(rows.of[couplings[c].node[a]], std::uint32_t(c * Coupling::kNodes + a));
+        for (std::size_t c = 0; c < points.size(); ++c)
+            for (std::size_t a = 0; a < kNodes; ++a)
+                if (points[c].weight[a] != 0) add(rows.of[points[c].node[a]], std::uint32_t(c * kNodes + a));
+        for (std::size_t c = 0; c < scalars.size(); ++c)
+            for (std::size_t a = 0; a < kNodes; ++a)
+                if (!scalars[c].gradient[a].isZero(0))
+                    add(rows.of[scalars[c].node[a]], std::uint32_t((points.size() + c) * kNodes + a));
     });
     assemble(std::move(rows.node), [&](std::size_t row, const auto& add) {
         for (std::uint32_t corner : corners[row]) {
-            const Coupling& c = couplings[corner / Coupling::kNodes];
-            const float own = c.weight[corner % Coupling::kNodes];
-            for (std::size_t b = 0; b < Coupling::kNodes; ++b)
-                if (c.weight[b] != 0) add(c.node[b], own * c.weight[b], c.Q);
+            const std::size_t place = corner % kNodes;
+            if (corner / kNodes < points.size()) {
+                const Coupling& c = points[corner / kNodes];
+                const Eigen::Matrix3f Q = matrixOf(c.Q);
+                for (std::size_t b = 0; b < kNodes; ++b)
+                    if (c.weight[b] != 0) add(c.node[b], (c.weight[place] * c.weight[b]) * Q);
+            } else {
+                const ScalarCoupling& c = scalars[corner / kNodes - points.size()];
+                for (std::size_t b = 0; b < kNodes; ++b)
+                    if (!c.gradient[b].isZero(0)) add(c.node[b], c.gradient[place] * c.gradient[b].transpose());
+            }
         }
     });
 }
@@ -165,29 +192,29 @@ NodeBlocks NodeBlocks::restricted(Parents parents, std::span<const std::uint8_t>
     coarse.assemble(std::move(rows.node), [&](std::size_t row, const auto& add) {
         for (std::uint32_t r : finer[row])
             for (const Entry& e : entries(r))
-                eachParent(e.node, [&](std::uint32_t parent) { add(parent, .25f, e.block); });
+                eachParent(e.node, [&](std::uint32_t parent) { add(parent, .25f * e.block); });
     });
     return coarse;
 }
 
-const SymmetricBlock& NodeBlocks::diagonal(std::size_t row) const
+SymmetricBlock NodeBlocks::diagonal(std::size_t row) const
 {
     const auto own = entries(row);
     const auto at = std::lower_bound(own.begin(), own.end(), row_[row],
                                      [](const Entry& e, std::uint32_t node) { return e.node < node; });
     assert(at != own.end() && at->node == row_[row]);
-    return at->block;
+    return packed(at->block);
 }
 
 SymmetricBlock NodeBlocks::damping(std::size_t row) const
 {
     constexpr float kOthers = 0.25f;
-    SymmetricBlock sum{};
+    Eigen::Matrix3f sum = Eigen::Matrix3f::Zero();
     for (const Entry& e : entries(row)) {
-        const float sign = e.block[0] + e.block[1] + e.block[2] < 0 ? -1.f : 1.f;
-        addTo(sum, e.node == row_[row] ? 1.f : sign * kOthers, e.block);
+        const float sign = e.block.trace() < 0 ? -1.f : 1.f;
+        sum += (e.node == row_[row] ? 1.f : sign * kOthers) * e.block;
     }
-    return sum;
+    return packed(sum);
 }
 
 std::size_t NodeBlocks::bytes() const

@@ -264,9 +264,10 @@ public:
     {
         constexpr double kReserve = 0.8;  // springs stretched to twice their length vibrate a quarter faster
         std::vector<Coupling> couplings;
-        for (const Potential* p : potentials) p->linearize(x, couplings);
-        const double w =
-            couplings.empty() ? fastest_ : std::hypot(fastest_, highestFrequency(couplings, elastic_->mass()));
+        std::vector<ScalarCoupling> scalars;
+        for (const Potential* p : potentials) p->linearize(x, couplings), p->linearizeScalars(x, scalars);
+        const CouplingsOf all{couplings, scalars};
+        const double w = all.empty() ? fastest_ : std::hypot(fastest_, highestFrequency(all, elastic_->mass()));
         double d = 0;
         for (const Potential* p : potentials) d += p->damping().mass + p->damping().stiffness * fastest_ * fastest_;
         return kReserve * 4 / (d + std::sqrt(d * d + 4 * w * w));

@@ -18,11 +18,11 @@ struct CoupledNoise {
     double force2 = 0, stretched = 0;  // N^2, J
 };
 
-CoupledNoise noiseOf(std::span<const Coupling> couplings, std::span<const Vec3> x, std::span<const std::uint8_t> fixed)
+CoupledNoise noiseOf(const CouplingsOf& couplings, std::span<const Vec3> x, std::span<const std::uint8_t> fixed)
 {
-    const auto sum = orderedSums<2>(couplings.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+    const auto sum = orderedSums<2>(couplings.points.size(), kChunk, [&](std::size_t begin, std::size_t end) {
         std::array<double, 2> s{};
-        for (const Coupling& c : couplings.subspan(begin, end - begin)) {
+        for (const Coupling& c : couplings.points.subspan(begin, end - begin)) {
             double reach = 0;
             for (std::size_t a = 0; a < Coupling::kNodes; ++a)
                 if (c.weight[a] != 0) reach += std::abs(double(c.weight[a])) * x[c.node[a]].norm();
@@ -32,7 +32,19 @@ CoupledNoise noiseOf(std::span<const Coupling> couplings, std::span<const Vec3> 
         }
         return s;
     });
-    return {sum[0], sum[1]};
+    const auto ofScalars = orderedSums<2>(couplings.scalars.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+        std::array<double, 2> s{};
+        for (const ScalarCoupling& c : couplings.scalars.subspan(begin, end - begin)) {
+            double reach = 0;
+            for (std::size_t a = 0; a < ScalarCoupling::kNodes; ++a)
+                reach += double(c.gradient[a].norm()) * x[c.node[a]].norm();
+            for (std::size_t a = 0; a < ScalarCoupling::kNodes; ++a)
+                if (!fixed[c.node[a]]) s[0] += std::pow(double(c.gradient[a].norm()) * reach, 2);
+            s[1] += reach * reach;
+        }
+        return s;
+    });
+    return {sum[0] + ofScalars[0], sum[1] + ofScalars[1]};
 }
 
 }  // namespace
@@ -84,12 +96,13 @@ void Objective::evaluate(Point& p)
         outer_[i] = -boundary_->force[i];
     });
     p.elastic = p.phi = elastic_->evaluate(p.x, p.gradient, &tangent_, shares_.stiffness);
-    couplings_.clear();
+    couplings_.clear(), scalars_.clear();
     blocksMade_ = false;
     double phiScale = std::abs(p.elastic);
     for (const Potential* potential : potentials_) {
         const double value = potential->evaluate(p.x, outer_);
         potential->linearize(p.x, couplings_);
+        potential->linearizeScalars(p.x, scalars_);
         p.phi += value;
         phiScale += std::abs(value);
     }
@@ -129,7 +142,7 @@ void Objective::measureForces(Point& p, double outerEnergy)
         }
         return s;
     });
-    const CoupledNoise coupled = noiseOf(couplings_, p.x, fixed_);
+    const CoupledNoise coupled = noiseOf(couplings(), p.x, fixed_);
     p.phi += sum[kinetic] - sum[work];
     p.norm = std::sqrt(sum[total]);
     p.forceScale = std::sqrt(std::max({sum[elastic], sum[outer], sum[inertia]}));
@@ -196,8 +209,8 @@ void Objective::balanceMomentum(Point& p)
 
 const NodeBlocks* Objective::blocks()
 {
-    if (couplings_.empty()) return nullptr;
-    if (!blocksMade_) blocks_ = NodeBlocks(couplings_, elastic_->nodeCount());
+    if (couplings().empty()) return nullptr;
+    if (!blocksMade_) blocks_ = NodeBlocks(couplings(), elastic_->nodeCount());
     blocksMade_ = true;
     return &blocks_;
 }
@@ -212,7 +225,7 @@ void Objective::addProduct(std::span<const Vec3> u, std::span<Vec3> out)
 std::size_t Objective::bytes() const
 {
     return 2 * elastic_->nodeCount() * sizeof(Vec3) + tangent_.bytes() + blocks_.bytes() +
-           couplings_.capacity() * sizeof(Coupling);
+           couplings_.capacity() * sizeof(Coupling) + scalars_.capacity() * sizeof(ScalarCoupling);
 }
 
 }  // namespace vdbfrac::solver

@@ -36,7 +36,7 @@ public:
     std::span<const Vec3> predicted() const { return predicted_; }  ///< x~ [m]
     std::span<const std::uint8_t> fixed() const { return fixed_; }  ///< nodes that do not answer: held or frozen
     std::size_t frozenNodes() const { return frozenNodes_; }
-    std::span<const Coupling> couplings() const { return couplings_; }
+    CouplingsOf couplings() const { return {couplings_, scalars_}; }
 
     /// All about p.x; system() and addProduct() belong to this x then.
     void evaluate(Point& p);
@@ -69,7 +69,8 @@ private:
     const ElasticOperator* elastic_ = nullptr;
     Tangent tangent_;
     std::vector<Coupling> couplings_;  // at the x of the tangent
-    NodeBlocks blocks_;                // of them, when blocksMade_
+    std::vector<ScalarCoupling> scalars_;
+    NodeBlocks blocks_;  // of them, when blocksMade_
     bool blocksMade_ = false;
     std::vector<Vec3> predicted_, outer_;
     LooseParts parts_;

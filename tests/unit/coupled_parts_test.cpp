@@ -80,7 +80,7 @@ TEST(Spring, GradientAndHessianAreThoseOfItsEnergy)
     blocks.spring->evaluate(moved(kStep), plus);
     blocks.spring->evaluate(moved(-kStep), minus);
     std::vector<Vec3> Hu(n, Vec3::Zero());
-    (void)NodeBlocks(couplings, n).multiply<Vec3>(u, [&](std::uint32_t i, const Vec3& sum) { Hu[i] += sum; });
+    (void)NodeBlocks({couplings}, n).multiply<Vec3>(u, [&](std::uint32_t i, const Vec3& sum) { Hu[i] += sum; });
     for (std::size_t i = 0; i < n; ++i)
         EXPECT_LT(((plus[i] - minus[i]) / (2 * kStep) - Hu[i]).norm(), kError * lab::norm(Hu)) << i;
 }

@@ -63,7 +63,7 @@ Eigen::MatrixXd dense(const NodeBlocks& blocks, std::size_t nodes)
     Eigen::MatrixXd H = Eigen::MatrixXd::Zero(Eigen::Index(3 * nodes), Eigen::Index(3 * nodes));
     for (std::size_t r = 0; r < blocks.rows(); ++r)
         for (const auto& e : blocks.entries(r))
-            H.block<3, 3>(3 * Eigen::Index(blocks.node(r)), 3 * Eigen::Index(e.node)) = matrixOf(e.block);
+            H.block<3, 3>(3 * Eigen::Index(blocks.node(r)), 3 * Eigen::Index(e.node)) = e.block.cast<double>();
     return H;
 }
 
@@ -73,12 +73,47 @@ TEST(NodeBlocks, AreTheSumOfTheCouplings)
 {
     constexpr std::uint32_t kNodes = 40;
     const auto couplings = randomCouplings(60, kNodes);
-    const NodeBlocks blocks(couplings, kNodes);
+    const NodeBlocks blocks({couplings}, kNodes);
     const Eigen::MatrixXd H = dense(blocks, kNodes), expected = dense(couplings, kNodes);
     EXPECT_LT((H - expected).norm(), kSingle * expected.norm());
     EXPECT_EQ((H - H.transpose()).norm(), 0);
     for (std::size_t r = 0; r < blocks.rows(); ++r)
         EXPECT_EQ(matrixOf(blocks.diagonal(r)), (H.block<3, 3>(3 * blocks.node(r), 3 * blocks.node(r))));
+}
+
+/// Curvatures of numbers alone, and beside points: their blocks are not symmetric, the whole is.
+TEST(NodeBlocks, AreTheSumWithThoseOfNumbers)
+{
+    constexpr std::uint32_t kNodes = 40;
+    std::mt19937 random(5);
+    std::vector<solver::ScalarCoupling> scalars(50);
+    Eigen::MatrixXd ofScalars = Eigen::MatrixXd::Zero(3 * kNodes, 3 * kNodes);
+    for (solver::ScalarCoupling& c : scalars) {
+        Eigen::VectorXd g = Eigen::VectorXd::Zero(3 * kNodes);
+        const std::uint32_t first = random() % kNodes;
+        for (std::uint32_t a = 0; a < c.node.size(); ++a) {
+            c.node[a] = (first + 5 * a) % kNodes;
+            c.gradient[a] = ((a < 6 ? 1 : 0) * lab::randomVec(random, 1)).cast<float>();  // two are not used
+            g.segment<3>(3 * c.node[a]) += c.gradient[a].cast<double>();
+        }
+        ofScalars += g * g.transpose();
+    }
+    const auto points = randomCouplings(60, kNodes);
+    const Eigen::MatrixXd alone = dense(NodeBlocks({{}, scalars}, kNodes), kNodes);
+    EXPECT_LT((alone - ofScalars).norm(), kSingle * ofScalars.norm());
+    EXPECT_LT((alone - alone.transpose()).norm(), kSingle * ofScalars.norm());
+    const NodeBlocks both({points, scalars}, kNodes);
+    const Eigen::MatrixXd expected = ofScalars + dense(points, kNodes), H = dense(both, kNodes);
+    EXPECT_LT((H - expected).norm(), kSingle * expected.norm());
+    std::vector<Vec3> u(kNodes), Hu(kNodes, Vec3::Zero());
+    for (Vec3& v : u) v = lab::randomVec(random, 1);
+    const Eigen::Map<const Eigen::VectorXd> flat(u[0].data(), 3 * kNodes);
+    const double energy = both.multiply<Vec3>(u, [&](std::uint32_t n, const Vec3& sum) { Hu[n] += sum; });
+    EXPECT_LT((Eigen::Map<const Eigen::VectorXd>(Hu[0].data(), 3 * kNodes) - expected * flat).norm(),
+              kSingle * expected.norm() * flat.norm());
+    EXPECT_NEAR(energy, flat.dot(expected * flat), kSingle * expected.norm() * flat.squaredNorm());
+    std::vector<double> mass(kNodes, 2.);
+    EXPECT_GE(std::pow(solver::highestFrequency({points, scalars}, mass), 2), expected.operatorNorm() / 2);
 }
 
 TEST(NodeBlocks, MultiplyAsTheirMatrixWithAnyNumberOfThreads)
@@ -91,7 +126,7 @@ TEST(NodeBlocks, MultiplyAsTheirMatrixWithAnyNumberOfThreads)
     std::uint64_t hashes[2];
     for (int threads : {1, 2}) {
         const ThreadLimit limit(threads);
-        const NodeBlocks blocks(couplings, kNodes);
+        const NodeBlocks blocks({couplings}, kNodes);
         std::vector<Vec3> Hu(kNodes, Vec3::Zero()), expected(kNodes, Vec3::Zero());
         const double energy = blocks.multiply<Vec3>(u, [&](std::uint32_t node, const Vec3& sum) { Hu[node] += sum; });
         double expectedEnergy = 0;
@@ -126,7 +161,7 @@ TEST(NodeBlocks, RestrictAsTheGalerkinProductOverFreeNodes)
             if (p < kCoarse && !fixed[n]) P.block<3, 3>(3 * n, 3 * p) += 0.5 * Mat3::Identity();
     }
     const Eigen::MatrixXd expected = P.transpose() * dense(couplings, kNodes) * P;
-    const Eigen::MatrixXd H = dense(NodeBlocks(couplings, kNodes).restricted(parents, fixed, kCoarse), kCoarse);
+    const Eigen::MatrixXd H = dense(NodeBlocks({couplings}, kNodes).restricted(parents, fixed, kCoarse), kCoarse);
     EXPECT_LT((H - expected).norm(), kSingle * expected.norm());
 }
 
@@ -153,7 +188,7 @@ struct TiedBlocks {
                 c.Q = {0, 0, k, 0, 0, 0};
                 couplings.push_back(c);
             }
-        blocks = NodeBlocks(couplings, solid->nodeCount());
+        blocks = NodeBlocks({couplings}, solid->nodeCount());
     }
 
     solver::LinearSystem system(bool tied = true) const
@@ -232,7 +267,7 @@ void expectFewMore(int cells, std::size_t ties, int more)
     for (double massFactor : {0., 1e4}) {
         TiedBlocks tied(cells, 10, massFactor);
         tied.couplings.resize(std::min(ties, tied.couplings.size()));
-        tied.blocks = NodeBlocks(tied.couplings, tied.solid->nodeCount());
+        tied.blocks = NodeBlocks({tied.couplings}, tied.solid->nodeCount());
         const int loose = solve(tied, LinearMethod::multigrid, 1e-6, false).iterations;
         const int coupled = solve(tied, LinearMethod::multigrid, 1e-6).iterations;
         std::printf("%d cells, mass factor %g, %zu ties: %d iterations, without %d\n", cells, massFactor,
@@ -280,7 +315,7 @@ TEST(CoupledSystems, AFewMoreOfManyAreTakenUp)
         tied.couplings = all;
         tied.couplings.erase(tied.couplings.begin() + std::ptrdiff_t(all.size() / 2),
                              tied.couplings.begin() + std::ptrdiff_t(all.size() / 2 + without));
-        tied.blocks = NodeBlocks(tied.couplings, tied.solid->nodeCount());
+        tied.blocks = NodeBlocks({tied.couplings}, tied.solid->nodeCount());
         return linear.solve(tied.system(), tied.pull(), u, {1e-6, 20000}, same);
     };
     const int fresh = once(0, false).iterations;

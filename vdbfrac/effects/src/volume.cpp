@@ -6,12 +6,8 @@
 //   j   share of its volume at rest below which it resists
 //   k   stiffness, in Young's moduli of the material [Pa]
 //
-// Per volume at rest, with f(J) = k/2 <j - J>^2, F = sum s_i u_i v_i^T and c_i = s_j s_k, the Hessian by F has in the
-// directions u_i v_i^T the 3x3 block f'' c c^T + f' [0 s_3 s_2; s_3 0 s_1; s_2 s_1 0], and the eigenvalues -+ f' s_k
-// along (u_i v_j^T +- u_j v_i^T) / sqrt 2 (Smith, de Goes, Kim 2018, section 4). A coupling takes one direction at
-// rest, with the weights v_i . grad N. So of the block the diagonal f'' c_i^2 is kept, which is all that matters where
-// something is flat, and of the pairs -f' s_k along both u_i v_j^T and u_j v_i^T, which is no less than either. A bound
-// of the whole block (sums of its rows) takes twice as many Newton iterations.
+// Of the Hessian f''(J) (dJ/dF)^2 + f'(J) d2J/dF^2 the tangent has the first part, which is positive; the other is as
+// large as what is missing of the volume, and as often negative as positive (Smith, de Goes, Kim 2018, section 4).
 #include "all.h"
 
 #include <vdbfrac/base/parallel.h>
@@ -20,9 +16,8 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
-#include <Eigen/SVD>
 
-#include <array>
+#include <cmath>
 
 namespace vdbfrac::effects {
 
@@ -33,7 +28,7 @@ using scene::Type;
 
 const Key kKeys[] = {
     {"least", Type::number, "", "share of its volume at rest below which material resists", "0.9", 0, 1},
-    {"stiffness", Type::number, "", "how much it resists, in its Young's moduli", "5", 0},
+    {"stiffness", Type::number, "", "how much it resists, in its Young's moduli", "20", 0},
 };
 
 using Corners = Eigen::Matrix<double, 3, tetmesh::kCorners>;
@@ -60,7 +55,7 @@ public:
     void begin(const solver::StepStart& start) override { elastic_ = &start.elastic; }
 
     double evaluate(std::span<const Vec3> x, std::span<Vec3> gradient) const override;
-    void linearize(std::span<const Vec3> x, std::vector<solver::Coupling>& couplings) const override;
+    void linearizeScalars(std::span<const Vec3> x, std::vector<solver::ScalarCoupling>& couplings) const override;
     void accept(std::span<const Vec3> x, double, double) override { count_ = std::int64_t(squeezed(x).size()); }
     /// Becomes the column volume_work_J.
     solver::EnergyFlow flow(const solver::Leg& leg) const override { return solver::storedFlow(*this, leg); }
@@ -141,38 +136,14 @@ double Volume::evaluate(std::span<const Vec3> x, std::span<Vec3> gradient) const
     return energy;
 }
 
-/// Its share of the Hessian.
-std::array<solver::Coupling, 3> couplingsOf(const Squeezed& e, double least)
+void Volume::linearizeScalars(std::span<const Vec3> x, std::vector<solver::ScalarCoupling>& couplings) const
 {
-    const Eigen::JacobiSVD<Mat3> svd(e.F, Eigen::ComputeFullU | Eigen::ComputeFullV);  // signs cancel below
-    const Mat3 &U = svd.matrixU(), &V = svd.matrixV();
-    const Vec3 s = svd.singularValues();
-    const double pressure = e.k * (least - e.F.determinant());  // -f'
-    std::array<solver::Coupling, 3> couplings;
-    for (int i = 0; i < 3; ++i) {
-        const int j = (i + 1) % 3, k = (i + 2) % 3;
-        Vec3 q;  // along each of u, what a change along v_i meets
-        q[i] = e.k * s[j] * s[j] * s[k] * s[k], q[j] = pressure * s[k], q[k] = pressure * s[j];
-        const Mat3 Q = e.volume * (U * q.asDiagonal() * U.transpose());
-        const Eigen::Matrix<double, 1, tetmesh::kCorners> weights = V.col(i).transpose() * e.gradN;
-        solver::Coupling& c = couplings[std::size_t(i)];
-        for (std::size_t a = 0; a < solver::Coupling::kNodes; ++a)
-            c.node[a] = e.firstNode + e.node[a], c.weight[a] = float(weights[int(a)]);
-        c.Q = {float(Q(0, 0)), float(Q(1, 1)), float(Q(2, 2)), float(Q(1, 2)), float(Q(2, 0)), float(Q(0, 1))};
+    for (const Squeezed& s : squeezed(x)) {
+        const Corners gradient = std::sqrt(s.volume * s.k) * cofactors(s.F) * s.gradN;
+        solver::ScalarCoupling& c = couplings.emplace_back();
+        for (std::size_t a = 0; a < solver::ScalarCoupling::kNodes; ++a)
+            c.node[a] = s.firstNode + s.node[a], c.gradient[a] = gradient.col(int(a)).cast<float>();
     }
-    return couplings;
-}
-
-void Volume::linearize(std::span<const Vec3> x, std::vector<solver::Coupling>& couplings) const
-{
-    constexpr std::size_t kElements = 64;
-    const std::vector<Squeezed> elements = squeezed(x);
-    const std::vector<solver::Coupling> own = gatherChunks<solver::Coupling>(
-        elements.size(), kElements, [&](std::size_t begin, std::size_t end, std::vector<solver::Coupling>& list) {
-            for (std::size_t e = begin; e < end; ++e)
-                for (const solver::Coupling& c : couplingsOf(elements[e], least_)) list.push_back(c);
-        });
-    couplings.insert(couplings.end(), own.begin(), own.end());
 }
 
 std::unique_ptr<core::Effect> make(const scene::Values& values, const scene::Scene&)

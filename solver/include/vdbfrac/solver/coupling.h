@@ -27,6 +27,15 @@ V multiply(const SymmetricBlock& Q, const V& u)
     return V(xx * u[0] + xy * u[1] + zx * u[2], xy * u[0] + yy * u[1] + yz * u[2], zx * u[0] + yz * u[1] + zz * u[2]);
 }
 
+/// The same of any 3x3 block, its terms in the same order.
+template <class V>
+V multiply(const Eigen::Matrix3f& m, const V& u)
+{
+    using Real = typename V::Scalar;
+    const auto row = [&](int i) { return Real(m(i, 0)) * u[0] + Real(m(i, 1)) * u[1] + Real(m(i, 2)) * u[2]; };
+    return V(row(0), row(1), row(2));
+}
+
 struct Coupling {
     static constexpr std::size_t kNodes = 8;
     std::array<std::uint32_t, kNodes> node{};  ///< of the system, each once; those of weight 0 do not count
@@ -38,8 +47,25 @@ struct Coupling {
     bool isExternal() const;
 };
 
+/// A share H(i, j) = g_i g_j^T: the curvature of an energy of one number, the root of its second derivative times the
+/// gradient of that number. For numbers of an element, as its volume: its nodes are of one part, and sum g_i is 0.
+struct ScalarCoupling {
+    static constexpr std::size_t kNodes = Coupling::kNodes;
+    std::array<std::uint32_t, kNodes> node{};      ///< of the system; those with g 0 do not count
+    std::array<Eigen::Vector3f, kNodes> gradient;  ///< (N/m)^(1/2)
+};
+
+/// Both kinds.
+struct CouplingsOf {
+    std::span<const Coupling> points;
+    std::span<const ScalarCoupling> scalars = {};
+
+    std::size_t size() const { return points.size() + scalars.size(); }
+    bool empty() const { return size() == 0; }
+};
+
 /// Largest angular frequency [1/s] that couplings alone give to lumped masses [kg], or more (Gershgorin).
-double highestFrequency(std::span<const Coupling> couplings, std::span<const double> mass);
+double highestFrequency(const CouplingsOf& couplings, std::span<const double> mass);
 
 /// The sum of couplings as a sparse symmetric matrix of 3x3 blocks, with rows for the nodes that they couple. It does
 /// not depend on the number of threads.
@@ -47,7 +73,7 @@ class NodeBlocks {
 public:
     NodeBlocks() = default;
     /// `nodes`: of the system.
-    NodeBlocks(std::span<const Coupling> couplings, std::size_t nodes);
+    NodeBlocks(const CouplingsOf& couplings, std::size_t nodes);
 
     /// Nodes of a coarser system from which each node takes its value, half from each; those that are none count as
     /// `coarseNodes` or more.
@@ -59,14 +85,14 @@ public:
     std::size_t rows() const { return row_.size(); }
     std::uint32_t node(std::size_t row) const { return row_[row]; }  ///< rising
     struct Entry {
-        std::uint32_t node;  ///< column; rising within a row
-        SymmetricBlock block;
+        std::uint32_t node;     ///< column; rising within a row
+        Eigen::Matrix3f block;  ///< symmetric on the diagonal
     };
     std::span<const Entry> entries(std::size_t row) const
     {
         return {entry_.data() + start_[row], entry_.data() + start_[row + 1]};
     }
-    const SymmetricBlock& diagonal(std::size_t row) const;
+    SymmetricBlock diagonal(std::size_t row) const;
     /// What stands for a row in a block-Jacobi iteration: its diagonal block and a quarter of the size of the others. A
     /// node in a coupling of eight moves with the seven others; with its own block alone the largest eigenvalue is 4
     /// where the elements have 1.8, so they are damped less, with all of the others stiff modes are slow.
