@@ -265,7 +265,7 @@ public:
         constexpr double kReserve = 0.8;  // springs stretched to twice their length vibrate a quarter faster
         std::vector<Coupling> couplings;
         std::vector<ScalarCoupling> scalars;
-        for (const Potential* p : potentials) p->linearize(x, couplings), p->linearizeScalars(x, scalars);
+        for (const Potential* p : potentials) p->linearize(x, couplings), p->linearizeScalars(x, *elastic_, scalars);
         const CouplingsOf all{couplings, scalars};
         const double w = all.empty() ? fastest_ : std::hypot(fastest_, highestFrequency(all, elastic_->mass()));
         double d = 0;

@@ -102,7 +102,7 @@ void Objective::evaluate(Point& p)
     for (const Potential* potential : potentials_) {
         const double value = potential->evaluate(p.x, outer_);
         potential->linearize(p.x, couplings_);
-        potential->linearizeScalars(p.x, scalars_);
+        potential->linearizeScalars(p.x, *elastic_, scalars_);
         p.phi += value;
         phiScale += std::abs(value);
     }

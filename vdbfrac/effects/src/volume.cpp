@@ -55,18 +55,22 @@ public:
     void begin(const solver::StepStart& start) override { elastic_ = &start.elastic; }
 
     double evaluate(std::span<const Vec3> x, std::span<Vec3> gradient) const override;
-    void linearizeScalars(std::span<const Vec3> x, std::vector<solver::ScalarCoupling>& couplings) const override;
-    void accept(std::span<const Vec3> x, double, double) override { count_ = std::int64_t(squeezed(x).size()); }
+    void linearizeScalars(std::span<const Vec3> x, const solver::ElasticOperator& elastic,
+                          std::vector<solver::ScalarCoupling>& couplings) const override;
+    void accept(std::span<const Vec3> x, double, double) override
+    {
+        count_ = std::int64_t(squeezed(x, *elastic_).size());
+    }
     /// Becomes the column volume_work_J.
     solver::EnergyFlow flow(const solver::Leg& leg) const override { return solver::storedFlow(*this, leg); }
     void report(Ledger& work, std::map<std::string, double>&) override { work.count("volume", "squeezed", count_); }
 
 private:
-    std::vector<Squeezed> squeezed(std::span<const Vec3> x) const;
+    std::vector<Squeezed> squeezed(std::span<const Vec3> x, const solver::ElasticOperator& elastic) const;
 
     double least_, stiffness_;
-    const solver::ElasticOperator* elastic_ = nullptr;
-    std::int64_t count_ = 0;  // elements, when the last step had ended
+    const solver::ElasticOperator* elastic_ = nullptr;  // of the step at hand
+    std::int64_t count_ = 0;                            // elements, when the last step had ended
 };
 
 /// Means over the material of element e [1/h], 0 for a corner that no tet of it has; returns its volume [h^3].
@@ -91,12 +95,12 @@ double meanGradients(const solver::ElementSet& set, std::size_t e, Corners& grad
     return volume;
 }
 
-std::vector<Squeezed> Volume::squeezed(std::span<const Vec3> x) const
+std::vector<Squeezed> Volume::squeezed(std::span<const Vec3> x, const solver::ElasticOperator& elastic) const
 {
     constexpr std::size_t kElements = 1024;
-    const double h = elastic_->h();
+    const double h = elastic.h();
     std::vector<Squeezed> all;
-    for (const solver::ElementSet& set : elastic_->sets()) {
+    for (const solver::ElementSet& set : elastic.sets()) {
         const auto add = [&](std::size_t begin, std::size_t end, std::vector<Squeezed>& list) {
             for (std::size_t e = begin; e < end; ++e) {
                 Squeezed s;
@@ -127,7 +131,7 @@ Mat3 cofactors(const Mat3& F)
 double Volume::evaluate(std::span<const Vec3> x, std::span<Vec3> gradient) const
 {
     double energy = 0;
-    for (const Squeezed& s : squeezed(x)) {
+    for (const Squeezed& s : squeezed(x, *elastic_)) {
         const double missing = least_ - s.F.determinant();
         energy += s.volume * s.k / 2 * missing * missing;
         const Corners forces = -s.volume * s.k * missing * cofactors(s.F) * s.gradN;
@@ -136,9 +140,10 @@ double Volume::evaluate(std::span<const Vec3> x, std::span<Vec3> gradient) const
     return energy;
 }
 
-void Volume::linearizeScalars(std::span<const Vec3> x, std::vector<solver::ScalarCoupling>& couplings) const
+void Volume::linearizeScalars(std::span<const Vec3> x, const solver::ElasticOperator& elastic,
+                              std::vector<solver::ScalarCoupling>& couplings) const
 {
-    for (const Squeezed& s : squeezed(x)) {
+    for (const Squeezed& s : squeezed(x, elastic)) {
         const Corners gradient = std::sqrt(s.volume * s.k) * cofactors(s.F) * s.gradN;
         solver::ScalarCoupling& c = couplings.emplace_back();
         for (std::size_t a = 0; a < solver::ScalarCoupling::kNodes; ++a)

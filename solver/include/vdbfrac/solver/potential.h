@@ -69,8 +69,12 @@ public:
     /// Adds what couples nodes at x to `couplings`: the rest of the Hessian, positive semidefinite. Where forces have
     /// no share in the tangent, nothing.
     virtual void linearize(std::span<const Vec3> /*x*/, std::vector<Coupling>& /*couplings*/) const {}
-    /// The same for what is the curvature of numbers of elements.
-    virtual void linearizeScalars(std::span<const Vec3> /*x*/, std::vector<ScalarCoupling>& /*couplings*/) const {}
+    /// The same for what is the curvature of numbers of elements, those of `elastic`. Asked before begin() too, for the
+    /// step limit of explicit schemes, and with the elements of a mesh that was cut since.
+    virtual void linearizeScalars(std::span<const Vec3> /*x*/, const ElasticOperator& /*elastic*/,
+                                  std::vector<ScalarCoupling>& /*couplings*/) const
+    {
+    }
     /// The step is solved at x. What holds for this step only may be brought up to date there: is that enough of a
     /// change to solve on?
     virtual bool refresh(std::span<const Vec3> /*x*/) { return false; }
