@@ -90,10 +90,10 @@ with tempfile.TemporaryDirectory() as temporary:
 
     # In the folder itself: later frames and their checkpoints go.
     sim(branch, f"--resume={AT - 2}", "--set", "fracture.toughness=2500", code=4, texts=["no whole checkpoint up to frame"])
-    sim(run, f"--resume={AT}", "--keep-checkpoints", *tough, texts=["fracture.toughness = 4000 (was 2500)"])
+    sim(run, f"--resume={AT}", *tough, texts=["fracture.toughness = 4000 (was 2500)"])
     is_whole(run)
     check("in its own folder", states(run) == states(branch), "other states")
-    check("no checkpoint of what was dropped", len(list(run.glob("ckpt/*.ckpt"))) == LAST, list(run.glob("ckpt/*")))
+    check("all checkpoints are kept, none of what was dropped", len(list(run.glob("ckpt/*.ckpt"))) == LAST, list(run.glob("ckpt/*")))
     sim(run, "--resume", code=2, texts=["the scene is not that of the run", "--resume=FRAME"])
 
     # A finer lattice.
@@ -106,8 +106,14 @@ with tempfile.TemporaryDirectory() as temporary:
 
     # Later frames go where a run goes on from a frame, whatever comes after.
     shorter = top / f"same_{AT}"
+    pages = [shorter / name for name in ("report.html", "preview/contact_sheet.png", "preview/report_last.png", "preview/turn.0001.png")]
+    for page in pages:
+        page.parent.mkdir(exist_ok=True)
+        page.write_text("of all frames")
     went = subprocess.run([PROGRAM, "sim", SCENE, "-o", shorter, *COARSE, "-f", str(LAST - 1), f"--resume={LAST - 1}"], capture_output=True, text=True)
     check("made shorter", went.returncode == 0 and len(list(shorter.glob("obj/*.obj"))) == LAST - 1, f"{went.stderr}{list(shorter.glob('obj/*.obj'))}")
+
+    check("pages of frames that are gone", not any(p.exists() for p in pages), pages)
 
     moving = ["--set", "output.motion=true"]
     sim(top / "moving", "--keep-checkpoints", base=[*COARSE, *moving])

@@ -127,6 +127,10 @@ with tempfile.TemporaryDirectory() as temporary:
     expect("memory limit", ["sim", good, "-o", folder / "o3", "--max-memory", "0.001"], 5, "--max-memory")
     expect("field that nothing makes", ["sim", good, "-o", folder / "o4", "-f", "1", "--set", 'output.vdb=["phi","arival"]'], 2, "arrival")
     expect("preview", ["preview", out, "--count", "1", "--width", "64", "--height", "64"], 0, "contact_sheet.png")
+    said = expect("preview of frames, quietly", ["preview", out, "-f", "1-1x2", "-q", "-j", "1", "--width", "64", "--height", "64"], 0)
+    if said:
+        failures.append(f"preview -q says {said}")
+    expect("preview of no list", ["preview", out, "-f", "1,x"], 2, "is no list of frames", "1-96x2")
     expect("preview by values that are not there", ["preview", out, "--colour", "margin"], 2, "--colour", "output.ply = true")
     expect("preview with no colour", ["preview", out, "--torn", "#12345"], 2, "--torn", "#rrggbb")
     expect("preview at a point without an eye", ["preview", out, "--look-at", "0", "0", "0"], 2, "--eye")

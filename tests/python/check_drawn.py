@@ -432,10 +432,10 @@ def main(folder):
     vdbfrac("sim", folder / "s.toml", "-o", half, "-q", "--resume")
     said = vdbfrac("info", half, "--verify")
     check("a cache is verified", "verified: all checksums" in said, said)
-    vdbfrac("embed", half, "-o", folder / "half.obj")
+    vdbfrac("embed", half, "-o", folder / "new/half.obj")
     (half / "cache/block.mdd").write_bytes(b"")
     check("and missed", "cache/block.mdd" in vdbfrac("info", half, code=4))
-    check("embedded alike after a resume", (folder / "half.mdd").read_bytes() == (folder / "e.mdd").read_bytes())
+    check("embedded alike after a resume", (folder / "new/half.mdd").read_bytes() == (folder / "e.mdd").read_bytes())
     check("drawn alike after a resume", (half / f"obj/block.{FRAMES:04}.obj").read_bytes() == (run / f"obj/block.{FRAMES:04}.obj").read_bytes())
     bare = folder / "bare"
     said = vdbfrac("sim", folder / "s.toml", "-o", bare, "-j", 1, "--set", "output.obj=false", "--set", "output.ply=false", "--set", "output.point_cache=[]", "--set", 'output.vdb=["phi"]')

@@ -81,6 +81,20 @@ def check_local(top):
     return folder
 
 
+def check_failures(top):
+    """What ended before it could write anything is told as failed, here and as a task, and can be begun again."""
+    folder = top / "failing"
+    command = ["wedge", SCENE, "--local", "-o", folder, *COARSE, "--set", "time.frames=[1, 2]", "--together", "--vary", "fracture.toughness=400,800"]
+    told = expect("too little memory", 5, ["ended with 5"], *command, "--sim=--max-memory=0.001")
+    check("failed", [r["status"] for r in table(folder)] == ["failed (5)"] * 2, f"{table(folder)} {told.stderr}")
+    expect("one begun again", 0, [], "wedge", "-o", folder, "--run", "1")
+    expect("collected", 0, [], "wedge", "-o", folder, "--collect")
+    check("failed and done", [r["status"] for r in table(folder)] == ["failed (5)", "done"], table(folder))
+    expect("failing task", 5, [], "wedge", "-o", folder, "--run", "0", "--sim=--max-memory=0.001")
+    expect("all begun again", 0, [], *command)
+    check("all done", [r["status"] for r in table(folder)] == ["done"] * 2, table(folder))
+
+
 def check_table(folder):
     rows = table(folder)
     check("table", [(r["run"], float(r["fracture.toughness"]), float(r["material.rubber.youngs_modulus"]), r["status"], int(r["Frames"])) for r in rows]
@@ -128,6 +142,7 @@ with tempfile.TemporaryDirectory() as temporary:
     check_list()
     wedge_folder = check_local(Path(temporary))
     check_bad_input(Path(temporary), wedge_folder)
+    check_failures(Path(temporary))
     check_progress(Path(temporary))
 print("\n".join(failures) or "wedges are as they should be")
 sys.exit(1 if failures else 0)

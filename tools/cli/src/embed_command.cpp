@@ -152,6 +152,7 @@ int embed(const EmbedOptions& options)
         writePly(cache, options.out, scene.time.firstFrame);
         return kDone;
     }
+    makeFolderOf(options.out);
     for (const fs::path& file : cache.write(options.out)) std::printf("%s\n", file.c_str());
     return kDone;
 }

@@ -3,7 +3,9 @@
 #include "run_pictures.h"
 
 #include <vdbfrac/base/error.h>
+#include <vdbfrac/base/parallel.h>
 #include <vdbfrac/cli/commands.h>
+#include <vdbfrac/cli/frame_list.h>
 #include <vdbfrac/pictures/png_file.h>
 
 #include <fmt/format.h>
@@ -19,13 +21,19 @@ namespace fs = std::filesystem;
 namespace {
 
 struct PreviewOptions {
-    std::string folder;
-    std::vector<int> frames;
+    std::string folder, frames;
     int count = 12, columns = 4, width = 480, height = 480, samples = 32;
     int turntable = 0;
     std::string colour = "material", torn = "red", fit = "frames";
     std::vector<double> direction = {-0.55, -0.35, -1}, eye, lookAt;
     double angle = 45;  // degrees
+    bool quiet = false;
+    int threads = 0;  // 0: all cores
+
+    void say(const fs::path& file) const
+    {
+        if (!quiet) std::printf("%s\n", file.c_str());
+    }
 };
 
 Vec3 pointOf(const std::vector<double>& p) { return {p[0], p[1], p[2]}; }
@@ -34,7 +42,7 @@ Vec3 pointOf(const std::vector<double>& p) { return {p[0], p[1], p[2]}; }
 std::vector<RunFrame> chosenFrames(const RunFrames& run, const PreviewOptions& options)
 {
     std::vector<RunFrame> chosen;
-    for (int wanted : options.frames) {
+    for (int wanted : options.frames.empty() ? std::vector<int>() : parseFrames(options.frames)) {
         const auto it =
             std::find_if(run.frames.begin(), run.frames.end(), [&](const auto& f) { return f.frame == wanted; });
         if (it == run.frames.end())
@@ -57,11 +65,11 @@ int turn(const Scenery& scenery, const PreviewOptions& options)
         images.push_back(pictureOf(scenery, scenery.subjects.size() - 1, view));
         const fs::path file = fs::path(options.folder) / "preview" / fmt::format("turn.{:04}.png", i + 1);
         pictures::writePng(file, images.back());
-        std::printf("%s\n", file.c_str());
+        options.say(file);
     }
     const fs::path sheet = fs::path(options.folder) / "preview" / "contact_sheet.png";
     pictures::writePng(sheet, pictures::contactSheet(images, options.columns, 4));
-    std::printf("%s\n", sheet.c_str());
+    options.say(sheet);
     return kDone;
 }
 
@@ -76,7 +84,8 @@ int preview(const PreviewOptions& options)
     if (!options.eye.empty()) how.eye = pointOf(options.eye);
     if (!options.lookAt.empty()) how.target = pointOf(options.lookAt);
     const Scenery scenery = sceneryOf(folder, run, frames, how);
-    for (const std::string& note : scenery.notes) std::fprintf(stderr, "note: %s\n", note.c_str());
+    for (const std::string& note : options.quiet ? std::vector<std::string>() : scenery.notes)
+        std::fprintf(stderr, "note: %s\n", note.c_str());
     fs::create_directories(folder / "preview");
     if (options.turntable > 0) return turn(scenery, options);
     std::vector<pictures::Image> images;
@@ -84,11 +93,11 @@ int preview(const PreviewOptions& options)
         images.push_back(pictureOf(scenery, i, scenery.view));
         const fs::path file = folder / "preview" / fmt::format("{}.{:04}.png", run.scene, frames[i].frame);
         pictures::writePng(file, images.back());
-        std::printf("%s\n", file.c_str());
+        options.say(file);
     }
     const fs::path sheet = folder / "preview" / "contact_sheet.png";
     pictures::writePng(sheet, pictures::contactSheet(images, options.columns, 4));
-    std::printf("%s\n", sheet.c_str());
+    options.say(sheet);
     return kDone;
 }
 
@@ -99,7 +108,8 @@ Action addPreview(CLI::App& app)
     auto o = std::make_shared<PreviewOptions>();
     CLI::App* c = app.add_subcommand("preview", "Render PNG pictures of a run and a contact sheet; torn faces are red");
     c->add_option("DIR", o->folder, "Folder that 'vdbfrac sim -o' wrote")->required();
-    c->add_option("-f,--frames", o->frames, "Frames to render (default: some spread over the run)")->delimiter(',');
+    c->add_option("-f,--frames", o->frames,
+                  "Frames to render, as 1-96, 1-96x2 or 5,9,12 (default: some spread over the run)");
     c->add_option("--count", o->count, "How many frames to spread over the run")
         ->check(CLI::Range(1, 10000))
         ->capture_default_str();
@@ -128,7 +138,12 @@ Action addPreview(CLI::App& app)
     c->add_option("--angle", o->angle, "Degrees that the longer side of the picture shows")
         ->check(CLI::Range(1., 170.))
         ->capture_default_str();
-    return [o] { return preview(*o); };
+    c->add_flag("-q,--quiet", o->quiet, "Say only what went wrong");
+    addThreads(*c, o->threads);
+    return [o] {
+        const ThreadLimit threads(o->threads);
+        return preview(*o);
+    };
 }
 
 }  // namespace vdbfrac::cli

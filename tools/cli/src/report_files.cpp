@@ -81,7 +81,7 @@ std::string wedgeReport(const fs::path& folder)
     for (const farm::WedgeRun& run : wedge.runs) {
         const fs::path own = folder / run.name;
         report::Compared& c = runs.emplace_back();
-        c.name = run.name, c.values = run.values, c.status = farm::statusOf(own);
+        c.name = run.name, c.values = run.values, c.status = farm::statusOf(folder, run);
         c.numbers = report::Json::object();
         if (!fs::exists(own / "run.json")) continue;
         records.push_back(report::readRecord(own));

@@ -59,7 +59,8 @@ public:
 private:
     void begin(const WedgeRun& run)
     {
-        if (isDone(statusOf(settings_.folder / run.name))) return say(run, "was done");
+        if (isDone(statusOf(settings_.folder, run))) return say(run, "was done");
+        keepFailure(settings_.folder, run, 0);
         running_.emplace(lab::startProgram(simCommand(settings_, run), logFile(settings_.folder, run), true), &run);
     }
 
@@ -72,9 +73,9 @@ private:
             const int code = stopCode(lab::exitCodeOf(status), signal_);
             if (code == kStopped)
                 stopped_ = true;
-            else if (code != 0 && !failed_)
-                failed_ = code;
-            say(*run, code == 0 ? statusOf(settings_.folder / run->name)
+            else if (code != 0)
+                failed_ = failed_ ? failed_ : code, keepFailure(settings_.folder, *run, code);
+            say(*run, code == 0 ? statusOf(settings_.folder, *run)
                       : code == kStopped
                           ? "stopped; the same command goes on"
                           : fmt::format("ended with {}: {}", code, lastLine(logFile(settings_.folder, *run))));
@@ -122,11 +123,14 @@ std::vector<std::string> simCommand(const LocalSettings& settings, const WedgeRu
 
 int runOne(const LocalSettings& settings, const WedgeRun& run)
 {
+    keepFailure(settings.folder, run, 0);
     const pid_t process = lab::startProgram(simCommand(settings, run));
     int status = 0, passed = 0;
     for (; waitpid(process, &status, WNOHANG) != process; std::this_thread::sleep_for(kLook))
         if (const int signal = settings.stop(); signal != passed) kill(process, passed = signal);
-    return stopCode(lab::exitCodeOf(status), passed);
+    const int code = stopCode(lab::exitCodeOf(status), passed);
+    if (code != kStopped) keepFailure(settings.folder, run, code);
+    return code;
 }
 
 int runHere(const Wedge& wedge, const LocalSettings& settings) { return Runs(wedge, settings).all(); }

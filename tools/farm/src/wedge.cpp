@@ -77,6 +77,8 @@ Json toJson(const Wedge& wedge)
     return {{"wedge", wedge.name}, {"keys", wedge.keys}, {"runs", runs}};
 }
 
+fs::path failureFile(const fs::path& folder, const WedgeRun& run) { return folder / "logs" / (run.name + ".failed"); }
+
 std::string sceneText(const scene::Scene& scene) { return scene::writeScene(scene, study::vocabulary()); }
 
 /// Holds the folder this wedge? Throws where it holds something else.
@@ -165,12 +167,24 @@ Wedge readWedge(const fs::path& folder)
 fs::path sceneFile(const fs::path& folder, const WedgeRun& run) { return folder / "scenes" / (run.name + ".toml"); }
 fs::path logFile(const fs::path& folder, const WedgeRun& run) { return folder / "logs" / (run.name + ".log"); }
 
-std::string statusOf(const fs::path& runFolder)
+void keepFailure(const fs::path& folder, const WedgeRun& run, int code)
 {
-    const fs::path file = runFolder / "run.json";
-    if (!fs::exists(file)) return "waiting";
-    const Json json = Json::parse(readText(file), nullptr, false);
-    return json.is_object() && json.contains("status") ? json["status"].get<std::string>() : "damaged";
+    if (code != 0)
+        writeText(failureFile(folder, run), std::to_string(code) + "\n");
+    else
+        fs::remove(failureFile(folder, run));
+}
+
+std::string statusOf(const fs::path& folder, const WedgeRun& run)
+{
+    std::string status = "waiting";
+    if (const fs::path file = folder / run.name / "run.json"; fs::exists(file)) {
+        const Json json = Json::parse(readText(file), nullptr, false);
+        status = json.is_object() && json.contains("status") ? json["status"].get<std::string>() : "damaged";
+    }
+    if (isDone(status) || !fs::exists(failureFile(folder, run))) return status;
+    const std::string code = readText(failureFile(folder, run));
+    return "failed (" + code.substr(0, code.find('\n')) + ")";
 }
 
 bool isDone(const std::string& status) { return status.starts_with("done"); }

@@ -272,6 +272,7 @@ RecordLog::Records RunFolder::Writer::readRecords(const Archive& archive)
 
 void RunFolder::Writer::goOnFrom(const std::string& checkpoint, RecordLog::Records records)
 {
+    keepsCheckpoints_ = keepsCheckpoints_ || keepsCheckpoints(folder_);
     checkpoints_.clear();
     for (const fs::path& file : checkpointsIn(folder_)) {
         const bool isIt = file.filename() == checkpoint;
@@ -354,6 +355,7 @@ void RunFolder::Writer::writeManifest(const RunState& state, const std::string& 
                      {"frames", framesJson(frames_)},
                      {"fragments", fragments}};
     if (!pointCache_.empty()) manifest["point_cache"] = filesJson(pointCache_);
+    if (keepsCheckpoints_) manifest["keeps_checkpoints"] = true;
     if (!branches_.empty()) manifest["branches"] = branchesJson(branches_);
     writeText(folder_ / kManifest, manifest.dump(1) + "\n");
 }

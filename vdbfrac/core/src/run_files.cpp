@@ -45,6 +45,12 @@ std::vector<fs::path> filesOf(const fs::path& folder, const std::string& pattern
     return found;
 }
 
+/// Discarded where it cannot be read as JSON.
+nlohmann::json manifestOf(const fs::path& folder)
+{
+    return nlohmann::json::parse(readText(folder / kManifest), nullptr, false);
+}
+
 void removeFile(const fs::path& file)
 {
     std::error_code error;
@@ -93,7 +99,7 @@ std::vector<std::string> filesOfEarlierRun(const fs::path& folder)
 {
     const char* const kOther = "it is not empty, and no run of this program; use another folder";
     if (!fs::exists(folder / kManifest)) throw FileError(folder.string(), std::string("holds no run.json: ") + kOther);
-    const auto manifest = nlohmann::json::parse(readText(folder / kManifest), nullptr, false);
+    const auto manifest = manifestOf(folder);
     const auto creator = manifest.is_object() ? manifest.value("creator", nlohmann::json()) : nlohmann::json();
     if (!creator.is_string() || !creator.get_ref<const std::string&>().starts_with("vdbfrac "))
         throw FileError((folder / kManifest).string(), std::string("is not the manifest of a run: ") + kOther);
@@ -108,8 +114,14 @@ std::vector<std::string> filesOfEarlierRun(const fs::path& folder)
 
 bool hasFrames(const fs::path& folder)
 {
-    const auto manifest = nlohmann::json::parse(readText(folder / kManifest), nullptr, false);
+    const auto manifest = manifestOf(folder);
     return manifest.is_object() && !manifest.value("frames", nlohmann::json::array()).empty();
+}
+
+bool keepsCheckpoints(const fs::path& folder)
+{
+    const auto manifest = manifestOf(folder);
+    return manifest.is_object() && manifest.value("keeps_checkpoints", nlohmann::json(false)) == true;
 }
 
 void requireApart(const fs::path& folder, const std::vector<std::string>& patterns, const std::vector<fs::path>& inputs,
@@ -137,14 +149,16 @@ void removeRunFiles(const fs::path& folder, const std::vector<std::string>& patt
 
 void removeLaterFrames(const fs::path& folder, const std::string& sceneName, int last)
 {
+    constexpr std::size_t kDigits = 9;  // longer ones are no frame's
     for (const std::string& pattern : runFiles(sceneName)) {
-        const bool isOfFrames = pattern.find("/" + sceneName + ".####.") != std::string::npos;
-        if (pattern.starts_with(kCheckpointFolder) || (!isOfFrames && !pattern.starts_with("cache/"))) continue;
+        const bool isOfOneFrame = pattern.find("/" + sceneName + ".####.") != std::string::npos;
+        const bool isOfAll =
+            pattern.starts_with("cache/") || pattern.starts_with("preview/") || pattern == "report.html";
+        if (pattern.starts_with(kCheckpointFolder) || (!isOfOneFrame && !isOfAll)) continue;
         for (const fs::path& file : filesOf(folder, pattern)) {
-            constexpr std::size_t kDigits = 9;  // longer ones are no frame's
             const std::string path = file.lexically_relative(folder).generic_string();
-            const std::string number = isOfFrames ? std::string(numberIn(pattern, path)) : "";
-            if (!isOfFrames || (number.size() <= kDigits && std::stoi(number) > last)) removeFile(file);
+            const std::string number = isOfOneFrame ? std::string(numberIn(pattern, path)) : "";
+            if (!isOfOneFrame || (number.size() <= kDigits && std::stoi(number) > last)) removeFile(file);
         }
     }
 }

@@ -28,6 +28,9 @@ std::vector<std::string> filesOfEarlierRun(const std::filesystem::path& folder);
 /// Does its manifest list frames?
 bool hasFrames(const std::filesystem::path& folder);
 
+/// Did that run keep all its checkpoints?
+bool keepsCheckpoints(const std::filesystem::path& folder);
+
 /// Throws InputError when one of `inputs` is among the files that the patterns stand for. `what`: what would become of
 /// it.
 void requireApart(const std::filesystem::path& folder, const std::vector<std::string>& patterns,
@@ -36,8 +39,8 @@ void requireApart(const std::filesystem::path& folder, const std::vector<std::st
 /// Removes the files that the patterns stand for, in their order, then the folders that are empty. Throws FileError.
 void removeRunFiles(const std::filesystem::path& folder, const std::vector<std::string>& patterns);
 
-/// Removes what a run has in the folder of frames after `last`, and the point cache, which is of all frames.
-/// Checkpoints stay. Throws FileError.
+/// Removes what a run has in the folder of frames after `last`, and what is made of all frames: the point cache, the
+/// report, sheets and turntables. Checkpoints stay. Throws FileError.
 void removeLaterFrames(const std::filesystem::path& folder, const std::string& sceneName, int last);
 
 }  // namespace vdbfrac::core

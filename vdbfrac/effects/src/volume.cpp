@@ -27,8 +27,8 @@ using scene::Key;
 using scene::Type;
 
 const Key kKeys[] = {
-    {"least", Type::number, "", "share of its volume at rest below which material resists", "0.9", 0, 1},
-    {"stiffness", Type::number, "", "how much it resists, in its Young's moduli", "20", 0},
+    {"least", Type::number, "", "share of its volume at rest below which material resists", "0.9", 0.3, 1},
+    {"stiffness", Type::number, "", "how much it resists, in its Young's moduli", "20", 0, 200},
 };
 
 using Corners = Eigen::Matrix<double, 3, tetmesh::kCorners>;

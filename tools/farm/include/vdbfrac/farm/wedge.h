@@ -52,8 +52,12 @@ Wedge readWedge(const std::filesystem::path& folder);
 std::filesystem::path sceneFile(const std::filesystem::path& folder, const WedgeRun& run);
 std::filesystem::path logFile(const std::filesystem::path& folder, const WedgeRun& run);
 
-/// "running", "done", ... as run.json says; "waiting" where there is none.
-std::string statusOf(const std::filesystem::path& runFolder);
+/// Keeps the exit code of a run for `statusOf`, next to its log; 0: that it has not failed. Throws FileError.
+void keepFailure(const std::filesystem::path& folder, const WedgeRun& run, int code);
+
+/// "running", "done", ... as run.json says; "failed (CODE)" of one that has not all its frames and ended with an error,
+/// whatever it could write; "waiting" of one that has not begun.
+std::string statusOf(const std::filesystem::path& folder, const WedgeRun& run);
 /// Has it all its frames?
 bool isDone(const std::string& status);
 
