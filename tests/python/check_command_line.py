@@ -309,6 +309,9 @@ with tempfile.TemporaryDirectory() as temporary:
         resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
     limit = folder / "limit"
     expect("a limit of file sizes", ["sim", good, "-o", limit, *quick, "-f", "2", "-q"], 4, str(limit), "cannot be written", preexec_fn=limited)
+    told = json.loads((limit / "run.json").read_text())
+    if told["status"] != "failed" or "cannot be written" not in told.get("error", "") or "failed: " not in (limit / "run.log").read_text().splitlines()[-1]:
+        failures.append(f"a run that failed does not say why: {told}")
     left = [str(p) for p in limit.rglob("*") if ".partial" in p.name]
     if left:
         failures.append(f"a limit of file sizes leaves {left}")

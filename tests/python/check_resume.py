@@ -96,7 +96,7 @@ with tempfile.TemporaryDirectory() as temporary:
     expect("a whole run", command(whole), 0)
     whole_seconds = time.monotonic() - began
 
-    for heard in signal.SIGTERM, signal.SIGINT, signal.SIGUSR1:
+    for heard in signal.SIGTERM, signal.SIGINT, signal.SIGUSR1, signal.SIGUSR2, signal.SIGHUP, signal.SIGXCPU:
         folder = top / heard.name
         run = started(folder)
         run.send_signal(heard)
@@ -181,7 +181,18 @@ with tempfile.TemporaryDirectory() as temporary:
     whole_records = records.read_bytes()
     records.write_bytes(whole_records[:200] + b"?" + whole_records[201:])
     expect("damaged records", command(stopped, "--resume"), 4, records.name, "damaged")
+    expect("info of damaged records", [PROGRAM, "info", stopped, "--verify"], 4, records.name, "damaged")
     records.write_bytes(whole_records)
+    # Without the manifest, or frames that it made, a run goes on; what is lost is told.
+    for damage in (lambda f: f.unlink()), (lambda f: f.write_text("")):
+        damage(stopped / "run.json")
+        expect("no manifest", command(stopped, "--resume"), 0)
+        same("no manifest", stopped, whole)
+    lost = stopped / "obj/notched_block.0003.obj"
+    text = lost.read_bytes()
+    lost.write_bytes(text[:-10])
+    expect("a frame that was cut off", command(stopped, "--resume"), 0, "1 file of earlier frames", lost.name)
+    lost.write_bytes(text)
     for checkpoint in (stopped / "ckpt").glob("*.ckpt"):
         checkpoint.write_bytes(b"no more than this")
     expect("no whole checkpoint", command(stopped, "--resume"), 4, "is not a checkpoint")

@@ -344,6 +344,9 @@ def study_on_slurm(cluster, top):
     wait_for(Tasks(cluster, there, job[1]).have_ended, "the study to end", 60)
     script = (there / "array.sh").read_text()
     expect(f"the study's array.sh:\n{script}", re.search(r"--array=0-2\n.*--mem=\d+M\n.*--time=00:1\d:\d\d\n", script, re.S))
+    last = (there / "afterwards.sh").read_text()
+    expect(f"the study's afterwards.sh:\n{last}", re.search(r"--cpus-per-task=1\n.*--mem=\d+M\n.*--time=\d\d:\d\d:\d\d\n", last, re.S))
+    expect("the study reads the scene as it was", (there / "scene.toml").is_file() and str(there / "scene.toml") in script)
     run = cluster.run(*command, "-o", here)
     expect(f"study: exit {run.returncode}\n{run.stdout}{run.stderr}", run.returncode == 0)
     log = (there / "logs/afterwards.slurm.log").read_text()
@@ -395,7 +398,7 @@ def main():
         for before, now in CHANGES.items():
             expect(f"the scene has no {before}", before in text)
             text = text.replace(before, now)
-        scene, wedge, other = top / "scene.toml", top / "wedge", top / "other"
+        scene, wedge, other = top / "scene.toml", top / 'a "100%" wedge', top / "other"
         scene.write_text(text + WEDGE)
         with Cluster(top / "cluster", host) as cluster:
             on_slurm(cluster, scene, wedge)

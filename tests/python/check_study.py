@@ -89,6 +89,11 @@ with tempfile.TemporaryDirectory() as temporary:
     made = subprocess.run(["/usr/bin/python3", str(SOURCE / "docs/make_accuracy.py"), "--check"], capture_output=True, text=True, timeout=60)
     expect("docs/accuracy.md is what docs/make_accuracy.py makes: " + made.stderr, made.returncode == 0)
 
+    # What cannot be meant ends at once; a run that gets nowhere ends as it does with sim.
+    study("no such key", [BAR, "-o", folder / "no_key", "--vary", "no_such=1,2"], 2, "--vary", "no_such")
+    stuck = ["--vary", "fracture.toughness=1e-3,1e-4", "--set", "grid.voxel_size=0.1", "--set", "solver.newton_iterations=1", "--rounds", "0", "--time-limit", "2m"]
+    study("stuck runs", [SOURCE / "data/scenes/notched_block.toml", "-o", folder / "stuck", *stuck], 3, "gets nowhere")
+
     # The same bits, however it was run.
     study("one thread", [BAR, "-o", b, "-j", "1", "--rounds", "0"])
     study("threads per run", [BAR, "-o", c, "-j", "2", "--threads-per-run", "--rounds", "0"])

@@ -78,6 +78,17 @@ def check_local(top):
     for name in ("contact_sheet.png", "report.html", "0005/report.html", "logs/0005.log", "scenes/0005.toml"):
         check("files", (folder / name).stat().st_size > 0, name)
     expect("other values", 2, ["holds another wedge"], *command, "--vary", "time.fps=24,25")
+    # More values: what is there keeps its names, what is new gets the next ones. Fewer are refused.
+    few = ["wedge", SCENE, "--local", "-o", top / "more", *COARSE, "--set", "time.frames=[1, 2]"]
+    values = "--vary", "fracture.toughness=400,800", "--vary", "material.rubber.youngs_modulus=1e5,2e5"
+    more = "--vary", "fracture.toughness=600,400,800", "--vary", "material.rubber.youngs_modulus=1e5,2e5"
+    expect("few values", 0, [], *few, *values)
+    before = states(top / "more")
+    expect("more values", 0, ["was done"], *few, *more)
+    check("more values", [(r["run"], r["fracture.toughness"], r["status"]) for r in table(top / "more")]
+          == [(f"{k:04}", t, "done") for k, t in enumerate(("400", "400", "800", "800", "600", "600"))], table(top / "more"))
+    check("runs that were there stay", dict(list(states(top / "more").items())[:4]) == before, "they are others")
+    expect("fewer values", 2, ["holds another wedge"], *few, *values)
     return folder
 
 
@@ -93,6 +104,32 @@ def check_failures(top):
     expect("failing task", 5, [], "wedge", "-o", folder, "--run", "0", "--sim=--max-memory=0.001")
     expect("all begun again", 0, [], *command)
     check("all done", [r["status"] for r in table(folder)] == ["done"] * 2, table(folder))
+
+
+def check_killed(top):
+    """Runs of a wedge that is killed stop, and the same command goes on with them."""
+    folder = top / "killed"
+    command = ["wedge", SCENE, "--local", "-j", "2", "--threads", "1", "-o", folder, "--set", "grid.voxel_size=0.03", "--set", "time.frames=[1, 3]", "--together", "--vary", "fracture.toughness=400,800"]
+    begun = subprocess.Popen([PROGRAM, *map(str, command)], stderr=subprocess.DEVNULL)
+    runs = []
+    for _ in range(2000):
+        runs = Path(f"/proc/{begun.pid}/task/{begun.pid}/children").read_text().split()
+        if len(runs) == 2 and all((folder / name / "obj").exists() for name in ("0000", "0001")):
+            break
+        time.sleep(.01)
+    begun.kill()
+    begun.wait()
+    check("killed amid its runs", len(runs) == 2, runs)
+    def is_alive(run):
+        stat = Path(f"/proc/{run}/stat")
+        return stat.exists() and stat.read_text().rsplit(")", 1)[1].split()[0] != "Z"
+    for _ in range(6000):
+        if not any(map(is_alive, runs)):
+            break
+        time.sleep(.01)
+    check("runs end with their wedge", not any(map(is_alive, runs)), runs)
+    expect("gone on with after a kill", 0, [], *command)
+    check("all done after a kill", [r["status"] for r in table(folder)] == ["done"] * 2, table(folder))
 
 
 def check_table(folder):
@@ -121,6 +158,12 @@ def check_bad_input(top, wedge):
     check("a folder of something else", [p.name for p in other.iterdir()] == ["mine.txt"], "it was touched")
     expect("no such run", 2, ["0 to 5"], "wedge", "-o", wedge, "--run", "6")
     expect("no sbatch", 4, ["sbatch"], "wedge", SCENE, "--slurm", "-o", top / "slurm") if not has_slurm() else None
+    odd = top / 'a "100%" folder'
+    expect("no sbatch", 4, ["sbatch"], "wedge", SCENE, "--slurm", "-o", odd, "--time", "1-00:30:00", "--set", 'name="two words"') if not has_slurm() else None
+    if not has_slurm():
+        text = (odd / "array.sh").read_text()
+        place = str(top) + '/a \\"100%%\\" folder/logs/%a.slurm.log'
+        check("names with blanks", '--job-name="two words"\n' in text and f'--output="{place}"\n' in text and "--time=24:30:00\n" in text, text)
     script = (top / "slurm" / "array.sh") if not has_slurm() else None
     if script:
         check("array.sh", re.search(r"--array=0-5\n.*--mem=\d+M\n.*--time=00:1\d:\d\d\n", script.read_text(), re.S), script.read_text())
@@ -143,6 +186,7 @@ with tempfile.TemporaryDirectory() as temporary:
     wedge_folder = check_local(Path(temporary))
     check_bad_input(Path(temporary), wedge_folder)
     check_failures(Path(temporary))
+    check_killed(Path(temporary))
     check_progress(Path(temporary))
 print("\n".join(failures) or "wedges are as they should be")
 sys.exit(1 if failures else 0)

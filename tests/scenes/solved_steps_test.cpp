@@ -1,10 +1,12 @@
 // When a step counts as solved: beyond the norm of all forces.
+#include <vdbfrac/base/error.h>
 #include <vdbfrac/lab/scenes/scene_run.h>
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <span>
 #include <string>
 #include <vector>
@@ -43,6 +45,17 @@ TEST(SolvedStep, StopsALightPieceBesideAHardOne)
     while (!run.atEnd()) deepest = std::max(deepest, run.step().measured.at("collider_depth_m"));
     EXPECT_GT(deepest, .01 * kDx);  // it has come down
     EXPECT_LT(deepest, .06 * kDx);
+}
+
+TEST(SolvedStep, EndsAfterItBegins)
+{
+    SceneRun run(crumb());
+    run.simulation.step(.01);
+    const double time = run.simulation.time();
+    for (const double until : {time, time / 2, 0., -1., std::nan(""), std::numeric_limits<double>::infinity()})
+        EXPECT_THROW(run.simulation.step(until), InputError) << until;
+    EXPECT_EQ(run.simulation.time(), time);
+    EXPECT_THROW(run.simulation.gripNodes(2), InputError);
 }
 
 /// A potential without forces, which lets nodes move so far in a step and no farther.

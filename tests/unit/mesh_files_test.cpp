@@ -122,3 +122,13 @@ TEST(SurfaceFiles, OtherExtensionsAreRefused)
     EXPECT_FALSE(tetmesh::isSurfaceFile("a.off"));
     EXPECT_THROW(tetmesh::writeSurface(inTemp("a.off"), shell()), InputError);
 }
+
+TEST(SurfaceFiles, WhatIsNoSurfaceIsRefused)
+{
+    const std::filesystem::path file = inTemp("no_surface.stl");
+    tetmesh::Surface outside = shell(), bare = shell();
+    outside.triangles.back()[2] = 5;
+    bare.torn.clear();
+    for (const tetmesh::Surface& s : {outside, bare}) EXPECT_THROW(tetmesh::writeSurface(file, s), InputError);
+    EXPECT_FALSE(std::filesystem::exists(file));
+}

@@ -277,6 +277,11 @@ TEST(SurfaceLevelSet, SheetsAndEmptySolidsAreNamed)
     fine.across = 60000;
     fine.memoryLimit = 1000000000;
     EXPECT_THROW(surfaceLevelSet({cube(0, 1), tetmesh::examine(cube(0, 1)), 0, "test"}, fine), LimitError);
+    for (const int halfWidth : {-1, 0, 1, 101}) {
+        Band narrow;
+        narrow.across = 8, narrow.halfWidth = halfWidth;
+        EXPECT_THROW(surfaceLevelSet({cube(0, 1), tetmesh::examine(cube(0, 1)), 0, "test"}, narrow), InputError);
+    }
 }
 
 TEST_F(RelevelFile, TurnedStretchedAndClasslessGridsAreRead)

@@ -2,6 +2,7 @@
 #include "scene_equality.h"
 #include "scene_texts.h"
 
+#include <cmath>
 #include <random>
 
 namespace vdbfrac::scene {
@@ -35,6 +36,22 @@ TEST(SceneWriter, AnyDirectionReadsBackToTheSameBits)
 }
 
 TEST(SceneWriter, ATableThatTheVocabularyLacksIsRefused) { EXPECT_THROW(writeScene(parse(kRich), {}), Error); }
+
+TEST(SceneWriter, AFilledSceneIsCheckedAsAText)
+{
+    const Scene good = parse(kRich);
+    EXPECT_NO_THROW(requireValid(good, kVocabulary));
+    Scene bad = good;
+    bad.time.fps = std::nan("");
+    bad.bodies[0].material = "no such";
+    bad.materials[0].poissonRatio = 0.5;
+    try {
+        requireValid(bad, kVocabulary);
+        ADD_FAILURE() << "not refused";
+    } catch (const InputError& e) {
+        EXPECT_GE(e.details().size(), 2u) << e.what();
+    }
+}
 
 TEST(SceneTexts, DefaultsAreASceneOnceTheRequiredKeysAreGiven)
 {

@@ -227,4 +227,19 @@ TEST(SurfaceRepair, WhatCannotBeIsNamed)
     EXPECT_THROW(repaired(cube(), fine), LimitError);
 }
 
+TEST(SurfaceRepair, RefusesWhatIsNoSurface)
+{
+    const auto refused = [](auto change) {
+        PolygonSoup soup = cube();
+        const tetmesh::SurfaceReport report = tetmesh::examine(soup);
+        RepairOptions o = options();
+        change(soup, o);
+        EXPECT_THROW(repairSurface(soup, report, o, "test"), InputError);
+    };
+    refused([](PolygonSoup& soup, RepairOptions&) { soup.polygons[3][1] = 8; });
+    refused([](PolygonSoup& soup, RepairOptions&) { soup.polygons[3].clear(); });
+    for (const double alpha : {-1., 0., std::nan("")})
+        refused([&](PolygonSoup&, RepairOptions& o) { o.wrapAlways = true, o.alpha = alpha; });
+}
+
 }  // namespace

@@ -9,6 +9,8 @@
 
 #include <Eigen/Geometry>
 
+#include <algorithm>
+
 namespace vdbfrac::tetmesh {
 
 namespace {
@@ -49,6 +51,20 @@ std::string stlText(const Surface& surface)
     return out.text();
 }
 
+/// Throws InputError.
+void requireSound(const std::filesystem::path& file, const Surface& surface)
+{
+    const auto refuse = [&](const std::string& what, const std::string& allowed) {
+        throw InputError({file.string(), "the surface to be written has " + what, allowed, ""});
+    };
+    const std::size_t count = surface.triangles.size();
+    if (surface.fragment.size() != count || surface.torn.size() != count)
+        refuse("no fragment, or no torn, of some triangles", "one of each for each triangle");
+    for (const auto& t : surface.triangles)
+        if (const std::uint32_t last = std::max({t[0], t[1], t[2]}); last >= surface.points.size())
+            refuse("a triangle with point " + std::to_string(last), "below " + std::to_string(surface.points.size()));
+}
+
 }  // namespace
 
 bool isSurfaceFile(const std::filesystem::path& file)
@@ -59,6 +75,7 @@ bool isSurfaceFile(const std::filesystem::path& file)
 
 void writeSurface(const std::filesystem::path& file, const Surface& surface)
 {
+    requireSound(file, surface);
     const std::string e = extensionOf(file);
     if (e == ".obj") return writeObj(file, surface, "");
     if (e == ".ply") return writeText(file, plyText(surface));

@@ -53,12 +53,24 @@ void requireSaneSize(const tetmesh::SurfaceReport& surface, const std::string& f
 }
 
 /// Orienting and cutting a face into triangles take the square of its corners.
-void requireFewCorners(const tetmesh::PolygonSoup& soup, const std::string& file)
+void requireSoundFaces(const tetmesh::PolygonSoup& soup, const std::string& file)
 {
-    for (std::size_t i = 0; i < soup.polygons.size(); ++i)
-        if (const std::size_t corners = soup.polygons[i].size(); corners > kMaxCorners)
-            throw InputError({file, "face " + std::to_string(i + 1) + " has " + std::to_string(corners) + " corners",
-                              "up to " + std::to_string(kMaxCorners), "cut it into triangles in a modelling program"});
+    for (std::size_t i = 0; i < soup.polygons.size(); ++i) {
+        const std::vector<std::size_t>& corners = soup.polygons[i];
+        const std::string face = "face " + std::to_string(i + 1) + " has ";
+        if (corners.empty() || corners.size() > kMaxCorners)
+            throw InputError({file, face + std::to_string(corners.size()) + " corners",
+                              "1 to " + std::to_string(kMaxCorners), "cut it into triangles in a modelling program"});
+        if (const std::size_t last = *std::max_element(corners.begin(), corners.end()); last >= soup.points.size())
+            throw InputError(
+                {file, face + "point " + std::to_string(last), "0 to " + std::to_string(soup.points.size() - 1), ""});
+    }
+}
+
+void requireAlpha(const RepairOptions& options, const std::string& file)
+{
+    if (!(options.alpha > 0) || !std::isfinite(options.alpha))
+        throw InputError({file, "a wrap with alpha " + shortNumber(options.alpha) + " m", "a length above 0", ""});
 }
 
 struct CgalSoup {
@@ -241,12 +253,13 @@ try {
     Repaired report;
     report.before = before;
     requireSaneSize(before, file);
-    requireFewCorners(soup, file);
+    requireSoundFaces(soup, file);
     tell(options, "cleaning " + std::to_string(soup.polygons.size()) + " faces");
     Mesh mesh = toMesh(toCgal(soup), file, report);
     if (num_faces(mesh) == 0) throw InputError({file, "has no faces with area", "a surface", ""});
     if (options.fillHoles) fillHoles(mesh, options, report);
     if (needsWrap(mesh, options, report)) {
+        requireAlpha(options, file);
         requireMemory(report.before, options, file);
         tell(options, "wrapping it");
         mesh = wrap(mesh, options);

@@ -132,7 +132,7 @@ void addCheckpoints(const fs::path& folder, bool verify, RunInfo& info)
         list.push_back(path);
         if (!verify) continue;
         try {
-            core::Archive::read(file, lab::defaultMemoryLimit());
+            core::verifyCheckpoint(file, lab::defaultMemoryLimit());
         } catch (const Error& e) {
             if (!fs::exists(file)) continue;  // the run goes on, and has others now
             info.json["flaws"].push_back({{"path", path}, {"flaw", e.what()}});

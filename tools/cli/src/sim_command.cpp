@@ -15,8 +15,10 @@
 #include <vdbfrac/core/run_folder.h>
 #include <vdbfrac/core/version.h>
 #include <vdbfrac/effects/effects.h>
+#include <vdbfrac/lab/scenes/patience.h>
 #include <vdbfrac/lab/scenes/prepared_scene.h>
 #include <vdbfrac/lab/machine/memory.h>
+#include <vdbfrac/lab/machine/process.h>
 #include <vdbfrac/scene/reader.h>
 
 #include <chrono>
@@ -40,7 +42,7 @@ struct SimOptions {
     std::optional<int> at;  // the last frame to keep of it; none: its newest
     std::vector<std::string> set;
     bool overwrite = false, plan = false, strict = false, report = false, keepCheckpoints = false;
-    int threads = 0, checkpointEvery = 1;
+    int threads = 0, checkpointEvery = 1, parent = 0;
     double maxMemory = 0;    // GiB; 0: 80 % of what is available
     double measureFor = 10;  // s
 };
@@ -206,11 +208,9 @@ void Run::warnOfUnnamed(const core::StepRecord& step)
 
 std::string Run::toFrame(int frame, const StopRequest& stop, Progress& progress)
 {
-    // Where a third of so many steps were cut back or not solved, the next ones will be.
-    constexpr int kPatience = 300;
     const int first = scene_.time.firstFrame;
     const double start = (frame - 1 - first) / scene_.time.fps;
-    int steps = 0, troubled = 0;
+    lab::Patience patience;
     const auto isDone = [&] { return simulation_.framesDone() >= frame - first; };
     while (!isDone()) {
         const core::StepRecord step = simulation_.stepInFrame();
@@ -223,9 +223,8 @@ std::string Run::toFrame(int frame, const StopRequest& stop, Progress& progress)
                 step.step, step.residual, step.minResidual);
         warnOfUnnamed(step);
         progress.update(frame - first + (simulation_.time() - start) * scene_.time.fps, stepText(step));
-        ++steps, troubled += step.outcome != core::Outcome::converged;
         if (isDone()) break;  // what the last step leaves for the frame alone is in no checkpoint
-        if (steps >= kPatience && 3 * troubled > steps) return kStuck;
+        if (patience.isOver(step, simulation_.framesDone())) return kStuck;
         if (const std::string reason = stop.reason(); !reason.empty()) return reason;  // after a step: each try gets on
     }
     return "";
@@ -288,9 +287,10 @@ int Run::end(const std::string& stopped)
 
 void Run::fail(const std::string& error)
 {
-    log_.debug("failed: {}", error);
+    const auto& sinks = log_.sinks();  // the first is stderr, where the caller tells it
+    spdlog::logger("", sinks.begin() + 1, sinks.end()).error("failed: {}", error);
     try {
-        folder_.finish(simulation_, "failed");
+        folder_.finish(simulation_, "failed", error);
     } catch (const std::exception& e) {  // of the two the first is told
         log_.debug("the last steps are not in stats.csv: {}", e.what());
     }
@@ -371,8 +371,10 @@ Action addSim(CLI::App& app)
     c->add_flag("--report", o->report, "Keep a page on the run in DIR/report.html, also while it goes on");
     c->add_flag("--strict", o->strict, "Exit with 3 when a step did not converge");
     addMaxMemory(*c, o->maxMemory, "the run");
+    c->add_option("--parent", o->parent)->group("");  // of runs that a wedge starts; hidden
     addCommonOptions(*c, o->common);
     return [o, folder, plan] {
+        if (o->parent > 0) lab::endWithParent(o->parent);
         if (folder->count() == 0 && plan->count() == 0)
             throw InputError({"vdbfrac sim", "no output folder", "-o DIR", "or -n to see what would run"});
         scene::Scene scene = scene::readScene(o->scene, lab::study::vocabulary(), o->set);

@@ -17,8 +17,8 @@ void addSlurmOptions(CLI::App& command, CLI::App& how, SlurmOptions& options)
     command
         .add_option(
             "--time", options.time,
-            "With --slurm: wall time of a task, as 4h (default: three times what is forecast); a run is stopped "
-            "with a checkpoint before, and queued again")
+            "With --slurm: wall time of a task, as 4h or 2-12:00:00 (default: three times what is forecast); a run of "
+            "a wedge is stopped with a checkpoint before, and queued again")
         ->type_name("TIME");
     command.add_option("--memory", options.memory, "With --slurm: MiB of a task (default: by its size)")
         ->check(CLI::Range(1, 100'000'000))
@@ -44,22 +44,31 @@ double timeToAskFor(const scene::Scene& scene, const core::SceneEstimate& estima
     }
 }
 
+/// What goes with the time that a scene takes: nodes times steps.
+double sizeOf(const scene::Scene& scene, const core::SceneEstimate& estimate)
+{
+    return estimate.nodes * double(scene.time.lastFrame - scene.time.firstFrame) * std::max(1, scene.time.substeps);
+}
+
 }  // namespace
 
 void askFor(farm::SlurmJob& job, const SlurmOptions& options, const std::vector<const scene::Scene*>& scenes)
 {
     // A quarter more than is estimated, and what pages and pictures take.
     constexpr double kMiB = 1024 * 1024, kMore = 1.25, kPages = 256 * kMiB;
-    const scene::Scene* largest = nullptr;
+    const scene::Scene* longest = nullptr;
     core::SceneEstimate estimate;
+    double bytes = 0;
     for (const scene::Scene* scene : scenes) {
         core::SceneEstimate own = core::estimateScene(*scene, lab::defaultMemoryLimit());
-        if (!largest || own.bytes > estimate.bytes) largest = scene, estimate = std::move(own);
+        bytes = std::max(bytes, own.bytes);
+        if (!longest || sizeOf(*scene, own) > sizeOf(*longest, estimate)) longest = scene, estimate = std::move(own);
     }
-    job.bytes = std::uint64_t(options.memory > 0 ? options.memory * kMiB : kMore * estimate.bytes + kPages);
+    job.bytes = std::uint64_t(options.memory > 0 ? options.memory * kMiB : kMore * bytes + kPages);
     job.seconds = !options.time.empty() ? parseDuration("--time", options.time)
-                  : largest             ? timeToAskFor(*largest, estimate, job.threads)
+                  : longest             ? timeToAskFor(*longest, estimate, job.threads)
                                         : 0;
+    job.last.bytes = job.bytes;
     job.more = options.sbatch;
 }
 

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <string_view>
+#include <utility>
 
 #include <unistd.h>
 
@@ -14,8 +16,10 @@ namespace vdbfrac::cli {
 
 namespace {
 
-constexpr std::array<int, 3> kSignals = {SIGINT, SIGTERM, SIGUSR1};
-constexpr std::array<const char*, 3> kNames = {"SIGINT", "SIGTERM", "SIGUSR1"};
+// What queues of other kinds than Slurm send before they kill, and a terminal that is closed, too.
+constexpr std::array kSignals = {SIGINT, SIGTERM, SIGUSR1, SIGUSR2, SIGHUP, SIGXCPU};
+constexpr std::array kNames = {"SIGINT", "SIGTERM", "SIGUSR1", "SIGUSR2", "SIGHUP", "SIGXCPU"};
+static_assert(kSignals.size() == kNames.size());
 constexpr int kExitInterrupted = 128 + SIGINT;
 
 // A signal handler can reach nothing else.
@@ -41,7 +45,8 @@ StopRequest::StopRequest(std::chrono::steady_clock::time_point start, double tim
 
 StopRequest::~StopRequest()
 {
-    for (int signal : kSignals) std::signal(signal, SIG_DFL);
+    for (int signal : kSignals)
+        if (std::signal(signal, SIG_DFL) == SIG_IGN) std::signal(signal, SIG_IGN);
 }
 
 std::string StopRequest::reason() const
@@ -52,19 +57,47 @@ std::string StopRequest::reason() const
     return spent.count() > timeLimit_ ? "--time-limit" : "";
 }
 
-double parseDuration(const std::string& option, const std::string& text)
+namespace {
+
+/// "1d", "3h50m", "45s"; takes what it can read off `text`.
+double secondsInUnits(std::string_view& text)
 {
     double seconds = 0;
-    const char *rest = text.data(), *const end = rest + text.size();
-    for (const auto& [unit, size] : {std::pair{'h', 3600.}, {'m', 60.}, {'s', 1.}}) {
+    for (const auto& [unit, size] : {std::pair{'d', 86400.}, {'h', 3600.}, {'m', 60.}, {'s', 1.}}) {
         double number = 0;
-        const auto [after, error] = std::from_chars(rest, end, number);
+        const char* const end = text.data() + text.size();
+        const auto [after, error] = std::from_chars(text.data(), end, number);
         if (error == std::errc{} && after != end && *after == unit && number >= 0 && std::isfinite(number))
-            seconds += number * size, rest = after + 1;
+            seconds += number * size, text.remove_prefix(std::size_t(after + 1 - text.data()));
     }
-    if (rest != end || !(seconds > 0))
-        throw InputError(
-            {option, "'" + text + "' is not a time", "hours, minutes and seconds, as 3h50m, 90m or 45s", ""});
+    return seconds;
+}
+
+/// "HH:MM:SS" or "D-HH:MM:SS", as Slurm has it; takes all of `text` or nothing.
+double secondsOnClock(std::string_view& text)
+{
+    unsigned days = 0, hours = 0, minutes = 0, seconds = 0;
+    int end = 0;
+    const std::string whole(text);
+    const auto isWhole = [&](int read, int numbers) { return read == numbers && std::size_t(end) == whole.size(); };
+    if (!isWhole(std::sscanf(whole.c_str(), "%5u-%5u:%2u:%2u%n", &days, &hours, &minutes, &seconds, &end), 4)) {
+        days = 0, end = 0;
+        if (!isWhole(std::sscanf(whole.c_str(), "%5u:%2u:%2u%n", &hours, &minutes, &seconds, &end), 3)) return 0;
+    }
+    text = {};
+    return 86400. * days + 3600. * hours + 60. * minutes + seconds;
+}
+
+}  // namespace
+
+double parseDuration(const std::string& option, const std::string& text)
+{
+    std::string_view rest = text;
+    double seconds = secondsOnClock(rest);
+    if (seconds == 0) seconds = secondsInUnits(rest);
+    if (!rest.empty() || !(seconds > 0))
+        throw InputError({option, "'" + text + "' is not a time", "as 3h50m, 90m, 45s, 1d or 1-12:00:00",
+                          "a number needs its unit"});
     return seconds;
 }
 

@@ -6,8 +6,8 @@
 
 namespace vdbfrac::cli {
 
-/// From construction on SIGINT, SIGTERM and SIGUSR1 are heard instead of ending the program; a second SIGINT ends it
-/// with 130. One at a time.
+/// From construction on SIGINT, SIGTERM, SIGUSR1, SIGUSR2, SIGHUP and SIGXCPU are heard instead of ending the program,
+/// but those that whoever started it ignores; a second SIGINT ends it with 130. One at a time.
 class StopRequest {
 public:
     /// `timeLimit` [s] counts from `start`; infinity for none.
@@ -24,7 +24,7 @@ private:
     double timeLimit_;
 };
 
-/// Seconds of "3h50m", "90m", "45s" or "2h". Throws InputError.
+/// Seconds of "1d", "3h50m", "90m", "45s", "HH:MM:SS" or "D-HH:MM:SS". Throws InputError.
 double parseDuration(const std::string& option, const std::string& text);
 
 }  // namespace vdbfrac::cli

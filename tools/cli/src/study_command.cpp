@@ -1,8 +1,8 @@
 // vdbfrac study: what accuracy costs. Error against time and work, for the settings of a scene's [study] or of the
 // command line.
 #include "options.h"
-#include "number_options.h"
 #include "slurm_options.h"
+#include "stop_request.h"
 
 #include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
@@ -18,6 +18,7 @@
 #include <vdbfrac/lab/study/output.h>
 #include <vdbfrac/lab/study/plan.h>
 #include <vdbfrac/lab/study/runs.h>
+#include <vdbfrac/scene/reader.h>
 
 #include <algorithm>
 #include <cmath>
@@ -25,7 +26,6 @@
 #include <cstdio>
 #include <thread>
 
-#include <sys/prctl.h>
 #include <sys/time.h>
 #include <unistd.h>
 
@@ -45,6 +45,7 @@ struct StudyOptions {
     SlurmOptions slurm;
     int threads = 0, rounds = -1, run = -1, round = 0, parent = 0;
     bool threadsPerRun = false;
+    std::string timeLimitText;
     double timeLimit = 0;  // s; 0: none
     double maxMemory = 0;  // GiB; 0: 80 % of what is available
 };
@@ -75,6 +76,13 @@ std::vector<std::string> ownCommand(const StudyOptions& o)
     return command;
 }
 
+/// A number without a unit is one of seconds.
+double timeLimitOf(const std::string& text)
+{
+    const bool isPlain = text.find_first_not_of("0123456789.") == std::string::npos;
+    return parseDuration("--time-limit", isPlain ? text + "s" : text);
+}
+
 /// The process ends with SIGALRM then, whatever it is at.
 void endAfter(double seconds)
 {
@@ -100,13 +108,6 @@ study::Result simulateGuarded(const scene::Scene& scene, std::span<const study::
     return failed;
 }
 
-/// Ends this process with the study that started it, which may have ended already.
-void endWith(int parent)
-{
-    prctl(PR_SET_PDEATHSIG, SIGTERM);
-    if (getppid() != parent) raise(SIGTERM);
-}
-
 /// One run, in this process.
 int runOne(const StudyOptions& o, const study::Study& plan)
 {
@@ -130,10 +131,16 @@ int runOne(const StudyOptions& o, const study::Study& plan)
     return kDone;
 }
 
-/// All runs as tasks of an array job; then the study itself, which uses their results and times them.
+/// All runs as tasks of an array job; then the study itself, which uses their results and times them. They read a copy
+/// of the scene, which may change before they begin.
 int runOnSlurm(StudyOptions o, const study::Study& plan)
 {
-    o.plan.scene = fs::absolute(o.plan.scene), o.folder = fs::absolute(o.folder).string();
+    o.folder = fs::absolute(o.folder).string();
+    const fs::path copy = fs::path(o.folder) / "scene.toml";
+    const scene::Scene scene = scene::readScene(o.plan.scene, study::vocabulary());
+    fs::create_directories(o.folder);
+    writeText(copy, scene::writeScene(scene, study::vocabulary()));
+    o.plan.scene = copy.string();
     farm::SlurmJob job;
     job.name = plan.name;
     job.tasks = plan.runs.size();
@@ -142,11 +149,17 @@ int runOnSlurm(StudyOptions o, const study::Study& plan)
     job.command.push_back("--threads=" + std::to_string(job.threads));
     job.command.push_back("--run");
     job.afterwards.push_back("--rounds=" + std::to_string(plan.spec.rounds));
+    job.afterwards.push_back("--threads=" + std::to_string(job.threads));
+    job.goesOn = false;
     job.folder = o.folder;
     std::vector<const scene::Scene*> scenes;
     for (const study::Run& run : plan.runs)
         if (run.scene) scenes.push_back(&*run.scene);
     askFor(job, o.slurm, scenes);
+    // Failed runs again, and each so often; side by side, but where a run has all threads.
+    const int side = o.threadsPerRun ? 1 : job.threads;
+    job.last.bytes = std::uint64_t(side) * job.bytes;
+    job.last.seconds = job.seconds * double(job.tasks) * (1 + plan.spec.rounds) / side;
     const std::string number = farm::submit(job);
     std::printf("job %s: %zu tasks; logs in %s/logs, table and plots in %s when all have ended\n", number.c_str(),
                 job.tasks, o.folder.c_str(), o.folder.c_str());
@@ -214,7 +227,7 @@ Action addStudy(CLI::App& app)
     addThreads(*c, o->threads, "Threads in all (default: all cores); with --run, of the run (default: 1)");
     c->add_flag("--threads-per-run", o->threadsPerRun,
                 "One run at a time, on all threads; else side by side on one thread each");
-    c->add_option("--time-limit", o->timeLimit, "Seconds that a run may take")->type_name("S")->check(PositiveFinite());
+    c->add_option("--time-limit", o->timeLimitText, "How long a run may take, in seconds or as 10m")->type_name("TIME");
     addMaxMemory(*c, o->maxMemory, "a run");
     addSlurmOptions(*c, *c, o->slurm);
     c->add_option("--run", o->run, "Only this run, in this process: writes runs/K.json")
@@ -224,7 +237,8 @@ Action addStudy(CLI::App& app)
     c->add_option("--parent", o->parent)->group("");  // of runs that a study starts; hidden
     addCommonOptions(*c, o->common);
     return [o] {
-        if (o->parent > 0) endWith(o->parent);
+        if (o->parent > 0) lab::endWithParent(o->parent);
+        if (!o->timeLimitText.empty()) o->timeLimit = timeLimitOf(o->timeLimitText);
         o->plan.program = programFingerprint();
         study::Study plan = study::makePlan(o->plan);
         if (o->folder.empty()) o->folder = "study_" + plan.name;

@@ -75,7 +75,7 @@ farm::LocalSettings settingsOf(const WedgeOptions& o, const fs::path& folder, co
     return s;
 }
 
-int runLocal(const WedgeOptions& o, const farm::WedgePlan& plan)
+int runLocal(const WedgeOptions& o, farm::WedgePlan plan)
 {
     const auto log = makeLog(o.common);
     const fs::path folder = folderOf(o, plan.wedge.name);
@@ -93,7 +93,7 @@ int runLocal(const WedgeOptions& o, const farm::WedgePlan& plan)
     return code;
 }
 
-int runOnSlurm(const WedgeOptions& o, const farm::WedgePlan& plan)
+int runOnSlurm(const WedgeOptions& o, farm::WedgePlan plan)
 {
     const fs::path folder = folderOf(o, plan.wedge.name);
     farm::layOut(plan, folder);

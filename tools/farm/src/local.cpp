@@ -12,6 +12,7 @@
 #include <thread>
 
 #include <sys/wait.h>
+#include <unistd.h>
 
 namespace vdbfrac::farm {
 
@@ -116,6 +117,7 @@ std::vector<std::string> simCommand(const LocalSettings& settings, const WedgeRu
                                         "--output=" + (settings.folder / run.name).string(),
                                         "--resume",
                                         "--threads=" + std::to_string(settings.threads),
+                                        "--parent=" + std::to_string(getpid()),
                                         "--progress=none"};
     command.insert(command.end(), settings.arguments.begin(), settings.arguments.end());
     return command;

@@ -22,18 +22,44 @@ std::string line(const std::vector<std::string>& command)
     return text;
 }
 
-/// "HH:MM:SS", at least a minute.
+/// "HH:MM:SS", at least two minutes: Slurm may send a signal a minute too early.
 std::string clockText(double seconds)
 {
-    const long long s = std::max(60LL, std::llround(std::ceil(seconds)));
+    const long long s = std::max(120LL, std::llround(std::ceil(seconds)));
     return fmt::format("{:02}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
 }
 
-/// Of a script, `own` ones among them. What the user gives comes last, since Slurm takes the last of two.
+/// A value of a directive, which is split at spaces unless they are quoted.
+std::string quotedValue(const std::string& value)
+{
+    std::string text = "\"";
+    for (const char c : value) text += c == '"' || c == '\\' ? std::string("\\") + c : std::string(1, c);
+    return text + "\"";
+}
+
+/// A path in which nothing is a number of the job or a name.
+std::string literalPath(const fs::path& path)
+{
+    std::string text;
+    for (const char c : path.string()) text += c == '%' ? std::string("%%") : std::string(1, c);
+    return text;
+}
+
+std::string resources(int threads, std::uint64_t bytes, double seconds)
+{
+    constexpr double kMiB = 1024 * 1024;
+    std::string text = fmt::format("#SBATCH --cpus-per-task={}\n", threads);
+    if (bytes > 0) text += fmt::format("#SBATCH --mem={}M\n", std::llround(std::ceil(double(bytes) / kMiB)));
+    if (seconds > 0) text += "#SBATCH --time=" + clockText(seconds) + "\n";
+    return text;
+}
+
+/// Of a script, `own` ones among them; `log` may have numbers of the job. What the user gives comes last, since Slurm
+/// takes the last of two.
 std::string directives(const SlurmJob& job, const std::string& log, const std::string& own)
 {
-    std::string text = "#!/bin/bash\n#SBATCH --job-name=" + job.name + "\n#SBATCH --open-mode=append\n";
-    text += "#SBATCH --output=" + (job.folder / "logs" / log).string() + "\n" + own;
+    std::string text = "#!/bin/bash\n#SBATCH --job-name=" + quotedValue(job.name) + "\n#SBATCH --open-mode=append\n";
+    text += "#SBATCH --output=" + quotedValue(literalPath(job.folder / "logs") + "/" + log) + "\n" + own;
     for (const std::string& option : job.more) text += "#SBATCH " + option + "\n";
     return text;
 }
@@ -44,7 +70,10 @@ std::string submitScript(const fs::path& script, const std::vector<std::string>&
     command.insert(command.end(), options.begin(), options.end());
     command.push_back(script.string());
     const lab::Said said = lab::ask(command);
-    if (said.code != 0) throw Error("sbatch refused " + script.string() + " (it says why above)");
+    if (said.code != 0)
+        throw InputError({script.string(), "sbatch refuses it; it says why above", "",
+                          "other --time, --memory or --sbatch; of more tasks than the cluster lets an array have "
+                          "(scontrol show config: MaxArraySize), make several wedges"});
     return said.text.substr(0, said.text.find_first_of(";\n"));  // "NUMBER;CLUSTER"
 }
 
@@ -52,11 +81,9 @@ std::string submitScript(const fs::path& script, const std::vector<std::string>&
 
 std::string arrayScript(const SlurmJob& job)
 {
-    constexpr double kMiB = 1024 * 1024;
-    std::string own = fmt::format("#SBATCH --array=0-{}\n#SBATCH --cpus-per-task={}\n", job.tasks - 1, job.threads);
-    if (job.bytes > 0) own += fmt::format("#SBATCH --mem={}M\n", std::llround(std::ceil(double(job.bytes) / kMiB)));
-    if (job.seconds > 0) own += "#SBATCH --time=" + clockText(job.seconds) + "\n";
-    own += fmt::format("#SBATCH --requeue\n#SBATCH --signal=B:USR1@{}\n", job.warning);
+    std::string own = fmt::format("#SBATCH --array=0-{}\n", job.tasks - 1);
+    own += resources(job.threads, job.bytes, job.seconds) + "#SBATCH --requeue\n";
+    if (job.goesOn) own += fmt::format("#SBATCH --signal=B:USR1@{}\n", job.warning);
     return directives(job, "%a.slurm.log", own) + line(job.command) + " \"$SLURM_ARRAY_TASK_ID\"\n";
 }
 
@@ -67,7 +94,8 @@ std::string submit(const SlurmJob& job)
     writeText(array, arrayScript(job));
     const std::string number = submitScript(array, {});
     if (!job.afterwards.empty()) {
-        writeText(last, directives(job, "afterwards.slurm.log", "") + line(job.afterwards) + "\n");
+        const std::string own = resources(job.threads, job.last.bytes, job.last.seconds);
+        writeText(last, directives(job, "afterwards.slurm.log", own) + line(job.afterwards) + "\n");
         submitScript(last, {"--dependency=afterany:" + number});
     }
     return number;

@@ -81,22 +81,47 @@ fs::path failureFile(const fs::path& folder, const WedgeRun& run) { return folde
 
 std::string sceneText(const scene::Scene& scene) { return scene::writeScene(scene, study::vocabulary()); }
 
-/// Holds the folder this wedge? Throws where it holds something else.
-bool holds(const fs::path& folder, const WedgePlan& plan)
+std::string nameOf(std::size_t number) { return fmt::format("{:04}", number); }
+
+/// Takes runs that the folder has as they are named there, and numbers the others behind them. False where one of the
+/// folder's is not planned, or would be simulated with another scene.
+bool takeUp(const fs::path& folder, WedgePlan& plan)
 {
-    if (!fs::exists(folder) || fs::is_empty(folder)) return false;
+    const Wedge there = readWedge(folder);
+    if (there.name != plan.wedge.name || there.keys != plan.wedge.keys) return false;
+    WedgePlan all{{there.name, there.keys, there.runs}, {}};
+    std::vector<bool> isThere(plan.scenes.size(), false);
+    for (const WedgeRun& run : there.runs) {
+        const auto same = std::find_if(plan.wedge.runs.begin(), plan.wedge.runs.end(),
+                                       [&](const WedgeRun& r) { return r.values == run.values; });
+        if (same == plan.wedge.runs.end()) return false;
+        const auto k = std::size_t(same - plan.wedge.runs.begin());
+        const fs::path file = sceneFile(folder, run);
+        if (!fs::exists(file) || readText(file) != sceneText(plan.scenes[k])) return false;
+        isThere[k] = true;
+        all.scenes.push_back(std::move(plan.scenes[k]));
+    }
+    for (std::size_t k = 0; k < isThere.size(); ++k) {
+        if (isThere[k]) continue;
+        all.wedge.runs.push_back({nameOf(all.wedge.runs.size()), plan.wedge.runs[k].values});
+        all.scenes.push_back(std::move(plan.scenes[k]));
+    }
+    plan = std::move(all);
+    return true;
+}
+
+/// How many runs of the plan the folder has already. Throws where it holds something else.
+std::size_t runsThere(const fs::path& folder, WedgePlan& plan)
+{
+    if (!fs::exists(folder) || fs::is_empty(folder)) return 0;
     if (!fs::exists(folder / "wedge.json"))
         throw InputError(
             {folder.string(), "is not empty and holds no wedge", "a new folder, or that of this wedge", ""});
-    bool same = toJson(readWedge(folder)) == toJson(plan.wedge);
-    for (std::size_t r = 0; same && r < plan.scenes.size(); ++r) {
-        const fs::path file = sceneFile(folder, plan.wedge.runs[r]);
-        same = fs::exists(file) && readText(file) == sceneText(plan.scenes[r]);
-    }
-    if (!same)
+    const std::size_t count = readWedge(folder).runs.size();
+    if (!takeUp(folder, plan))
         throw InputError({folder.string(), "holds another wedge: other values, or another scene", "a new folder",
-                          "a wedge keeps the scene as it was when it was made"});
-    return true;
+                          "values can be added to a wedge; it keeps its scene as it was when it was made"});
+    return count;
 }
 
 }  // namespace
@@ -119,7 +144,7 @@ WedgePlan planWedge(const WedgeInput& input)
     std::vector<InputError::Detail> complaints;
     for (auto& values : valuesOf(varied, together, input.scene.string())) {
         WedgeRun& run = plan.wedge.runs.emplace_back();
-        run = {fmt::format("{:04}", plan.wedge.runs.size() - 1), std::move(values)};
+        run = {nameOf(plan.wedge.runs.size() - 1), std::move(values)};
         try {
             plan.scenes.push_back(sceneOf(text, input, plan.wedge, run));
         } catch (const InputError& e) {
@@ -133,12 +158,13 @@ WedgePlan planWedge(const WedgeInput& input)
     return plan;
 }
 
-void layOut(const WedgePlan& plan, const fs::path& folder)
+void layOut(WedgePlan& plan, const fs::path& folder)
 {
-    if (holds(folder, plan)) return;
+    const std::size_t there = runsThere(folder, plan);
+    if (there == plan.scenes.size()) return;
     fs::create_directories(folder / "scenes");
     fs::create_directories(folder / "logs");
-    for (std::size_t r = 0; r < plan.scenes.size(); ++r)
+    for (std::size_t r = there; r < plan.scenes.size(); ++r)
         writeText(sceneFile(folder, plan.wedge.runs[r]), sceneText(plan.scenes[r]));
     writeText(folder / "wedge.json", toJson(plan.wedge).dump(1) + "\n");  // last: with it the wedge is whole
 }

@@ -247,10 +247,11 @@ void RunFolder::Writer::writePointCache(const Simulation& simulation, const Draw
 }
 
 void RunFolder::Writer::writeTables(const std::vector<StepRecord>& steps, const RunState& state,
-                                    const std::string& status)
+                                    const std::string& status, const std::string& error)
 {
     addSteps(steps);
     state_ = state;
+    error_ = error;
     writeAll(status);
 }
 
@@ -355,9 +356,10 @@ void RunFolder::Writer::writeManifest(const RunState& state, const std::string& 
                      {"frames", framesJson(frames_)},
                      {"fragments", fragments}};
     if (!pointCache_.empty()) manifest["point_cache"] = filesJson(pointCache_);
+    if (!error_.empty()) manifest["error"] = error_;
     if (keepsCheckpoints_) manifest["keeps_checkpoints"] = true;
     if (!branches_.empty()) manifest["branches"] = branchesJson(branches_);
-    writeText(folder_ / kManifest, manifest.dump(1) + "\n");
+    writeText(folder_ / kManifest, manifest.dump(1, ' ', false, json::error_handler_t::replace) + "\n");
 }
 
 }  // namespace vdbfrac::core

@@ -53,8 +53,9 @@ public:
 
     /// Writes .vdb and .obj of a frame; and now and then stats.csv and run.json with all there is so far.
     void write(FrameData& data);
-    /// Writes stats.csv and run.json.
-    void writeTables(const std::vector<StepRecord>& steps, const RunState& state, const std::string& status);
+    /// Writes stats.csv and run.json, with what went wrong, if something did.
+    void writeTables(const std::vector<StepRecord>& steps, const RunState& state, const std::string& status,
+                     const std::string& error = "");
     /// Of all frames that were written.
     void writePointCache(const Simulation& simulation, const Drawing& drawing);
     /// Writes run.json alone, as it is before the first frame.
@@ -94,7 +95,8 @@ private:
     std::vector<StepRecord> steps_;
     std::vector<FrameRecord> frames_;
     std::vector<WrittenFile> pointCache_;
-    RunState state_;  // of the last frame
+    RunState state_;     // of the last frame
+    std::string error_;  // that has ended the run
     RecordLog log_;
     std::size_t loggedSteps_ = 0, loggedFrames_ = 0;
     std::vector<BranchRecord> branches_;

@@ -60,6 +60,7 @@ public:
     void save(Archive& archive) const;
     void restoreFrom(const Archive& archive);
 
+    std::size_t count() const { return held_.size(); }
     std::span<const std::uint32_t> nodes(std::size_t grip) const { return held_[grip].nodes; }
 
     /// Distance [m] in rest space from X to the nearest grip on a body.

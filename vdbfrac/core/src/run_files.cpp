@@ -112,6 +112,8 @@ std::vector<std::string> filesOfEarlierRun(const fs::path& folder)
     return patterns;
 }
 
+bool hasManifest(const fs::path& folder) { return fs::exists(folder / kManifest) && manifestOf(folder).is_object(); }
+
 bool hasFrames(const fs::path& folder)
 {
     const auto manifest = manifestOf(folder);
@@ -120,8 +122,7 @@ bool hasFrames(const fs::path& folder)
 
 bool keepsCheckpoints(const fs::path& folder)
 {
-    const auto manifest = manifestOf(folder);
-    return manifest.is_object() && manifest.value("keeps_checkpoints", nlohmann::json(false)) == true;
+    return hasManifest(folder) && manifestOf(folder).value("keeps_checkpoints", nlohmann::json(false)) == true;
 }
 
 void requireApart(const fs::path& folder, const std::vector<std::string>& patterns, const std::vector<fs::path>& inputs,

@@ -25,6 +25,9 @@ bool matches(std::string_view pattern, std::string_view path);
 /// program.
 std::vector<std::string> filesOfEarlierRun(const std::filesystem::path& folder);
 
+/// Is there a manifest that can be read?
+bool hasManifest(const std::filesystem::path& folder);
+
 /// Does its manifest list frames?
 bool hasFrames(const std::filesystem::path& folder);
 

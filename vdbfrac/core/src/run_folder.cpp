@@ -69,7 +69,9 @@ FolderLock prepare(const fs::path& folder, const scene::Scene& scene, ExistingRu
         throw FileError(
             folder.string(),
             "is not empty; use --resume to go on with an earlier run, --overwrite to replace it, or another folder");
-    const std::vector<std::string> before = filesOfEarlierRun(folder);
+    // A manifest that was lost is made again from the checkpoints, by whoever goes on.
+    const bool isLost = existing == ExistingRun::keep && !hasManifest(folder) && !checkpointsIn(folder).empty();
+    const std::vector<std::string> before = isLost ? runFiles(scene.name) : filesOfEarlierRun(folder);
     std::vector<fs::path> inputs = inputsOf(scene);
     const fs::path own = folder / "scene.toml";
     // Is left as it is.
@@ -195,6 +197,23 @@ void RunFolder::writeCheckpoint(const Simulation& simulation, const std::string&
     });
 }
 
+/// Of frames that a run will not make again.
+void noteLostFiles(const fs::path& folder, const std::vector<FrameRecord>& frames, std::vector<std::string>& notes)
+{
+    std::string first;
+    std::size_t count = 0;
+    for (const FrameRecord& frame : frames)
+        for (const WrittenFile& file : frame.files) {
+            std::error_code error;
+            if (fs::file_size(folder / file.path, error) == file.bytes && !error) continue;
+            if (count++ == 0) first = file.path;
+        }
+    if (count > 0)
+        notes.push_back(std::to_string(count) + (count == 1 ? " file" : " files") +
+                        " of earlier frames are missing or damaged, the first " + first +
+                        "; 'vdbfrac info' lists them, --resume=FRAME makes later ones again");
+}
+
 /// A checkpoint of a run, and what belongs to it.
 struct RunFolder::Found {
     fs::path run, file;
@@ -231,12 +250,18 @@ std::optional<RunFolder::Found> RunFolder::newestIn(const fs::path& run, const R
                         " (with --keep-checkpoints a run keeps all that it writes)" + passed);
 }
 
+void verifyCheckpoint(const fs::path& file, std::uint64_t memoryLimit)
+{
+    recordsOf(file, Archive::read(file, memoryLimit));
+}
+
 bool RunFolder::resume(Simulation& simulation, const Resume& how, std::vector<std::string>& notes)
 {
-    if (!fs::exists(folder_ / kManifest)) return false;  // no run has been here
+    if (!fs::exists(folder_ / kManifest) && checkpointsIn(folder_).empty()) return false;  // no run has been here
     std::optional<Found> found = newestIn(folder_, how, notes);
     if (!found) return false;
     goOn(simulation, how, *found, notes);
+    noteLostFiles(folder_, found->records.frames, notes);
     open();
     writer_->goOnFrom(found->file.filename(), std::move(found->records));
     if (how.mayBranch) writer_->removeLaterFrames();
@@ -344,10 +369,10 @@ void RunFolder::writePointCache(const Simulation& simulation)
     queue_.push([this, &simulation] { writer_->writePointCache(simulation, *drawing_); });
 }
 
-void RunFolder::finish(const Simulation& simulation, const std::string& status)
+void RunFolder::finish(const Simulation& simulation, const std::string& status, const std::string& error)
 {
-    queue_.push([writer = writer_.get(), steps = newSteps(), state = runState(simulation), status] {
-        writer->writeTables(steps, state, status);
+    queue_.push([writer = writer_.get(), steps = newSteps(), state = runState(simulation), status, error] {
+        writer->writeTables(steps, state, status, error);
     });
     queue_.finish();
 }

@@ -184,12 +184,20 @@ void Simulation::rebuild()
 
 int Simulation::framesDone() const { return int(std::floor(time_ * timeSettings_.fps + kRounding)); }
 
-int Simulation::frameUnderWay() const { return int(std::ceil(time_ * timeSettings_.fps - kRounding)); }
+int Simulation::frameUnderWay() const { return std::max(1, int(std::ceil(time_ * timeSettings_.fps - kRounding))); }
 
-std::span<const std::uint32_t> Simulation::gripNodes(std::size_t grip) const { return grips_->nodes(grip); }
+std::span<const std::uint32_t> Simulation::gripNodes(std::size_t grip) const
+{
+    if (grip >= grips_->count())
+        throw InputError({"grip " + std::to_string(grip), "is none", std::to_string(grips_->count()) + " grips", ""});
+    return grips_->nodes(grip);
+}
 
 StepRecord Simulation::step(double until)
 {
+    if (!(until > time_) || !std::isfinite(until))
+        throw InputError({"the end of a step", shortNumber(until, 6) + " s",
+                          "a time after " + shortNumber(time_, 6) + " s, where the simulation is", ""});
     StepRecord record;
     solve(record, until);
     updateGrid(record);

@@ -195,6 +195,10 @@ Relevelled relevelGrid(Grid::Ptr source, const std::string& place, const Relevel
 
 double voxelSizeOf(const Band& band, double longest, double given)
 {
+    constexpr int kNarrowest = 2, kWidest = 100;  // voxels
+    if (band.halfWidth < kNarrowest || band.halfWidth > kWidest)
+        throw InputError({"half width of the band", std::to_string(band.halfWidth) + " voxels",
+                          std::to_string(kNarrowest) + " to " + std::to_string(kWidest), ""});
     if (band.voxelSize > 0) return band.voxelSize;
     return band.across > 0 ? longest / band.across : given;
 }

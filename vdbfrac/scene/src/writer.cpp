@@ -68,4 +68,9 @@ std::string writeScene(const Scene& scene, const Vocabulary& vocabulary)
     return text + broughtText(scene.tables, vocabulary.tables) + broughtText(scene.notes, vocabulary.notes);
 }
 
+void requireValid(const Scene& scene, const Vocabulary& vocabulary)
+{
+    parseScene(writeScene(scene, vocabulary), "scene", vocabulary);
+}
+
 }  // namespace vdbfrac::scene

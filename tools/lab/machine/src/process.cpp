@@ -4,10 +4,12 @@
 
 #include <array>
 #include <cerrno>
+#include <csignal>
 #include <cstring>
 
 #include <fcntl.h>
 #include <spawn.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -56,6 +58,12 @@ pid_t startProgram(const std::vector<std::string>& command, const fs::path& log,
         posix_spawn_file_actions_adddup2(actions.get(), 1, 2);
     }
     return start(command, actions);
+}
+
+void endWithParent(pid_t parent)
+{
+    prctl(PR_SET_PDEATHSIG, SIGTERM);
+    if (getppid() != parent) raise(SIGTERM);
 }
 
 int exitCodeOf(int status)

@@ -8,6 +8,7 @@
 #include <vdbfrac/core/estimate.h>
 #include <vdbfrac/core/version.h>
 #include <vdbfrac/lab/machine/memory.h>
+#include <vdbfrac/lab/scenes/patience.h>
 #include <vdbfrac/lab/scenes/prepared_scene.h>
 
 #include <fmt/format.h>
@@ -55,6 +56,9 @@ private:
         work_.add(last_.work);
         capped_ += int(last_.outcome == core::Outcome::capped);
         for (const auto& w : witnesses_) w->step(run_->simulation, last_);
+        if (!run_->atEnd() && patience_.isOver(last_, run_->simulation.framesDone()))
+            throw LimitError(
+                fmt::format("gets nowhere after {:.4g} s: too many steps were cut back or not solved", last_.time));
     }
 
     WorkCounts counts() const
@@ -82,6 +86,7 @@ private:
     core::StepRecord last_;
     Ledger work_;
     int capped_ = 0;
+    Patience patience_;
 };
 
 Json toJson(const Value& v)

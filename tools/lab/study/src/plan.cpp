@@ -116,8 +116,10 @@ public:
         study_.name = scene.name;
         study_.spec = *spec;
         if (study_.spec.measures.empty()) study_.spec.measures = usualMeasures(scene);
-        for (std::size_t s = 0; s < study_.spec.series.size(); ++s)
+        for (std::size_t s = 0; s < study_.spec.series.size(); ++s) {
             for (std::size_t level = 0; level < study_.spec.series[s].values.size(); ++level) addSetting(s, level);
+            requireScenes(s);
+        }
         return std::move(study_);
     }
 
@@ -153,6 +155,22 @@ private:
         }
         resolve(run);
         study_.settings.push_back({s, level, indexOf(std::move(run)), label});
+    }
+
+    /// A value may be refused where others are not; where all are, the key is mistaken.
+    void requireScenes(std::size_t s) const
+    {
+        const Run* first = nullptr;
+        for (const Setting& setting : study_.settings) {
+            if (setting.series != s) continue;
+            const Run& run = study_.runs[setting.run];
+            if (run.scene) return;
+            if (!first) first = &run;
+        }
+        if (first)
+            throw InputError({input_.vary.empty() ? "study.series" : "--vary",
+                              "no value of '" + study_.spec.series[s].key + "' makes a scene: " + first->result.failure,
+                              "", ""});
     }
 
     /// Of the program and the files that bodies and colliders are read from.

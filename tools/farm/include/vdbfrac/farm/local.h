@@ -17,7 +17,7 @@ struct LocalSettings {
     std::function<void(const std::string& line)> say;
 };
 
-/// The command that simulates a run, or goes on with it.
+/// The command that simulates a run, or goes on with it; the run stops when this process ends.
 std::vector<std::string> simCommand(const LocalSettings& settings, const WedgeRun& run);
 
 /// Simulates a run here and hands a signal on to it. Returns its exit code.

@@ -15,9 +15,14 @@ struct SlurmJob {
     std::vector<std::string> afterwards;  ///< once all tasks have ended; may be empty
     std::filesystem::path folder;         ///< for scripts and logs/
     int threads = 1;                      ///< of a task
-    std::uint64_t bytes = 0;              ///< of memory of a task
-    double seconds = 0;             ///< wall time of a task until it is stopped and queued again; 0: the cluster's
-    int warning = 60;               ///< s before that, in which a checkpoint is written
+    std::uint64_t bytes = 0;              ///< of memory of a task; 0: the cluster's
+    double seconds = 0;                   ///< wall time of a task; 0: the cluster's
+    bool goesOn = true;                   ///< a task is told to stop before that, and queued again
+    int warning = 60;                     ///< s before it, in which a checkpoint is written
+    struct {
+        std::uint64_t bytes = 0;
+        double seconds = 0;
+    } last;                         ///< the same of what is done afterwards
     std::vector<std::string> more;  ///< further options of sbatch, as "--partition=long"
 };
 
@@ -26,7 +31,7 @@ struct SlurmJob {
 std::string arrayScript(const SlurmJob& job);
 
 /// Writes array.sh (and afterwards.sh) and hands them to sbatch. Returns the number of the job. Throws FileError where
-/// there is no sbatch, and Error with what it says where it refuses.
+/// there is no sbatch, InputError where it refuses: it says why on stderr.
 std::string submit(const SlurmJob& job);
 
 /// Of a task under Slurm that was told to stop: puts it into the queue again. False where this is no such task.

@@ -42,9 +42,9 @@ struct WedgePlan {
 /// pair, and with all complaints of all runs for settings that are no valid scene.
 WedgePlan planWedge(const WedgeInput& input);
 
-/// Writes wedge.json and the scenes. A folder that holds the same wedge is left as it is; one that holds another, or
-/// anything else, is refused. Throws InputError, FileError.
-void layOut(const WedgePlan& plan, const std::filesystem::path& folder);
+/// Writes wedge.json and the scenes. What a folder holds of the same wedge is left as it is, and its runs keep their
+/// names in the plan; one that holds another wedge, or anything else, is refused. Throws InputError, FileError.
+void layOut(WedgePlan& plan, const std::filesystem::path& folder);
 
 /// Throws InputError, FileError.
 Wedge readWedge(const std::filesystem::path& folder);

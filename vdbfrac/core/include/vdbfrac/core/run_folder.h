@@ -99,8 +99,8 @@ public:
     void addStep(const StepRecord& step) { steps_.push_back(step); }
     /// After the last frame, where output.point_cache asks for it. `simulation` is read until finish().
     void writePointCache(const Simulation& simulation);
-    /// Waits for the writer; marks the manifest as finished with a status word.
-    void finish(const Simulation& simulation, const std::string& status);
+    /// Waits for the writer; marks the manifest as finished with a status word, and with what went wrong.
+    void finish(const Simulation& simulation, const std::string& status, const std::string& error = "");
 
     const std::vector<StepRecord>& steps() const { return steps_; }
     /// Frames that are written. After finish only: until then the writer adds to them.
@@ -144,6 +144,8 @@ private:
 
 /// Paths of the checkpoints in a run's folder, oldest first.
 std::vector<std::filesystem::path> checkpointsIn(const std::filesystem::path& folder);
+/// Throws FileError where a checkpoint, or the records in its folder that belong to it, are not whole.
+void verifyCheckpoint(const std::filesystem::path& file, std::uint64_t memoryLimit);
 
 /// The largest of any step.
 double maxUnnamedShare(const std::vector<StepRecord>& steps);

@@ -60,8 +60,9 @@ public:
     Simulation(const scene::Scene& scene, std::span<Effect* const> effects, std::uint64_t memoryLimit);
     ~Simulation();
 
-    /// One time step that ends no later than `until` [s]. Throws LimitError when forces or positions are beyond what a
-    /// double holds, also after dt was cut back: there is nothing to go on from.
+    /// One time step that ends no later than `until` [s], which has to be after time(): InputError. Throws LimitError
+    /// when forces or positions are beyond what a double holds, also after dt was cut back: there is nothing to go on
+    /// from.
     StepRecord step(double until);
     /// Frames after the first whose time has come.
     int framesDone() const;

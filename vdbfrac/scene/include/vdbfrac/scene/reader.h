@@ -29,6 +29,10 @@ Scene readScene(const std::filesystem::path& file, const Vocabulary& vocabulary,
 /// the same bits, absolute paths. The vocabulary must have the tables of the scene.
 std::string writeScene(const Scene& scene, const Vocabulary& vocabulary);
 
+/// Of a scene that was filled in code: throws InputError with all that parseScene would say of it, its places being
+/// lines of writeScene's text.
+void requireValid(const Scene& scene, const Vocabulary& vocabulary);
+
 /// Every key with its default, type, unit, range and sentence, as commented TOML. Required keys and optional tables
 /// are commented out: with the required keys filled in it is a scene.
 std::string defaultsText(const Vocabulary& vocabulary);

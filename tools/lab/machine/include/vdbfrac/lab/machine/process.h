@@ -17,6 +17,9 @@ std::filesystem::path ownProgram();
 /// FileError.
 pid_t startProgram(const std::vector<std::string>& command, const std::filesystem::path& log = {}, bool append = false);
 
+/// Ends this process with SIGTERM when the one that started it ends, which may have happened already.
+void endWithParent(pid_t parent);
+
 /// Its exit code; 128 and the number of the signal that ended it.
 int waitFor(pid_t process);
 int exitCodeOf(int status);
