@@ -108,6 +108,14 @@ with tempfile.TemporaryDirectory() as temporary:
         expect(f"resumed after {heard.name}", command(folder, "--resume", "-j", "1"), 0, "goes on after step")
         same(heard.name, folder, whole)
 
+    # While a run that goes on still reads and builds, there is nothing to lose.
+    early = subprocess.Popen(command(top / "early", "--resume", "--set", "grid.voxel_size=0.01"), stderr=subprocess.PIPE, text=True)
+    time.sleep(0.3)
+    early.send_signal(signal.SIGTERM)
+    said = early.communicate(timeout=60)[1]
+    if early.returncode != 75 or list((top / "early").rglob("*.ckpt")):
+        failures.append(f"SIGTERM before the first step: exit {early.returncode}: {said}")
+
     run = started(top / "twice", "--set", "grid.voxel_size=0.02", "-j", "1")
     run.send_signal(signal.SIGINT)
     time.sleep(0.05)  # far less than a step takes

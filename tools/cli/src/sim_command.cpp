@@ -309,6 +309,7 @@ int simulate(const SimOptions& options, const scene::Scene& scene)
         return kDone;
     }
     core::requireMemory(estimate, limit);
+    if (!options.resume.empty()) leaveOnSignals();
     lab::PreparedScene prepared(scene, limit);
     Run run(options, scene, prepared.simulation, *log);
     run.begin();

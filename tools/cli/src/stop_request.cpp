@@ -1,6 +1,7 @@
 #include "stop_request.h"
 
 #include <vdbfrac/base/error.h>
+#include <vdbfrac/cli/commands.h>
 
 #include <array>
 #include <charconv>
@@ -32,21 +33,33 @@ extern "C" void hear(int signal)
     requested = signal;
 }
 
+extern "C" void leave(int) { ::_exit(kStopped); }
+
+/// But those that whoever started us wants to be ignored.
+void handle(int signal, void (*handler)(int))
+{
+    if (std::signal(signal, handler) == SIG_IGN) std::signal(signal, SIG_IGN);
+}
+
 }  // namespace
+
+void leaveOnSignals()
+{
+    for (int signal : kSignals)
+        if (signal != SIGINT) handle(signal, leave);
+}
 
 StopRequest::StopRequest(std::chrono::steady_clock::time_point start, double timeLimit)
     : start_(start), timeLimit_(timeLimit)
 {
     interrupted = 0;
     requested = 0;
-    for (int signal : kSignals)
-        if (std::signal(signal, hear) == SIG_IGN) std::signal(signal, SIG_IGN);  // whoever started us wants it so
+    for (int signal : kSignals) handle(signal, hear);
 }
 
 StopRequest::~StopRequest()
 {
-    for (int signal : kSignals)
-        if (std::signal(signal, SIG_DFL) == SIG_IGN) std::signal(signal, SIG_IGN);
+    for (int signal : kSignals) handle(signal, SIG_DFL);
 }
 
 std::string StopRequest::reason() const

@@ -24,6 +24,10 @@ private:
     double timeLimit_;
 };
 
+/// While there is nothing that could be lost, the same signals (but SIGINT) end the program at once with the exit code
+/// of a run that was stopped, until a StopRequest hears them.
+void leaveOnSignals();
+
 /// Seconds of "1d", "3h50m", "90m", "45s", "HH:MM:SS" or "D-HH:MM:SS". Throws InputError.
 double parseDuration(const std::string& option, const std::string& text);
 
