@@ -98,9 +98,10 @@ def check_failures(top):
     command = ["wedge", SCENE, "--local", "-o", folder, *COARSE, "--set", "time.frames=[1, 2]", "--together", "--vary", "fracture.toughness=400,800"]
     told = expect("too little memory", 5, ["ended with 5"], *command, "--sim=--max-memory=0.001")
     check("failed", [r["status"] for r in table(folder)] == ["failed (5)"] * 2, f"{table(folder)} {told.stderr}")
+    expect("no such option of sim", 2, ["ended with 2: ", "--nonsense"], *command, "--sim=--nonsense")
     expect("one begun again", 0, [], "wedge", "-o", folder, "--run", "1")
     expect("collected", 0, [], "wedge", "-o", folder, "--collect")
-    check("failed and done", [r["status"] for r in table(folder)] == ["failed (5)", "done"], table(folder))
+    check("failed and done", [r["status"] for r in table(folder)] == ["failed (2)", "done"], table(folder))
     expect("failing task", 5, [], "wedge", "-o", folder, "--run", "0", "--sim=--max-memory=0.001")
     expect("all begun again", 0, [], *command)
     check("all done", [r["status"] for r in table(folder)] == ["done"] * 2, table(folder))

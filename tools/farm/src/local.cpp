@@ -23,12 +23,16 @@ namespace {
 constexpr int kStopped = 75;  // of 'vdbfrac sim': stopped with a checkpoint
 constexpr std::chrono::milliseconds kLook{50};
 
-/// The last line of a log that is not empty.
+/// The last line of a log that says something.
 std::string lastLine(const fs::path& log)
 {
-    std::string text = fs::exists(log) ? readText(log) : "";
-    while (!text.empty() && text.back() == '\n') text.pop_back();
-    return text.substr(text.rfind('\n') + 1);
+    std::string text = fs::exists(log) ? readText(log) : "", last;
+    while (!text.empty() && (last.empty() || last.starts_with("Run with --help"))) {
+        const std::size_t begin = text.rfind('\n') + 1;  // 0 where there is no other line
+        last = text.substr(begin);
+        text.resize(begin > 0 ? begin - 1 : 0);
+    }
+    return last;
 }
 
 /// The exit code of a run that was handed a signal: one that had not begun to listen is stopped all the same, and has
