@@ -95,6 +95,10 @@ with tempfile.TemporaryDirectory() as temporary:
     check("in its own folder", states(run) == states(branch), "other states")
     check("all checkpoints are kept, none of what was dropped", len(list(run.glob("ckpt/*.ckpt"))) == LAST, list(run.glob("ckpt/*")))
     sim(run, "--resume", code=2, texts=["the scene is not that of the run", "--resume=FRAME"])
+    (run / "run.json").unlink()
+    sim(run, "--resume", *tough)
+    check("nor where the manifest is lost", len(list(run.glob("ckpt/*.ckpt"))) == LAST, list(run.glob("ckpt/*")))
+    check("made again without a manifest", states(run) == states(branch), "other states")
 
     # A finer lattice.
     fine = top / "fine"
@@ -114,6 +118,9 @@ with tempfile.TemporaryDirectory() as temporary:
     check("made shorter", went.returncode == 0 and len(list(shorter.glob("obj/*.obj"))) == LAST - 1, f"{went.stderr}{list(shorter.glob('obj/*.obj'))}")
 
     check("pages of frames that are gone", not any(p.exists() for p in pages), pages)
+    pages[0].write_text("of all frames")
+    subprocess.run([PROGRAM, "sim", SCENE, "-o", shorter, *COARSE, "-f", str(LAST - 1), f"--resume={LAST - 1}"], capture_output=True)
+    check("pages of frames that are there", pages[0].exists())
 
     moving = ["--set", "output.motion=true"]
     sim(top / "moving", "--keep-checkpoints", base=[*COARSE, *moving])

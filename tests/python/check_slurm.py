@@ -346,7 +346,7 @@ def study_on_slurm(cluster, top):
     expect(f"the study's array.sh:\n{script}", re.search(r"--array=0-2\n.*--mem=\d+M\n.*--time=00:1\d:\d\d\n", script, re.S))
     last = (there / "afterwards.sh").read_text()
     expect(f"the study's afterwards.sh:\n{last}", re.search(r"--cpus-per-task=1\n.*--mem=\d+M\n.*--time=\d\d:\d\d:\d\d\n", last, re.S))
-    expect("the study reads the scene as it was", (there / "scene.toml").is_file() and str(there / "scene.toml") in script)
+    expect("the study reads the scene as it was", str(there / "study.scene.toml") in script)
     run = cluster.run(*command, "-o", here)
     expect(f"study: exit {run.returncode}\n{run.stdout}{run.stderr}", run.returncode == 0)
     log = (there / "logs/afterwards.slurm.log").read_text()

@@ -91,6 +91,16 @@ with tempfile.TemporaryDirectory() as temporary:
 
     # What cannot be meant ends at once; a run that gets nowhere ends as it does with sim.
     study("no such key", [BAR, "-o", folder / "no_key", "--vary", "no_such=1,2"], 2, "--vary", "no_such")
+    grid = ["--grid", "--vary", "time.substeps=1,2", "--vary", "material.gel.poisson_ratio=0.3,0.5", "--rounds", "0"]
+    study("one of a grid is refused", [BAR, "-o", folder / "grid", *grid], 0, "0.5")
+    # What is handed to a queue is a copy, under a name of its own.
+    own = folder / "own"
+    own.mkdir()
+    (own / "scene.toml").write_text(BAR.read_text())
+    subprocess.run([PROGRAM, "study", "scene.toml", "-o", ".", "--slurm", "--sbatch=--test-only"], cwd=own, capture_output=True, timeout=60)
+    expect("the scene is left as it was", (own / "scene.toml").read_text() == BAR.read_text() and (own / "study.scene.toml").is_file())
+    (own / "other.toml").write_text(BAR.read_text().replace("gel", "gum"))
+    study("another study's folder", [own / "other.toml", "-o", own, "--slurm", "--sbatch=--test-only"], 2, "is the scene of another study")
     stuck = ["--vary", "fracture.toughness=1e-3,1e-4", "--set", "grid.voxel_size=0.1", "--set", "solver.newton_iterations=1", "--rounds", "0", "--time-limit", "2m"]
     study("stuck runs", [SOURCE / "data/scenes/notched_block.toml", "-o", folder / "stuck", *stuck], 3, "gets nowhere")
 

@@ -4,6 +4,7 @@ Usage: check_wedge.py PROGRAM SOURCE_FOLDER
 """
 import csv
 import json
+import os
 import re
 import signal
 import subprocess
@@ -88,6 +89,9 @@ def check_local(top):
     check("more values", [(r["run"], r["fracture.toughness"], r["status"]) for r in table(top / "more")]
           == [(f"{k:04}", t, "done") for k, t in enumerate(("400", "400", "800", "800", "600", "600"))], table(top / "more"))
     check("runs that were there stay", dict(list(states(top / "more").items())[:4]) == before, "they are others")
+    twice = ["wedge", SCENE, "--local", "-o", top / "twice", *COARSE, "--set", "time.frames=[1, 1]", "--vary", "fracture.toughness=400,400"]
+    for again in range(2):
+        expect("values that come twice", 0, ["was done"] if again else [], *twice)
     expect("fewer values", 2, ["holds another wedge"], *few, *values)
     return folder
 
@@ -110,7 +114,7 @@ def check_failures(top):
 def check_killed(top):
     """Runs of a wedge that is killed stop, and the same command goes on with them."""
     folder = top / "killed"
-    command = ["wedge", SCENE, "--local", "-j", "2", "--threads", "1", "-o", folder, "--set", "grid.voxel_size=0.03", "--set", "time.frames=[1, 3]", "--together", "--vary", "fracture.toughness=400,800"]
+    command = ["wedge", SCENE, "--local", "-j", "2", "--threads", "1", "-o", folder, "--set", "grid.voxel_size=0.04", "--set", "time.frames=[1, 60]", "--together", "--vary", "fracture.toughness=400,800"]
     begun = subprocess.Popen([PROGRAM, *map(str, command)], stderr=subprocess.DEVNULL)
     runs = []
     for _ in range(2000):
@@ -128,9 +132,25 @@ def check_killed(top):
         if not any(map(is_alive, runs)):
             break
         time.sleep(.01)
-    check("runs end with their wedge", not any(map(is_alive, runs)), runs)
+    stopped = [json.loads((folder / name / "run.json").read_text()) for name in ("0000", "0001")]
+    check("runs end with their wedge", all(r["status"] == "stopped" and len(r["frames"]) < 60 for r in stopped), [(r["status"], len(r["frames"])) for r in stopped])
     expect("gone on with after a kill", 0, [], *command)
     check("all done after a kill", [r["status"] for r in table(folder)] == ["done"] * 2, table(folder))
+
+
+def check_interrupted(top):
+    """A terminal that interrupts reaches the runs too, with another signal than the wedge passes on, and before they listen."""
+    folder = top / "interrupted"
+    command = ["wedge", SCENE, "--local", "-j", "2", "--threads", "1", "-o", folder, "--set", "grid.voxel_size=0.015", "--together", "--vary", "fracture.toughness=400,800"]
+    begun = subprocess.Popen([PROGRAM, *map(str, command)], stderr=subprocess.PIPE, text=True, start_new_session=True)
+    for _ in range(2000):
+        if len(Path(f"/proc/{begun.pid}/task/{begun.pid}/children").read_text().split()) == 2:
+            break
+        time.sleep(.005)
+    time.sleep(.1)
+    os.killpg(begun.pid, signal.SIGINT)
+    said = begun.communicate(timeout=60)[1]
+    check("interrupted", begun.returncode == 75 and not list(folder.glob("logs/*.failed")), f"exit {begun.returncode}: {said}")
 
 
 def check_table(folder):
@@ -188,6 +208,7 @@ with tempfile.TemporaryDirectory() as temporary:
     check_bad_input(Path(temporary), wedge_folder)
     check_failures(Path(temporary))
     check_killed(Path(temporary))
+    check_interrupted(Path(temporary))
     check_progress(Path(temporary))
 print("\n".join(failures) or "wedges are as they should be")
 sys.exit(1 if failures else 0)

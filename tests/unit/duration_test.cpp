@@ -19,7 +19,7 @@ TEST(Durations, AreReadInUnitsAndOnTheClock)
 
 TEST(Durations, OthersAreRefused)
 {
-    for (const char* text :
-         {"", "5", "a while", "5s3h", "-5s", "0s", "00:00:00", "1:30", "1:2:3x", "1-2", "1e999s", "nans"})
+    for (const char* text : {"", "5", "a while", "5s3h", "-5s", "0s", "00:00:00", "1:30", "1:2:3x", "1-2", "1e999s",
+                             "nans", "-1:00:00", "1:99:00", "1:00:-5", "-1-00:00:00", " 1:00:00", "1e308d"})
         EXPECT_THROW(parseDuration("--t", text), vdbfrac::InputError) << text;
 }

@@ -309,7 +309,6 @@ int simulate(const SimOptions& options, const scene::Scene& scene)
         return kDone;
     }
     core::requireMemory(estimate, limit);
-    if (!options.resume.empty()) leaveOnSignals();
     lab::PreparedScene prepared(scene, limit);
     Run run(options, scene, prepared.simulation, *log);
     run.begin();
@@ -375,6 +374,7 @@ Action addSim(CLI::App& app)
     c->add_option("--parent", o->parent)->group("");  // of runs that a wedge starts; hidden
     addCommonOptions(*c, o->common);
     return [o, folder, plan] {
+        if (!o->resume.empty()) leaveOnSignals();
         if (o->parent > 0) lab::endWithParent(o->parent);
         if (folder->count() == 0 && plan->count() == 0)
             throw InputError({"vdbfrac sim", "no output folder", "-o DIR", "or -n to see what would run"});

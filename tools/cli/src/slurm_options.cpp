@@ -32,17 +32,22 @@ void addSlurmOptions(CLI::App& command, CLI::App& how, SlurmOptions& options)
 
 namespace {
 
-/// Three times the forecast, and what pages take; 0, the cluster's own limit, where there is none.
-double timeToAskFor(const scene::Scene& scene, const core::SceneEstimate& estimate, int threads)
+constexpr double kMoreTime = 3, kPages = 600;  // s
+
+/// s; 0 where there is no forecast.
+double forecastOf(const scene::Scene& scene, const core::SceneEstimate& estimate, int threads)
 {
-    constexpr double kMore = 3, kPages = 600, kMeasured = 4;  // s
+    constexpr double kMeasured = 4;  // s
     try {
         const ThreadLimit limit(threads);
-        return kMore * lab::forecast(scene, estimate, {kMeasured, lab::defaultMemoryLimit(), false}).seconds + kPages;
+        return lab::forecast(scene, estimate, {kMeasured, lab::defaultMemoryLimit(), false}).seconds;
     } catch (const Error&) {
         return 0;
     }
 }
+
+/// Three times what is forecast, and what pages take; 0, the cluster's own limit, where nothing is.
+double timeToAskFor(double forecast) { return forecast > 0 ? kMoreTime * forecast + kPages : 0; }
 
 /// What goes with the time that a scene takes: nodes times steps.
 double sizeOf(const scene::Scene& scene, const core::SceneEstimate& estimate)
@@ -55,7 +60,7 @@ double sizeOf(const scene::Scene& scene, const core::SceneEstimate& estimate)
 void askFor(farm::SlurmJob& job, const SlurmOptions& options, const std::vector<const scene::Scene*>& scenes)
 {
     // A quarter more than is estimated, and what pages and pictures take.
-    constexpr double kMiB = 1024 * 1024, kMore = 1.25, kPages = 256 * kMiB;
+    constexpr double kMiB = 1024 * 1024, kMore = 1.25, kPictures = 256 * kMiB;
     const scene::Scene* longest = nullptr;
     core::SceneEstimate estimate;
     double bytes = 0;
@@ -64,12 +69,17 @@ void askFor(farm::SlurmJob& job, const SlurmOptions& options, const std::vector<
         bytes = std::max(bytes, own.bytes);
         if (!longest || sizeOf(*scene, own) > sizeOf(*longest, estimate)) longest = scene, estimate = std::move(own);
     }
-    job.bytes = std::uint64_t(options.memory > 0 ? options.memory * kMiB : kMore * bytes + kPages);
-    job.seconds = !options.time.empty() ? parseDuration("--time", options.time)
-                  : longest             ? timeToAskFor(*longest, estimate, job.threads)
-                                        : 0;
-    job.last.bytes = job.bytes;
+    job.bytes = std::uint64_t(options.memory > 0 ? options.memory * kMiB : kMore * bytes + kPictures);
+    job.forecast = longest ? forecastOf(*longest, estimate, job.threads) : 0;
+    job.seconds = !options.time.empty() ? parseDuration("--time", options.time) : timeToAskFor(job.forecast);
+    askForLast(job, 0, 1);
     job.more = options.sbatch;
+}
+
+void askForLast(farm::SlurmJob& job, double runs, int sideBySide)
+{
+    job.last.bytes = std::uint64_t(sideBySide) * job.bytes;
+    job.last.seconds = timeToAskFor(job.forecast * (1 + runs));
 }
 
 }  // namespace vdbfrac::cli

@@ -22,7 +22,10 @@ struct SlurmOptions {
 void addSlurmOptions(CLI::App& command, CLI::App& how, SlurmOptions& options);
 
 /// Fills in memory, wall time and the options that are passed on: what the largest of the tasks' scenes takes, by its
-/// estimate and, without --time, by a forecast that takes some seconds.
+/// estimate, and by a forecast of the longest, which takes some seconds.
 void askFor(farm::SlurmJob& job, const SlurmOptions& options, const std::vector<const scene::Scene*>& scenes);
+/// The same of what is done when they have ended: `runs` more runs one after another, of which some may be repeated
+/// side by side.
+void askForLast(farm::SlurmJob& job, double runs, int sideBySide);
 
 }  // namespace vdbfrac::cli

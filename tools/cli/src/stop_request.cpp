@@ -7,7 +7,7 @@
 #include <charconv>
 #include <cmath>
 #include <csignal>
-#include <cstdio>
+#include <regex>
 #include <string_view>
 #include <utility>
 
@@ -89,16 +89,12 @@ double secondsInUnits(std::string_view& text)
 /// "HH:MM:SS" or "D-HH:MM:SS", as Slurm has it; takes all of `text` or nothing.
 double secondsOnClock(std::string_view& text)
 {
-    unsigned days = 0, hours = 0, minutes = 0, seconds = 0;
-    int end = 0;
-    const std::string whole(text);
-    const auto isWhole = [&](int read, int numbers) { return read == numbers && std::size_t(end) == whole.size(); };
-    if (!isWhole(std::sscanf(whole.c_str(), "%5u-%5u:%2u:%2u%n", &days, &hours, &minutes, &seconds, &end), 4)) {
-        days = 0, end = 0;
-        if (!isWhole(std::sscanf(whole.c_str(), "%5u:%2u:%2u%n", &hours, &minutes, &seconds, &end), 3)) return 0;
-    }
+    static const std::regex form("(?:([0-9]{1,4})-)?([0-9]{1,5}):([0-5]?[0-9]):([0-5]?[0-9])");
+    std::cmatch part;
+    if (!std::regex_match(text.data(), text.data() + text.size(), part, form)) return 0;
     text = {};
-    return 86400. * days + 3600. * hours + 60. * minutes + seconds;
+    const auto number = [&](std::size_t i) { return part[i].matched ? std::stod(part[i].str()) : 0.; };
+    return 86400 * number(1) + 3600 * number(2) + 60 * number(3) + number(4);
 }
 
 }  // namespace
@@ -108,7 +104,8 @@ double parseDuration(const std::string& option, const std::string& text)
     std::string_view rest = text;
     double seconds = secondsOnClock(rest);
     if (seconds == 0) seconds = secondsInUnits(rest);
-    if (!rest.empty() || !(seconds > 0))
+    constexpr double kLongest = 1e9;  // more than 30 years
+    if (!rest.empty() || !(seconds > 0 && seconds <= kLongest))
         throw InputError({option, "'" + text + "' is not a time", "as 3h50m, 90m, 45s, 1d or 1-12:00:00",
                           "a number needs its unit"});
     return seconds;

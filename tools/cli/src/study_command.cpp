@@ -24,6 +24,7 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <numeric>
 #include <thread>
 
 #include <sys/time.h>
@@ -131,19 +132,30 @@ int runOne(const StudyOptions& o, const study::Study& plan)
     return kDone;
 }
 
-/// All runs as tasks of an array job; then the study itself, which uses their results and times them. They read a copy
-/// of the scene, which may change before they begin.
+/// The scene with its settings in a file of its own: what is handed to a queue does not see it change. Throws
+/// InputError where the folder has that of another.
+fs::path keptScene(const StudyOptions& o)
+{
+    const fs::path copy = fs::path(o.folder) / "study.scene.toml";
+    const scene::Scene scene = scene::readScene(o.plan.scene, study::vocabulary(), o.plan.set);
+    const std::string text = scene::writeScene(scene, study::vocabulary());
+    fs::create_directories(o.folder);
+    if (fs::exists(copy) && readText(copy) != text)
+        throw InputError({copy.string(), "is the scene of another study", "a new folder, or that of this study", ""});
+    writeText(copy, text);
+    return copy;
+}
+
+/// All runs as tasks of an array job; then the study itself, which uses their results and times them.
 int runOnSlurm(StudyOptions o, const study::Study& plan)
 {
     o.folder = fs::absolute(o.folder).string();
-    const fs::path copy = fs::path(o.folder) / "scene.toml";
-    const scene::Scene scene = scene::readScene(o.plan.scene, study::vocabulary());
-    fs::create_directories(o.folder);
-    writeText(copy, scene::writeScene(scene, study::vocabulary()));
-    o.plan.scene = copy.string();
+    o.plan.scene = keptScene(o).string();
+    o.plan.set.clear();
     farm::SlurmJob job;
     job.name = plan.name;
-    job.tasks = plan.runs.size();
+    job.tasks.resize(plan.runs.size());
+    std::iota(job.tasks.begin(), job.tasks.end(), 0);
     job.threads = std::max(1, o.threads);
     job.command = job.afterwards = ownCommand(o);
     job.command.push_back("--threads=" + std::to_string(job.threads));
@@ -156,13 +168,12 @@ int runOnSlurm(StudyOptions o, const study::Study& plan)
     for (const study::Run& run : plan.runs)
         if (run.scene) scenes.push_back(&*run.scene);
     askFor(job, o.slurm, scenes);
-    // Failed runs again, and each so often; side by side, but where a run has all threads.
-    const int side = o.threadsPerRun ? 1 : job.threads;
-    job.last.bytes = std::uint64_t(side) * job.bytes;
-    job.last.seconds = job.seconds * double(job.tasks) * (1 + plan.spec.rounds) / side;
+    // The last job times the runs one after another, each on one thread where it has not all of them.
+    const int slower = o.threadsPerRun ? 1 : job.threads;
+    askForLast(job, double(plan.runs.size()) * plan.spec.rounds * slower, job.threads);
     const std::string number = farm::submit(job);
     std::printf("job %s: %zu tasks; logs in %s/logs, table and plots in %s when all have ended\n", number.c_str(),
-                job.tasks, o.folder.c_str(), o.folder.c_str());
+                job.tasks.size(), o.folder.c_str(), o.folder.c_str());
     return kDone;
 }
 

@@ -100,7 +100,12 @@ int runOnSlurm(const WedgeOptions& o, farm::WedgePlan plan)
     const std::string program = lab::ownProgram().string();
     farm::SlurmJob job;
     job.name = plan.wedge.name;
-    job.tasks = plan.wedge.runs.size();
+    for (std::size_t r = 0; r < plan.wedge.runs.size(); ++r)
+        if (!farm::isDone(farm::statusOf(folder, plan.wedge.runs[r]))) job.tasks.push_back(r);
+    if (job.tasks.empty()) {
+        std::printf("all runs are done\n");
+        return kDone;
+    }
     job.threads = o.threads > 0 ? o.threads : 1;
     job.command = {program, "wedge", "--output=" + folder.string(), "--threads=" + std::to_string(job.threads)};
     for (const std::string& option : o.sim) job.command.push_back("--sim=" + option);
@@ -111,7 +116,7 @@ int runOnSlurm(const WedgeOptions& o, farm::WedgePlan plan)
     for (const scene::Scene& scene : plan.scenes) scenes.push_back(&scene);
     askFor(job, o.slurm, scenes);
     const std::string number = farm::submit(job);
-    std::printf("job %s: %zu tasks; logs in %s, pages in %s when all have ended\n", number.c_str(), job.tasks,
+    std::printf("job %s: %zu tasks; logs in %s, pages in %s when all have ended\n", number.c_str(), job.tasks.size(),
                 (folder / "logs").c_str(), folder.c_str());
     return kDone;
 }

@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <chrono>
 #include <csignal>
 #include <map>
@@ -35,12 +37,14 @@ std::string lastLine(const fs::path& log)
     return last;
 }
 
-/// The exit code of a run that was handed a signal: one that had not begun to listen is stopped all the same, and has
-/// lost nothing.
-int stopCode(int code, int signal)
+/// The exit code of a run, where all were asked to stop: one that had not begun to listen is stopped all the same, and
+/// has lost nothing. A terminal sends its signal to the runs too, another than we do.
+int stopCode(int code, bool isAsked)
 {
     constexpr int kBySignal = 128;
-    return signal != 0 && code == kBySignal + signal ? kStopped : code;
+    constexpr std::array kSignals = {SIGINT, SIGTERM, SIGUSR1, SIGUSR2, SIGHUP, SIGXCPU};
+    const bool isBySignal = std::find(kSignals.begin(), kSignals.end(), code - kBySignal) != kSignals.end();
+    return isAsked && isBySignal ? kStopped : code;
 }
 
 /// Runs in processes, and a signal for all of them.
@@ -75,7 +79,8 @@ private:
         for (const auto& [process, run] : running_) {
             int status = 0;
             if (waitpid(process, &status, WNOHANG) != process) continue;
-            const int code = stopCode(lab::exitCodeOf(status), signal_);
+            passSignal();  // what has ended the run may be meant for all
+            const int code = stopCode(lab::exitCodeOf(status), signal_ != 0);
             if (code == kStopped)
                 stopped_ = true;
             else if (code != 0)
@@ -134,7 +139,7 @@ int runOne(const LocalSettings& settings, const WedgeRun& run)
     int status = 0, passed = 0;
     for (; waitpid(process, &status, WNOHANG) != process; std::this_thread::sleep_for(kLook))
         if (const int signal = settings.stop(); signal != passed) kill(process, passed = signal);
-    const int code = stopCode(lab::exitCodeOf(status), passed);
+    const int code = stopCode(lab::exitCodeOf(status), passed || settings.stop());
     if (code != kStopped) keepFailure(settings.folder, run, code);
     return code;
 }

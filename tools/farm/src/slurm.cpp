@@ -45,6 +45,19 @@ std::string literalPath(const fs::path& path)
     return text;
 }
 
+/// "0-5,8" of rising numbers.
+std::string ranges(const std::vector<std::size_t>& numbers)
+{
+    std::string text;
+    for (std::size_t i = 0, last; i < numbers.size(); i = last + 1) {
+        last = i;
+        while (last + 1 < numbers.size() && numbers[last + 1] == numbers[last] + 1) ++last;
+        text += (i > 0 ? "," : "") + std::to_string(numbers[i]);
+        if (last > i) text += "-" + std::to_string(numbers[last]);
+    }
+    return text;
+}
+
 std::string resources(int threads, std::uint64_t bytes, double seconds)
 {
     constexpr double kMiB = 1024 * 1024;
@@ -81,7 +94,7 @@ std::string submitScript(const fs::path& script, const std::vector<std::string>&
 
 std::string arrayScript(const SlurmJob& job)
 {
-    std::string own = fmt::format("#SBATCH --array=0-{}\n", job.tasks - 1);
+    std::string own = "#SBATCH --array=" + ranges(job.tasks) + "\n";
     own += resources(job.threads, job.bytes, job.seconds) + "#SBATCH --requeue\n";
     if (job.goesOn) own += fmt::format("#SBATCH --signal=B:USR1@{}\n", job.warning);
     return directives(job, "%a.slurm.log", own) + line(job.command) + " \"$SLURM_ARRAY_TASK_ID\"\n";
@@ -96,7 +109,14 @@ std::string submit(const SlurmJob& job)
     if (!job.afterwards.empty()) {
         const std::string own = resources(job.threads, job.last.bytes, job.last.seconds);
         writeText(last, directives(job, "afterwards.slurm.log", own) + line(job.afterwards) + "\n");
-        submitScript(last, {"--dependency=afterany:" + number});
+        try {
+            submitScript(last, {"--dependency=afterany:" + number});
+        } catch (const InputError& e) {
+            InputError::Detail d = e.details()[0];
+            d.what += "; the job " + number +
+                      " of the runs is queued: run what is in the script when it has ended, or scancel it";
+            throw InputError({d});
+        }
     }
     return number;
 }

@@ -92,10 +92,9 @@ bool takeUp(const fs::path& folder, WedgePlan& plan)
     WedgePlan all{{there.name, there.keys, there.runs}, {}};
     std::vector<bool> isThere(plan.scenes.size(), false);
     for (const WedgeRun& run : there.runs) {
-        const auto same = std::find_if(plan.wedge.runs.begin(), plan.wedge.runs.end(),
-                                       [&](const WedgeRun& r) { return r.values == run.values; });
-        if (same == plan.wedge.runs.end()) return false;
-        const auto k = std::size_t(same - plan.wedge.runs.begin());
+        std::size_t k = 0;  // values may come twice
+        while (k < isThere.size() && (isThere[k] || plan.wedge.runs[k].values != run.values)) ++k;
+        if (k == isThere.size()) return false;
         const fs::path file = sceneFile(folder, run);
         if (!fs::exists(file) || readText(file) != sceneText(plan.scenes[k])) return false;
         isThere[k] = true;
@@ -197,8 +196,8 @@ void keepFailure(const fs::path& folder, const WedgeRun& run, int code)
 {
     if (code != 0)
         writeText(failureFile(folder, run), std::to_string(code) + "\n");
-    else
-        fs::remove(failureFile(folder, run));
+    else if (std::error_code error; fs::remove(failureFile(folder, run), error), error)
+        throw FileError(failureFile(folder, run).string(), "cannot be removed: " + error.message());
 }
 
 std::string statusOf(const fs::path& folder, const WedgeRun& run)
@@ -208,7 +207,7 @@ std::string statusOf(const fs::path& folder, const WedgeRun& run)
         const Json json = Json::parse(readText(file), nullptr, false);
         status = json.is_object() && json.contains("status") ? json["status"].get<std::string>() : "damaged";
     }
-    if (isDone(status) || !fs::exists(failureFile(folder, run))) return status;
+    if (isDone(status) || status == "stuck" || !fs::exists(failureFile(folder, run))) return status;
     const std::string code = readText(failureFile(folder, run));
     return "failed (" + code.substr(0, code.find('\n')) + ")";
 }

@@ -273,7 +273,6 @@ RecordLog::Records RunFolder::Writer::readRecords(const Archive& archive)
 
 void RunFolder::Writer::goOnFrom(const std::string& checkpoint, RecordLog::Records records)
 {
-    keepsCheckpoints_ = keepsCheckpoints_ || keepsCheckpoints(folder_);
     checkpoints_.clear();
     for (const fs::path& file : checkpointsIn(folder_)) {
         const bool isIt = file.filename() == checkpoint;

@@ -151,17 +151,22 @@ void removeRunFiles(const fs::path& folder, const std::vector<std::string>& patt
 void removeLaterFrames(const fs::path& folder, const std::string& sceneName, int last)
 {
     constexpr std::size_t kDigits = 9;  // longer ones are no frame's
+    bool isAnyGone = false;
+    std::vector<fs::path> ofAll;
     for (const std::string& pattern : runFiles(sceneName)) {
+        if (pattern.starts_with(kCheckpointFolder)) continue;
         const bool isOfOneFrame = pattern.find("/" + sceneName + ".####.") != std::string::npos;
-        const bool isOfAll =
-            pattern.starts_with("cache/") || pattern.starts_with("preview/") || pattern == "report.html";
-        if (pattern.starts_with(kCheckpointFolder) || (!isOfOneFrame && !isOfAll)) continue;
         for (const fs::path& file : filesOf(folder, pattern)) {
+            if (!isOfOneFrame && (pattern.starts_with("preview/") || pattern == "report.html")) ofAll.push_back(file);
             const std::string path = file.lexically_relative(folder).generic_string();
             const std::string number = isOfOneFrame ? std::string(numberIn(pattern, path)) : "";
-            if (!isOfOneFrame || (number.size() <= kDigits && std::stoi(number) > last)) removeFile(file);
+            const bool isLater = isOfOneFrame && number.size() <= kDigits && std::stoi(number) > last;
+            if (isLater || pattern.starts_with("cache/")) removeFile(file);
+            isAnyGone = isAnyGone || isLater;
         }
     }
+    for (const fs::path& file : ofAll)
+        if (isAnyGone) removeFile(file);
 }
 
 }  // namespace vdbfrac::core

@@ -262,6 +262,7 @@ bool RunFolder::resume(Simulation& simulation, const Resume& how, std::vector<st
     if (!found) return false;
     goOn(simulation, how, *found, notes);
     noteLostFiles(folder_, found->records.frames, notes);
+    if (!hasManifest(folder_) || keepsCheckpoints(folder_)) keepCheckpoints();  // what is lost may have said so
     open();
     writer_->goOnFrom(found->file.filename(), std::move(found->records));
     if (how.mayBranch) writer_->removeLaterFrames();

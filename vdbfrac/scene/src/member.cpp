@@ -1,7 +1,9 @@
 #include <vdbfrac/scene/key.h>
 
+#include <vdbfrac/base/error.h>
+
 #include <algorithm>
-#include <cassert>
+#include <string>
 
 namespace vdbfrac::scene {
 
@@ -9,7 +11,8 @@ const std::string& choiceName(const Key& key, long long value)
 {
     const auto it =
         std::find_if(key.choices.begin(), key.choices.end(), [&](const Choice& c) { return c.value == value; });
-    assert(it != key.choices.end());
+    if (it == key.choices.end())
+        throw InputError({key.name, std::to_string(value) + " is none of its choices", "", ""});
     return it->name;
 }
 

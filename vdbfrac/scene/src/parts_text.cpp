@@ -3,6 +3,8 @@
 #include "complaints.h"
 #include "tables.h"
 
+#include <vdbfrac/base/error.h>
+
 namespace vdbfrac::scene {
 
 namespace {
@@ -27,7 +29,13 @@ std::string wrapped(const TableSpec& spec, const S& object)
     return "{ " + std::string(spec.name) + " = " + inlineTable(spec, object) + " }";
 }
 
-std::string solidText(const Primitive& solid) { return wrapped(tables::solids()[std::size_t(solid.kind)], solid); }
+std::string solidText(const Primitive& solid)
+{
+    const auto kind = std::size_t(solid.kind);
+    if (kind >= tables::solids().size())
+        throw InputError({"shape", "kind " + std::to_string(kind) + " is no solid", "", ""});
+    return wrapped(tables::solids()[kind], solid);
+}
 
 std::string solidsText(const std::vector<Primitive>& solids)
 {

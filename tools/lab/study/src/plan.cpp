@@ -157,9 +157,11 @@ private:
         study_.settings.push_back({s, level, indexOf(std::move(run)), label});
     }
 
-    /// A value may be refused where others are not; where all are, the key is mistaken.
+    /// A value may be refused where others are not; where all are, the key is mistaken. Of a series with other settings
+    /// it may be these.
     void requireScenes(std::size_t s) const
     {
+        if (!study_.spec.series[s].set.empty()) return;
         const Run* first = nullptr;
         for (const Setting& setting : study_.settings) {
             if (setting.series != s) continue;

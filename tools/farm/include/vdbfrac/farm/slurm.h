@@ -10,13 +10,14 @@ namespace vdbfrac::farm {
 
 struct SlurmJob {
     std::string name;
-    std::size_t tasks = 1;
+    std::vector<std::size_t> tasks;       ///< their numbers, rising
     std::vector<std::string> command;     ///< the task's number comes behind
     std::vector<std::string> afterwards;  ///< once all tasks have ended; may be empty
     std::filesystem::path folder;         ///< for scripts and logs/
     int threads = 1;                      ///< of a task
     std::uint64_t bytes = 0;              ///< of memory of a task; 0: the cluster's
     double seconds = 0;                   ///< wall time of a task; 0: the cluster's
+    double forecast = 0;                  ///< s: of the longest task
     bool goesOn = true;                   ///< a task is told to stop before that, and queued again
     int warning = 60;                     ///< s before it, in which a checkpoint is written
     struct {

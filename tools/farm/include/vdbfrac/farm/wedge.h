@@ -56,7 +56,7 @@ std::filesystem::path logFile(const std::filesystem::path& folder, const WedgeRu
 void keepFailure(const std::filesystem::path& folder, const WedgeRun& run, int code);
 
 /// "running", "done", ... as run.json says; "failed (CODE)" of one that has not all its frames and ended with an error,
-/// whatever it could write; "waiting" of one that has not begun.
+/// whatever it could write, unless it got stuck; "waiting" of one that has not begun.
 std::string statusOf(const std::filesystem::path& folder, const WedgeRun& run);
 /// Has it all its frames?
 bool isDone(const std::string& status);
