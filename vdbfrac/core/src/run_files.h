@@ -42,8 +42,8 @@ void requireApart(const std::filesystem::path& folder, const std::vector<std::st
 /// Removes the files that the patterns stand for, in their order, then the folders that are empty. Throws FileError.
 void removeRunFiles(const std::filesystem::path& folder, const std::vector<std::string>& patterns);
 
-/// Removes what a run has in the folder of frames after `last`, the point cache, and, where there were such frames, what
-/// else is made of all: the report, sheets and turntables. Checkpoints stay. Throws FileError.
+/// Removes what a run has in the folder of frames after `last`, the point cache, and, where there were such frames,
+/// what else is made of all: the report, sheets and turntables. Checkpoints stay. Throws FileError.
 void removeLaterFrames(const std::filesystem::path& folder, const std::string& sceneName, int last);
 
 }  // namespace vdbfrac::core
