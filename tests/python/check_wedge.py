@@ -119,7 +119,7 @@ def check_killed(top):
     runs = []
     for _ in range(2000):
         runs = Path(f"/proc/{begun.pid}/task/{begun.pid}/children").read_text().split()
-        if len(runs) == 2 and all((folder / name / "obj").exists() for name in ("0000", "0001")):
+        if len(runs) == 2 and all(list((folder / name).glob("obj/*.obj")) for name in ("0000", "0001")):
             break
         time.sleep(.01)
     begun.kill()
