@@ -52,7 +52,7 @@ void requireSaneSize(const tetmesh::SurfaceReport& surface, const std::string& f
                           "check its units"});
 }
 
-/// Orienting and cutting a face into triangles take the square of its corners.
+/// Not too many corners either: orienting and cutting a face into triangles take the square of their number.
 void requireSoundFaces(const tetmesh::PolygonSoup& soup, const std::string& file)
 {
     for (std::size_t i = 0; i < soup.polygons.size(); ++i) {

@@ -5,6 +5,7 @@
 #include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/base/hash.h>
+#include <vdbfrac/base/number_text.h>
 #include <vdbfrac/core/run_folder.h>
 #include <vdbfrac/grid/vdb_file.h>
 #include <vdbfrac/lab/machine/memory.h>
@@ -78,23 +79,7 @@ bool areWhole(const Json& files, const fs::path& folder, bool verify, Json& flaw
     return whole;
 }
 
-std::string rangeText(std::int64_t first, std::int64_t last)
-{
-    return std::to_string(first) + (last > first ? "-" + std::to_string(last) : "");
-}
-
-/// "1-3, 5" of rising numbers.
-std::string ranges(const std::vector<int>& numbers)
-{
-    std::string text;
-    for (std::size_t i = 0; i < numbers.size();) {
-        std::size_t last = i;
-        while (last + 1 < numbers.size() && numbers[last + 1] == numbers[last] + 1) ++last;
-        text += (text.empty() ? "" : ", ") + rangeText(numbers[i], numbers[last]);
-        i = last + 1;
-    }
-    return text.empty() ? "none" : text;
-}
+std::string orNone(const std::string& text) { return text.empty() ? "none" : text; }
 
 /// Looks at the files of all frames; adds which are there, flawed or not written, of those that were asked for, and
 /// "flaws".
@@ -116,9 +101,9 @@ void addFrames(const Json& manifest, const fs::path& folder, bool verify, RunInf
     }
     skipTo(last + 1);
     if (manifest.contains("point_cache")) areWhole(manifest.at("point_cache"), folder, verify, flaws);
-    info.json["frames"] = ranges(whole);
-    info.json["frames_with_flaws"] = ranges(broken);
-    info.json["frames_missing"] = missing.empty() ? "none" : missing;
+    info.json["frames"] = orNone(rangesText(whole, ", "));
+    info.json["frames_with_flaws"] = orNone(rangesText(broken, ", "));
+    info.json["frames_missing"] = orNone(missing);
     info.sound = flaws.empty();
     if (!flaws.empty()) info.json["flaws"] = flaws;
 }

@@ -57,7 +57,7 @@ double sizeOf(const scene::Scene& scene, const core::SceneEstimate& estimate)
 
 }  // namespace
 
-void askFor(farm::SlurmJob& job, const SlurmOptions& options, const std::vector<const scene::Scene*>& scenes)
+double askFor(farm::SlurmJob& job, const SlurmOptions& options, const std::vector<const scene::Scene*>& scenes)
 {
     // A quarter more than is estimated, and what pages and pictures take.
     constexpr double kMiB = 1024 * 1024, kMore = 1.25, kPictures = 256 * kMiB;
@@ -70,16 +70,17 @@ void askFor(farm::SlurmJob& job, const SlurmOptions& options, const std::vector<
         if (!longest || sizeOf(*scene, own) > sizeOf(*longest, estimate)) longest = scene, estimate = std::move(own);
     }
     job.bytes = std::uint64_t(options.memory > 0 ? options.memory * kMiB : kMore * bytes + kPictures);
-    job.forecast = longest ? forecastOf(*longest, estimate, job.threads) : 0;
-    job.seconds = !options.time.empty() ? parseDuration("--time", options.time) : timeToAskFor(job.forecast);
-    askForLast(job, 0, 1);
+    const double forecast = longest ? forecastOf(*longest, estimate, job.threads) : 0;
+    job.seconds = !options.time.empty() ? parseDuration("--time", options.time) : timeToAskFor(forecast);
+    askForLast(job, forecast, 1);
     job.more = options.sbatch;
+    return forecast;
 }
 
-void askForLast(farm::SlurmJob& job, double runs, int sideBySide)
+void askForLast(farm::SlurmJob& job, double forecast, int sideBySide)
 {
     job.last.bytes = std::uint64_t(sideBySide) * job.bytes;
-    job.last.seconds = timeToAskFor(job.forecast * (1 + runs));
+    job.last.seconds = timeToAskFor(forecast);
 }
 
 }  // namespace vdbfrac::cli

@@ -22,10 +22,9 @@ struct SlurmOptions {
 void addSlurmOptions(CLI::App& command, CLI::App& how, SlurmOptions& options);
 
 /// Fills in memory, wall time and the options that are passed on: what the largest of the tasks' scenes takes, by its
-/// estimate, and by a forecast of the longest, which takes some seconds.
-void askFor(farm::SlurmJob& job, const SlurmOptions& options, const std::vector<const scene::Scene*>& scenes);
-/// The same of what is done when they have ended: `runs` more runs one after another, of which some may be repeated
-/// side by side.
-void askForLast(farm::SlurmJob& job, double runs, int sideBySide);
+/// estimate, and by a forecast of the longest, which takes some seconds and is returned [s]; 0 where there is none.
+double askFor(farm::SlurmJob& job, const SlurmOptions& options, const std::vector<const scene::Scene*>& scenes);
+/// Memory and wall time of what is done when the tasks have ended and takes `forecast` [s]; 0: there is none.
+void askForLast(farm::SlurmJob& job, double forecast, int sideBySide);
 
 }  // namespace vdbfrac::cli

@@ -2,6 +2,7 @@
 
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/cli/commands.h>
+#include <vdbfrac/lab/machine/process.h>
 
 #include <array>
 #include <charconv>
@@ -17,8 +18,7 @@ namespace vdbfrac::cli {
 
 namespace {
 
-// What queues of other kinds than Slurm send before they kill, and a terminal that is closed, too.
-constexpr std::array kSignals = {SIGINT, SIGTERM, SIGUSR1, SIGUSR2, SIGHUP, SIGXCPU};
+constexpr const auto& kSignals = lab::kStopSignals;
 constexpr std::array kNames = {"SIGINT", "SIGTERM", "SIGUSR1", "SIGUSR2", "SIGHUP", "SIGXCPU"};
 static_assert(kSignals.size() == kNames.size());
 constexpr int kExitInterrupted = 128 + SIGINT;

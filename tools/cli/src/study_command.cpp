@@ -46,7 +46,6 @@ struct StudyOptions {
     SlurmOptions slurm;
     int threads = 0, rounds = -1, run = -1, round = 0, parent = 0;
     bool threadsPerRun = false;
-    std::string timeLimitText;
     double timeLimit = 0;  // s; 0: none
     double maxMemory = 0;  // GiB; 0: 80 % of what is available
 };
@@ -167,10 +166,11 @@ int runOnSlurm(StudyOptions o, const study::Study& plan)
     std::vector<const scene::Scene*> scenes;
     for (const study::Run& run : plan.runs)
         if (run.scene) scenes.push_back(&*run.scene);
-    askFor(job, o.slurm, scenes);
-    // The last job times the runs one after another, each on one thread where it has not all of them.
+    const double forecast = askFor(job, o.slurm, scenes);
+    // The last job repeats failed runs side by side, then times all one after another, each on one thread where it has
+    // not all of them.
     const int slower = o.threadsPerRun ? 1 : job.threads;
-    askForLast(job, double(plan.runs.size()) * plan.spec.rounds * slower, job.threads);
+    askForLast(job, forecast * (1 + double(plan.runs.size()) * plan.spec.rounds * slower), job.threads);
     const std::string number = farm::submit(job);
     std::printf("job %s: %zu tasks; logs in %s/logs, table and plots in %s when all have ended\n", number.c_str(),
                 job.tasks.size(), o.folder.c_str(), o.folder.c_str());
@@ -238,7 +238,10 @@ Action addStudy(CLI::App& app)
     addThreads(*c, o->threads, "Threads in all (default: all cores); with --run, of the run (default: 1)");
     c->add_flag("--threads-per-run", o->threadsPerRun,
                 "One run at a time, on all threads; else side by side on one thread each");
-    c->add_option("--time-limit", o->timeLimitText, "How long a run may take, in seconds or as 10m")->type_name("TIME");
+    c->add_option_function<std::string>(
+         "--time-limit", [o](const std::string& text) { o->timeLimit = timeLimitOf(text); },
+         "How long a run may take, in seconds or as 10m")
+        ->type_name("TIME");
     addMaxMemory(*c, o->maxMemory, "a run");
     addSlurmOptions(*c, *c, o->slurm);
     c->add_option("--run", o->run, "Only this run, in this process: writes runs/K.json")
@@ -249,7 +252,6 @@ Action addStudy(CLI::App& app)
     addCommonOptions(*c, o->common);
     return [o] {
         if (o->parent > 0) lab::endWithParent(o->parent);
-        if (!o->timeLimitText.empty()) o->timeLimit = timeLimitOf(o->timeLimitText);
         o->plan.program = programFingerprint();
         study::Study plan = study::makePlan(o->plan);
         if (o->folder.empty()) o->folder = "study_" + plan.name;

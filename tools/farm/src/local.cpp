@@ -7,7 +7,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <csignal>
 #include <map>
@@ -42,8 +41,8 @@ std::string lastLine(const fs::path& log)
 int stopCode(int code, bool isAsked)
 {
     constexpr int kBySignal = 128;
-    constexpr std::array kSignals = {SIGINT, SIGTERM, SIGUSR1, SIGUSR2, SIGHUP, SIGXCPU};
-    const bool isBySignal = std::find(kSignals.begin(), kSignals.end(), code - kBySignal) != kSignals.end();
+    const auto& signals = lab::kStopSignals;
+    const bool isBySignal = std::find(signals.begin(), signals.end(), code - kBySignal) != signals.end();
     return isAsked && isBySignal ? kStopped : code;
 }
 

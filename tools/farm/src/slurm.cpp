@@ -2,6 +2,7 @@
 
 #include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
+#include <vdbfrac/base/number_text.h>
 #include <vdbfrac/lab/machine/process.h>
 
 #include <fmt/format.h>
@@ -45,19 +46,6 @@ std::string literalPath(const fs::path& path)
     return text;
 }
 
-/// "0-5,8" of rising numbers.
-std::string ranges(const std::vector<std::size_t>& numbers)
-{
-    std::string text;
-    for (std::size_t i = 0, last; i < numbers.size(); i = last + 1) {
-        last = i;
-        while (last + 1 < numbers.size() && numbers[last + 1] == numbers[last] + 1) ++last;
-        text += (i > 0 ? "," : "") + std::to_string(numbers[i]);
-        if (last > i) text += "-" + std::to_string(numbers[last]);
-    }
-    return text;
-}
-
 std::string resources(int threads, std::uint64_t bytes, double seconds)
 {
     constexpr double kMiB = 1024 * 1024;
@@ -94,7 +82,7 @@ std::string submitScript(const fs::path& script, const std::vector<std::string>&
 
 std::string arrayScript(const SlurmJob& job)
 {
-    std::string own = "#SBATCH --array=" + ranges(job.tasks) + "\n";
+    std::string own = "#SBATCH --array=" + rangesText(job.tasks, ",") + "\n";
     own += resources(job.threads, job.bytes, job.seconds) + "#SBATCH --requeue\n";
     if (job.goesOn) own += fmt::format("#SBATCH --signal=B:USR1@{}\n", job.warning);
     return directives(job, "%a.slurm.log", own) + line(job.command) + " \"$SLURM_ARRAY_TASK_ID\"\n";

@@ -85,9 +85,8 @@ std::string nameOf(std::size_t number) { return fmt::format("{:04}", number); }
 
 /// Takes runs that the folder has as they are named there, and numbers the others behind them. False where one of the
 /// folder's is not planned, or would be simulated with another scene.
-bool takeUp(const fs::path& folder, WedgePlan& plan)
+bool takeUp(const Wedge& there, const fs::path& folder, WedgePlan& plan)
 {
-    const Wedge there = readWedge(folder);
     if (there.name != plan.wedge.name || there.keys != plan.wedge.keys) return false;
     WedgePlan all{{there.name, there.keys, there.runs}, {}};
     std::vector<bool> isThere(plan.scenes.size(), false);
@@ -116,11 +115,11 @@ std::size_t runsThere(const fs::path& folder, WedgePlan& plan)
     if (!fs::exists(folder / "wedge.json"))
         throw InputError(
             {folder.string(), "is not empty and holds no wedge", "a new folder, or that of this wedge", ""});
-    const std::size_t count = readWedge(folder).runs.size();
-    if (!takeUp(folder, plan))
+    const Wedge there = readWedge(folder);
+    if (!takeUp(there, folder, plan))
         throw InputError({folder.string(), "holds another wedge: other values, or another scene", "a new folder",
                           "values can be added to a wedge; it keeps its scene as it was when it was made"});
-    return count;
+    return there.runs.size();
 }
 
 }  // namespace

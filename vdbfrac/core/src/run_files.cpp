@@ -95,11 +95,13 @@ bool matches(std::string_view pattern, std::string_view path)
     return std::all_of(number.begin(), number.end(), isDigit);
 }
 
-std::vector<std::string> filesOfEarlierRun(const fs::path& folder)
+std::vector<std::string> filesOfEarlierRun(const fs::path& folder, const std::vector<std::string>& ifLost)
 {
     const char* const kOther = "it is not empty, and no run of this program; use another folder";
-    if (!fs::exists(folder / kManifest)) throw FileError(folder.string(), std::string("holds no run.json: ") + kOther);
-    const auto manifest = manifestOf(folder);
+    const bool isThere = fs::exists(folder / kManifest);
+    if (!isThere && ifLost.empty()) throw FileError(folder.string(), std::string("holds no run.json: ") + kOther);
+    const auto manifest = isThere ? manifestOf(folder) : nlohmann::json();
+    if (!manifest.is_object() && !ifLost.empty()) return ifLost;
     const auto creator = manifest.is_object() ? manifest.value("creator", nlohmann::json()) : nlohmann::json();
     if (!creator.is_string() || !creator.get_ref<const std::string&>().starts_with("vdbfrac "))
         throw FileError((folder / kManifest).string(), std::string("is not the manifest of a run: ") + kOther);
@@ -112,17 +114,16 @@ std::vector<std::string> filesOfEarlierRun(const fs::path& folder)
     return patterns;
 }
 
-bool hasManifest(const fs::path& folder) { return fs::exists(folder / kManifest) && manifestOf(folder).is_object(); }
-
 bool hasFrames(const fs::path& folder)
 {
     const auto manifest = manifestOf(folder);
     return manifest.is_object() && !manifest.value("frames", nlohmann::json::array()).empty();
 }
 
-bool keepsCheckpoints(const fs::path& folder)
+bool mayKeepCheckpoints(const fs::path& folder)
 {
-    return hasManifest(folder) && manifestOf(folder).value("keeps_checkpoints", nlohmann::json(false)) == true;
+    const auto manifest = fs::exists(folder / kManifest) ? manifestOf(folder) : nlohmann::json();
+    return !manifest.is_object() || manifest.value("keeps_checkpoints", nlohmann::json(false)) == true;
 }
 
 void requireApart(const fs::path& folder, const std::vector<std::string>& patterns, const std::vector<fs::path>& inputs,
@@ -165,8 +166,8 @@ void removeLaterFrames(const fs::path& folder, const std::string& sceneName, int
             isAnyGone = isAnyGone || isLater;
         }
     }
-    for (const fs::path& file : ofAll)
-        if (isAnyGone) removeFile(file);
+    if (!isAnyGone) return;
+    for (const fs::path& file : ofAll) removeFile(file);
 }
 
 }  // namespace vdbfrac::core

@@ -22,17 +22,14 @@ std::vector<std::string> runFiles(const std::string& sceneName);
 bool matches(std::string_view pattern, std::string_view path);
 
 /// The patterns that the manifest of an earlier run lists. Throws FileError for a folder without a manifest of this
-/// program.
-std::vector<std::string> filesOfEarlierRun(const std::filesystem::path& folder);
-
-/// Is there a manifest that can be read?
-bool hasManifest(const std::filesystem::path& folder);
+/// program; where it is lost, missing or no JSON, returns `ifLost` instead if that is not empty.
+std::vector<std::string> filesOfEarlierRun(const std::filesystem::path& folder, const std::vector<std::string>& ifLost);
 
 /// Does its manifest list frames?
 bool hasFrames(const std::filesystem::path& folder);
 
-/// Did that run keep all its checkpoints?
-bool keepsCheckpoints(const std::filesystem::path& folder);
+/// Did that run keep all its checkpoints? Where the manifest is lost, it may have.
+bool mayKeepCheckpoints(const std::filesystem::path& folder);
 
 /// Throws InputError when one of `inputs` is among the files that the patterns stand for. `what`: what would become of
 /// it.

@@ -70,8 +70,9 @@ FolderLock prepare(const fs::path& folder, const scene::Scene& scene, ExistingRu
             folder.string(),
             "is not empty; use --resume to go on with an earlier run, --overwrite to replace it, or another folder");
     // A manifest that was lost is made again from the checkpoints, by whoever goes on.
-    const bool isLost = existing == ExistingRun::keep && !hasManifest(folder) && !checkpointsIn(folder).empty();
-    const std::vector<std::string> before = isLost ? runFiles(scene.name) : filesOfEarlierRun(folder);
+    const bool mayBeLost = existing == ExistingRun::keep && !checkpointsIn(folder).empty();
+    const std::vector<std::string> before =
+        filesOfEarlierRun(folder, mayBeLost ? runFiles(scene.name) : std::vector<std::string>());
     std::vector<fs::path> inputs = inputsOf(scene);
     const fs::path own = folder / "scene.toml";
     // Is left as it is.
@@ -262,7 +263,7 @@ bool RunFolder::resume(Simulation& simulation, const Resume& how, std::vector<st
     if (!found) return false;
     goOn(simulation, how, *found, notes);
     noteLostFiles(folder_, found->records.frames, notes);
-    if (!hasManifest(folder_) || keepsCheckpoints(folder_)) keepCheckpoints();  // what is lost may have said so
+    if (mayKeepCheckpoints(folder_)) keepCheckpoints();
     open();
     writer_->goOnFrom(found->file.filename(), std::move(found->records));
     if (how.mayBranch) writer_->removeLaterFrames();

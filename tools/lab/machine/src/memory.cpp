@@ -18,13 +18,13 @@ namespace fs = std::filesystem;
 
 constexpr std::uint64_t kUnlimited = std::numeric_limits<std::uint64_t>::max();
 
-/// The number behind a word in a file of words and numbers, times `unit`.
-std::optional<std::uint64_t> numberBehind(const fs::path& file, const std::string& word, std::uint64_t unit)
+/// The number behind a word in a file of words and numbers.
+std::optional<std::uint64_t> numberBehind(const fs::path& file, const std::string& word)
 {
     std::ifstream in(file);
     std::string key, rest;
     for (std::uint64_t value = 0; in >> key >> value; std::getline(in, rest))
-        if (key == word) return value * unit;
+        if (key == word) return value;
     return {};
 }
 
@@ -54,7 +54,7 @@ std::uint64_t leftInGroups(const fs::path& mount, const std::string& group, cons
         const fs::path folder = mount / path;
         if (const auto limit = numberIn(folder / files.limit)) {
             const std::uint64_t usage = numberIn(folder / files.usage).value_or(0),
-                                cache = numberBehind(folder / "memory.stat", files.cache, 1).value_or(0),
+                                cache = numberBehind(folder / "memory.stat", files.cache).value_or(0),
                                 used = usage - std::min(usage, cache);
             left = std::min(left, *limit - std::min(*limit, used));
         }
@@ -68,7 +68,8 @@ std::uint64_t leftInGroups(const fs::path& mount, const std::string& group, cons
 std::uint64_t availableMemory(const fs::path& root)
 {
     constexpr std::uint64_t kKiB = 1024;
-    std::uint64_t left = numberBehind(root / "proc/meminfo", "MemAvailable:", kKiB).value_or(kUnlimited);
+    const auto available = numberBehind(root / "proc/meminfo", "MemAvailable:");
+    std::uint64_t left = available ? *available * kKiB : kUnlimited;
     std::ifstream groups(root / "proc/self/cgroup");  // lines as "4:cpu,memory:/a/b", of version 2 "0::/a/b"
     for (std::string line; std::getline(groups, line);) {
         const std::size_t first = line.find(':'), second = line.find(':', first + 1);

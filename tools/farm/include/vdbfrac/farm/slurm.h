@@ -17,7 +17,6 @@ struct SlurmJob {
     int threads = 1;                      ///< of a task
     std::uint64_t bytes = 0;              ///< of memory of a task; 0: the cluster's
     double seconds = 0;                   ///< wall time of a task; 0: the cluster's
-    double forecast = 0;                  ///< s: of the longest task
     bool goesOn = true;                   ///< a task is told to stop before that, and queued again
     int warning = 60;                     ///< s before it, in which a checkpoint is written
     struct {

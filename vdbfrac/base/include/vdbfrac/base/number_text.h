@@ -1,11 +1,29 @@
 // Numbers as people write them, whatever the locale of the program.
 #pragma once
 
+#include <cstddef>
 #include <string>
+#include <vector>
 
 namespace vdbfrac {
 
 /// With so many digits that count: "0.05", "1.2e-07".
 std::string shortNumber(double value, int digits = 6);
+
+/// "5", or "5-8".
+std::string rangeText(long long first, long long last);
+
+/// "1-3, 5" of rising whole numbers; `between` the ranges.
+template <class Number>
+std::string rangesText(const std::vector<Number>& numbers, const char* between)
+{
+    std::string text;
+    for (std::size_t i = 0, last; i < numbers.size(); i = last + 1) {
+        last = i;
+        while (last + 1 < numbers.size() && numbers[last + 1] == numbers[last] + 1) ++last;
+        text += (i > 0 ? between : "") + rangeText((long long)numbers[i], (long long)numbers[last]);
+    }
+    return text;
+}
 
 }  // namespace vdbfrac

@@ -1,6 +1,8 @@
 // Programs that are started beside this one.
 #pragma once
 
+#include <array>
+#include <csignal>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -16,6 +18,9 @@ std::filesystem::path ownProgram();
 /// `log`, which is emptied, or extended where `append` is set; without one to where this program's goes. Throws
 /// FileError.
 pid_t startProgram(const std::vector<std::string>& command, const std::filesystem::path& log = {}, bool append = false);
+
+/// Signals that ask a run to stop: of users, of queues before they kill, of a terminal that is closed.
+inline constexpr std::array kStopSignals = {SIGINT, SIGTERM, SIGUSR1, SIGUSR2, SIGHUP, SIGXCPU};
 
 /// Ends this process with SIGTERM when the one that started it ends, which may have happened already.
 void endWithParent(pid_t parent);
