@@ -89,7 +89,6 @@ ElasticOperator::ElasticOperator(std::span<const ElementSet> sets, std::size_t n
     for (int thread = 0; thread < threadSlots(); ++thread) {
         d.in.emplace_back(3 * d.p.largestStride);
         d.out.emplace_back(kDiagonalRows * d.p.largestStride);
-        d.psi.emplace_back();
     }
     for (const ElementSet& set : sets) d.elements += set.elements.size();
 }
@@ -115,6 +114,7 @@ void ElasticOperator::setAsleep(std::span<const std::uint8_t> nodes)
     const std::vector<std::uint8_t> before = std::move(d.asleep);
     d.asleep.clear();
     d.tetsAsleep = 0;
+    d.psiAt.clear();
     if (nodes.empty()) return;
     d.asleep.resize(d.p.patches.size());
     d.energyAsleep.resize(d.p.patches.size());
@@ -129,6 +129,12 @@ void ElasticOperator::setAsleep(std::span<const std::uint8_t> nodes)
         if (asleep) d.tetsAsleep += patch.tets;
         if (before.empty() || !before[i]) d.energyAsleep[i] = std::numeric_limits<double>::quiet_NaN();
     }
+}
+
+void ElasticOperator::keepDensities()
+{
+    data_->keepsDensities = true;
+    data_->psi.resize(data_->p.batches.size() * tetmesh::kMaxTets * kLanes);
 }
 
 bool ElasticOperator::hasAsleep() const { return data_->tetsAsleep > 0; }
@@ -161,8 +167,13 @@ double ElasticOperator::evaluate(std::span<const Vec3> x, std::span<Vec3> gradie
         tangent->ofCells_ = false;
         tangent->share_ = share;
     }
+    if (d.keepsDensities) {
+        d.psiAt.resize(x.size());
+        eachNode<double>(x.size(), [&](std::size_t n) { d.psiAt[n] = x[n]; });
+    }
     std::atomic<std::int64_t> robust = 0;
-    d.eachPatch(x, tangent, [&](std::size_t i, const PatchData& patch, const double* in, double* out) {
+    d.eachPatch(x, tangent, [&](std::size_t i, PatchData patch, const double* in, double* out) {
+        if (d.keepsDensities) patch.psi = d.psiOf(i);
         const KernelResult r = kernel().evaluate(patch, kRobust, in, out);
         d.patchEnergy[i] = r.energy;
         if (r.robustTets) robust += r.robustTets;
@@ -174,35 +185,44 @@ double ElasticOperator::evaluate(std::span<const Vec3> x, std::span<Vec3> gradie
     return d.totalEnergy() + d.asleepEnergy(x);
 }
 
+/// Of the patches that are left out too, with `all`.
+void ElasticOperator::Data::makeDensities(std::span<const Vec3> x, bool all) const
+{
+    psi.resize(p.batches.size() * tetmesh::kMaxTets * kLanes);
+    eachPatch(x, nullptr, all, [&](std::size_t i, PatchData patch, const double* in, double* out) {
+        patch.psi = psiOf(i);
+        (void)kernel().evaluate(patch, kRobust, in, out);
+    });
+    psiAt.clear();
+    work.evaluations += 1;
+    work.evaluatedTets += all ? p.tets : tetsAwake();
+}
+
 void ElasticOperator::energyDensities(std::span<const Vec3> x, std::vector<double>& density, bool all) const
 {
     const Data& d = *data_;
     constexpr std::size_t kTets = tetmesh::kMaxTets;
+    const bool areKept = std::ranges::equal(d.psiAt, x) && !(all && hasAsleep());
+    if (!areKept) d.makeDensities(x, all);
     density.resize(d.elements * kTets);
-    d.eachPatch(x, nullptr, all, [&](std::size_t i, PatchData patch, const double* in, double* out) {
+    parallelChunks(d.p.patches.size(), 1, [&](std::size_t i, std::size_t) {
         const Patch& range = d.p.patches[i];
-        std::vector<double>& psi = d.psi[std::size_t(threadSlot())];
-        psi.resize(std::max(psi.size(), range.batches * kTets * kLanes));
-        patch.psi = psi.data();
-        (void)kernel().evaluate(patch, kRobust, in, out);
+        const bool isLeftOut = !all && d.isAsleep(i);
+        const double* const psi = d.psiOf(i);
         for (std::size_t e = range.firstElement; e < range.firstElement + range.elements; ++e) {
             const std::size_t batch = d.p.laneOfElement[e] / kLanes, lane = d.p.laneOfElement[e] % kLanes;
+            const std::size_t tets = isLeftOut ? 0 : d.p.tetsOf(batch);
             for (std::size_t t = 0; t < kTets; ++t)
-                density[e * kTets + t] = t < d.p.tetsOf(batch) && d.volumeShare(batch, t, lane) > 0
+                density[e * kTets + t] = t < tets && d.volumeShare(batch, t, lane) > 0
                                              ? psi[((batch - range.firstBatch) * kTets + t) * kLanes + lane]
                                              : 0;
         }
     });
-    for (std::size_t i = 0; i < d.p.patches.size() && !all; ++i)
-        if (const Patch& patch = d.p.patches[i]; d.isAsleep(i))
-            std::fill_n(density.begin() + std::ptrdiff_t(patch.firstElement * kTets), patch.elements * kTets, 0.);
     std::size_t entry = 0;  // what the kernel has is over the stiffness
     for (const ElementSet& set : d.sets) {
         for (std::size_t i = 0; i < set.stiffness.size(); ++i) density[entry + i] *= double(set.stiffness[i]);
         entry += set.elements.size() * kTets;
     }
-    d.work.evaluations += 1;
-    d.work.evaluatedTets += all ? d.p.tets : d.tetsAwake();
 }
 
 /// Energy of the patches that are left out [J]; it is found once.
