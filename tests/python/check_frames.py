@@ -11,6 +11,7 @@ import shutil
 import subprocess
 import sys
 import tomllib
+from collections import Counter
 from pathlib import Path
 
 import meshio
@@ -166,6 +167,21 @@ def check_obj(path, frame):
     return set(fragments)
 
 
+def check_closed(path):
+    """Each fragment is closed: along every edge of it as many faces run one way as the other."""
+    edges = Counter()
+    fragment = None
+    for line in path.read_text().splitlines():
+        key, *words = line.split()
+        if key == "o":
+            fragment = words[0]
+        elif key == "f":
+            corners = [word.split("/")[0] for word in words]
+            edges.update((fragment, a, b) for a, b in zip(corners, corners[1:] + corners[:1]))
+    gaps = sum(n != edges[name, b, a] for (name, a, b), n in list(edges.items()))
+    require(gaps == 0, f"{path}: {gaps} edges at which a fragment is open")
+
+
 def check_ply(path, scene):
     """As docs/output.md has it. Where there is an .obj of the frame, vertex k is its point k. Returns the fragments."""
     names, table, faces, body = read_ply(path)
@@ -229,7 +245,7 @@ def check_run(folder):
     check_numbers(scene, run)
     known = {fragment["id"] for fragment in run["fragments"]}
     vdbs = objs = 0
-    last_vdb = None
+    last_vdb = last_obj = None
     for frame in run["frames"]:
         frame["all_gone"] = run["volume"] == 0  # by the end of the run: then a frame may be without material
         for entry in frame["files"]:
@@ -240,10 +256,13 @@ def check_run(folder):
             elif path.suffix != ".motion":
                 fragments = check_ply(path, scene) if path.suffix == ".ply" else check_obj(path, frame)
                 require(fragments <= known, f"{path}: fragments {sorted(fragments - known)} are not in run.json")
-                objs += path.suffix == ".obj"
+                if path.suffix == ".obj":
+                    objs, last_obj = objs + 1, path
     expected = len(run["frames"])
     require(vdbs == (expected if scene["output"]["vdb"] else 0), f"{vdbs} .vdb frames of {expected}")
     require(objs == (expected if scene["output"]["obj"] else 0), f"{objs} .obj frames of {expected}")
+    if last_obj:
+        check_closed(last_obj)
     if last_vdb:
         check_with_vdb_print(last_vdb, scene)
     return f"{vdbs} .vdb and {objs} .obj frames are sound"

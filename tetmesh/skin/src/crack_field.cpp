@@ -29,6 +29,7 @@ using Sides = std::vector<std::pair<Coord, Coord>>;
 
 constexpr double kFar = 3;          // voxels: nothing is known of cracks that are farther
 constexpr double kNear = 1.5;       // voxels from a crack that its surface may need the values of
+constexpr double kBeside = 0.5;     // voxels from a crack within which c tells which node is nearer
 constexpr double kTorn = 1e-3;      // voxels: by rounding it may rise as much
 constexpr double kOpened = 0.05;    // voxels: c of a node that has to be open
 constexpr double kSmoothed = 0.25;  // share of the neighbours: half of it makes a crack of two voxels a third thinner
@@ -47,17 +48,19 @@ void forOffsets(int reach, const Visit& visit)
 
 class Extension {
 public:
-    Extension(const Field& rest, const Field& now, double dx, const FragmentAt& fragment)
+    Extension(const Field& rest, const Field& now, double dx, const FragmentAt& fragment,
+              std::span<const Coord> between)
         : rest_(rest),
           now_(now),
           dx_(dx),
           fragment_(fragment),
+          between_(between),
           raised_(rest.lower(), rest.upper(), kNotRaised, kNotRaised),
           c_(rest.lower(), rest.upper(), float(-kFar * dx), float(-kFar * dx))
     {
     }
 
-    CrackField run(std::span<const Coord> between)
+    CrackField run()
     {
         const std::vector<Coord> known = raisedNodes();
         for (Coord n : known) raised_.set(n, now_(n)), c_.set(n, now_(n));
@@ -65,7 +68,7 @@ public:
         smooth(near_, [&](Coord n, double smooth) { return settled(n, smooth); });
         if (fragment_) openBetweenFragments();
         const std::vector<Coord> outside = carryOutside();
-        Sides side = keepApart(bareNodes(outside, between));
+        Sides side = keepApart(bareNodes(outside));
         smooth(outside, [&](Coord n, double smooth) { return (smooth > 0) == (c_(n) > 0) ? off(smooth) : c_(n); });
         return {std::move(c_), std::move(side)};
     }
@@ -173,11 +176,11 @@ private:
     }
     /// Nodes near cracks that have no material and are in no crack: those outside, and those under the skin whose phi
     /// rose past 0 by too little to tell a crack by, near one or not; and those between parts.
-    std::vector<Coord> bareNodes(std::vector<Coord> nodes, std::span<const Coord> between) const
+    std::vector<Coord> bareNodes(std::vector<Coord> nodes) const
     {
         for (Coord n : near_)
             if (isBare(n)) nodes.push_back(n);
-        nodes.insert(nodes.end(), between.begin(), between.end());
+        nodes.insert(nodes.end(), between_.begin(), between_.end());
         const std::vector<Coord> lost = tetmesh::nodesWhere(
             now_, [&](Coord n) { return isInside(n) && !isBelow(now_(n)) && !(c_(n) > float(-kFar * dx_)); });
         for (Coord n : tetmesh::nodesAround(lost, kReach))
@@ -281,21 +284,19 @@ private:
             if (blocks.contains(blockOf(nodes[i]))) near.push_back(i);
         return near;
     }
-    /// Nodes between material that is apart, those nearest to a crack first.
+    /// Nodes between material that is apart: those nearest to a crack first, then, where none is near, as in a slit
+    /// behind its front, those farthest from the skin, which opening them cuts only where it goes round several parts.
     std::vector<Coord> bridgesOf(const std::vector<Coord>& bare, std::span<const std::uint32_t> which,
                                  const Sides& side) const
     {
-        std::vector<std::uint8_t> bridges(which.size());
-        parallelChunks(which.size(), kChunk / 16, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) {
-                const Coord n = bare[which[i]];
-                bridges[i] = !(c_(n) > 0) && isBridge(n, side);
-            }
-        });
         std::vector<Coord> nodes;
-        for (std::size_t i = 0; i < which.size(); ++i)
-            if (bridges[i]) nodes.push_back(bare[which[i]]);
-        std::stable_sort(nodes.begin(), nodes.end(), [&](Coord a, Coord b) { return c_(a) > c_(b); });
+        for (const std::uint32_t i : which) nodes.push_back(bare[i]);
+        keepIf(nodes, [&](Coord n) { return !(c_(n) > 0) && isBridge(n, side); });
+        const auto order = [&](Coord n) {
+            const bool cutsSkin = std::ranges::binary_search(between_, n);
+            return std::pair(std::max<double>(c_(n), -kBeside * dx_), cutsSkin ? 0 : rest_(n));
+        };
+        std::stable_sort(nodes.begin(), nodes.end(), [&](Coord a, Coord b) { return order(a) > order(b); });
         return nodes;
     }
     bool isBridge(Coord n, const Sides& side) const
@@ -381,7 +382,8 @@ private:
     const Field &rest_, &now_;
     double dx_;
     const FragmentAt& fragment_;
-    Field raised_;  // phi of the nodes inside that a crack has raised; kNotRaised elsewhere
+    std::span<const Coord> between_;  // parts that are apart at rest; rising
+    Field raised_;                    // phi of the nodes inside that a crack has raised; kNotRaised elsewhere
     Field c_;
     std::vector<Coord> near_;  // nodes that were given a value
 };
@@ -391,7 +393,7 @@ private:
 CrackField crackField(const Field& rest, const Field& now, double dx, const FragmentAt& fragment,
                       std::span<const Coord> between)
 {
-    return Extension(rest, now, dx, fragment).run(between);
+    return Extension(rest, now, dx, fragment, between).run();
 }
 
 }  // namespace vdbfrac::skin

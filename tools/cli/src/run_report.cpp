@@ -96,6 +96,17 @@ std::string squeezeText(const std::vector<core::FrameRecord>& frames)
         least->frame, 100 * least->squeeze);
 }
 
+/// Surfaces that renderers would show torn up.
+std::string drawnText(const Ledger& work)
+{
+    const std::int64_t bridges = work.countOf("draw", "bridges"), gaps = work.countOf("draw", "defects");
+    if (bridges + gaps == 0) return "";
+    return fmt::format(
+        "drawn: over all frames {} faces join two fragments, and surfaces have {} gaps; look at them, "
+        "a smaller grid.voxel_size may help\n",
+        bridges, gaps);
+}
+
 std::string pointText(const Vec3& p) { return fmt::format("({:.4g}, {:.4g}, {:.4g})", p.x(), p.y(), p.z()); }
 
 Bounds boundsOf(const core::Body& body)
@@ -217,7 +228,7 @@ std::string summaryText(const core::Simulation& simulation, const core::RunFolde
                     folder.frames().empty() ? "-" : folder.frames().back().stateHash);
     if (gone > 0)
         text += fmt::format("{} more {} eaten up by cracks\n", gone, gone == 1 ? "fragment was" : "fragments were");
-    text += shortcomings(folder.steps(), work) + squeezeText(folder.frames()) + workTable(work);
+    text += shortcomings(folder.steps(), work) + squeezeText(folder.frames()) + drawnText(work) + workTable(work);
     return text + "\nwritten to " + folder.path().string();
 }
 
