@@ -122,6 +122,9 @@ with tempfile.TemporaryDirectory() as temporary:
         failures.append("--overwrite removed a file that no run wrote")
     if list(out.rglob("*.partial*")):
         failures.append("partial files are left")
+    for frames in ("4294967300", "1-4294967300", "2-3", "1-", "3-1", "1-9x2"):
+        expect(f"no frames are {frames}", ["sim", good, "-o", folder / "none", "-f", frames], 2, "--frames", f"'{frames}'")
+    expect("no frame to go on from", ["sim", good, "-o", out, "--resume=4294967299"], 2, "'4294967299' is not a frame")
     expect("a file in place of the folder", ["sim", good, "-o", foreign, "-f", "1"], 4, "mine.txt")
     expect("grip beside the body", ["sim", good, "-o", folder / "o2", "--set", "grip.0.region.halfspace.offset=9"], 2, "holds nothing", "good.toml:")
     expect("memory limit", ["sim", good, "-o", folder / "o3", "--max-memory", "0.001"], 5, "--max-memory")

@@ -39,6 +39,14 @@ TEST(FrameList, NamesTheMostFramesOfAList)
     }
 }
 
+TEST(FrameList, ReadsOneFrame)
+{
+    EXPECT_EQ(parseFrame("0"), 0);
+    EXPECT_EQ(parseFrame("96"), 96);
+    for (const char* text : {"", "a", "-1", "-0", "4x", " 4", "4294967300"})
+        EXPECT_EQ(parseFrame(text), std::nullopt) << text;
+}
+
 TEST(FrameNames, FillEveryKindOfPlace)
 {
     EXPECT_EQ(frameName("a.####.vdb", 7), "a.0007.vdb");

@@ -94,6 +94,12 @@ std::vector<int> parseFrames(const std::string& text)
     return frames;
 }
 
+std::optional<int> parseFrame(std::string_view text)
+{
+    const std::optional<int> frame = takeNumber(text);
+    return text.empty() ? frame : std::nullopt;
+}
+
 bool isSequence(const std::string& name) { return findPlace(name, 0).length > 0; }
 
 std::string frameName(const std::string& name, int frame)

@@ -12,6 +12,7 @@
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/cli/commands.h>
+#include <vdbfrac/cli/frame_list.h>
 #include <vdbfrac/core/run_folder.h>
 #include <vdbfrac/core/version.h>
 #include <vdbfrac/effects/effects.h>
@@ -23,7 +24,6 @@
 
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <functional>
 #include <limits>
 #include <optional>
@@ -51,27 +51,24 @@ struct SimOptions {
 void limitFrames(scene::Scene& scene, const std::string& text)
 {
     if (text.empty()) return;
-    int first = scene.time.firstFrame, last = 0;
-    char rest = 0;
-    const bool range = std::sscanf(text.c_str(), "%d-%d%c", &first, &last, &rest) == 2;
-    const bool single = !range && std::sscanf(text.c_str(), "%d%c", &last, &rest) == 1;
-    if (single) first = scene.time.firstFrame;
-    if (!(range || single) || first != scene.time.firstFrame || last < first || last > kMaxFrame)
+    const std::size_t dash = text.find('-');
+    const bool isRange = dash != std::string::npos;
+    const std::optional<int> first = isRange ? parseFrame(text.substr(0, dash)) : scene.time.firstFrame,
+                             last = parseFrame(isRange ? text.substr(dash + 1) : text);
+    if (first != scene.time.firstFrame || !last || *last < *first || *last > kMaxFrame)
         throw InputError({"--frames", "'" + text + "' is not a frame range of this scene",
                           std::to_string(scene.time.firstFrame) + "-LAST, or LAST, up to " + std::to_string(kMaxFrame),
                           "a simulation starts at the scene's first frame"});
-    scene.time.lastFrame = last;
+    scene.time.lastFrame = *last;
 }
 
 /// The last frame that a resumed run keeps.
 int lastToKeep(const std::string& resume)
 {
     if (resume == "latest") return std::numeric_limits<int>::max();
-    int frame = 0;
-    char rest = 0;
-    if (std::sscanf(resume.c_str(), "%d%c", &frame, &rest) != 1)
-        throw InputError({"--resume", "'" + resume + "' is not a frame", "--resume, or --resume=FRAME", ""});
-    return frame;
+    const std::optional<int> frame = parseFrame(resume);
+    if (!frame) throw InputError({"--resume", "'" + resume + "' is not a frame", "--resume, or --resume=FRAME", ""});
+    return *frame;
 }
 
 /// What the steps of a run depend on, as text: the scene, but for its last frame and the folders that files lie in.
