@@ -91,6 +91,17 @@ with tempfile.TemporaryDirectory() as temporary:
     expect("grips on all", ["sim", folder / "example.toml", "-o", folder / "held", "-f", "1", "--set", "grip.0.region.halfspace.offset=-1"], 0,
            "'top' holds all of body 'block'", "'top' and 'bottom' both hold")
     shutil.rmtree(folder / "held")
+    for size, says in (("[2, 0.15, 2]", "nowhere more than about 3 lattice cells thick"), ("[2, 0.2, 2]", None), ("[0.25, 0.25, 0.25]", None)):
+        plate = folder / "plate.toml"
+        plate.write_text(f'version = 1\ngrid = {{ voxel_size = 0.05 }}\nmaterial = {{ m = {{ youngs_modulus = 1e5, poisson_ratio = 0.3, density = 1000 }} }}\n'
+                         f'[[body]]\nname = "b"\nmaterial = "m"\nshape = {{ box = {{ size = {size} }} }}\n')
+        said = expect(f"how thin {size} is", ["sim", plate, "-n", "--measure", "0"], 0, says or "")
+        if not says and "thin" in said:
+            failures.append(f"{size} is not thin: {said}")
+    through = "bodies pass through each other where they meet: there is no [contact]"
+    expect("bodies without contact", ["sim", SOURCE / "data/scenes/two_bodies.toml", "-n", "--measure", "0"], 0, through)
+    if through in expect("bodies with contact", ["sim", SOURCE / "data/scenes/press.toml", "-n", "--measure", "0"], 0):
+        failures.append("a scene with contact is told that it has none")
     lost = folder / "lost.toml"
     lost.write_text(re.sub(r"shape = .*", 'shape = { mesh = { file = "lost.obj" } }', SCENE, count=1))
     expect("a lost mesh", ["sim", lost, "-n", "--measure", "0"], 4, "lost.toml:", "body 'block': ", "lost.obj: No such file")

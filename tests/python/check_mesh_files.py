@@ -267,6 +267,8 @@ with tempfile.TemporaryDirectory() as temporary:
     shown = preview(far)
     check("preview 10 km from the origin", shown.returncode == 0 and "contact_sheet.png" in shown.stdout, shown.stderr)
     shown = preview(folder)
+    nowhere = subprocess.run([PROGRAM, "preview", folder / "nowhere"], capture_output=True, text=True)
+    check("preview of nothing", nowhere.returncode == 4 and "nowhere: is not there; give the folder" in nowhere.stderr, nowhere.stderr)
     check("preview of no run", shown.returncode == 4 and "holds no run" in shown.stderr, shown.stderr)
     mesh(run, "-o", folder / "new/a.####.obj", "-f", "1")
     check("the folder of a sequence is made", list((folder / "new").glob("a.*.obj")), "")

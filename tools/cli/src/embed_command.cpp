@@ -11,6 +11,7 @@
 #include <vdbfrac/core/version.h>
 #include <vdbfrac/lab/scenes/prepared_scene.h>
 #include <vdbfrac/lab/study/study_table.h>
+#include <vdbfrac/report/record.h>
 #include <vdbfrac/scene/reader.h>
 #include <vdbfrac/tetmesh/cache_files.h>
 #include <vdbfrac/tetmesh/render_mesh.h>
@@ -59,7 +60,8 @@ struct LastState {
     bool isClosed = false;  // the mesh that is drawn instead of a body's own
 
     LastState(const fs::path& folder, const EmbedOptions& options, std::uint64_t limit)
-        : prepared(scene::readScene(folder / "scene.toml", lab::study::vocabulary()), limit),
+        : prepared(scene::readScene(report::manifestIn(folder).parent_path() / "scene.toml", lab::study::vocabulary()),
+                   limit),
           drawing(prepared.scene, prepared.simulation)
     {
         if (!prepared.scene.output.followsNodes())

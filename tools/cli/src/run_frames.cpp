@@ -2,6 +2,7 @@
 
 #include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
+#include <vdbfrac/report/record.h>
 
 #include <nlohmann/json.hpp>
 
@@ -9,10 +10,7 @@ namespace vdbfrac::cli {
 
 RunFrames readRunFrames(const std::filesystem::path& folder)
 {
-    const std::filesystem::path manifest = folder / "run.json";
-    if (std::filesystem::is_directory(folder) && !std::filesystem::exists(manifest))
-        throw FileError(folder.string(),
-                        "holds no run: it has no run.json; give the folder that 'vdbfrac sim -o' wrote");
+    const std::filesystem::path manifest = report::manifestIn(folder);
     RunFrames run;
     try {
         const auto json = nlohmann::json::parse(readText(manifest));

@@ -9,6 +9,7 @@
 #include <vdbfrac/core/run_folder.h>
 #include <vdbfrac/grid/vdb_file.h>
 #include <vdbfrac/lab/machine/memory.h>
+#include <vdbfrac/report/record.h>
 #include <vdbfrac/tetmesh/obj_file.h>
 
 #include <algorithm>
@@ -131,7 +132,7 @@ void addCheckpoints(const fs::path& folder, bool verify, RunInfo& info)
 
 RunInfo runInfo(const fs::path& folder, bool verify)
 {
-    const fs::path file = folder / "run.json";
+    const fs::path file = report::manifestIn(folder);
     RunInfo info;
     try {
         const Json manifest = Json::parse(readText(file));

@@ -189,6 +189,7 @@ std::string planText(const scene::Scene& scene, const core::SceneEstimate& estim
                     ? fmt::format("  {:<13} on   joins: {}\n", info.table.name, info.stages)
                     : fmt::format("  {:<13} off  no {} in the scene\n", info.table.name, table);
     }
+    for (const std::string& note : effects::notesOfEffects(scene)) text += "note: " + note + "\n";
     if (!simulation)
         return text +
                "note: estimated; what thin parts, overlaps and effects have to say is told when the run begins\n";

@@ -161,7 +161,8 @@ bool Run::takeUp(std::vector<std::string>& notes)
 /// Goes on with an earlier run where that is asked for, and says what runs.
 void Run::begin()
 {
-    std::vector<std::string> notes = simulation_.stages().notes;
+    std::vector<std::string> notes = effects::notesOfEffects(scene_);
+    notes.insert(notes.end(), simulation_.stages().notes.begin(), simulation_.stages().notes.end());
     notes.insert(notes.end(), folder_.notes().begin(), folder_.notes().end());
     const bool resumed = takeUp(notes);
     if (resumed) lastWritten_ += int(folder_.frames().size());

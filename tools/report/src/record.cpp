@@ -80,12 +80,19 @@ std::vector<std::string> Record::named(const std::string& begin, const std::stri
     return names;
 }
 
+fs::path manifestIn(const fs::path& folder)
+{
+    const char* const wrong = !fs::exists(folder)                ? "is not there"
+                              : !fs::is_directory(folder)        ? "is no folder"
+                              : !fs::exists(folder / "run.json") ? "holds no run: it has no run.json"
+                                                                 : nullptr;
+    if (wrong) throw FileError(folder.string(), std::string(wrong) + "; give the folder that 'vdbfrac sim -o' wrote");
+    return folder / "run.json";
+}
+
 Record readRecord(const fs::path& folder)
 {
-    const fs::path manifest = folder / "run.json";
-    if (fs::is_directory(folder) && !fs::exists(manifest))
-        throw FileError(folder.string(),
-                        "holds no run: it has no run.json; give the folder that 'vdbfrac sim -o' wrote");
+    const fs::path manifest = manifestIn(folder);
     Record record{.folder = folder, .manifest = {}, .scene = {}, .columns = {}};
     try {
         record.manifest = Json::parse(readText(manifest));

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace vdbfrac::core {
 
@@ -12,15 +13,35 @@ namespace {
 /// Notes are no measurements.
 std::string rough(double v) { return shortNumber(v, 3); }
 
+/// How thick the material is round a voxel node, along the axis on which it is thinnest [voxels]: what lies between
+/// this node and the deeper one of those beside it, and beyond them.
+double thicknessAt(const tetmesh::NodeField<float>& phi, Coord c, double dx)
+{
+    double thinnest = std::numeric_limits<double>::infinity();
+    for (const Coord axis : {Coord{1, 0, 0}, Coord{0, 1, 0}, Coord{0, 0, 1}}) {
+        const double deeper = std::max(-phi(c + axis), -phi(c - axis));
+        thinnest = std::min(thinnest, 1 + (deeper - double(phi(c))) / dx);
+    }
+    return thinnest;
+}
+
 void noteThinness(const Body& body, double h, std::vector<std::string>& notes)
 {
-    // Cells: a plate this thin, or a rod twice as thick, bends far too stiffly or too softly.
-    constexpr double kThin = 2;
-    // Exact for a plate, half the diameter of a rod.
-    const double thickness = 2 * body.startVolume / body.mesh->surface().cutArea / h;
-    if (thickness < kThin)
-        notes.push_back("body '" + body.name + "' is thin: volume and surface are those of a plate " +
-                        rough(thickness) + " lattice cells thick; bending needs 4");
+    constexpr double kThin = 4, kRounding = .05;  // cells: thinner plates bend far too stiffly or too softly; of them
+    const double dx = body.mesh->voxelSize(), known = body.phi.background() - dx;
+    const tetmesh::NodeField<float>& phi = body.mesh->restPhi();
+    double thickest = 0;
+    bool isDeep = false;  // beyond the band
+    phi.forEachBlock([&](Coord low) {
+        tetmesh::NodeField<float>::forEachNode(low, [&](Coord c) {
+            if (isDeep || !(phi(c) < 0)) return;
+            isDeep = -phi(c) > known;
+            thickest = std::max(thickest, thicknessAt(phi, c, dx) * dx / h);
+        });
+    });
+    if (!isDeep && thickest < kThin - kRounding)
+        notes.push_back("body '" + body.name + "' is thin: nowhere more than about " + rough(thickest) +
+                        " lattice cells thick; bending needs 4");
 }
 
 void noteParts(const Body& body, std::vector<std::string>& notes)

@@ -390,9 +390,10 @@ std::unique_ptr<core::Effect> make(const scene::Values& values, const scene::Sce
 
 EffectInfo contact()
 {
-    return {{"contact", "Bodies and fragments touch each other and themselves.", kContactKeys},
-            "solve, limit on the time step",
-            make};
+    return {.table = {"contact", "Bodies and fragments touch each other and themselves.", kContactKeys},
+            .stages = "solve, limit on the time step",
+            .make = make,
+            .bodiesWithout = "bodies pass through each other where they meet: there is no [contact]"};
 }
 
 }  // namespace vdbfrac::effects

@@ -55,6 +55,14 @@ bool canTear(const scene::Scene& scene)
                        [&](const EffectInfo& info) { return info.tears && isNamed(info, scene); });
 }
 
+std::vector<std::string> notesOfEffects(const scene::Scene& scene)
+{
+    std::vector<std::string> notes;
+    for (const EffectInfo& info : effectList())
+        if (info.bodiesWithout && scene.bodies.size() > 1 && !isNamed(info, scene)) notes.push_back(info.bodiesWithout);
+    return notes;
+}
+
 std::vector<std::unique_ptr<core::Effect>> makeEffects(const scene::Scene& scene)
 {
     std::vector<std::unique_ptr<core::Effect>> effects;

@@ -26,6 +26,9 @@ struct Record {
     std::vector<std::string> named(const std::string& begin, const std::string& end) const;
 };
 
+/// The manifest of the run in a folder. Throws FileError where none is.
+std::filesystem::path manifestIn(const std::filesystem::path& folder);
+
 /// Throws InputError, FileError. A run without steps has columns without values.
 Record readRecord(const std::filesystem::path& folder);
 

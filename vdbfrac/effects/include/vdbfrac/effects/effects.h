@@ -21,6 +21,7 @@ struct EffectInfo {
     std::vector<std::string> fields = {};  ///< that output.vdb can list: the names of its field sources
     /// Where its tables are the scene's own and `table` is but their name: does the scene have any?
     bool (*inScene)(const scene::Scene& scene) = nullptr;
+    const char* bodiesWithout = nullptr;  ///< note for a scene of several bodies that does not name it
 };
 
 /// All effects of this build, in the order in which they join. Empty in a build without effects.
@@ -34,6 +35,9 @@ bool isNamed(const EffectInfo& effect, const scene::Scene& scene);
 
 /// Does the scene name an effect that can take a body apart?
 bool canTear(const scene::Scene& scene);
+
+/// What a scene should know of effects that it does not name: sentences.
+std::vector<std::string> notesOfEffects(const scene::Scene& scene);
 
 /// Makes the effects that the scene names, and no other.
 std::vector<std::unique_ptr<core::Effect>> makeEffects(const scene::Scene& scene);
