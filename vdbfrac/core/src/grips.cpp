@@ -43,13 +43,12 @@ struct MotionBetween {
 
 struct StartVelocity {
     const Vec3& X;
-    Vec3 operator()(const scene::Velocity& move) const { return move.velocity; }
-    Vec3 operator()(const scene::Keys& move) const
-    {
-        constexpr double kShort = 1e-6;  // s: as good as no turn, and far above rounding
-        return (scene::placementAt(move, kShort)(X) - scene::placementAt(move, 0)(X)) / kShort;
-    }
     Vec3 operator()(const scene::Force&) const { return Vec3::Zero(); }
+    template <class Move>
+    Vec3 operator()(const Move& move) const
+    {
+        return scene::velocityAt(move, 0, X);
+    }
 };
 
 /// Distance [m] that a region is away, at least, from all of some points: from their bounding sphere.

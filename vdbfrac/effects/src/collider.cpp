@@ -360,20 +360,18 @@ void Colliders::report(Ledger& work, std::map<std::string, double>& measured)
 /// No sample passes more than half a collider in a step, so none comes out on the other side.
 double Colliders::largestStep(const solver::State& state, double time)
 {
-    constexpr double kShort = 1e-6;  // s: in which a collider's speed is measured
     const StageTimer timer(work_, "collider");
     look(state.x, time);
     places_ = start_;
     held_ = heldAt(state.x, start_);
-    const Places soon = obstacles_.placesAt(time + kShort);
     const double rate = orderedMax(surface_.size(), kChunk, 0, [&](std::size_t begin, std::size_t end) {
         double most = 0;
         for (std::uint32_t i = std::uint32_t(begin); i < end; ++i) {
-            const Vec3 y = surface_.at(i, state.x), v = surface_.at(i, state.v);
+            const Vec3 v = surface_.at(i, state.v);
             for (std::size_t c = 0; c < obstacles_.size(); ++c) {
                 const double room = obstacles_[c].halfThickness();
                 if (!std::isfinite(room)) continue;
-                const Vec3 carried = (soon[c](apart(i, c).at) - y) / kShort;
+                const Vec3 carried = scene::velocityAt(obstacles_[c].collider().move, time, apart(i, c).at);
                 most = std::max(most, (v - carried).norm() / (room + std::max(0., apart(i, c).distance)));
             }
         }

@@ -1,15 +1,23 @@
 #include <vdbfrac/scene/placement.h>
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
+#include <numbers>
 
 namespace vdbfrac::scene {
 
 namespace {
 
+/// The first key after a time.
+auto keyAfter(const std::vector<PoseKey>& keys, double time)
+{
+    return std::upper_bound(keys.begin(), keys.end(), time, [](double t, const PoseKey& k) { return t < k.time; });
+}
+
 PoseKey poseAt(const std::vector<PoseKey>& keys, double time)
 {
-    const auto after =
-        std::upper_bound(keys.begin(), keys.end(), time, [](double t, const PoseKey& k) { return t < k.time; });
+    const auto after = keyAfter(keys, time);
     if (after == keys.begin()) return keys.front();
     if (after == keys.end()) return keys.back();
     const PoseKey &a = after[-1], &b = after[0];
@@ -33,6 +41,27 @@ Placement placementAt(const Keys& move, double time)
 Placement placementAt(const Path& path, double time)
 {
     return std::visit([&](const auto& move) { return placementAt(move, time); }, path);
+}
+
+Vec3 velocityAt(const Velocity& move, double, const Vec3&) { return move.velocity; }
+
+Vec3 velocityAt(const Keys& move, double time, const Vec3& X)
+{
+    const auto after = keyAfter(move.keys, time);
+    if (after == move.keys.begin() || after == move.keys.end()) return Vec3::Zero();
+    const PoseKey &a = after[-1], &b = after[0];
+    const double perSecond = 1 / (b.time - a.time);
+    const Vec3 angles = poseAt(move.keys, time).rotate,
+               rate = perSecond * (std::numbers::pi / 180) * (b.rotate - a.rotate);
+    // Turned about x first: that axis goes along with the turns about y and z, that of y with the one about z.
+    const Mat3 y = rotationOf({0, angles.y(), 0}), z = rotationOf({0, 0, angles.z()});
+    const Vec3 spin = rate.z() * Vec3::UnitZ() + z * (rate.y() * Vec3::UnitY() + y * (rate.x() * Vec3::UnitX()));
+    return spin.cross(rotationOf(angles) * (X - move.pivot)) + perSecond * (b.translate - a.translate);
+}
+
+Vec3 velocityAt(const Path& path, double time, const Vec3& X)
+{
+    return std::visit([&](const auto& move) { return velocityAt(move, time, X); }, path);
 }
 
 }  // namespace vdbfrac::scene

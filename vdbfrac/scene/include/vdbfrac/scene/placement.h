@@ -18,4 +18,9 @@ Placement placementAt(const Velocity& move, double time);
 Placement placementAt(const Keys& move, double time);
 Placement placementAt(const Path& path, double time);
 
+/// How fast [m/s] what began at X [m] moves just after a time [s].
+Vec3 velocityAt(const Velocity& move, double time, const Vec3& X);
+Vec3 velocityAt(const Keys& move, double time, const Vec3& X);
+Vec3 velocityAt(const Path& path, double time, const Vec3& X);
+
 }  // namespace vdbfrac::scene
