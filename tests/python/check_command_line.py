@@ -76,6 +76,8 @@ with tempfile.TemporaryDirectory() as temporary:
     good, bad, out = folder / "good.toml", folder / "bad.toml", folder / "out"
     good.write_text(SCENE)
     expect("help", ["--help"], 0, "sim", "check", "scene", "preview")
+    expect("help as a command", ["help"], 0, "sim", "check", "scene", "preview")
+    expect("help of a command", ["help", "sim"], 0, "Simulate a scene", "--resume")
     expect("no command", [], 2)
     expect("unknown option", ["sim", good, "--nonsense"], 2, "--nonsense")
     expect("version", ["--version"], 0, "vdbfrac")

@@ -26,8 +26,8 @@ def check(name, good, detail=""):
         failures.append(f"{name}: {detail}")
 
 
-def vdbfrac(*arguments, code=0):
-    run = subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True, timeout=600)
+def vdbfrac(*arguments, code=0, **how):
+    run = subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True, timeout=600, **how)
     check(" ".join(map(str, arguments)), run.returncode == code, f"exit {run.returncode}\n{run.stdout}{run.stderr}")
     return run.stdout + run.stderr
 
@@ -423,13 +423,18 @@ def main(folder):
     check("another mesh rides along", len(Obj(folder / "fine_out.obj").faces) > 7000)
     lines = [l.split() for l in (folder / "fine.obj").read_text().splitlines()]
     (folder / "away.obj").write_text("\n".join(" ".join(["v", str(float(l[1]) + 9), *l[2:]] if l[:1] == ["v"] else l) for l in lines) + "\n")
+    (folder / "small.obj").write_text("\n".join(" ".join(["v", *(str(float(x) / 10) for x in l[1:4])] if l[:1] == ["v"] else l) for l in lines[:-1]) + "\n")
+    said = vdbfrac("embed", run, folder / "small.obj", "-o", folder / "small_out.obj", "-q")
+    check("a mesh of another size is told", "is 0.09" in said and "times as large as body 'block' at rest" in said, said)
+    check("an open mesh is told", "small.obj has 4 open edges" in said and "small_out" not in said, said)
     said = vdbfrac("embed", run, folder / "away.obj", "-o", folder / "no.obj", code=2)
     check("a mesh elsewhere is refused with a hint", "away.obj" in said and "where the body lies at rest" in said, said)
 
     # The same after a stop, to the byte; and the state does not know what is drawn.
     half = folder / "half"
     vdbfrac("sim", folder / "s.toml", "-o", half, "-q", "-f", 6)
-    vdbfrac("sim", folder / "s.toml", "-o", half, "-q", "--resume")
+    (folder / "elsewhere").mkdir()
+    vdbfrac("sim", folder / "s.toml", "-o", half, "-q", "--resume", cwd=folder / "elsewhere")
     said = vdbfrac("info", half, "--verify")
     check("a cache is verified", "verified: all checksums" in said, said)
     vdbfrac("embed", half, "-o", folder / "new/half.obj")

@@ -44,6 +44,10 @@ std::vector<std::string> reversedArguments(int argc, char** argv)
     for (std::string& a : arguments)
         if (a.size() > 2 && a[0] == '-' && a[1] == '.' && std::isdigit(static_cast<unsigned char>(a[2])))
             a.insert(1, "0");
+    if (!arguments.empty() && arguments[0] == "help") {  // of a command, or of all
+        arguments.erase(arguments.begin());
+        arguments.push_back("--help");
+    }
     std::reverse(arguments.begin(), arguments.end());
     return arguments;
 }
@@ -72,7 +76,7 @@ int run(int argc, char** argv)
     actions["calibrate"] = addCalibrate(app);
     actions["report"] = addReport(app);
     actions["wedge"] = addWedge(app);
-    if (argc > 1 && argv[1][0] != '-' && !actions.contains(argv[1]))
+    if (argc > 1 && argv[1][0] != '-' && argv[1] != std::string("help") && !actions.contains(argv[1]))
         throw InputError({"vdbfrac", std::string("there is no command '") + argv[1] + "'", listOf(actions), ""});
     try {
         app.parse(reversedArguments(argc, argv));

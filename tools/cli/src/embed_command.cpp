@@ -29,6 +29,7 @@ namespace {
 
 struct EmbedOptions {
     std::string folder, mesh, body, out;
+    bool quiet = false;
     int threads = 0;
     double maxMemory = 0;
 };
@@ -51,6 +52,23 @@ core::Archive newestCheckpoint(const fs::path& folder, std::uint64_t limit)
         }
     }
     throw FileError(folder.string(), "holds no whole checkpoint" + passed);
+}
+
+/// What of a mesh is likely a mistake.
+void noteInput(const std::string& file, const tetmesh::SurfaceReport& report, const core::Body& body)
+{
+    constexpr double kAlike = 2;  // sizes
+    Vec3 lower = body.mesh->restPosition(0), upper = lower;
+    for (const Vec3& X : tetmesh::restPositions(*body.mesh)) lower = lower.cwiseMin(X), upper = upper.cwiseMax(X);
+    const double times = (report.upper - report.lower).maxCoeff() / (upper - lower).maxCoeff();
+    if (!(times <= kAlike && times >= 1 / kAlike))
+        std::fprintf(stderr,
+                     "note: %s is %.3g times as large as body '%s' at rest; should it be moved as the scene moves the "
+                     "body's own: scale, rotate, translate?\n",
+                     file.c_str(), times, body.name.c_str());
+    if (!report.closed)
+        std::fprintf(stderr, "note: %s has %zu open edges, and what is made of it will be open there\n", file.c_str(),
+                     report.openEdges);
 }
 
 /// A run at its last checkpoint.
@@ -95,7 +113,9 @@ private:
             throw InputError({"--body", "the run has several bodies", "the name of the one that the mesh is for", ""});
         const std::size_t b = options.body.empty() ? 0 : std::size_t(named - bodies.begin());
         tetmesh::RenderMesh mesh = tetmesh::readRenderMesh(options.mesh);
-        isClosed = tetmesh::examine(tetmesh::soupOf(mesh)).closed;
+        const tetmesh::SurfaceReport report = tetmesh::examine(tetmesh::soupOf(mesh));
+        isClosed = report.closed;
+        noteInput(options.mesh, report, prepared.simulation.bodies()[b]);
         drawing.replace(prepared.scene, prepared.simulation, b, std::move(mesh));
     }
 };
@@ -113,8 +133,9 @@ std::vector<fs::path> motionFiles(const lab::PreparedScene& last, const fs::path
 }
 
 /// A file a frame.
-void writePly(const core::PointCache& cache, const std::string& out, int firstFrame)
+void writePly(const core::PointCache& cache, const EmbedOptions& options, int firstFrame)
 {
+    const std::string& out = options.out;
     if (!isSequence(out))
         throw InputError({out, "is one name for all frames", "a place for the frame, as in name.####.ply", ""});
     for (std::size_t f = 0; f < cache.frames(); ++f) {
@@ -122,7 +143,7 @@ void writePly(const core::PointCache& cache, const std::string& out, int firstFr
         makeFolderOf(file);
         const core::DrawnFrame drawn = cache.frame(f);
         tetmesh::writePlyFrame(file, core::plyBodies(drawn), tetmesh::PlyOrder::asGiven);
-        std::printf("%s\n", file.c_str());
+        if (!options.quiet) std::printf("%s\n", file.c_str());
     }
 }
 
@@ -151,11 +172,12 @@ int embed(const EmbedOptions& options)
     const core::PointCache cache(scene, simulation, last.drawing, motionFiles(last.prepared, folder));
     if (last.isClosed) noteOpenEdges(options.mesh, cache);
     if (fs::path(options.out).extension() == ".ply") {
-        writePly(cache, options.out, scene.time.firstFrame);
+        writePly(cache, options, scene.time.firstFrame);
         return kDone;
     }
     makeFolderOf(options.out);
-    for (const fs::path& file : cache.write(options.out)) std::printf("%s\n", file.c_str());
+    for (const fs::path& file : cache.write(options.out))
+        if (!options.quiet) std::printf("%s\n", file.c_str());
     return kDone;
 }
 
@@ -174,6 +196,7 @@ Action addEmbed(CLI::App& app)
     c->add_option("--body", o->body, "Body that the mesh is for, of several")->type_name("NAME");
     addThreads(*c, o->threads);
     addMaxMemory(*c, o->maxMemory, "it");
+    c->add_flag("-q,--quiet", o->quiet, "Say only what went wrong");
     return [o] {
         const ThreadLimit threads(o->threads);
         return embed(*o);

@@ -52,16 +52,36 @@ std::vector<RunFrame> chosenFrames(const RunFrames& run, const PreviewOptions& o
     return chosen.empty() ? spread(run.frames, options.count) : chosen;
 }
 
+/// Points on the rims of the upright cylinder round some points: cameras all round see it alike.
+std::vector<Vec3> turnedRound(const std::vector<Vec3>& points, int angles)
+{
+    if (points.empty()) return points;
+    Vec3 low = points[0], high = points[0];
+    for (const Vec3& p : points) low = low.cwiseMin(p), high = high.cwiseMax(p);
+    const Vec3 middle = .5 * (low + high);
+    double radius = 0;
+    for (const Vec3& p : points) radius = std::max(radius, std::hypot(p.x() - middle.x(), p.z() - middle.z()));
+    std::vector<Vec3> round;
+    for (int i = 0; i < angles; ++i) {
+        const double angle = 2 * std::acos(-1.) * i / angles;
+        for (const double y : {low.y(), high.y()})
+            round.emplace_back(middle.x() + radius * std::cos(angle), y, middle.z() + radius * std::sin(angle));
+    }
+    return round;
+}
+
 /// Pictures of the last frame from all round what is seen in it.
 int turn(const Scenery& scenery, const PreviewOptions& options)
 {
+    constexpr int kRound = 64;
     const Vec3 direction = pointOf(options.direction);
+    const std::vector<Vec3> seen = turnedRound(scenery.seen, kRound);
     pictures::View view = scenery.view;
     std::vector<pictures::Image> images;
     for (int i = 0; i < options.turntable; ++i) {
         const double angle = 2 * std::acos(-1.) * i / options.turntable, c = std::cos(angle), s = std::sin(angle);
         const Vec3 turned(c * direction.x() + s * direction.z(), direction.y(), c * direction.z() - s * direction.x());
-        view.camera = pictures::fittingCamera(turned, scenery.seen, options.width, options.height, options.angle);
+        view.camera = pictures::fittingCamera(turned, seen, options.width, options.height, options.angle);
         images.push_back(pictureOf(scenery, scenery.subjects.size() - 1, view));
         const fs::path file = fs::path(options.folder) / "preview" / fmt::format("turn.{:04}.png", i + 1);
         pictures::writePng(file, images.back());

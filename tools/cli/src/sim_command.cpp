@@ -77,8 +77,8 @@ std::string settingsText(scene::Scene scene)
 {
     scene.notes.clear();  // of studies and wedges
     scene.time.lastFrame = scene.time.firstFrame;
-    const auto leaveOutFolder = [](scene::Shape& shape) {
-        if (std::filesystem::path* file = scene::fileOf(shape)) *file = file->filename();
+    const auto leaveOutFolder = [](scene::Shape& shape) {  // absolute, so that the text does not depend on where we are
+        if (std::filesystem::path* file = scene::fileOf(shape)) *file = "/" / file->filename();
     };
     for (scene::Body& body : scene.bodies) leaveOutFolder(body.shape);
     for (scene::Collider& collider : scene.colliders) leaveOutFolder(collider.shape);

@@ -49,11 +49,13 @@ void requireSolid(const tetmesh::SurfaceReport& report, const scene::MeshFile& m
         complain(build, file + " has coordinates that are not finite once scaled and moved", "", "check 'scale'");
     if (!report.closed && report.openEdges == 0)
         complain(build, file + " has no faces with area", "a closed surface", "");
-    if (!report.closed)
-        complain(build, file + " is not closed: " + std::to_string(report.openEdges) + " open edges",
-                 "a closed surface",
-                 "repair it: vdbfrac relevel " + file + " -o solid.vdb --voxel " + shortNumber(build.grid.voxelSize) +
-                     ", and give shape = { vdb = \"solid.vdb\" }");
+    if (report.closed) return;
+    const bool isMoved = mesh.scale != 1 || !mesh.rotate.isZero() || !mesh.translate.isZero();
+    complain(build, file + " is not closed: " + std::to_string(report.openEdges) + " open edges", "a closed surface",
+             "repair it: vdbfrac relevel " + file + " -o solid.vdb --voxel " +
+                 shortNumber(build.grid.voxelSize / mesh.scale) +
+                 (isMoved ? "; vdbfrac mesh solid.vdb -o solid.obj; and give solid.obj in place of the file"
+                          : ", and give shape = { vdb = \"solid.vdb\" }"));
 }
 
 }  // namespace
