@@ -84,7 +84,8 @@ TEST_P(Resumed, StepsHaveTheBitsOfARunThatWasNeverInterrupted)
 INSTANTIATE_TEST_SUITE_P(
     Settings, Resumed,
     testing::Values(
-        std::vector<std::string>{}, std::vector<std::string>{"solver.linear_solver=\"multigrid\""},
+        std::vector<std::string>{}, std::vector<std::string>{"grip.0.until=0.4", "grip.3.until=0.5"},
+        std::vector<std::string>{"solver.linear_solver=\"multigrid\""},
         std::vector<std::string>{"solver.linear_solver=\"direct\""},
         std::vector<std::string>{"solver.integrator=\"midpoint\""},
         std::vector<std::string>{"solver.integrator=\"sdirk2\""},

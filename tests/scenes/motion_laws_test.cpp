@@ -227,6 +227,47 @@ TEST(Grips, EachTellsItsOwnLoad)
     EXPECT_LT((both[0] + both[1] - alone).norm(), 1e-9 * alone.norm());
 }
 
+/// A grip that lets go leaves what it held its momentum, which stays from then on. A step ends when it does.
+TEST(Grips, LetGoWhenTheirTimeHasCome)
+{
+    constexpr double kUntil = .0435;  // s, within a frame
+    SceneRun run(box("",
+                     "[[grip]]\nname = \"hand\"\nbody = \"box\"\nregion = { halfspace = { normal = [-1, 0, 0], "
+                     "offset = -1.7 } }\nmove = { velocity = [1, 2, 0] }\nuntil = " +
+                         std::to_string(kUntil) + "\n"));
+    const core::Simulation& simulation = run.simulation;
+    const auto momentum = [&] {
+        Vec3 sum = Vec3::Zero();
+        for (std::size_t i = 0; i < simulation.v().size(); ++i)
+            sum += simulation.elastic().mass()[i] * simulation.v()[i];
+        return sum;
+    };
+    const std::size_t held = simulation.gripNodes(0).size();
+    ASSERT_GT(held, 0u);
+    while (simulation.time() < kUntil - 1e-9) EXPECT_GT(run.step().gripLoad[0].norm(), 1e-3);
+    EXPECT_NEAR(simulation.time(), kUntil, 1e-12);
+    EXPECT_EQ(simulation.gripNodes(0).size(), 0u);
+    const Vec3 before = momentum();
+    EXPECT_GT(before.norm(), 1);
+    run.toFrame(8);
+    EXPECT_EQ(run.steps.back().gripLoad[0], Vec3(0, 0, 0));
+    EXPECT_LT((momentum() - before).norm(), 1e-6 * before.norm());  // the tolerance of the solves
+    for (const core::StepRecord& s : run.steps) EXPECT_LT(s.unnamedShare, core::kMaxUnnamedShare) << s.time;
+}
+
+/// Where a grip was, cracks run too once it has let go.
+TEST(Grips, ThatHaveLetGoKeepNoCracksAway)
+{
+    SceneRun run(box("",
+                     "[[grip]]\nbody = \"box\"\nregion.sphere.radius = 9\nmove = { velocity = [0, 0, 0] }\nuntil = 0"
+                     ".02\n[[grip]]\nbody = \"box\"\nregion = { halfspace = { normal = [0, 1, 0], offset = -0.8 } }\n"
+                     "move = { velocity = [0, 1, 0] }\n[fracture]\naverage = 0\nkappa = 1e-3\n"));
+    run.toFrame(3);
+    EXPECT_EQ(run.work.countOf("fracture", "moved_voxels"), 0);
+    run.toFrame(8);
+    EXPECT_GT(run.work.countOf("fracture", "moved_voxels"), 0);
+}
+
 /// Largest difference of velocity within a cell [m/s], between any two of its nodes.
 double largestSpread(const core::Simulation& simulation)
 {

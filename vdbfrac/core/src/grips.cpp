@@ -59,6 +59,13 @@ double minDistance(const Primitive& region, std::span<const Vec3> points)
     return signedDistance(region, 0.5 * (lower + upper)) - 0.5 * (upper - lower).norm();
 }
 
+/// Does a grip no longer hold after this time? Times are sums of very many steps.
+bool isDue(const scene::Grip& grip, double time)
+{
+    constexpr double kRounding = 1e-9;
+    return grip.until && time >= (1 - kRounding) * *grip.until;
+}
+
 Vec3 forceAt(const scene::Force& move, double time)
 {
     return move.ramp > 0 ? (move.force * std::min(1., time / move.ramp)).eval() : move.force;
@@ -85,6 +92,7 @@ void Simulation::Grips::rebuild(std::span<const Body> bodies, const solver::Elas
         const Body& body = bodies[held.body];
         const double slack = kRegionSlack * body.mesh->spacing();
         held.nodes.clear(), held.rest.clear(), held.share.clear();
+        if (held.isGone) continue;
         double mass = 0;
         const std::vector<Vec3> rest = tetmesh::restPositions(*body.mesh);
         for (std::size_t begin = 0; begin < rest.size(); begin += kNear) {
@@ -145,6 +153,22 @@ void Simulation::Grips::requireNear(std::span<const Vec3> x, double time, double
                               shortNumber(moved.y(), 6) + ", " + shortNumber(moved.z(), 6) +
                               "] m by then: give it keys that pass through that"});
     }
+}
+
+double Simulation::Grips::nextRelease(double time) const
+{
+    double next = std::numeric_limits<double>::infinity();
+    for (const Held& held : held_)
+        if (held.grip->until && !isDue(*held.grip, time)) next = std::min(next, *held.grip->until);
+    return next;
+}
+
+bool Simulation::Grips::letGo(double time)
+{
+    bool any = false;
+    for (Held& held : held_)
+        if (!held.isGone && isDue(*held.grip, time)) any = held.isGone = true, held.before = {};
+    return any;
 }
 
 std::vector<std::uint8_t> Simulation::Grips::heldFragments(std::size_t fragments) const
@@ -273,7 +297,8 @@ double Simulation::Grips::distance(const Body& body, const Vec3& X) const
 {
     double nearest = std::numeric_limits<double>::infinity();
     for (const Held& held : held_)
-        if (bodyNames_[held.body] == body.name) nearest = std::min(nearest, signedDistance(held.grip->region, X));
+        if (bodyNames_[held.body] == body.name && !held.isGone)
+            nearest = std::min(nearest, signedDistance(held.grip->region, X));
     return nearest;
 }
 

@@ -35,6 +35,11 @@ public:
     /// Holds nodes where they are beside those of the grips, until the next rebuild().
     void hold(std::uint32_t node, const Vec3& x) { boundary_.fixed[node] = 1, boundary_.target[node] = x; }
 
+    /// The first time [s] after `time` at which a grip lets go; infinity if none does.
+    double nextRelease(double time) const;
+    /// Grips whose time has come hold nothing after the next rebuild(). Returns whether there are any that did before.
+    bool letGo(double time);
+
     /// Does a grip hold or pull at a fragment, by its id?
     std::vector<std::uint8_t> heldFragments(std::size_t fragments) const;
 
@@ -79,7 +84,8 @@ private:
         std::vector<Vec3> rest;            // m
         // Of the grip's force, by mass; of what holds a node 1, or 0 where a later grip moves it.
         std::vector<double> share;
-        Wrench before = {};  // at the end of the last step
+        Wrench before = {};   // at the end of the last step
+        bool isGone = false;  // has it let go?
     };
     static Vec3 forceOn(const Held& held, std::size_t i, double time, std::span<const Vec3> reaction);
     static double workOf(const Wrench& wrench, const Held& held, const Move& move);

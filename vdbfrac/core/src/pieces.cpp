@@ -41,6 +41,14 @@ void Simulation::holdAsleep()
     elastic_->setAsleep(nodes);
 }
 
+void Simulation::letGoOfGrips()
+{
+    if (!grips_->letGo(time_)) return;
+    grips_->rebuild(bodies_, *elastic_);
+    if (!asleep_.empty()) holdAsleep();
+    balanced_ = false;
+}
+
 /// What is cut again is another piece than that which fell asleep.
 void Simulation::wakeRecut(const Body& body, const tetmesh::CutUpdate& update)
 {

@@ -149,6 +149,7 @@ void Simulation::refineFrom(const Simulation& wide, const Archive& archive)
     if (!asleep_.empty()) asleep_.resize(nextFragment_);
     time_ = wide.time_, steps_ = wide.steps_;
     stepControl_->restoreTrusted(wide.stepControl_->trusted());
+    grips_->letGo(time_);
     rebuild();
     grips_->restoreFrom(archive);
     const Refinement from{archive, wide.bodies_};

@@ -200,10 +200,11 @@ StepRecord Simulation::step(double until)
                           "a time after " + shortNumber(time_, 6) + " s, where the simulation is", ""});
     StepRecord record;
     if (!stages_.grid.empty()) elastic_->keepDensities();  // the grid is asked to change by them after the solve
-    solve(record, until);
+    solve(record, std::min(until, grips_->nextRelease(time_)));
     updateGrid(record);
     measure(record);
     kineticEnergy_ = record.kineticEnergy;
+    letGoOfGrips();
     return record;
 }
 

@@ -192,6 +192,7 @@ void Simulation::restoreProgress(const Archive& archive)
           step < std::numeric_limits<int>::max()))
         archive.complain("its time, step number or time step is out of range");
     time_ = time[0], steps_ = int(step);
+    letGoOfGrips();
     stepControl_->restoreTrusted(time[1]);
     const std::vector<double> energy = archive.get<double>("energy", 3);
     for (double value : energy)

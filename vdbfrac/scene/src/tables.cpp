@@ -150,6 +150,12 @@ const Key kGrip[] = {
      .doc = "Holds the part of the body that lies in this solid at rest.",
      .defaultText = kRequired},
     {.name = "move", .member = Type::motion, .doc = "A velocity, keyed poses, or a force.", .defaultText = kRequired},
+    {.name = "until",
+     .member = &Grip::until,
+     .unit = "s",
+     .doc = "When it lets go; without it, never.",
+     .min = 0,
+     .minOpen = true},
 };
 
 const Key kCollider[] = {

@@ -132,6 +132,7 @@ private:
     bool recut(StepRecord& record, std::size_t body, const grid::PhiChanges& changes);
     void number();
     void rebuild();
+    void letGoOfGrips();
     void measure(StepRecord& record) const;
     double kineticEnergy(std::span<const Vec3> v) const;
     void warnOfLongSteps();

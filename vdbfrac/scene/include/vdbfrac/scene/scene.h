@@ -6,6 +6,7 @@
 #include <vdbfrac/scene/values.h>
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -105,6 +106,7 @@ struct Grip {
     std::string body;
     Primitive region;
     std::variant<Velocity, Keys, Force> move;
+    std::optional<double> until;  ///< s; when it lets go: never without it
     std::string place;
 };
 
