@@ -142,7 +142,8 @@ bool ElasticOperator::hasAsleep() const { return data_->tetsAsleep > 0; }
 std::size_t ElasticOperator::bytes() const
 {
     const Data& d = *data_;
-    return d.p.bytes() + (d.mass.size() + d.stiffness.size()) * sizeof(double) +
+    return d.p.bytes() + (d.mass.size() + d.stiffness.size() + d.psi.size()) * sizeof(double) +
+           d.psiAt.size() * sizeof(Vec3) +
            (kDiagonalRows * d.p.slotCount + (kDiagonalRows + 3) * d.p.largestStride * d.in.size()) * sizeof(double);
 }
 
@@ -185,29 +186,20 @@ double ElasticOperator::evaluate(std::span<const Vec3> x, std::span<Vec3> gradie
     return d.totalEnergy() + d.asleepEnergy(x);
 }
 
-/// Of the patches that are left out too, with `all`.
-void ElasticOperator::Data::makeDensities(std::span<const Vec3> x, bool all) const
-{
-    psi.resize(p.batches.size() * tetmesh::kMaxTets * kLanes);
-    eachPatch(x, nullptr, all, [&](std::size_t i, PatchData patch, const double* in, double* out) {
-        patch.psi = psiOf(i);
-        (void)kernel().evaluate(patch, kRobust, in, out);
-    });
-    psiAt.clear();
-    work.evaluations += 1;
-    work.evaluatedTets += all ? p.tets : tetsAwake();
-}
-
 void ElasticOperator::energyDensities(std::span<const Vec3> x, std::vector<double>& density, bool all) const
 {
     const Data& d = *data_;
     constexpr std::size_t kTets = tetmesh::kMaxTets;
-    const bool areKept = std::ranges::equal(d.psiAt, x) && !(all && hasAsleep());
-    if (!areKept) d.makeDensities(x, all);
+    d.psi.resize(d.p.batches.size() * kTets * kLanes);
     density.resize(d.elements * kTets);
+    std::atomic<std::int64_t> computed = 0;
     parallelChunks(d.p.patches.size(), 1, [&](std::size_t i, std::size_t) {
         const Patch& range = d.p.patches[i];
         const bool isLeftOut = !all && d.isAsleep(i);
+        if (!isLeftOut && !d.isKept(i, x)) {
+            (void)d.evaluateAlone(i, x, d.psiOf(i));
+            computed += range.tets;
+        }
         const double* const psi = d.psiOf(i);
         for (std::size_t e = range.firstElement; e < range.firstElement + range.elements; ++e) {
             const std::size_t batch = d.p.laneOfElement[e] / kLanes, lane = d.p.laneOfElement[e] % kLanes;
@@ -218,6 +210,9 @@ void ElasticOperator::energyDensities(std::span<const Vec3> x, std::vector<doubl
                                              : 0;
         }
     });
+    if (computed > 0) d.psiAt.clear();  // some are now of another x
+    d.work.evaluations += computed > 0;
+    d.work.evaluatedTets += computed;
     std::size_t entry = 0;  // what the kernel has is over the stiffness
     for (const ElementSet& set : d.sets) {
         for (std::size_t i = 0; i < set.stiffness.size(); ++i) density[entry + i] *= double(set.stiffness[i]);
@@ -225,17 +220,24 @@ void ElasticOperator::energyDensities(std::span<const Vec3> x, std::vector<doubl
     }
 }
 
+/// Energy of one patch, whose forces nobody asks for, and its densities where `densities` is not null.
+KernelResult ElasticOperator::Data::evaluateAlone(std::size_t i, std::span<const Vec3> x, double* densities) const
+{
+    PatchData patch = patchData(i, nullptr);
+    patch.psi = densities;
+    double* const own = in[std::size_t(threadSlot())].as<double>();
+    double* const unused = out[std::size_t(threadSlot())].as<double>();
+    kernel().of<double>().read(patch, x.data()->data(), own);
+    std::fill_n(unused, 3 * patch.stride, 0.);
+    return kernel().evaluate(patch, kRobust, own, unused);
+}
+
 /// Energy of the patches that are left out [J]; it is found once.
 double ElasticOperator::Data::asleepEnergy(std::span<const Vec3> x) const
 {
     parallelChunks(asleep.size(), 1, [&](std::size_t i, std::size_t) {
         if (!asleep[i] || !std::isnan(energyAsleep[i])) return;
-        const PatchData patch = patchData(i, nullptr);
-        double* const own = in[std::size_t(threadSlot())].as<double>();
-        double* const unused = out[std::size_t(threadSlot())].as<double>();
-        kernel().of<double>().read(patch, x.data()->data(), own);
-        std::fill_n(unused, 3 * patch.stride, 0.);
-        energyAsleep[i] = kernel().evaluate(patch, kRobust, own, unused).energy;
+        energyAsleep[i] = evaluateAlone(i, x, nullptr).energy;
     });
     double sum = 0;
     for (std::size_t i = 0; i < asleep.size(); ++i) sum += asleep[i] ? energyAsleep[i] : 0;

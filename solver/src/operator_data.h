@@ -136,7 +136,15 @@ struct ElasticOperator::Data {
     {
         return psi.data() + p.patches[patch].firstBatch * tetmesh::kMaxTets * kLanes;
     }
-    void makeDensities(std::span<const Vec3> x, bool all) const;
+    /// Are a patch's densities those at x?
+    bool isKept(std::size_t patch, std::span<const Vec3> x) const
+    {
+        const std::span ownRuns = std::span(p.runs).subspan(p.patches[patch].firstRun, p.patches[patch].runs);
+        return !psiAt.empty() && !isAsleep(patch) && std::ranges::all_of(ownRuns, [&](const NodeRun& run) {
+            return std::ranges::equal(std::span(psiAt).subspan(run.node, run.count), x.subspan(run.node, run.count));
+        });
+    }
+    KernelResult evaluateAlone(std::size_t patch, std::span<const Vec3> x, double* densities) const;
 
     /// Material volume of a tet over h^3, times its stiffness; 0 in a lane that is not used.
     double volumeShare(std::size_t batch, std::size_t t, std::size_t l) const

@@ -77,6 +77,7 @@ with tempfile.TemporaryDirectory() as temporary:
     good.write_text(SCENE)
     expect("help", ["--help"], 0, "sim", "check", "scene", "preview")
     expect("help as a command", ["help"], 0, "sim", "check", "scene", "preview")
+    expect("help of no command", ["help", "nonsense"], 2, "no command 'nonsense'")
     expect("help of a command", ["help", "sim"], 0, "Simulate a scene", "--resume")
     expect("no command", [], 2)
     expect("unknown option", ["sim", good, "--nonsense"], 2, "--nonsense")
@@ -100,6 +101,10 @@ with tempfile.TemporaryDirectory() as temporary:
         said = expect(f"how thin {size} is", ["sim", plate, "-n", "--measure", "0"], 0, says or "")
         if not says and "thin" in said:
             failures.append(f"{size} is not thin: {said}")
+        wide = ["--set", "grid.coarsening=2", "--set", "grid.voxel_size=0.025"]
+        said = expect(f"how thin {size} is, of coarse cells", ["sim", plate, "-n", "--measure", "0", *wide], 0, says or "")
+        if not says and "thin" in said:
+            failures.append(f"{size} is not thin in coarse cells: {said}")
     through = "bodies pass through each other where they meet: there is no [contact]"
     expect("bodies without contact", ["sim", SOURCE / "data/scenes/two_bodies.toml", "-n", "--measure", "0"], 0, through)
     if through in expect("bodies with contact", ["sim", SOURCE / "data/scenes/press.toml", "-n", "--measure", "0"], 0):

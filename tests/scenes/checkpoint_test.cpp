@@ -85,6 +85,8 @@ INSTANTIATE_TEST_SUITE_P(
     Settings, Resumed,
     testing::Values(
         std::vector<std::string>{}, std::vector<std::string>{"grip.0.until=0.4", "grip.3.until=0.5"},
+        std::vector<std::string>{"grip.0.until=0.4", "solver.integrator=\"static\""},
+        std::vector<std::string>{"grip.0.until=0.4", "contact.friction=0.2", "sleep.after=0.1", "sleep.speed=0.1"},
         std::vector<std::string>{"solver.linear_solver=\"multigrid\""},
         std::vector<std::string>{"solver.linear_solver=\"direct\""},
         std::vector<std::string>{"solver.integrator=\"midpoint\""},

@@ -1,4 +1,5 @@
 // How bodies move, and how long the steps are in which they do: against closed forms.
+#include <vdbfrac/base/error.h>
 #include <vdbfrac/effects/effects.h>
 #include <vdbfrac/lab/samples/axial_bar.h>
 #include <vdbfrac/lab/samples/loads.h>
@@ -253,6 +254,42 @@ TEST(Grips, LetGoWhenTheirTimeHasCome)
     EXPECT_EQ(run.steps.back().gripLoad[0], Vec3(0, 0, 0));
     EXPECT_LT((momentum() - before).norm(), 1e-6 * before.norm());  // the tolerance of the solves
     for (const core::StepRecord& s : run.steps) EXPECT_LT(s.unnamedShare, core::kMaxUnnamedShare) << s.time;
+}
+
+/// Times in scenes are rounded: a grip lets go with the frame that it means, in no step of its own.
+TEST(Grips, LetGoWithTheFrameThatTheirTimeIsNear)
+{
+    const auto grip = [](const char* until) {
+        return std::string("[time]\nframes = [1, 4]\nfps = 24\n") +
+               "[[grip]]\nbody = \"box\"\nregion = { halfspace = { normal = "
+               "[-1, 0, 0], offset = -1.7 } }\nmove = { velocity = [1, 2, 0] }\nuntil = " +
+               until + "\n";
+    };
+    for (const char* until : {"0.041666667", "0.041666666", "0.0416667", "0.041665"}) {
+        std::string text = box("", "");
+        text.replace(text.find("[time]"), text.find("[grid]") - text.find("[time]"), grip(until));
+        SceneRun run(text, {"time.substeps=1"});
+        run.toEnd();
+        EXPECT_EQ(run.steps.size(), 3u) << until;
+        EXPECT_GT(run.steps[0].gripLoad[0].norm(), 1e-3);
+        EXPECT_EQ(run.steps[1].gripLoad[0], Vec3(0, 0, 0)) << until;
+    }
+}
+
+/// What two grips hold may not jump from the one to the other.
+TEST(Grips, ThatTakeOverFromOthersDoNotJump)
+{
+    const auto grip = [](const char* rest) {
+        return std::string(
+                   "[[grip]]\nbody = \"box\"\nregion = { halfspace = { normal = [-1, 0, 0], offset = -1.7 } }\n") +
+               rest;
+    };
+    SceneRun run(
+        box("", grip("move = { velocity = [0, 0, 0] }\n") + grip("move = { velocity = [0, 4, 0] }\nuntil = 0.05\n")));
+    EXPECT_THROW(run.toFrame(8), InputError);
+    SceneRun near(
+        box("", grip("move = { velocity = [0, 0, 0] }\n") + grip("move = { velocity = [0, 0.1, 0] }\nuntil = 0.05\n")));
+    EXPECT_NO_THROW(near.toFrame(8));
 }
 
 /// Where a grip was, cracks run too once it has let go.

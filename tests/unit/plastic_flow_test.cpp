@@ -215,7 +215,9 @@ TEST_P(FlowCases, DensitiesOfTheLastEvaluationAreKept)
         keeping.energyDensities(at, density, all);
         return keeping.work().evaluatedTets - before;
     };
-    (void)keeping.evaluate(x, {}, nullptr);
+    solver::Tangent tangent;
+    std::vector<Vec3> gradient(x.size(), Vec3::Zero());
+    (void)keeping.evaluate(x, gradient, &tangent, 0.1);  // as solvers do
     EXPECT_EQ(evaluatedFor(x), 0);
     EXPECT_EQ(density, expected);
     EXPECT_EQ(evaluatedFor(other), keeping.tetCount());

@@ -76,8 +76,10 @@ int run(int argc, char** argv)
     actions["calibrate"] = addCalibrate(app);
     actions["report"] = addReport(app);
     actions["wedge"] = addWedge(app);
-    if (argc > 1 && argv[1][0] != '-' && argv[1] != std::string("help") && !actions.contains(argv[1]))
-        throw InputError({"vdbfrac", std::string("there is no command '") + argv[1] + "'", listOf(actions), ""});
+    const bool isHelp = argc > 1 && argv[1] == std::string("help");
+    if (const char* command = argc > 1 + isHelp ? argv[1 + isHelp] : "-";
+        command[0] != '-' && !actions.contains(command))
+        throw InputError({"vdbfrac", std::string("there is no command '") + command + "'", listOf(actions), ""});
     try {
         app.parse(reversedArguments(argc, argv));
     } catch (const CLI::ParseError& e) {

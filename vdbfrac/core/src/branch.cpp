@@ -26,8 +26,9 @@ std::string reasonToStay(const scene::Change& change)
     if (key.starts_with("body."))
         return key.ends_with(".material") ? "" : "a branch goes on with the bodies that there are";
     if (key.starts_with("grip."))
-        return key.ends_with(".move") ? ""
-                                      : "a branch goes on with the grips that there are; only their move may change";
+        return key.ends_with(".move") || key.ends_with(".until")
+                   ? ""
+                   : "a branch goes on with the grips that there are; only their move and until may change";
     if (key == kVoxelSize) return isHalved(change) ? "" : "voxels may become half as wide, no other size";
     if (key.starts_with("grid.")) return "a branch goes on with the lattice, or with half its voxel_size";
     if (key == "time.frames" || key == "time.fps") return "the first frame and the time of frames are those of the run";

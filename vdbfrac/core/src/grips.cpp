@@ -47,7 +47,7 @@ struct StartVelocity {
     template <class Move>
     Vec3 operator()(const Move& move) const
     {
-        return scene::velocityAt(move, 0, X);
+        return scene::velocityAt(move, 0)(scene::placementAt(move, 0)(X));
     }
 };
 
@@ -59,13 +59,6 @@ double minDistance(const Primitive& region, std::span<const Vec3> points)
     return signedDistance(region, 0.5 * (lower + upper)) - 0.5 * (upper - lower).norm();
 }
 
-/// Does a grip no longer hold after this time? Times are sums of very many steps.
-bool isDue(const scene::Grip& grip, double time)
-{
-    constexpr double kRounding = 1e-9;
-    return grip.until && time >= (1 - kRounding) * *grip.until;
-}
-
 Vec3 forceAt(const scene::Force& move, double time)
 {
     return move.ramp > 0 ? (move.force * std::min(1., time / move.ramp)).eval() : move.force;
@@ -73,7 +66,8 @@ Vec3 forceAt(const scene::Force& move, double time)
 
 }  // namespace
 
-Simulation::Grips::Grips(const std::vector<scene::Grip>& grips, std::span<const Body> bodies) : grips_(grips)
+Simulation::Grips::Grips(const std::vector<scene::Grip>& grips, double fps, std::span<const Body> bodies)
+    : grips_(grips), soon_(1e-4 / fps)
 {
     for (const scene::Grip& grip : grips_) {
         const auto body =
@@ -147,7 +141,7 @@ void Simulation::Grips::requireNear(std::span<const Vec3> x, double time, double
         if (farthest <= distance) continue;
         throw InputError({held.grip->place + ".move",
                           "grip '" + held.grip->name + "' would jump by " + shortNumber(farthest, 3) + " m at " +
-                              shortNumber(time, 6) + " s, where the run goes on",
+                              shortNumber(time, 6) + " s",
                           "at most " + shortNumber(distance, 3) + " m, half a cell",
                           "what it holds has moved by [" + shortNumber(moved.x(), 6) + ", " +
                               shortNumber(moved.y(), 6) + ", " + shortNumber(moved.z(), 6) +
@@ -155,19 +149,25 @@ void Simulation::Grips::requireNear(std::span<const Vec3> x, double time, double
     }
 }
 
-double Simulation::Grips::nextRelease(double time) const
+bool Simulation::Grips::isDue(const Held& held, double time) const
 {
-    double next = std::numeric_limits<double>::infinity();
+    return held.grip->until && time > *held.grip->until - soon_;
+}
+
+double Simulation::Grips::endOfStep(double time, double until) const
+{
+    double end = until;
     for (const Held& held : held_)
-        if (held.grip->until && !isDue(*held.grip, time)) next = std::min(next, *held.grip->until);
-    return next;
+        if (const auto& at = held.grip->until; at && *at > time + soon_ && *at < until - soon_)
+            end = std::min(end, *at);
+    return end;
 }
 
 bool Simulation::Grips::letGo(double time)
 {
     bool any = false;
     for (Held& held : held_)
-        if (!held.isGone && isDue(*held.grip, time)) any = held.isGone = true, held.before = {};
+        if (!held.isGone && isDue(held, time)) any = held.isGone = true, held.before = {};
     return any;
 }
 

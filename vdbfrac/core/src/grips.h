@@ -16,7 +16,7 @@ namespace vdbfrac::core {
 class Simulation::Grips {
 public:
     /// Finds the body of each grip.
-    Grips(const std::vector<scene::Grip>& grips, std::span<const Body> bodies);
+    Grips(const std::vector<scene::Grip>& grips, double fps, std::span<const Body> bodies);
 
     /// Finds the nodes of each grip again: after any change of the mesh. All copies of a lattice node in the region
     /// count.
@@ -35,8 +35,8 @@ public:
     /// Holds nodes where they are beside those of the grips, until the next rebuild().
     void hold(std::uint32_t node, const Vec3& x) { boundary_.fixed[node] = 1, boundary_.target[node] = x; }
 
-    /// The first time [s] after `time` at which a grip lets go; infinity if none does.
-    double nextRelease(double time) const;
+    /// When a step from a time on has to end that would end at `until` [s]: where a grip lets go, if that is between.
+    double endOfStep(double time, double until) const;
     /// Grips whose time has come hold nothing after the next rebuild(). Returns whether there are any that did before.
     bool letGo(double time);
 
@@ -91,7 +91,10 @@ private:
     static double workOf(const Wrench& wrench, const Held& held, const Move& move);
     static double workOf(const solver::HeldLeg& leg, const Held& held, const Move& move);
 
+    bool isDue(const Held& held, double time) const;
+
     std::vector<scene::Grip> grips_;
+    double soon_;  // s: nothing is shorter, times in scenes are rounded
     std::vector<Held> held_;
     std::vector<std::string> bodyNames_;
     solver::Boundary boundary_;

@@ -149,9 +149,9 @@ void Simulation::refineFrom(const Simulation& wide, const Archive& archive)
     if (!asleep_.empty()) asleep_.resize(nextFragment_);
     time_ = wide.time_, steps_ = wide.steps_;
     stepControl_->restoreTrusted(wide.stepControl_->trusted());
-    grips_->letGo(time_);
     rebuild();
     grips_->restoreFrom(archive);
+    letGoOfGrips();
     const Refinement from{archive, wide.bodies_};
     restoreEffects(archive, [&](Persistent& p) { p.refineFrom(from, bodies_); });
     const Totals now = totals();

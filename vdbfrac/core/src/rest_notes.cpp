@@ -13,33 +13,37 @@ namespace {
 /// Notes are no measurements.
 std::string rough(double v) { return shortNumber(v, 3); }
 
-/// How thick the material is round a voxel node, along the axis on which it is thinnest [voxels]: what lies between
-/// this node and the deeper one of those beside it, and beyond them.
-double thicknessAt(const tetmesh::NodeField<float>& phi, Coord c, double dx)
+/// Material on one side of a voxel node along an axis, up to `most` [voxels].
+double reachAlong(const tetmesh::NodeField<float>& phi, Coord c, Coord step, double most)
 {
-    double thinnest = std::numeric_limits<double>::infinity();
-    for (const Coord axis : {Coord{1, 0, 0}, Coord{0, 1, 0}, Coord{0, 0, 1}}) {
-        const double deeper = std::max(-phi(c + axis), -phi(c - axis));
-        thinnest = std::min(thinnest, 1 + (deeper - double(phi(c))) / dx);
-    }
+    double reach = 0;
+    for (; phi(c + step) < 0; c = c + step)
+        if (++reach >= most) return most;
+    return reach + phi(c) / (double(phi(c)) - double(phi(c + step)));
+}
+
+/// How thick the material is round a voxel node, along the axis on which it is thinnest, up to `most` [voxels].
+double thicknessAt(const tetmesh::NodeField<float>& phi, Coord c, double most)
+{
+    double thinnest = most;
+    for (const Coord axis : {Coord{1, 0, 0}, Coord{0, 1, 0}, Coord{0, 0, 1}})
+        thinnest = std::min(thinnest, reachAlong(phi, c, axis, most) + reachAlong(phi, c, -1 * axis, most));
     return thinnest;
 }
 
 void noteThinness(const Body& body, double h, std::vector<std::string>& notes)
 {
     constexpr double kThin = 4, kRounding = .05;  // cells: thinner plates bend far too stiffly or too softly; of them
-    const double dx = body.mesh->voxelSize(), known = body.phi.background() - dx;
+    const double cell = h / body.mesh->voxelSize(), enough = (kThin - kRounding) * cell;  // voxels
     const tetmesh::NodeField<float>& phi = body.mesh->restPhi();
     double thickest = 0;
-    bool isDeep = false;  // beyond the band
     phi.forEachBlock([&](Coord low) {
         tetmesh::NodeField<float>::forEachNode(low, [&](Coord c) {
-            if (isDeep || !(phi(c) < 0)) return;
-            isDeep = -phi(c) > known;
-            thickest = std::max(thickest, thicknessAt(phi, c, dx) * dx / h);
+            if (thickest < enough && phi(c) < 0) thickest = std::max(thickest, thicknessAt(phi, c, 2 * enough));
         });
     });
-    if (!isDeep && thickest < kThin - kRounding)
+    thickest /= cell;
+    if (thickest < kThin - kRounding)
         notes.push_back("body '" + body.name + "' is thin: nowhere more than about " + rough(thickest) +
                         " lattice cells thick; bending needs 4");
 }

@@ -85,7 +85,7 @@ Simulation::Simulation(const scene::Scene& scene, std::span<Effect* const> effec
     : timeSettings_(scene.time), solverSettings_(scene.solver), h_(scene.grid.coarsening * scene.grid.voxelSize)
 {
     for (const scene::Body& body : scene.bodies) addBody(scene, body, memoryLimit);
-    grips_ = std::make_unique<Grips>(scene.grips, bodies_);
+    grips_ = std::make_unique<Grips>(scene.grips, scene.time.fps, bodies_);
     rebuild();
     grips_->requireNodes();
     for (std::size_t b = 0; b < bodies_.size(); ++b) setInitialVelocity(scene.bodies[b], bodies_[b]);
@@ -189,7 +189,8 @@ int Simulation::frameUnderWay() const { return std::max(1, int(std::ceil(time_ *
 std::span<const std::uint32_t> Simulation::gripNodes(std::size_t grip) const
 {
     if (grip >= grips_->count())
-        throw InputError({"grip " + std::to_string(grip), "is none", std::to_string(grips_->count()) + " grips", ""});
+        throw InputError({"grip " + std::to_string(grip), "there is none of that number",
+                          "less than " + std::to_string(grips_->count()), "the first is grip 0"});
     return grips_->nodes(grip);
 }
 
@@ -200,7 +201,7 @@ StepRecord Simulation::step(double until)
                           "a time after " + shortNumber(time_, 6) + " s, where the simulation is", ""});
     StepRecord record;
     if (!stages_.grid.empty()) elastic_->keepDensities();  // the grid is asked to change by them after the solve
-    solve(record, std::min(until, grips_->nextRelease(time_)));
+    solve(record, grips_->endOfStep(time_, until));
     updateGrid(record);
     measure(record);
     kineticEnergy_ = record.kineticEnergy;

@@ -192,15 +192,15 @@ void Simulation::restoreProgress(const Archive& archive)
           step < std::numeric_limits<int>::max()))
         archive.complain("its time, step number or time step is out of range");
     time_ = time[0], steps_ = int(step);
-    letGoOfGrips();
     stepControl_->restoreTrusted(time[1]);
     const std::vector<double> energy = archive.get<double>("energy", 3);
     for (double value : energy)
         if (!std::isfinite(value)) archive.complain("an energy is not a number");
     elasticEnergy_ = energy[0], putIn_ = energy[1], unnamed_ = energy[2];
     kineticEnergy_ = kineticEnergy(state_.v);
-    balanced_ = archive.getOne<std::int64_t>("balanced") != 0;
     grips_->restoreFrom(archive);
+    letGoOfGrips();
+    balanced_ = archive.getOne<std::int64_t>("balanced") != 0;
 }
 
 /// Calls restore for all that the archive knows; the others begin anew.

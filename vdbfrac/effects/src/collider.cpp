@@ -364,15 +364,15 @@ double Colliders::largestStep(const solver::State& state, double time)
     look(state.x, time);
     places_ = start_;
     held_ = heldAt(state.x, start_);
+    const std::vector<scene::RigidVelocity> carried = obstacles_.velocitiesAt(time);
     const double rate = orderedMax(surface_.size(), kChunk, 0, [&](std::size_t begin, std::size_t end) {
         double most = 0;
         for (std::uint32_t i = std::uint32_t(begin); i < end; ++i) {
-            const Vec3 v = surface_.at(i, state.v);
+            const Vec3 y = surface_.at(i, state.x), v = surface_.at(i, state.v);
             for (std::size_t c = 0; c < obstacles_.size(); ++c) {
                 const double room = obstacles_[c].halfThickness();
                 if (!std::isfinite(room)) continue;
-                const Vec3 carried = scene::velocityAt(obstacles_[c].collider().move, time, apart(i, c).at);
-                most = std::max(most, (v - carried).norm() / (room + std::max(0., apart(i, c).distance)));
+                most = std::max(most, (v - carried[c](y)).norm() / (room + std::max(0., apart(i, c).distance)));
             }
         }
         return most;

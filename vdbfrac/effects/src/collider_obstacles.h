@@ -65,6 +65,13 @@ public:
         for (const Obstacle& o : all_) places.push_back(scene::placementAt(o.collider().move, time));
         return places;
     }
+    /// Of each collider, just after a time [s].
+    std::vector<scene::RigidVelocity> velocitiesAt(double time) const
+    {
+        std::vector<scene::RigidVelocity> velocities;
+        for (const Obstacle& o : all_) velocities.push_back(scene::velocityAt(o.collider().move, time));
+        return velocities;
+    }
     /// m; of a point y [m] from a collider.
     double distance(const Vec3& y, std::size_t collider, const Places& places) const
     {

@@ -181,7 +181,7 @@ Driven Fracture::drivenByTension(const core::GridContext& context, const core::B
                               &path};
     const grid::TensionAbove above = grid::tensionAbove(law.kappa, loaded, average, tension_[body.name].largest);
     if (tellsMargin_ && isFrame(context.time)) {
-        constexpr double kLittle = .05;  // what nobody looks at
+        constexpr double kLittle = .05;  // of kappa; less is left out of the grid
         grid::VoxelValues& margins = tension_[body.name].margins =
             grid::tensionAtFront(loaded, average, kLittle * law.kappa);
         for (float& psi : margins.scalars) psi = float(double(psi) / law.kappa);
@@ -288,11 +288,11 @@ grid::PhiChanges Fracture::update(const core::GridContext& context, const core::
     }
     std::vector<VoxelPhi>& band = front.band;
     // Hegemann's Psi - kappa with a mobility that falls with Psi: cracks run at front_speed c_R (1 - kappa / Psi).
-    std::vector<double>& psi = front.psi;
-    double fastest = 0;  // in front_speed c_R
-    for (std::size_t i = 0; i < psi.size(); ++i) {
-        const double speed = std::max(0., 1 - law.kappa / psi[i]) * front.share[i];
-        psi[i] = law.kappa * (1 + speed);
+    std::vector<double> driving;  // the Psi [J/m^3] that moves each voxel node at that speed
+    double fastest = 0;           // in front_speed c_R
+    for (std::size_t i = 0; i < front.psi.size(); ++i) {
+        const double speed = std::max(0., 1 - law.kappa / front.psi[i]) * front.share[i];
+        driving.push_back(law.kappa * (1 + speed));
         fastest = std::max(fastest, speed);
     }
     const double eps = values_.number("front_width") * dx_;
@@ -320,9 +320,9 @@ grid::PhiChanges Fracture::update(const core::GridContext& context, const core::
         // the flanks of a crack catch up with its tip.
         const double wanted = step.s = mobility * context.dt / parts;
         for (std::size_t i = 0; i < band.size(); ++i)
-            step.s = std::min(step.s, griffithTime(band[i].phi, psi[i], step.maxMove, step));
+            step.s = std::min(step.s, griffithTime(band[i].phi, driving[i], step.maxMove, step));
         for (std::size_t i = 0; i < band.size(); ++i) {
-            const double phi = griffithUpdate(band[i].phi, psi[i], step);
+            const double phi = griffithUpdate(band[i].phi, driving[i], step);
             if (float(phi) > band[i].phi) raised.emplace_back(band[i].voxel, band[i].phi = float(phi));
         }
         if (raised.empty()) break;

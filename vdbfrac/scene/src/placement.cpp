@@ -1,7 +1,5 @@
 #include <vdbfrac/scene/placement.h>
 
-#include <Eigen/Geometry>
-
 #include <algorithm>
 #include <numbers>
 
@@ -43,25 +41,24 @@ Placement placementAt(const Path& path, double time)
     return std::visit([&](const auto& move) { return placementAt(move, time); }, path);
 }
 
-Vec3 velocityAt(const Velocity& move, double, const Vec3&) { return move.velocity; }
+RigidVelocity velocityAt(const Velocity& move, double) { return {.velocity = move.velocity}; }
 
-Vec3 velocityAt(const Keys& move, double time, const Vec3& X)
+RigidVelocity velocityAt(const Keys& move, double time)
 {
     const auto after = keyAfter(move.keys, time);
-    if (after == move.keys.begin() || after == move.keys.end()) return Vec3::Zero();
-    const PoseKey &a = after[-1], &b = after[0];
+    if (after == move.keys.begin() || after == move.keys.end()) return {};
+    const PoseKey &a = after[-1], &b = after[0], now = poseAt(move.keys, time);
     const double perSecond = 1 / (b.time - a.time);
-    const Vec3 angles = poseAt(move.keys, time).rotate,
-               rate = perSecond * (std::numbers::pi / 180) * (b.rotate - a.rotate);
+    const Vec3 rate = perSecond * (std::numbers::pi / 180) * (b.rotate - a.rotate);
     // Turned about x first: that axis goes along with the turns about y and z, that of y with the one about z.
-    const Mat3 y = rotationOf({0, angles.y(), 0}), z = rotationOf({0, 0, angles.z()});
+    const Mat3 y = rotationOf({0, now.rotate.y(), 0}), z = rotationOf({0, 0, now.rotate.z()});
     const Vec3 spin = rate.z() * Vec3::UnitZ() + z * (rate.y() * Vec3::UnitY() + y * (rate.x() * Vec3::UnitX()));
-    return spin.cross(rotationOf(angles) * (X - move.pivot)) + perSecond * (b.translate - a.translate);
+    return {perSecond * (b.translate - a.translate), spin, move.pivot + now.translate};
 }
 
-Vec3 velocityAt(const Path& path, double time, const Vec3& X)
+RigidVelocity velocityAt(const Path& path, double time)
 {
-    return std::visit([&](const auto& move) { return velocityAt(move, time, X); }, path);
+    return std::visit([&](const auto& move) { return velocityAt(move, time); }, path);
 }
 
 }  // namespace vdbfrac::scene

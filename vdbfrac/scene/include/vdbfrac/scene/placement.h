@@ -3,6 +3,8 @@
 
 #include <vdbfrac/scene/scene.h>
 
+#include <Eigen/Geometry>
+
 namespace vdbfrac::scene {
 
 /// x = pivot + turn (X - pivot) + shift.
@@ -18,9 +20,16 @@ Placement placementAt(const Velocity& move, double time);
 Placement placementAt(const Keys& move, double time);
 Placement placementAt(const Path& path, double time);
 
-/// How fast [m/s] what began at X [m] moves just after a time [s].
-Vec3 velocityAt(const Velocity& move, double time, const Vec3& X);
-Vec3 velocityAt(const Keys& move, double time, const Vec3& X);
-Vec3 velocityAt(const Path& path, double time, const Vec3& X);
+/// How fast what is at x [m] is carried along: velocity + spin x (x - about) [m/s].
+struct RigidVelocity {
+    Vec3 velocity = Vec3::Zero(), spin = Vec3::Zero(), about = Vec3::Zero();  ///< m/s, 1/s, m
+
+    Vec3 operator()(const Vec3& x) const { return velocity + spin.cross(x - about); }
+};
+
+/// Just after a time [s].
+RigidVelocity velocityAt(const Velocity& move, double time);
+RigidVelocity velocityAt(const Keys& move, double time);
+RigidVelocity velocityAt(const Path& path, double time);
 
 }  // namespace vdbfrac::scene
