@@ -131,7 +131,7 @@ with tempfile.TemporaryDirectory() as temporary:
     before = states(run)
     sim(top / "refused", "--branch", run, "--set", "time.fps=25", "--set", "body.0.velocity=[0,1,0]", code=2, texts=["time.fps = 25", "body.0.velocity", "cannot change in a branch"])
     sim(top / "jump", "--branch", run, "--at", AT, *tough, "--set", "grip.top.move.velocity=[0,0.9,0]", code=2, texts=["would jump by", "half a cell", "keys that pass through"])
-    sim(top / "let_go", "--branch", run, "--at", AT, *tough, "--set", "grip.top.until=0.1", texts=["grip.top.until = 0.1"])
+    sim(top / "let_go", "--branch", run, "--at", AT, *tough, "--set", "grip.top.until=0.1", texts=["until = 0.1 (was not there)"])
     sim(top / "other", "--branch", top / "none", code=4, texts=["none"])
     sim(run, "--branch", run, code=4, texts=["is not empty"])
     sim(run, "--branch", run, "--overwrite", code=2, texts=["the folder that the branch would be written into"])
