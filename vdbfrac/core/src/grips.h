@@ -94,7 +94,7 @@ private:
     bool isDue(const Held& held, double time) const;
 
     std::vector<scene::Grip> grips_;
-    double soon_;  // s: nothing is shorter, times in scenes are rounded
+    double soon_;  // s: times nearer to each other are the same, as those in scenes are rounded
     std::vector<Held> held_;
     std::vector<std::string> bodyNames_;
     solver::Boundary boundary_;
