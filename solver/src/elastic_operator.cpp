@@ -89,6 +89,7 @@ ElasticOperator::ElasticOperator(std::span<const ElementSet> sets, std::size_t n
     for (int thread = 0; thread < threadSlots(); ++thread) {
         d.in.emplace_back(3 * d.p.largestStride);
         d.out.emplace_back(kDiagonalRows * d.p.largestStride);
+        d.psi.emplace_back();
     }
     for (const ElementSet& set : sets) d.elements += set.elements.size();
 }
@@ -114,7 +115,6 @@ void ElasticOperator::setAsleep(std::span<const std::uint8_t> nodes)
     const std::vector<std::uint8_t> before = std::move(d.asleep);
     d.asleep.clear();
     d.tetsAsleep = 0;
-    d.psiAt.clear();
     if (nodes.empty()) return;
     d.asleep.resize(d.p.patches.size());
     d.energyAsleep.resize(d.p.patches.size());
@@ -131,19 +131,12 @@ void ElasticOperator::setAsleep(std::span<const std::uint8_t> nodes)
     }
 }
 
-void ElasticOperator::keepDensities()
-{
-    data_->keepsDensities = true;
-    data_->psi.resize(data_->p.batches.size() * tetmesh::kMaxTets * kLanes);
-}
-
 bool ElasticOperator::hasAsleep() const { return data_->tetsAsleep > 0; }
 
 std::size_t ElasticOperator::bytes() const
 {
     const Data& d = *data_;
-    return d.p.bytes() + (d.mass.size() + d.stiffness.size() + d.psi.size()) * sizeof(double) +
-           d.psiAt.size() * sizeof(Vec3) +
+    return d.p.bytes() + (d.mass.size() + d.stiffness.size()) * sizeof(double) +
            (kDiagonalRows * d.p.slotCount + (kDiagonalRows + 3) * d.p.largestStride * d.in.size()) * sizeof(double);
 }
 
@@ -168,13 +161,8 @@ double ElasticOperator::evaluate(std::span<const Vec3> x, std::span<Vec3> gradie
         tangent->ofCells_ = false;
         tangent->share_ = share;
     }
-    if (d.keepsDensities) {
-        d.psiAt.resize(x.size());
-        eachNode<double>(x.size(), [&](std::size_t n) { d.psiAt[n] = x[n]; });
-    }
     std::atomic<std::int64_t> robust = 0;
-    d.eachPatch(x, tangent, [&](std::size_t i, PatchData patch, const double* in, double* out) {
-        if (d.keepsDensities) patch.psi = d.psiOf(i);
+    d.eachPatch(x, tangent, [&](std::size_t i, const PatchData& patch, const double* in, double* out) {
         const KernelResult r = kernel().evaluate(patch, kRobust, in, out);
         d.patchEnergy[i] = r.energy;
         if (r.robustTets) robust += r.robustTets;
@@ -190,46 +178,31 @@ void ElasticOperator::energyDensities(std::span<const Vec3> x, std::vector<doubl
 {
     const Data& d = *data_;
     constexpr std::size_t kTets = tetmesh::kMaxTets;
-    d.psi.resize(d.p.batches.size() * kTets * kLanes);
     density.resize(d.elements * kTets);
-    std::atomic<std::int64_t> computed = 0;
-    parallelChunks(d.p.patches.size(), 1, [&](std::size_t i, std::size_t) {
+    d.eachPatch(x, nullptr, all, [&](std::size_t i, PatchData patch, const double* in, double* out) {
         const Patch& range = d.p.patches[i];
-        const bool isLeftOut = !all && d.isAsleep(i);
-        if (!isLeftOut && !d.isKept(i, x)) {
-            (void)d.evaluateAlone(i, x, d.psiOf(i));
-            computed += range.tets;
-        }
-        const double* const psi = d.psiOf(i);
+        std::vector<double>& psi = d.psi[std::size_t(threadSlot())];
+        psi.resize(std::max(psi.size(), range.batches * kTets * kLanes));
+        patch.psi = psi.data();
+        (void)kernel().evaluate(patch, kRobust, in, out);
         for (std::size_t e = range.firstElement; e < range.firstElement + range.elements; ++e) {
             const std::size_t batch = d.p.laneOfElement[e] / kLanes, lane = d.p.laneOfElement[e] % kLanes;
-            const std::size_t tets = isLeftOut ? 0 : d.p.tetsOf(batch);
             for (std::size_t t = 0; t < kTets; ++t)
-                density[e * kTets + t] = t < tets && d.volumeShare(batch, t, lane) > 0
+                density[e * kTets + t] = t < d.p.tetsOf(batch) && d.volumeShare(batch, t, lane) > 0
                                              ? psi[((batch - range.firstBatch) * kTets + t) * kLanes + lane]
                                              : 0;
         }
     });
-    if (computed > 0) d.psiAt.clear();  // some are now of another x
-    d.work.evaluations += computed > 0;
-    d.work.evaluatedTets += computed;
+    for (std::size_t i = 0; i < d.p.patches.size() && !all; ++i)
+        if (const Patch& patch = d.p.patches[i]; d.isAsleep(i))
+            std::fill_n(density.begin() + std::ptrdiff_t(patch.firstElement * kTets), patch.elements * kTets, 0.);
     std::size_t entry = 0;  // what the kernel has is over the stiffness
     for (const ElementSet& set : d.sets) {
         for (std::size_t i = 0; i < set.stiffness.size(); ++i) density[entry + i] *= double(set.stiffness[i]);
         entry += set.elements.size() * kTets;
     }
-}
-
-/// Energy of one patch, whose forces nobody asks for, and its densities where `densities` is not null.
-KernelResult ElasticOperator::Data::evaluateAlone(std::size_t i, std::span<const Vec3> x, double* densities) const
-{
-    PatchData patch = patchData(i, nullptr);
-    patch.psi = densities;
-    double* const own = in[std::size_t(threadSlot())].as<double>();
-    double* const unused = out[std::size_t(threadSlot())].as<double>();
-    kernel().of<double>().read(patch, x.data()->data(), own);
-    std::fill_n(unused, 3 * patch.stride, 0.);
-    return kernel().evaluate(patch, kRobust, own, unused);
+    d.work.evaluations += 1;
+    d.work.evaluatedTets += all ? d.p.tets : d.tetsAwake();
 }
 
 /// Energy of the patches that are left out [J]; it is found once.
@@ -237,7 +210,12 @@ double ElasticOperator::Data::asleepEnergy(std::span<const Vec3> x) const
 {
     parallelChunks(asleep.size(), 1, [&](std::size_t i, std::size_t) {
         if (!asleep[i] || !std::isnan(energyAsleep[i])) return;
-        energyAsleep[i] = evaluateAlone(i, x, nullptr).energy;
+        const PatchData patch = patchData(i, nullptr);
+        double* const own = in[std::size_t(threadSlot())].as<double>();
+        double* const unused = out[std::size_t(threadSlot())].as<double>();
+        kernel().of<double>().read(patch, x.data()->data(), own);
+        std::fill_n(unused, 3 * patch.stride, 0.);
+        energyAsleep[i] = kernel().evaluate(patch, kRobust, own, unused).energy;
     });
     double sum = 0;
     for (std::size_t i = 0; i < asleep.size(); ++i) sum += asleep[i] ? energyAsleep[i] : 0;

@@ -50,10 +50,7 @@ struct ElasticOperator::Data {
     // Scratch, made once: what each patch adds to each of its nodes, and vectors of the patch that a thread works on.
     Scratch slots{0};
     std::vector<Scratch> in, out;
-    // Energy densities over the stiffness, as batches lie, and the x they are of; empty: of none.
-    bool keepsDensities = false;
-    mutable std::vector<double> psi;
-    mutable std::vector<Vec3> psiAt;
+    mutable std::vector<std::vector<double>> psi;  // of energyDensities, made when it is first asked for
 
     /// `tangent` may be null.
     PatchData patchData(std::size_t i, const Tangent* tangent) const
@@ -131,20 +128,6 @@ struct ElasticOperator::Data {
         std::fill_n(slots.as<Real>() + rows * p.patches[patch].firstSlot, rows * p.patches[patch].slots(), Real(0));
     }
     double totalEnergy() const { return std::accumulate(patchEnergy.begin(), patchEnergy.end(), 0.); }
-
-    double* psiOf(std::size_t patch) const
-    {
-        return psi.data() + p.patches[patch].firstBatch * tetmesh::kMaxTets * kLanes;
-    }
-    /// Are a patch's densities those at x?
-    bool isKept(std::size_t patch, std::span<const Vec3> x) const
-    {
-        const std::span ownRuns = std::span(p.runs).subspan(p.patches[patch].firstRun, p.patches[patch].runs);
-        return !psiAt.empty() && !isAsleep(patch) && std::ranges::all_of(ownRuns, [&](const NodeRun& run) {
-            return std::ranges::equal(std::span(psiAt).subspan(run.node, run.count), x.subspan(run.node, run.count));
-        });
-    }
-    KernelResult evaluateAlone(std::size_t patch, std::span<const Vec3> x, double* densities) const;
 
     /// Material volume of a tet over h^3, times its stiffness; 0 in a lane that is not used.
     double volumeShare(std::size_t batch, std::size_t t, std::size_t l) const

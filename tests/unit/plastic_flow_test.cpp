@@ -201,39 +201,6 @@ TEST_P(FlowCases, DensitiesAddUpToTheEnergy)
     EXPECT_NEAR(energy, expected, kRounding * expected);
 }
 
-/// Densities that evaluate() kept are what they are without, to the bit, and cost nothing; of other positions, or where
-/// what sleeps has changed since, they are computed.
-TEST_P(FlowCases, DensitiesOfTheLastEvaluationAreKept)
-{
-    const auto x = body.shaken(0.2), other = body.shaken(0.1);
-    auto keeping = body.elastic(elasticity());
-    keeping.keepDensities();
-    std::vector<double> density, expected;
-    const auto evaluatedFor = [&](const std::vector<Vec3>& at, bool all = false) {
-        elastic.energyDensities(at, expected, true);
-        const std::int64_t before = keeping.work().evaluatedTets;
-        keeping.energyDensities(at, density, all);
-        return keeping.work().evaluatedTets - before;
-    };
-    solver::Tangent tangent;
-    std::vector<Vec3> gradient(x.size(), Vec3::Zero());
-    (void)keeping.evaluate(x, gradient, &tangent, 0.1);  // as solvers do
-    EXPECT_EQ(evaluatedFor(x), 0);
-    EXPECT_EQ(density, expected);
-    EXPECT_EQ(evaluatedFor(other), keeping.tetCount());
-    EXPECT_EQ(density, expected);
-
-    const std::vector<std::uint8_t> all(body.block.nodes.size(), 1);
-    keeping.setAsleep(all);
-    (void)keeping.evaluate(x, {}, nullptr);
-    EXPECT_EQ(evaluatedFor(x, true), keeping.tetCount());
-    EXPECT_EQ(density, expected);
-    (void)keeping.evaluate(x, {}, nullptr);
-    keeping.setAsleep({});
-    EXPECT_EQ(evaluatedFor(x), keeping.tetCount());
-    EXPECT_EQ(density, expected);
-}
-
 TEST_P(FlowCases, GradientIsTheDerivativeOfTheEnergy)
 {
     const auto x = body.shaken(0.2), u = body.random(1, 5), g = gradient(x);

@@ -18,9 +18,9 @@ namespace {
 
 // Fitted to the peaks of 20 runs of 7 000 to 500 000 nodes; docs/measured.md has them beside what this says.
 constexpr double kKibi = 1024, kGibi = kKibi * kKibi * kKibi, kProgram = 60 * kKibi * kKibi;
-constexpr double kPerTet = 0.352 * kKibi;          // state, tables, tangent, coarse lattices
-constexpr double kPerTetJacobi = 0.314 * kKibi;    // no coarse lattices
-constexpr double kPerTetExplicit = 0.169 * kKibi;  // no tangent either
+constexpr double kPerTet = 0.341 * kKibi;          // state, tables, tangent, coarse lattices
+constexpr double kPerTetJacobi = 0.303 * kKibi;    // no coarse lattices
+constexpr double kPerTetExplicit = 0.158 * kKibi;  // no tangent either
 constexpr double kPerDelaunayTet = 9.9 * kKibi;    // CGAL's mesher has the peak
 constexpr double kPerDirect = 0.88 * kKibi;        // times nodes^(4/3): what factors fill in
 // Pieces of cut cells; of cells of several voxels.

@@ -200,7 +200,6 @@ StepRecord Simulation::step(double until)
         throw InputError({"the end of a step", shortNumber(until, 6) + " s",
                           "a time after " + shortNumber(time_, 6) + " s, where the simulation is", ""});
     StepRecord record;
-    if (!stages_.grid.empty()) elastic_->keepDensities();  // the grid is asked to change by them after the solve
     solve(record, grips_->endOfStep(time_, until));
     updateGrid(record);
     measure(record);

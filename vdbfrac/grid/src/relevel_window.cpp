@@ -31,24 +31,28 @@ bool isFlat(const float* at)
     return same;
 }
 
+/// The size [m] of voxels that OpenVDB's constants, which are lengths, are right for.
+constexpr float kTheirDx = 0.1f;
+
 struct Step {
-    float dt, invDx;
+    float dt, invDx, guard;
     /// phi after a step, by the square of its gradient (times dx^2).
     float operator()(float phi, float normSquared) const
     {
-        const float s = phi / std::max(std::sqrt(phi * phi + normSquared), std::numeric_limits<float>::min());
+        const float s = phi / (std::sqrt(phi * phi + normSquared) + guard);
         return phi - dt * s * (std::sqrt(normSquared) * invDx - 1.0f);
     }
 };
 
 }  // namespace
 
-/// Derivatives along an axis at 8 voxels side by side in z, times dx: D- and D+ (Jiang & Peng 2000). Differences of a
-/// distance are about dx, the scale of OpenVDB's weights, so that bodies of any size are levelled alike.
+/// Derivatives along an axis at 8 voxels side by side in z, times dx: D- and D+ (Jiang & Peng 2000, as in OpenVDB).
+/// Their weights go by the size of voxels, so that bodies of any size are levelled alike.
 struct Weno5 {
     static void differences(const float* at, int step, float dx, Line& down, Line& up)
     {
-        const float scale2 = dx * dx;
+        constexpr float kTheirScale2 = 0.01f;
+        const float scale2 = kTheirScale2 * (dx / kTheirDx) * (dx / kTheirDx);
         const auto weno = [&](const float* p, int way) {
             const auto d = [&](int k) { return p[(k + 1) * way] - p[k * way]; };
             return openvdb::math::WENO5(d(2), d(1), d(0), d(-1), d(-2), scale2);
@@ -166,7 +170,7 @@ template <class Differences>
 void RelevelWindow::sweepLeaf(const Block& block, Values& next) const
 {
     const float dx = float(dx_);
-    const Step step{dx * 0.3f, 1.0f / dx};
+    const Step step{dx * 0.3f, 1.0f / dx, openvdb::math::Tolerance<float>::value() * (dx / kTheirDx)};
     for (int line = 0; line < 64; ++line) {
         const float* at = block.data() + kFirst + (line >> 3) * kStep[0] + (line & 7) * kStep[1];
         float* to = next.data() + 8 * line;

@@ -144,9 +144,6 @@ public:
     /// where these are given (not empty, not null). The tangent then also has `share` times linear elasticity in the
     /// rotated frame of each tet, which costs a product nothing.
     double evaluate(std::span<const Vec3> x, std::span<Vec3> gradient, Tangent* tangent, double share = 0) const;
-    /// From now on evaluate() keeps the energy densities of its x, and energyDensities() computes only where x has
-    /// changed.
-    void keepDensities();
     /// Energy density of every tet [J/m^3]: entry 6 e + t for tet t of element e (elements counted through all sets); 0
     /// for a tet without material. `density` is given its size. Those of patches that are left out are 0, or what
     /// they are with `all`.
