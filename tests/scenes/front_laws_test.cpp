@@ -145,37 +145,4 @@ TEST(Arrival, IsTheEndOfTheStepInWhichPhiRoseToZero)
     EXPECT_GE(times.size(), 3u);  // layers, one after the other
 }
 
-/// All lengths times L, and with them toughness and times: the same body of another unit of length, wider voxels too.
-std::string notchedCubeOf(double L)
-{
-    std::ostringstream s;
-    s.precision(17);
-    s << "version = 1\nname = \"cube\"\ngrid = { voxel_size = " << .1 * L
-      << " }\ntime = { frames = [1, 8], fps = " << 24 / L << " }\n[[body]]\nname = \"cube\"\nshape = { box = { size = ["
-      << .98 * L << ", " << .98 * L << ", " << .98 * L
-      << "] } }\ncut = [{ cylinder = { axis = \"z\", radius = " << .3 * L << ", center = [" << .5 * L
-      << ", 0, 0] } }]\nmaterial = \"gel\"\n[material]\n"
-      << "gel = { youngs_modulus = 1e5, poisson_ratio = 0.3, density = 1000 }\n[[grip]]\nbody = \"cube\"\n"
-      << "region = { halfspace = { normal = \"y\", offset = " << .4 * L << " } }\nmove = { velocity = [0, 3, 0] }\n"
-      << "[fracture]\ntoughness = " << 100 * L << "\n";
-    return s.str();
-}
-
-/// A power of two in the lengths changes no bit of a number but its exponent.
-TEST(Front, GoesTheSameWayInBodiesOfAnySize)
-{
-    SceneRun one(notchedCubeOf(1));
-    one.toEnd();
-    const core::StepRecord& last = one.steps.back();
-    ASSERT_EQ(one.simulation.fragments(), 2u);
-    for (const double L : {0x1p-10, 0x1p20}) {
-        SceneRun run(notchedCubeOf(L));
-        run.toEnd();
-        EXPECT_EQ(run.steps.size(), one.steps.size()) << L;
-        EXPECT_EQ(run.steps.back().volume / (L * L * L), last.volume) << L;
-        EXPECT_EQ(run.steps.back().elasticEnergy / (L * L * L), last.elasticEnergy) << L;
-        EXPECT_EQ(run.steps.back().kineticEnergy / (L * L * L), last.kineticEnergy) << L;
-    }
-}
-
 }  // namespace
