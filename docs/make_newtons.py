@@ -56,11 +56,14 @@ def page(result):
 DATA = """// Made by docs/make_newtons.py from the output of `vdbfrac verify --newtons`.
 #pragma once
 
+#include <vdbfrac/scene/scene.h>
+
 namespace vdbfrac::cli {
 
-/// Largest errors of bars this many lattice cells thick [%%].
+/// Largest errors of bars this many lattice cells thick, of a lattice and nu [%%].
 struct BendingError {
-    double cells, bending, torsion;
+    scene::LatticeKind lattice;
+    double nu, cells, bending, torsion;
 };
 inline constexpr BendingError kBendingErrors[] = {%s};
 
@@ -76,14 +79,13 @@ inline constexpr TearingError kTearingErrors[] = {%s};
 
 
 def largest(result, pattern):
-    """Largest errors of measurements whose names match, by cells: in % of a reference that is not 0."""
+    """Largest errors of measurements whose names match, by the groups of the match: in % of a reference that is not 0."""
     errors = {}
     for m in (m for c in result["cases"] for m in c["measured"]):
         if found := re.search(pattern, m["what"]):
             reference = m["reference"]
             error = 100 * abs(m["value"] / reference - 1) if reference else abs(m["value"])
-            cells = int(found[1])
-            errors[cells] = max(error, errors.get(cells, 0))
+            errors[found.groups()] = max(error, errors.get(found.groups(), 0))
     return errors
 
 
@@ -91,10 +93,12 @@ def data(result):
     """What sim -n expects: a header of the program."""
     def rows(*patterns):
         columns = [largest(result, p) for p in patterns]
-        return ", ".join(f"{{{cells}, {', '.join(f'{c[cells]:.3g}' for c in columns)}}}" for cells in sorted(columns[0]))
+        keys = sorted(columns[0], key=lambda key: [*key[:-1], int(key[-1])])
+        return ", ".join(f"{{{', '.join([*key, *(f'{c[key]:.3g}' for c in columns)])}}}" for key in keys)
 
-    return DATA % (rows(r"^EI.* (\d+) cells: error, %", r"^GJ.* (\d+) cells: error, %"),
-                   rows(r" (\d+) cells.*: (?:peak )?load, N", r" (\d+) cells.*: slope, degrees"))
+    bars = ", (\\w+), nu = ([\\d.]+), .* (\\d+) cells: error, %"
+    bending = re.sub(r"\{(\w+)", r"{scene::LatticeKind::\1", rows("^EI" + bars, "^GJ" + bars))
+    return DATA % (bending, rows(r" (\d+) cells.*: (?:peak )?load, N", r" (\d+) cells.*: slope, degrees"))
 
 
 def offset(m):

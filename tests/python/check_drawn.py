@@ -400,6 +400,39 @@ density = 1000
     check("a colour out of range is told", "material.red.colour" in said and "each from 0 to 1" in said, said)
 
 
+def check_placed(folder):
+    """A mesh for `embed` is put where the scene puts the file of its body."""
+    text = """version = 1
+name = "p"
+[time]
+frames = [1, 2]
+[grid]
+voxel_size = 0.1
+[[body]]
+name = "b"
+shape = { mesh = { file = "block.obj", scale = 2, rotate = [20, -35, 70], translate = [1, 2, 3] } }
+material = "m"
+[material.m]
+youngs_modulus = 1e5
+poisson_ratio = 0.3
+density = 1000
+[output]
+vdb = []
+motion = true
+"""
+    (folder / "p.toml").write_text(text)
+    run = folder / "placed"
+    vdbfrac("sim", folder / "p.toml", "-o", run, "-q")
+    vdbfrac("embed", run, "-o", folder / "own.obj")
+    vdbfrac("embed", run, folder / "block.obj", "--placed", "-o", folder / "put.obj")
+    own, put = Obj(folder / "own.obj").points, Obj(folder / "put.obj").points
+    check("a mesh is put where the scene puts the body's file", own.shape == put.shape and np.abs(own - put).max() < 1e-6)
+    (folder / "p.toml").write_text("\n".join("shape = { box = { size = [1, 1, 1] } }" if l.startswith("shape") else l for l in text.splitlines()))
+    vdbfrac("sim", folder / "p.toml", "-o", run, "-q", "--overwrite")
+    said = vdbfrac("embed", run, folder / "block.obj", "--placed", "-o", folder / "no.obj", code=2)
+    check("there is no place where the body is no file", "body 'b' is of no file that the scene moves" in said, said)
+
+
 def main(folder):
     write_block(folder / "block.obj", 20)
     write_block(folder / "fine.obj", 60)
@@ -416,6 +449,7 @@ def main(folder):
     last = check_frames(run, folder / "block.obj")
     check_ply(folder)
     check_colours(folder)
+    check_placed(folder)
     check_embedded(folder, run, last)
     check_missing_materials(folder)
 

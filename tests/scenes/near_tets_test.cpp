@@ -108,4 +108,31 @@ TEST(NearTets, SeeAcrossACrackAtAnAngle)
     EXPECT_EQ(seen, inside);
 }
 
+/// What falls as a whole comes no nearer to itself: it lists what it lists at rest.
+TEST(NearTets, CommonMotionListsNothingMore)
+{
+    const lab::SceneRun run(
+        "version = 1\nname = \"ring\"\n[time]\nframes = [1, 2]\n[grid]\nvoxel_size = 0.05\n[[body]]\n"
+        "name = \"ring\"\nmaterial = \"gel\"\nshape = { torus = { radius = 0.4, tube = 0.15 } }\n"
+        "[material.gel]\nyoungs_modulus = 1e5\npoisson_ratio = 0.3\ndensity = 1000\n");
+    const auto bodies = run.simulation.bodies();
+    contact::TouchingSurface surface;
+    surface.start(bodies, 0);
+    surface.settle();
+    contact::Targets targets;
+    targets.set(bodies, 2 * kDx);
+    const std::vector<Vec3> x = tetmesh::restPositions(*bodies[0].mesh);
+    const auto pairs = [&](double speed, double common) {
+        std::vector<Vec3> v;
+        for (const Vec3& X : x) v.push_back(Vec3(0, -common, 0) + speed * Vec3(X.y(), -X.x(), 0));
+        contact::NearTets near;
+        near.find(surface, targets, x, contact::ahead(x, v, .04, 8 * kDx), .1 * kDx);
+        return near.pairs();
+    };
+    const std::size_t atRest = pairs(0, 0), turning = pairs(20, 0);
+    EXPECT_GT(turning, atRest);
+    EXPECT_EQ(pairs(0, 10), atRest);
+    EXPECT_EQ(pairs(20, 8), turning);
+}
+
 }  // namespace

@@ -16,6 +16,7 @@ inline void expectEqual(const Primitive& a, const Primitive& b)
     EXPECT_EQ(a.kind, b.kind);
     EXPECT_EQ(a.center, b.center);
     EXPECT_EQ(a.size, b.size);
+    EXPECT_EQ(a.rotate, b.rotate);
     EXPECT_EQ(a.axis, b.axis);
     EXPECT_EQ(a.radius, b.radius);
     EXPECT_EQ(a.height, b.height);
@@ -41,8 +42,12 @@ inline void expectEqual(const decltype(scene::Body::shape)& a, const decltype(sc
         EXPECT_EQ(mesh->translate, other.translate);
     }
     if (const auto* vdb = std::get_if<scene::VdbFile>(&a)) {
-        EXPECT_EQ(vdb->file, std::get<scene::VdbFile>(b).file);
-        EXPECT_EQ(vdb->grid, std::get<scene::VdbFile>(b).grid);
+        const scene::VdbFile& other = std::get<scene::VdbFile>(b);
+        EXPECT_EQ(vdb->file, other.file);
+        EXPECT_EQ(vdb->grid, other.grid);
+        EXPECT_EQ(vdb->scale, other.scale);
+        EXPECT_EQ(vdb->rotate, other.rotate);
+        EXPECT_EQ(vdb->translate, other.translate);
     }
 }
 

@@ -29,6 +29,8 @@ std::vector<Solid> solids()
         return all.back().primitive;
     };
     add("box", Primitive::Kind::box).size = Vec3(1, .6, .4);
+    Primitive& turned = add("turned box", Primitive::Kind::box);
+    turned.size = Vec3(1, .6, .4), turned.rotate = Vec3(20, -35, 70);
     add("sphere", Primitive::Kind::sphere).radius = .7;
     for (const char* name : {"cylinder", "endless cylinder"}) {
         Primitive& p = add(name, Primitive::Kind::cylinder);
@@ -111,6 +113,9 @@ TEST(Primitives, KnownDistances)
     box.size = Vec3(2, 2, 2);
     EXPECT_DOUBLE_EQ(signedDistance(box, Vec3(2, 2, 2)), std::sqrt(3.));
     EXPECT_DOUBLE_EQ(signedDistance(box, Vec3::Zero()), -1);
+    box.size = Vec3(2, 1, 1), box.rotate = Vec3(0, 0, 90);  // along y now
+    EXPECT_NEAR(signedDistance(box, Vec3(0, 2, 0)), 1, 1e-15);
+    EXPECT_NEAR(signedDistance(box, Vec3(2, 0, 0)), 1.5, 1e-15);
     Primitive half;
     half.kind = Primitive::Kind::halfspace;
     half.axis = Vec3::UnitZ();

@@ -1,8 +1,10 @@
 // Grids with a surface at their zero -> clean level sets: what is kept, what is mended.
 #include "openvdb_access.h"
+#include "settle_signs.h"
 
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/base/parallel.h>
+#include <vdbfrac/grid/level_set_surface.h>
 #include <vdbfrac/grid/relevel.h>
 #include <vdbfrac/grid/vdb_file.h>
 #include <vdbfrac/tetmesh/surface_input.h>
@@ -254,6 +256,28 @@ TEST(SurfaceLevelSet, InsetTakesAwayWhatAWrapAdds)
     EXPECT_NEAR(volumeOf(cube(0, 1), 0), 1, kVolume);
     EXPECT_NEAR(volumeOf(cube(-0.01, 1.01), 0.01), 1, kVolume);
     EXPECT_NEAR(volumeOf(cube(-0.1, 1.1), 0.1), 1, kVolume);
+}
+
+TEST(SurfaceLevelSet, AVoxelThatIsOutsideByMistakeLetsNoOthersOut)
+{
+    constexpr double kVoxel = 1. / 17.3;  // faces are nowhere near voxels
+    const tetmesh::PolygonSoup soup = cube(-.5, .5);
+    grid::Triangles triangles;
+    for (const Vec3& X : soup.points) triangles.points.push_back(X / kVoxel);
+    for (const auto& p : soup.polygons)
+        for (std::size_t c = 2; c < 4; ++c)
+            triangles.corners.push_back({std::uint32_t(p[0]), std::uint32_t(p[c - 1]), std::uint32_t(p[c])});
+    const auto settledVolume = [&](const openvdb::Coord& planted) {
+        const grid::Voxelized made = grid::voxelize(triangles, kVoxel, 3);
+        if (made.phi->tree().isValueOn(planted))
+            made.phi->tree().setValueOnly(planted, std::abs(made.phi->tree().getValue(planted)));
+        grid::settleSigns(*made.phi, *made.closest, triangles);
+        return enclosedVolume(grid::wrap(made.phi));
+    };
+    const double expected = settledVolume(openvdb::Coord(100));
+    EXPECT_NEAR(expected, 1, kVolume);
+    for (int depth = 6; depth <= 8; ++depth)  // 2.65, 1.65 and .65 voxels
+        EXPECT_EQ(settledVolume(openvdb::Coord(1, -2, depth)), expected) << depth;
 }
 
 TEST(SurfaceLevelSet, ClosedHollowsAreFilled)

@@ -99,6 +99,24 @@ TEST_F(VdbFiles, VdbBodyIsTakenAsItIsOrRebuilt)
     EXPECT_LT(difference(make(bodyOf(sphere(0.5, Vec3(0.023, -0.18, 0.325)))), rebuilt, kRebuiltBand), kRebuilt * kDx);
 }
 
+TEST_F(VdbFiles, VdbBodyIsScaledTurnedAndMovedAsAMeshIs)
+{
+    Primitive box;
+    box.center = Vec3(.1, 0, 0), box.size = Vec3(.4, .3, .2);
+    const LevelSet phi = make(bodyOf(box), .5 * kDx);
+    LevelSet moved = phi.copy();
+    moved.grid().grid->transform().postTranslate({0.01, 0.02, 0.015});
+    writeVdb(folder_ / "box.vdb", {{"phi", &moved, {}, 1, ""}}, {});
+    scene::VdbFile file{folder_ / "box.vdb", "", 2, Vec3(0, 0, 30), Vec3(.1, -.2, 0)};
+    const LevelSet rebuilt = make(bodyOf(file));
+    Primitive expected = box;
+    expected.center = rotationOf(file.rotate) * (2 * (box.center + Vec3(.01, .02, .015))) + file.translate;
+    expected.size *= 2, expected.rotate = file.rotate;
+    EXPECT_LT(difference(make(bodyOf(expected)), rebuilt, kRebuiltBand), kDx);  // edges are rounded on voxels
+    const double exact = 8 * .4 * .3 * .2;
+    EXPECT_NEAR(volume(rebuilt), exact, 3 * kVolumeTolerance * exact);  // twice
+}
+
 TEST_F(VdbFiles, VdbGridsThatAreNoLevelSetsAreRefused)
 {
     LevelSet phi = make(bodyOf(sphere(0.2)));

@@ -29,7 +29,7 @@ namespace {
 
 struct EmbedOptions {
     std::string folder, mesh, body, out;
-    bool quiet = false;
+    bool placed = false, quiet = false;
     int threads = 0;
     double maxMemory = 0;
 };
@@ -64,11 +64,19 @@ void noteInput(const std::string& file, const tetmesh::SurfaceReport& report, co
     if (!(times <= kAlike && times >= 1 / kAlike))
         std::fprintf(stderr,
                      "note: %s is %.3g times as large as body '%s' at rest; should it be moved as the scene moves the "
-                     "body's own: scale, rotate, translate?\n",
+                     "body's own (--placed)?\n",
                      file.c_str(), times, body.name.c_str());
     if (!report.closed)
         std::fprintf(stderr, "note: %s has %zu open edges, and what is made of it will be open there\n", file.c_str(),
                      report.openEdges);
+}
+
+/// Where the scene puts the file of a body.
+scene::FilePlace placeOfFile(const scene::Body& body)
+{
+    if (const auto* mesh = std::get_if<scene::MeshFile>(&body.shape)) return scene::placeOf(*mesh);
+    if (const auto* vdb = std::get_if<scene::VdbFile>(&body.shape)) return scene::placeOf(*vdb);
+    throw InputError({"--placed", "body '" + body.name + "' is of no file that the scene moves", "", "leave it out"});
 }
 
 /// A run at its last checkpoint.
@@ -97,7 +105,7 @@ struct LastState {
         } catch (const Error& e) {
             if (options.mesh.empty()) throw;
             throw InputError({options.mesh, e.what(), "a mesh where the body lies at rest",
-                              "move it as the scene moves the body's own: scale, rotate, translate"});
+                              "--placed moves it as the scene moves the body's own"});
         }
     }
 
@@ -113,6 +121,7 @@ private:
             throw InputError({"--body", "the run has several bodies", "the name of the one that the mesh is for", ""});
         const std::size_t b = options.body.empty() ? 0 : std::size_t(named - bodies.begin());
         tetmesh::RenderMesh mesh = tetmesh::readRenderMesh(options.mesh);
+        if (options.placed) core::moveMesh(mesh, placeOfFile(bodies[b]));
         const tetmesh::SurfaceReport report = tetmesh::examine(tetmesh::soupOf(mesh));
         isClosed = report.closed;
         noteInput(options.mesh, report, prepared.simulation.bodies()[b]);
@@ -188,12 +197,14 @@ Action addEmbed(CLI::App& app)
     auto o = std::make_shared<EmbedOptions>();
     CLI::App* c = app.add_subcommand("embed", "One topology over all frames of a run, also of another render mesh");
     c->add_option("RUN", o->folder, "Folder that 'vdbfrac sim -o' wrote, with output.motion = true")->required();
-    c->add_option("MESH", o->mesh, "Render mesh to draw instead of the body's own, where the body lies at rest");
+    CLI::Option* const mesh =
+        c->add_option("MESH", o->mesh, "Render mesh to draw instead of the body's own, where the body lies at rest");
     c->add_option("-o,--output", o->out,
                   ".obj, with the positions of its points in an .mdd beside it; .usda; or .ply with #### for the frame")
         ->required()
         ->type_name("FILE");
     c->add_option("--body", o->body, "Body that the mesh is for, of several")->type_name("NAME");
+    c->add_flag("--placed", o->placed, "Scale, turn and move MESH as the scene does the body's own file")->needs(mesh);
     addThreads(*c, o->threads);
     addMaxMemory(*c, o->maxMemory, "it");
     c->add_flag("-q,--quiet", o->quiet, "Say only what went wrong");

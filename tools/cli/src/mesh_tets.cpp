@@ -1,10 +1,10 @@
 #include "mesh.h"
 #include "tet_report.h"
-#include "volume_note.h"
 
 #include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/base/ledger.h>
+#include <vdbfrac/grid/relevel.h>
 #include <vdbfrac/grid/body_level_set.h>
 #include <vdbfrac/grid/level_set_surface.h>
 #include <vdbfrac/grid/phi_nodes.h>
@@ -182,8 +182,10 @@ int meshTets(const MeshOptions& options)
         (Clock(work, "level_set"), grid::makeLevelSet(input.body, grid, options.memoryLimit, &notes));
     report.levelSetVolume = grid::enclosedVolume(phi);
     report.inputVolume = isVdb(options.in) ? volumeOfVdb(input, options, report) : input.volume;
-    if (const std::string lost = volumeNote(report.levelSetVolume, report.inputVolume, grid.voxelSize); !lost.empty())
-        notes.push_back(lost);
+    if (isVdb(options.in))
+        if (const std::string lost = grid::volumeText(report.levelSetVolume, report.inputVolume, grid.voxelSize);
+            !lost.empty())
+            notes.push_back(lost);
     log->info("making tets in {:.4g} m^3", report.levelSetVolume);
     requireMemory(options, phi, report.levelSetVolume);
     const TetResult result = (Clock(work, "tets"), makeTets(phi, input, options, grid.voxelSize));

@@ -1,13 +1,16 @@
 // Made by docs/make_newtons.py from the output of `vdbfrac verify --newtons`.
 #pragma once
 
+#include <vdbfrac/scene/scene.h>
+
 namespace vdbfrac::cli {
 
-/// Largest errors of bars this many lattice cells thick [%].
+/// Largest errors of bars this many lattice cells thick, of a lattice and nu [%].
 struct BendingError {
-    double cells, bending, torsion;
+    scene::LatticeKind lattice;
+    double nu, cells, bending, torsion;
 };
-inline constexpr BendingError kBendingErrors[] = {{4, 1.85, 6.67}, {8, 0.532, 1.7}, {16, 0.142, 0.429}};
+inline constexpr BendingError kBendingErrors[] = {{scene::LatticeKind::six, 0.3, 4, 1.85, 6.67}};
 
 /// Largest errors of notched plates and beams this many lattice cells wide, on all lattices: of the peak load [%] and
 /// of the slope of the crack [degrees].

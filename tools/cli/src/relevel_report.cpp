@@ -1,7 +1,5 @@
 #include "relevel_report.h"
 
-#include "volume_note.h"
-
 #include <vdbfrac/lab/machine/memory.h>
 
 #include <fmt/format.h>
@@ -81,7 +79,7 @@ std::vector<std::string> notesOf(const RelevelReport& r)
             "so many triangles lie close to each other, as round one point, that where they intersect was not looked "
             "for to the end");
     if (r.gaps > 0) notes.push_back(grid::gapText(r.gaps, r.levelSet.voxelSize()));
-    if (const std::string lost = volumeNote(r.after.volume, r.inputVolume, r.levelSet.voxelSize()); !lost.empty())
+    if (const std::string lost = grid::volumeText(r.after.volume, r.inputVolume, r.levelSet.voxelSize()); !lost.empty())
         notes.push_back(lost);
     return notes;
 }
@@ -126,7 +124,7 @@ Json reportJson(const RelevelReport& r, const std::string& input, const std::str
     }
     json["after"] = levelSetJson(r.after);
     json["input_volume"] = r.inputVolume;
-    json["volume_change"] = volumeChange(r.after.volume, r.inputVolume);
+    json["volume_change"] = grid::volumeChange(r.after.volume, r.inputVolume);
     json["notes"] = notesOf(r);
     for (const StageWork& s : r.work.stages()) json["seconds"][s.name] = s.seconds;
     json["peak_memory_bytes"] = lab::peakMemory();

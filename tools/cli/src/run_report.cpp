@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace vdbfrac::cli {
 
@@ -94,6 +95,35 @@ std::string squeezeText(const std::vector<core::FrameRecord>& frames)
         "squeezed: in frame {} a body has {:.0f} % of its volume; [volume], stiffer materials or slower motion keep "
         "more\n",
         least->frame, 100 * least->squeeze);
+}
+
+/// Cracks are a voxel wide; where material is crushed they take it whole.
+std::string lostText(double lost)
+{
+    constexpr double kMuch = 5;  // %
+    if (lost <= kMuch) return "";
+    return "lost: much of the material, as where it is crushed; a smaller grid.voxel_size or a higher toughness keeps "
+           "more\n";
+}
+
+/// How deep fragments were in each other and in themselves, where a picture may show it.
+std::string overlapText(const std::vector<core::StepRecord>& steps, double voxelSize)
+{
+    constexpr double kSeen = .2;  // voxels
+    std::string text;
+    for (const auto& [column, what] :
+         {std::pair("contact_depth_m", "in each other"), std::pair("contact_self_depth_m", "in themselves"),
+          std::pair("collider_depth_m", "in colliders")}) {
+        double deepest = 0, time = 0;
+        for (const core::StepRecord& s : steps)
+            if (const auto depth = s.measured.find(column); depth != s.measured.end() && depth->second > deepest)
+                deepest = depth->second, time = s.time;
+        if (deepest > kSeen * voxelSize)
+            text += fmt::format("{}up to {:.2g} voxels {} (at {:.4g} s)",
+                                text.empty() ? "overlap: surfaces were " : ", ", deepest / voxelSize, what, time);
+    }
+    if (text.empty()) return text;
+    return text + "; slower motion, stiffer materials or contact.stiffness make it less\n";
 }
 
 /// Surfaces that renderers would show torn up.
@@ -219,17 +249,19 @@ std::string summaryText(const core::Simulation& simulation, const core::RunFolde
     std::int64_t gone = 0;
     for (const core::Body& body : simulation.bodies())
         gone += std::ranges::count(body.fragments.fragments(), 0., &tetmesh::Fragment::restVolume);
+    const double lost = 100 * (1 - simulation.volume() / simulation.startVolume());
     std::string text = fmt::format("{} frames, {} steps: {} converged, {} cut back, {} capped\n",
                                    folder.frames().size(), folder.steps().size(), count(core::Outcome::converged),
                                    count(core::Outcome::cutback), count(core::Outcome::capped));
-    text +=
-        fmt::format("{} {}; {:.2f} % of the material lost to cracks; peak memory {:.2f} GiB; state {}\n",
-                    simulation.fragments(), simulation.fragments() == 1 ? "fragment" : "fragments",
-                    100 * (1 - simulation.volume() / simulation.startVolume()), double(lab::peakMemory()) / lab::kGiB,
-                    folder.frames().empty() ? "-" : folder.frames().back().stateHash);
+    text += fmt::format("{} {}; {:.2f} % of the material lost to cracks; peak memory {:.2f} GiB; state {}\n",
+                        simulation.fragments(), simulation.fragments() == 1 ? "fragment" : "fragments", lost,
+                        double(lab::peakMemory()) / lab::kGiB,
+                        folder.frames().empty() ? "-" : folder.frames().back().stateHash);
     if (gone > 0)
         text += fmt::format("{} more {} eaten up by cracks\n", gone, gone == 1 ? "fragment was" : "fragments were");
-    text += shortcomings(folder.steps(), work) + squeezeText(folder.frames()) + drawnText(work) + workTable(work);
+    text += lostText(lost) + shortcomings(folder.steps(), work) +
+            overlapText(folder.steps(), simulation.bodies()[0].phi.voxelSize()) + squeezeText(folder.frames()) +
+            drawnText(work) + workTable(work);
     return text + "\nwritten to " + folder.path().string();
 }
 

@@ -27,6 +27,7 @@
 #include <functional>
 #include <limits>
 #include <optional>
+#include <utility>
 
 namespace vdbfrac::cli {
 
@@ -122,6 +123,7 @@ private:
     }
     void writeOwnScene() const;
     void warnOfUnnamed(const core::StepRecord& step);
+    void warnOfCreases(const core::StepRecord& step);
 
     const SimOptions& options_;
     const scene::Scene& scene_;
@@ -132,6 +134,7 @@ private:
     int lastWritten_;  // frame
     std::optional<LiveReport> report_;
     bool toldOfUnnamed_ = false;
+    std::int64_t creases_ = 0;
 };
 
 /// Goes on with an earlier run, this one or another, where that is asked for and there is one.
@@ -204,6 +207,19 @@ void Run::warnOfUnnamed(const core::StepRecord& step)
         step.step, 100 * step.unnamedShare);
 }
 
+/// Once, where nothing keeps material from folding.
+void Run::warnOfCreases(const core::StepRecord& step)
+{
+    constexpr std::int64_t kMany = 50;
+    const std::int64_t before = std::exchange(creases_, creases_ + step.work.countOf("solve", "creases"));
+    const auto isVolume = [](const scene::NamedValues& table) { return table.name == "volume"; };
+    if (before >= kMany || creases_ < kMany || std::ranges::any_of(scene_.tables, isVolume)) return;
+    log_.warn(
+        "step {}: what is squeezed, bent or twisted here folds into creases, which makes steps short; [volume] keeps "
+        "it from that",
+        step.step);
+}
+
 std::string Run::toFrame(int frame, const StopRequest& stop, Progress& progress)
 {
     const int first = scene_.time.firstFrame;
@@ -219,7 +235,7 @@ std::string Run::toFrame(int frame, const StopRequest& stop, Progress& progress)
                 "step {}: the solver hit its caps (relative residual {:.2g}, of the best iterate {:.2g}); the last "
                 "iterate was kept",
                 step.step, step.residual, step.minResidual);
-        warnOfUnnamed(step);
+        warnOfUnnamed(step), warnOfCreases(step);
         progress.update(frame - first + (simulation_.time() - start) * scene_.time.fps, stepText(step));
         if (isDone()) break;  // what the last step leaves for the frame alone is in no checkpoint
         if (patience.isOver(step, simulation_.framesDone())) return kStuck;

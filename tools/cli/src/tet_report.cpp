@@ -1,7 +1,6 @@
 #include "tet_report.h"
 
-#include "volume_note.h"
-
+#include <vdbfrac/grid/relevel.h>
 #include <vdbfrac/lab/machine/memory.h>
 
 #include <nlohmann/json.hpp>
@@ -19,7 +18,7 @@ std::string volumeText(const TetReport& report, const TetResult& result)
 {
     const auto against = [&](const char* what, double volume) {
         return fmt::format(", {} {:.6g} m^3 ({:+.3f} %)", what, volume,
-                           100 * volumeChange(result.materialVolume, volume));
+                           100 * grid::volumeChange(result.materialVolume, volume));
     };
     return fmt::format("volume {:.6g} m^3", result.materialVolume) +
            (report.inputVolume > 0 ? against("the input has", report.inputVolume) : "") +
@@ -81,9 +80,9 @@ std::string reportJson(const TetReport& report, const TetResult& result, const s
         {"level_set_volume", report.levelSetVolume},
         {"material_volume", result.materialVolume},
         {"input_volume", report.inputVolume > 0 ? nlohmann::json(report.inputVolume) : nlohmann::json()},
-        {"volume_error",
-         volumeChange(result.materialVolume, report.inputVolume > 0 ? report.inputVolume : report.levelSetVolume)},
-        {"level_set_volume_error", volumeChange(result.materialVolume, report.levelSetVolume)},
+        {"volume_error", grid::volumeChange(result.materialVolume,
+                                            report.inputVolume > 0 ? report.inputVolume : report.levelSetVolume)},
+        {"level_set_volume_error", grid::volumeChange(result.materialVolume, report.levelSetVolume)},
         {"coincident_points", report.coincidentPoints},
         {"tet_volume", {{"sum", q.volume}, {"smallest", q.smallestVolume}}},
         {"inverted", q.inverted},

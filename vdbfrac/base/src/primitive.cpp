@@ -1,4 +1,5 @@
 #include <vdbfrac/base/primitive.h>
+#include <vdbfrac/base/rotation.h>
 
 #include <Eigen/Geometry>
 
@@ -24,6 +25,13 @@ AxisPoint toAxis(const Primitive& s, const Vec3& X)
     return {along, (d - along * s.axis).norm()};
 }
 
+/// From the center of a box, along its edges.
+Vec3 alongEdges(const Primitive& s, const Vec3& X)
+{
+    const Vec3 d = X - s.center;
+    return s.rotate.isZero(0) ? d : rotationOf(s.rotate).transpose() * d;
+}
+
 /// Distance to a box given how far each coordinate lies beyond its face.
 double beyondFaces(const Eigen::Ref<const Eigen::VectorXd>& q)
 {
@@ -35,7 +43,7 @@ double beyondFaces(const Eigen::Ref<const Eigen::VectorXd>& q)
 double signedDistance(const Primitive& s, const Vec3& X)
 {
     switch (s.kind) {
-    case Primitive::Kind::box: return beyondFaces((X - s.center).cwiseAbs() - 0.5 * s.size);
+    case Primitive::Kind::box: return beyondFaces(alongEdges(s, X).cwiseAbs() - 0.5 * s.size);
     case Primitive::Kind::sphere: return (X - s.center).norm() - s.radius;
     case Primitive::Kind::cylinder: {
         const AxisPoint p = toAxis(s, X);
@@ -88,8 +96,8 @@ Vec3 distanceGradient(const Primitive& s, const Vec3& X)
     };
     switch (s.kind) {
     case Primitive::Kind::box: {
-        const Vec3 d = X - s.center, away = awayFromFaces<Vec3>(d.cwiseAbs() - 0.5 * s.size);
-        return away.binaryExpr(d, [](double a, double c) { return c < 0 ? -a : a; });
+        const Vec3 d = alongEdges(s, X), away = awayFromFaces<Vec3>(d.cwiseAbs() - 0.5 * s.size);
+        return rotationOf(s.rotate) * away.binaryExpr(d, [](double a, double c) { return c < 0 ? -a : a; });
     }
     case Primitive::Kind::sphere: {
         const Vec3 d = X - s.center;
@@ -126,7 +134,7 @@ Bounds bounds(const Primitive& s)
     const Vec3 disk = (Vec3::Ones() - s.axis.cwiseAbs2()).cwiseMax(0.).cwiseSqrt();
     Vec3 reach = Vec3::Constant(kInfinity);
     switch (s.kind) {
-    case Primitive::Kind::box: reach = 0.5 * s.size; break;
+    case Primitive::Kind::box: reach = 0.5 * (rotationOf(s.rotate).cwiseAbs() * s.size); break;
     case Primitive::Kind::sphere: reach = Vec3::Constant(s.radius); break;
     case Primitive::Kind::cylinder:
         if (s.height > 0) reach = s.radius * disk + 0.5 * s.height * s.axis.cwiseAbs();

@@ -17,15 +17,19 @@
 
 namespace vdbfrac::core {
 
+void moveMesh(tetmesh::RenderMesh& mesh, const scene::FilePlace& place)
+{
+    for (Vec3& X : mesh.points) X = place(X);
+    for (Vec3& n : mesh.normals) n = place.turn * n;
+}
+
 namespace {
 
 /// A mesh as it is read, where the scene places it.
 tetmesh::RenderMesh placedMesh(const scene::MeshFile& file)
 {
     tetmesh::RenderMesh mesh = tetmesh::readRenderMesh(file.file);
-    const Mat3 turn = scene::rotationOf(file.rotate);
-    for (Vec3& X : mesh.points) X = turn * (file.scale * X) + file.translate;
-    for (Vec3& n : mesh.normals) n = turn * n;
+    moveMesh(mesh, scene::placeOf(file));
     return mesh;
 }
 

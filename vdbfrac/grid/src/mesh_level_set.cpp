@@ -2,23 +2,19 @@
 #include "settle_signs.h"
 
 #include <vdbfrac/base/error.h>
+#include <vdbfrac/grid/level_set_surface.h>
 #include <vdbfrac/grid/relevel.h>
 #include <vdbfrac/tetmesh/surface_input.h>
 
 #include <openvdb/tools/MeshToVolume.h>
 
+#include <cmath>
 #include <limits>
 #include <vector>
 
 namespace vdbfrac::grid {
 
 namespace {
-
-void place(tetmesh::PolygonSoup& soup, const scene::MeshFile& mesh)
-{
-    const Mat3 R = scene::rotationOf(mesh.rotate);
-    for (Vec3& X : soup.points) X = R * (mesh.scale * X) + mesh.translate;
-}
 
 /// Fans of triangles; the polygons of a closed surface stay closed, planar or not.
 Triangles triangles(const tetmesh::PolygonSoup& soup, double dx)
@@ -50,12 +46,12 @@ void requireSolid(const tetmesh::SurfaceReport& report, const scene::MeshFile& m
     if (!report.closed && report.openEdges == 0)
         complain(build, file + " has no faces with area", "a closed surface", "");
     if (report.closed) return;
-    const bool isMoved = mesh.scale != 1 || !mesh.rotate.isZero() || !mesh.translate.isZero();
-    complain(build, file + " is not closed: " + std::to_string(report.openEdges) + " open edges", "a closed surface",
-             "repair it: vdbfrac relevel " + file + " -o solid.vdb --voxel " +
-                 shortNumber(build.grid.voxelSize / mesh.scale) +
-                 (isMoved ? "; vdbfrac mesh solid.vdb -o solid.obj; and give solid.obj in place of the file"
-                          : ", and give shape = { vdb = \"solid.vdb\" }"));
+    complain(
+        build, file + " is not closed: " + std::to_string(report.openEdges) + " open edges", "a closed surface",
+        "repair it: vdbfrac relevel " + file + " -o solid.vdb --voxel " +
+            shortNumber(build.grid.voxelSize / mesh.scale) + ", and give shape = { vdb = " +
+            (scene::placeOf(mesh).isMoved() ? "{ file = \"solid.vdb\", ... } } with the same scale, rotate, translate"
+                                            : "\"solid.vdb\" }"));
 }
 
 }  // namespace
@@ -99,16 +95,33 @@ std::string gapText(std::int64_t gaps, double voxelSize)
            shortNumber(voxelSize) + " m, and is filled; take smaller voxels, or make it wider";
 }
 
+double volumeChange(double made, double input) { return input > 0 ? made / input - 1 : 0; }
+
+std::string volumeText(double made, double input, double voxelSize)
+{
+    constexpr double kRoundedOff = .03;
+    const double change = volumeChange(made, input);
+    if (std::abs(change) <= kRoundedOff) return "";
+    return "the input encloses " + shortNumber(input, 4) + " m^3, the level set " + shortNumber(made, 4) + " m^3 (" +
+           (change > 0 ? "+" : "") + shortNumber(100 * change, 3) + " %): " +
+           (change < 0 ? "parts of it are too thin"
+                       : "hollows that are closed on all sides are filled, or gaps are too narrow") +
+           " for voxels of " + shortNumber(voxelSize, 4) + " m";
+}
+
 openvdb::FloatGrid::Ptr fromMesh(const scene::MeshFile& mesh, const Build& given)
 {
     tetmesh::PolygonSoup soup = tetmesh::readSurface(mesh.file, given.memoryLimit);
-    place(soup, mesh);
+    for (const scene::FilePlace place = scene::placeOf(mesh); Vec3 & X : soup.points) X = place(X);
     const tetmesh::SurfaceReport report = tetmesh::examine(soup);
     requireSolid(report, mesh, given);
     const Build build = outlined(given, report.lower, report.upper);
     const SurfaceGrid made = fromSurface(soup, report, build);
-    if (build.notes && made.gaps > 0)
-        build.notes->push_back(build.subject + ": " + gapText(made.gaps, build.grid.voxelSize));
+    if (!build.notes) return made.phi;
+    const std::string another =
+        volumeText(enclosedVolume(wrap(made.phi)), std::abs(report.volume), build.grid.voxelSize);
+    if (made.gaps > 0) build.notes->push_back(build.subject + ": " + gapText(made.gaps, build.grid.voxelSize));
+    if (!another.empty()) build.notes->push_back(build.subject + ": " + another);
     return made.phi;
 }
 

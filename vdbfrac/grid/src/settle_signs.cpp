@@ -24,10 +24,12 @@ using Side = TriangleSides::Side;
 constexpr std::size_t kLeaves = 8;    // of a chunk
 constexpr std::size_t kVoxels = 64;   // of a chunk
 constexpr std::size_t kMany = 20000;  // voxels: with more it is quicker to look at all than at their neighbours
-constexpr float kFilled = 0.75f;      // voxels: meshToVolume fills through voxels farther off, and guesses nearer ones
-constexpr float kOnSurface = 1e-6f;   // voxels: nearer ones are on the surface, to the rounding of floats
-constexpr double kSlack = 1e-5;       // voxels: rounding of distances, which are floats
-constexpr float kGap = 0.5f;  // voxels: of two neighbours with a gap between them, one is at least so near to it
+// Voxels: meshToVolume guesses those nearer than .75, and fills from these: of two neighbours on either side of the
+// surface both are nearer than this.
+constexpr float kFilled = 1;
+constexpr float kOnSurface = 1e-6f;  // voxels: nearer ones are on the surface, to the rounding of floats
+constexpr double kSlack = 1e-5;      // voxels: rounding of distances, which are floats
+constexpr float kGap = 0.5f;         // voxels: of two neighbours with a gap between them, one is at least so near to it
 
 Vec3 positionOf(const Voxel& c) { return {double(c.x()), double(c.y()), double(c.z())}; }
 
@@ -162,14 +164,16 @@ private:
         return nearest;
     }
 
-    /// All that meshToVolume only guessed becomes inside, and so does what lies on the surface.
+    /// All that meshToVolume only guessed becomes inside, and so does what lies on the surface, and what the triangles
+    /// have inside: one voxel that is outside by mistake would let all others out.
     void closeGuesses()
     {
         const float near = kFilled * float(dx_), least = kOnSurface * float(dx_);
         parallelChunks(leaves_.size(), kLeaves, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i)
-                for (auto v = leaves_[i]->beginValueOn(); v; ++v)
-                    if (*v <= near && *v > -least) v.setValue(-std::max(std::abs(*v), least));
+            for (const View seen = view(); begin < end; ++begin)
+                for (auto v = leaves_[begin]->beginValueOn(); v; ++v)
+                    if (*v > -least && (*v <= near || sideOf(seen, v.getCoord()) == Side::inside))
+                        v.setValue(-std::max(std::abs(*v), least));
         });
     }
 

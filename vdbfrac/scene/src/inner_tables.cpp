@@ -27,6 +27,10 @@ const Key kBox[] = {
      .min = 0,
      .minOpen = true},
     kCenter,
+    {.name = "rotate",
+     .member = &Primitive::rotate,
+     .unit = "degrees",
+     .doc = "Turn about x, then y, then z, round the center."},
 };
 const Key kSphere[] = {kRadius, kCenter};
 const Key kCylinder[] = {
@@ -79,18 +83,35 @@ const Key kHalfspace[] = {
      .doc = "Distance of its plane from the origin, along the normal."},
 };
 
+// What moves the contents of a file.
+template <class File>
+Key scaleKey()
+{
+    return {.name = "scale",
+            .member = &File::scale,
+            .doc = "Factor on all lengths, applied first.",
+            .min = 0,
+            .minOpen = true};
+}
+template <class File>
+Key rotateKey()
+{
+    return {.name = "rotate", .member = &File::rotate, .unit = "degrees", .doc = "Turn about x, then y, then z."};
+}
+template <class File>
+Key translateKey()
+{
+    return {.name = "translate", .member = &File::translate, .unit = "m", .doc = "Shift, applied last."};
+}
+
 const Key kMeshFile[] = {
     {.name = "file",
      .member = &MeshFile::file,
      .doc = "A closed surface (.obj, .ply, .stl, .off), relative to the scene's folder.",
      .defaultText = kRequired},
-    {.name = "scale",
-     .member = &MeshFile::scale,
-     .doc = "Factor on all lengths, applied first.",
-     .min = 0,
-     .minOpen = true},
-    {.name = "rotate", .member = &MeshFile::rotate, .unit = "degrees", .doc = "Turn about x, then y, then z."},
-    {.name = "translate", .member = &MeshFile::translate, .unit = "m", .doc = "Shift, applied last."},
+    scaleKey<MeshFile>(),
+    rotateKey<MeshFile>(),
+    translateKey<MeshFile>(),
 };
 const Key kVdbFile[] = {
     {.name = "file",
@@ -98,6 +119,9 @@ const Key kVdbFile[] = {
      .doc = "A .vdb file with a level set, relative to the scene's folder.",
      .defaultText = kRequired},
     {.name = "grid", .member = &VdbFile::grid, .doc = "Name of the grid; empty takes the first level set."},
+    scaleKey<VdbFile>(),
+    rotateKey<VdbFile>(),
+    translateKey<VdbFile>(),
 };
 
 const Key kVelocity[] = {

@@ -1,5 +1,7 @@
 #include <vdbfrac/scene/placement.h>
 
+#include <vdbfrac/base/rotation.h>
+
 #include <algorithm>
 #include <numbers>
 

@@ -8,7 +8,7 @@ namespace vdbfrac {
 /// A solid in world space [m]. Only the members its kind names are read.
 struct Primitive {
     enum class Kind {
-        box,        ///< center, size (edge lengths)
+        box,        ///< center, size (edge lengths), rotate
         sphere,     ///< center, radius
         cylinder,   ///< center, axis, radius, height (0: endless)
         capsule,    ///< center, axis, radius, height (between the centers of its two caps)
@@ -18,6 +18,7 @@ struct Primitive {
     Kind kind = Kind::box;
     Vec3 center = Vec3::Zero();
     Vec3 size = Vec3::Ones();
+    Vec3 rotate = Vec3::Zero();  ///< degrees about x, then y, then z; about the center
     Vec3 axis = Vec3::UnitY();  ///< unit length; the normal of a halfspace
     double radius = 0;
     double height = 0;

@@ -26,6 +26,9 @@ using DrawnFrame = std::vector<DrawnBody>;
 /// Surface of a collider where it is at t = 0: for pictures. Cylinders without end are long, halfspaces have none.
 tetmesh::RenderMesh surfaceOf(const scene::Collider& collider, const scene::Grid& grid);
 
+/// Points and normals put where the scene puts what a file holds.
+void moveMesh(tetmesh::RenderMesh& mesh, const scene::FilePlace& place);
+
 class Drawing {
 public:
     /// The simulation has made no step. Throws as reading the bodies' files does.

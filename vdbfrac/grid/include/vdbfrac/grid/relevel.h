@@ -52,6 +52,11 @@ LevelSet surfaceLevelSet(const SurfaceSource& surface, const Band& band, std::in
 /// What there is to say of them.
 std::string gapText(std::int64_t gaps, double voxelSize);
 
+/// How far the volume of a level set is from that of what it was made of, relative; 0 where that has none.
+double volumeChange(double made, double input);
+/// What there is to say of it; empty where it is no more than voxels that are fit for a shape round off.
+std::string volumeText(double made, double input, double voxelSize);
+
 /// How phi is made a distance again. `track`: voxels beside the surface keep their values, but where phi is clearly
 /// steeper than a distance; the others follow by LevelSetTracker's sweeps. So repeating it moves no surface.
 /// `sweep`: voxels beside the surface get their distance to the zero of a cubic through phi, the others theirs by

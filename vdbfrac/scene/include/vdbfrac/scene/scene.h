@@ -2,6 +2,7 @@
 #pragma once
 
 #include <vdbfrac/base/primitive.h>
+#include <vdbfrac/base/rotation.h>
 #include <vdbfrac/base/vec.h>
 #include <vdbfrac/scene/values.h>
 
@@ -40,13 +41,28 @@ struct MeshFile {
     Vec3 translate = Vec3::Zero();  ///< m; applied last
 };
 
-/// The rotation that is told by angles [degrees] about x, then y, then z.
-Mat3 rotationOf(const Vec3& angles);
-
 struct VdbFile {
     std::filesystem::path file;
-    std::string grid;  ///< name; empty takes the first level set
+    std::string grid;               ///< name; empty takes the first level set
+    double scale = 1;               ///< these as of a mesh
+    Vec3 rotate = Vec3::Zero();     ///< degrees
+    Vec3 translate = Vec3::Zero();  ///< m
 };
+
+/// Where the scene puts what a file holds.
+struct FilePlace {
+    double scale = 1;
+    Mat3 turn = Mat3::Identity();
+    Vec3 shift = Vec3::Zero();
+
+    Vec3 operator()(const Vec3& X) const { return turn * (scale * X) + shift; }
+    bool isMoved() const { return scale != 1 || turn != Mat3::Identity() || !shift.isZero(0); }
+};
+template <class File>
+FilePlace placeOf(const File& file)
+{
+    return {file.scale, rotationOf(file.rotate), file.translate};
+}
 
 using Shape = std::variant<Primitive, MeshFile, VdbFile>;
 /// The file that a shape is read from; null of an analytic solid.

@@ -1,10 +1,10 @@
-#include <vdbfrac/scene/scene.h>
+#include <vdbfrac/base/rotation.h>
 
 #include <Eigen/Geometry>
 
 #include <numbers>
 
-namespace vdbfrac::scene {
+namespace vdbfrac {
 
 Mat3 rotationOf(const Vec3& angles)
 {
@@ -14,4 +14,4 @@ Mat3 rotationOf(const Vec3& angles)
         .toRotationMatrix();
 }
 
-}  // namespace vdbfrac::scene
+}  // namespace vdbfrac
