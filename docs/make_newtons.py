@@ -60,19 +60,26 @@ DATA = """// Made by docs/make_newtons.py from the output of `vdbfrac verify --n
 
 namespace vdbfrac::cli {
 
+// clang-format off
 /// Largest errors of bars this many lattice cells thick, of a lattice and nu [%%].
 struct BendingError {
     scene::LatticeKind lattice;
     double nu, cells, bending, torsion;
 };
-inline constexpr BendingError kBendingErrors[] = {%s};
+inline constexpr BendingError kBendingErrors[] = {
+    %s,
+};
 
 /// Largest errors of notched plates and beams this many lattice cells wide, on all lattices: of the peak load [%%] and
 /// of the slope of the crack [degrees].
 struct TearingError {
     double cells, load, slope;
 };
-inline constexpr TearingError kTearingErrors[] = {%s};
+inline constexpr TearingError kTearingErrors[] = {
+    %s,
+};
+
+// clang-format on
 
 }  // namespace vdbfrac::cli
 """
@@ -94,7 +101,7 @@ def data(result):
     def rows(*patterns):
         columns = [largest(result, p) for p in patterns]
         keys = sorted(columns[0], key=lambda key: [*key[:-1], int(key[-1])])
-        return ", ".join(f"{{{', '.join([*key, *(f'{c[key]:.3g}' for c in columns)])}}}" for key in keys)
+        return ",\n    ".join(f"{{{', '.join([*key, *(f'{c[key]:.3g}' for c in columns)])}}}" for key in keys)
 
     bars = ", (\\w+), nu = ([\\d.]+), .* (\\d+) cells: error, %"
     bending = re.sub(r"\{(\w+)", r"{scene::LatticeKind::\1", rows("^EI" + bars, "^GJ" + bars))
