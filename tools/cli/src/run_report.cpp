@@ -102,7 +102,8 @@ std::string lostText(double lost)
 {
     constexpr double kMuch = 5;  // %
     if (lost <= kMuch) return "";
-    return "lost: much of the material, as where it is crushed; a smaller grid.voxel_size or a higher toughness keeps "
+    return "lost: cracks are a voxel wide or more, and take what is crushed; a smaller grid.voxel_size or a higher "
+           "toughness keeps "
            "more\n";
 }
 
