@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -58,7 +59,8 @@ double volume(const RenderMesh& mesh)
 TEST(SolidMesh, OfEachSolidIsClosedAndOnItsSurface)
 {
     constexpr double kEdge = .1, kOff = kEdge / 20, kRounding = 1e-9;
-    std::vector<Primitive> all = {cube(1.03)};
+    std::vector<Primitive> all = {cube(1.03), cube(.9, Vec3(.1, 0, 0))};
+    all[1].rotate = Vec3(20, -35, 70);
     for (const auto kind : {sphere, cylinder, capsule, torus}) all.push_back(solid(kind, Vec3(.1, -.2, .3), .6, .8));
     for (const Primitive& p : all) {
         const auto mesh = solidMesh(p, {}, kEdge);
@@ -77,6 +79,26 @@ TEST(SolidMesh, OfEachSolidIsClosedAndOnItsSurface)
             EXPECT_NEAR(signedDistance(p, middle), 0, kOff) << int(p.kind);
         }
     }
+}
+
+/// A capsule that lies in the top of a box meets it at a shallow angle: flat faces stay flat up to that edge.
+TEST(SolidMesh, SolidsMeetInEdgesAtAnyAngle)
+{
+    constexpr double kFlat = 1e-6;  // normals are of triangles whose points are rounded
+    Primitive box = cube(1), rod = solid(capsule, Vec3(0, .1, 0), .5, .6);
+    rod.axis = Vec3::UnitX();
+    const std::vector<Primitive> rods = {rod};
+    const auto mesh = solidMesh(box, {rods, {}}, .1);
+    ASSERT_TRUE(mesh);
+    int onTop = 0;
+    for (std::size_t f = 0; f < mesh->faces(); ++f) {
+        const auto c = mesh->face(f);
+        if (std::ranges::any_of(c, [&](const auto& k) { return std::abs(mesh->points[k.point].y() - .5) > 1e-9; }))
+            continue;
+        ++onTop;
+        for (const auto& corner : c) EXPECT_GT(mesh->normals[corner.normal].y(), 1 - kFlat);
+    }
+    EXPECT_GT(onTop, 50);
 }
 
 TEST(SolidMesh, IsWhatIsUnitedAndTakenAway)

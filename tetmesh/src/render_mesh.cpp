@@ -121,7 +121,7 @@ Vec3 areaVector(const RenderMesh& mesh, std::size_t f)
 
 }  // namespace
 
-void setNormals(RenderMesh& mesh, double crease)
+void setNormals(RenderMesh& mesh, double crease, std::span<const std::uint32_t> part)
 {
     const double least = std::cos(crease * std::numbers::pi / 180);
     std::vector<Vec3> area(mesh.faces());
@@ -140,7 +140,8 @@ void setNormals(RenderMesh& mesh, double crease)
             RenderMesh::Corner& corner = mesh.corners[k];
             Vec3 sum = Vec3::Zero();
             for (std::uint32_t i = start[corner.point]; i < start[corner.point + 1]; ++i)
-                if (area[round[i]].dot(area[f]) >= least * area[round[i]].norm() * area[f].norm())
+                if ((part.empty() || part[round[i]] == part[f]) &&
+                    area[round[i]].dot(area[f]) >= least * area[round[i]].norm() * area[f].norm())
                     sum += area[round[i]];
             corner.normal = std::uint32_t(mesh.normals.size());
             mesh.normals.push_back(sum.isZero() ? Vec3(Vec3::UnitY()) : Vec3(sum.stableNormalized()));

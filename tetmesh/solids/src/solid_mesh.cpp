@@ -3,8 +3,11 @@
 #include "booleans.h"
 #include "solid_shapes.h"
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 #include <optional>
 #include <utility>
@@ -38,13 +41,31 @@ std::optional<Parts> carvedBy(const Parts& whole, const Carving& how, const Boun
     return carved(whole, surfaces(how.add), surfaces(how.cut), edge);
 }
 
-/// With normals that are smooth between edges.
-RenderMesh renderMeshOf(const std::vector<Vec3>& points, std::span<const std::array<std::uint32_t, 3>> triangles)
+/// The solid on whose surface a triangle with these corners lies: it is near, and looks the same way.
+std::uint32_t solidOf(const std::array<Vec3, 3>& corners, std::span<const Primitive> solids)
+{
+    const Vec3 middle = (corners[0] + corners[1] + corners[2]) / 3;
+    const Vec3 area = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+    const double size = std::sqrt(area.norm());
+    const auto alike = std::ranges::min_element(solids, {}, [&](const Primitive& p) {
+        const double along = std::abs(area.stableNormalized().dot(distanceGradient(p, middle)));
+        return std::abs(signedDistance(p, middle)) + size * (1 - along);
+    });
+    return std::uint32_t(alike - solids.begin());
+}
+
+/// With normals that are smooth between edges, which are between any two solids too where these are given.
+RenderMesh renderMeshOf(const std::vector<Vec3>& points, std::span<const std::array<std::uint32_t, 3>> triangles,
+                        std::span<const Primitive> solids = {})
 {
     RenderMesh mesh;
     mesh.points = points;
-    for (const auto& t : triangles) mesh.addFace(std::array<Corner, 3>{{{t[0]}, {t[1]}, {t[2]}}}, kNone, kNone);
-    tetmesh::setNormals(mesh, kCrease);
+    std::vector<std::uint32_t> solid;
+    for (const auto& t : triangles) {
+        mesh.addFace(std::array<Corner, 3>{{{t[0]}, {t[1]}, {t[2]}}}, kNone, kNone);
+        if (!solids.empty()) solid.push_back(solidOf({points[t[0]], points[t[1]], points[t[2]]}, solids));
+    }
+    tetmesh::setNormals(mesh, kCrease, solid);
     return mesh;
 }
 
@@ -184,7 +205,10 @@ std::optional<RenderMesh> solidMesh(const Primitive& solid, const Carving& how, 
         if (!left) return std::nullopt;
         parts = std::move(*left);
     }
-    return renderMeshOf(parts.surface.points, parts.surface.triangles);
+    std::vector<Primitive> all = {solid};
+    all.insert(all.end(), how.add.begin(), how.add.end());
+    all.insert(all.end(), how.cut.begin(), how.cut.end());
+    return renderMeshOf(parts.surface.points, parts.surface.triangles, all);
 }
 
 std::optional<RenderMesh> carvedMesh(const RenderMesh& mesh, const Carving& how, double edge)

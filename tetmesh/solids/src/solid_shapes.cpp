@@ -1,5 +1,7 @@
 #include "solid_shapes.h"
 
+#include <vdbfrac/base/rotation.h>
+
 #include <Eigen/Geometry>
 
 #include <algorithm>
@@ -204,7 +206,7 @@ Triangles trianglesOf(const Primitive& solid, double edge, const Bounds& within)
     case box: {
         std::array<int, 3> n{};
         for (std::size_t k = 0; k < 3; ++k) n[k] = pieces(solid.size[int(k)], edge);
-        return solids::box(solid.center, Mat3::Identity(), solid.size, n);
+        return solids::box(solid.center, rotationOf(solid.rotate), solid.size, n);
     }
     case sphere: return solids::capsule(solid, 0, edge);
     case capsule: return solids::capsule(solid, solid.height, edge);

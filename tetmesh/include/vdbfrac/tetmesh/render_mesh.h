@@ -65,8 +65,9 @@ RenderMesh renderMesh(const PolygonSoup& soup);
 PolygonSoup soupOf(const RenderMesh& mesh);
 
 /// Normals of corners: of the faces round a point, weighted by their area, as far as they do not turn by more than
-/// `crease` [degrees] against the face of the corner. Replaces those that there are.
-void setNormals(RenderMesh& mesh, double crease);
+/// `crease` [degrees] against the face of the corner. Replaces those that there are. `part`, where it is given, is what
+/// each face is part of: different ones meet in edges.
+void setNormals(RenderMesh& mesh, double crease, std::span<const std::uint32_t> part = {});
 
 /// Reads a surface as readSurface does; of an .obj also texture coordinates, normals, groups, materials and the names
 /// of material libraries. Indices of texture coordinates and normals that are not there count as none. Throws as
