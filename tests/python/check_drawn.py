@@ -5,6 +5,7 @@ torn in two.
 """
 import csv
 import json
+import re
 import struct
 import subprocess
 import sys
@@ -236,7 +237,12 @@ def check_embedded(folder, run, last):
     check(".usda has textures", f"asset inputs:file = @{folder}/weave.png@" in text and "inputs:scale = (2, 2)" in text)
     for name in ("obj", "mdd", "mtl", "usda"):
         check(f"the run's own .{name}", (run / f"cache/block.{name}").read_bytes().replace(b"block.mtl", b"e.mtl") == (folder / f"e.{name}").read_bytes())
-    check(".usda has all frames", text.count(": [(") == 2 * FRAMES and text.count("{") == text.count("}") and text.count("(") == text.count(")"))
+    def samples(name):
+        lines = text.split(f"{name}.timeSamples = {{")[1].split("}")[0].strip().splitlines()
+        return [np.array(re.findall(r"[-+.\de]+", line.split(":", 1)[1]), float).reshape(-1, 3) for line in lines]
+
+    check(".usda has boxes round each frame", all(np.abs(box - [p.min(0), p.max(0)]).max() < 1e-6 for box, p in zip(samples("extent"), samples("points"), strict=True)))
+    check(".usda has all frames", text.count(": [(") == 3 * FRAMES and text.count("{") == text.count("}") and text.count("(") == text.count(")"))
 
 
 def edge_counts(mesh):

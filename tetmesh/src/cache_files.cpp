@@ -199,6 +199,19 @@ void addSamples(TextWriter& out, const char* name, const std::vector<std::vector
     out << "        }\n";
 }
 
+/// Lower and upper corner of the box round each sample, as renderers ask for it.
+std::vector<std::vector<Vec3>> extentsOf(const std::vector<std::vector<Vec3>>& samples)
+{
+    std::vector<std::vector<Vec3>> extents;
+    for (const std::vector<Vec3>& points : samples) {
+        if (points.empty()) return {};
+        Vec3 lower = points[0], upper = points[0];
+        for (const Vec3& p : points) lower = lower.cwiseMin(p), upper = upper.cwiseMax(p);
+        extents.push_back({lower, upper});
+    }
+    return extents;
+}
+
 }  // namespace
 
 void writeMdd(const std::filesystem::path& file, std::span<const double> times, std::size_t points,
@@ -260,6 +273,7 @@ void writeUsda(const std::filesystem::path& file, const UsdScene& scene, std::sp
             addTopology(text, *bodies[b]);
             addSamples(text, "point3f[] points", points[b], scene.firstFrame);
             addSamples(text, "vector3f[] velocities", velocities[b], scene.firstFrame);
+            addSamples(text, "float3[] extent", extentsOf(points[b]), scene.firstFrame);
             addSubsets(text, *bodies[b], materials);
             text << "    }\n";
             out.add(text);
