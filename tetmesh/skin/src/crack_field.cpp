@@ -307,7 +307,7 @@ private:
         forNeighbours(n, [&](Coord m) {
             if (bridge || c_(m) > 0) return;
             const std::optional<Coord> other = sideOf(m, side);
-            bridge = other && *other != *own && !areJoined(*own, *other);
+            bridge = other && *other != *own && !areJoined(*own, *other, [&](Coord k) { return isMaterial(k); });
         });
         return bridge;
     }
@@ -358,27 +358,6 @@ private:
         });
         return material;
     }
-    /// Does material near two nodes join them?
-    bool areJoined(Coord a, Coord b) const
-    {
-        constexpr int kRound = 2;
-        bool beside = false;
-        forNeighbours(a, [&](Coord m) { beside = beside || m == b; });
-        if (beside) return true;
-        const Coord low{std::min(a.x, b.x) - kRound, std::min(a.y, b.y) - kRound, std::min(a.z, b.z) - kRound};
-        const Coord high{std::max(a.x, b.x) + kRound, std::max(a.y, b.y) + kRound, std::max(a.z, b.z) + kRound};
-        NodeSearch search(a);
-        while (const std::optional<Coord> at = search.next()) {
-            if (*at == b) return true;
-            forNeighbours(*at, [&](Coord m) {
-                const bool isNear =
-                    low.x <= m.x && m.x <= high.x && low.y <= m.y && m.y <= high.y && low.z <= m.z && m.z <= high.z;
-                if (isNear && isMaterial(m)) search.add(m);
-            });
-        }
-        return false;
-    }
-
     const Field &rest_, &now_;
     double dx_;
     const FragmentAt& fragment_;
