@@ -115,7 +115,7 @@ BUGS = [
         "laws_test", "Damping.OfTheMassSlowsFreeFlightAsEachIntegratorSolvesIt"),
     Bug("stiffness damping 30 % larger", EFFECTS + "damping.cpp", "b_(stiffness)", "b_(1.3 * stiffness)",
         "laws_test", "Damping.OfAModeIsHalfOfMassOverItsFrequencyAndOfStiffnessTimesIt"),
-    Bug("keys turn about z, y, x", "vdbfrac/scene/src/rotation.cpp",
+    Bug("keys turn about z, y, x", "vdbfrac/base/src/rotation.cpp",
         "Eigen::AngleAxisd(a.z(), Vec3::UnitZ()) * Eigen::AngleAxisd(a.y(), Vec3::UnitY()) *\n            Eigen::AngleAxisd(a.x(), Vec3::UnitX())",
         "Eigen::AngleAxisd(a.x(), Vec3::UnitX()) * Eigen::AngleAxisd(a.y(), Vec3::UnitY()) *\n            Eigen::AngleAxisd(a.z(), Vec3::UnitZ())",
         "laws_test", "Grips.KeysTurnAboutXThenYThenZ"),

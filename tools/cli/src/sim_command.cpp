@@ -214,10 +214,8 @@ void Run::warnOfCreases(const core::StepRecord& step)
     const std::int64_t before = std::exchange(creases_, creases_ + step.work.countOf("solve", "creases"));
     const auto isVolume = [](const scene::NamedValues& table) { return table.name == "volume"; };
     if (before >= kMany || creases_ < kMany || std::ranges::any_of(scene_.tables, isVolume)) return;
-    log_.warn(
-        "step {}: what is squeezed, bent or twisted here folds into creases, which makes steps short; [volume] keeps "
-        "it from that",
-        step.step);
+    log_.warn("step {}: what is squeezed, bent or twisted here folds into creases, and steps get short; try [volume]",
+              step.step);
 }
 
 std::string Run::toFrame(int frame, const StopRequest& stop, Progress& progress)
@@ -284,11 +282,9 @@ int Run::end(const std::string& stopped)
         if (stopped == kStuck) {
             log_.error(
                 "frame {} gets nowhere: too many of its steps were cut back or not solved, the last to {:.2g} s. What "
-                "may help: slower grips, "
-                "[volume] for what is squeezed, [damping] stiffness, a looser solver.newton_tolerance (0.02), a "
-                "smaller poisson_ratio, another "
-                "voxel_size; with a "
-                "checkpoint it stops here, --resume tries on",
+                "may help: slower grips, [volume] for what is squeezed or twisted, [damping] stiffness, a looser "
+                "solver.newton_tolerance (0.02), a smaller poisson_ratio, another voxel_size; with a checkpoint it "
+                "stops here, --resume tries on",
                 lastWritten_ + 1, folder_.steps().back().dt);
             return kNotConverged;
         }

@@ -19,7 +19,7 @@ struct Primitive {
     Vec3 center = Vec3::Zero();
     Vec3 size = Vec3::Ones();
     Vec3 rotate = Vec3::Zero();  ///< degrees about x, then y, then z; about the center
-    Vec3 axis = Vec3::UnitY();  ///< unit length; the normal of a halfspace
+    Vec3 axis = Vec3::UnitY();   ///< unit length; the normal of a halfspace
     double radius = 0;
     double height = 0;
     double tube = 0;
