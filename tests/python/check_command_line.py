@@ -156,6 +156,7 @@ with tempfile.TemporaryDirectory() as temporary:
     expect("preview with no colour", ["preview", out, "--torn", "#12345"], 2, "--torn", "#rrggbb")
     expect("preview at a point without an eye", ["preview", out, "--look-at", "0", "0", "0"], 2, "--eye")
     expect("preview from where it looks", ["preview", out, "--eye", "1", "1", "1", "--look-at", "1", "1", "1"], 2, "--look-at")
+    expect("preview of where it began", ["preview", out, "--count", "1", "--width", "64", "--height", "64", "--fit", "first"], 0, "contact_sheet.png")
     expect("preview from a place", ["preview", out, "--count", "1", "--width", "64", "--height", "64", "--eye", "2", "1", "4", "--look-at", "0", "0", "0", "--angle", "30", "--torn", "as_others", "--fit", "run"], 0, "contact_sheet.png")
     expect("preview of nothing", ["preview", folder], 4, "run.json")
     expect("preview looking nowhere", ["preview", out, "--direction", "0", "0", "0"], 2, "--direction")

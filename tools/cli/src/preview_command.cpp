@@ -13,12 +13,17 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <map>
+#include <string>
 
 namespace vdbfrac::cli {
 
 namespace fs = std::filesystem;
 
 namespace {
+
+const std::map<std::string, PictureOptions::Fit> kFits = {
+    {"frames", PictureOptions::Fit::frames}, {"run", PictureOptions::Fit::run}, {"first", PictureOptions::Fit::first}};
 
 struct PreviewOptions {
     std::string folder, frames;
@@ -100,7 +105,7 @@ int preview(const PreviewOptions& options)
     const auto frames = chosenFrames(run, options);
     PictureOptions how{.width = options.width, .height = options.height, .samples = options.samples};
     how.direction = pointOf(options.direction), how.angle = options.angle;
-    how.colour = options.colour, how.torn = options.torn, how.fitsRun = options.fit == "run";
+    how.colour = options.colour, how.torn = options.torn, how.fit = kFits.at(options.fit);
     if (!options.eye.empty()) how.eye = pointOf(options.eye);
     if (!options.lookAt.empty()) how.target = pointOf(options.lookAt);
     const Scenery scenery = sceneryOf(folder, run, frames, how);
@@ -147,8 +152,10 @@ Action addPreview(CLI::App& app)
         ->check(CLI::IsMember({"material", "fragment", "energy", "margin", "arrival"}))
         ->capture_default_str();
     c->add_option("--torn", o->torn, "Colour of torn faces: red, as_others, or #rrggbb")->capture_default_str();
-    c->add_option("--fit", o->fit, "What the camera sees: all that is in the frames of the pictures, or of the run")
-        ->check(CLI::IsMember({"frames", "run"}))
+    c->add_option(
+         "--fit", o->fit,
+         "What the camera sees: all that is in the frames of the pictures, or of the run, or in its first frame")
+        ->check(CLI::IsMember(kFits))
         ->capture_default_str();
     c->add_option("--direction", o->direction, "Direction of looking: x y z")->expected(3);
     auto* eye = c->add_option("--eye", o->eye, "Where the camera is [m]: x y z; in place of --fit")->expected(3);

@@ -16,6 +16,7 @@
 #include <cmath>
 #include <cstdio>
 #include <map>
+#include <span>
 #include <utility>
 
 namespace vdbfrac::cli {
@@ -33,34 +34,45 @@ Vec3 directionOf(const PictureOptions& options)
     return direction;
 }
 
-/// What all pictures have in common: a camera, and a floor under them. `round`: more that it has to see.
-pictures::View viewOf(const std::vector<pictures::Subject>& subjects, std::vector<Vec3> round,
+/// What all pictures have in common: a camera, and a floor under them. `seen`: what the camera has to see.
+pictures::View viewOf(const std::vector<pictures::Subject>& subjects, const std::vector<Vec3>& seen,
                       const PictureOptions& options, const Vec3& origin)
 {
     const Vec3 direction = directionOf(options);
     pictures::View view;
     for (const pictures::Subject& s : subjects)
         for (const Vec3& p : s.points) view.ground = std::min(p.y(), view.ground.value_or(p.y()));
-    for (const pictures::Subject& s : subjects) round.insert(round.end(), s.points.begin(), s.points.end());
     view.camera.angle = options.angle, view.camera.direction = direction;
     if (options.eye)
         view.camera.eye = *options.eye - origin;
     else
-        view.camera = pictures::fittingCamera(direction, round, options.width, options.height, options.angle);
+        view.camera = pictures::fittingCamera(direction, seen, options.width, options.height, options.angle);
     view.width = options.width, view.height = options.height, view.samples = options.samples;
     return view;
 }
 
-/// Corners of the boxes round the frames of a run.
-std::vector<Vec3> cornersOf(const RunFrames& run, const Vec3& origin)
+/// Corners of the boxes round frames.
+std::vector<Vec3> cornersOf(std::span<const RunFrame> frames, const Vec3& origin)
 {
     std::vector<Vec3> corners;
-    for (const RunFrame& frame : run.frames)
+    for (const RunFrame& frame : frames)
         for (int k = 0; frame.bounds.size() == 2 && k < 8; ++k)
             corners.push_back(Vec3(frame.bounds[std::size_t(k & 1)].x(), frame.bounds[std::size_t(k >> 1 & 1)].y(),
                                    frame.bounds[std::size_t(k >> 2)].z()) -
                               origin);
     return corners;
+}
+
+/// Points [m] that the camera has to see.
+std::vector<Vec3> seenPoints(const std::vector<pictures::Subject>& subjects, std::span<const RunFrame> frames,
+                             PictureOptions::Fit fit, const Vec3& origin)
+{
+    if (fit == PictureOptions::Fit::first)
+        if (std::vector<Vec3> corners = cornersOf(frames.first(1), origin); !corners.empty()) return corners;
+    std::vector<Vec3> seen;
+    if (fit == PictureOptions::Fit::run) seen = cornersOf(frames, origin);
+    for (const pictures::Subject& s : subjects) seen.insert(seen.end(), s.points.begin(), s.points.end());
+    return seen;
 }
 
 /// Of "#c0392b".
@@ -168,8 +180,7 @@ Scenery sceneryOf(const fs::path& folder, const RunFrames& run, const std::vecto
     }
     colourByValues(scenery, frames, options.colour);
     const Vec3 from = origin.value_or(Vec3::Zero());
-    scenery.view =
-        viewOf(scenery.subjects, options.fitsRun ? cornersOf(run, from) : std::vector<Vec3>(), options, from);
+    scenery.view = viewOf(scenery.subjects, seenPoints(scenery.subjects, run.frames, options.fit, from), options, from);
     scenery.seen = scenery.subjects.back().points;
     addColliders(scenery, frames, folder, from);
     return scenery;

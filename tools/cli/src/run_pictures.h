@@ -16,7 +16,8 @@ struct PictureOptions {
     Vec3 direction = Vec3(-0.55, -0.35, -1);      ///< of looking
     std::string colour = "material";              ///< or fragment, energy, margin, arrival
     std::string torn = "red";                     ///< or as_others, or #rrggbb
-    bool fitsRun = false;  ///< the camera sees all frames of the run, not those in the pictures alone
+    enum class Fit { frames, run, first };
+    Fit fit = Fit::frames;  ///< the camera sees all that is in the pictures, in the run, or in the run's first frame
     std::optional<Vec3> eye = {}, target = {};  ///< m: where the camera is, and what it looks at
     double angle = 45;                          ///< degrees that the longer side of the picture shows
 };
