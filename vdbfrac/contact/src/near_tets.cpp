@@ -8,7 +8,6 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
-#include <numeric>
 #include <tuple>
 #include <utility>
 
@@ -91,20 +90,12 @@ std::vector<Box> waysOf(const Targets& targets, std::span<const Vec3> x, std::sp
     return boxes;
 }
 
-Vec3 meanOf(std::span<const Vec3> values)
-{
-    const Vec3 sum = std::accumulate(values.begin(), values.end(), Vec3(Vec3::Zero()));
-    return values.empty() ? sum : Vec3(sum / double(values.size()));
-}
-
-/// How far a node moves along an axis, at the most [m], apart from what all move by.
+/// How far a node moves along an axis, at the most [m].
 double farthestMove(std::span<const Vec3> from, std::span<const Vec3> to)
 {
-    const Vec3 common = meanOf(to) - meanOf(from);
     return orderedMax(from.size(), kChunk, 0, [&](std::size_t begin, std::size_t end) {
         double most = 0;
-        for (std::size_t i = begin; i < end; ++i)
-            most = std::max(most, (to[i] - from[i] - common).cwiseAbs().maxCoeff());
+        for (std::size_t i = begin; i < end; ++i) most = std::max(most, (to[i] - from[i]).cwiseAbs().maxCoeff());
         return most;
     });
 }
@@ -198,9 +189,8 @@ private:
 std::vector<Vec3> ahead(std::span<const Vec3> x, std::span<const Vec3> v, double dt, double farthest)
 {
     std::vector<Vec3> there(x.begin(), x.end());
-    const Vec3 common = meanOf(v);
     for (std::size_t i = 0; std::isfinite(dt) && i < there.size(); ++i) {
-        const Vec3 way = dt * (v[i] - common);
+        const Vec3 way = dt * v[i];
         there[i] += std::min(1., farthest / std::max(way.norm(), farthest * 1e-9)) * way;
     }
     return there;

@@ -30,7 +30,6 @@ struct Sunk {
 std::vector<double> deepest(std::span<const Sunk> sunk, std::size_t samples);
 
 /// Where nodes go by themselves in `dt` [s], but no farther than `farthest` [m]; where they are for an infinite dt.
-/// Seen from their mean velocity: what falls as a whole comes no nearer to itself.
 std::vector<Vec3> ahead(std::span<const Vec3> x, std::span<const Vec3> v, double dt, double farthest);
 
 /// Targets that each sample may reach: its way and theirs over the step come near each other. A sample does not see its
