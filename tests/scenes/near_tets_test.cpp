@@ -108,26 +108,71 @@ TEST(NearTets, SeeAcrossACrackAtAnAngle)
     EXPECT_EQ(seen, inside);
 }
 
-/// Two slabs fall side by side at the same speed, and the floor stops the lower one: the upper one, which comes no
-/// nearer to it before, does not run into it.
-TEST(NearTets, WhatFallsTogetherMeetsWhereOneIsStopped)
+/// Two slabs side by side, at the same speed, of which what is below stops or throws the lower one in the first step:
+/// they come nearer to each other than their speeds let expect. The deepest that they are in each other [m].
+double deepestOfSlabs(const std::string& velocity, const std::string& moveOfFloor)
 {
-    const auto slab = [](const char* name, const char* y) {
-        return std::string("[[body]]\nname = \"") + name +
-               "\"\nmaterial = \"gel\"\nvelocity = [0, -4, 0]\nshape = { box = { size = [0.5, 0.2, 0.5], center = "
-               "[0, " +
-               y + ", 0] } }\n";
+    const auto slab = [&](const std::string& name, const std::string& y) {
+        return "[[body]]\nname = \"" + name + "\"\nmaterial = \"gel\"\nvelocity = " + velocity +
+               "\nshape = { box = { size = [0.5, 0.2, 0.5], center = [0, " + y + ", 0] } }\n";
     };
     lab::SceneRun run(
-        "version = 1\nname = \"slabs\"\n[time]\nframes = [1, 6]\nfps = 24\nsubsteps = 1\n[grid]\n"
-        "voxel_size = 0.05\n" +
+        "version = 1\nname = \"slabs\"\n[time]\nframes = [1, 6]\nfps = 24\nsubsteps = 1\n[grid]\nvoxel_size = 0.05\n" +
         slab("low", "0.16") + slab("high", "0.42") +
-        "[material.gel]\nyoungs_modulus = 1e6\npoisson_ratio = 0.3\ndensity = 1000\n[[collider]]\nname = "
-        "\"floor\"\nshape = { halfspace = { normal = [0, -1, 0] } }\n[contact]\n");
+        "[material.gel]\nyoungs_modulus = 1e6\npoisson_ratio = 0.3\ndensity = 1000\n[contact]\n[[collider]]\nname = "
+        "\"floor\"\nshape = { halfspace = { normal = [0, -1, 0] } }\n" +
+        moveOfFloor);
     double deepest = 0;
     while (!run.atEnd()) deepest = std::max(deepest, run.step().measured.at("contact_depth_m"));
+    const core::Body &low = run.simulation.bodies()[0], &high = run.simulation.bodies()[1];
+    EXPECT_LT(run.simulation.x()[low.firstNode].y(),
+              run.simulation.x()[high.firstNode].y() - .18);  // m: none is through
+    return deepest;
+}
+
+TEST(NearTets, SeeWhatIsStoppedOnItsWay)
+{
+    const double deepest = deepestOfSlabs("[0, -4, 0]", "");
     EXPECT_GT(deepest, 0);
     EXPECT_LT(deepest, .1 * kDx);
+}
+
+TEST(NearTets, SeeWhatIsThrown)
+{
+    for (const char* way : {"6", "12"}) {
+        const double deepest =
+            deepestOfSlabs("[0, 0, 0]", std::string("move = { keys = [{ time = 0 }, { time = 1, translate = [0, ") +
+                                            way + ", 0] }] }\n");
+        EXPECT_GT(deepest, 0) << way;
+        EXPECT_LT(deepest, .1 * kDx) << way;
+    }
+}
+
+/// What falls as a whole comes no nearer to itself: it lists what it lists at rest.
+TEST(NearTets, CommonMotionListsNothingMore)
+{
+    const lab::SceneRun run(
+        "version = 1\nname = \"ring\"\n[time]\nframes = [1, 2]\n[grid]\nvoxel_size = 0.05\n[[body]]\n"
+        "name = \"ring\"\nmaterial = \"gel\"\nshape = { torus = { radius = 0.4, tube = 0.15 } }\n"
+        "[material.gel]\nyoungs_modulus = 1e5\npoisson_ratio = 0.3\ndensity = 1000\n");
+    const auto bodies = run.simulation.bodies();
+    contact::TouchingSurface surface;
+    surface.start(bodies, 0);
+    surface.settle();
+    contact::Targets targets;
+    targets.set(bodies, 2 * kDx);
+    const std::vector<Vec3> x = tetmesh::restPositions(*bodies[0].mesh);
+    const auto pairs = [&](double speed, double common) {
+        std::vector<Vec3> v;
+        for (const Vec3& X : x) v.push_back(Vec3(0, -common, 0) + speed * Vec3(X.y(), -X.x(), 0));
+        contact::NearTets near;
+        near.find(surface, targets, x, contact::ahead(x, v, .04, 8 * kDx), .1 * kDx);
+        return near.pairs();
+    };
+    const std::size_t atRest = pairs(0, 0), turning = pairs(20, 0);
+    EXPECT_GT(turning, atRest);
+    EXPECT_EQ(pairs(0, 10), atRest);
+    EXPECT_EQ(pairs(20, 8), turning);
 }
 
 }  // namespace

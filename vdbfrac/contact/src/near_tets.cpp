@@ -90,16 +90,6 @@ std::vector<Box> waysOf(const Targets& targets, std::span<const Vec3> x, std::sp
     return boxes;
 }
 
-/// How far a node moves along an axis, at the most [m].
-double farthestMove(std::span<const Vec3> from, std::span<const Vec3> to)
-{
-    return orderedMax(from.size(), kChunk, 0, [&](std::size_t begin, std::size_t end) {
-        double most = 0;
-        for (std::size_t i = begin; i < end; ++i) most = std::max(most, (to[i] - from[i]).cwiseAbs().maxCoeff());
-        return most;
-    });
-}
-
 bool sharesNode(const tetmesh::EmbeddedPoint& point, const Target& target)
 {
     for (std::uint32_t n : point.node)
@@ -185,16 +175,6 @@ private:
 };
 
 }  // namespace
-
-std::vector<Vec3> ahead(std::span<const Vec3> x, std::span<const Vec3> v, double dt, double farthest)
-{
-    std::vector<Vec3> there(x.begin(), x.end());
-    for (std::size_t i = 0; std::isfinite(dt) && i < there.size(); ++i) {
-        const Vec3 way = dt * v[i];
-        there[i] += std::min(1., farthest / std::max(way.norm(), farthest * 1e-9)) * way;
-    }
-    return there;
-}
 
 void NearTets::findWide(const TouchingSurface& surface, const Targets& targets, std::span<const Vec3> x,
                         std::span<const Vec3> ahead, double margin)
@@ -353,6 +333,14 @@ double NearTets::fastest(const TouchingSurface& surface, const Targets& targets,
         }
         return most;
     }));
+}
+
+double NearTets::farthest(const TouchingSurface& surface, const Targets& targets, std::span<const Vec3> from,
+                          std::span<const Vec3> to) const
+{
+    std::vector<Vec3> moves(to.begin(), to.end());
+    for (std::size_t n = 0; n < moves.size(); ++n) moves[n] -= from[n];
+    return fastest(surface, targets, moves);
 }
 
 std::vector<Pair> withKnown(std::span<const Pair> seen, std::span<const Pair> known, const TouchingSurface& surface,

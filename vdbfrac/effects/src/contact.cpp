@@ -113,6 +113,7 @@ private:
         foundFor_ = -1;
     }
     void look(std::span<const Vec3> x, std::span<const Vec3> v, double dt);
+    void lookWhereItWent(std::span<const Vec3> x);
     std::vector<Pair> pairsAt(std::span<const Vec3> x) const;
     std::vector<Touch> touches(std::span<const Pair> pairs, std::span<const Vec3> x) const;
     std::vector<Touch> touches(std::span<const Vec3> x) const { return touches(pairs_, x); }
@@ -234,9 +235,18 @@ void Contact::begin(const solver::StepStart& start)
     look(start.x, start.v, start.dt);
 }
 
+/// What was thrown or stopped is beside the way on which it was looked for.
+void Contact::lookWhereItWent(std::span<const Vec3> x)
+{
+    if (contact::farthestBeside(start_, ahead_, x) <= .5 * kMargin * h_) return;
+    ahead_ = contact::wayTo(start_, x);
+    work_.count("contact", "searches", near_.find(surface_, targets_, start_, ahead_, kMargin * h_));
+}
+
 bool Contact::refresh(std::span<const Vec3> x)
 {
     const StageTimer timer(work_, "contact");
+    lookWhereItWent(x);
     std::vector<Pair> pairs = contact::withKnown(pairsAt(x), pairs_, surface_, targets_, x);
     const std::vector<Touch> seen = touches(x), all = touches(pairs, x);
     const bool moved = contact::haveChanged<Touch>(seen, all, [&](const Touch& t) { return forceOf(t); }) ||
@@ -314,24 +324,16 @@ bool Contact::cameUp(const Sunk& s) const
 }
 
 /// Newton's method may come to rest with a thin flap pushed through by one of its tries, or with touches that nobody
-/// has looked for since. What it has resisted may be as deep as it is.
+/// has looked for since; and what comes so near in a step may be through.
 bool Contact::holds(const solver::Way& way) const
 {
-    const std::span<const Vec3> x = way.to;
-    constexpr double kResists = .8;  // of a slope: in the middle of a flap there is none
     const StageTimer timer(work_, "contact");
-    const auto isDeeperThan = [&](const Sunk& s, double expected) { return s.depth > expected + kJump * dx_; };
-    std::vector<Sunk> through = sunkAt(x);
+    if (near_.farthest(surface_, targets_, way.from, way.to) > kDepth * dx_) return false;
+    std::vector<Sunk> through = sunkAt(way.to);
     std::erase_if(through, [&](const Sunk& s) {
-        return s.depth <= kDeep * dx_ || !isDeeperThan(s, knownDepth(s.sample, surface_, before_)) || cameUp(s);
+        return s.depth <= kDeep * dx_ || !isDeeper(s, knownDepth(s.sample, surface_, before_), dx_) || cameUp(s);
     });
-    if (through.empty()) return true;
-    for (const Touch& t : touches(x)) {
-        const double resisted = surface_.memory(t.sample).allowance + t.depth;
-        if (t.outward.norm() > kResists)
-            std::erase_if(through, [&](const Sunk& s) { return s.sample == t.sample && !isDeeperThan(s, resisted); });
-    }
-    return through.empty();
+    return through.empty() || areResisted(std::move(through), touches(way.to), surface_, dx_);
 }
 
 void Contact::accept(std::span<const Vec3> x, double, double dt)
@@ -376,8 +378,7 @@ void Contact::report(Ledger& work, std::map<std::string, double>& measured)
     work_.count("contact", "active", std::int64_t(pairs_.size()));
     measured["contact_depth_m"] = deepest_;
     measured["contact_self_depth_m"] = deepestInItself_;
-    work.add(work_);
-    work_.clear();
+    work.add(work_), work_.clear();
 }
 
 std::unique_ptr<core::Effect> make(const scene::Values& values, const scene::Scene& scene)

@@ -101,4 +101,21 @@ inline bool hidesDeep(std::span<const Touch> seen, std::span<const Touch> all, d
     return false;
 }
 
+/// By more than a step may end.
+inline bool isDeeper(const contact::Sunk& s, double expected, double dx) { return s.depth > expected + kJump * dx; }
+
+/// Are all where touches that resist let them be?
+inline bool areResisted(std::vector<contact::Sunk> sunk, std::span<const Touch> touches,
+                        const contact::TouchingSurface& surface, double dx)
+{
+    constexpr double kResists = .8;  // of a slope: in the middle of a flap there is none
+    for (const Touch& t : touches) {
+        const double resisted = surface.memory(t.sample).allowance + t.depth;
+        if (t.outward.norm() > kResists)
+            std::erase_if(sunk,
+                          [&](const contact::Sunk& s) { return s.sample == t.sample && !isDeeper(s, resisted, dx); });
+    }
+    return sunk.empty();
+}
+
 }  // namespace vdbfrac::effects

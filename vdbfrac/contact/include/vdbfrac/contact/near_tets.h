@@ -1,6 +1,7 @@
 // Which samples of the surface may come to lie in which tets in a step.
 #pragma once
 
+#include <vdbfrac/contact/ways.h>
 #include <vdbfrac/contact/targets.h>
 #include <vdbfrac/contact/touching_surface.h>
 #include <vdbfrac/core/archive.h>
@@ -29,9 +30,6 @@ struct Sunk {
 /// Of each sample [m], 0 where it is in nothing.
 std::vector<double> deepest(std::span<const Sunk> sunk, std::size_t samples);
 
-/// Where nodes go by themselves in `dt` [s], but no farther than `farthest` [m]; where they are for an infinite dt.
-std::vector<Vec3> ahead(std::span<const Vec3> x, std::span<const Vec3> v, double dt, double farthest);
-
 /// Targets that each sample may reach: its way and theirs over the step come near each other. A sample does not see its
 /// own neighbourhood: the targets with which it shares a node, and those of its fragment that are near it at rest but
 /// not across a gap. A sample on a lip sees those too that are not joined to it there. So both lips of a crack see each
@@ -59,6 +57,9 @@ public:
                              double reach) const;
     /// At most that a sample and a node of a target move against each other at the velocities v [m/s].
     double fastest(const TouchingSurface& surface, const Targets& targets, std::span<const Vec3> v) const;
+    /// The same from one place to another [m].
+    double farthest(const TouchingSurface& surface, const Targets& targets, std::span<const Vec3> from,
+                    std::span<const Vec3> to) const;
 
     std::size_t pairs() const { return target_.size(); }
     std::size_t samples() const { return sample_.size(); }

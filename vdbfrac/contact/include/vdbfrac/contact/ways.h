@@ -1,0 +1,24 @@
+// Where nodes go in a step, and how far, seen from what is common to all.
+#pragma once
+
+#include <vdbfrac/base/vec.h>
+
+#include <span>
+#include <vector>
+
+namespace vdbfrac::contact {
+
+/// Where nodes go by themselves in `dt` [s], but no farther than `farthest` [m]; where they are for an infinite dt.
+/// Seen from their mean velocity: what falls as a whole comes no nearer to itself.
+std::vector<Vec3> ahead(std::span<const Vec3> x, std::span<const Vec3> v, double dt, double farthest);
+
+/// Where they have gone, seen from there too.
+std::vector<Vec3> wayTo(std::span<const Vec3> x, std::span<const Vec3> to);
+
+/// At most how far nodes went beside their ways from x to `ahead` [m], seen from what is common to all.
+double farthestBeside(std::span<const Vec3> x, std::span<const Vec3> ahead, std::span<const Vec3> to);
+
+/// How far a node moves along an axis, at the most [m], seen from what is common to all.
+double farthestMove(std::span<const Vec3> from, std::span<const Vec3> to);
+
+}  // namespace vdbfrac::contact

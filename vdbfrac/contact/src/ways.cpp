@@ -1,0 +1,65 @@
+#include <vdbfrac/contact/ways.h>
+
+#include <vdbfrac/base/parallel.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace vdbfrac::contact {
+
+namespace {
+
+Vec3 meanOf(std::span<const Vec3> values)
+{
+    const Vec3 sum = std::accumulate(values.begin(), values.end(), Vec3(Vec3::Zero()));
+    return values.empty() ? sum : Vec3(sum / double(values.size()));
+}
+
+}  // namespace
+
+std::vector<Vec3> ahead(std::span<const Vec3> x, std::span<const Vec3> v, double dt, double farthest)
+{
+    std::vector<Vec3> there(x.begin(), x.end());
+    const Vec3 common = meanOf(v);
+    for (std::size_t i = 0; std::isfinite(dt) && i < there.size(); ++i) {
+        const Vec3 way = dt * (v[i] - common);
+        there[i] += std::min(1., farthest / std::max(way.norm(), farthest * 1e-9)) * way;
+    }
+    return there;
+}
+
+std::vector<Vec3> wayTo(std::span<const Vec3> x, std::span<const Vec3> to)
+{
+    const Vec3 common = meanOf(to) - meanOf(x);
+    std::vector<Vec3> there(to.begin(), to.end());
+    for (Vec3& p : there) p -= common;
+    return there;
+}
+
+double farthestBeside(std::span<const Vec3> x, std::span<const Vec3> ahead, std::span<const Vec3> to)
+{
+    const Vec3 common = meanOf(to) - meanOf(ahead);
+    return orderedMax(x.size(), kChunk, 0, [&](std::size_t begin, std::size_t end) {
+        double most = 0;
+        for (std::size_t n = begin; n < end; ++n) {
+            const Vec3 at = to[n] - common;
+            const Vec3 onWay = at.cwiseMax(x[n].cwiseMin(ahead[n])).cwiseMin(x[n].cwiseMax(ahead[n]));
+            most = std::max(most, (at - onWay).cwiseAbs().maxCoeff());
+        }
+        return most;
+    });
+}
+
+double farthestMove(std::span<const Vec3> from, std::span<const Vec3> to)
+{
+    const Vec3 common = meanOf(to) - meanOf(from);
+    return orderedMax(from.size(), kChunk, 0, [&](std::size_t begin, std::size_t end) {
+        double most = 0;
+        for (std::size_t i = begin; i < end; ++i)
+            most = std::max(most, (to[i] - from[i] - common).cwiseAbs().maxCoeff());
+        return most;
+    });
+}
+
+}  // namespace vdbfrac::contact
