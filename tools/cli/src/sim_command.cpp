@@ -210,7 +210,7 @@ void Run::warnOfUnnamed(const core::StepRecord& step)
 /// Once, where nothing keeps material from folding.
 void Run::warnOfCreases(const core::StepRecord& step)
 {
-    constexpr std::int64_t kMany = 50;
+    constexpr std::int64_t kMany = 20;
     const std::int64_t before = std::exchange(creases_, creases_ + step.work.countOf("solve", "creases"));
     const auto isVolume = [](const scene::NamedValues& table) { return table.name == "volume"; };
     if (before >= kMany || creases_ < kMany || std::ranges::any_of(scene_.tables, isVolume)) return;
