@@ -175,4 +175,17 @@ TEST(NearTets, CommonMotionListsNothingMore)
     EXPECT_EQ(pairs(20, 8), turning);
 }
 
+/// However fast things fly apart, they are not looked for all along their ways.
+TEST(NearTets, WaysAreCutOff)
+{
+    constexpr double kFarthest = .4, kRounding = 1e-12;  // m
+    const std::vector<Vec3> x = {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(2, 0, 0), Vec3(3, 0, 0)};
+    const std::vector<Vec3> v = {Vec3(50, 50, 50), Vec3(-50, 0, 0), Vec3(1, 0, 0), Vec3(0, 0, 0)};
+    std::vector<Vec3> to;
+    for (std::size_t n = 0; n < x.size(); ++n) to.push_back(x[n] + .1 * v[n]);
+    const std::vector<Vec3> expected = contact::ahead(x, v, .1, kFarthest), gone = contact::wayTo(x, to, kFarthest);
+    for (std::size_t n = 0; n < x.size(); ++n) EXPECT_LE((gone[n] - x[n]).norm(), kFarthest + kRounding) << n;
+    EXPECT_LE(contact::farthestBeside(x, expected, gone), kRounding);  // they went where they were expected
+}
+
 }  // namespace

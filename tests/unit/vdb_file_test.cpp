@@ -107,12 +107,12 @@ TEST_F(VdbFiles, VdbBodyIsScaledTurnedAndMovedAsAMeshIs)
     LevelSet moved = phi.copy();
     moved.grid().grid->transform().postTranslate({0.01, 0.02, 0.015});
     writeVdb(folder_ / "box.vdb", {{"phi", &moved, {}, 1, ""}}, {});
-    scene::VdbFile file{folder_ / "box.vdb", "", 2, Vec3(0, 0, 30), Vec3(.1, -.2, 0)};
+    scene::VdbFile file{folder_ / "box.vdb", "", 2, Vec3(20, -35, 70), Vec3(.1, -.2, 0)};
     const LevelSet rebuilt = make(bodyOf(file));
     Primitive expected = box;
     expected.center = rotationOf(file.rotate) * (2 * (box.center + Vec3(.01, .02, .015))) + file.translate;
     expected.size *= 2, expected.rotate = file.rotate;
-    EXPECT_LT(difference(make(bodyOf(expected)), rebuilt, kRebuiltBand), kDx);  // edges are rounded on voxels
+    EXPECT_LT(difference(make(bodyOf(expected)), rebuilt, kRebuiltBand), 1.5 * kDx);  // at corners
     const double exact = 8 * .4 * .3 * .2;
     EXPECT_NEAR(volume(rebuilt), exact, 3 * kVolumeTolerance * exact);  // twice
 }

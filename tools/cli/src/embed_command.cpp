@@ -55,20 +55,19 @@ core::Archive newestCheckpoint(const fs::path& folder, std::uint64_t limit)
 }
 
 /// What of a mesh is likely a mistake.
-void noteInput(const std::string& file, const tetmesh::SurfaceReport& report, const core::Body& body)
+void noteInput(const EmbedOptions& options, const tetmesh::SurfaceReport& report, const core::Body& body)
 {
     constexpr double kAlike = 2;  // sizes
     Vec3 lower = body.mesh->restPosition(0), upper = lower;
     for (const Vec3& X : tetmesh::restPositions(*body.mesh)) lower = lower.cwiseMin(X), upper = upper.cwiseMax(X);
     const double times = (report.upper - report.lower).maxCoeff() / (upper - lower).maxCoeff();
     if (!(times <= kAlike && times >= 1 / kAlike))
-        std::fprintf(stderr,
-                     "note: %s is %.3g times as large as body '%s' at rest; should it be moved as the scene moves the "
-                     "body's own (--placed)?\n",
-                     file.c_str(), times, body.name.c_str());
+        std::fprintf(stderr, "note: %s is %.3g times as large as body '%s' at rest%s\n", options.mesh.c_str(), times,
+                     body.name.c_str(),
+                     options.placed ? "" : "; should it be moved as the scene moves the body's own (--placed)?");
     if (!report.closed)
-        std::fprintf(stderr, "note: %s has %zu open edges, and what is made of it will be open there\n", file.c_str(),
-                     report.openEdges);
+        std::fprintf(stderr, "note: %s has %zu open edges, and what is made of it will be open there\n",
+                     options.mesh.c_str(), report.openEdges);
 }
 
 /// Where the scene puts the file of a body.
@@ -105,7 +104,7 @@ struct LastState {
         } catch (const Error& e) {
             if (options.mesh.empty()) throw;
             throw InputError({options.mesh, e.what(), "a mesh where the body lies at rest",
-                              "--placed moves it as the scene moves the body's own"});
+                              options.placed ? "" : "--placed moves it as the scene moves the body's own file"});
         }
     }
 
@@ -124,7 +123,7 @@ private:
         if (options.placed) core::moveMesh(mesh, placeOfFile(bodies[b]));
         const tetmesh::SurfaceReport report = tetmesh::examine(tetmesh::soupOf(mesh));
         isClosed = report.closed;
-        noteInput(options.mesh, report, prepared.simulation.bodies()[b]);
+        noteInput(options, report, prepared.simulation.bodies()[b]);
         drawing.replace(prepared.scene, prepared.simulation, b, std::move(mesh));
     }
 };

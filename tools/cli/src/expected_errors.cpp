@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <ranges>
 #include <vector>
 
@@ -46,6 +47,14 @@ std::vector<BendingError> barsLike(const scene::Scene& scene, const scene::Body&
     return bars;
 }
 
+/// How wide a body is where it is narrowest [m], at the most.
+double leastWidth(const core::BodyEstimate& e)
+{
+    const Bounds bounds = e.bounds();
+    const auto* solid = std::get_if<Primitive>(&e.body->shape);
+    return std::min((bounds.upper - bounds.lower).minCoeff(), solid ? 2 * halfThickness(*solid) : INFINITY);
+}
+
 /// As a table of the scene has it: only under toughness alone G is what tears.
 bool tearsAtToughness(const scene::Scene& scene)
 {
@@ -63,8 +72,7 @@ std::string expectedErrors(const scene::Scene& scene, const core::SceneEstimate&
     const double h = scene.grid.voxelSize * scene.grid.coarsening;
     std::string text;
     for (const core::BodyEstimate& e : estimate.bodies) {
-        const Bounds bounds = e.bounds();
-        const double cells = (bounds.upper - bounds.lower).minCoeff() / h;
+        const double cells = leastWidth(e) / h;
         text += fmt::format("expected: body '{}' is {:.3g} lattice cells across", e.body->name, cells);
         const std::vector<BendingError> bars = barsLike(scene, *e.body);
         if (const BendingError* bending = noFiner(bars, kRounding * cells))

@@ -182,10 +182,9 @@ int meshTets(const MeshOptions& options)
         (Clock(work, "level_set"), grid::makeLevelSet(input.body, grid, options.memoryLimit, &notes));
     report.levelSetVolume = grid::enclosedVolume(phi);
     report.inputVolume = isVdb(options.in) ? volumeOfVdb(input, options, report) : input.volume;
-    if (isVdb(options.in))
-        if (const std::string lost = grid::volumeText(report.levelSetVolume, report.inputVolume, grid.voxelSize);
-            !lost.empty())
-            notes.push_back(lost);
+    if (const std::string another = grid::volumeText(report.levelSetVolume, report.inputVolume, grid.voxelSize);
+        !another.empty())
+        notes.push_back(another);
     log->info("making tets in {:.4g} m^3", report.levelSetVolume);
     requireMemory(options, phi, report.levelSetVolume);
     const TetResult result = (Clock(work, "tets"), makeTets(phi, input, options, grid.voxelSize));

@@ -101,7 +101,7 @@ std::string squeezeText(const std::vector<core::FrameRecord>& frames)
 std::string lostText(double lost)
 {
     constexpr double kMuch = 5;  // %
-    if (lost <= kMuch) return "";
+    if (!(lost > kMuch)) return "";
     return "lost: cracks are a voxel wide or more, and take what is crushed; a smaller grid.voxel_size or a higher "
            "toughness keeps "
            "more\n";
@@ -124,7 +124,7 @@ std::string overlapText(const std::vector<core::StepRecord>& steps, double voxel
                                 text.empty() ? "overlap: surfaces were " : ", ", deepest / voxelSize, what, time);
     }
     if (text.empty()) return text;
-    return text + "; slower motion, stiffer materials or contact.stiffness make it less\n";
+    return text + "; slower motion, or more stiffness of [contact] and [[collider]], makes most of it less\n";
 }
 
 /// Surfaces that renderers would show torn up.

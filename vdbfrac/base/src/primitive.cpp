@@ -97,7 +97,8 @@ Vec3 distanceGradient(const Primitive& s, const Vec3& X)
     switch (s.kind) {
     case Primitive::Kind::box: {
         const Vec3 d = alongEdges(s, X), away = awayFromFaces<Vec3>(d.cwiseAbs() - 0.5 * s.size);
-        return rotationOf(s.rotate) * away.binaryExpr(d, [](double a, double c) { return c < 0 ? -a : a; });
+        const Vec3 out = away.binaryExpr(d, [](double a, double c) { return c < 0 ? -a : a; });
+        return s.rotate.isZero(0) ? out : rotationOf(s.rotate) * out;
     }
     case Primitive::Kind::sphere: {
         const Vec3 d = X - s.center;

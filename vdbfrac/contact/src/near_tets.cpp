@@ -338,9 +338,18 @@ double NearTets::fastest(const TouchingSurface& surface, const Targets& targets,
 double NearTets::farthest(const TouchingSurface& surface, const Targets& targets, std::span<const Vec3> from,
                           std::span<const Vec3> to) const
 {
-    std::vector<Vec3> moves(to.begin(), to.end());
-    for (std::size_t n = 0; n < moves.size(); ++n) moves[n] -= from[n];
-    return fastest(surface, targets, moves);
+    return orderedMax(samples(), kChunk, 0, [&](std::size_t begin, std::size_t end) {
+        double most = 0;
+        for (std::size_t i = begin; i < end; ++i) {
+            const Vec3 before = surface.at(sample_[i], from), after = surface.at(sample_[i], to);
+            for (std::uint32_t t : this->targets(i))
+                for (std::uint32_t n : targets[t].node) {
+                    const Vec3 gap = from[n] - before, move = after - before - (to[n] - from[n]);
+                    most = std::max(most, gap.isZero() ? move.norm() : move.dot(gap) / gap.norm());
+                }
+        }
+        return most;
+    });
 }
 
 std::vector<Pair> withKnown(std::span<const Pair> seen, std::span<const Pair> known, const TouchingSurface& surface,

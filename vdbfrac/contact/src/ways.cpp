@@ -16,36 +16,38 @@ Vec3 meanOf(std::span<const Vec3> values)
     return values.empty() ? sum : Vec3(sum / double(values.size()));
 }
 
+/// A way, cut off where it is longer than `farthest`.
+Vec3 upTo(double farthest, const Vec3& way)
+{
+    return std::min(1., farthest / std::max(way.norm(), farthest * 1e-9)) * way;
+}
+
 }  // namespace
 
 std::vector<Vec3> ahead(std::span<const Vec3> x, std::span<const Vec3> v, double dt, double farthest)
 {
     std::vector<Vec3> there(x.begin(), x.end());
     const Vec3 common = meanOf(v);
-    for (std::size_t i = 0; std::isfinite(dt) && i < there.size(); ++i) {
-        const Vec3 way = dt * (v[i] - common);
-        there[i] += std::min(1., farthest / std::max(way.norm(), farthest * 1e-9)) * way;
-    }
+    for (std::size_t i = 0; std::isfinite(dt) && i < there.size(); ++i)
+        there[i] += upTo(farthest, dt * (v[i] - common));
     return there;
 }
 
-std::vector<Vec3> wayTo(std::span<const Vec3> x, std::span<const Vec3> to)
+std::vector<Vec3> wayTo(std::span<const Vec3> x, std::span<const Vec3> to, double farthest)
 {
     const Vec3 common = meanOf(to) - meanOf(x);
-    std::vector<Vec3> there(to.begin(), to.end());
-    for (Vec3& p : there) p -= common;
+    std::vector<Vec3> there(x.begin(), x.end());
+    for (std::size_t i = 0; i < there.size(); ++i) there[i] += upTo(farthest, to[i] - common - x[i]);
     return there;
 }
 
 double farthestBeside(std::span<const Vec3> x, std::span<const Vec3> ahead, std::span<const Vec3> to)
 {
-    const Vec3 common = meanOf(to) - meanOf(ahead);
     return orderedMax(x.size(), kChunk, 0, [&](std::size_t begin, std::size_t end) {
         double most = 0;
         for (std::size_t n = begin; n < end; ++n) {
-            const Vec3 at = to[n] - common;
-            const Vec3 onWay = at.cwiseMax(x[n].cwiseMin(ahead[n])).cwiseMin(x[n].cwiseMax(ahead[n]));
-            most = std::max(most, (at - onWay).cwiseAbs().maxCoeff());
+            const Vec3 onWay = to[n].cwiseMax(x[n].cwiseMin(ahead[n])).cwiseMin(x[n].cwiseMax(ahead[n]));
+            most = std::max(most, (to[n] - onWay).cwiseAbs().maxCoeff());
         }
         return most;
     });

@@ -211,7 +211,6 @@ std::vector<Pair> Contact::pairsAt(std::span<const Vec3> x) const
 /// Finds what may touch within `dt` [s] from x, and what does so at first; lists that were found for more serve too.
 void Contact::look(std::span<const Vec3> x, std::span<const Vec3> v, double dt)
 {
-    constexpr double kFarthest = 8;  // cells that a node is followed in a step
     if (!isSettled_) surface_.settle(), targets_.set(bodies_, kDepth * dx_);
     isSettled_ = true;
     ahead_ = contact::ahead(x, v, dt, kFarthest * h_);
@@ -238,8 +237,9 @@ void Contact::begin(const solver::StepStart& start)
 /// What was thrown or stopped is beside the way on which it was looked for.
 void Contact::lookWhereItWent(std::span<const Vec3> x)
 {
-    if (contact::farthestBeside(start_, ahead_, x) <= .5 * kMargin * h_) return;
-    ahead_ = contact::wayTo(start_, x);
+    std::vector<Vec3> there = contact::wayTo(start_, x, kFarthest * h_);
+    if (contact::farthestBeside(start_, ahead_, there) <= .5 * kMargin * h_) return;
+    ahead_ = std::move(there), foundFor_ = -1;
     work_.count("contact", "searches", near_.find(surface_, targets_, start_, ahead_, kMargin * h_));
 }
 

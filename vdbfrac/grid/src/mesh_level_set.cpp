@@ -118,8 +118,9 @@ openvdb::FloatGrid::Ptr fromMesh(const scene::MeshFile& mesh, const Build& given
     const Build build = outlined(given, report.lower, report.upper);
     const SurfaceGrid made = fromSurface(soup, report, build);
     if (!build.notes) return made.phi;
-    const std::string another =
-        volumeText(enclosedVolume(wrap(made.phi)), std::abs(report.volume), build.grid.voxelSize);
+    constexpr double kLost = .5;  // shells that overlap count more than once
+    const double volume = enclosedVolume(wrap(made.phi)), ofMesh = std::abs(report.volume);
+    const std::string another = volume < kLost * ofMesh ? volumeText(volume, ofMesh, build.grid.voxelSize) : "";
     if (made.gaps > 0) build.notes->push_back(build.subject + ": " + gapText(made.gaps, build.grid.voxelSize));
     if (!another.empty()) build.notes->push_back(build.subject + ": " + another);
     return made.phi;

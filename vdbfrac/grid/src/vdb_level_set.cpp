@@ -62,6 +62,9 @@ openvdb::FloatGrid::Ptr fromVdb(const scene::VdbFile& file, const Build& given)
     const scene::FilePlace place = scene::placeOf(file);
     const auto [lower, upper] =
         placed(place, from * fromVdb(box.min()).toVec() + read.origin, from * fromVdb(box.max()).toVec() + read.origin);
+    if (!(place.scale * from >= kSmallestVoxel))
+        complain(given, file.file.string() + " has voxels of " + shortNumber(place.scale * from) + " m once scaled",
+                 shortNumber(kSmallestVoxel) + " m or more", "check 'scale'");
     requireReach(given, lower, upper);
     const Build build = outlined(given, lower, upper);
     if (isOnLattice(read, place, build.grid)) {

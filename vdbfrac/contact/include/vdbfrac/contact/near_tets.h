@@ -57,7 +57,7 @@ public:
                              double reach) const;
     /// At most that a sample and a node of a target move against each other at the velocities v [m/s].
     double fastest(const TouchingSurface& surface, const Targets& targets, std::span<const Vec3> v) const;
-    /// The same from one place to another [m].
+    /// At most how much nearer one comes to the other [m].
     double farthest(const TouchingSurface& surface, const Targets& targets, std::span<const Vec3> from,
                     std::span<const Vec3> to) const;
 

@@ -12,10 +12,10 @@ namespace vdbfrac::contact {
 /// Seen from their mean velocity: what falls as a whole comes no nearer to itself.
 std::vector<Vec3> ahead(std::span<const Vec3> x, std::span<const Vec3> v, double dt, double farthest);
 
-/// Where they have gone, seen from there too.
-std::vector<Vec3> wayTo(std::span<const Vec3> x, std::span<const Vec3> to);
+/// Where they have gone, seen and cut off alike.
+std::vector<Vec3> wayTo(std::span<const Vec3> x, std::span<const Vec3> to, double farthest);
 
-/// At most how far nodes went beside their ways from x to `ahead` [m], seen from what is common to all.
+/// At most how far [m] nodes at `to` are beside their ways from x to `ahead`.
 double farthestBeside(std::span<const Vec3> x, std::span<const Vec3> ahead, std::span<const Vec3> to);
 
 /// How far a node moves along an axis, at the most [m], seen from what is common to all.
