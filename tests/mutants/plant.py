@@ -120,7 +120,7 @@ BUGS = [
         "Eigen::AngleAxisd(a.x(), Vec3::UnitX()) * Eigen::AngleAxisd(a.y(), Vec3::UnitY()) *\n            Eigen::AngleAxisd(a.z(), Vec3::UnitZ())",
         "laws_test", "Grips.KeysTurnAboutXThenYThenZ"),
     Bug("contact looks only where things go by themselves", EFFECTS + "contact.cpp", "    lookWhereItWent(x);\n", "",
-        "contact_test", "NearTets.SeeWhatIsThrown"),
+        "contact_test", "NearTets.SeeWhatIsStoppedOnItsWay"),
     Bug("squeezing counts as tension", GRID + "nodal_stresses.h", "std::max(0., Eigen::SelfAdjointEigenSolver", "(Eigen::SelfAdjointEigenSolver",
         "grid_test", "Tension.OfWhatIsSqueezedIsNone"),
     Bug("a crack's points on the far side of its nodes", GRID + "passing.cpp", "voxel.toVec() - off * normal", "voxel.toVec() + off * normal",

@@ -110,7 +110,7 @@ TEST(NearTets, SeeAcrossACrackAtAnAngle)
 
 /// Two slabs side by side, at the same speed, of which what is below stops or throws the lower one in the first step:
 /// they come nearer to each other than their speeds let expect. The deepest that they are in each other [m].
-double deepestOfSlabs(const std::string& velocity, const std::string& moveOfFloor)
+double deepestOfSlabs(const std::string& velocity, const std::string& heightOfUpper, const std::string& moveOfFloor)
 {
     const auto slab = [&](const std::string& name, const std::string& y) {
         return "[[body]]\nname = \"" + name + "\"\nmaterial = \"gel\"\nvelocity = " + velocity +
@@ -118,7 +118,7 @@ double deepestOfSlabs(const std::string& velocity, const std::string& moveOfFloo
     };
     lab::SceneRun run(
         "version = 1\nname = \"slabs\"\n[time]\nframes = [1, 6]\nfps = 24\nsubsteps = 1\n[grid]\nvoxel_size = 0.05\n" +
-        slab("low", "0.16") + slab("high", "0.42") +
+        slab("low", "0.16") + slab("high", heightOfUpper) +
         "[material.gel]\nyoungs_modulus = 1e6\npoisson_ratio = 0.3\ndensity = 1000\n[contact]\n[[collider]]\nname = "
         "\"floor\"\nshape = { halfspace = { normal = [0, -1, 0] } }\n" +
         moveOfFloor);
@@ -132,17 +132,19 @@ double deepestOfSlabs(const std::string& velocity, const std::string& moveOfFloo
 
 TEST(NearTets, SeeWhatIsStoppedOnItsWay)
 {
-    const double deepest = deepestOfSlabs("[0, -4, 0]", "");
-    EXPECT_GT(deepest, 0);
-    EXPECT_LT(deepest, .1 * kDx);
+    for (const char* height : {"0.42", "0.48"}) {  // m: cells of both meet, or lie apart
+        const double deepest = deepestOfSlabs("[0, -6, 0]", height, "");
+        EXPECT_GT(deepest, 0) << height;
+        EXPECT_LT(deepest, .1 * kDx) << height;
+    }
 }
 
 TEST(NearTets, SeeWhatIsThrown)
 {
     for (const char* way : {"6", "12"}) {
-        const double deepest =
-            deepestOfSlabs("[0, 0, 0]", std::string("move = { keys = [{ time = 0 }, { time = 1, translate = [0, ") +
-                                            way + ", 0] }] }\n");
+        const double deepest = deepestOfSlabs(
+            "[0, 0, 0]", "0.42",
+            std::string("move = { keys = [{ time = 0 }, { time = 1, translate = [0, ") + way + ", 0] }] }\n");
         EXPECT_GT(deepest, 0) << way;
         EXPECT_LT(deepest, .1 * kDx) << way;
     }
@@ -185,7 +187,9 @@ TEST(NearTets, WaysAreCutOff)
     for (std::size_t n = 0; n < x.size(); ++n) to.push_back(x[n] + .1 * v[n]);
     const std::vector<Vec3> expected = contact::ahead(x, v, .1, kFarthest), gone = contact::wayTo(x, to, kFarthest);
     for (std::size_t n = 0; n < x.size(); ++n) EXPECT_LE((gone[n] - x[n]).norm(), kFarthest + kRounding) << n;
-    EXPECT_LE(contact::farthestBeside(x, expected, gone), kRounding);  // they went where they were expected
+    contact::WayBoxes ways;
+    ways.set(x, expected);
+    EXPECT_LE(ways.farthestBeside(gone), kRounding);  // they went where they were expected
 }
 
 }  // namespace

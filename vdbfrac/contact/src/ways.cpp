@@ -41,13 +41,25 @@ std::vector<Vec3> wayTo(std::span<const Vec3> x, std::span<const Vec3> to, doubl
     return there;
 }
 
-double farthestBeside(std::span<const Vec3> x, std::span<const Vec3> ahead, std::span<const Vec3> to)
+void WayBoxes::set(std::span<const Vec3> from, std::span<const Vec3> to)
 {
-    return orderedMax(x.size(), kChunk, 0, [&](std::size_t begin, std::size_t end) {
+    low.assign(from.begin(), from.end()), high.assign(from.begin(), from.end());
+    add(to);
+}
+
+void WayBoxes::add(std::span<const Vec3> points)
+{
+    for (std::size_t n = 0; n < points.size(); ++n)
+        low[n] = low[n].cwiseMin(points[n]), high[n] = high[n].cwiseMax(points[n]);
+}
+
+double WayBoxes::farthestBeside(std::span<const Vec3> points) const
+{
+    return orderedMax(points.size(), kChunk, 0, [&](std::size_t begin, std::size_t end) {
         double most = 0;
         for (std::size_t n = begin; n < end; ++n) {
-            const Vec3 onWay = to[n].cwiseMax(x[n].cwiseMin(ahead[n])).cwiseMin(x[n].cwiseMax(ahead[n]));
-            most = std::max(most, (to[n] - onWay).cwiseAbs().maxCoeff());
+            const Vec3 inside = points[n].cwiseMax(low[n]).cwiseMin(high[n]);
+            most = std::max(most, (points[n] - inside).cwiseAbs().maxCoeff());
         }
         return most;
     });

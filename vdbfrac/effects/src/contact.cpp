@@ -157,10 +157,10 @@ private:
     contact::TouchingSurface surface_;
     contact::Targets targets_;
     bool isSettled_ = false;
-
     // Of the step at hand.
-    std::vector<Vec3> start_, ahead_;  // m: of all nodes; where they would go by themselves
-    double foundFor_ = -1;             // s: how far ahead of start_ near_ looks
+    std::vector<Vec3> start_;  // m: of all nodes
+    contact::WayBoxes ways_;   // round where they would go by themselves, and where tries took them
+    double foundFor_ = -1;     // s: how far ahead of start_ near_ looks
     contact::NearTets near_;
     std::vector<Pair> pairs_;                   // by rising sample
     std::vector<Held> held_;                    // by rising sample
@@ -211,20 +211,20 @@ std::vector<Pair> Contact::pairsAt(std::span<const Vec3> x) const
 /// Finds what may touch within `dt` [s] from x, and what does so at first; lists that were found for more serve too.
 void Contact::look(std::span<const Vec3> x, std::span<const Vec3> v, double dt)
 {
-    if (!isSettled_) surface_.settle(), targets_.set(bodies_, kDepth * dx_);
-    isSettled_ = true;
-    ahead_ = contact::ahead(x, v, dt, kFarthest * h_);
+    if (!isSettled_) surface_.settle(), targets_.set(bodies_, kDepth * dx_), isSettled_ = true;
+    const std::vector<Vec3> ahead = contact::ahead(x, v, dt, kFarthest * h_);
+    ways_.set(x, ahead);
     const bool known = dt <= foundFor_ && std::equal(x.begin(), x.end(), start_.begin(), start_.end());
     if (!known) {
         start_.assign(x.begin(), x.end());
         foundFor_ = dt;
         surface_.aim(start_);
-        const bool wide = near_.find(surface_, targets_, start_, ahead_, kMargin * h_);
+        const bool wide = near_.find(surface_, targets_, start_, ahead, kMargin * h_);
         work_.count("contact", "searches", wide);
         before_ = contact::deepest(sunkAt(start_), surface_.size());
         for (std::size_t i = 0; i < surface_.size(); ++i) surface_.memory(i).see(before_[i]);
     }
-    pairs_ = pairsAt(ahead_);
+    pairs_ = pairsAt(ahead);
     held_ = heldAt(start_);
 }
 
@@ -237,10 +237,10 @@ void Contact::begin(const solver::StepStart& start)
 /// What was thrown or stopped is beside the way on which it was looked for.
 void Contact::lookWhereItWent(std::span<const Vec3> x)
 {
-    std::vector<Vec3> there = contact::wayTo(start_, x, kFarthest * h_);
-    if (contact::farthestBeside(start_, ahead_, there) <= .5 * kMargin * h_) return;
-    ahead_ = std::move(there), foundFor_ = -1;
-    work_.count("contact", "searches", near_.find(surface_, targets_, start_, ahead_, kMargin * h_));
+    const std::vector<Vec3> there = contact::wayTo(start_, x, kFarthest * h_);
+    if (ways_.farthestBeside(there) <= .5 * kMargin * h_) return;
+    ways_.add(there), foundFor_ = -1;
+    work_.count("contact", "searches", near_.find(surface_, targets_, ways_.low, ways_.high, kMargin * h_));
 }
 
 bool Contact::refresh(std::span<const Vec3> x)

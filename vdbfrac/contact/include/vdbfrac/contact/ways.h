@@ -15,8 +15,15 @@ std::vector<Vec3> ahead(std::span<const Vec3> x, std::span<const Vec3> v, double
 /// Where they have gone, seen and cut off alike.
 std::vector<Vec3> wayTo(std::span<const Vec3> x, std::span<const Vec3> to, double farthest);
 
-/// At most how far [m] nodes at `to` are beside their ways from x to `ahead`.
-double farthestBeside(std::span<const Vec3> x, std::span<const Vec3> ahead, std::span<const Vec3> to);
+/// Round the ways of nodes.
+struct WayBoxes {
+    std::vector<Vec3> low, high;  ///< m
+
+    void set(std::span<const Vec3> from, std::span<const Vec3> to);
+    void add(std::span<const Vec3> points);
+    /// At most how far [m] points are outside of their boxes.
+    double farthestBeside(std::span<const Vec3> points) const;
+};
 
 /// How far a node moves along an axis, at the most [m], seen from what is common to all.
 double farthestMove(std::span<const Vec3> from, std::span<const Vec3> to);
