@@ -23,14 +23,6 @@ auto noFiner(const Measured& measured, double cells)
     return found;
 }
 
-double poissonRatio(const scene::Scene& scene, const scene::Body& body)
-{
-    const auto& materials = scene.materials;
-    const auto own =
-        std::find_if(materials.begin(), materials.end(), [&](const auto& m) { return m.name == body.material; });
-    return own == materials.end() ? 0 : own->poissonRatio;
-}
-
 /// Bars of the body's lattice, and of its nu or the next larger one; none for elements that were not measured.
 std::vector<BendingError> barsLike(const scene::Scene& scene, const scene::Body& body)
 {
@@ -38,7 +30,7 @@ std::vector<BendingError> barsLike(const scene::Scene& scene, const scene::Body&
     if (scene.solver.cellDilation != usual.cellDilation || scene.solver.meanStrain != usual.meanStrain ||
         scene.solver.strain != usual.strain)
         return {};
-    const double nu = poissonRatio(scene, body);
+    const double nu = scene.materialOf(body).poissonRatio;
     std::vector<BendingError> bars;
     for (const BendingError& bar : kBendingErrors) {
         if (bar.lattice != scene.grid.lattice || bar.nu < nu || (!bars.empty() && bar.nu > bars.front().nu)) continue;

@@ -103,8 +103,7 @@ std::string lostText(double lost)
     constexpr double kMuch = 5;  // %
     if (!(lost > kMuch)) return "";
     return "lost: cracks are a voxel wide or more, and take what is crushed; a smaller grid.voxel_size or a higher "
-           "toughness keeps "
-           "more\n";
+           "toughness keeps more\n";
 }
 
 /// How deep fragments were in each other and in themselves, where a picture may show it.

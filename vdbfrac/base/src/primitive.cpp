@@ -1,4 +1,5 @@
 #include <vdbfrac/base/primitive.h>
+
 #include <vdbfrac/base/rotation.h>
 
 #include <Eigen/Geometry>

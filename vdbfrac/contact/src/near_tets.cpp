@@ -322,33 +322,35 @@ std::vector<double> deepest(std::span<const Sunk> sunk, std::size_t samples)
     return depth;
 }
 
-double NearTets::fastest(const TouchingSurface& surface, const Targets& targets, std::span<const Vec3> v) const
+template <class Between>
+double NearTets::largest(const Targets& targets, const Between& between) const
 {
-    return std::sqrt(orderedMax(samples(), kChunk, 0, [&](std::size_t begin, std::size_t end) {
+    return orderedMax(samples(), kChunk, 0, [&](std::size_t begin, std::size_t end) {
         double most = 0;
         for (std::size_t i = begin; i < end; ++i) {
-            const Vec3 own = surface.at(sample_[i], v);
+            const auto toNode = between(sample_[i]);
             for (std::uint32_t t : this->targets(i))
-                for (std::uint32_t n : targets[t].node) most = std::max(most, (own - v[n]).squaredNorm());
+                for (std::uint32_t n : targets[t].node) most = std::max(most, toNode(n));
         }
         return most;
+    });
+}
+
+double NearTets::fastest(const TouchingSurface& surface, const Targets& targets, std::span<const Vec3> v) const
+{
+    return std::sqrt(largest(targets, [&](std::uint32_t sample) {
+        return [&, own = surface.at(sample, v)](std::uint32_t n) { return (own - v[n]).squaredNorm(); };
     }));
 }
 
 double NearTets::farthest(const TouchingSurface& surface, const Targets& targets, std::span<const Vec3> from,
                           std::span<const Vec3> to) const
 {
-    return orderedMax(samples(), kChunk, 0, [&](std::size_t begin, std::size_t end) {
-        double most = 0;
-        for (std::size_t i = begin; i < end; ++i) {
-            const Vec3 before = surface.at(sample_[i], from), after = surface.at(sample_[i], to);
-            for (std::uint32_t t : this->targets(i))
-                for (std::uint32_t n : targets[t].node) {
-                    const Vec3 gap = from[n] - before, move = after - before - (to[n] - from[n]);
-                    most = std::max(most, gap.isZero() ? move.norm() : move.dot(gap) / gap.norm());
-                }
-        }
-        return most;
+    return largest(targets, [&](std::uint32_t sample) {
+        return [&, before = surface.at(sample, from), after = surface.at(sample, to)](std::uint32_t n) {
+            const Vec3 gap = from[n] - before, move = after - before - (to[n] - from[n]);
+            return gap.isZero() ? move.norm() : move.dot(gap) / gap.norm();
+        };
     });
 }
 

@@ -16,29 +16,30 @@ Vec3 meanOf(std::span<const Vec3> values)
     return values.empty() ? sum : Vec3(sum / double(values.size()));
 }
 
-/// A way, cut off where it is longer than `farthest`.
-Vec3 upTo(double farthest, const Vec3& way)
+/// The ends of ways from x, cut off where they are longer than `farthest`.
+template <class Way>
+std::vector<Vec3> ends(std::span<const Vec3> x, double farthest, const Way& wayOf)
 {
-    return std::min(1., farthest / std::max(way.norm(), farthest * 1e-9)) * way;
+    std::vector<Vec3> there(x.begin(), x.end());
+    for (std::size_t n = 0; n < there.size(); ++n) {
+        const Vec3 way = wayOf(n);
+        there[n] += std::min(1., farthest / std::max(way.norm(), farthest * 1e-9)) * way;
+    }
+    return there;
 }
 
 }  // namespace
 
 std::vector<Vec3> ahead(std::span<const Vec3> x, std::span<const Vec3> v, double dt, double farthest)
 {
-    std::vector<Vec3> there(x.begin(), x.end());
-    const Vec3 common = meanOf(v);
-    for (std::size_t i = 0; std::isfinite(dt) && i < there.size(); ++i)
-        there[i] += upTo(farthest, dt * (v[i] - common));
-    return there;
+    if (!std::isfinite(dt)) return {x.begin(), x.end()};
+    return ends(x, farthest, [&, common = meanOf(v)](std::size_t n) -> Vec3 { return dt * (v[n] - common); });
 }
 
 std::vector<Vec3> wayTo(std::span<const Vec3> x, std::span<const Vec3> to, double farthest)
 {
     const Vec3 common = meanOf(to) - meanOf(x);
-    std::vector<Vec3> there(x.begin(), x.end());
-    for (std::size_t i = 0; i < there.size(); ++i) there[i] += upTo(farthest, to[i] - common - x[i]);
-    return there;
+    return ends(x, farthest, [&](std::size_t n) -> Vec3 { return to[n] - common - x[n]; });
 }
 
 void WayBoxes::set(std::span<const Vec3> from, std::span<const Vec3> to)

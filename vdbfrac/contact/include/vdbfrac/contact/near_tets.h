@@ -1,9 +1,9 @@
 // Which samples of the surface may come to lie in which tets in a step.
 #pragma once
 
-#include <vdbfrac/contact/ways.h>
 #include <vdbfrac/contact/targets.h>
 #include <vdbfrac/contact/touching_surface.h>
+#include <vdbfrac/contact/ways.h>
 #include <vdbfrac/core/archive.h>
 
 #include <array>
@@ -81,6 +81,10 @@ private:
     };
     void findWide(const TouchingSurface& surface, const Targets& targets, std::span<const Vec3> x,
                   std::span<const Vec3> ahead, double margin);
+
+    /// Of between(sample)(node) for all samples and the nodes of what they may reach, and 0.
+    template <class Between>
+    double largest(const Targets& targets, const Between& between) const;
 
     std::vector<std::uint32_t> sample_, start_, target_;
     Wide wide_;
