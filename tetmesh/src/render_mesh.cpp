@@ -19,6 +19,7 @@ void RenderMesh::addFace(std::span<const Corner> c, std::uint32_t g, std::uint32
 Fans fansOf(const RenderMesh& mesh)
 {
     Fans fans;
+    fans.corners.reserve(mesh.faces()), fans.face.reserve(mesh.faces());
     for (std::uint32_t f = 0; f < mesh.faces(); ++f) {
         const std::uint32_t begin = f == 0 ? 0 : mesh.faceEnd[f - 1];
         for (std::uint32_t k = begin + 2; k < mesh.faceEnd[f]; ++k) {

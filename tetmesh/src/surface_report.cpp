@@ -61,15 +61,23 @@ bool repeats(const std::vector<std::size_t>& polygon, const std::vector<std::siz
 
 std::vector<std::size_t> equalPoints(std::span<const Vec3> points)
 {
-    const auto before = [&](std::size_t a, std::size_t b) {
-        const Vec3 &p = points[a], &q = points[b];
-        return std::lexicographical_compare(p.data(), p.data() + 3, q.data(), q.data() + 3);
+    struct Place {
+        Vec3 X;
+        std::size_t point;
     };
-    std::vector<std::size_t> order(points.size()), first(points.size());
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    std::stable_sort(order.begin(), order.end(), before);
-    for (std::size_t i = 0; i < order.size(); ++i)
-        first[order[i]] = i > 0 && points[order[i]] == points[order[i - 1]] ? first[order[i - 1]] : order[i];
+    std::vector<Place> order;
+    order.reserve(points.size());
+    for (std::size_t i = 0; i < points.size(); ++i) order.push_back({points[i], i});
+    std::sort(order.begin(), order.end(), [](const Place& a, const Place& b) {
+        for (int k = 0; k < 3; ++k)
+            if (a.X[k] != b.X[k]) return a.X[k] < b.X[k];
+        return a.point < b.point;
+    });
+    std::vector<std::size_t> first(points.size());
+    for (std::size_t i = 0; i < order.size(); ++i) {
+        const std::size_t point = order[i].point;
+        first[point] = i > 0 && order[i].X == order[i - 1].X ? first[order[i - 1].point] : point;
+    }
     return first;
 }
 

@@ -9,7 +9,6 @@
 #include <vdbfrac/tetmesh/cut_mesh.h>
 
 #include <algorithm>
-#include <numeric>
 #include <set>
 #include <utility>
 
@@ -75,11 +74,15 @@ std::vector<std::uint32_t> nodesOf(std::span<const tetmesh::RestTet> tets)
 Found nearest(const tetmesh::BodyMesh& body, std::span<const tetmesh::RestTet> tets, std::vector<std::uint32_t>& nodes,
               const Vec3& X)
 {
+    constexpr double kSurely = 1e-9;  // least weight of what is in a tet and, whatever the rounding, in no other
     Found best;
+    const tetmesh::RestTet* its = nullptr;
     for (const tetmesh::RestTet& tet : tets) {
         const tetmesh::EmbeddedPoint point = tet.embed(X);
-        if (const double least = point.leastWeight(); least > best.least) best = {point, least, tet.outside(point)};
+        if (const double least = point.leastWeight(); least > best.least) best = {point, least, 0}, its = &tet;
+        if (best.least > kSurely) break;
     }
+    if (its) best.outside = its->outside(best.point);
     if (tets.empty() || best.point.isInTet()) return best;
     if (nodes.empty()) nodes = nodesOf(tets);
     const auto beside = body.locate(X, nodes);
@@ -102,31 +105,31 @@ Embedded embedRiders(const tetmesh::BodyMesh& body, const CrackField& cracks, st
                      const FragmentAt& fragment, std::span<const std::uint32_t> fragmentOfNode)
 {
     const Carrier carrier{body, fragment, fragmentOfNode};
-    constexpr double kFar = -1;  // weight of a point a tet's height away
-    std::vector<std::uint32_t> order(riders.size());
-    std::iota(order.begin(), order.end(), 0u);
-    std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-        return riders[a].anchor != riders[b].anchor ? riders[a].anchor < riders[b].anchor : a < b;
-    });
+    constexpr double kFar = -1;                          // weight of a point a tet's height away
+    std::vector<std::pair<Coord, std::uint32_t>> order;  // anchor and number of each rider
+    order.reserve(riders.size());
+    for (std::uint32_t i = 0; i < riders.size(); ++i) order.emplace_back(riders[i].anchor, i);
+    std::sort(order.begin(), order.end());
     std::vector<std::size_t> run;  // starts of equal anchors
     for (std::size_t i = 0; i < order.size(); ++i)
-        if (i == 0 || riders[order[i]].anchor != riders[order[i - 1]].anchor) run.push_back(i);
+        if (i == 0 || order[i].first != order[i - 1].first) run.push_back(i);
     run.push_back(order.size());
     Embedded embedded;
     embedded.points.resize(riders.size()), embedded.from.resize(riders.size()), embedded.outside.resize(riders.size());
     const auto sums = orderedSums<2>(run.size() - 1, 64, [&](std::size_t begin, std::size_t end) {
         std::array<double, 2> count{};
         for (std::size_t r = begin; r < end; ++r) {
-            const Reached reached = tetsFrom(carrier, cracks, riders[order[run[r]]].anchor);
+            const Reached reached = tetsFrom(carrier, cracks, order[run[r]].first);
             std::vector<tetmesh::RestTet> tets;
             for (const tetmesh::TetShare& tet : reached.tets)
                 tets.push_back(body.restTet(tet.element, std::uint32_t(tet.tet)));
             std::vector<std::uint32_t> nodes;
             for (std::size_t i = run[r]; i < run[r + 1]; ++i) {
-                const Found found = nearest(body, tets, nodes, riders[order[i]].X);
-                embedded.points[order[i]] = found.point;
-                embedded.from[order[i]] = reached.at;
-                embedded.outside[order[i]] = found.outside;
+                const std::uint32_t rider = order[i].second;
+                const Found found = nearest(body, tets, nodes, riders[rider].X);
+                embedded.points[rider] = found.point;
+                embedded.from[rider] = reached.at;
+                embedded.outside[rider] = found.outside;
                 count[0] += found.least < kFar, count[1] += tets.empty();
             }
         }

@@ -32,13 +32,22 @@ std::vector<std::array<std::uint32_t, 3>> trianglesOf(const RenderMesh& mesh, co
 /// Each normal of one point only, so that it can turn with it.
 void partNormals(RenderMesh& mesh)
 {
-    std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> number;
+    struct Copy {
+        std::uint32_t point = kNone, number = 0;
+    };
+    std::vector<Copy> first(mesh.normals.size());                              // most normals are of one point anyway
+    std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> further;  // by normal and point
     std::vector<Vec3> normals;
     for (RenderMesh::Corner& c : mesh.corners) {
         if (c.normal == kNone) continue;
-        const auto [it, isNew] = number.emplace(std::pair{c.normal, c.point}, std::uint32_t(normals.size()));
-        if (isNew) normals.push_back(mesh.normals[c.normal]);
-        c.normal = it->second;
+        const Vec3& normal = mesh.normals[c.normal];
+        const auto next = std::uint32_t(normals.size());
+        Copy& copy = first[c.normal];
+        if (copy.point == kNone) copy = {c.point, next};
+        const std::uint32_t number =
+            copy.point == c.point ? copy.number : further.try_emplace({c.normal, c.point}, next).first->second;
+        if (number == next) normals.push_back(normal);
+        c.normal = number;
     }
     mesh.normals = std::move(normals);
 }

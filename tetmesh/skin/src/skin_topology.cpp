@@ -1,11 +1,12 @@
 #include "skin_topology.h"
 
+#include <vdbfrac/base/parallel.h>
 #include <vdbfrac/tetmesh/surface_input.h>
 
 #include <Eigen/Geometry>
 
 #include <algorithm>
-#include <tuple>
+#include <utility>
 
 namespace vdbfrac::skin {
 
@@ -27,45 +28,53 @@ void joinPoints(std::span<const Vec3> points, SkinTopology& topology)
 
 void numberEdges(SkinTopology& topology)
 {
-    struct Side {
-        std::uint32_t low, high, triangle, k;
+    const std::size_t triangles = topology.triangles.size();
+    const auto cornerOf = [&](std::size_t side) { return topology.triangles[side / 3][side % 3]; };
+    const auto endsOf = [&](std::uint32_t side) {
+        const std::uint32_t a = cornerOf(side), b = cornerOf(side % 3 == 2 ? side - 2 : side + 1);
+        return std::pair(std::min(a, b), std::max(a, b));
     };
-    std::vector<Side> sides;
-    sides.reserve(3 * topology.triangles.size());
-    for (std::uint32_t t = 0; t < topology.triangles.size(); ++t)
-        for (std::uint32_t k = 0; k < 3; ++k) {
-            const std::uint32_t a = topology.triangles[t][k], b = topology.triangles[t][(k + 1) % 3];
-            sides.push_back({std::min(a, b), std::max(a, b), t, k});
-        }
-    std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
-        return std::tie(a.low, a.high, a.triangle, a.k) < std::tie(b.low, b.high, b.triangle, b.k);
+    // Side k of triangle t is 3 t + k: by lower point, then by upper one.
+    Groups sides = groupItems(topology.points.size(), [&](const auto& add) {
+        for (std::uint32_t s = 0; s < 3 * triangles; ++s) add(endsOf(s).first, s);
     });
-    topology.edgeOf.resize(topology.triangles.size());
-    for (const Side& s : sides) {
-        if (topology.edges.empty() || topology.edges.back() != std::array{s.low, s.high})
-            topology.edges.push_back({s.low, s.high});
-        topology.edgeOf[s.triangle][s.k] = std::uint32_t(topology.edges.size() - 1);
+    parallelChunks(topology.points.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t low = begin; low < end; ++low)
+            std::sort(sides.item.begin() + sides.start[low], sides.item.begin() + sides.start[low + 1],
+                      [&](std::uint32_t a, std::uint32_t b) {
+                          return std::pair(endsOf(a).second, a) < std::pair(endsOf(b).second, b);
+                      });
+    });
+    topology.edgeOf.resize(triangles);
+    for (const std::uint32_t s : sides.item) {
+        const auto [low, high] = endsOf(s);
+        if (topology.edges.empty() || topology.edges.back() != std::array{low, high})
+            topology.edges.push_back({low, high});
+        topology.edgeOf[s / 3][s % 3] = std::uint32_t(topology.edges.size() - 1);
     }
     topology.trianglesOf = groupItems(topology.edges.size(), [&](const auto& add) {
-        for (const Side& s : sides) add(topology.edgeOf[s.triangle][s.k], s.triangle);
+        for (std::uint32_t s : sides.item) add(topology.edgeOf[s / 3][s % 3], s / 3);
     });
 }
 
 void findSharpEdges(SkinTopology& topology)
 {
+    topology.normal.resize(topology.triangles.size());
+    parallelChunks(topology.triangles.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t t = begin; t < end; ++t) {
+            const auto [p, q, r] = topology.corners(t);
+            topology.normal[t] = (q - p).cross(r - p).stableNormalized();
+        }
+    });
     topology.edgeNormal.assign(topology.edges.size(), Vec3::Zero());
     topology.isSharp.assign(topology.edges.size(), false);
-    for (std::size_t t = 0; t < topology.triangles.size(); ++t) {
-        const auto& c = topology.triangles[t];
-        const Vec3 &p = topology.points[c[0]], &q = topology.points[c[1]], &r = topology.points[c[2]];
-        topology.normal.push_back((q - p).cross(r - p).stableNormalized());
+    for (std::size_t t = 0; t < topology.triangles.size(); ++t)
         for (std::uint32_t e : topology.edgeOf[t]) {
             if (topology.edgeNormal[e].isZero())
                 topology.edgeNormal[e] = topology.normal[t];
             else
                 topology.isSharp[e] = topology.edgeNormal[e].dot(topology.normal[t]) < kSameFace;
         }
-    }
 }
 
 }  // namespace

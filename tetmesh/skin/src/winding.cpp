@@ -1,6 +1,7 @@
 #include "winding.h"
 
 #include <vdbfrac/base/disjoint_sets.h>
+#include <vdbfrac/base/parallel.h>
 #include <vdbfrac/tetmesh/trilinear.h>
 
 #include <Eigen/Geometry>
@@ -63,14 +64,20 @@ RenderMesh woundOutward(RenderMesh mesh, const tetmesh::BodyMesh& body)
     DisjointSets parts(mesh.points.size());
     for (const auto& t : fans.corners)
         for (int k : {1, 2}) parts.join(mesh.corners[t[0]].point, mesh.corners[t[std::size_t(k)]].point);
+    std::vector<double> outwardOf(areas.size(), 0);  // m^2
+    parallelChunks(areas.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t t = begin; t < end; ++t) {
+            const double size = areas[t].norm();
+            if (!(size > 0)) continue;
+            Vec3 middle = Vec3::Zero();
+            for (std::uint32_t c : fans.corners[t]) middle += mesh.points[mesh.corners[c].point] / 3;
+            outwardOf[t] = size * growth(body, middle, areas[t] / size);
+        }
+    });
     std::vector<double> area(mesh.points.size(), 0), outward(area);  // of parts, by their least point
     for (std::size_t t = 0; t < areas.size(); ++t) {
-        const double size = areas[t].norm();
-        if (!(size > 0)) continue;
-        Vec3 middle = Vec3::Zero();
-        for (std::uint32_t c : fans.corners[t]) middle += mesh.points[mesh.corners[c].point] / 3;
         const std::uint32_t part = parts.find(mesh.corners[fans.corners[t][0]].point);
-        area[part] += size, outward[part] += size * growth(body, middle, areas[t] / size);
+        area[part] += areas[t].norm(), outward[part] += outwardOf[t];
     }
     std::vector<std::uint8_t> isTurned(mesh.faces(), 0);
     for (std::size_t f = 0, begin = 0; f < mesh.faces(); begin = mesh.faceEnd[f++]) {
