@@ -52,7 +52,7 @@ public:
 private:
     /// Not where forces overflow: there any x would look solved. The norm alone does not see a light piece beside a
     /// hard one.
-    bool isConverged(const Point& p, double tolerance) const
+    bool isConverged(const Point& p, double tolerance)
     {
         constexpr double kOff = 20;  // cells, at a tolerance of 1
         return p.norm <= tolerance * p.forceScale + p.noise && std::isfinite(p.forceScale + p.noise) &&

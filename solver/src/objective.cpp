@@ -2,6 +2,8 @@
 
 #include "node_loops.h"
 
+#include <Eigen/Cholesky>
+
 #include <algorithm>
 #include <cmath>
 
@@ -45,6 +47,14 @@ CoupledNoise noiseOf(const CouplingsOf& couplings, std::span<const Vec3> x, std:
         return s;
     });
     return {sum[0] + ofScalars[0], sum[1] + ofScalars[1]};
+}
+
+/// (Q + k I)^-1 f.
+Vec3 solved(const SymmetricBlock& Q, double k, const Vec3& f)
+{
+    Mat3 K = k * Mat3::Identity();
+    for (int c = 0; c < 3; ++c) K.col(c) += multiply(Q, Vec3(Vec3::Unit(c)));
+    return K.llt().solve(f);
 }
 
 }  // namespace
@@ -153,13 +163,22 @@ void Objective::measureForces(Point& p, double outerEnergy)
         kRounding * (std::sqrt(sum[stretched] * std::abs(p.elastic)) + std::sqrt(coupled.stretched * outerEnergy));
 }
 
-double Objective::farthest(const Point& p) const
+double Objective::farthest(const Point& p)
 {
     const std::span<const double> mass = elastic_->mass(), stiffness = elastic_->stiffness();
+    const NodeBlocks* coupled = blocks();
+    const std::size_t rows = coupled ? coupled->rows() : 0;
     return orderedMax(p.x.size(), kChunk, 0, [&](std::size_t begin, std::size_t end) {
         double most = 0;
-        for (std::size_t i = begin; i < end; ++i)
-            if (!fixed_[i]) most = std::max(most, p.gradient[i].norm() / (stiffness[i] + mass[i] * inertia_));
+        std::size_t row = coupled ? coupled->rowFrom(begin) : 0;
+        for (std::size_t i = begin; i < end; ++i) {
+            const double own = stiffness[i] + mass[i] * inertia_;
+            const bool isCoupled = row < rows && coupled->node(row) == i;
+            if (!fixed_[i])
+                most = std::max(most, isCoupled ? solved(coupled->diagonal(row), own, p.gradient[i]).norm()
+                                                : p.gradient[i].norm() / own);
+            row += isCoupled;
+        }
         return most;
     });
 }

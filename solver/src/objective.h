@@ -40,8 +40,9 @@ public:
 
     /// All about p.x; system() and addProduct() belong to this x then.
     void evaluate(Point& p);
-    /// Farthest that the gradient would take a free node against the stiffness of its own tets and inertia [m].
-    double farthest(const Point& p) const;
+    /// Farthest that the gradient would take a free node against inertia and the stiffness of its own tets and
+    /// couplings [m]; p.x was evaluated last.
+    double farthest(const Point& p);
     /// Lets potentials bring themselves up to date at a solution; has one changed?
     bool refresh(std::span<const Vec3> x);
     /// J that the elastic forces at the x last evaluated take along the way from `from`; `gradient`: of Phi there.

@@ -1,4 +1,5 @@
 // Parts of the material that springs couple: their forces, their momentum, and when a step is long enough.
+#include "../../solver/src/objective.h"
 #include "spring.h"
 
 #include <vdbfrac/lab/samples/loads.h>
@@ -148,6 +149,31 @@ TEST(CoupledParts, ThatHangOnAHeldOneAreNotFrozen)
     Vec3 upper = Vec3::Zero();
     for (std::size_t i = n; i < 2 * n; ++i) upper += force[i];
     EXPECT_LT((upper - Vec3(0, pull, 0)).norm(), 1e-9 * pull);
+}
+
+/// How far off a node is depends on what holds it: a touch, where its own tets hardly do.
+TEST(CoupledParts, AreAsFarOffAsTheirSpringHoldsThem)
+{
+    constexpr double kShare = 1e-10, kOff = 1e-3, kDt = 1. / 240;  // of a cell; m; s
+    SpringedBlocks blocks(0);
+    const auto n = std::uint32_t(blocks.block.nodes.size());
+    std::vector<tetmesh::CellElement> light = blocks.block.elements;
+    for (auto& fraction : light[0].fraction) fraction *= kShare;  // it alone has node n
+    blocks.sets[1].elements = light;
+    const solver::ElasticOperator elastic(blocks.sets, 2 * n, blocks.block.h, solver::Volumetric::cell);
+    blocks.state.v.assign(2 * n, Vec3::Zero());
+    const Vec3 to = blocks.state.x[n] - blocks.state.x[6];
+    for (const double stiffness : {1e-3, 1e4}) {  // N/m; the node's own tets and inertia have 1e-6
+        test::Spring spring({{6, 6, 6, 6}, {1, 0, 0, 0}}, {{n, n, n, n}, {1, 0, 0, 0}}, stiffness, to.norm());
+        solver::Potential* potentials[] = {&spring};
+        solver::Objective objective;
+        objective.rebind(elastic);
+        objective.begin(blocks.state, kDt, {potentials, blocks.boundary});
+        solver::Point p{blocks.state.x, std::vector<Vec3>(2 * n, Vec3::Zero())};
+        p.x[n] += kOff * to.normalized();
+        objective.evaluate(p);
+        EXPECT_NEAR(objective.farthest(p), kOff, 0.01 * kOff) << stiffness;
+    }
 }
 
 /// Far from the origin a stiff spring at rest has forces of rounding only; they are no reason to iterate.

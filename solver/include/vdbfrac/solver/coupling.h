@@ -8,6 +8,7 @@
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/base/vec.h>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -84,6 +85,11 @@ public:
     bool empty() const { return row_.empty(); }
     std::size_t rows() const { return row_.size(); }
     std::uint32_t node(std::size_t row) const { return row_[row]; }  ///< rising
+    /// The first row of a node from this one on, or rows().
+    std::size_t rowFrom(std::size_t node) const
+    {
+        return std::size_t(std::ranges::lower_bound(row_, node) - row_.begin());
+    }
     struct Entry {
         std::uint32_t node;     ///< column; rising within a row
         Eigen::Matrix3f block;  ///< symmetric on the diagonal
