@@ -265,6 +265,23 @@ TEST_F(Slits, ClosedHollowsAreFilledAndTheirSurfaceIsForgotten)
         }
 }
 
+/// The surface of a shell inside another is forgotten wherever it lies in the blocks of voxels.
+TEST_F(Slits, ThinShellsInsideOthersLeaveNoSurface)
+{
+    const Vec3 corner = Vec3::Constant(16.1 * kDx);
+    for (const auto& [lower, upper] : {std::pair{Vec3(1.05, 2.05, 3.05), Vec3(7.45, 3.95, 3.95)},
+                                       {Vec3(4.55, 2.05, 3.05), Vec3(7.45, 3.95, 3.95)},
+                                       {Vec3(1.05, 2.05, 2.05), Vec3(7.45, 5.05, 5.05)},
+                                       {Vec3(-7.3, -0.4, 0.3), Vec3(-1.2, 0.6, 6.7)}}) {
+        const LevelSet phi = make(bodyOf(both(box(-corner, corner), box(kDx * lower, kDx * upper))));
+        const auto values = phi.grid().grid->getConstAccessor();
+        int shallow = 0;
+        for (auto ijk = openvdb::CoordBBox(openvdb::Coord(-12), openvdb::Coord(12)).begin(); ijk; ++ijk)
+            shallow += values.getValue(*ijk) > -2.9 * kDx;
+        EXPECT_EQ(shallow, 0) << lower.transpose();
+    }
+}
+
 TEST_F(Slits, ShellsTurnedInsideOutInPartAreFilled)
 {
     // A prism whose top is mirrored: above the line where its sides cross, its faces look inward.

@@ -325,11 +325,12 @@ std::vector<Voxel> Settler::voxelsNear(const std::vector<Voxel>& buried) const
 {
     const int reach = int(std::ceil(phi_.background() / dx_)) + 1;
     std::vector<Voxel> origins;
+    openvdb::CoordBBox last;  // those of a voxel are mostly those of the one before
     for (const Voxel& c : buried) {
-        const Voxel lower = (c - Voxel(reach)) & ~7, upper = (c + Voxel(reach)) & ~7;
-        if (!origins.empty() && origins.back() == (c & ~7)) continue;
-        for (auto o = openvdb::CoordBBox(lower >> 3, upper >> 3).begin(); o; ++o) origins.push_back(*o << 3);
-        origins.push_back(c & ~7);
+        const openvdb::CoordBBox leaves((c - Voxel(reach)) >> 3, (c + Voxel(reach)) >> 3);
+        if (leaves == last) continue;
+        last = leaves;
+        for (auto o = leaves.begin(); o; ++o) origins.push_back(*o << 3);
     }
     std::sort(origins.begin(), origins.end());
     origins.erase(std::unique(origins.begin(), origins.end()), origins.end());
