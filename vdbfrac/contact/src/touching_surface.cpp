@@ -148,6 +148,12 @@ void TouchingSurface::recut(const core::Body& body)
     memory_.insert(memory_.erase(first, first + std::ptrdiff_t(before.size())), memory.begin(), memory.end());
 }
 
+void TouchingSurface::surroundingsChanged()
+{
+    for (TouchMemory& m : memory_)
+        if (m.allowance != TouchMemory::kUnseen) m.before = m.depth;
+}
+
 void TouchingSurface::settle()
 {
     if (isSettled_) return;
@@ -186,17 +192,17 @@ void TouchingSurface::aim(std::span<const Vec3> x)
 
 void TouchingSurface::save(const std::string& name, core::Archive& archive) const
 {
-    std::vector<double> allowance, depth;
+    std::vector<double> allowance, depth, before;
     std::vector<Vec3> stretch;
-    for (const TouchMemory& m : memory_)
+    for (const TouchMemory& m : memory_) {
         allowance.push_back(m.allowance), stretch.push_back(m.stretch), depth.push_back(m.depth);
+        before.push_back(m.before);
+    }
     archive.put(name + ".allowance", allowance);
     archive.put(name + ".depth", depth);
     archive.put(name + ".stretch", stretch);
-    if (!closesLips_) return;
-    std::vector<double> before;
-    for (const TouchMemory& m : memory_) before.push_back(m.before);
-    archive.put(name + ".before", before);
+    if (std::ranges::any_of(before, [](double b) { return b != TouchMemory::kUnseen; }))
+        archive.put(name + ".before", before);
 }
 
 void TouchingSurface::restoreFrom(const std::string& name, const core::Archive& archive)
@@ -213,7 +219,7 @@ void TouchingSurface::restoreFrom(const std::string& name, const core::Archive& 
     if (!archive.has(name + ".before")) return;
     const auto before = archive.get<double>(name + ".before", memory_.size());
     for (std::size_t i = 0; i < memory_.size(); ++i)
-        if (closesLips_ && (before[i] >= 0 || before[i] == TouchMemory::kUnseen)) memory_[i].before = before[i];
+        if (before[i] >= 0 || before[i] == TouchMemory::kUnseen) memory_[i].before = before[i];
 }
 
 void TouchingSurface::refineFrom(const std::string& name, const core::Refinement& wide)

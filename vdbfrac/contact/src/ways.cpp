@@ -2,13 +2,19 @@
 
 #include <vdbfrac/base/parallel.h>
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <limits>
 #include <numeric>
 
 namespace vdbfrac::contact {
 
 namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 Vec3 meanOf(std::span<const Vec3> values)
 {
@@ -28,7 +34,37 @@ std::vector<Vec3> ends(std::span<const Vec3> x, double farthest, const Way& wayO
     return there;
 }
 
+/// Where a fragment is on its way, and how far one of its nodes goes along an axis [m].
+struct Swept {
+    Eigen::AlignedBox3d box;
+    double farthest = 0;
+};
+
+/// By the numbers of fragments.
+std::vector<Swept> sweptBy(std::span<const core::Body> bodies, std::span<const Vec3> from, std::span<const Vec3> to)
+{
+    std::vector<Swept> swept;
+    const Vec3 common = meanOf(to) - meanOf(from);
+    for (const core::Body& body : bodies)
+        for (std::size_t i = 0; i < body.fragments.ofNode().size(); ++i) {
+            const std::uint32_t fragment = body.fragments.ofNode()[i];
+            if (fragment >= swept.size()) swept.resize(fragment + 1);
+            Swept& own = swept[fragment];
+            const Vec3 &a = from[body.firstNode + i], b = to[body.firstNode + i] - common;
+            own.box.extend(a).extend(b);
+            own.farthest = std::max(own.farthest, (b - a).cwiseAbs().maxCoeff());
+        }
+    return swept;
+}
+
 }  // namespace
+
+std::vector<Vec3> moved(std::span<const Vec3> x, std::span<const Vec3> v, double dt)
+{
+    std::vector<Vec3> there(x.begin(), x.end());
+    for (std::size_t n = 0; n < there.size(); ++n) there[n] += dt * v[n];
+    return there;
+}
 
 std::vector<Vec3> ahead(std::span<const Vec3> x, std::span<const Vec3> v, double dt, double farthest)
 {
@@ -75,6 +111,18 @@ double farthestMove(std::span<const Vec3> from, std::span<const Vec3> to)
             most = std::max(most, (to[i] - from[i] - common).cwiseAbs().maxCoeff());
         return most;
     });
+}
+
+double partFollowed(std::span<const core::Body> bodies, std::span<const Vec3> from, std::span<const Vec3> to,
+                    double farthest)
+{
+    double part = kInfinity;
+    if (farthestMove(from, to) <= farthest) return part;
+    const std::vector<Swept> swept = sweptBy(bodies, from, to);
+    for (std::size_t i = 0; i < swept.size(); ++i)
+        for (std::size_t j = 0; j < swept.size() && swept[i].farthest > farthest; ++j)
+            if (i != j && swept[i].box.intersects(swept[j].box)) part = std::min(part, farthest / swept[i].farthest);
+    return part;
 }
 
 }  // namespace vdbfrac::contact

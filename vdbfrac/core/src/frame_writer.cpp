@@ -284,8 +284,16 @@ void RunFolder::Writer::goOnFrom(const std::string& checkpoint, RecordLog::Recor
     loggedSteps_ = steps_.size(), loggedFrames_ = frames_.size();
 }
 
-void RunFolder::Writer::removeLaterFrames() const
+/// Checkpoints first: however soon this is killed, no checkpoint tells of frames that are gone.
+void RunFolder::Writer::removeLater(const std::string& checkpoint) const
 {
+    bool isLater = false;
+    for (const fs::path& file : checkpointsIn(folder_)) {
+        std::error_code error;
+        if (isLater) fs::remove(file, error);
+        if (error) throw FileError(file.string(), "cannot be removed: " + error.message());
+        isLater = isLater || file.filename() == checkpoint;
+    }
     core::removeLaterFrames(folder_, scene_.name, frames_.empty() ? scene_.time.firstFrame - 1 : frames_.back().frame);
 }
 

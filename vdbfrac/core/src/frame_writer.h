@@ -68,7 +68,7 @@ public:
     /// Goes on from them. `checkpoint`: the file's name.
     void goOnFrom(const std::string& checkpoint, RecordLog::Records records);
     /// Removes files of frames that the records do not have.
-    void removeLaterFrames() const;
+    void removeLater(const std::string& checkpoint) const;
     /// Copies the frames of another run into this folder, checks them, and goes on from its records. Throws FileError.
     void takeOver(const std::filesystem::path& run, RecordLog::Records records);
     void setBranches(std::vector<BranchRecord> branches) { branches_ = std::move(branches); }

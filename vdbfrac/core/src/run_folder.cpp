@@ -266,7 +266,7 @@ bool RunFolder::resume(Simulation& simulation, const Resume& how, std::vector<st
     if (mayKeepCheckpoints(folder_)) keepCheckpoints();
     open();
     writer_->goOnFrom(found->file.filename(), std::move(found->records));
-    if (how.mayBranch) writer_->removeLaterFrames();
+    if (how.mayBranch) writer_->removeLater(found->file.filename());
     return true;
 }
 
@@ -293,15 +293,15 @@ void RunFolder::goOn(Simulation& simulation, const Resume& how, const Found& fou
     if (const std::string creator = archive.getText("creator"); creator != kCreator)
         refuse("the run was made by " + creator + ", this is " + kCreator);
     if (!how.mayBranch) requireSame(how.settings, archive.getText("settings"));
-    const Branch branch = branchBetween(archive.getText("settings"), how.settings);
+    Branch branch = branchBetween(archive.getText("settings"), how.settings);
     restHash_ = hexadecimal(simulation.stateHash()), bodiesHash_ = hexadecimal(simulation.bodiesHash());
-    const bool isBranch = !branch.changes.empty();
     if (!branch.isFiner && bodiesHash_ != archive.getText("bodies_hash"))
         refuse("the bodies at rest are not those of the run: a mesh, a .vdb file or the program has changed since");
-    if (collidersHash_ != archive.getText("colliders_hash")) {
+    if (const std::string before = archive.getText("colliders_hash"); before != collidersHash_) {
         if (!how.mayBranch) refuse("the colliders are not those of the run: a mesh or a .vdb file has changed since");
-        notes.push_back("the files of colliders are not those of the run");
+        branch.changes.push_back({"hash of the files of colliders", before, collidersHash_});
     }
+    const bool isBranch = !branch.changes.empty();
     if (!isBranch && restHash_ != archive.getText("rest_hash"))
         refuse("the start is not that of the run: the program has changed since");
     takeState(simulation, how, archive, branch, notes);

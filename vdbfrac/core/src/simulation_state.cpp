@@ -223,9 +223,11 @@ void Simulation::restoreFrom(const Archive& archive)
     if (ancestry_) ancestry_->restoreFrom(archive, bodies_);
 }
 
+/// All wake: what holds them, or may tear them, can be another.
 void Simulation::branchFrom(const Archive& archive)
 {
     restoreBodies(archive);
+    if (fragmentsAsleep() > 0) std::ranges::fill(asleep_, 0), rebuild();
     restoreProgress(archive);
     grips_->requireNear(state_.x, time_, 0.5 * h_);
     restoreEffects(archive, [&](Persistent& p) { p.branchFrom(archive, bodies_); });

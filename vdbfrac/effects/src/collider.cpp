@@ -82,20 +82,18 @@ public:
     void save(std::span<const core::Body>, core::Archive& archive) const override
     {
         surface_.save("collider", archive);
-        archive.putOne<std::int64_t>("collider.other", isOther_);
     }
     void restoreFrom(const core::Archive& archive, std::span<const core::Body>) override
     {
         surface_.restoreFrom("collider", archive);
-        isOther_ = archive.getOne<std::int64_t>("collider.other") != 0;
     }
     void branchFrom(const core::Archive& archive, std::span<const core::Body> bodies) override
     {
-        restoreFrom(archive, bodies), isOther_ = true;
+        restoreFrom(archive, bodies), surface_.surroundingsChanged();
     }
     void refineFrom(const core::Refinement& wide, std::span<const core::Body>) override
     {
-        surface_.refineFrom("collider", wide), isOther_ = true;
+        surface_.refineFrom("collider", wide), surface_.surroundingsChanged();
     }
     std::size_t bytes() const override
     {
@@ -134,7 +132,6 @@ private:
     Obstacles obstacles_;
     std::vector<Penalty> law_;  // of each body, with each collider
     contact::EdgedSurface surface_;
-    bool isOther_ = false;      // colliders may not be those that samples have touched
     double lookedAt_ = kNever;  // s
 
     // Of the step at hand.
@@ -204,11 +201,10 @@ void Colliders::see(std::span<const Vec3> x, const Places& places)
     parallelChunks(surface_.size(), kChunk, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             TouchMemory& m = surface_.memory(i);
-            if (isOther_) m.before = m.depth;
-            if (isOther_ || m.allowance == TouchMemory::kUnseen) m.see(depthOf(i, nearest(i, x, places)));
+            if (m.allowance == TouchMemory::kUnseen || m.before != TouchMemory::kUnseen)
+                m.see(depthOf(i, nearest(i, x, places)));
         }
     });
-    isOther_ = false;
 }
 
 /// What pushes samples, by rising sample and collider: what pushes a point of an edge pushes its ends.

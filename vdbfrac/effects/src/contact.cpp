@@ -17,8 +17,8 @@
 
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/contact/contact_law.h>
-#include <vdbfrac/contact/near_tets.h>
 #include <vdbfrac/contact/touching_surface.h>
+#include <vdbfrac/contact/way_search.h>
 #include <vdbfrac/scene/friction.h>
 
 #include <algorithm>
@@ -50,7 +50,8 @@ public:
           untangleSpeed_(values.number("untangle_speed")),
           dx_(scene.grid.voxelSize),
           h_(scene.grid.coarsening * dx_),
-          longest_(1 / (scene.time.fps * std::max(1, scene.time.substeps)))
+          longest_(1 / (scene.time.fps * std::max(1, scene.time.substeps))),
+          search_(h_)
     {
     }
 
@@ -84,19 +85,23 @@ public:
     void recut(const core::Body& body, const tetmesh::CutUpdate&) override { surface_.recut(body), forget(); }
     void save(std::span<const core::Body>, core::Archive& archive) const override
     {
-        surface_.save("contact", archive), near_.save("contact", archive);
+        surface_.save("contact", archive), search_.save("contact", archive);
         archive.putOne("contact.step", last_);
     }
     void restoreFrom(const core::Archive& archive, std::span<const core::Body>) override
     {
         surface_.restoreFrom("contact", archive), restoreStep(archive);
-        near_.restoreFrom("contact", archive, bodies_.back().firstNode + bodies_.back().mesh->nodeCount());
+        search_.restoreFrom("contact", archive, bodies_.back().firstNode + bodies_.back().mesh->nodeCount());
+    }
+    void branchFrom(const core::Archive& archive, std::span<const core::Body> bodies) override
+    {
+        restoreFrom(archive, bodies), search_.clear(), surface_.surroundingsChanged();
     }
     void refineFrom(const core::Refinement& wide, std::span<const core::Body>) override
     {
         surface_.refineFrom("contact", wide), restoreStep(wide.archive);
     }
-    std::size_t bytes() const override { return surface_.bytes() + targets_.bytes() + near_.bytes(); }
+    std::size_t bytes() const override { return surface_.bytes() + targets_.bytes() + search_.bytes(); }
 
 private:
     void restoreStep(const core::Archive& archive)
@@ -109,16 +114,15 @@ private:
     void forget()
     {
         isSettled_ = false;
-        near_.clear(), start_.clear(), before_.clear(), pairs_.clear(), held_.clear();
-        foundFor_ = -1;
+        search_.clear(), before_.clear(), pairs_.clear(), held_.clear();
     }
     void look(std::span<const Vec3> x, std::span<const Vec3> v, double dt);
-    void lookWhereItWent(std::span<const Vec3> x);
     std::vector<Pair> pairsAt(std::span<const Vec3> x) const;
     std::vector<Touch> touches(std::span<const Pair> pairs, std::span<const Vec3> x) const;
     std::vector<Touch> touches(std::span<const Vec3> x) const { return touches(pairs_, x); }
     std::vector<Held> heldAt(std::span<const Vec3> x) const;
-    std::vector<Sunk> sunkAt(std::span<const Vec3> x) const { return near_.sunkAt(surface_, targets_, x, kReach); }
+    const contact::NearTets& near() const { return search_.near(); }
+    std::vector<Sunk> sunkAt(std::span<const Vec3> x) const { return near().sunkAt(surface_, targets_, x, kReach); }
     bool cameUp(const Sunk& s) const;
 
     Penalty lawOf(std::uint32_t sample, std::uint32_t target) const
@@ -158,10 +162,7 @@ private:
     contact::Targets targets_;
     bool isSettled_ = false;
     // Of the step at hand.
-    std::vector<Vec3> start_;  // m: of all nodes
-    contact::WayBoxes ways_;   // round where they would go by themselves, and where tries took them
-    double foundFor_ = -1;     // s: how far ahead of start_ near_ looks
-    contact::NearTets near_;
+    contact::WaySearch search_;
     std::vector<Pair> pairs_;                   // by rising sample
     std::vector<Held> held_;                    // by rising sample
     std::vector<double> before_;                // m: depth of all samples
@@ -192,7 +193,7 @@ std::vector<Held> Contact::heldAt(std::span<const Vec3> x) const
         const double k = 0.5 * surface_.area(t.sample) * lawOf(t.sample, t.target).k();
         const Rub rub =
             contact::makeRub(t.outward.normalized(), friction_ * push, k, surface_.memory(t.sample).stretch);
-        contact::addStrongest(Held{t.sample, t.target, t.share, rub, apart(t, start_)}, all);
+        contact::addStrongest(Held{t.sample, t.target, t.share, rub, apart(t, search_.start())}, all);
     }
     return all;
 }
@@ -200,32 +201,24 @@ std::vector<Held> Contact::heldAt(std::span<const Vec3> x) const
 /// What is seen at x, but for targets that would throw a sample out.
 std::vector<Pair> Contact::pairsAt(std::span<const Vec3> x) const
 {
-    std::vector<Pair> pairs = near_.seenAt(surface_, targets_, x, kReach);
+    std::vector<Pair> pairs = near().seenAt(surface_, targets_, x, kReach);
     std::erase_if(pairs, [&](const Pair& p) {
-        const double phi = targets_.locate(p.target, surface_.feels(p.sample, start_), start_).phi;
+        const double phi = targets_.locate(p.target, surface_.feels(p.sample, search_.start()), search_.start()).phi;
         return surface_.reach(p.sample) - phi > knownDepth(p.sample, surface_, before_) + kThrown * dx_;
     });
     return pairs;
 }
 
-/// Finds what may touch within `dt` [s] from x, and what does so at first; lists that were found for more serve too.
+/// Finds what may touch within `dt` [s] from x, and what does so at first.
 void Contact::look(std::span<const Vec3> x, std::span<const Vec3> v, double dt)
 {
     if (!isSettled_) surface_.settle(), targets_.set(bodies_, kDepth * dx_), isSettled_ = true;
-    const std::vector<Vec3> ahead = contact::ahead(x, v, dt, kFarthest * h_);
-    ways_.set(x, ahead);
-    const bool known = dt <= foundFor_ && std::equal(x.begin(), x.end(), start_.begin(), start_.end());
-    if (!known) {
-        start_.assign(x.begin(), x.end());
-        foundFor_ = dt;
-        surface_.aim(start_);
-        const bool wide = near_.find(surface_, targets_, start_, ahead, kMargin * h_);
-        work_.count("contact", "searches", wide);
-        before_ = contact::deepest(sunkAt(start_), surface_.size());
+    if (search_.look(surface_, targets_, x, v, dt)) {
+        before_ = contact::deepest(sunkAt(x), surface_.size());
         for (std::size_t i = 0; i < surface_.size(); ++i) surface_.memory(i).see(before_[i]);
     }
-    pairs_ = pairsAt(ahead);
-    held_ = heldAt(start_);
+    pairs_ = pairsAt(search_.ahead());
+    held_ = heldAt(x);
 }
 
 void Contact::begin(const solver::StepStart& start)
@@ -234,19 +227,10 @@ void Contact::begin(const solver::StepStart& start)
     look(start.x, start.v, start.dt);
 }
 
-/// What was thrown or stopped is beside the way on which it was looked for.
-void Contact::lookWhereItWent(std::span<const Vec3> x)
-{
-    const std::vector<Vec3> there = contact::wayTo(start_, x, kFarthest * h_);
-    if (ways_.farthestBeside(there) <= .5 * kMargin * h_) return;
-    ways_.add(there), foundFor_ = -1;
-    work_.count("contact", "searches", near_.find(surface_, targets_, ways_.low, ways_.high, kMargin * h_));
-}
-
 bool Contact::refresh(std::span<const Vec3> x)
 {
     const StageTimer timer(work_, "contact");
-    lookWhereItWent(x);
+    search_.lookBeside(surface_, targets_, x);
     std::vector<Pair> pairs = contact::withKnown(pairsAt(x), pairs_, surface_, targets_, x);
     const std::vector<Touch> seen = touches(x), all = touches(pairs, x);
     const bool moved = contact::haveChanged<Touch>(seen, all, [&](const Touch& t) { return forceOf(t); }) ||
@@ -320,15 +304,17 @@ bool Contact::cameUp(const Sunk& s) const
 {
     constexpr double kWay = 0.5;  // of how much deeper it is than before
     const double deeper = s.depth - before_[s.sample];
-    return deeper > kJump * dx_ && apart(s, start_).norm() < kWay * deeper;
+    return deeper > kJump * dx_ && apart(s, search_.start()).norm() < kWay * deeper;
 }
 
 /// Newton's method may come to rest with a thin flap pushed through by one of its tries, or with touches that nobody
 /// has looked for since; and what comes so near in a step may be through.
 bool Contact::holds(const solver::Way& way) const
 {
+    constexpr double kSlack = 2;  // of what a step was expected to be followed over
     const StageTimer timer(work_, "contact");
-    if (near_.farthest(surface_, targets_, way.from, way.to) > kDepth * dx_) return false;
+    if (contact::partFollowed(bodies_, way.from, way.to, kSlack * contact::WaySearch::kFarthest * h_) < 1) return false;
+    if (near().farthest(surface_, targets_, way.from, way.to) > kDepth * dx_) return false;
     std::vector<Sunk> through = sunkAt(way.to);
     std::erase_if(through, [&](const Sunk& s) {
         return s.depth <= kDeep * dx_ || !isDeeper(s, knownDepth(s.sample, surface_, before_), dx_) || cameUp(s);
@@ -359,22 +345,30 @@ void Contact::accept(std::span<const Vec3> x, double, double dt)
             surface_.memory(p.sample).allowance = TouchMemory::kBuried;
 }
 
-/// No sample comes nearer to a target than three quarters of the depth in which samples are found, in one step. Looks
-/// as far ahead as the next step may be long: lists for a whole frame would be endless where steps are short.
+/// No sample comes nearer to a target than three quarters of the depth in which samples are found, in one step, and
+/// what may meet is not followed so far that its way would be cut off. Looks as far ahead as the next step may be long:
+/// lists for a whole frame would be endless where steps are short. Where nothing is near, steps are as long as without.
 double Contact::largestStep(const solver::State& state, double)
 {
     const StageTimer timer(work_, "contact");
-    const double ahead = std::clamp(kGrowth * last_, kLeast * longest_, longest_);
+    double ahead = std::clamp(kGrowth * last_, kLeast * longest_, longest_);
     look(state.x, state.v, ahead);
-    const double fastest = near_.fastest(surface_, targets_, state.v);
-    const double largest = fastest > 0 ? 0.75 * kDepth * dx_ / fastest : kInfinity;
-    return ahead < longest_ ? std::min(largest, ahead) : largest;
+    if (near().pairs() == 0 && ahead < longest_) {
+        look(state.x, state.v, longest_);
+        if (near().pairs() == 0) ahead = longest_;
+    }
+    const double fastest = near().fastest(surface_, targets_, state.v);
+    const double followed = ahead * contact::partFollowed(bodies_, state.x, contact::moved(state.x, state.v, ahead),
+                                                          contact::WaySearch::kFarthest * h_);
+    return std::min(
+        {fastest > 0 ? 0.75 * kDepth * dx_ / fastest : kInfinity, followed, ahead < longest_ ? ahead : kInfinity});
 }
 
 void Contact::report(Ledger& work, std::map<std::string, double>& measured)
 {
     work_.count("contact", "samples", std::int64_t(surface_.size()));
-    work_.count("contact", "listed", std::int64_t(near_.pairs()));
+    work_.count("contact", "searches", search_.takeSearches());
+    work_.count("contact", "listed", std::int64_t(near().pairs()));
     work_.count("contact", "active", std::int64_t(pairs_.size()));
     measured["contact_depth_m"] = deepest_;
     measured["contact_self_depth_m"] = deepestInItself_;

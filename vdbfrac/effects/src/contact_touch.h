@@ -55,8 +55,6 @@ struct Held {
 };
 
 constexpr double kDepth = 2;         // voxels below the surface in which samples are found
-constexpr double kMargin = 0.5;      // cells that a step may end beside the way it was expected to take
-constexpr double kFarthest = 8;      // cells that a node is followed in a step
 constexpr double kGrowth = 4;        // of a step over the last one
 constexpr double kLeast = 1. / 256;  // of the longest step: so far is looked ahead, however short the last one was
 constexpr double kReach = 0.1;       // how far outside of its tet a sample may be, in barycentric coordinates

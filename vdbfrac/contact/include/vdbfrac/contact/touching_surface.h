@@ -61,6 +61,8 @@ public:
     /// A body has been cut again. Samples where the surface was before keep their memory; nodes of the system are known
     /// again after settle().
     void recut(const core::Body& body);
+    /// What is around may be another, where nobody has moved: nothing is pushed for being deeper in it than before.
+    void surroundingsChanged();
     void settle();
 
     std::size_t size() const { return all_.point.size(); }

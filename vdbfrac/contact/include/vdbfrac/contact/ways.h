@@ -1,12 +1,15 @@
 // Where nodes go in a step, and how far, seen from what is common to all.
 #pragma once
 
-#include <vdbfrac/base/vec.h>
+#include <vdbfrac/core/body.h>
 
 #include <span>
 #include <vector>
 
 namespace vdbfrac::contact {
+
+/// x + dt v.
+std::vector<Vec3> moved(std::span<const Vec3> x, std::span<const Vec3> v, double dt);
 
 /// Where nodes go by themselves in `dt` [s], but no farther than `farthest` [m]; where they are for an infinite dt.
 /// Seen from their mean velocity: what falls as a whole comes no nearer to itself.
@@ -27,5 +30,10 @@ struct WayBoxes {
 
 /// How far a node moves along an axis, at the most [m], seen from what is common to all.
 double farthestMove(std::span<const Vec3> from, std::span<const Vec3> to);
+
+/// What part of their ways fragments that may meet on them can go, seen from what is common to all, before one of their
+/// nodes is `farthest` [m] away along an axis; infinite where none may meet, or none goes as far.
+double partFollowed(std::span<const core::Body> bodies, std::span<const Vec3> from, std::span<const Vec3> to,
+                    double farthest);
 
 }  // namespace vdbfrac::contact

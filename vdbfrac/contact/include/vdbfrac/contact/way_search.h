@@ -1,0 +1,49 @@
+// Looks for what may touch in a step: on the ways that nodes take by themselves, and where tries of the step take them.
+#pragma once
+
+#include <vdbfrac/contact/near_tets.h>
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace vdbfrac::contact {
+
+class WaySearch {
+public:
+    static constexpr double kFarthest = 8;  ///< cells that a node is followed in a step
+
+    /// `h`: spacing of the lattice [m].
+    explicit WaySearch(double h) : h_(h) {}
+
+    /// Looks within `dt` [s] from x, at the velocities v; what was found from there for a longer step serves too. Has
+    /// it looked?
+    bool look(TouchingSurface& surface, const Targets& targets, std::span<const Vec3> x, std::span<const Vec3> v,
+              double dt);
+    /// Looks where a try has taken nodes: what was thrown or stopped is beside the way on which it was looked for. In a
+    /// step it only sees more.
+    void lookBeside(const TouchingSurface& surface, const Targets& targets, std::span<const Vec3> x);
+
+    const NearTets& near() const { return near_; }
+    std::span<const Vec3> start() const { return start_; }  ///< m: of all nodes, where the step begins
+    std::span<const Vec3> ahead() const { return ahead_; }  ///< m: where they would go by themselves
+    /// How often it has looked for what lies wide apart since this was asked last.
+    std::int64_t takeSearches() { return std::exchange(searches_, 0); }
+
+    void clear();
+    void save(const std::string& name, core::Archive& archive) const { near_.save(name, archive); }
+    void restoreFrom(const std::string& name, const core::Archive& archive, std::size_t nodes);
+    std::size_t bytes() const { return near_.bytes(); }
+
+private:
+    double h_;
+    std::vector<Vec3> start_, ahead_;
+    WayBoxes ways_;         // round where nodes would go by themselves, and where tries took them
+    double foundFor_ = -1;  // s: how far ahead of start_ near_ looks; below 0: it looks elsewhere
+    NearTets near_;
+    std::int64_t searches_ = 0;
+};
+
+}  // namespace vdbfrac::contact
