@@ -149,6 +149,29 @@ TEST(Sleep, EndsWithAPush)
     EXPECT_EQ(run.simulation.x()[far], lies);
 }
 
+/// It is no wall in the step that strikes it: but for what is too little to wake it, what strikes gives what it loses.
+TEST(Sleep, EndsInTheStepOfAPush)
+{
+    constexpr double kSpeed = 0.05, kLost = 0.01;  // m/s; of what would bring the piece to that speed
+    const std::string thrown = block("thrown", "[-0.7, 0.02, 0.03]", "velocity = [3, 0, 0]\n");
+    SceneRun run(scene(block("lies", "[0, 0, 0]") + thrown, "[contact]\nfriction = 0\n[sleep]\n"),
+                 {"sleep.after=0.05", "sleep.speed=" + std::to_string(kSpeed)});
+    const auto momentum = [&] {
+        Vec3 sum = Vec3::Zero();
+        for (std::size_t i = 0; i < run.simulation.v().size(); ++i)
+            sum += run.simulation.elastic().mass()[i] * run.simulation.v()[i];
+        return sum;
+    };
+    const Vec3 before = momentum();
+    const double lost = kLost * kSpeed * before.norm() / 3;
+    ASSERT_EQ(asleep(untilAsleep(run, 1)), 1);
+    while (run.simulation.time() < 0.3) {
+        run.step();
+        EXPECT_LT((momentum() - before).norm(), lost) << run.simulation.time();
+    }
+    EXPECT_EQ(asleep(run.steps.back()), 0);
+}
+
 TEST(Sleep, GoesOnAfterAResumeToTheBit)
 {
     const std::vector<std::string> short_{"time.frames=[1,30]"};

@@ -7,21 +7,41 @@
 
 namespace vdbfrac::core {
 
-void Simulation::putToSleep(StepRecord& record, bool converged)
+/// Asks the stages what sleeps when a step is solved; has anything changed?
+bool Simulation::askAsleep(double time, double dt, bool converged, AskAsleep ask)
 {
     asleep_.resize(nextFragment_);
     const std::vector<std::uint8_t> before = asleep_, held = grips_->heldFragments(asleep_.size());
-    const PieceContext context{
-        {state_.x, time_, record.dt}, bodies_, state_.v, elastic_->mass(), held, converged, stages_.solve};
-    for (PieceStage* stage : stages_.pieces) stage->decide(context, asleep_);
+    const PieceContext context{{state_.x, time, dt}, bodies_, state_.v, elastic_->mass(), held, converged,
+                               stages_.solve};
+    for (PieceStage* stage : stages_.pieces) (stage->*ask)(context, asleep_);
+    return asleep_ != before;
+}
+
+/// What a solve over dt [s] has struck in its sleep wakes. Has any?
+bool Simulation::wakeStruck(double dt)
+{
+    if (fragmentsAsleep() == 0 || !askAsleep(time_ + dt, dt, true, &PieceStage::wake)) return false;
+    changeAsleep();
+    return true;
+}
+
+void Simulation::putToSleep(StepRecord& record, bool converged)
+{
+    const bool isChanged = askAsleep(time_, record.dt, converged, &PieceStage::decide);
     record.measured["asleep"] = double(fragmentsAsleep());
-    if (asleep_ == before) return;
+    if (!isChanged) return;
     for (const Body& body : bodies_)
         for (std::size_t i = 0; i < body.fragments.ofNode().size(); ++i)
             if (asleep_[body.fragments.ofNode()[i]]) state_.v[body.firstNode + i].setZero();
     const double moving = record.kineticEnergy;
     record.kineticEnergy = kineticEnergy(state_.v);
     record.energyFlow["sleep_dissipated"] = moving - record.kineticEnergy;
+    changeAsleep();
+}
+
+void Simulation::changeAsleep()
+{
     grips_->rebuild(bodies_, *elastic_);  // lets go of those that were
     holdAsleep();
     if (integrator_->isExplicit()) integrator_->rebind(*elastic_);  // it keeps forces from step to step

@@ -224,7 +224,7 @@ void Simulation::solve(StepRecord& record, double until)
     const auto boundaryAt = [&](double share) -> const solver::Boundary& {
         return grips_->boundary(time_ + share * dt);
     };
-    for (;; dt *= 0.5, ++record.cutbacks, state_ = saved_) {
+    const auto solveOver = [&] {
         report = &integrator_->step(state_, dt, {stages_.solve, boundaryAt, &origin, time_});
         record.newtonIterations += report->newtonIterations;
         record.linearIterations += report->linearIterations;
@@ -232,8 +232,13 @@ void Simulation::solve(StepRecord& record, double until)
         record.work.count("solve", "multigrid_systems", report->multigridSystems);
         record.work.count("solve", "creases", report->creases);
         isSolved = report->status == solver::StepStatus::converged && holds(dt);
+    };
+    for (;; dt *= 0.5, ++record.cutbacks, state_ = saved_) {
+        solveOver();
+        while (isSolved && wakeStruck(dt)) state_ = saved_, solveOver();
         if (isSolved || 0.5 * dt < choice.shortest) break;
     }
+    if (!isSolved) wakeStruck(dt);
     stepControl_->learn(choice.dt, dt);
     if (!std::isfinite(report->residual))
         throw LimitError("step " + std::to_string(steps_ + 1) +

@@ -84,6 +84,7 @@ public:
         stages.pieces.push_back(this);
         stages.persistent.push_back(this);
     }
+    void wake(const core::PieceContext& context, std::span<std::uint8_t> asleep) override;
     void decide(const core::PieceContext& context, std::span<std::uint8_t> asleep) override;
     void save(std::span<const core::Body>, core::Archive& archive) const override;
     void restoreFrom(const core::Archive& archive, std::span<const core::Body>) override;
@@ -92,7 +93,6 @@ private:
     std::vector<Piece> measure(const core::PieceContext& context, std::size_t fragments, bool pushes) const;
     bool isPushed(const Push& now, const Push& before, const Piece& piece) const;
     void forgetWoken(std::span<const std::uint8_t> asleep);
-    void wake(const std::vector<Piece>& pieces, std::span<std::uint8_t> asleep);
     void fallAsleep(const core::PieceContext& context, std::span<std::uint8_t> asleep);
 
     double speed_, after_, frame_;  // m/s, s, s
@@ -133,11 +133,8 @@ std::vector<Piece> Sleep::measure(const core::PieceContext& context, std::size_t
 
 void Sleep::decide(const core::PieceContext& context, std::span<std::uint8_t> asleep)
 {
-    if (resistance_.at(context.time) < resistance_.at(context.time - context.dt)) std::ranges::fill(asleep, 0);
     forgetWoken(asleep);
-    const bool sleeping = std::any_of(asleep.begin(), asleep.end(), [](std::uint8_t a) { return a != 0; });
-    const std::vector<Piece> pieces = measure(context, asleep.size(), sleeping);
-    if (sleeping) wake(pieces, asleep);
+    const std::vector<Piece> pieces = measure(context, asleep.size(), false);
     bool tired = false;
     for (std::size_t f = 0; f < asleep.size(); ++f) {
         const bool slow = pieces[f].mass > 0 && pieces[f].fastest2 < speed_ * speed_ && !context.held[f];
@@ -163,8 +160,11 @@ bool Sleep::isPushed(const Push& now, const Push& before, const Piece& piece) co
     return change * frame_ > piece.mass * speed_;
 }
 
-void Sleep::wake(const std::vector<Piece>& pieces, std::span<std::uint8_t> asleep)
+void Sleep::wake(const core::PieceContext& context, std::span<std::uint8_t> asleep)
 {
+    if (resistance_.at(context.time) < resistance_.at(context.time - context.dt)) std::ranges::fill(asleep, 0);
+    forgetWoken(asleep);
+    const std::vector<Piece> pieces = measure(context, asleep.size(), true);
     for (std::size_t f = 0; f < asleep.size(); ++f) {
         Quiet& quiet = quiet_[f];
         if (!asleep[f]) {

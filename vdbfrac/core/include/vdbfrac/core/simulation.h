@@ -120,7 +120,11 @@ private:
     void solve(StepRecord& record, double until);
     void beginEnergy();
     void book(StepRecord& record, const solver::StepReport& report);
+    using AskAsleep = void (PieceStage::*)(const PieceContext&, std::span<std::uint8_t>);
+    bool askAsleep(double time, double dt, bool converged, AskAsleep ask);
+    bool wakeStruck(double dt);
     void putToSleep(StepRecord& record, bool converged);
+    void changeAsleep();
     void holdAsleep();
     void wakeRecut(const Body& body, const tetmesh::CutUpdate& update);
     void clearAsleep(std::vector<double>& density) const;

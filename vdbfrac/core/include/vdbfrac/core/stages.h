@@ -81,11 +81,14 @@ struct PieceContext : SolvedStep {
     std::span<solver::Potential* const> potentials;
 };
 
-/// Decides which fragments are asleep: they stay where they are, and nothing of them is evaluated.
+/// Decides which fragments are asleep: they stay where they are, and nothing of them is evaluated. `asleep`: of each.
 class PieceStage {
 public:
     virtual ~PieceStage() = default;
-    /// `asleep`: of each fragment. Those that are cut again are woken after this.
+    /// Wakes what may not lie still any more, where some are asleep. The step is not kept yet: it is solved again for
+    /// what wakes, which would have been a wall in it.
+    virtual void wake(const PieceContext& context, std::span<std::uint8_t> asleep) = 0;
+    /// After the step. Those that are cut again are woken after this.
     virtual void decide(const PieceContext& context, std::span<std::uint8_t> asleep) = 0;
 };
 
