@@ -162,8 +162,9 @@ TEST(BarOnset, UnderToughnessKappaIsThatOfTheTable)
     struct Grid {
         int cells, coarsening;
     };
-    for (const Law& law : {Law{"", .341 / 3, 1.1, std::sqrt(1.5)}, Law{"driver = \"full\"\n", .336 / 3},
-                           Law{"average = 2\n", .341 / 2, 1.1, std::sqrt(1.5)}, Law{"average = 0\n", .25}})
+    for (const Law& law :
+         {Law{"", .341 / 3, 1.1, std::sqrt(1.5)}, Law{"driver = \"full\"\n", .336 / 3},
+          Law{"average = 2\n", .341 / 2, 1.1, std::sqrt(1.5)}, Law{"average = 0\n", .25}, Law{"average = 0.5\n", .25}})
         for (const Grid& grid : {Grid{8, 1}, Grid{16, 1}, Grid{16, 2}}) {
             const double h = double(grid.coarsening) / grid.cells;
             std::ostringstream keys;

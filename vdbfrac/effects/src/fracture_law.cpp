@@ -94,8 +94,8 @@ std::span<const Key> fractureTable() { return kKeys; }
 std::string checkFracture(const scene::Values& v)
 {
     if (v.has("kappa") == v.has("toughness")) return "fracture needs exactly one of kappa and toughness";
-    if (v.text("nucleation") == "inside" && (v.text("driver") != "tension" || v.number("average") == 0))
-        return "fracture.nucleation = \"inside\" goes with driver = \"tension\" and an average";
+    if (v.text("nucleation") == "inside" && (v.text("driver") != "tension" || v.number("average") <= 1))
+        return "fracture.nucleation = \"inside\" goes with driver = \"tension\" and an average over more than a cell";
     if (v.has("strength") && !v.has("toughness")) return "fracture.strength goes with toughness, not with kappa";
     return {};
 }
@@ -117,6 +117,7 @@ FractureLaw fractureLaw(const FractureKeys& keys, const scene::Grid& grid, const
     const double dx = grid.voxelSize, h = grid.coarsening * dx, A = tipFactor(keys.isTension, grid.lattice, nu);
     FractureLaw law;
     law.radius = keys.average * h;
+    if (law.radius <= dx) law.radius = 0;                                            // no other voxel is within it
     const double perToughness = law.radius > 0 ? A / law.radius : kNodalFactor / h;  // 1/m
     const auto note = [&](const std::string& text) { notes.push_back("body '" + body + "': " + text); };
     if (keys.kappa) {
