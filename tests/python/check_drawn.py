@@ -406,6 +406,31 @@ density = 1000
     check("a colour out of range is told", "material.red.colour" in said and "each from 0 to 1" in said, said)
 
 
+def check_same_names(folder):
+    """Two meshes whose libraries have one name for two materials, and one that looks the same in both; a scene's material of the first name."""
+    for body, colour in (("a", "1 0 0"), ("b", "0 1 0")):
+        (folder / body).mkdir()
+        (folder / body / "block.obj").write_bytes((folder / "block.obj").read_bytes())
+        (folder / body / "block.mtl").write_text(f"newmtl skin\nKd {colour}\nnewmtl end\nKd 1 1 0\nnewmtl inside\nKd 0 0 1\n")
+    bodies = "".join(f'[[body]]\nname = "{body}"\nshape = {shape}\nmaterial = "skin"\n' for body, shape in (
+        ("a", '{ mesh = "a/block.obj" }'), ("b", '{ mesh = { file = "b/block.obj", translate = [3, 0, 0] } }'), ("c", "{ box = { size = [1, 1, 1], center = [6, 0, 0] } }")))
+    (folder / "names.toml").write_text('version = 1\nname = "n"\n[time]\nframes = [1, 1]\n[grid]\nvoxel_size = 0.1\n' + bodies +
+                                       "[material.skin]\nyoungs_modulus = 1e5\npoisson_ratio = 0.3\ndensity = 1000\ncolour = [0, 0, 0.5]\n[output]\nvdb = []\nmotion = true\n")
+    said = vdbfrac("sim", folder / "names.toml", "-o", folder / "names")
+    check("materials of one name are told", "the material 'skin' of the mesh for body 'b' looks otherwise" in said and "'skin_b'" in said, said)
+    library = (folder / "names/obj/n.mtl").read_text()
+    looks = {name: re.search(rf"newmtl {name}\n(?:[^n].*\n)*?Kd (.*)\n", library)[1] for name in re.findall("newmtl (.*)", library)}
+    check("each with its look", looks == {"outside": looks["outside"], "inside": looks["inside"], "skin": "1 0 0", "end": "1 1 0", "skin_b": "0 1 0", "skin_scene": "0 0 0.5"}, looks)
+    check("torn faces keep theirs", looks["inside"] != "0 0 1", looks)
+    drawn = Obj(folder / "names/obj/n.0001.obj")
+    at = {material: {round(x / 3) for points, _, _, _, m in drawn.faces if m == material for x in drawn.points[points, 0]} for material in {f[4] for f in drawn.faces}}
+    check("on its own body", at == {"skin": {0}, "skin_b": {1}, "end": {0, 1}, "skin_scene": {2}}, at)
+    vdbfrac("embed", folder / "names", "-o", folder / "names.usda")
+    text = (folder / "names.usda").read_text()
+    # Colours of libraries are those of a screen, those of USD are light.
+    check(".usda has light", f"inputs:diffuseColor = (0, 0, {0.5 ** 2.2:.9g}" in text, re.findall("diffuseColor = .*", text))
+
+
 def check_placed(folder):
     """A mesh for `embed` is put where the scene puts the file of its body."""
     text = """version = 1
@@ -456,6 +481,7 @@ def main(folder):
     check_ply(folder)
     check_colours(folder)
     check_placed(folder)
+    check_same_names(folder)
     check_embedded(folder, run, last)
     check_missing_materials(folder)
 

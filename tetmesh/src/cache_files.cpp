@@ -129,6 +129,7 @@ MaterialNames materialNames(std::span<const DrawnTopology* const> bodies)
 
 void addSubsets(TextWriter& out, const DrawnTopology& drawn, const MaterialNames& names)
 {
+    out << "        uniform token subsetFamily:materialBind:familyType = \"partition\"\n";
     std::map<std::string_view, std::vector<std::size_t>> facesOf;
     for (std::size_t f = 0; f < drawn.mesh.faces(); ++f) facesOf[materialOf(drawn, f)].push_back(f);
     for (const auto& [material, faces] : facesOf) {
@@ -145,8 +146,7 @@ void addSubsets(TextWriter& out, const DrawnTopology& drawn, const MaterialNames
 /// Shaders that give a surface the colours of a texture. `at`: the path of the material.
 void addTexture(TextWriter& out, const std::string& at, const DiffuseMap& map)
 {
-    std::string file = map.file;
-    std::replace(file.begin(), file.end(), '@', '_');  // ends a path in USD
+    const char* const mark = map.file.find('@') == std::string::npos ? "@" : "@@@";  // ends a path in USD
     out << "            def Shader \"st\"\n            {\n                uniform token info:id = "
            "\"UsdPrimvarReader_float2\"\n                string inputs:varname = \"st\"\n"
         << "                float2 outputs:result\n            }\n            def Shader \"place\"\n            {\n"
@@ -156,8 +156,9 @@ void addTexture(TextWriter& out, const std::string& at, const DiffuseMap& map)
         << map.offset.y()
         << ")\n                float2 outputs:result\n            }\n            def Shader \"texture\"\n            "
            "{\n"
-        << "                uniform token info:id = \"UsdUVTexture\"\n                asset inputs:file = @" << file
-        << "@\n                token inputs:wrapS = \"repeat\"\n                token inputs:wrapT = \"repeat\"\n"
+        << "                uniform token info:id = \"UsdUVTexture\"\n                asset inputs:file = " << mark
+        << map.file << mark
+        << "\n                token inputs:wrapS = \"repeat\"\n                token inputs:wrapT = \"repeat\"\n"
         << "                float2 inputs:st.connect = <" << at << "/place.outputs:result>\n"
         << "                float3 outputs:rgb\n            }\n";
 }
@@ -172,7 +173,7 @@ void addMaterials(TextWriter& out, const MaterialNames& names, const std::string
         const std::string at = kMaterials + id;
         const auto map = maps.find(name);
         const auto own = colours.find(name);
-        const Vec3 colour = own != colours.end() ? own->second : colours.at("outside");
+        const Vec3 colour = lightOf(own != colours.end() ? own->second : colours.at("outside"));
         out << "        def Material \"" << id << "\"\n        {\n            token outputs:surface.connect = <" << at
             << "/shader.outputs:surface>\n            def Shader \"shader\"\n            {\n"
             << "                uniform token info:id = \"UsdPreviewSurface\"\n                color3f "

@@ -136,6 +136,25 @@ std::string readMtl(const std::filesystem::path& file)
     return result;
 }
 
+std::vector<MtlMaterial> materialsIn(const std::string& mtl)
+{
+    std::vector<MtlMaterial> materials;
+    for (TextReader in(mtl, "material library"); in.nextLine();) {
+        const std::string line(withoutBlanks(in.restOfLine()));
+        if (in.word() == "newmtl")
+            materials.push_back({std::string(withoutBlanks(in.restOfLine())), ""});
+        else if (!materials.empty() && !line.empty() && line[0] != '#')
+            materials.back().look += line + '\n';
+    }
+    return materials;
+}
+
+Vec3 lightOf(const Vec3& colour)
+{
+    constexpr double kGamma = 2.2;
+    return colour.array().max(0.).pow(kGamma);
+}
+
 std::map<std::string, Vec3> diffuseColours(const std::string& mtl)
 {
     std::map<std::string, Vec3> colours;

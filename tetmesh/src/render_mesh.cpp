@@ -1,5 +1,7 @@
 #include <vdbfrac/tetmesh/render_mesh.h>
 
+#include <vdbfrac/base/triangle.h>
+
 #include <Eigen/Geometry>
 
 #include <algorithm>
@@ -29,20 +31,6 @@ Fans fansOf(const RenderMesh& mesh)
     }
     return fans;
 }
-
-namespace {
-
-/// Shares of a triangle's corners in a point of it.
-Vec3 sharesOf(const std::array<Vec3, 3>& corner, const Vec3& X)
-{
-    const Vec3 u = corner[1] - corner[0], v = corner[2] - corner[0], w = X - corner[0];
-    const double uu = u.dot(u), uv = u.dot(v), vv = v.dot(v), det = uu * vv - uv * uv;
-    if (!(det > 0)) return {1, 0, 0};
-    const double b = (vv * u.dot(w) - uv * v.dot(w)) / det, c = (uu * v.dot(w) - uv * u.dot(w)) / det;
-    return {1 - b - c, b, c};
-}
-
-}  // namespace
 
 RenderMesh::Corner PartCorners::at(std::uint32_t point)
 {

@@ -1,5 +1,6 @@
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/pictures/render.h>
+#include <vdbfrac/tetmesh/mtl_file.h>
 
 #include <Eigen/Geometry>
 
@@ -32,8 +33,7 @@ Colour materialColour(const tetmesh::RenderMesh& mesh, std::uint32_t material, c
     const std::string& name = mesh.materials[material];
     const auto found = paint.materials.find(name);
     if (found == paint.materials.end()) return paint.textures.contains(name) ? Colour(Colour::Ones()) : kOutside;
-    constexpr float kGamma = 2.2f;  // of .mtl files, which tell what a screen shows
-    return found->second.cast<float>().array().max(0.f).pow(kGamma);
+    return tetmesh::lightOf(found->second).cast<float>();
 }
 
 /// Of each fragment the material that most of its faces have which are not torn.

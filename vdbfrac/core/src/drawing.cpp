@@ -1,10 +1,11 @@
 #include <vdbfrac/core/drawing.h>
 
+#include "drawn_materials.h"
+
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/grid/body_level_set.h>
 #include <vdbfrac/grid/level_set_surface.h>
 #include <vdbfrac/solids/solid_mesh.h>
-#include <vdbfrac/tetmesh/mtl_file.h>
 
 #include <Eigen/Geometry>
 
@@ -83,18 +84,6 @@ tetmesh::RenderMesh surfaceOf(const scene::Collider& collider, const scene::Grid
 
 namespace {
 
-std::string materialsOf(const tetmesh::RenderMesh& mesh, const std::filesystem::path& folder,
-                        std::vector<std::string>& notes)
-{
-    std::string text;
-    for (const std::string& library : mesh.libraries)
-        if (std::filesystem::is_regular_file(folder / library))
-            text += '\n' + tetmesh::readMtl(folder / library);
-        else
-            notes.push_back((folder / library).string() + " is not there: its materials have no colours or textures");
-    return text;
-}
-
 /// Frames have materials of these names: "outside" is none, and by "inside" readers tell what is torn.
 tetmesh::RenderMesh withOwnNames(tetmesh::RenderMesh mesh, const std::string& body, std::vector<std::string>& notes)
 {
@@ -112,12 +101,12 @@ tetmesh::RenderMesh withOwnNames(tetmesh::RenderMesh mesh, const std::string& bo
     return mesh;
 }
 
-/// Names the material of the body on faces that have none of their own, if it has a colour.
-tetmesh::RenderMesh coloured(tetmesh::RenderMesh mesh, const scene::Material& material)
+/// Names a material on faces that have none of their own; none where it is empty.
+tetmesh::RenderMesh coloured(tetmesh::RenderMesh mesh, const std::string& material)
 {
-    if (!material.hasColour()) return mesh;
+    if (material.empty()) return mesh;
     const auto own = std::uint32_t(mesh.materials.size());
-    mesh.materials.push_back(material.name);
+    mesh.materials.push_back(material);
     std::ranges::replace(mesh.material, tetmesh::RenderMesh::kNone, own);
     return mesh;
 }
@@ -140,17 +129,29 @@ bool isInParts(const Body& body)
 
 Drawing::Drawing(const scene::Scene& scene, const Simulation& simulation)
 {
+    std::vector<tetmesh::RenderMesh> meshes;
+    DrawnMaterials materials;
     for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
         const Body& body = simulation.bodies()[b];
-        tetmesh::RenderMesh mesh = outerSurface(scene.bodies[b], body, notes_);
+        meshes.push_back(withOwnNames(outerSurface(scene.bodies[b], body, notes_), body.name, notes_));
         if (const auto* file = std::get_if<scene::MeshFile>(&scene.bodies[b].shape))
-            materials_ += materialsOf(mesh, file->file.parent_path(), notes_);
-        mesh = coloured(withOwnNames(std::move(mesh), body.name, notes_), scene.materialOf(scene.bodies[b]));
-        surfaces_.push_back({skin::Skin(std::move(mesh), *body.mesh, styleOf(scene), isInParts(body))});
+            materials.add(meshes.back(), file->file.parent_path(), body.name, notes_);
     }
     for (const scene::Material& m : scene.materials)
-        if (m.hasColour() && ("\n" + materials_).find("\nnewmtl " + m.name + "\n") == std::string::npos)
-            materials_ += '\n' + tetmesh::mtlMaterial(m.name, m.colour);
+        if (m.hasColour()) colours_[m.name] = materials.nameOf(m);
+    materials_ = materials.text();
+    for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+        const Body& body = simulation.bodies()[b];
+        surfaces_.push_back({skin::Skin(coloured(std::move(meshes[b]), colourOf(scene, b)), *body.mesh, styleOf(scene),
+                                        isInParts(body))});
+    }
+}
+
+/// The name of the material that gives a body its colour; empty: it has none.
+std::string Drawing::colourOf(const scene::Scene& scene, std::size_t body) const
+{
+    const auto found = colours_.find(scene.materialOf(scene.bodies[body]).name);
+    return found != colours_.end() ? found->second : "";
 }
 
 void Drawing::replace(const scene::Scene& scene, const Simulation& simulation, std::size_t body,
@@ -159,7 +160,7 @@ void Drawing::replace(const scene::Scene& scene, const Simulation& simulation, s
     const Body& own = simulation.bodies()[body];
     auto whole = carved(withOwnNames(std::move(mesh), own.name, notes_), scene.bodies[body], own.phi.voxelSize());
     if (!whole) throw InputError({"the mesh for body '" + own.name + "'", "cannot be drawn", kCarvable, ""});
-    *whole = coloured(std::move(*whole), scene.materialOf(scene.bodies[body]));
+    *whole = coloured(std::move(*whole), colourOf(scene, body));
     surfaces_[body] = {skin::Skin(std::move(*whole), *own.mesh, styleOf(scene), isInParts(own))};
 }
 

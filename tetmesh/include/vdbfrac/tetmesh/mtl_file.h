@@ -9,6 +9,7 @@
 #include <map>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace vdbfrac::tetmesh {
 
@@ -22,6 +23,13 @@ void writeMtl(const std::filesystem::path& file, std::string_view more = "");
 /// The text of a material library, with the paths of its textures made absolute. Throws FileError.
 std::string readMtl(const std::filesystem::path& file);
 
+/// A material of a library: its name, and the lines that tell what it looks like.
+struct MtlMaterial {
+    std::string name, look;
+};
+/// Of a library's text, in order.
+std::vector<MtlMaterial> materialsIn(const std::string& mtl);
+
 /// Diffuse colours (Kd) of the materials of a library's text, as it has them.
 std::map<std::string, Vec3> diffuseColours(const std::string& mtl);
 
@@ -30,6 +38,9 @@ struct DiffuseMap {
     std::string file;  ///< as the library names it
     Eigen::Array2d scale = {1, 1}, offset = {0, 0};
 };
+/// The light of a colour of a library, which is told as a screen shows it.
+Vec3 lightOf(const Vec3& colour);
+
 /// Textures (map_Kd, with -s and -o) of the materials of a library's text.
 std::map<std::string, DiffuseMap> diffuseMaps(const std::string& mtl);
 

@@ -9,6 +9,7 @@
 #include <vdbfrac/tetmesh/cache_files.h>
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -54,7 +55,10 @@ private:
         skin::Skin skin;
         std::int64_t revision = -1;  // of the body that the skin was cut for
     };
+    std::string colourOf(const scene::Scene& scene, std::size_t body) const;
+
     std::vector<Surface> surfaces_;
+    std::map<std::string, std::string> colours_;  // names that frames have for materials of the scene
     std::string materials_;
     std::vector<std::string> notes_;
 };

@@ -10,7 +10,7 @@
 
 namespace vdbfrac::grid {
 
-/// Narrow band round the deformed surface, with what the closest triangle carries.
+/// Narrow band round the deformed surface, with what its closest point carries.
 struct WorldFields {
     LevelSet surface;      ///< m
     VoxelValues velocity;  ///< m/s, on the band

@@ -1,0 +1,44 @@
+#include "drawn_materials.h"
+
+#include <algorithm>
+#include <set>
+
+namespace vdbfrac::core {
+
+std::string DrawnMaterials::known(const tetmesh::MtlMaterial& material, const std::string& suffix)
+{
+    std::string name = material.name;
+    for (;; name += suffix) {
+        const auto [at, isNew] = look_.emplace(name, material.look);
+        if (isNew) text_ += "\nnewmtl " + name + '\n' + material.look;
+        if (at->second == material.look) return name;
+    }
+}
+
+void DrawnMaterials::add(tetmesh::RenderMesh& mesh, const std::filesystem::path& folder, const std::string& body,
+                         std::vector<std::string>& notes)
+{
+    std::set<std::string> seen{"outside", "inside"};  // names of frames: no face of the mesh has them
+    for (const std::string& library : mesh.libraries) {
+        if (!std::filesystem::is_regular_file(folder / library)) {
+            notes.push_back((folder / library).string() + " is not there: its materials have no colours or textures");
+            continue;
+        }
+        for (const tetmesh::MtlMaterial& material : tetmesh::materialsIn(tetmesh::readMtl(folder / library))) {
+            if (!seen.insert(material.name).second) continue;
+            const std::string name = known(material, "_" + body);
+            if (name == material.name) continue;
+            std::ranges::replace(mesh.materials, material.name, name);
+            notes.push_back("the material '" + material.name + "' of the mesh for body '" + body +
+                            "' looks otherwise in another body: frames call it '" + name + "'");
+        }
+    }
+}
+
+std::string DrawnMaterials::nameOf(const scene::Material& material)
+{
+    const std::string text = tetmesh::mtlMaterial(material.name, material.colour);
+    return known(tetmesh::materialsIn(text).front(), "_scene");
+}
+
+}  // namespace vdbfrac::core

@@ -1,0 +1,34 @@
+// The materials of all that is drawn, each name once. Not installed.
+#pragma once
+
+#include <vdbfrac/scene/scene.h>
+#include <vdbfrac/tetmesh/mtl_file.h>
+#include <vdbfrac/tetmesh/render_mesh.h>
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace vdbfrac::core {
+
+class DrawnMaterials {
+public:
+    /// Takes in what the libraries of a body's mesh define. Where others have a name for another material, the mesh gets
+    /// another name.
+    void add(tetmesh::RenderMesh& mesh, const std::filesystem::path& folder, const std::string& body,
+             std::vector<std::string>& notes);
+    /// The name of a material of the scene that has a colour.
+    std::string nameOf(const scene::Material& material);
+    /// As a material library.
+    const std::string& text() const { return text_; }
+
+private:
+    /// A name under which this look is known from now on: `name`, unless another has it; then with `suffix`.
+    std::string known(const tetmesh::MtlMaterial& material, const std::string& suffix);
+
+    std::map<std::string, std::string> look_;  // by name
+    std::string text_;
+};
+
+}  // namespace vdbfrac::core
