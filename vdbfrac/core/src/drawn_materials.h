@@ -14,8 +14,8 @@ namespace vdbfrac::core {
 
 class DrawnMaterials {
 public:
-    /// Takes in what the libraries of a body's mesh define. Where others have a name for another material, the mesh gets
-    /// another name.
+    /// Takes in what the libraries of a body's mesh define. Where others have a name for another material, the mesh
+    /// gets another name.
     void add(tetmesh::RenderMesh& mesh, const std::filesystem::path& folder, const std::string& body,
              std::vector<std::string>& notes);
     /// The name of a material of the scene that has a colour.
