@@ -159,6 +159,13 @@ with tempfile.TemporaryDirectory() as temporary:
     expect("preview of where it began", ["preview", out, "--count", "1", "--width", "64", "--height", "64", "--fit", "first"], 0, "contact_sheet.png")
     expect("preview from a place", ["preview", out, "--count", "1", "--width", "64", "--height", "64", "--eye", "2", "1", "4", "--look-at", "0", "0", "0", "--angle", "30", "--torn", "as_others", "--fit", "run"], 0, "contact_sheet.png")
     expect("preview of nothing", ["preview", folder], 4, "run.json")
+    for eye in ("nan", "inf", "1e19"):
+        expect(f"preview from {eye}", ["preview", out, "--eye", eye, "0", "0"], 2, "--eye", "no number from")
+    turns = ["preview", out, "--width", "16", "--height", "16", "--samples", "1", "--turntable"]
+    for turn in (3, 2):
+        expect("turntable", [*turns, str(turn)], 0)
+        if len(list(Path(out).glob("preview/turn.*.png"))) != turn:
+            failures.append(f"turntable: {turn} pictures asked for, {sorted(Path(out).glob('preview/*'))}")
     expect("preview looking nowhere", ["preview", out, "--direction", "0", "0", "0"], 2, "--direction")
     expect("preview from a side with a bare point", ["preview", out, "--count", "1", "--width", "64", "--height", "64", "--direction", "1", "-.4", "1"], 0, "contact_sheet.png")
 

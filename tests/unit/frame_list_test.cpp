@@ -16,6 +16,7 @@ TEST(FrameList, ReadsRangesStepsAndLists)
     EXPECT_EQ(parseFrames("1-8x3"), (std::vector<int>{1, 4, 7}));
     EXPECT_EQ(parseFrames("12,5,9"), (std::vector<int>{12, 5, 9}));
     EXPECT_EQ(parseFrames("1-2,10-20x5"), (std::vector<int>{1, 2, 10, 15, 20}));
+    EXPECT_EQ(parseFrames("8,1-3,2,8"), (std::vector<int>{8, 1, 2, 3}));
 }
 
 TEST(FrameList, RefusesAnythingElse)

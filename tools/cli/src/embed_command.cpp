@@ -179,6 +179,7 @@ int embed(const EmbedOptions& options)
     const core::Simulation& simulation = last.prepared.simulation;
     const core::PointCache cache(scene, simulation, last.drawing, motionFiles(last.prepared, folder));
     if (last.isClosed) noteOpenEdges(options.mesh, cache);
+    if (const std::string lacks = cache.lacks(); !lacks.empty()) std::fprintf(stderr, "note: %s\n", lacks.c_str());
     if (fs::path(options.out).extension() == ".ply") {
         writePly(cache, options, scene.time.firstFrame);
         return kDone;

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <optional>
 #include <string_view>
+#include <unordered_set>
 
 namespace vdbfrac::cli {
 
@@ -91,6 +92,8 @@ std::vector<int> parseFrames(const std::string& text)
                 {"--frames", "'" + std::string(part) + "' is no list of frames", "1-96, 1-96x2, or 5,9,12", ""});
         begin = end + 1;
     }
+    std::unordered_set<int> seen;
+    std::erase_if(frames, [&](int frame) { return !seen.insert(frame).second; });
     return frames;
 }
 

@@ -26,6 +26,20 @@ public:
     }
 };
 
+/// A number of a size up to `most`: CLI's own check takes NaN.
+class Bounded : public CLI::Validator {
+public:
+    explicit Bounded(double most) : CLI::Validator("")
+    {
+        func_ = [most](std::string& text) {
+            double value = 0;
+            if (CLI::detail::lexical_cast(text, value) && std::abs(value) <= most) return std::string();
+            return "'" + text + "' is no number from -" + CLI::detail::to_string(most) + " to " +
+                   CLI::detail::to_string(most);
+        };
+    }
+};
+
 /// Longest length [m] that an option takes. Grids hold floats, and areas of this size still fit into one.
 inline constexpr double kLongestLength = 1e18;
 /// Most GiB that an option takes: 2^63 bytes, so that it fits into 64 bits.

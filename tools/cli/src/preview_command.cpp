@@ -1,4 +1,5 @@
 // vdbfrac preview: pictures of a run, and a contact sheet of them.
+#include "number_options.h"
 #include "options.h"
 #include "run_pictures.h"
 
@@ -41,6 +42,8 @@ struct PreviewOptions {
     }
 };
 
+constexpr double kFarthest = 1e9;  // m: rays are floats, and squares of their lengths
+
 Vec3 pointOf(const std::vector<double>& p) { return {p[0], p[1], p[2]}; }
 
 /// The frames asked for, or `count` of them spread over the run with the first and the last.
@@ -75,7 +78,12 @@ std::vector<Vec3> turnedRound(const std::vector<Vec3>& points, int angles)
     return round;
 }
 
-/// Pictures of the last frame from all round what is seen in it.
+fs::path turnFile(const fs::path& folder, int number)
+{
+    return folder / "preview" / fmt::format("turn.{:04}.png", number);
+}
+
+/// Pictures of the last frame from all round what is seen in it. Those of a turn of more pictures go.
 int turn(const Scenery& scenery, const PreviewOptions& options)
 {
     constexpr int kRound = 64;
@@ -88,10 +96,11 @@ int turn(const Scenery& scenery, const PreviewOptions& options)
         const Vec3 turned(c * direction.x() + s * direction.z(), direction.y(), c * direction.z() - s * direction.x());
         view.camera = pictures::fittingCamera(turned, seen, options.width, options.height, options.angle);
         images.push_back(pictureOf(scenery, scenery.subjects.size() - 1, view));
-        const fs::path file = fs::path(options.folder) / "preview" / fmt::format("turn.{:04}.png", i + 1);
+        const fs::path file = turnFile(options.folder, i + 1);
         pictures::writePng(file, images.back());
         options.say(file);
     }
+    for (int i = options.turntable + 1; fs::remove(turnFile(options.folder, i)); ++i) {}
     const fs::path sheet = fs::path(options.folder) / "preview" / "contact_sheet.png";
     pictures::writePng(sheet, pictures::contactSheet(images, options.columns, 4));
     options.say(sheet);
@@ -157,10 +166,13 @@ Action addPreview(CLI::App& app)
          "What the camera sees: all that is in the frames of the pictures, or of the run, or in its first frame")
         ->check(CLI::IsMember(kFits))
         ->capture_default_str();
-    c->add_option("--direction", o->direction, "Direction of looking: x y z")->expected(3);
-    auto* eye = c->add_option("--eye", o->eye, "Where the camera is [m]: x y z; in place of --fit")->expected(3);
+    const Bounded place(kFarthest);
+    c->add_option("--direction", o->direction, "Direction of looking: x y z")->expected(3)->check(place);
+    auto* eye =
+        c->add_option("--eye", o->eye, "Where the camera is [m]: x y z; in place of --fit")->expected(3)->check(place);
     c->add_option("--look-at", o->lookAt, "A point that it looks at [m]: x y z; in place of --direction")
         ->expected(3)
+        ->check(place)
         ->needs(eye);
     c->add_option("--angle", o->angle, "Degrees that the longer side of the picture shows")
         ->check(CLI::Range(1., 170.))

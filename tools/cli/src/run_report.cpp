@@ -259,9 +259,10 @@ std::string summaryText(const core::Simulation& simulation, const core::RunFolde
                         folder.frames().empty() ? "-" : folder.frames().back().stateHash);
     if (gone > 0)
         text += fmt::format("{} more {} eaten up by cracks\n", gone, gone == 1 ? "fragment was" : "fragments were");
-    text += lostText(lost) + shortcomings(folder.steps(), work) +
-            overlapText(folder.steps(), simulation.bodies()[0].phi.voxelSize()) + squeezeText(folder.frames()) +
-            drawnText(work) + workTable(work);
+    text += lostText(lost);
+    if (const std::string& lacks = folder.pointCacheLacks(); !lacks.empty()) text += "point cache: " + lacks + "\n";
+    text += shortcomings(folder.steps(), work) + overlapText(folder.steps(), simulation.bodies()[0].phi.voxelSize()) +
+            squeezeText(folder.frames()) + drawnText(work) + workTable(work);
     return text + "\nwritten to " + folder.path().string();
 }
 

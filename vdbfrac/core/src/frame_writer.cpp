@@ -241,6 +241,7 @@ void RunFolder::Writer::writePointCache(const Simulation& simulation, const Draw
         for (const WrittenFile& file : frame.files)
             if (file.path.ends_with(".motion")) motion.push_back(folder_ / file.path);
     const PointCache cache(scene_, simulation, drawing, motion);
+    pointCacheLacks_ = cache.lacks();
     for (const std::string& kind : scene_.output.pointCache)
         for (const fs::path& file : cache.write(folder_ / "cache" / (scene_.name + (kind == "mdd" ? ".obj" : ".usda"))))
             pointCache_.push_back(readBack(fs::relative(file, folder_)));

@@ -75,6 +75,8 @@ public:
     void keepCheckpoints() { keepsCheckpoints_ = true; }
 
     const std::vector<FrameRecord>& frames() const { return frames_; }
+    /// As PointCache::lacks() says of the one that was written.
+    const std::string& pointCacheLacks() const { return pointCacheLacks_; }
 
 private:
     static constexpr const char* kRunning = "running";
@@ -95,6 +97,7 @@ private:
     std::vector<StepRecord> steps_;
     std::vector<FrameRecord> frames_;
     std::vector<WrittenFile> pointCache_;
+    std::string pointCacheLacks_;
     RunState state_;     // of the last frame
     std::string error_;  // that has ended the run
     RecordLog log_;

@@ -146,6 +146,7 @@ std::span<const std::string> RunFolder::notes() const
 }
 
 const std::vector<FrameRecord>& RunFolder::frames() const { return writer_->frames(); }
+const std::string& RunFolder::pointCacheLacks() const { return writer_->pointCacheLacks(); }
 
 std::vector<StepRecord> RunFolder::newSteps()
 {

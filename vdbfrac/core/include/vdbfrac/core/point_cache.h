@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <string>
 #include <vector>
 
 namespace vdbfrac::core {
@@ -27,6 +28,9 @@ public:
                std::vector<std::filesystem::path> motion);
 
     std::size_t frames() const { return motion_.size(); }
+    /// What the first frame lacks, where it is much: material that cracks take later, as all frames have the surface of
+    /// the last. A sentence, or nothing.
+    std::string lacks() const;
     /// All bodies of a frame, counted from 0. Throws FileError.
     DrawnFrame frame(std::size_t number) const;
     /// Writes NAME.obj, the first frame, NAME.mtl, and NAME.mdd, the positions of its points in all frames; or
@@ -43,6 +47,7 @@ private:
     void writeUsd(const std::filesystem::path& out) const;
 
     const scene::Scene& scene_;
+    double startVolume_;  // m^3
     const Drawing& drawing_;
     std::vector<std::filesystem::path> motion_;
     std::vector<std::vector<Nodes>> node_;          // of each frame and body: what those of the last frame were

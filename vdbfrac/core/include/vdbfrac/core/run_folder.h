@@ -105,6 +105,8 @@ public:
     const std::vector<StepRecord>& steps() const { return steps_; }
     /// Frames that are written. After finish only: until then the writer adds to them.
     const std::vector<FrameRecord>& frames() const;
+    /// What the point cache lacks, a sentence; after finish only.
+    const std::string& pointCacheLacks() const;
     /// After finish only. Stages: "snapshot", copying what frames write; "draw", the drawn surface; "output", making
     /// files of it, beside the steps; "wait", how long the steps stood still for the writer.
     Ledger work() const;
