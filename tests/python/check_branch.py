@@ -56,6 +56,7 @@ with tempfile.TemporaryDirectory() as temporary:
     run = top / "run"
     sim(run, "--keep-checkpoints")
     check("kept checkpoints", len(list(run.glob("ckpt/*.ckpt"))) == LAST, list(run.glob("ckpt/*")))
+    first_states = states(run)
     check("tears", len(manifest(run)["fragments"]) > 1, manifest(run)["fragments"])
 
     # Nothing changed: the same to the bit, from anywhere.
@@ -99,6 +100,40 @@ with tempfile.TemporaryDirectory() as temporary:
     sim(run, "--resume", *tough)
     check("nor where the manifest is lost", len(list(run.glob("ckpt/*.ckpt"))) == LAST, list(run.glob("ckpt/*")))
     check("made again without a manifest", states(run) == states(branch), "other states")
+
+    # Killed before it has written a checkpoint of its own, a run that went back tells of no frames that are gone.
+    back = top / "back"
+    sim(back, "--keep-checkpoints")
+    going = subprocess.Popen([PROGRAM, "sim", SCENE, "-o", back, "-f", str(LAST), *COARSE, "--resume=4", "--checkpoint-every", "0"], stderr=subprocess.DEVNULL)
+    for _ in range(4000):
+        if not (back / f"obj/notched_block.{LAST:04}.obj").exists() or going.poll() is not None:
+            break
+        time.sleep(.001)
+    going.kill()
+    going.wait()
+    check("killed on its way", going.returncode != 0, going.returncode)
+    sim(back, "--resume")
+    is_whole(back)
+    check("all frames are there", len(list(back.glob("obj/*.obj"))) == LAST and states(back) == first_states, list(back.glob("obj/*.obj")))
+
+    # Another file of a collider is another scene, though its text is the same.
+    floors = {}
+    for name, height in (("low", -2), ("high", -0.42)):
+        (top / name).mkdir()
+        corners = [(x, height + y, z) for x in (-1, 1) for y in (-.3, 0) for z in (-1, 1)]
+        faces = ("1 2 4 3", "5 7 8 6", "1 5 6 2", "3 4 8 7", "1 3 7 5", "2 6 8 4")
+        (top / name / "floor.obj").write_text("".join("v %g %g %g\n" % c for c in corners) + "".join(f"f {f}\n" for f in faces))
+        floors[name] = top / name / "s.toml"
+        floors[name].write_text(SCENE.read_text().replace("[fracture]", '[[collider]]\nshape = { mesh = "floor.obj" }\n[fracture]'))
+    def on_floor(name, *more):
+        return subprocess.run([PROGRAM, "sim", floors[name], "-o", top / f"on_{name}", "-f", "8", *COARSE, *map(str, more)], capture_output=True, text=True)
+    check("on a floor", on_floor("low", "--keep-checkpoints").returncode == 0)
+    went = on_floor("high", "--branch", top / "on_low", "--at", 5)
+    check("another floor is told", went.returncode == 0 and "hash of the files of colliders = " in went.stdout + went.stderr, went.stdout + went.stderr)
+    check("and kept", [c["key"] for c in manifest(top / "on_high")["branches"][0]["changes"]] == ["hash of the files of colliders"], manifest(top / "on_high")["branches"])
+    with open(top / "on_high/stats.csv", newline="") as file:
+        kinetic = [float(r["kinetic_J"]) for r in csv.DictReader(file)]
+    check("it throws nothing", max(kinetic[5:]) < 2 * max(kinetic[:5]), kinetic)
 
     # A finer lattice.
     fine = top / "fine"

@@ -233,6 +233,51 @@ TEST(Branch, CollidersThatComeOrJumpThrowNothingOut)
     }
 }
 
+/// Two blocks, one on the other, that a floor holds.
+std::string stack(const std::string& more)
+{
+    std::string scene =
+        "version = 1\nname = \"pile\"\n[time]\nframes = [1, 60]\nfps = 24\n[grid]\nvoxel_size = 0.1\n[material.m]\n"
+        "youngs_modulus = 1e5\npoisson_ratio = 0.3\ndensity = 1000\n[gravity]\n"
+        "[[collider]]\nshape = { halfspace = { normal = [0, -1, 0], offset = 0 } }\n";
+    for (const char* y : {"0.3", "0.85"})
+        scene += std::string("[[body]]\nname = \"b") + y +
+                 "\"\nmaterial = \"m\"\nshape = { box = { size = [0.5, 0.5, 0.5], center = [0, " + y + ", 0] } }\n";
+    return scene + more;
+}
+
+/// What lies within a gap that comes with the branch stays there: it is not thrown out.
+TEST(Branch, AnotherGapThrowsNothing)
+{
+    SceneRun before(stack("[contact]\n"));
+    before.toFrame(30);
+    const double calm = before.simulation.totals().kineticEnergy;
+    SceneRun branch(stack("[contact]\ngap = 1\n"));
+    branch.simulation.branchFrom(saved(before));
+    SceneRun again(stack("[contact]\ngap = 1\n"));  // from a checkpoint that the branch starts with
+    again.simulation.restoreFrom(saved(branch));
+    for (int i = 0; i < 5; ++i) {
+        EXPECT_LT(branch.step().kineticEnergy, calm + .1);  // J; thrown it had thousands
+        again.step();
+        EXPECT_EQ(branch.simulation.stateHash(), again.simulation.stateHash());
+    }
+}
+
+TEST(Branch, WakesWhatSleeps)
+{
+    const std::string kRests = "[contact]\n[sleep]\nspeed = 0.02\nafter = 0.1\n[damping]\nstiffness = 0.01\n";
+    SceneRun before(stack(kRests));
+    while (before.simulation.fragmentsAsleep() < 2 && !before.atEnd()) before.step();
+    ASSERT_EQ(before.simulation.fragmentsAsleep(), 2u);
+    SceneRun same(stack(kRests)), branch(stack(kRests), {"material.m.density=500"});
+    same.simulation.restoreFrom(saved(before));
+    branch.simulation.branchFrom(saved(before));
+    EXPECT_EQ(same.simulation.fragmentsAsleep(), 2u);
+    EXPECT_EQ(branch.simulation.fragmentsAsleep(), 0u);
+    branch.step();
+    EXPECT_GT(branch.simulation.totals().kineticEnergy, 0);  // half as heavy, it swells
+}
+
 class Finer : public testing::TestWithParam<const char*> {};
 
 /// Linear displacements are exact on both lattices, and so is a box with its faces on planes of voxels.
@@ -328,14 +373,7 @@ TEST(Finer, HasTheSameBitsOnAnyNumberOfThreadsAndAfterACheckpoint)
 
 TEST(Finer, WhatTouchesGoesOnTouching)
 {
-    std::string scene =
-        "version = 1\nname = \"pile\"\n[time]\nframes = [1, 60]\nfps = 24\n[grid]\nvoxel_size = 0.1\n[material.m]\n"
-        "youngs_modulus = 1e5\npoisson_ratio = 0.3\ndensity = 1000\n[gravity]\n[contact]\n"
-        "[[collider]]\nshape = { halfspace = { normal = [0, -1, 0], offset = 0 } }\n";
-    for (const char* y : {"0.3", "0.85"})
-        scene += std::string("[[body]]\nname = \"b") + y +
-                 "\"\nmaterial = \"m\"\nshape = { box = { size = [0.5, 0.5, 0.5], center = [0, " + y + ", 0] } }\n";
-    Refined r(scene, {}, 50);
+    Refined r(stack("[contact]\n"), {}, 50);
     ASSERT_GT(r.wide.steps.back().work.countOf("contact", "active"), 0);
     // The gap to the collider is a quarter of a voxel, so all of it falls by half of that, and swings as far again.
     const double gap = .25 * (.1 - .05), was = center(r.fine.simulation).y();

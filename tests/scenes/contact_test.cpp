@@ -340,6 +340,19 @@ TEST(Contact, NamedWithNothingNearChangesNoBit)
     EXPECT_EQ(with.simulation.stateHash(), without.simulation.stateHash());
 }
 
+/// Nor after a step that a grip has cut short, from which on it looks no farther ahead than for a few of the like.
+TEST(Contact, NamedWithNothingNearChangesNoBitAfterAShortStep)
+{
+    const std::string grip =
+        "[[grip]]\nbody = \"lower\"\nregion = { halfspace = { normal = [1, 0, 0], offset = 0.2 } }\n"
+        "move = { velocity = [0.02, 0, 0] }\nuntil = 0.0427\n";
+    const std::string apart = "[0.1, 2, 0.03]";
+    SceneRun with(blocks("[contact]\n" + grip, apart)), without(blocks(grip, apart));
+    with.toFrame(6), without.toFrame(6);
+    EXPECT_EQ(with.steps.size(), without.steps.size());
+    EXPECT_EQ(with.simulation.stateHash(), without.simulation.stateHash());
+}
+
 TEST(Contact, LooksForWhatIsNearOnlyWhenNodesHaveMoved)
 {
     SceneRun run(blocks("[contact]\n", "[0.1, 2, 0.03]"), {"body.upper.velocity=[0,-0.1,0]", "time.substeps=4"});

@@ -150,6 +150,28 @@ TEST(NearTets, SeeWhatIsThrown)
     }
 }
 
+/// A cube comes from farther than lists reach: it strikes the wall, and brings no energy.
+TEST(NearTets, SeeWhatComesFromFar)
+{
+    constexpr double kSlow = 0.7;  // of the speed: what the wall has to take, at the least
+    const auto body = [](const std::string& name, const std::string& box, const std::string& more) {
+        return "[[body]]\nname = \"" + name + "\"\nmaterial = \"gel\"\nshape = { box = { size = " + box + " } }\n" +
+               more;
+    };
+    for (const char* substeps : {"\"auto\"", "1"}) {
+        lab::SceneRun run(
+            "version = 1\nname = \"wall\"\n[time]\nframes = [1, 3]\nfps = 24\n[grid]\nvoxel_size = 0.02\n" +
+                body("thrown", "[0.12, 0.12, 0.12], center = [-0.65, 0, 0]", "velocity = [12, 0, 0]\n") +
+                body("wall", "[0.12, 0.4, 0.4]", "") +
+                "[material.gel]\nyoungs_modulus = 1e6\npoisson_ratio = 0.3\ndensity = 1000\n[contact]\nfriction = 0\n",
+            {std::string("time.substeps=") + substeps});
+        const double start = run.simulation.totals().kineticEnergy;
+        while (!run.atEnd()) EXPECT_LT(run.step().kineticEnergy, start * (1 + 1e-9)) << substeps;
+        EXPECT_LT(run.steps.back().kineticEnergy, kSlow * start) << substeps;
+        EXPECT_EQ(run.steps.back().outcome, core::Outcome::converged) << substeps;
+    }
+}
+
 /// What falls as a whole comes no nearer to itself: it lists what it lists at rest.
 TEST(NearTets, CommonMotionListsNothingMore)
 {

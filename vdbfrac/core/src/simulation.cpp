@@ -226,8 +226,7 @@ void Simulation::solve(StepRecord& record, double until)
     };
     const auto solveOver = [&] {
         report = &integrator_->step(state_, dt, {stages_.solve, boundaryAt, &origin, time_});
-        record.newtonIterations += report->newtonIterations;
-        record.linearIterations += report->linearIterations;
+        record.newtonIterations += report->newtonIterations, record.linearIterations += report->linearIterations;
         record.projections += report->projections;
         record.work.count("solve", "multigrid_systems", report->multigridSystems);
         record.work.count("solve", "creases", report->creases);

@@ -39,7 +39,8 @@ Vec3 velocityAt(const tetmesh::Surface& surface, std::uint32_t triangle, std::sp
 {
     const auto& t = surface.triangles[triangle];
     const std::array<Vec3, 3> corners{surface.points[t[0]], surface.points[t[1]], surface.points[t[2]]};
-    Vec3 share = sharesOf(corners, closestPoint(corners, X).at).cwiseMax(0);  // of a needle, rounding leaves anything
+    Vec3 share =
+        sharesOf(corners, vdbfrac::closestPoint(corners, X).at).cwiseMax(0);  // of a needle, rounding leaves anything
     share /= share.sum();
     return share[0] * pointVelocity[t[0]] + share[1] * pointVelocity[t[1]] + share[2] * pointVelocity[t[2]];
 }
