@@ -161,7 +161,7 @@ TEST(NearTets, SeeWhatComesFromFar)
     for (const char* substeps : {"\"auto\"", "1"}) {
         lab::SceneRun run(
             "version = 1\nname = \"wall\"\n[time]\nframes = [1, 3]\nfps = 24\n[grid]\nvoxel_size = 0.02\n" +
-                body("thrown", "[0.12, 0.12, 0.12], center = [-0.65, 0, 0]", "velocity = [12, 0, 0]\n") +
+                body("thrown", "[0.12, 0.12, 0.12], center = [-0.65, 0, 0]", "velocity = [20, 0, 0]\n") +
                 body("wall", "[0.12, 0.4, 0.4]", "") +
                 "[material.gel]\nyoungs_modulus = 1e6\npoisson_ratio = 0.3\ndensity = 1000\n[contact]\nfriction = 0\n",
             {std::string("time.substeps=") + substeps});
