@@ -57,8 +57,8 @@ struct Way {
 /// that holds for this step only.
 ///
 /// begin() comes before each solve of a step: several times where a step is cut back or a scheme has several stages.
-/// What lasts from step to step changes in accept(), and where begin() sees something for the first time at the start of
-/// the step, which a try that is cut back does not change.
+/// What lasts from step to step changes in accept(), and where begin() sees something for the first time at the start
+/// of the step, which a try that is cut back does not change.
 class Potential {
 public:
     virtual ~Potential() = default;
