@@ -237,11 +237,7 @@ def check_embedded(folder, run, last):
     check(".usda has textures", f"asset inputs:file = @{folder}/weave.png@" in text and "inputs:scale = (2, 2)" in text)
     for name in ("obj", "mdd", "mtl", "usda"):
         check(f"the run's own .{name}", (run / f"cache/block.{name}").read_bytes().replace(b"block.mtl", b"e.mtl") == (folder / f"e.{name}").read_bytes())
-    def samples(name):
-        lines = text.split(f"{name}.timeSamples = {{")[1].split("}")[0].strip().splitlines()
-        return [np.array(re.findall(r"[-+.\de]+", line.split(":", 1)[1]), float).reshape(-1, 3) for line in lines]
-
-    check(".usda has boxes round each frame", all(np.abs(box - [p.min(0), p.max(0)]).max() < 1e-6 for box, p in zip(samples("extent"), samples("points"), strict=True)))
+    check(".usda has boxes round each frame", all(np.abs(box - [p.min(0), p.max(0)]).max() < 1e-6 for box, p in zip(samples(text, "extent"), samples(text, "points"), strict=True)))
     check(".usda has all frames", text.count(": [(") == 3 * FRAMES and text.count("{") == text.count("}") and text.count("(") == text.count(")"))
 
 
@@ -406,6 +402,16 @@ density = 1000
     check("a colour out of range is told", "material.red.colour" in said and "each from 0 to 1" in said, said)
 
 
+def numbers(text, name):
+    return np.array(text.split(f"{name} = [")[1].split("]")[0].split(","), int)
+
+
+def samples(text, name):
+    """Vectors of each frame in a .usda."""
+    lines = text.split(f"{name}.timeSamples = {{")[1].split("}")[0].strip().splitlines()
+    return [np.array(re.findall(r"[-+.\de]+", line.split(":", 1)[1]), float).reshape(-1, 3) for line in lines]
+
+
 def check_same_names(folder):
     """Two meshes whose libraries have one name for two materials, and one that looks the same in both; a scene's material of the first name."""
     for body, colour in (("a", "1 0 0"), ("b", "0 1 0")):
@@ -414,7 +420,7 @@ def check_same_names(folder):
         (folder / body / "block.mtl").write_text(f"newmtl skin\nKd {colour}\nnewmtl end\nKd 1 1 0\nnewmtl inside\nKd 0 0 1\n")
     bodies = "".join(f'[[body]]\nname = "{body}"\nshape = {shape}\nmaterial = "skin"\n' for body, shape in (
         ("a", '{ mesh = "a/block.obj" }'), ("b", '{ mesh = { file = "b/block.obj", translate = [3, 0, 0] } }'), ("c", "{ box = { size = [1, 1, 1], center = [6, 0, 0] } }")))
-    (folder / "names.toml").write_text('version = 1\nname = "n"\n[time]\nframes = [1, 1]\n[grid]\nvoxel_size = 0.1\n' + bodies +
+    (folder / "names.toml").write_text('version = 1\nname = "n"\n[time]\nframes = [1, 4]\n[grid]\nvoxel_size = 0.1\n' + bodies + "angular_velocity = [0, 9, 0]\n"
                                        "[material.skin]\nyoungs_modulus = 1e5\npoisson_ratio = 0.3\ndensity = 1000\ncolour = [0, 0, 0.5]\n[output]\nvdb = []\nmotion = true\n")
     said = vdbfrac("sim", folder / "names.toml", "-o", folder / "names")
     check("materials of one name are told", "the material 'skin' of the mesh for body 'b' looks otherwise" in said and "'skin_b'" in said, said)
@@ -427,6 +433,14 @@ def check_same_names(folder):
     check("on its own body", at == {"skin": {0}, "skin_b": {1}, "end": {0, 1}, "skin_scene": {2}}, at)
     vdbfrac("embed", folder / "names", "-o", folder / "names.usda")
     text = (folder / "names.usda").read_text()
+    turning = text.split('def Mesh "c"')[1]  # the solid; the meshes have no normals
+    counts, corner, of = (numbers(turning, name) for name in ("faceVertexCounts", "faceVertexIndices", "primvars:normals:indices"))
+    first = np.cumsum(counts) - counts  # corner of each face
+    check(".usda has normals where the surface has them", len(of) == len(corner) and text.count("primvars:normals.timeSamples") == 1, text.count("primvars:normals"))
+    for points, normals in zip(samples(turning, "points"), samples(turning, "primvars:normals"), strict=True):
+        a, b, c = (points[corner[first + k]] for k in range(3))
+        along = (np.cross(b - a, c - a) * normals[of[first]]).sum(1) / np.linalg.norm(np.cross(b - a, c - a), axis=1)
+        check("those of the frame", along.min() > 0.99, along.min())
     # Colours of libraries are those of a screen, those of USD are light.
     check(".usda has light", f"inputs:diffuseColor = (0, 0, {0.5 ** 2.2:.9g}" in text, re.findall("diffuseColor = .*", text))
 

@@ -37,13 +37,13 @@ private:
     std::ofstream out_;
 };
 
-/// Numbers of points among those that faces use.
-std::vector<std::uint32_t> numbersOf(const RenderMesh& mesh)
+/// Of each of `all` its place among those that are used; kNone: it is not.
+std::vector<std::uint32_t> placesOf(std::size_t all, std::span<const std::uint32_t> used)
 {
-    std::vector<std::uint32_t> number(mesh.points.size(), RenderMesh::kNone);
+    std::vector<std::uint32_t> place(all, RenderMesh::kNone);
     std::uint32_t count = 0;
-    for (std::uint32_t p : usedPoints(mesh)) number[p] = count++;
-    return number;
+    for (std::uint32_t i : used) place[i] = count++;
+    return place;
 }
 
 void addVectors(TextWriter& out, std::span<const Vec3> vectors)
@@ -68,7 +68,7 @@ void addList(TextWriter& out, std::string_view name, std::size_t count, const Va
 void addTopology(TextWriter& out, const DrawnTopology& drawn)
 {
     const RenderMesh& mesh = drawn.mesh;
-    const std::vector<std::uint32_t> number = numbersOf(mesh);
+    const std::vector<std::uint32_t> number = placesOf(mesh.points.size(), usedPoints(mesh));
     out << "        uniform token subdivisionScheme = \"none\"\n";
     addList(out, "int[] faceVertexCounts", mesh.faces(), [&](std::size_t f) { return mesh.face(f).size(); });
     out << "\n";
@@ -92,6 +92,18 @@ void addTopology(TextWriter& out, const DrawnTopology& drawn)
         out << (c > 0 ? ", (" : "(") << at.x() << ", " << at.y() << ")";
     }
     out << "] (\n            interpolation = \"faceVarying\"\n        )\n";
+}
+
+/// Which corner has which normal, where all have one.
+void addNormals(TextWriter& out, const RenderMesh& mesh)
+{
+    const std::vector<std::uint32_t> used = usedNormals(mesh);
+    if (used.empty()) return;
+    const std::vector<std::uint32_t> place = placesOf(mesh.normals.size(), used);
+    out << "        normal3f[] primvars:normals (\n            interpolation = \"faceVarying\"\n        )\n";
+    addList(out, "int[] primvars:normals:indices", mesh.corners.size(),
+            [&](std::size_t c) { return place[mesh.corners[c].normal]; });
+    out << "\n";
 }
 
 /// Names as USD takes them, no two alike.
@@ -246,12 +258,14 @@ void writeMdd(const std::filesystem::path& file, std::span<const double> times, 
 void writeUsda(const std::filesystem::path& file, const UsdScene& scene, std::span<const DrawnTopology* const> bodies,
                std::size_t frames, const CacheFrames& give)
 {
-    std::vector<std::vector<std::vector<Vec3>>> points(bodies.size()), velocities(bodies.size());
+    std::vector<std::vector<std::vector<Vec3>>> points(bodies.size()), velocities(bodies.size()),
+        normals(bodies.size());
     for (std::size_t f = 0; f < frames; ++f) {
         std::vector<CacheFrame> frame = give(f);
         for (std::size_t b = 0; b < bodies.size(); ++b) {
             points[b].push_back(std::move(frame[b].points));
             velocities[b].push_back(std::move(frame[b].velocities));
+            normals[b].push_back(std::move(frame[b].normals));
         }
     }
     writeAtomically(file, [&](const std::filesystem::path& temporary) {
@@ -272,8 +286,11 @@ void writeUsda(const std::filesystem::path& file, const UsdScene& scene, std::sp
             text << "    def Mesh \"" << names.add(scene.names[b])
                  << "\" (\n        prepend apiSchemas = [\"MaterialBindingAPI\"]\n    )\n    {\n";
             addTopology(text, *bodies[b]);
+            addNormals(text, bodies[b]->mesh);
             addSamples(text, "point3f[] points", points[b], scene.firstFrame);
             addSamples(text, "vector3f[] velocities", velocities[b], scene.firstFrame);
+            if (!normals[b].front().empty())
+                addSamples(text, "normal3f[] primvars:normals", normals[b], scene.firstFrame);
             addSamples(text, "float3[] extent", extentsOf(points[b]), scene.firstFrame);
             addSubsets(text, *bodies[b], materials);
             text << "    }\n";

@@ -175,6 +175,15 @@ std::vector<std::uint32_t> usedPoints(const RenderMesh& mesh)
     });
 }
 
+std::vector<std::uint32_t> usedNormals(const RenderMesh& mesh)
+{
+    const auto hasNone = [](const RenderMesh::Corner& c) { return c.normal == RenderMesh::kNone; };
+    if (std::ranges::any_of(mesh.corners, hasNone)) return {};
+    return risingNumbers([&](const auto& use) {
+        for (const RenderMesh::Corner& c : mesh.corners) use(c.normal);
+    });
+}
+
 std::vector<std::uint32_t> usedBy(const RenderMesh& mesh, std::span<const std::uint32_t> faces,
                                   std::uint32_t RenderMesh::Corner::*number)
 {

@@ -40,7 +40,10 @@ PointCache::PointCache(const scene::Scene& scene, const Simulation& simulation, 
       node_(ancestors(simulation))
 {
     rest_ = frame(0);
-    for (const DrawnBody& body : rest_) used_.push_back(tetmesh::usedPoints(body.topology->mesh));
+    for (const DrawnBody& body : rest_) {
+        used_.push_back(tetmesh::usedPoints(body.topology->mesh));
+        usedNormals_.push_back(tetmesh::usedNormals(body.topology->mesh));
+    }
     if (!scene.output.lipsClosed) return;
     for (std::size_t b = 0; b < rest_.size(); ++b)
         joined_.emplace_back(*rest_[b].topology, simulation.stages(), simulation.bodies()[b]);
@@ -109,6 +112,7 @@ std::vector<tetmesh::CacheFrame> PointCache::cacheFrame(std::size_t number) cons
             one.points.push_back(drawn[b].points[p]);
             one.velocities.push_back(drawn[b].velocity[p]);
         }
+        for (std::uint32_t n : usedNormals_[b]) one.normals.push_back(drawn[b].normals[n]);
     }
     return all;
 }

@@ -12,9 +12,9 @@
 
 namespace vdbfrac::tetmesh {
 
-/// A frame of a body: positions [m] and velocities [m/s] of the points that its faces use.
+/// A frame of a body: positions [m] and velocities [m/s] of the points that its faces use, and what usedNormals() says.
 struct CacheFrame {
-    std::vector<Vec3> points, velocities;
+    std::vector<Vec3> points, velocities, normals;
 };
 /// Gives the bodies of a frame, asked for in order.
 using CacheFrames = std::function<std::vector<CacheFrame>(std::size_t frame)>;
@@ -24,10 +24,10 @@ using CacheFrames = std::function<std::vector<CacheFrame>(std::size_t frame)>;
 void writeMdd(const std::filesystem::path& file, std::span<const double> times, std::size_t points,
               const CacheFrames& frames);
 
-/// Writes bodies as a USD text file atomically: a mesh each, with points and velocities as time samples, texture
-/// coordinates, places at rest, and for each face its fragment and whether it is torn; and the materials of faces, with
-/// colours and textures of the library `materials` (as mtlText takes it). `names`: of the bodies. Frames are numbered
-/// from `firstFrame`. Throws FileError.
+/// Writes bodies as a USD text file atomically: a mesh each, with points, velocities and normals as time samples,
+/// texture coordinates, places at rest, and for each face its fragment and whether it is torn; and the materials of
+/// faces, with colours and textures of the library `materials` (as mtlText takes it). `names`: of the bodies. Frames
+/// are numbered from `firstFrame`. Throws FileError.
 struct UsdScene {
     std::string name;
     std::vector<std::string> names;

@@ -92,6 +92,8 @@ struct DrawnPart {
 
 /// The points that faces use, rising.
 std::vector<std::uint32_t> usedPoints(const RenderMesh& mesh);
+/// Normals of corners, rising; none where a corner has none.
+std::vector<std::uint32_t> usedNormals(const RenderMesh& mesh);
 /// The points that some faces use, or what else their corners have a number of; rising.
 std::vector<std::uint32_t> usedBy(const RenderMesh& mesh, std::span<const std::uint32_t> faces,
                                   std::uint32_t RenderMesh::Corner::*number = &RenderMesh::Corner::point);

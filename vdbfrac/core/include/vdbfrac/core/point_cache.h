@@ -50,10 +50,10 @@ private:
     double startVolume_;  // m^3
     const Drawing& drawing_;
     std::vector<std::filesystem::path> motion_;
-    std::vector<std::vector<Nodes>> node_;          // of each frame and body: what those of the last frame were
-    DrawnFrame rest_;                               // the first frame
-    std::vector<std::vector<std::uint32_t>> used_;  // points that faces use, of each body
-    std::vector<JoinedLips> joined_;                // of each body
+    std::vector<std::vector<Nodes>> node_;  // of each frame and body: what those of the last frame were
+    DrawnFrame rest_;                       // the first frame
+    std::vector<std::vector<std::uint32_t>> used_, usedNormals_;  // points and normals that faces use, of each body
+    std::vector<JoinedLips> joined_;                              // of each body
 };
 
 }  // namespace vdbfrac::core
