@@ -61,7 +61,7 @@ class OnLattice : public testing::TestWithParam<const char*> {};
 TEST_P(OnLattice, ForcesAreThoseOfTheEnergyAndCancel)
 {
     constexpr double kStep = 1e-7, kError = 1e-4;  // m; of differences, and of weights kept as floats
-    constexpr double kRounding = 1e-11;
+    constexpr double kRounding = 1e-12;
     SceneRun run(blocks("[contact]\n", "[0.1, 0.54, 0.03]", GetParam()));
     run.toFrame(4);
     const core::Simulation& s = run.simulation;
@@ -107,7 +107,7 @@ TEST_P(OnLattice, ForcesAreThoseOfTheEnergyAndCancel)
 /// Friction holds on to the start of the step; without it forces of a touch lie on one line.
 TEST_P(OnLattice, ForcesOfATouchHaveNoMomentWithoutFriction)
 {
-    constexpr double kRounding = 1e-11;
+    constexpr double kRounding = 1e-12;
     SceneRun run(blocks("[contact]\nfriction = 0\n", "[0.1, 0.54, 0.03]", GetParam()));
     run.toFrame(4);
     const core::Simulation& s = run.simulation;
