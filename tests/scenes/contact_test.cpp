@@ -154,16 +154,22 @@ TEST_P(OnLattice, MomentumOfACollisionStays)
         expectMomentumStays(blocks("[contact]\nfriction = 0\n", "[0.1, 0.54, 0.03]", GetParam()), settings);
 }
 
+/// From no step to the next, with that of touches.
 void expectEnergyDoesNotGrow(const std::string& scene, const std::vector<std::string>& settings)
 {
     SceneRun run(scene, settings);
-    const double start = .5 * 1000 * .125 * 1.01;
-    double elastic = 0;
+    const core::Simulation& s = run.simulation;
+    // Samples change their tets within steps; where backward Euler hardly damps, that shows.
+    const double start = s.totals().kineticEnergy, grows = (run.scene.time.fps > 100 ? 1e-4 : 1e-6) * start;
+    double elastic = 0, before = start;
+    std::vector<Vec3> gradient(s.x().size());
     while (!run.atEnd()) {
         const core::StepRecord& r = run.step();
         elastic = std::max(elastic, r.elasticEnergy);
-        ASSERT_LT(r.kineticEnergy + r.elasticEnergy, start * (1 + 1e-3));
+        const double energy = r.kineticEnergy + r.elasticEnergy + s.stages().solve.back()->evaluate(s.x(), gradient);
+        ASSERT_LT(energy, before + grows);
         ASSERT_LT(r.unnamedShare, 1e-3);
+        before = energy;
     }
     EXPECT_GT(elastic, .05 * start);
 }
