@@ -417,7 +417,7 @@ def check_same_names(folder):
     for body, colour in (("a", "1 0 0"), ("b", "0 1 0")):
         (folder / body).mkdir()
         (folder / body / "block.obj").write_bytes((folder / "block.obj").read_bytes())
-        (folder / body / "block.mtl").write_text(f"newmtl skin\nKd {colour}\nnewmtl end\nKd 1 1 0\nnewmtl inside\nKd 0 0 1\n")
+        (folder / body / "block.mtl").write_text(f"newmtl skin\nKd {colour}\nnewmtl end\nKd 1 1 0\nnewmtl inside\nKd 0 0 1\n" + ("newmtl skin_b\nKd 0 1 1\n" if body == "b" else ""))
     bodies = "".join(f'[[body]]\nname = "{body}"\nshape = {shape}\nmaterial = "skin"\n' for body, shape in (
         ("a", '{ mesh = "a/block.obj" }'), ("b", '{ mesh = { file = "b/block.obj", translate = [3, 0, 0] } }'), ("c", "{ box = { size = [1, 1, 1], center = [6, 0, 0] } }")))
     (folder / "names.toml").write_text('version = 1\nname = "n"\n[time]\nframes = [1, 4]\n[grid]\nvoxel_size = 0.1\n' + bodies + "angular_velocity = [0, 9, 0]\n"
@@ -426,11 +426,13 @@ def check_same_names(folder):
     check("materials of one name are told", "the material 'skin' of the mesh for body 'b' looks otherwise" in said and "'skin_b'" in said, said)
     library = (folder / "names/obj/n.mtl").read_text()
     looks = {name: re.search(rf"newmtl {name}\n(?:[^n].*\n)*?Kd (.*)\n", library)[1] for name in re.findall("newmtl (.*)", library)}
-    check("each with its look", looks == {"outside": looks["outside"], "inside": looks["inside"], "skin": "1 0 0", "end": "1 1 0", "skin_b": "0 1 0", "skin_scene": "0 0 0.5"}, looks)
+    check("each with its look", looks == {"outside": looks["outside"], "inside": looks["inside"], "skin": "1 0 0", "end": "1 1 0", "skin_b": "0 1 0", "skin_b_b": "0 1 1", "skin_scene": "0 0 0.5"}, looks)
     check("torn faces keep theirs", looks["inside"] != "0 0 1", looks)
     drawn = Obj(folder / "names/obj/n.0001.obj")
     at = {material: {round(x / 3) for points, _, _, _, m in drawn.faces if m == material for x in drawn.points[points, 0]} for material in {f[4] for f in drawn.faces}}
     check("on its own body", at == {"skin": {0}, "skin_b": {1}, "end": {0, 1}, "skin_scene": {2}}, at)
+    vdbfrac("embed", folder / "names", folder / "b/block.obj", "--body", "b", "--placed", "-o", folder / "another.obj")
+    check("a mesh in place of another has its names", {f[4] for f in Obj(folder / "another.obj").faces} == {"skin", "skin_b", "end", "skin_scene"}, {f[4] for f in Obj(folder / "another.obj").faces})
     vdbfrac("embed", folder / "names", "-o", folder / "names.usda")
     text = (folder / "names.usda").read_text()
     turning = text.split('def Mesh "c"')[1]  # the solid; the meshes have no normals

@@ -101,16 +101,6 @@ tetmesh::RenderMesh withOwnNames(tetmesh::RenderMesh mesh, const std::string& bo
     return mesh;
 }
 
-/// Names a material on faces that have none of their own; none where it is empty.
-tetmesh::RenderMesh coloured(tetmesh::RenderMesh mesh, const std::string& material)
-{
-    if (material.empty()) return mesh;
-    const auto own = std::uint32_t(mesh.materials.size());
-    mesh.materials.push_back(material);
-    std::ranges::replace(mesh.material, tetmesh::RenderMesh::kNone, own);
-    return mesh;
-}
-
 skin::CrackStyle styleOf(const scene::Scene& scene)
 {
     const scene::Output& output = scene.output;
@@ -131,27 +121,34 @@ Drawing::Drawing(const scene::Scene& scene, const Simulation& simulation)
 {
     std::vector<tetmesh::RenderMesh> meshes;
     DrawnMaterials materials;
+    renamed_.resize(scene.bodies.size());
     for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
         const Body& body = simulation.bodies()[b];
         meshes.push_back(withOwnNames(outerSurface(scene.bodies[b], body, notes_), body.name, notes_));
         if (const auto* file = std::get_if<scene::MeshFile>(&scene.bodies[b].shape))
-            materials.add(meshes.back(), file->file.parent_path(), body.name, notes_);
+            renamed_[b] = materials.add(meshes.back(), file->file.parent_path(), body.name, notes_);
     }
     for (const scene::Material& m : scene.materials)
         if (m.hasColour()) colours_[m.name] = materials.nameOf(m);
     materials_ = materials.text();
     for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
         const Body& body = simulation.bodies()[b];
-        surfaces_.push_back({skin::Skin(coloured(std::move(meshes[b]), colourOf(scene, b)), *body.mesh, styleOf(scene),
-                                        isInParts(body))});
+        nameMaterials(scene, b, meshes[b]);
+        surfaces_.push_back({skin::Skin(std::move(meshes[b]), *body.mesh, styleOf(scene), isInParts(body))});
     }
 }
 
-/// The name of the material that gives a body its colour; empty: it has none.
-std::string Drawing::colourOf(const scene::Scene& scene, std::size_t body) const
+/// Gives the materials of a body's mesh the names that frames have for them. Faces without one have that of the body,
+/// if it has a colour.
+void Drawing::nameMaterials(const scene::Scene& scene, std::size_t body, tetmesh::RenderMesh& mesh) const
 {
-    const auto found = colours_.find(scene.materialOf(scene.bodies[body]).name);
-    return found != colours_.end() ? found->second : "";
+    for (std::string& name : mesh.materials)
+        if (const auto other = renamed_[body].find(name); other != renamed_[body].end()) name = other->second;
+    const auto colour = colours_.find(scene.materialOf(scene.bodies[body]).name);
+    if (colour == colours_.end()) return;
+    const auto own = std::uint32_t(mesh.materials.size());
+    mesh.materials.push_back(colour->second);
+    std::ranges::replace(mesh.material, tetmesh::RenderMesh::kNone, own);
 }
 
 void Drawing::replace(const scene::Scene& scene, const Simulation& simulation, std::size_t body,
@@ -160,7 +157,7 @@ void Drawing::replace(const scene::Scene& scene, const Simulation& simulation, s
     const Body& own = simulation.bodies()[body];
     auto whole = carved(withOwnNames(std::move(mesh), own.name, notes_), scene.bodies[body], own.phi.voxelSize());
     if (!whole) throw InputError({"the mesh for body '" + own.name + "'", "cannot be drawn", kCarvable, ""});
-    *whole = coloured(std::move(*whole), colourOf(scene, body));
+    nameMaterials(scene, body, *whole);
     surfaces_[body] = {skin::Skin(std::move(*whole), *own.mesh, styleOf(scene), isInParts(own))};
 }
 

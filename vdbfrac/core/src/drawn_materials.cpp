@@ -1,6 +1,5 @@
 #include "drawn_materials.h"
 
-#include <algorithm>
 #include <set>
 
 namespace vdbfrac::core {
@@ -15,9 +14,11 @@ std::string DrawnMaterials::known(const tetmesh::MtlMaterial& material, const st
     }
 }
 
-void DrawnMaterials::add(tetmesh::RenderMesh& mesh, const std::filesystem::path& folder, const std::string& body,
-                         std::vector<std::string>& notes)
+std::map<std::string, std::string> DrawnMaterials::add(const tetmesh::RenderMesh& mesh,
+                                                       const std::filesystem::path& folder, const std::string& body,
+                                                       std::vector<std::string>& notes)
 {
+    std::map<std::string, std::string> renamed;
     std::set<std::string> seen{"outside", "inside"};  // names of frames: no face of the mesh has them
     for (const std::string& library : mesh.libraries) {
         if (!std::filesystem::is_regular_file(folder / library)) {
@@ -28,11 +29,12 @@ void DrawnMaterials::add(tetmesh::RenderMesh& mesh, const std::filesystem::path&
             if (!seen.insert(material.name).second) continue;
             const std::string name = known(material, "_" + body);
             if (name == material.name) continue;
-            std::ranges::replace(mesh.materials, material.name, name);
+            renamed[material.name] = name;
             notes.push_back("the material '" + material.name + "' of the mesh for body '" + body +
                             "' looks otherwise in another body: frames call it '" + name + "'");
         }
     }
+    return renamed;
 }
 
 std::string DrawnMaterials::nameOf(const scene::Material& material)

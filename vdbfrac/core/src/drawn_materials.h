@@ -14,10 +14,10 @@ namespace vdbfrac::core {
 
 class DrawnMaterials {
 public:
-    /// Takes in what the libraries of a body's mesh define. Where others have a name for another material, the mesh
-    /// gets another name.
-    void add(tetmesh::RenderMesh& mesh, const std::filesystem::path& folder, const std::string& body,
-             std::vector<std::string>& notes);
+    /// Takes in what the libraries of a body's mesh define. Returns the names that frames have for those of its
+    /// materials whose names others have for something else.
+    std::map<std::string, std::string> add(const tetmesh::RenderMesh& mesh, const std::filesystem::path& folder,
+                                           const std::string& body, std::vector<std::string>& notes);
     /// The name of a material of the scene that has a colour.
     std::string nameOf(const scene::Material& material);
     /// As a material library.

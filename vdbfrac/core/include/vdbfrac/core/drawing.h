@@ -55,10 +55,13 @@ private:
         skin::Skin skin;
         std::int64_t revision = -1;  // of the body that the skin was cut for
     };
-    std::string colourOf(const scene::Scene& scene, std::size_t body) const;
+    void nameMaterials(const scene::Scene& scene, std::size_t body, tetmesh::RenderMesh& mesh) const;
 
     std::vector<Surface> surfaces_;
-    std::map<std::string, std::string> colours_;  // names that frames have for materials of the scene
+    // Names that frames have: for materials of the scene that have a colour, and for those of each body's mesh that
+    // are another's in other bodies.
+    std::map<std::string, std::string> colours_;
+    std::vector<std::map<std::string, std::string>> renamed_;
     std::string materials_;
     std::vector<std::string> notes_;
 };
