@@ -110,12 +110,10 @@ TEST(ClosedLips, ForgiveWhatACutMakesDeeper)
     memory.see(.1);
     EXPECT_EQ(memory.allowance, .1);
     memory.keep(.3, Vec3::Zero(), 0);  // pressed .2 deeper than it may be
-    memory.before = memory.depth;
     memory.see(.45);
     EXPECT_DOUBLE_EQ(.45 - memory.allowance, .3 - .1);
-    memory.see(.6);  // without a cut
+    memory.see(.45);  // again
     EXPECT_DOUBLE_EQ(memory.allowance, .25);
-    memory.before = .6;
     memory.see(.2);  // a cut that takes away
     EXPECT_DOUBLE_EQ(memory.allowance, .25);
 }

@@ -141,17 +141,8 @@ void TouchingSurface::recut(const core::Body& body)
     const auto first = memory_.begin() + std::ptrdiff_t(firstOf(b));
     std::vector<TouchMemory> memory(own_[b].key.size());
     for (std::size_t i = 0; i < memory.size(); ++i)
-        if (const auto it = numberOf.find(own_[b].key[i]); it != numberOf.end()) {
-            memory[i] = first[it->second];
-            if (closesLips_ && memory[i].before == TouchMemory::kUnseen) memory[i].before = memory[i].depth;
-        }
+        if (const auto it = numberOf.find(own_[b].key[i]); it != numberOf.end()) memory[i] = first[it->second];
     memory_.insert(memory_.erase(first, first + std::ptrdiff_t(before.size())), memory.begin(), memory.end());
-}
-
-void TouchingSurface::surroundingsChanged()
-{
-    for (TouchMemory& m : memory_)
-        if (m.allowance != TouchMemory::kUnseen) m.before = m.depth;
 }
 
 void TouchingSurface::settle()
@@ -192,17 +183,14 @@ void TouchingSurface::aim(std::span<const Vec3> x)
 
 void TouchingSurface::save(const std::string& name, core::Archive& archive) const
 {
-    std::vector<double> allowance, depth, before;
+    std::vector<double> allowance, depth;
     std::vector<Vec3> stretch;
     for (const TouchMemory& m : memory_) {
         allowance.push_back(m.allowance), stretch.push_back(m.stretch), depth.push_back(m.depth);
-        before.push_back(m.before);
     }
     archive.put(name + ".allowance", allowance);
     archive.put(name + ".depth", depth);
     archive.put(name + ".stretch", stretch);
-    if (std::ranges::any_of(before, [](double b) { return b != TouchMemory::kUnseen; }))
-        archive.put(name + ".before", before);
 }
 
 void TouchingSurface::restoreFrom(const std::string& name, const core::Archive& archive)
@@ -216,10 +204,6 @@ void TouchingSurface::restoreFrom(const std::string& name, const core::Archive& 
             archive.complain("what a sample of the surface keeps for " + name + " is out of range");
         memory_[i] = {allowance[i], stretch[i], depth[i]};
     }
-    if (!archive.has(name + ".before")) return;
-    const auto before = archive.get<double>(name + ".before", memory_.size());
-    for (std::size_t i = 0; i < memory_.size(); ++i)
-        if (before[i] >= 0 || before[i] == TouchMemory::kUnseen) memory_[i].before = before[i];
 }
 
 void TouchingSurface::refineFrom(const std::string& name, const core::Refinement& wide)

@@ -89,11 +89,11 @@ public:
     }
     void branchFrom(const core::Archive& archive, std::span<const core::Body> bodies) override
     {
-        restoreFrom(archive, bodies), surface_.surroundingsChanged();
+        restoreFrom(archive, bodies);
     }
     void refineFrom(const core::Refinement& wide, std::span<const core::Body>) override
     {
-        surface_.refineFrom("collider", wide), surface_.surroundingsChanged();
+        surface_.refineFrom("collider", wide);
     }
     std::size_t bytes() const override
     {
@@ -123,7 +123,7 @@ private:
     {
         return std::max(0., surface_.reach(point) - nearest.distance);
     }
-    void see(std::span<const Vec3> x, const Places& places);
+    void see(bool all);
     void look(std::span<const Vec3> x, double time);
     std::vector<ColliderPush> pushesAt(std::span<const Vec3> x, const Places& places) const;
     std::vector<ColliderHeld> heldAt(std::span<const Vec3> x, const Places& places) const;
@@ -174,10 +174,10 @@ void Colliders::begin(const solver::StepStart& start)
 void Colliders::look(std::span<const Vec3> x, double time)
 {
     if (lookedAt_ == time) return;
+    const bool isFirst = lookedAt_ == kNever;
     lookedAt_ = time;
     surface_.settle();
     start_ = obstacles_.placesAt(time);
-    see(x, start_);
     const std::size_t colliders = obstacles_.size();
     apart_.resize(surface_.size() * colliders);
     parallelChunks(surface_.size(), kChunk, [&](std::size_t begin, std::size_t end) {
@@ -188,6 +188,7 @@ void Colliders::look(std::span<const Vec3> x, double time)
                 apart_[i * colliders + c] = {X, distance, (distance - surface_.reach(i)) / obstacles_[c].steepest()};
             }
     });
+    see(isFirst);
     surface_.chooseOnEdges(x, dx_, [&](std::uint32_t a, std::uint32_t b, double length) {
         for (std::size_t c = 0; c < colliders; ++c)
             if (std::min(apart(a, c).room, apart(b, c).room) < length + dx_) return true;
@@ -195,14 +196,18 @@ void Colliders::look(std::span<const Vec3> x, double time)
     });
 }
 
-/// Samples that are new may be as deep as they are; and deeper than they were, by as much, where colliders are others.
-void Colliders::see(std::span<const Vec3> x, const Places& places)
+/// Samples may be as deep as they are where they are new; `all`: and where colliders are others than they were.
+void Colliders::see(bool all)
 {
+    const std::size_t colliders = obstacles_.size();
     parallelChunks(surface_.size(), kChunk, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             TouchMemory& m = surface_.memory(i);
-            if (m.allowance == TouchMemory::kUnseen || m.before != TouchMemory::kUnseen)
-                m.see(depthOf(i, nearest(i, x, places)));
+            if (!all && m.allowance != TouchMemory::kUnseen) continue;
+            double depth = 0;
+            for (std::size_t c = 0; c < colliders; ++c)
+                depth = std::max(depth, surface_.reach(i) - apart(i, c).distance);
+            m.see(depth);
         }
     });
 }

@@ -44,13 +44,13 @@ class Contact : public core::Effect,
 public:
     Contact(const scene::Values& values, const scene::Scene& scene)
         : friction_(values.number("friction")),
-          beta_(values.number("stiffness")),
           gap_(values.number("gap")),
           closesLips_(values.text("lips") == "closed"),
           untangleSpeed_(values.number("untangle_speed")),
           dx_(scene.grid.voxelSize),
           h_(scene.grid.coarsening * dx_),
           longest_(1 / (scene.time.fps * std::max(1, scene.time.substeps))),
+          forces_(surface_, targets_, values.number("stiffness"), h_),
           search_(h_)
     {
     }
@@ -67,6 +67,7 @@ public:
     void start(const core::SolvedStep&, std::span<const core::Body> bodies, std::vector<std::string>&) override
     {
         bodies_ = bodies;
+        forces_.start(bodies);
         surface_.start(bodies, gap_ * dx_, closesLips_);
         surface_.bury(kDepth * dx_);
     }
@@ -82,11 +83,16 @@ public:
     bool cutsBack() const override { return true; }
     void report(Ledger& work, std::map<std::string, double>& measured) override;
 
-    void recut(const core::Body& body, const tetmesh::CutUpdate&) override { surface_.recut(body), forget(); }
+    void recut(const core::Body& body, const tetmesh::CutUpdate&) override
+    {
+        surface_.recut(body), forget();
+        isChanged_ |= closesLips_;
+    }
     void save(std::span<const core::Body>, core::Archive& archive) const override
     {
         surface_.save("contact", archive), search_.save("contact", archive);
         archive.putOne("contact.step", last_);
+        archive.putOne("contact.changed", std::int64_t{isChanged_});
     }
     void restoreFrom(const core::Archive& archive, std::span<const core::Body>) override
     {
@@ -95,7 +101,7 @@ public:
     }
     void branchFrom(const core::Archive& archive, std::span<const core::Body> bodies) override
     {
-        restoreFrom(archive, bodies), search_.clear(), surface_.surroundingsChanged();
+        restoreFrom(archive, bodies), search_.clear(), isChanged_ = true;
     }
     void refineFrom(const core::Refinement& wide, std::span<const core::Body>) override
     {
@@ -108,6 +114,7 @@ private:
     {
         last_ = archive.getOne<double>("contact.step");
         if (!(last_ > 0)) archive.complain("the last step of contact is not above 0");
+        isChanged_ = archive.getOne<std::int64_t>("contact.changed") != 0;
         forget();
     }
     /// The mesh is another one: numbers of samples, targets and nodes no longer hold.
@@ -118,40 +125,23 @@ private:
     }
     void look(std::span<const Vec3> x, std::span<const Vec3> v, double dt);
     std::vector<Pair> pairsAt(std::span<const Vec3> x) const;
+    double depthAtStart(const Pair& p) const
+    {
+        const Vec3 y = surface_.feels(p.sample, search_.start());
+        return surface_.reach(p.sample) - targets_.locate(p.target, y, search_.start()).phi;
+    }
+    void take(std::vector<Pair> pairs);
+    double allowance(std::uint32_t i) const { return std::max(surface_.memory(i).allowance, atSide_[i]); }
     std::vector<Touch> touches(std::span<const Pair> pairs, std::span<const Vec3> x) const;
     std::vector<Touch> touches(std::span<const Vec3> x) const { return touches(pairs_, x); }
+    double energyAt(std::span<const Vec3> x) const;
     std::vector<Held> heldAt(std::span<const Vec3> x) const;
     const contact::NearTets& near() const { return search_.near(); }
     std::vector<Sunk> sunkAt(std::span<const Vec3> x) const { return near().sunkAt(surface_, targets_, x, kReach); }
     bool cameUp(const Sunk& s) const;
 
-    Penalty lawOf(std::uint32_t sample, std::uint32_t target) const
-    {
-        const double a = youngsModulus(surface_.body(sample)), b = youngsModulus(targets_[target].body);
-        return contact::penaltyOf(beta_, 2 * a * b / (a + b), h_);
-    }
-    double youngsModulus(std::size_t body) const { return bodies_[body].material.youngsModulus(); }
-    double energyOf(const Touch& t) const
-    {
-        return 0.5 * surface_.area(t.sample) * lawOf(t.sample, t.target).energy(t.depth);
-    }
-    Vec3 forceOf(const Touch& t) const
-    {
-        return 0.5 * surface_.area(t.sample) * lawOf(t.sample, t.target).pressure(t.depth) * t.outward;
-    }
-    Vec3 apart(const auto& t, std::span<const Vec3> x) const
-    {
-        return surface_.feels(t.sample, x) - tetmesh::EmbeddedPoint{targets_[t.target].node, t.share}.at(x);
-    }
-    Vec3 slipOf(const Held& h, std::span<const Vec3> x) const { return h.rub.slip(apart(h, x) - h.apart); }
-    /// gradient -= what a force [N] on a sample, and its opposite on a target, do at the nodes.
-    void addForce(const auto& t, const Vec3& force, std::span<Vec3> gradient) const
-    {
-        surface_.addForce(t.sample, force, gradient);
-        for (std::size_t a = 0; a < 4; ++a) gradient[targets_[t.target].node[a]] += t.share[a] * force;
-    }
-
-    double friction_, beta_, gap_;
+    Vec3 slipOf(const Held& h, std::span<const Vec3> x) const { return h.rub.slip(forces_.apart(h, x) - h.apart); }
+    double friction_, gap_;
     bool closesLips_;
     double untangleSpeed_;
     double dx_, h_;            // m
@@ -160,12 +150,16 @@ private:
     std::span<const core::Body> bodies_;
     contact::TouchingSurface surface_;
     contact::Targets targets_;
+    TouchForces forces_;
     bool isSettled_ = false;
+    bool isFirst_ = true;     // nodes are where the last step left them
+    bool isChanged_ = false;  // gaps of lips, or settings, are others than in the last step
     // Of the step at hand.
     contact::WaySearch search_;
     std::vector<Pair> pairs_;                   // by rising sample
     std::vector<Held> held_;                    // by rising sample
     std::vector<double> before_;                // m: depth of all samples
+    std::vector<double> atSide_;                // m: how deep they may be, as they come in by a side
     double deepest_ = 0, deepestInItself_ = 0;  // m
     mutable Ledger work_;
 };
@@ -176,7 +170,7 @@ std::vector<Touch> Contact::touches(std::span<const Pair> pairs, std::span<const
     const auto add = [&](std::size_t begin, std::size_t end, std::vector<Touch>& all) {
         for (const Pair& p : pairs.subspan(begin, end - begin)) {
             const InTarget in = targets_.locate(p.target, surface_.feels(p.sample, x), x);
-            const double depth = surface_.reach(p.sample) - in.phi - surface_.memory(p.sample).allowance;
+            const double depth = surface_.reach(p.sample) - in.phi - allowance(p.sample);
             if (depth > 0) all.push_back({p.sample, p.target, depth, in.share, in.outward});
         }
     };
@@ -188,12 +182,11 @@ std::vector<Held> Contact::heldAt(std::span<const Vec3> x) const
 {
     std::vector<Held> all;
     for (const Touch& t : touches(x)) {
-        const double push = forceOf(t).norm();
+        const double push = forces_.force(t).norm();
         if (!(friction_ * push > 0)) continue;
-        const double k = 0.5 * surface_.area(t.sample) * lawOf(t.sample, t.target).k();
         const Rub rub =
-            contact::makeRub(t.outward.normalized(), friction_ * push, k, surface_.memory(t.sample).stretch);
-        contact::addStrongest(Held{t.sample, t.target, t.share, rub, apart(t, search_.start())}, all);
+            contact::makeRub(t.outward.normalized(), friction_ * push, forces_.k(t), surface_.memory(t.sample).stretch);
+        contact::addStrongest(Held{t.sample, t.target, t.share, rub, forces_.apart(t, search_.start())}, all);
     }
     return all;
 }
@@ -203,10 +196,19 @@ std::vector<Pair> Contact::pairsAt(std::span<const Vec3> x) const
 {
     std::vector<Pair> pairs = near().seenAt(surface_, targets_, x, kReach);
     std::erase_if(pairs, [&](const Pair& p) {
-        const double phi = targets_.locate(p.target, surface_.feels(p.sample, search_.start()), search_.start()).phi;
-        return surface_.reach(p.sample) - phi > knownDepth(p.sample, surface_, before_) + kThrown * dx_;
+        return depthAtStart(p) > knownDepth(p.sample, surface_, before_) + kThrown * dx_;
     });
     return pairs;
+}
+
+/// phi of a tet goes on outside of it, past its sides. A sample that comes in by one of those has had the surface
+/// within its reach all along, and is not pushed for that: so no energy comes of it.
+void Contact::take(std::vector<Pair> pairs)
+{
+    pairs_ = std::move(pairs);
+    for (const Pair& p : pairs_)
+        if (const double reach = surface_.reach(p.sample); reach > 0 && before_[p.sample] == 0)
+            atSide_[p.sample] = std::max(atSide_[p.sample], std::min(depthAtStart(p), reach));
 }
 
 /// Finds what may touch within `dt` [s] from x, and what does so at first.
@@ -215,9 +217,12 @@ void Contact::look(std::span<const Vec3> x, std::span<const Vec3> v, double dt)
     if (!isSettled_) surface_.settle(), targets_.set(bodies_, kDepth * dx_), isSettled_ = true;
     if (search_.look(surface_, targets_, x, v, dt)) {
         before_ = contact::deepest(sunkAt(x), surface_.size());
-        for (std::size_t i = 0; i < surface_.size(); ++i) surface_.memory(i).see(before_[i]);
+        for (std::size_t i = 0; i < surface_.size(); ++i)
+            if (isFirst_ || surface_.memory(i).allowance == TouchMemory::kUnseen)
+                surface_.memory(i).see(before_[i], isChanged_ ? 0 : kThrown * dx_);
     }
-    pairs_ = pairsAt(search_.ahead());
+    atSide_.assign(surface_.size(), 0);
+    take(pairsAt(search_.ahead()));
     held_ = heldAt(x);
 }
 
@@ -225,6 +230,7 @@ void Contact::begin(const solver::StepStart& start)
 {
     const StageTimer timer(work_, "contact");
     look(start.x, start.v, start.dt);
+    isFirst_ = false;
 }
 
 bool Contact::refresh(std::span<const Vec3> x)
@@ -233,9 +239,9 @@ bool Contact::refresh(std::span<const Vec3> x)
     search_.lookBeside(surface_, targets_, x);
     std::vector<Pair> pairs = contact::withKnown(pairsAt(x), pairs_, surface_, targets_, x);
     const std::vector<Touch> seen = touches(x), all = touches(pairs, x);
-    const bool moved = contact::haveChanged<Touch>(seen, all, [&](const Touch& t) { return forceOf(t); }) ||
+    const bool moved = contact::haveChanged<Touch>(seen, all, [&](const Touch& t) { return forces_.force(t); }) ||
                        hidesDeep(seen, all, kHidden * dx_);
-    if (moved) pairs_ = std::move(pairs);
+    if (moved) take(std::move(pairs));
     std::vector<Held> held = heldAt(x);
     const bool rubs = contact::haveChanged<Held>(held_, held, [](const Held& h) { return h.rub.push(); });
     if (moved || rubs) held_ = std::move(held);
@@ -247,13 +253,13 @@ double Contact::evaluate(std::span<const Vec3> x, std::span<Vec3> gradient) cons
     const StageTimer timer(work_, "contact");
     double energy = 0;
     for (const Touch& t : touches(x)) {
-        energy += energyOf(t);
-        addForce(t, forceOf(t), gradient);
+        energy += forces_.energy(t);
+        forces_.add(t, forces_.force(t), gradient);
     }
     for (const Held& h : held_) {
         const Vec3 slip = slipOf(h, x);
         energy += h.rub.energy(slip);
-        addForce(h, h.rub.force(slip), gradient);
+        forces_.add(h, h.rub.force(slip), gradient);
     }
     return energy;
 }
@@ -261,40 +267,36 @@ double Contact::evaluate(std::span<const Vec3> x, std::span<Vec3> gradient) cons
 void Contact::linearize(std::span<const Vec3> x, std::vector<solver::Coupling>& couplings) const
 {
     const StageTimer timer(work_, "contact");
-    const auto add = [&](const auto& t, const Mat3& Q) {
-        solver::Coupling c;
-        surface_.couple(t.sample, c);
-        for (std::size_t a = 0; a < 4; ++a)
-            c.node[4 + a] = targets_[t.target].node[a], c.weight[4 + a] = -float(t.share[a]);
-        c.Q = contact::blockOf(Q);
-        couplings.push_back(c);
-    };
-    for (const Touch& t : touches(x))
-        add(t, 0.5 * surface_.area(t.sample) * lawOf(t.sample, t.target).stiffness(t.depth) * t.outward *
-                   t.outward.transpose());
+    for (const Touch& t : touches(x)) couplings.push_back(forces_.coupling(t, forces_.stiffness(t)));
     for (const Held& h : held_) {
         const Vec3 slip = slipOf(h, x);
         h.rub.follow(slip, h.dual);
-        add(h, h.rub.stiffness(slip, h.dual));
+        couplings.push_back(forces_.coupling(h, h.rub.stiffness(slip, h.dual)));
     }
+}
+
+/// Of all touches at x, whatever the step knows: so what is held at the end of a step is what the next one begins with.
+double Contact::energyAt(std::span<const Vec3> x) const
+{
+    double energy = 0;
+    for (const Touch& t : touches(pairsAt(x), x)) energy += forces_.energy(t);
+    return energy;
 }
 
 /// Contact holds energy; friction takes it, but for what stretches slip.
 solver::EnergyFlow Contact::flow(const solver::Leg& leg) const
 {
     const StageTimer timer(work_, "contact");
-    double before = 0, after = 0, along = 0, stretched = 0, rubbed = 0;
-    for (const Touch& t : touches(leg.from)) before += energyOf(t);
-    for (const Touch& t : touches(leg.to)) after += energyOf(t);
-    const auto wayOf = [&](const auto& t) { return Vec3(apart(t, leg.to) - apart(t, leg.from)); };
-    for (const Touch& t : touches(leg.at)) along += forceOf(t).dot(wayOf(t));
+    double along = 0, stretched = 0, rubbed = 0;
+    const auto wayOf = [&](const auto& t) { return Vec3(forces_.apart(t, leg.to) - forces_.apart(t, leg.from)); };
+    for (const Touch& t : touches(leg.at)) along += forces_.force(t).dot(wayOf(t));
     for (const Held& h : held_) {
         const Vec3 slip = slipOf(h, leg.at), force = h.rub.force(slip);
         along += force.dot(wayOf(h));
         rubbed -= force.dot(wayOf(h));
         stretched += force.dot(h.rub.kept(slip) - h.rub.stretch);
     }
-    const double work = before - after + stretched, dissipated = rubbed + stretched;
+    const double work = energyAt(leg.from) - energyAt(leg.to) + stretched, dissipated = rubbed + stretched;
     return {work, dissipated, work - dissipated - along};
 }
 
@@ -304,7 +306,7 @@ bool Contact::cameUp(const Sunk& s) const
 {
     constexpr double kWay = 0.5;  // of how much deeper it is than before
     const double deeper = s.depth - before_[s.sample];
-    return deeper > kJump * dx_ && apart(s, search_.start()).norm() < kWay * deeper;
+    return deeper > kJump * dx_ && forces_.apart(s, search_.start()).norm() < kWay * deeper;
 }
 
 /// Newton's method may come to rest with a thin flap pushed through by one of its tries, or with touches that nobody
@@ -325,7 +327,7 @@ bool Contact::holds(const solver::Way& way) const
 void Contact::accept(std::span<const Vec3> x, double, double dt)
 {
     const StageTimer timer(work_, "contact");
-    last_ = dt;
+    last_ = dt, isFirst_ = true, isChanged_ = false;
     deepest_ = deepestInItself_ = 0;
     const std::vector<Sunk> sunk = sunkAt(x);
     allowJumps(sunk, touches(x), before_, kThrown * dx_, surface_);
@@ -337,12 +339,16 @@ void Contact::accept(std::span<const Vec3> x, double, double dt)
     const std::vector<double> depth = contact::deepest(sunk, surface_.size());
     std::vector<Vec3> stretch(surface_.size(), Vec3::Zero());
     for (const Held& h : held_) stretch[h.sample] = h.rub.kept(slipOf(h, x));
-    for (std::size_t i = 0; i < surface_.size(); ++i)
+    for (std::uint32_t i = 0; i < surface_.size(); ++i) {
+        surface_.memory(i).allowance = allowance(i);
         surface_.memory(i).keep(depth[i], stretch[i], untangleSpeed_ * dt);
+    }
     // What has sunk deeper than samples are found shall not be thrown out when it comes up.
     for (const Pair& p : pairs_)
         if (depth[p.sample] == 0 && targets_.locate(p.target, surface_.feels(p.sample, x), x).phi < -0.5 * kDepth * dx_)
             surface_.memory(p.sample).allowance = TouchMemory::kBuried;
+    // What has come out is touched no more: whoever asks for the energy now asks for that of what is.
+    std::erase_if(pairs_, [&](const Pair& p) { return depth[p.sample] == 0; });
 }
 
 /// No sample comes nearer to a target than three quarters of the depth in which samples are found, in one step, and

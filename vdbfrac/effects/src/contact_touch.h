@@ -4,7 +4,9 @@
 #include <vdbfrac/base/vec.h>
 #include <vdbfrac/contact/contact_law.h>
 #include <vdbfrac/contact/near_tets.h>
+#include <vdbfrac/core/body.h>
 #include <vdbfrac/scene/key.h>
+#include <vdbfrac/solver/potential.h>
 
 #include <algorithm>
 #include <array>
@@ -52,6 +54,61 @@ struct Held {
     contact::Rub rub;
     Vec3 apart;  ///< m: from the point of the target to the sample, when the step began
     mutable contact::Dual dual = rub.dual();
+};
+
+/// What touches hold and do. `t`: a Touch, or a Held. Both sides sample each other, so each touch has half of the
+/// penalty.
+class TouchForces {
+public:
+    /// `beta`: stiffness of a touch over that of a cell of the size h [m]. Surface and targets have to live as long.
+    TouchForces(const contact::TouchingSurface& surface, const contact::Targets& targets, double beta, double h)
+        : surface_(surface), targets_(targets), beta_(beta), h_(h)
+    {
+    }
+    void start(std::span<const core::Body> bodies) { bodies_ = bodies; }
+
+    double energy(const Touch& t) const { return area(t) * law(t).energy(t.depth); }             ///< J
+    Vec3 force(const Touch& t) const { return area(t) * law(t).pressure(t.depth) * t.outward; }  ///< N
+    double k(const Touch& t) const { return area(t) * law(t).k(); }                              ///< N/m, deep
+    Mat3 stiffness(const Touch& t) const                                                         ///< N/m
+    {
+        return area(t) * law(t).stiffness(t.depth) * t.outward * t.outward.transpose();
+    }
+    /// From the point of the target to the sample [m].
+    Vec3 apart(const auto& t, std::span<const Vec3> x) const
+    {
+        return surface_.feels(t.sample, x) - tetmesh::EmbeddedPoint{targets_[t.target].node, t.share}.at(x);
+    }
+    /// gradient -= what a force [N] on a sample, and its opposite on a target, do at the nodes.
+    void add(const auto& t, const Vec3& force, std::span<Vec3> gradient) const
+    {
+        surface_.addForce(t.sample, force, gradient);
+        for (std::size_t a = 0; a < 4; ++a) gradient[targets_[t.target].node[a]] += t.share[a] * force;
+    }
+    /// Q [N/m]: of the way of the sample against the target.
+    solver::Coupling coupling(const auto& t, const Mat3& Q) const
+    {
+        solver::Coupling c;
+        surface_.couple(t.sample, c);
+        for (std::size_t a = 0; a < 4; ++a)
+            c.node[4 + a] = targets_[t.target].node[a], c.weight[4 + a] = -float(t.share[a]);
+        c.Q = contact::blockOf(Q);
+        return c;
+    }
+
+private:
+    double area(const Touch& t) const { return 0.5 * surface_.area(t.sample); }
+    contact::Penalty law(const Touch& t) const
+    {
+        const double a = youngsModulus(surface_.body(t.sample)), b = youngsModulus(targets_[t.target].body);
+        return contact::penaltyOf(beta_, 2 * a * b / (a + b), h_);
+    }
+    double youngsModulus(std::size_t body) const { return bodies_[body].material.youngsModulus(); }
+
+    const contact::TouchingSurface& surface_;
+    const contact::Targets& targets_;
+    std::span<const core::Body> bodies_;
+    double beta_, h_;
 };
 
 constexpr double kDepth = 2;         // voxels below the surface in which samples are found

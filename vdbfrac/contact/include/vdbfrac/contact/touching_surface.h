@@ -26,19 +26,18 @@ struct TouchMemory {
     double allowance = kUnseen;   ///< how deep it may be without being pushed [m]; unseen: nobody has looked yet;
                                   ///< buried: too deep to be found, until it comes up
     Vec3 stretch = Vec3::Zero();  ///< elastic slip [m]
-    double depth = 0;             ///< after the last step [m]
-    double before = kUnseen;      ///< its depth before its surface was cut, or what it touches changed [m], if that was
-                                  ///< since it was looked at
+    double depth = 0;             ///< as it was last known [m]
 
-    /// It is at this depth [m] when it is looked at: what is new may be as deep as it is. Where a cut has moved it
-    /// deeper, its allowance grows by as much, so that a cut never pushes.
-    void see(double depth)
+    /// It is at this depth [m] when it is looked at, before it moves: what is new may be as deep as it is. Where it is
+    /// deeper than it was left, by more than `jump` [m], it was cut or is in what nobody had looked at: its allowance
+    /// grows by as much, so that only motion makes touches push.
+    void see(double now, double jump = 0)
     {
         if (allowance == kUnseen)
-            allowance = depth;
-        else if (before != kUnseen)
-            allowance += std::max(0., depth - before);
-        before = kUnseen;
+            allowance = now;
+        else if (now > depth + jump)
+            allowance += now - depth;
+        depth = std::max(depth, now);
     }
     /// A step has left it at this depth, with this slip if it still touches. `out`: m that it may be less deep then.
     void keep(double now, const Vec3& slip, double out)
@@ -61,8 +60,6 @@ public:
     /// A body has been cut again. Samples where the surface was before keep their memory; nodes of the system are known
     /// again after settle().
     void recut(const core::Body& body);
-    /// What is around may be another, where nobody has moved: nothing is pushed for being deeper in it than before.
-    void surroundingsChanged();
     void settle();
 
     std::size_t size() const { return all_.point.size(); }
