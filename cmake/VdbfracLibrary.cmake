@@ -10,6 +10,7 @@ function(vdbfrac_library name)
   add_library(vdbfrac::${name} ALIAS vdbfrac_${name})
   target_include_directories(vdbfrac_${name} PUBLIC
     $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:include>)
+  target_compile_features(vdbfrac_${name} PUBLIC cxx_std_20)
   target_link_libraries(vdbfrac_${name} PUBLIC ${arg_PUBLIC} PRIVATE $<BUILD_INTERFACE:vdbfrac_flags>)
   if(arg_COLD)
     target_link_libraries(vdbfrac_${name} PRIVATE $<BUILD_INTERFACE:vdbfrac_cold>)

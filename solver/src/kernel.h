@@ -163,9 +163,9 @@ struct VectorKernel {
     double (*product)(const PatchData&, const Real* in, Real* out);
     // Over nodes [begin, end) of the system; `begin` is a multiple of kLanes.
     /// r -= step A p; returns r.B r.
-    double (*descend)(const GradientNodes<Real>&, std::size_t begin, std::size_t end, Real step);
+    double (*updateResidual)(const GradientNodes<Real>&, std::size_t begin, std::size_t end, Real step);
     /// u += move p, then p = B r + beta p; returns the new p.M p.
-    double (*turn)(const GradientNodes<Real>&, std::size_t begin, std::size_t end, double move, Real beta);
+    double (*updateDirection)(const GradientNodes<Real>&, std::size_t begin, std::size_t end, double move, Real beta);
 };
 
 /// `evaluate` adds the gradient [N] to `out`, `diagonal` six rows of diagonal blocks (xx, yy, zz, yz, zx, xy).

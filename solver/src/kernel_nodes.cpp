@@ -33,8 +33,8 @@ void writeAll(const PatchData& patch, const Real* out, Real* points)
 }
 
 template <class Real>
-constexpr VectorKernel<Real> kVectors = {readAll<Real>, writeAll<Real>, VDBFRAC_KERNEL::product, descend<Real>,
-                                         turn<Real>};
+constexpr VectorKernel<Real> kVectors = {readAll<Real>, writeAll<Real>, VDBFRAC_KERNEL::product, updateResidual<Real>,
+                                         updateDirection<Real>};
 
 }  // namespace
 

@@ -38,8 +38,8 @@ struct Iteration {
 };
 
 // Preconditioners of conjugate gradients. start(i, r) is what node i adds to r.z, finish() the rest of r.z, z(i, r) the
-// result at node i.  Two passes follow each product: descend() does r -= step A p and returns the new r.z, turn() does
-// u += move p and p = z + beta p and returns the new p.M p.
+// result at node i. Two passes follow each product: updateResidual() does r -= step A p and returns the new r.z,
+// updateDirection() does u += move p and p = z + beta p and returns the new p.M p.
 
 class BlockJacobi {
 public:
@@ -60,19 +60,19 @@ public:
         return inverse_.times(i, r);
     }
     template <class V>
-    double descend(const Iteration<V>& it, double step) const
+    double updateResidual(const Iteration<V>& it, double step) const
     {
         using Real = typename V::Scalar;
         return pass(it, [&](const GradientNodes<Real>& nodes, std::size_t begin, std::size_t end) {
-            return kernel().of<Real>().descend(nodes, begin, end, Real(step));
+            return kernel().of<Real>().updateResidual(nodes, begin, end, Real(step));
         });
     }
     template <class V>
-    double turn(const Iteration<V>& it, double move, double beta) const
+    double updateDirection(const Iteration<V>& it, double move, double beta) const
     {
         using Real = typename V::Scalar;
         return pass(it, [&](const GradientNodes<Real>& nodes, std::size_t begin, std::size_t end) {
-            return kernel().of<Real>().turn(nodes, begin, end, move, Real(beta));
+            return kernel().of<Real>().updateDirection(nodes, begin, end, move, Real(beta));
         });
     }
 
@@ -112,7 +112,7 @@ public:
         return nodeSum<double>(r.size(), [&](std::size_t i) { return r[i].dot(z(i, r[i])); });
     }
     Vec3 z(std::size_t i, const Vec3&) const { return result_[i].cast<double>(); }
-    double descend(const Iteration<Vec3>& it, double step) const
+    double updateResidual(const Iteration<Vec3>& it, double step) const
     {
         const std::span<const double> mass = it.A.elastic.mass();
         eachNode<double>(it.u.size(), [&](std::size_t i) {
@@ -122,7 +122,7 @@ public:
         });
         return finish(it.v.r);
     }
-    double turn(const Iteration<Vec3>& it, double move, double beta) const
+    double updateDirection(const Iteration<Vec3>& it, double move, double beta) const
     {
         const std::span<const double> mass = it.A.elastic.mass();
         return nodeSum<double>(it.u.size(), [&](std::size_t i) -> double {
@@ -173,9 +173,9 @@ LinearReport conjugateGradient(const LinearSystem& A, const Preconditioner& B, s
             report.status = LinearStatus::negativeCurvature;
             break;
         }
-        const double step = rz / curvature, rzNew = B.descend(iteration, step), beta = rzNew / rz;
+        const double step = rz / curvature, rzNew = B.updateResidual(iteration, step), beta = rzNew / rz;
         rz = rzNew;
-        pMp = B.turn(iteration, step / scale, beta);
+        pMp = B.updateDirection(iteration, step / scale, beta);
     }
     if (!(rz >= 0)) report.status = LinearStatus::negativeCurvature;
     return report;

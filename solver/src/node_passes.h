@@ -87,7 +87,7 @@ VDBFRAC_INLINE double eachGroup(std::size_t begin, std::size_t end, const F& f)
 }
 
 template <class Real>
-double descend(const GradientNodes<Real>& n, std::size_t begin, std::size_t end, Real step)
+double updateResidual(const GradientNodes<Real>& n, std::size_t begin, std::size_t end, Real step)
 {
     return eachGroup(
         begin, end, [&](std::size_t first, std::size_t count) __attribute__((always_inline)) {
@@ -104,7 +104,7 @@ double descend(const GradientNodes<Real>& n, std::size_t begin, std::size_t end,
 }
 
 template <class Real>
-double turn(const GradientNodes<Real>& n, std::size_t begin, std::size_t end, double move, Real beta)
+double updateDirection(const GradientNodes<Real>& n, std::size_t begin, std::size_t end, double move, Real beta)
 {
     return eachGroup(
         begin, end, [&](std::size_t first, std::size_t count) __attribute__((always_inline)) {

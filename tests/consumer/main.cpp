@@ -2,7 +2,10 @@
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/core/simulation.h>
 #include <vdbfrac/effects/effects.h>
+#include <vdbfrac/grid/openvdb.h>
 #include <vdbfrac/scene/reader.h>
+
+#include <openvdb/tools/LevelSetSphere.h>
 
 #include <cstdint>
 #include <cstdio>
@@ -39,6 +42,10 @@ try {
     const double weight = 0.4 * 1.2 * 0.4 * 1000 * 9.81;
     std::printf("after %.3f s the grip carries %.1f N, the bar weighs %.1f N\n", bar.time(), step.gripLoad[0].y(),
                 weight);
+    // A level set of the program that this is loaded into, and back.
+    const auto ball = openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(0.3f, openvdb::Vec3f(0), 0.05f);
+    const auto phi = vdbfrac::grid::fromOpenVdb(*ball).levelSet;
+    if (vdbfrac::grid::toOpenVdb(phi)->activeVoxelCount() != ball->activeVoxelCount()) return 1;
     return step.outcome == vdbfrac::core::Outcome::converged && step.gripLoad[0].y() > 0 ? 0 : 1;
 } catch (const vdbfrac::Error& e) {
     std::fprintf(stderr, "%s\n", e.what());

@@ -93,6 +93,13 @@ with tempfile.TemporaryDirectory() as temporary:
     expect("nothing tears", ["sim", folder / "example.toml", "-o", folder / "whole", "-f", "12"], 0, "nothing tore: loads reached 0.")
     expect("grips on all", ["sim", folder / "example.toml", "-o", folder / "held", "-f", "1", "--set", "grip.0.region.halfspace.offset=-1"], 0,
            "'top' holds all of body 'block'", "'top' and 'bottom' both hold")
+    kept = (folder / "example.toml").read_bytes()
+    expect("a scene is no log", ["sim", folder / "example.toml", "-o", folder / "logged", "-f", "1", "--log-file", folder / "example.toml"], 2, "is no log")
+    expect("nor a page", ["report", folder / "whole", "-o", folder / "example.toml"], 2, ".html")
+    torn = next((folder / "torn/obj").glob("*.obj"))
+    expect("what is made is not written over", ["mesh", torn, "-o", folder / "m.vtu", "--across", "8", "--quality", folder / "m.vtu"], 2, "written over")
+    if (folder / "example.toml").read_bytes() != kept:
+        failures.append("the scene was written over")
     shutil.rmtree(folder / "held")
     for size, says in (("[2, 0.15, 2]", "nowhere more than about 3 lattice cells thick"), ("[2, 0.2, 2]", None), ("[0.25, 0.25, 0.25]", None)):
         plate = folder / "plate.toml"

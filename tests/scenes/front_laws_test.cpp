@@ -145,4 +145,35 @@ TEST(Arrival, IsTheEndOfTheStepInWhichPhiRoseToZero)
     EXPECT_GE(times.size(), 3u);  // layers, one after the other
 }
 
+/// All lengths times L, and with them toughness and times: the same body of another unit of length.
+std::string notchedCubeOf(double L)
+{
+    std::ostringstream s;
+    s.precision(17);
+    s << "version = 1\nname = \"cube\"\ngrid = { voxel_size = " << .1 * L
+      << " }\ntime = { frames = [1, 8], fps = " << 24 / L << " }\n[[body]]\nname = \"cube\"\nshape = { box = { size = ["
+      << .98 * L << ", " << .98 * L << ", " << .98 * L
+      << "] } }\ncut = [{ cylinder = { axis = \"z\", radius = " << .3 * L << ", center = [" << .5 * L
+      << ", 0, 0] } }]\nmaterial = \"gel\"\n[material]\n"
+      << "gel = { youngs_modulus = 1e5, poisson_ratio = 0.3, density = 1000 }\n[[grip]]\nbody = \"cube\"\n"
+      << "region = { halfspace = { normal = \"y\", offset = " << .4 * L << " } }\nmove = { velocity = [0, 3, 0] }\n"
+      << "[fracture]\ntoughness = " << 100 * L << "\n";
+    return s.str();
+}
+
+/// Below voxels of a centimetre, where constants of levelling go by their size: a power of two in the lengths changes
+/// no bit of a number but its exponent.
+TEST(Front, GoesTheSameWayInBodiesOfAnySize)
+{
+    const double large = 0x1p-4, small = 0x1p-12;
+    SceneRun one(notchedCubeOf(large)), other(notchedCubeOf(small));
+    one.toEnd(), other.toEnd();
+    ASSERT_EQ(one.simulation.fragments(), 2u);
+    ASSERT_EQ(other.steps.size(), one.steps.size());
+    const double ratio = std::pow(small / large, 3);
+    EXPECT_EQ(other.steps.back().volume, ratio * one.steps.back().volume);
+    EXPECT_EQ(other.steps.back().elasticEnergy, ratio * one.steps.back().elasticEnergy);
+    EXPECT_EQ(other.steps.back().kineticEnergy, ratio * one.steps.back().kineticEnergy);
+}
+
 }  // namespace

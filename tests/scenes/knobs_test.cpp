@@ -2,6 +2,7 @@
 #include "notched_bar.h"
 
 #include <vdbfrac/base/error.h>
+#include <vdbfrac/core/drawing.h>
 #include <vdbfrac/lab/scenes/scene_run.h>
 #include <vdbfrac/tetmesh/stencil.h>
 
@@ -50,6 +51,42 @@ TEST(Choices, ExplicitIntegratorsTearToo)
     chosen.toEnd();
     EXPECT_EQ(chosen.simulation.fragments(), 2u);
     for (const core::StepRecord& step : chosen.steps) EXPECT_EQ(step.newtonIterations, 0);
+}
+
+TEST(Choices, StaticStepsSayWhatTheyLeaveWhereItIs)
+{
+    const std::string ball =
+        "version = 1\n[time]\nframes = [1, 2]\n[grid]\nvoxel_size = 0.1\n[material.m]\nyoungs_modulus = 1e5\n"
+        "poisson_ratio = 0.3\ndensity = 1000\n[[body]]\nname = \"b\"\nmaterial = \"m\"\n"
+        "shape = { sphere = { radius = 0.3 } }\nvelocity = [1, 0, 0]\n[gravity]\n"
+        "[[grip]]\nname = \"pull\"\nbody = \"b\"\nregion = { halfspace = { normal = \"y\", offset = 0.2 } }\n";
+    const auto notes = [&](const char* move, const char* integrator) {
+        lab::SceneRun run(ball + "move = " + move + "\n", {std::string("solver.integrator=\"") + integrator + "\""});
+        std::string all;
+        for (const std::string& note : run.simulation.stages().notes) all += note + "\n";
+        return all;
+    };
+    const char *force = "{ force = [0, 500, 0] }", *hold = "{ velocity = [0, 0, 0] }";
+    EXPECT_NE(notes(force, "static").find("held by no grip that says where it goes"), std::string::npos);
+    EXPECT_NE(notes(force, "static").find("has a velocity"), std::string::npos);
+    EXPECT_EQ(notes(hold, "static").find("held by no grip"), std::string::npos);
+    EXPECT_EQ(notes(force, "backward_euler").find("static"), std::string::npos);
+}
+
+/// What a tet at a time takes goes altogether: its lips, however closed, are drawn no more, and the run goes on.
+TEST(Choices, WhatIsEatenUpIsDrawnNoMore)
+{
+    lab::SceneRun run(
+        "version = 1\n[time]\nframes = [1, 4]\n[grid]\nvoxel_size = 0.05\nsurface = \"whole_tets\"\n[material.m]\n"
+        "youngs_modulus = 1e5\npoisson_ratio = 0.3\ndensity = 1000\n[[body]]\nname = \"ball\"\nmaterial = \"m\"\n"
+        "shape = { sphere = { radius = 0.18 } }\nangular_velocity = [0, 0, 30]\n[[body]]\nname = \"block\"\n"
+        "material = \"m\"\nshape = { box = { size = [0.38, 0.38, 0.38], center = [2, 0, 0] } }\n[fracture]\n"
+        "kappa = 1\ndriver = \"full\"\n");
+    core::Drawing drawing(run.scene, run.simulation);
+    while (!run.atEnd()) run.step(), drawing.follow(run.simulation, run.work);
+    EXPECT_TRUE(run.simulation.bodies()[0].mesh->elements().empty());
+    EXPECT_EQ(drawing.frame(run.simulation)[0].topology->mesh.faces(), 0u);
+    EXPECT_GT(drawing.frame(run.simulation)[1].topology->mesh.faces(), 0u);
 }
 
 TEST(Choices, AnExplicitIntegratorWithLongStepsSaysSo)

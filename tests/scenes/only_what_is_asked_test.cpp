@@ -162,6 +162,7 @@ TEST(Material, NeverGrows)
         EXPECT_LE(s.volume, before * (1 + 1e-14));
         before = s.volume;
     }
+    EXPECT_LT(before, run.simulation.startVolume()) << "nothing tore";
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/base/hash.h>
+#include <vdbfrac/base/number_text.h>
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/core/run_folder.h>
 #include <vdbfrac/lab/scenes/scene_run.h>
@@ -11,7 +12,9 @@
 #include <nlohmann/json.hpp>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <sstream>
 #include <stdexcept>
 
 #include <unistd.h>
@@ -85,6 +88,18 @@ TEST_F(RunFolderTest, AllFramesAreThereInOrderAndAreWhatTheManifestSays)
     EXPECT_EQ(work.countOf("snapshot", "calls"), kFrames);
     EXPECT_GT(work.countOf("output", "bytes"), 0);
     EXPECT_GT(work.secondsOf("output"), 0);
+}
+
+TEST_F(RunFolderTest, RowsOfTheStatisticsHaveACellForEachNameWhateverGripsAreCalled)
+{
+    SceneRun run(tornBar(), {"grip.0.name='left, \"upper\"'"});
+    run.step();
+    std::istringstream text(core::statsText(run.steps, run.scene));
+    std::string header, row;
+    std::getline(text, header), std::getline(text, row);
+    const std::vector<std::string> names = csvCells(header);
+    EXPECT_EQ(csvCells(row).size(), names.size());
+    EXPECT_EQ(std::ranges::count(names, "load_left, \"upper\"_x_N"), 1) << header;
 }
 
 TEST_F(RunFolderTest, AFrameHoldsTheStateItWasHandedOverIn)

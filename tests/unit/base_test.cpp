@@ -2,6 +2,7 @@
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/base/hash.h>
 #include <vdbfrac/base/ledger.h>
+#include <vdbfrac/base/number_text.h>
 
 #include <gtest/gtest.h>
 
@@ -27,6 +28,16 @@ TEST(Errors, InputErrorSaysPlaceWhatAllowedAndHint)
     for (const char* part : {"a.toml:3:1", "nu is 0.7", "-1 < nu < 0.5", "rubber has 0.49", "b: c"})
         EXPECT_NE(text.find(part), std::string::npos) << part;
     EXPECT_EQ(error.details().size(), 2u);
+}
+
+TEST(Csv, CellsAreReadAsTheyWere)
+{
+    const std::vector<std::string> cells = {"time_s", "load_left, upper_x_N", "say \"so\"", "", "\"", "end"};
+    std::string line = csvCell(cells[0]);
+    for (std::size_t k = 1; k < cells.size(); ++k) line += "," + csvCell(cells[k]);
+    EXPECT_EQ(csvCells(line), cells);
+    EXPECT_EQ(csvCell("load_left_x_N"), "load_left_x_N");
+    EXPECT_EQ(csvCell("a,\"b\""), "\"a,\"\"b\"\"\"");
 }
 
 TEST(Ledger, CountsAddUpAndStagesKeepTheirOrder)

@@ -89,6 +89,8 @@ TEST_F(BodyLevelSet, SameBitsForAnyNumberOfThreads)
     EXPECT_EQ(difference(many, single), 0);
 }
 
+constexpr std::uint64_t kAnyMemory = 8'000'000'000;  // bytes
+
 TEST_F(BodyLevelSet, PartsTooFarApartForOneBoxAreALimit)
 {
     constexpr std::uint64_t kLimit = 100000000;  // bytes; the box of both balls has 250^3 leaves
@@ -97,6 +99,23 @@ TEST_F(BodyLevelSet, PartsTooFarApartForOneBoxAreALimit)
     EXPECT_THROW(sampleNodes(makeLevelSet(body, gridOf(kDx), kLimit), kLimit), LimitError);
     body.add.back() = sphere(0.5, Vec3::Constant(2));
     EXPECT_NO_THROW(sampleNodes(makeLevelSet(body, gridOf(kDx), kLimit), kLimit));
+}
+
+TEST_F(BodyLevelSet, PartsTooFarApartToNumberPlacesAreALimit)
+{
+    // As wide as places can be numbered, and no wider: beyond, corners of cells would share numbers with others.
+    const auto apart = [](double voxels) {
+        scene::Body body = bodyOf(sphere(4 * kDx));
+        body.add.push_back(sphere(4 * kDx, {voxels * kDx, 0, 0}));
+        return sampleNodes(makeLevelSet(body, gridOf(kDx), kAnyMemory), kAnyMemory);
+    };
+    EXPECT_NO_THROW(apart(262000));
+    try {
+        apart(262100);
+        ADD_FAILURE() << "was taken";
+    } catch (const LimitError& e) {
+        EXPECT_NE(std::string(e.what()).find("at most 262080 along an axis"), std::string::npos) << e.what();
+    }
 }
 
 TEST_F(BodyLevelSet, TheBoxOfNodesHoldsMaterialThatIsNotOfTheBand)

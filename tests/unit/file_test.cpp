@@ -8,8 +8,10 @@
 
 #include <filesystem>
 #include <fstream>
+#include <future>
 #include <iterator>
 #include <string>
+#include <vector>
 
 using namespace vdbfrac;
 namespace fs = std::filesystem;
@@ -34,6 +36,19 @@ TEST_F(Files, TextComesBackAsItWasWritten)
     writeText(folder_ / "a.txt", "");
     EXPECT_EQ(readText(folder_ / "a.txt"), "");
     EXPECT_EQ(entries(), 1u);  // no temporary is left
+}
+
+TEST_F(Files, TwoWritersOfOneFileLeaveOneOfTheirTexts)
+{
+    const std::vector<std::string> texts = {std::string(1 << 18, 'a'), std::string(1 << 18, 'b')};
+    const auto write = [&](const std::string& text) {
+        for (int k = 0; k < 50; ++k) writeText(folder_ / "a.txt", text);
+    };
+    std::future<void> other = std::async(std::launch::async, write, texts[1]);
+    write(texts[0]);
+    other.get();  // with what it threw
+    EXPECT_TRUE(readText(folder_ / "a.txt") == texts[0] || readText(folder_ / "a.txt") == texts[1]);
+    EXPECT_EQ(entries(), 1u);
 }
 
 TEST_F(Files, FailedWriteLeavesTheOldFile)

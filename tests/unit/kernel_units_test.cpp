@@ -142,8 +142,8 @@ struct RandomPatch {
         RandomNodes<double> n;
         const solver::GradientNodes<double> nodes{n.sums(),   n.B.data(), n.mass.data(), 2.,
                                                   n.r.data(), n.p.data(), n.u.data()};
-        out.push_back(kernel.twice.descend(nodes, 0, n.kNodes, .3));
-        out.push_back(kernel.twice.turn(nodes, 0, n.kNodes, .4, .7));
+        out.push_back(kernel.twice.updateResidual(nodes, 0, n.kNodes, .3));
+        out.push_back(kernel.twice.updateDirection(nodes, 0, n.kNodes, .4, .7));
         out.insert(out.end(), n.p.begin(), n.p.end());
         return out;
     }
@@ -193,8 +193,8 @@ void checkGradientPasses(const solver::Kernel& kernel)
     const Nodes before;
     const solver::GradientNodes<Real> nodes{after.sums(),   after.B.data(), after.mass.data(), 2.,
                                             after.r.data(), after.p.data(), after.u.data()};
-    const double rz = kernel.of<Real>().descend(nodes, 0, Nodes::kNodes, step);
-    const double pMp = kernel.of<Real>().turn(nodes, 0, Nodes::kNodes, .4, beta);
+    const double rz = kernel.of<Real>().updateResidual(nodes, 0, Nodes::kNodes, step);
+    const double pMp = kernel.of<Real>().updateDirection(nodes, 0, Nodes::kNodes, .4, beta);
     double expectedRz = 0, expectedPMp = 0;
     for (std::size_t n = 0; n < Nodes::kNodes; ++n) {
         const Vec3 p = Nodes::point(before.p, n);

@@ -171,6 +171,24 @@ TEST(RelevelGrid, TheSweptBallIsADistanceAndHoldsToo)
     EXPECT_NEAR(once.after.volume / volume, 1, kVolumeHeld);
 }
 
+/// Constants of OpenVDB's sweeps weigh nothing in voxels of .03 mm either: a power of two changes no bit.
+TEST(RelevelGrid, BallsOfAnySizeBecomeTheSame)
+{
+    const auto relevelled = [](float size) {
+        const float dx = 0x1p-7f * size;
+        Relevelled r =
+            relevel(grid::wrap(openvdb::tools::createLevelSetSphere<Grid>(10 * dx, size * 0.3f * kCenter, dx, 3)), {});
+        EXPECT_EQ(r.redistancing, Redistancing::track);
+        return r;
+    };
+    const Relevelled large = relevelled(1), small = relevelled(0x1p-8f);
+    EXPECT_LE(small.after.beside.rms, kSlopeHeld);
+    EXPECT_EQ(small.after.volume, 0x1p-24 * large.after.volume);
+    const Grid &a = *large.levelSet.grid().grid, &b = *small.levelSet.grid().grid;
+    ASSERT_EQ(a.activeVoxelCount(), b.activeVoxelCount());
+    for (auto v = a.cbeginValueOn(); v; ++v) ASSERT_EQ(b.tree().getValue(v.getCoord()), 0x1p-8f * *v);
+}
+
 TEST(RelevelGrid, SmoothFunctionsGiveTheirZeroToFourthOrder)
 {
     // Not a distance: |x|^2 - R^2, of gradient 2 R at the surface.

@@ -217,6 +217,7 @@ TEST_F(SurfaceInput, ObjQuirksAreRead)
     for (std::size_t at = 0; (at = windows.find('\n', at)) != std::string::npos; at += 2)
         windows.replace(at, 1, "\r\n");
     expectTet(read("t.obj", windows));
+    expectTet(read("t.obj", "\xEF\xBB\xBF" + kTetPoints + kTetFaces));  // a byte order mark
     expectTet(read("t.obj", kTetPoints + "f 1 3 \\\n2\nf 1 2 4 # last\nf 1 4 3\nf 2 3 4\nf 1 2\nf 1\nl 1 2\n"));
     expectTet(read("t.obj", "v 0. 0 0e5\nv +1 0 0 1 0.5 0.5\nv 0 1.0 0\n\tv 0 0 10e-1\n" + kTetFaces));
 }

@@ -3,7 +3,7 @@
 #include "grid_bodies.h"
 
 #include <vdbfrac/base/error.h>
-#include <vdbfrac/grid/vdb_file.h>
+#include <vdbfrac/grid/openvdb.h>
 
 #include <gtest/gtest.h>
 
@@ -117,6 +117,18 @@ TEST_F(VdbFiles, VdbBodyIsScaledTurnedAndMovedAsAMeshIs)
     EXPECT_NEAR(volume(rebuilt), exact, 3 * kVolumeTolerance * exact);  // twice
 }
 
+TEST_F(VdbFiles, AGridInMemoryIsTakenAsOneOfAFileAndGivenBack)
+{
+    const LevelSet phi = make(bodyOf(sphere(0.2)));
+    openvdb::FloatGrid::Ptr moved = toOpenVdb(phi)->deepCopy();
+    moved->transform().postTranslate(openvdb::Vec3d(1, 2, 3));
+    const ReadLevelSet taken = fromOpenVdb(*moved);
+    EXPECT_EQ(taken.origin, Vec3(1, 2, 3));
+    EXPECT_EQ(difference(taken.levelSet, phi), 0);
+    EXPECT_EQ(moved->transform().indexToWorld(openvdb::Vec3d(0)), openvdb::Vec3d(1, 2, 3)) << "the host's own changed";
+    EXPECT_NE(toOpenVdb(taken.levelSet), moved);
+}
+
 TEST_F(VdbFiles, VdbGridsThatAreNoLevelSetsAreRefused)
 {
     LevelSet phi = make(bodyOf(sphere(0.2)));
@@ -124,6 +136,7 @@ TEST_F(VdbFiles, VdbGridsThatAreNoLevelSetsAreRefused)
     const auto refused = [&] {
         writeVdb(folder_ / "x.vdb", {{"phi", &phi, {}, 1, ""}}, {});
         EXPECT_THROW(readLevelSet(folder_ / "x.vdb", ""), Error);
+        EXPECT_THROW(fromOpenVdb(*phi.grid().grid), Error);  // as from a file
     };
     const auto transform = grid.transformPtr();
     auto stretched = openvdb::math::Transform::createLinearTransform(0.1);

@@ -7,9 +7,17 @@ namespace vdbfrac::tetmesh {
 
 namespace {
 
+/// Some programs on Windows begin UTF-8 with a byte order mark. With it the first word would be unknown, and its point
+/// skipped.
+std::string_view withoutMark(std::string_view text)
+{
+    constexpr std::string_view kMark = "\xEF\xBB\xBF";
+    return text.starts_with(kMark) ? text.substr(kMark.size()) : text;
+}
+
 class ObjReader {
 public:
-    ObjReader(std::string_view text, const std::string& file) : in_(text, file) {}
+    ObjReader(std::string_view text, const std::string& file) : in_(withoutMark(text), file) {}
 
     ObjObjects run()
     {

@@ -78,6 +78,11 @@ std::vector<fs::path> writeTets(const fs::path& file, TetFormat format, const Te
 {
     for (const FileField& f : fields.onPoints) requireSane(f, mesh.points.size());
     for (const FileField& f : fields.onTets) requireSane(f, mesh.tets.size());
+    for (std::size_t t = 0; t < mesh.tets.size(); ++t)
+        if (std::ranges::max(mesh.tets[t]) >= mesh.points.size())
+            throw InputError({"tet " + std::to_string(t),
+                              "has a corner " + std::to_string(std::ranges::max(mesh.tets[t])),
+                              "below " + std::to_string(mesh.points.size()) + ", as there are points", ""});
     if (format == TetFormat::tetgen) {
         const fs::path node = fs::path(file).replace_extension(".node"), ele = fs::path(file).replace_extension(".ele");
         writeText(node, nodeText(mesh));

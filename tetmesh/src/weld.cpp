@@ -112,8 +112,10 @@ void CutPolygons::add(const CutPolygons& other)
 std::uint64_t crossingKey(Coord inside, Coord outside, Coord lower)
 {
     const Coord c = inside - lower, d = outside - inside;
-    const auto bits = [](int v, int shift) { return std::uint64_t(v) << shift; };
-    return bits(c.z, 43) | bits(c.y, 24) | bits(c.x, 5) | std::uint64_t((d.z + 1) * 9 + (d.y + 1) * 3 + d.x + 1);
+    constexpr int kBits = kPlaceBits + 1;  // and some for what lies beside the box
+    const auto bits = [](int v, int shift) { return std::uint64_t(v) << (5 + shift); };
+    return bits(c.z, 2 * kBits) | bits(c.y, kBits) | bits(c.x, 0) |
+           std::uint64_t((d.z + 1) * 9 + (d.y + 1) * 3 + d.x + 1);
 }
 
 Welded weldManifold(const CutPolygons& soup)

@@ -98,6 +98,7 @@ int complain(const char* what, int code)
 
 int main(int argc, char** argv)
 {
+    std::signal(SIGCHLD, SIG_DFL);  // ignored, as some that start it leave it, runs would end unseen
     std::signal(SIGXFSZ, SIG_IGN);  // a limit of file sizes is an error of writing, as a full disk is
     try {
         const int code = run(argc, argv);

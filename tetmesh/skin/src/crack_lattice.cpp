@@ -10,7 +10,7 @@ namespace vdbfrac::skin {
 
 namespace {
 
-constexpr int kBits = 18;  // of a coordinate in a key
+constexpr int kBits = tetmesh::kPlaceBits;
 
 /// Corners of Kuhn's tets along their chains.
 std::array<std::array<std::uint8_t, 4>, 6> chains()

@@ -142,6 +142,13 @@ Mat3 edgesOf(const tetmesh::EmbeddedPoint& point, std::span<const Vec3> x)
     return edges;
 }
 
+/// Lips that are closed would still be drawn where nothing is left to carry them.
+void takeAll(SkinCut& cut)
+{
+    std::ranges::fill(cut.fate, SkinCut::Fate::gone);
+    cut.parts.clear(), cut.torn.clear();
+}
+
 }  // namespace
 
 Skin::Skin(RenderMesh mesh, const tetmesh::BodyMesh& body, const CrackStyle& style, bool isInParts)
@@ -156,7 +163,8 @@ Skin::Skin(RenderMesh mesh, const tetmesh::BodyMesh& body, const CrackStyle& sty
 void Skin::follow(const tetmesh::BodyMesh& body, std::span<const std::uint32_t> fragmentOfNode)
 {
     const FragmentAt fragment = fragmentsAt(body, fragmentOfNode);
-    const SkinCut cut = cutter_.cut(body.restPhi(), body.phi(), style_, fragment);
+    SkinCut cut = cutter_.cut(body.restPhi(), body.phi(), style_, fragment);
+    if (body.elements().empty()) takeAll(cut);
     Drawer drawer(mesh_, fans_, cut);
     work_ = {
         cut.mixedVoxels, std::int64_t(cut.parts.size()), std::int64_t(cut.torn.size()), cut.specks, cut.defects, 0, 0};

@@ -83,6 +83,7 @@ struct LastState {
     lab::PreparedScene prepared;
     core::Drawing drawing;
     bool isClosed = false;  // the mesh that is drawn instead of a body's own
+    std::vector<fs::path> inputs;
 
     LastState(const fs::path& folder, const EmbedOptions& options, std::uint64_t limit)
         : prepared(scene::readScene(report::manifestIn(folder).parent_path() / "scene.toml", lab::study::vocabulary()),
@@ -92,6 +93,7 @@ struct LastState {
         if (!prepared.scene.output.followsNodes())
             throw InputError(
                 {folder.string(), "holds no positions of nodes", "", "simulate with output.motion = true"});
+        inputs = core::inputsOf(prepared.scene);
         if (!options.mesh.empty()) replace(options);
         prepared.simulation.restoreFrom(newestCheckpoint(folder, limit));
         Ledger work;
@@ -120,6 +122,9 @@ private:
             throw InputError({"--body", "the run has several bodies", "the name of the one that the mesh is for", ""});
         const std::size_t b = options.body.empty() ? 0 : std::size_t(named - bodies.begin());
         tetmesh::RenderMesh mesh = tetmesh::readRenderMesh(options.mesh);
+        inputs.push_back(options.mesh);
+        for (const std::string& library : mesh.libraries)
+            inputs.push_back(fs::path(options.mesh).parent_path() / library);
         if (options.placed) core::moveMesh(mesh, placeOfFile(bodies[b]));
         const tetmesh::SurfaceReport report = tetmesh::examine(tetmesh::soupOf(mesh));
         isClosed = report.closed;
@@ -141,13 +146,15 @@ std::vector<fs::path> motionFiles(const lab::PreparedScene& last, const fs::path
 }
 
 /// A file a frame.
-void writePly(const core::PointCache& cache, const EmbedOptions& options, int firstFrame)
+void writePly(const core::PointCache& cache, const EmbedOptions& options, int firstFrame,
+              const std::vector<fs::path>& inputs)
 {
     const std::string& out = options.out;
     if (!isSequence(out))
         throw InputError({out, "is one name for all frames", "a place for the frame, as in name.####.ply", ""});
     for (std::size_t f = 0; f < cache.frames(); ++f) {
         const fs::path file = frameName(out, firstFrame + int(f));
+        requireApart({file}, inputs);
         makeFolderOf(file);
         const core::DrawnFrame drawn = cache.frame(f);
         tetmesh::writePlyFrame(file, core::plyBodies(drawn), tetmesh::PlyOrder::asGiven);
@@ -181,9 +188,10 @@ int embed(const EmbedOptions& options)
     if (last.isClosed) noteOpenEdges(options.mesh, cache);
     if (const std::string lacks = cache.lacks(); !lacks.empty()) std::fprintf(stderr, "note: %s\n", lacks.c_str());
     if (fs::path(options.out).extension() == ".ply") {
-        writePly(cache, options, scene.time.firstFrame);
+        writePly(cache, options, scene.time.firstFrame, last.inputs);
         return kDone;
     }
+    requireApart(core::PointCache::filesOf(options.out), last.inputs);
     makeFolderOf(options.out);
     for (const fs::path& file : cache.write(options.out))
         if (!options.quiet) std::printf("%s\n", file.c_str());

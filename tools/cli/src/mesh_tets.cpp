@@ -70,8 +70,12 @@ Input openSurface(const MeshOptions& options)
             {options.in.string(), "is not closed: it has " + std::to_string(report.openEdges) + " open edges",
              "a closed surface",
              "make a solid of it first: vdbfrac relevel " + options.in.string() + " -o SOLID.vdb --voxel SIZE"});
-    input.longestSide = (report.upper - report.lower).maxCoeff();
-    input.volume = report.oriented ? std::abs(report.volume) : 0;
+    const Vec3 size = report.upper - report.lower;
+    input.longestSide = size.maxCoeff();
+    // Shells of which some are inside out nearly cancel each other.
+    constexpr double kLeast = 1e-6;  // of its box
+    const double volume = std::abs(report.volume);
+    input.volume = report.oriented && volume > kLeast * size.prod() ? volume : 0;
     return input;
 }
 
@@ -166,6 +170,7 @@ TetResult makeTets(const grid::LevelSet& phi, const Input& input, const MeshOpti
 int meshTets(const MeshOptions& options)
 {
     using Clock = StageTimer;  // times what stands behind its comma
+    requireApart({options.quality}, {options.in, options.out});
     const auto log = makeLog(options.common);
     requireSolid(options);
     tetmesh::TetFormat format = tetmesh::tetFormatOf(options.out);

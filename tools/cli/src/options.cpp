@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <fstream>
 
 namespace vdbfrac::cli {
 
@@ -54,8 +55,35 @@ std::shared_ptr<spdlog::logger> makeLog(const CommonOptions& options)
     return log;
 }
 
+void requireApart(const std::vector<std::filesystem::path>& outputs, const std::vector<std::filesystem::path>& others)
+{
+    std::error_code isNotThere;
+    for (const std::filesystem::path& out : outputs)
+        for (const std::filesystem::path& other : others)
+            if (!out.empty() && std::filesystem::weakly_canonical(out, isNotThere) ==
+                                    std::filesystem::weakly_canonical(other, isNotThere))
+                throw InputError(
+                    {out.string(), "is " + other.string() + ", which would be written over", "another name", ""});
+}
+
+namespace {
+
+/// Does a file begin as ours do, with a date?
+bool isLog(const std::filesystem::path& file)
+{
+    std::string begin(5, '\0');
+    std::ifstream(file).read(begin.data(), std::streamsize(begin.size()));
+    return begin[4] == '-' &&
+           std::all_of(begin.begin(), begin.begin() + 4, [](char c) { return c >= '0' && c <= '9'; });
+}
+
+}  // namespace
+
 void logToFile(spdlog::logger& log, const std::filesystem::path& file)
 {
+    std::error_code isNotThere;
+    if (std::filesystem::is_regular_file(file) && std::filesystem::file_size(file, isNotThere) > 0 && !isLog(file))
+        throw InputError({file.string(), "is no log that could be added to", "a new file, or a log", ""});
     if (const auto parent = file.parent_path(); !parent.empty() && !std::filesystem::is_directory(parent))
         throw FileError(file.string(), "cannot be written: its folder does not exist");
     std::shared_ptr<spdlog::sinks::basic_file_sink_mt> sink;

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <vector>
 
 namespace vdbfrac::cli {
 
@@ -21,8 +22,12 @@ struct CommonOptions {
 };
 void addCommonOptions(CLI::App& command, CommonOptions& options);
 
+/// Throws InputError where one of the files to write is one of those that are read, or that are written too.
+void requireApart(const std::vector<std::filesystem::path>& outputs, const std::vector<std::filesystem::path>& others);
+
 /// Log to stderr, and to files added later. stdout is for data.
 std::shared_ptr<spdlog::logger> makeLog(const CommonOptions& options);
+/// Adds to a log that is there. Throws InputError for another file.
 void logToFile(spdlog::logger& log, const std::filesystem::path& file);
 
 /// -j, 0 for all cores.

@@ -5,6 +5,7 @@
 #include <vdbfrac/cli/commands.h>
 
 #include <cstdio>
+#include <filesystem>
 
 namespace vdbfrac::cli {
 
@@ -18,7 +19,11 @@ Action addReport(CLI::App& app)
     CLI::App* c = app.add_subcommand(
         "report", "One HTML page on a run, or on a wedge: curves, pictures, and its frames to play and to turn");
     c->add_option("DIR", o->folder, "Folder that 'vdbfrac sim -o' or 'vdbfrac wedge -o' wrote")->required();
-    c->add_option("-o,--output", o->file, "The page (default: DIR/report.html)")->type_name("FILE");
+    c->add_option("-o,--output", o->file, "The page (default: DIR/report.html)")
+        ->type_name("FILE.html")
+        ->check([](const std::string& file) {
+            return std::filesystem::path(file).extension() == ".html" ? "" : "the page is an .html file";
+        });
     c->add_option("--megabytes", o->report.megabytes,
                   "Of frames to play in the page; where all are more, some are left out; 0: none")
         ->check(CLI::Range(0., 1000.))

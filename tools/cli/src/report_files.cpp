@@ -4,6 +4,7 @@
 
 #include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
+#include <vdbfrac/base/number_text.h>
 #include <vdbfrac/farm/wedge.h>
 #include <vdbfrac/pictures/png_file.h>
 #include <vdbfrac/report/page.h>
@@ -30,15 +31,6 @@ fs::path sheetOf(const report::Record& record, int pictures, const std::string& 
     return drawn && pictures > 0 ? writeSheet(record.folder, pictures, name) : fs::path();
 }
 
-/// As a cell of a table in CSV has it.
-std::string cell(const std::string& text)
-{
-    if (text.find_first_of(",\"\n") == std::string::npos) return text;
-    std::string quoted = "\"";
-    for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
-    return quoted + "\"";
-}
-
 /// A row a run: its values, its status, its numbers. A column for every number that any of them has.
 std::string tableText(const farm::Wedge& wedge, const std::vector<report::Compared>& runs)
 {
@@ -47,14 +39,14 @@ std::string tableText(const farm::Wedge& wedge, const std::vector<report::Compar
         for (const auto& [name, value] : r.numbers.items())
             if (std::find(numbers.begin(), numbers.end(), name) == numbers.end()) numbers.push_back(name);
     std::string text = "run";
-    for (const std::string& key : wedge.keys) text += "," + cell(key);
+    for (const std::string& key : wedge.keys) text += "," + csvCell(key);
     text += ",status";
-    for (const std::string& name : numbers) text += "," + cell(name);
+    for (const std::string& name : numbers) text += "," + csvCell(name);
     text += "\n";
     for (const report::Compared& r : runs) {
         text += r.name;
-        for (const std::string& value : r.values) text += "," + cell(value);
-        text += "," + cell(r.status);
+        for (const std::string& value : r.values) text += "," + csvCell(value);
+        text += "," + csvCell(r.status);
         for (const std::string& name : numbers) text += "," + (r.numbers.contains(name) ? r.numbers[name].dump() : "");
         text += "\n";
     }

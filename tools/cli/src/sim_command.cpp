@@ -165,9 +165,9 @@ bool Run::takeUp(std::vector<std::string>& notes)
 void Run::begin()
 {
     std::vector<std::string> notes = effects::notesOfEffects(scene_);
-    notes.insert(notes.end(), simulation_.stages().notes.begin(), simulation_.stages().notes.end());
     notes.insert(notes.end(), folder_.notes().begin(), folder_.notes().end());
     const bool resumed = takeUp(notes);
+    notes.insert(notes.end(), simulation_.stages().notes.begin(), simulation_.stages().notes.end());
     if (resumed) lastWritten_ += int(folder_.frames().size());
     folder_.writeCheckpoint(simulation_, settings_);  // from here on there is always one of these settings
     writeOwnScene();

@@ -12,7 +12,6 @@
 #include <map>
 #include <thread>
 
-#include <sys/wait.h>
 #include <unistd.h>
 
 namespace vdbfrac::farm {
@@ -77,7 +76,7 @@ private:
     {
         for (const auto& [process, run] : running_) {
             int status = 0;
-            if (waitpid(process, &status, WNOHANG) != process) continue;
+            if (!lab::hasEnded(process, status)) continue;
             passSignal();  // what has ended the run may be meant for all
             const int code = stopCode(lab::exitCodeOf(status), signal_ != 0);
             if (code == kStopped)
@@ -136,7 +135,7 @@ int runOne(const LocalSettings& settings, const WedgeRun& run)
     keepFailure(settings.folder, run, 0);
     const pid_t process = lab::startProgram(simCommand(settings, run));
     int status = 0, passed = 0;
-    for (; waitpid(process, &status, WNOHANG) != process; std::this_thread::sleep_for(kLook))
+    for (; !lab::hasEnded(process, status); std::this_thread::sleep_for(kLook))
         if (const int signal = settings.stop(); signal != passed) kill(process, passed = signal);
     const int code = stopCode(lab::exitCodeOf(status), passed || settings.stop());
     if (code != kStopped) keepFailure(settings.folder, run, code);

@@ -2,6 +2,7 @@
 
 #include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
+#include <vdbfrac/base/number_text.h>
 
 #include <algorithm>
 #include <charconv>
@@ -16,17 +17,6 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-
-std::vector<std::string> cells(const std::string& line)
-{
-    std::vector<std::string> all(1);
-    for (const char c : line)
-        if (c == ',')
-            all.emplace_back();
-        else
-            all.back() += c;
-    return all;
-}
 
 double numberOf(const std::string& text)
 {
@@ -43,9 +33,9 @@ std::map<std::string, std::vector<double>> readColumns(const fs::path& file)
     std::istringstream text(readText(file));
     std::string line;
     std::getline(text, line);
-    const std::vector<std::string> names = cells(line);
+    const std::vector<std::string> names = csvCells(line);
     while (std::getline(text, line)) {
-        const std::vector<std::string> row = cells(line);
+        const std::vector<std::string> row = csvCells(line);
         if (row.size() != names.size()) continue;
         for (std::size_t k = 0; k < names.size(); ++k) columns[names[k]].push_back(numberOf(row[k]));
     }

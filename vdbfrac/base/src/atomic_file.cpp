@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
@@ -105,6 +106,15 @@ void requireReplaceable(const fs::path& file)
     if (const std::string flaw = otherKind(about.st_mode); !flaw.empty()) throw Error(flaw);
 }
 
+/// Its own for each writer: two that write one file at once do not write into each other's. The suffix stays last so
+/// that writers which choose a format by name see the right one.
+fs::path temporaryFor(const fs::path& target)
+{
+    static std::atomic<unsigned> writers = 0;
+    const std::string writer = std::to_string(::getpid()) + "-" + std::to_string(writers++);
+    return target.parent_path() / (kTemporary + writer + "-" + target.filename().string());
+}
+
 }  // namespace
 
 void writeAtomically(const fs::path& file, const std::function<void(const fs::path&)>& write,
@@ -114,8 +124,7 @@ void writeAtomically(const fs::path& file, const std::function<void(const fs::pa
     try {
         const fs::path target = writtenTo(file);
         requireReplaceable(target);
-        // The suffix stays last so that writers which choose a format by name see the right one.
-        temporary = target.parent_path() / (kTemporary + target.filename().string());
+        temporary = temporaryFor(target);
         write(temporary);
         if (verify) verify(temporary);
         syncPath(temporary, O_RDONLY);

@@ -1,6 +1,7 @@
 #include <vdbfrac/base/parallel.h>
 
 #include <tbb/global_control.h>
+#include <tbb/info.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
@@ -69,7 +70,7 @@ ThreadLimit::ThreadLimit(int threads)
 ThreadLimit::~ThreadLimit() { delete static_cast<tbb::global_control*>(control_); }
 
 int threadSlot() { return std::max(0, tbb::this_task_arena::current_thread_index()); }
-int threadSlots() { return tbb::this_task_arena::max_concurrency(); }
+int threadSlots() { return std::max(tbb::this_task_arena::max_concurrency(), tbb::info::default_concurrency()); }
 int threadCount() { return int(tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism)); }
 
 }  // namespace vdbfrac

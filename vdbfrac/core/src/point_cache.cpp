@@ -144,19 +144,25 @@ void PointCache::writeUsd(const fs::path& out) const
     tetmesh::writeUsda(out, scene, topology, frames(), [&](std::size_t f) { return cacheFrame(f); });
 }
 
-std::vector<fs::path> PointCache::write(const fs::path& out) const
+std::vector<fs::path> PointCache::filesOf(const fs::path& out)
 {
-    if (out.extension() == ".usda") {
-        writeUsd(out);
-        return {out};
-    }
+    if (out.extension() == ".usda") return {out};
     if (out.extension() != ".obj")
         throw InputError({out.string(), "'" + out.extension().string() + "' is not what is written here",
                           ".obj (with .mdd), .usda, .ply", ""});
-    const fs::path mdd = fs::path(out).replace_extension(".mdd");
-    writeObj(out);
-    writeMdd(mdd);
-    return {out, fs::path(out).replace_extension(".mtl"), mdd};
+    return {out, fs::path(out).replace_extension(".mtl"), fs::path(out).replace_extension(".mdd")};
+}
+
+std::vector<fs::path> PointCache::write(const fs::path& out) const
+{
+    const std::vector<fs::path> files = filesOf(out);
+    if (files.size() == 1) {
+        writeUsd(out);
+    } else {
+        writeObj(out);
+        writeMdd(files[2]);
+    }
+    return files;
 }
 
 }  // namespace vdbfrac::core

@@ -63,6 +63,24 @@ grid::PhiChanges crackedPhi(const Body& fine, const Body& wide, const skin::Crac
     return raised;
 }
 
+/// Nodes of slivers, which hold no voxel node, have the anchors of nodes that their elements lead to: a notch beside
+/// them is no crack, and from it the nearest material may be that of the other side.
+void spreadAnchors(const tetmesh::BodyMesh& mesh, std::vector<std::uint8_t>& isKnown, std::vector<Coord>& anchors)
+{
+    const auto spread = [&](const tetmesh::CellElement& element) {
+        const auto known = std::ranges::find_if(element.node, [&](std::uint32_t n) { return isKnown[n] != 0; });
+        if (known == element.node.end()) return false;
+        bool any = false;
+        for (const std::uint32_t n : element.node)
+            if (!isKnown[n]) anchors[n] = anchors[*known], isKnown[n] = 1, any = true;
+        return any;
+    };
+    for (bool more = true; more;) {
+        more = false;
+        for (const tetmesh::CellElement& element : mesh.elements()) more |= spread(element);
+    }
+}
+
 /// For each fine node: a wide voxel node on the side of the cracks that it belongs to.
 std::vector<Coord> anchorsOf(const Body& fine, const skin::CrackField& cracks)
 {
@@ -84,7 +102,8 @@ std::vector<Coord> anchorsOf(const Body& fine, const skin::CrackField& cracks)
             });
         });
     });
-    for (std::size_t i = 0; i < anchors.size(); ++i)  // of slivers that hold no voxel node
+    spreadAnchors(mesh, isKnown, anchors);
+    for (std::size_t i = 0; i < anchors.size(); ++i)  // of what is apart, and holds no voxel node
         if (!isKnown[i]) {
             const Vec3 at = mesh.restPosition(i) / mesh.voxelSize();
             anchors[i] = anchorOf({int(std::lround(at.x())), int(std::lround(at.y())), int(std::lround(at.z()))});

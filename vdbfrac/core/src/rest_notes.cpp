@@ -109,6 +109,22 @@ void noteSpeed(const scene::Grip& grip, std::span<const Body> bodies, std::vecto
                         " m/s): it crushes or tears off what is next to it, in very many short steps; check its units");
 }
 
+bool isForce(const scene::Grip& grip) { return std::holds_alternative<scene::Force>(grip.move); }
+
+/// Static steps leave a body where it is unless a grip moves or holds it.
+void noteUnheld(const scene::Scene& scene, std::vector<std::string>& notes)
+{
+    for (const scene::Body& body : scene.bodies) {
+        const auto holds = [&](const scene::Grip& grip) { return grip.body == body.name && !isForce(grip); };
+        if (std::ranges::none_of(scene.grips, holds))
+            notes.push_back("body '" + body.name +
+                            "' is held by no grip that says where it goes: static steps leave it where it is, whatever "
+                            "pulls at it");
+        if (!body.velocity.isZero() || !body.angularVelocity.isZero())
+            notes.push_back("body '" + body.name + "' has a velocity: static steps know none");
+    }
+}
+
 }  // namespace
 
 void noteRestState(const scene::Scene& scene, std::span<const Body> bodies, double h, std::vector<std::string>& notes)
@@ -118,7 +134,7 @@ void noteRestState(const scene::Scene& scene, std::span<const Body> bodies, doub
         noteParts(body, notes);
     }
     noteOverlaps(bodies, notes);
-    if (scene.solver.integrator == scene::Integrator::statics) return;  // speed means nothing there
+    if (scene.solver.integrator == scene::Integrator::statics) return noteUnheld(scene, notes);
     for (const scene::Grip& grip : scene.grips) noteSpeed(grip, bodies, notes);
 }
 
@@ -135,7 +151,10 @@ void noteGrips(std::span<const scene::Grip> grips, std::span<const Body> bodies,
             std::ranges::set_intersection(nodes, nodesOf(other), std::back_inserter(both));
             if (!both.empty())
                 notes.push_back("grips '" + grips[other].name + "' and '" + grips[g].name + "' both hold " +
-                                std::to_string(both.size()) + " nodes");
+                                std::to_string(both.size()) + " nodes" +
+                                (isForce(grips[g]) || isForce(grips[other])
+                                     ? ""
+                                     : ": these go with '" + grips[g].name + "', the later one"));
         }
     }
 }

@@ -23,17 +23,6 @@ namespace {
 /// most.
 constexpr std::size_t kWaitingFrames = 1;
 
-/// The scene and the files that it names.
-std::vector<fs::path> inputsOf(const scene::Scene& scene)
-{
-    std::vector<fs::path> files = {scene.file};
-    for (const scene::Body& body : scene.bodies)
-        if (const fs::path* file = scene::fileOf(body.shape)) files.push_back(*file);
-    for (const scene::Collider& collider : scene.colliders)
-        if (const fs::path* file = scene::fileOf(collider.shape)) files.push_back(*file);
-    return files;
-}
-
 /// Of what the files of colliders hold.
 std::string collidersHash(const scene::Scene& scene)
 {
@@ -108,6 +97,16 @@ void requireSame(const std::string& settings, const std::string& before)
 }
 
 }  // namespace
+
+std::vector<fs::path> inputsOf(const scene::Scene& scene)
+{
+    std::vector<fs::path> files = {scene.file};
+    for (const scene::Body& body : scene.bodies)
+        if (const fs::path* file = scene::fileOf(body.shape)) files.push_back(*file);
+    for (const scene::Collider& collider : scene.colliders)
+        if (const fs::path* file = scene::fileOf(collider.shape)) files.push_back(*file);
+    return files;
+}
 
 RunFolder::RunFolder(fs::path folder, const scene::Scene& scene, const Simulation& simulation, ExistingRun existing)
     : folder_(std::move(folder)),

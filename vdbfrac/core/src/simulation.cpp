@@ -18,13 +18,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 namespace vdbfrac::core {
 
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kRounding = 1e-9;  // frames
 
 /// Takes one body's part of a field along to its new nodes; `first`: where the part begins.
@@ -104,7 +102,7 @@ Simulation::Simulation(const scene::Scene& scene, std::span<Effect* const> effec
         scene.grips, bodies_, [this](std::size_t g) { return gripNodes(g); }, stages_.notes);
     warnOfLongSteps();
     if (!stages_.pieces.empty()) asleep_.resize(nextFragment_);
-    for (Effect* effect : effects) effect->start({state_.x, time_}, bodies_, stages_.notes);
+    for (Effect* effect : effects) start(*effect);
     beginEnergy();
 }
 
@@ -206,78 +204,6 @@ StepRecord Simulation::step(double until)
     kineticEnergy_ = record.kineticEnergy;
     letGoOfGrips();
     return record;
-}
-
-/// Solves for the end of the next step; halves dt from the saved state as often as it takes and makes sense.
-void Simulation::solve(StepRecord& record, double until)
-{
-    const StageTimer timer(record.work, "solve");
-    const StepControl::Choice choice =
-        stepControl_->next(until - time_, {bodies_, state_, time_, stages_, *integrator_});
-    const solver::ElasticWork before = elastic_->work();
-    saved_ = state_;
-    double dt = choice.dt;
-    record.cutbacks = choice.halvings;
-    const solver::StepReport* report = nullptr;
-    bool isSolved = false;
-    const solver::StepOrigin origin{saved_, elasticEnergy_, balanced_};
-    const auto boundaryAt = [&](double share) -> const solver::Boundary& {
-        return grips_->boundary(time_ + share * dt);
-    };
-    const auto solveOver = [&] {
-        report = &integrator_->step(state_, dt, {stages_.solve, boundaryAt, &origin, time_});
-        record.newtonIterations += report->newtonIterations, record.linearIterations += report->linearIterations;
-        record.projections += report->projections;
-        record.work.count("solve", "multigrid_systems", report->multigridSystems);
-        record.work.count("solve", "creases", report->creases);
-        isSolved = report->status == solver::StepStatus::converged && holds(dt);
-    };
-    for (;; dt *= 0.5, ++record.cutbacks, state_ = saved_) {
-        solveOver();
-        while (isSolved && wakeStruck(dt)) state_ = saved_, solveOver();
-        if (isSolved || 0.5 * dt < choice.shortest) break;
-    }
-    if (!isSolved) wakeStruck(dt);
-    stepControl_->learn(choice.dt, dt);
-    if (!std::isfinite(report->residual))
-        throw LimitError("step " + std::to_string(steps_ + 1) +
-                         ": forces or positions are beyond what a number can hold; are grips or bodies "
-                         "too fast, forces too large, or time steps too long for an explicit integrator?");
-    time_ += dt;
-    record.step = ++steps_;
-    record.time = time_;
-    record.dt = dt;
-    record.residual = report->residual;
-    record.minResidual = report->minResidual;
-    record.outcome = !isSolved                           ? Outcome::capped
-                     : record.cutbacks > choice.halvings ? Outcome::cutback
-                                                         : Outcome::converged;
-    balanced_ = report->status == solver::StepStatus::converged;
-    record.gripLoad = grips_->loads(report->reaction, time_);
-    book(record, *report);
-    for (Observer* observer : stages_.observers) observer->observe({state_.x, time_, dt});
-    for (solver::Potential* potential : stages_.solve) potential->accept(state_.x, time_, dt);
-    const solver::ElasticWork& after = elastic_->work();
-    record.work.count("solve", "evaluated_tets", after.evaluatedTets - before.evaluatedTets);
-    record.work.count("solve", "product_tets", after.productTets - before.productTets);
-    record.work.count("solve", "robust_tets", after.robustTets - before.robustTets);
-    record.work.count("solve", "newton_iterations", record.newtonIterations);
-    record.work.count("solve", "linear_iterations", record.linearIterations);
-    if (report->couplings > 0) record.work.count("solve", "couplings", std::int64_t(report->couplings));
-    if (!stages_.pieces.empty()) putToSleep(record, balanced_);
-    for (Reporter* reporter : stages_.reporters) {
-        Ledger own;
-        reporter->report(own, record.measured);
-        record.work.add(own);
-        for (const StageWork& stage : own.stages()) record.work.addSeconds("solve", -stage.seconds);
-    }
-}
-
-/// Does what a solve over dt [s] has come to pass with all potentials?
-bool Simulation::holds(double dt) const
-{
-    const solver::Way way{saved_.x, state_.x, time_, time_ + dt};
-    return std::ranges::all_of(stages_.solve, [&](const solver::Potential* p) { return p->holds(way); });
 }
 
 void Simulation::updateGrid(StepRecord& record)

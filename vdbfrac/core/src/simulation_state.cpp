@@ -203,6 +203,16 @@ void Simulation::restoreProgress(const Archive& archive)
     balanced_ = archive.getOne<std::int64_t>("balanced") != 0;
 }
 
+/// What an effect notes then takes the place of what it noted before.
+void Simulation::start(Effect& effect)
+{
+    std::vector<std::string>& notes = effectNotes_[effect.name()];
+    for (const std::string& note : notes) std::erase(stages_.notes, note);
+    notes.clear();
+    effect.start({state_.x, time_}, bodies_, notes);
+    stages_.notes.insert(stages_.notes.end(), notes.begin(), notes.end());
+}
+
 /// Calls restore for all that the archive knows; the others begin anew.
 void Simulation::restoreEffects(const Archive& archive, const std::function<void(Persistent&)>& restore)
 {
@@ -211,7 +221,7 @@ void Simulation::restoreEffects(const Archive& archive, const std::function<void
         if (known.find("\n" + persistentOwners_[i]->name() + "\n") != std::string::npos)
             restore(*stages_.persistent[i]);
         else
-            persistentOwners_[i]->start({state_.x, time_}, bodies_, stages_.notes);
+            start(*persistentOwners_[i]);
 }
 
 void Simulation::restoreFrom(const Archive& archive)

@@ -1,3 +1,4 @@
+#include <vdbfrac/base/number_text.h>
 #include <vdbfrac/core/run_folder.h>
 
 #include <algorithm>
@@ -72,9 +73,9 @@ std::string statsText(const std::vector<StepRecord>& steps, const scene::Scene& 
         "kinetic_J,elastic_J,unnamed_share,"
         "volume_m3,fragments,nodes,tets";
     for (const scene::Grip& g : scene.grips)
-        for (const char* axis : {"x", "y", "z"}) text += ",load_" + g.name + "_" + axis + "_N";
-    for (const std::string& flow : flows) text += "," + flow + "_J";
-    for (const std::string& name : measured) text += "," + name;
+        for (const char* axis : {"x", "y", "z"}) text += "," + csvCell("load_" + g.name + "_" + axis + "_N");
+    for (const std::string& flow : flows) text += "," + csvCell(flow + "_J");
+    for (const std::string& name : measured) text += "," + csvCell(name);
     for (const auto& [stage, what] : counts) text += "," + stage + "_" + what;
     for (const std::string& stage : stages) text += "," + stage + "_s";
     text += '\n';

@@ -82,18 +82,20 @@ public:
     void save(std::span<const core::Body>, core::Archive& archive) const override
     {
         surface_.save("collider", archive);
+        archive.putOne("collider.changed", std::int64_t{isChanged_});
     }
     void restoreFrom(const core::Archive& archive, std::span<const core::Body>) override
     {
         surface_.restoreFrom("collider", archive);
+        isChanged_ = archive.getOne<std::int64_t>("collider.changed") != 0;
     }
     void branchFrom(const core::Archive& archive, std::span<const core::Body> bodies) override
     {
-        restoreFrom(archive, bodies);
+        restoreFrom(archive, bodies), isChanged_ = true;
     }
     void refineFrom(const core::Refinement& wide, std::span<const core::Body>) override
     {
-        surface_.refineFrom("collider", wide);
+        surface_.refineFrom("collider", wide), isChanged_ = true;
     }
     std::size_t bytes() const override
     {
@@ -133,6 +135,7 @@ private:
     std::vector<Penalty> law_;  // of each body, with each collider
     contact::EdgedSurface surface_;
     double lookedAt_ = kNever;  // s
+    bool isChanged_ = false;    // colliders are others than in the last step
 
     // Of the step at hand.
     double begin_ = 0, length_ = 0;   // s
@@ -174,8 +177,7 @@ void Colliders::begin(const solver::StepStart& start)
 void Colliders::look(std::span<const Vec3> x, double time)
 {
     if (lookedAt_ == time) return;
-    const bool isFirst = lookedAt_ == kNever;
-    lookedAt_ = time;
+    const bool isFirst = std::exchange(lookedAt_, time) == kNever;  // since a step was kept
     surface_.settle();
     start_ = obstacles_.placesAt(time);
     const std::size_t colliders = obstacles_.size();
@@ -188,7 +190,7 @@ void Colliders::look(std::span<const Vec3> x, double time)
                 apart_[i * colliders + c] = {X, distance, (distance - surface_.reach(i)) / obstacles_[c].steepest()};
             }
     });
-    see(isFirst);
+    see(isFirst && isChanged_);
     surface_.chooseOnEdges(x, dx_, [&](std::uint32_t a, std::uint32_t b, double length) {
         for (std::size_t c = 0; c < colliders; ++c)
             if (std::min(apart(a, c).room, apart(b, c).room) < length + dx_) return true;
@@ -199,13 +201,12 @@ void Colliders::look(std::span<const Vec3> x, double time)
 /// Samples may be as deep as they are where they are new; `all`: and where colliders are others than they were.
 void Colliders::see(bool all)
 {
-    const std::size_t colliders = obstacles_.size();
     parallelChunks(surface_.size(), kChunk, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             TouchMemory& m = surface_.memory(i);
             if (!all && m.allowance != TouchMemory::kUnseen) continue;
             double depth = 0;
-            for (std::size_t c = 0; c < colliders; ++c)
+            for (std::size_t c = 0; c < obstacles_.size(); ++c)
                 depth = std::max(depth, surface_.reach(i) - apart(i, c).distance);
             m.see(depth);
         }
@@ -330,7 +331,7 @@ bool Colliders::holds(const solver::Way& way) const
 void Colliders::accept(std::span<const Vec3> x, double time, double dt)
 {
     const StageTimer timer(work_, "collider");
-    lookedAt_ = kNever;
+    lookedAt_ = kNever, isChanged_ = false;
     const Places places = obstacles_.placesAt(time);
     std::vector<Vec3> stretch(surface_.size(), Vec3::Zero());
     std::vector<double> depth(surface_.size());

@@ -64,12 +64,12 @@ public:
         stages.recut.push_back(this);
         stages.persistent.push_back(this);
     }
-    void start(const core::SolvedStep&, std::span<const core::Body> bodies, std::vector<std::string>&) override
+    void start(const core::SolvedStep& now, std::span<const core::Body> bodies, std::vector<std::string>&) override
     {
         bodies_ = bodies;
         forces_.start(bodies);
         surface_.start(bodies, gap_ * dx_, closesLips_);
-        surface_.bury(kDepth * dx_);
+        if (now.time == 0) surface_.bury(kDepth * dx_);  // which goes by places at rest
     }
 
     void begin(const solver::StepStart& start) override;

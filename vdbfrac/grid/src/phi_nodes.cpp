@@ -40,18 +40,22 @@ std::vector<openvdb::Coord> touchedLeaves(const PhiChanges& raised, int reach)
 
 /// Bytes that a mesh takes for each leaf of the box, material or not: phi, phi at rest, cells, lattice nodes.
 constexpr double kBytesPerLeafOfBox = 4 * 4;
-constexpr double kMaxLeavesOfBox = 1 << 30;  // they are numbered with 32 bits
+constexpr double kMaxLeavesOfBox = 1 << 30;                 // they are numbered with 32 bits
+constexpr int kMaxAlong = (1 << tetmesh::kPlaceBits) - 64;  // voxels, with some room beside the box
 
 void requireBox(Coord lower, Coord upper, std::uint64_t memoryLimit)
 {
     const auto along = [](int low, int high) { return (high >> 3) - (low >> 3) + 1.; };
     const double leaves = along(lower.x, upper.x) * along(lower.y, upper.y) * along(lower.z, upper.z);
-    if (leaves <= kMaxLeavesOfBox && leaves * kBytesPerLeafOfBox <= double(memoryLimit)) return;
     const Coord size = upper - lower;
-    throw LimitError("the box of the material has " + std::to_string(size.x) + " x " + std::to_string(size.y) + " x " +
-                     std::to_string(size.z) + " voxels and takes " + shortNumber(leaves * kBytesPerLeafOfBox / 1e9) +
-                     " GB, the memory limit is " + shortNumber(double(memoryLimit) / 1e9) +
-                     " GB; use a larger voxel size, or look for parts that are far apart");
+    const std::string box = "the box of the material has " + std::to_string(size.x) + " x " + std::to_string(size.y) +
+                            " x " + std::to_string(size.z) + " voxels",
+                      remedy = "; use a larger voxel size, or look for parts that are far apart";
+    if (leaves > kMaxLeavesOfBox || leaves * kBytesPerLeafOfBox > double(memoryLimit))
+        throw LimitError(box + " and takes " + shortNumber(leaves * kBytesPerLeafOfBox / 1e9) +
+                         " GB, the memory limit is " + shortNumber(double(memoryLimit) / 1e9) + " GB" + remedy);
+    if (std::max({size.x, size.y, size.z}) > kMaxAlong)
+        throw LimitError(box + ", at most " + std::to_string(kMaxAlong) + " along an axis can be numbered" + remedy);
 }
 
 }  // namespace
@@ -60,6 +64,7 @@ tetmesh::NodeField<float> sampleNodes(const LevelSet& phi, std::uint64_t memoryL
 {
     const Grid& grid = *phi.grid().grid;
     const openvdb::CoordBBox box = materialVoxels(grid);
+    if (box.empty()) throw Error("the level set holds no material");
     const Coord grow{3, 3, 3};
     const Coord lower = fromVdb(box.min()) - grow, upper = fromVdb(box.max()) + grow;
     requireBox(lower, upper, memoryLimit);

@@ -1,6 +1,7 @@
 #include "redistance.h"
 
 #include "interpolant.h"
+#include "relevel_window.h"
 
 #include <openvdb/tools/FastSweeping.h>
 #include <openvdb/tools/LevelSetTracker.h>
@@ -79,9 +80,24 @@ void settle(Grid& grid, const Mask& beside, double steep)
     });
 }
 
+/// All lengths times a power of two, which no bit but exponents notices.
+void scale(Grid& grid, double by)
+{
+    openvdb::tree::LeafManager<Grid::TreeType> leaves(grid.tree());
+    leaves.foreach ([&](Leaf& leaf, std::size_t) {
+        float* const values = leaf.buffer().data();
+        for (openvdb::Index i = 0; i < Leaf::SIZE; ++i) values[i] *= float(by);
+    });
+    openvdb::tools::changeLevelSetBackground(grid.tree(), float(by) * grid.background());
+    grid.setTransform(openvdb::math::Transform::createLinearTransform(by * voxel(grid)));
+}
+
 /// The sweeps of LevelSetTracker in all other voxels.
 void sweep(Grid& grid, const Mask& beside, int halfWidth)
 {
+    const double by = std::exp2(std::ceil(std::log2(1 / constantsUnit(voxel(grid)))));
+    const openvdb::math::Transform::Ptr own = grid.transformPtr();
+    if (by > 1) scale(grid, by);
     Mask moving(grid.tree(), false, openvdb::TopologyCopy());
     moving.topologyDifference(beside);
     openvdb::tools::LevelSetTracker<Grid> tracker(grid);
@@ -89,6 +105,7 @@ void sweep(Grid& grid, const Mask& beside, int halfWidth)
     tracker.setTemporalScheme(openvdb::math::TVD_RK1);
     tracker.setNormCount(int(std::ceil((halfWidth + 1) / 0.3)));  // a sweep carries a distance by 0.3 voxels
     tracker.normalize(&moving);
+    if (by > 1) scale(grid, 1 / by), grid.setTransform(own);
 }
 
 }  // namespace

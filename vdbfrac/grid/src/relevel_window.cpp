@@ -32,36 +32,36 @@ bool isFlat(const float* at)
 }
 
 struct Step {
-    float dt, invDx;
+    float dt, invDx, guard;
     /// phi after a step, by the square of its gradient (times dx^2).
     float operator()(float phi, float normSquared) const
     {
-        const float s = phi / (std::sqrt(phi * phi + normSquared) + openvdb::math::Tolerance<float>::value());
+        const float s = phi / (std::sqrt(phi * phi + normSquared) + guard);
         return phi - dt * s * (std::sqrt(normSquared) * invDx - 1.0f);
     }
 };
 
 }  // namespace
 
-/// Derivatives along an axis at 8 voxels side by side in z: D- and D+ (Jiang & Peng 2000, as in OpenVDB).
+/// Derivatives along an axis at 8 voxels side by side in z, times dx: D- and D+ (Jiang & Peng 2000, as in OpenVDB);
+/// `unit`: of OpenVDB's constants.
 struct Weno5 {
-    static void differences(const float* at, int step, Line& down, Line& up)
+    static void differences(const float* at, int step, float unit, Line& down, Line& up)
     {
-        using openvdb::math::BD_HJWENO5;
-        using openvdb::math::D1;
-        using openvdb::math::FD_HJWENO5;
+        const float scale2 = 0.01f * unit * unit;  // squares below a millionth of it do not count
+        const auto weno = [&](const float* p, int way) {
+            const auto d = [&](int k) { return p[(k + 1) * way] - p[k * way]; };
+            return openvdb::math::WENO5(d(2), d(1), d(0), d(-1), d(-2), scale2);
+        };
         for (int z = 0; z < 8; ++z) {
-            const float* p = at + z;
-            up[std::size_t(z)] =
-                D1<FD_HJWENO5>::difference(p[3 * step], p[2 * step], p[step], p[0], p[-step], p[-2 * step]);
-            down[std::size_t(z)] =
-                D1<BD_HJWENO5>::difference(p[-3 * step], p[-2 * step], p[-step], p[0], p[step], p[2 * step]);
+            up[std::size_t(z)] = weno(at + z, step);
+            down[std::size_t(z)] = -weno(at + z, -step);
         }
     }
 };
 
 struct FirstOrder {
-    static void differences(const float* at, int step, Line& down, Line& up)
+    static void differences(const float* at, int step, float, Line& down, Line& up)
     {
         for (int z = 0; z < 8; ++z) {
             up[std::size_t(z)] = at[z + step] - at[z];
@@ -165,7 +165,8 @@ void RelevelWindow::sweep()
 template <class Differences>
 void RelevelWindow::sweepLeaf(const Block& block, Values& next) const
 {
-    const Step step{float(dx_) * 0.3f, 1.0f / float(dx_)};
+    const float dx = float(dx_), unit = float(constantsUnit(dx_));
+    const Step step{dx * 0.3f, 1.0f / dx, openvdb::math::Tolerance<float>::value() * unit};
     for (int line = 0; line < 64; ++line) {
         const float* at = block.data() + kFirst + (line >> 3) * kStep[0] + (line & 7) * kStep[1];
         float* to = next.data() + 8 * line;
@@ -174,7 +175,8 @@ void RelevelWindow::sweepLeaf(const Block& block, Values& next) const
             continue;
         }
         std::array<Line, 3> down, up;
-        for (std::size_t axis = 0; axis < 3; ++axis) Differences::differences(at, kStep[axis], down[axis], up[axis]);
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            Differences::differences(at, kStep[axis], unit, down[axis], up[axis]);
         for (std::size_t z = 0; z < 8; ++z)
             to[z] = step(at[z], openvdb::math::GodunovsNormSqrd(at[z] > 0, down[0][z], up[0][z], down[1][z], up[1][z],
                                                                 down[2][z], up[2][z]));

@@ -7,6 +7,7 @@
 
 #include "openvdb_access.h"
 
+#include <algorithm>
 #include <array>
 #include <bitset>
 #include <cstdint>
@@ -17,6 +18,14 @@ namespace vdbfrac::grid {
 /// One-sided differences of a line of voxels.
 struct Weno5;
 struct FirstOrder;
+
+/// OpenVDB's sweeps compare differences of phi with constants, which mean nothing for voxels of a centimetre or more,
+/// but weigh for smaller ones: for those they go by the size of voxels. So bodies of any size are levelled alike.
+inline double constantsUnit(double voxelSize)
+{
+    constexpr double kMeaningless = 0.01;  // m
+    return std::min(1., voxelSize / kMeaningless);
+}
 
 class RelevelWindow {
 public:

@@ -3,7 +3,7 @@
 
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/base/number_text.h>
-#include <vdbfrac/grid/vdb_file.h>
+#include <vdbfrac/grid/openvdb.h>
 
 #include <openvdb/tools/SignedFloodFill.h>
 
@@ -44,6 +44,19 @@ GridInfo describe(const openvdb::GridBase& grid)
     return info;
 }
 
+/// "double grid of class 'level set'".
+std::string kindOf(const openvdb::GridBase& grid)
+{
+    return grid.valueType() + " grid of class '" + openvdb::GridBase::gridClassToString(grid.getGridClass()) + "'";
+}
+
+/// What to do with a grid that is no level set of floats.
+std::string remedyFor(const openvdb::GridBase& grid)
+{
+    if (grid.getGridClass() == openvdb::GRID_LEVEL_SET) return "convert its values to float";
+    return grid.getGridClass() == openvdb::GRID_FOG_VOLUME ? "a fog volume has to be turned into an SDF first" : "";
+}
+
 openvdb::FloatGrid::Ptr findLevelSet(const openvdb::GridPtrVec& grids, const std::string& file, const std::string& name)
 {
     for (const openvdb::GridBase::Ptr& grid : grids) {
@@ -51,15 +64,15 @@ openvdb::FloatGrid::Ptr findLevelSet(const openvdb::GridPtrVec& grids, const std
         const bool isLevelSet = grid->getGridClass() == openvdb::GRID_LEVEL_SET && grid->isType<openvdb::FloatGrid>();
         if (isLevelSet) return openvdb::gridPtrCast<openvdb::FloatGrid>(grid);
         if (!name.empty())
-            throw InputError({file,
-                              "grid '" + name + "' is a " + grid->valueType() + " grid of class '" +
-                                  openvdb::GridBase::gridClassToString(grid->getGridClass()) + "'",
-                              "a float grid of class 'level set'", "a fog volume has to be turned into an SDF first"});
+            throw InputError({file, "grid '" + name + "' is a " + kindOf(*grid), "a float grid of class 'level set'",
+                              remedyFor(*grid)});
     }
     std::string names;
-    for (const openvdb::GridBase::Ptr& grid : grids) names += (names.empty() ? "" : ", ") + grid->getName();
-    throw InputError({file, name.empty() ? "holds no level set" : "holds no grid '" + name + "'", "",
-                      "it holds: " + (names.empty() ? "nothing" : names)});
+    for (const openvdb::GridBase::Ptr& grid : grids)
+        names += (names.empty() ? "" : ", ") + grid->getName() + " (" + kindOf(*grid) + ")";
+    throw InputError({file, name.empty() ? "holds no level set" : "holds no grid '" + name + "'",
+                      name.empty() ? "a float grid of class 'level set'" : "",
+                      "it holds: " + (names.empty() ? "no grid of a type that is read here" : names)});
 }
 
 /// Spacing and origin of a transform that is nothing but both.
@@ -193,6 +206,18 @@ void makeLevelSetLike(openvdb::FloatGrid& grid)
     openvdb::tools::signedFloodFill(grid.tree());
 }
 
+/// Throws FileError or InputError. What its transform moves it by is taken out of it.
+ReadLevelSet checked(openvdb::FloatGrid::Ptr grid, const std::string& file)
+{
+    const Placement place = placement(*grid, file);
+    requireSoundTree(*grid, file);
+    requireBackground(*grid, file);
+    requireNegativeInside(*grid, file);
+    requireBandBetween(*grid, file);
+    grid->setTransform(openvdb::math::Transform::createLinearTransform(place.voxelSize));
+    return {wrap(std::move(grid)), place.origin};
+}
+
 }  // namespace
 
 std::vector<GridInfo> describeVdb(const fs::path& file, std::uint64_t memoryLimit)
@@ -206,18 +231,21 @@ try {
 
 ReadLevelSet readLevelSet(const fs::path& file, const std::string& name, std::uint64_t memoryLimit)
 try {
-    const std::string text = file.string();
-    openvdb::FloatGrid::Ptr grid = findLevelSet(readGrids(file, memoryLimit), text, name);
-    const Placement place = placement(*grid, text);
-    requireSoundTree(*grid, text);
-    requireBackground(*grid, text);
-    requireNegativeInside(*grid, text);
-    requireBandBetween(*grid, text);
-    grid->setTransform(openvdb::math::Transform::createLinearTransform(place.voxelSize));
-    return {wrap(std::move(grid)), place.origin};
+    return checked(findLevelSet(readGrids(file, memoryLimit), file.string(), name), file.string());
 } catch (const openvdb::Exception& e) {  // a singular transform, for one
     throw FileError(file.string(), std::string("is damaged: ") + e.what());
 }
+
+ReadLevelSet fromOpenVdb(const openvdb::FloatGrid& grid, const std::string& what)
+try {
+    if (grid.getGridClass() != openvdb::GRID_LEVEL_SET)
+        throw InputError({what, "is a " + kindOf(grid), "a float grid of class 'level set'", remedyFor(grid)});
+    return checked(grid.deepCopy(), what);
+} catch (const openvdb::Exception& e) {
+    throw FileError(what, std::string("is damaged: ") + e.what());
+}
+
+openvdb::FloatGrid::ConstPtr toOpenVdb(const LevelSet& phi) { return phi.grid().grid; }
 
 openvdb::FloatGrid::Ptr readSdf(const fs::path& file, const std::string& name, std::uint64_t memoryLimit)
 try {

@@ -11,6 +11,9 @@
 
 namespace vdbfrac::tetmesh {
 
+/// Bits of a coordinate within the box of a body, where places are packed into one number.
+inline constexpr int kPlaceBits = 18;
+
 /// A sparse field over the box [lower, upper] (both included). A block that was never written reads `outside`
 /// or, when so marked, `inside`. Coordinates beyond the box read `outside`. Blocks are kept in a fixed order,
 /// so walking them is the same on every run.

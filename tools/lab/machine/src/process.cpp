@@ -72,6 +72,13 @@ int exitCodeOf(int status)
     return WIFSIGNALED(status) ? kBySignal + WTERMSIG(status) : WEXITSTATUS(status);
 }
 
+bool hasEnded(pid_t process, int& status)
+{
+    const pid_t ended = waitpid(process, &status, WNOHANG);
+    if (ended < 0 && errno != EINTR) throw Error(std::string("waiting for a program: ") + std::strerror(errno));
+    return ended == process;
+}
+
 int waitFor(pid_t process)
 {
     int status = 0;

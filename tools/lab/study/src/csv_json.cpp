@@ -1,4 +1,5 @@
 // study.csv and study.json.
+#include <vdbfrac/base/number_text.h>
 #include <vdbfrac/core/version.h>
 #include <vdbfrac/lab/study/one_run.h>
 #include <vdbfrac/lab/study/output.h>
@@ -14,14 +15,6 @@ std::string numberText(double v)
 {
     char text[40];
     return {text, std::to_chars(text, text + sizeof text, v).ptr};
-}
-
-std::string quoted(const std::string& text)
-{
-    if (text.find_first_of(",\"\n") == std::string::npos) return text;
-    std::string out = "\"";
-    for (const char c : text) out += c == '"' ? std::string("\"\"") : std::string(1, c);
-    return out + '"';
 }
 
 std::string optionalText(const std::optional<double>& v) { return v ? numberText(*v) : ""; }
@@ -45,7 +38,7 @@ std::string headerOf(const Study& study)
 {
     std::string text = "series,setting,run,status";
     for (const auto& m : study.spec.measures)
-        text += "," + quoted(m.name) + "," + quoted(m.name + "_error") + "," + quoted(m.name + "_weak");
+        text += "," + csvCell(m.name) + "," + csvCell(m.name + "_error") + "," + csvCell(m.name + "_weak");
     text += ",time_ratio,time_ratio_low,time_ratio_high,seconds_median,peak_bytes,work";
     for (const auto& [what, n] : countsOf(study)) text += "," + what;
     return text + "\n";
@@ -56,8 +49,8 @@ std::string rowOf(const Study& study, const Analysis& a, std::size_t i)
     const Setting& s = study.settings[i];
     const Run& run = study.runs[s.run];
     const std::string reason = reasonOf(study, i);
-    std::string text = quoted(study.spec.series[s.series].name) + "," + quoted(s.label) + "," + std::to_string(s.run) +
-                       "," + quoted(reason.empty() ? "done" : reason);
+    std::string text = csvCell(study.spec.series[s.series].name) + "," + csvCell(s.label) + "," +
+                       std::to_string(s.run) + "," + csvCell(reason.empty() ? "done" : reason);
     for (std::size_t m = 0; m < study.spec.measures.size(); ++m) {
         const Error& e = a.errors[i][m];
         text += "," + (m < run.result.values.size() ? valueText(run.result.values[m]) : "") + "," +

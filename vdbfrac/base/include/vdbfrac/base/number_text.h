@@ -1,4 +1,4 @@
-// Numbers as people write them, whatever the locale of the program.
+// Numbers as people write them, whatever the locale of the program, and tables of them.
 #pragma once
 
 #include <cstddef>
@@ -9,6 +9,11 @@ namespace vdbfrac {
 
 /// With so many digits that count: "0.05", "1.2e-07".
 std::string shortNumber(double value, int digits = 6);
+
+/// As a cell of a table in CSV (RFC 4180): in quotes where it has commas, quotes or line ends.
+std::string csvCell(const std::string& text);
+/// The cells of a line of such a table.
+std::vector<std::string> csvCells(const std::string& line);
 
 /// "5", or "5-8".
 std::string rangeText(long long first, long long last);

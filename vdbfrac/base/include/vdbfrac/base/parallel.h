@@ -91,6 +91,8 @@ private:
 int threadCount();
 /// Number of the calling thread among those that run a parallel loop, below threadSlots(): picks its scratch memory.
 int threadSlot();
+/// For scratch memory that is made once: what is made in an arena of a few threads can be used in any that is no larger
+/// than the machine.
 int threadSlots();
 
 /// Elements a chunk holds in loops over plain node or element data.

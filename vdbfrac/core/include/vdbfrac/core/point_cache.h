@@ -33,6 +33,8 @@ public:
     std::string lacks() const;
     /// All bodies of a frame, counted from 0. Throws FileError.
     DrawnFrame frame(std::size_t number) const;
+    /// NAME.obj, NAME.mtl and NAME.mdd; or NAME.usda. Throws InputError for another extension.
+    static std::vector<std::filesystem::path> filesOf(const std::filesystem::path& out);
     /// Writes NAME.obj, the first frame, NAME.mtl, and NAME.mdd, the positions of its points in all frames; or
     /// NAME.usda. Returns the files. Throws FileError; InputError for another extension.
     std::vector<std::filesystem::path> write(const std::filesystem::path& out) const;

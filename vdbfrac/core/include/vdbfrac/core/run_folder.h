@@ -144,6 +144,9 @@ private:
     BackgroundQueue queue_;  // last: it ends before what its jobs use
 };
 
+/// The scene's file and those that it names.
+std::vector<std::filesystem::path> inputsOf(const scene::Scene& scene);
+
 /// Paths of the checkpoints in a run's folder, oldest first.
 std::vector<std::filesystem::path> checkpointsIn(const std::filesystem::path& folder);
 /// Throws FileError where a checkpoint, or the records in its folder that belong to it, are not whole.

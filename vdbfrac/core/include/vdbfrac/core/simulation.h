@@ -117,7 +117,11 @@ private:
 
     void addBody(const scene::Scene& scene, const scene::Body& body, std::uint64_t memoryLimit);
     void setInitialVelocity(const scene::Body& spec, const Body& body);
+    struct Attempt;
+    Attempt solveOrCutBack(StepRecord& record, double dt, double shortest);
     void solve(StepRecord& record, double until);
+    void countSolve(StepRecord& record, const solver::ElasticWork& before, std::size_t couplings) const;
+    void takeReports(StepRecord& record) const;
     void beginEnergy();
     void book(StepRecord& record, const solver::StepReport& report);
     using AskAsleep = void (PieceStage::*)(const PieceContext&, std::span<std::uint8_t>);
@@ -130,6 +134,7 @@ private:
     void clearAsleep(std::vector<double>& density) const;
     void restoreBodies(const Archive& archive);
     void restoreProgress(const Archive& archive);
+    void start(Effect& effect);
     void restoreEffects(const Archive& archive, const std::function<void(Persistent&)>& restore);
     bool holds(double dt) const;
     void updateGrid(StepRecord& record);
@@ -148,11 +153,12 @@ private:
     std::vector<Body> bodies_;
     std::uint32_t nextFragment_ = 0;
     Stages stages_;
-    std::vector<std::string> potentialNames_;  // of the effects that stages_.solve are of
-    std::vector<Effect*> persistentOwners_;    // the effects that stages_.persistent are of
-    solver::State state_, saved_;              // now, and at the start of the step
-    std::vector<std::uint8_t> asleep_;         // of each fragment, by its id; empty: nobody decides
-    std::vector<double> density_;              // J/m^3, of all tets; kept for its memory
+    std::vector<std::string> potentialNames_;                      // of the effects that stages_.solve are of
+    std::vector<Effect*> persistentOwners_;                        // the effects that stages_.persistent are of
+    std::map<std::string, std::vector<std::string>> effectNotes_;  // those in stages_.notes, by the names of effects
+    solver::State state_, saved_;                                  // now, and at the start of the step
+    std::vector<std::uint8_t> asleep_;                             // of each fragment, by its id; empty: nobody decides
+    std::vector<double> density_;                                  // J/m^3, of all tets; kept for its memory
     std::unique_ptr<solver::ElasticOperator> elastic_;
     std::unique_ptr<solver::Integrator> integrator_;
     std::unique_ptr<Grips> grips_;

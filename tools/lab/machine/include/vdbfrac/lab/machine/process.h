@@ -25,6 +25,8 @@ inline constexpr std::array kStopSignals = {SIGINT, SIGTERM, SIGUSR1, SIGUSR2, S
 /// Ends this process with SIGTERM when the one that started it ends, which may have happened already.
 void endWithParent(pid_t parent);
 
+/// Whether a program has ended, with its status then. Throws Error where nobody can know.
+bool hasEnded(pid_t process, int& status);
 /// Its exit code; 128 and the number of the signal that ended it.
 int waitFor(pid_t process);
 int exitCodeOf(int status);

@@ -1,0 +1,174 @@
+// Laws of touches: forces are those of the energy and cancel, momentum stays, energy does not grow.
+#include "two_blocks.h"
+
+#include <vdbfrac/lab/scenes/scene_run.h>
+#include <vdbfrac/solver/linear_solver.h>
+
+#include <Eigen/Geometry>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <string>
+
+using namespace vdbfrac;
+using lab::SceneRun;
+using test::blocks;
+using test::Momentum;
+using test::momentumOf;
+
+namespace {
+
+std::vector<Vec3> sum(std::span<const Vec3> a, double f, std::span<const Vec3> b)
+{
+    std::vector<Vec3> r(a.begin(), a.end());
+    for (std::size_t i = 0; i < r.size(); ++i) r[i] += f * b[i];
+    return r;
+}
+
+class OnLattice : public testing::TestWithParam<const char*> {};
+
+TEST_P(OnLattice, ForcesAreThoseOfTheEnergyAndCancel)
+{
+    constexpr double kStep = 1e-7, kError = 1e-4;  // m; of differences, and of weights kept as floats
+    constexpr double kRounding = 1e-12;
+    SceneRun run(blocks("[contact]\n", "[0.1, 0.54, 0.03]", GetParam()));
+    run.toFrame(4);
+    const core::Simulation& s = run.simulation;
+    solver::Potential& potential = *s.stages().solve.back();
+    potential.begin({s.x(), s.v(), 1. / 24, s.elastic(), s.time() + 1. / 24});
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> any(-1, 1);
+    std::vector<Vec3> u(s.x().size()), x = sum(s.x(), 1. / 96, s.v());
+    for (Vec3& v : u) v = Vec3(any(random), any(random), any(random));
+    const auto gradientAt = [&](const std::vector<Vec3>& at, double& energy) {
+        std::vector<Vec3> gradient(at.size(), Vec3::Zero());
+        energy = potential.evaluate(at, gradient);
+        return gradient;
+    };
+    double here = 0, plus = 0, minus = 0;
+    const std::vector<Vec3> gradient = gradientAt(x, here), after = gradientAt(sum(x, kStep, u), plus),
+                            before = gradientAt(sum(x, -kStep, u), minus);
+    ASSERT_GT(here, 0);
+    const double slope = solver::dot(gradient, u);
+    double forces = 0;
+    Vec3 force = Vec3::Zero(), moment = Vec3::Zero();
+    for (std::size_t i = 0; i < x.size(); ++i) {
+        forces += gradient[i].norm();
+        force += gradient[i], moment += x[i].cross(gradient[i]);
+    }
+    EXPECT_NEAR((plus - minus) / (2 * kStep), slope, kError * forces);
+    // Friction holds on to the start of the step, so only contact has no moment.
+    EXPECT_LT(force.norm(), kRounding * forces);
+    std::vector<solver::Coupling> couplings;
+    potential.linearize(x, couplings);
+    double tangent = 0;
+    for (const solver::Coupling& c : couplings) {
+        EXPECT_FALSE(c.isExternal());
+        Vec3 v = Vec3::Zero();
+        for (std::size_t a = 0; a < solver::Coupling::kNodes; ++a) v += double(c.weight[a]) * u[c.node[a]];
+        tangent += v.dot(solver::multiply(c.Q, v));
+    }
+    // What is left out of the tangent is smaller by the depth over a cell.
+    constexpr double kLeftOut = 0.1;
+    EXPECT_NEAR(tangent, (solver::dot(after, u) - solver::dot(before, u)) / (2 * kStep), kLeftOut * tangent);
+}
+
+/// Friction holds on to the start of the step; without it forces of a touch lie on one line.
+TEST_P(OnLattice, ForcesOfATouchHaveNoMomentWithoutFriction)
+{
+    constexpr double kRounding = 1e-12;
+    SceneRun run(blocks("[contact]\nfriction = 0\n", "[0.1, 0.54, 0.03]", GetParam()));
+    run.toFrame(4);
+    const core::Simulation& s = run.simulation;
+    solver::Potential& potential = *s.stages().solve.back();
+    potential.begin({s.x(), s.v(), 1. / 24, s.elastic(), s.time() + 1. / 24});
+    const std::vector<Vec3> x = sum(s.x(), 1. / 96, s.v());
+    std::vector<Vec3> gradient(x.size(), Vec3::Zero());
+    ASSERT_GT(potential.evaluate(x, gradient), 0);
+    double forces = 0;
+    Vec3 moment = Vec3::Zero();
+    for (std::size_t i = 0; i < x.size(); ++i)
+        forces += gradient[i].norm() * x[i].norm(), moment += x[i].cross(gradient[i]);
+    EXPECT_LT(moment.norm(), kRounding * forces);
+}
+
+/// What collisions are given besides: nothing, material that hardly changes its volume, both in short steps.
+const std::vector<std::vector<std::string>> kCollisions = {
+    {},
+    {"material.gel.poisson_ratio=0.49"},
+    {"time.fps=240", "time.frames=[1,61]"},
+    {"material.gel.poisson_ratio=0.49", "time.fps=240", "time.frames=[1,61]"}};
+
+void expectMomentumStays(const std::string& scene, std::vector<std::string> settings)
+{
+    constexpr double kDrift = 1e-10, kSolved = 1e-6;
+    settings.push_back("solver.newton_tolerance=1e-8");
+    SceneRun run(scene, settings);
+    const core::Simulation& s = run.simulation;
+    const Momentum start = momentumOf(s);
+    while (!run.atEnd()) {
+        const Momentum before = momentumOf(s);
+        const std::vector<Vec3> v(s.v().begin(), s.v().end());
+        const double dt = run.step().dt;
+        const Momentum now = momentumOf(s);
+        ASSERT_LT((now.linear - start.linear).norm(), kDrift * start.size);
+        // Without moments backward Euler makes L1 = L0 + dt sum m v1 x v0.
+        Vec3 expected = before.angular;
+        for (std::size_t i = 0; i < v.size(); ++i) expected += dt * s.elastic().mass()[i] * s.v()[i].cross(v[i]);
+        ASSERT_LT((now.angular - expected).norm(), kSolved * start.size);
+    }
+    EXPECT_GT(run.work.countOf("solve", "couplings"), 0);
+}
+
+TEST_P(OnLattice, MomentumOfACollisionStays)
+{
+    for (const auto& settings : kCollisions)
+        expectMomentumStays(blocks("[contact]\nfriction = 0\n", "[0.1, 0.54, 0.03]", GetParam()), settings);
+}
+
+/// From no step to the next, with that of touches.
+void expectEnergyDoesNotGrow(const std::string& scene, const std::vector<std::string>& settings)
+{
+    SceneRun run(scene, settings);
+    const core::Simulation& s = run.simulation;
+    const double start = s.totals().kineticEnergy, grows = 1e-6 * start;
+    double elastic = 0, before = start;
+    std::vector<Vec3> gradient(s.x().size());
+    while (!run.atEnd()) {
+        const core::StepRecord& r = run.step();
+        elastic = std::max(elastic, r.elasticEnergy);
+        const double contact = s.stages().solve.back()->evaluate(s.x(), gradient);
+        const double energy = r.kineticEnergy + r.elasticEnergy + contact;
+        ASSERT_LT(energy, before + grows);
+        ASSERT_LT(r.unnamedShare, 1e-3);
+        before = energy;
+    }
+    EXPECT_GT(elastic, .05 * start);
+}
+
+TEST_P(OnLattice, EnergyOfACollisionDoesNotGrow)
+{
+    for (const auto& settings : kCollisions)
+        expectEnergyDoesNotGrow(blocks("[contact]\n", "[0.1, 0.54, 0.03]", GetParam()), settings);
+}
+
+TEST_P(OnLattice, WorksOfATouchThatIsOverAddUpToNothing)
+{
+    constexpr double kSum = 1e-9;  // of the energy at the start
+    SceneRun run(blocks("[contact]\nfriction = 0\n", "[0.1, 0.54, 0.03]", GetParam()));
+    const double start = run.simulation.totals().kineticEnergy;
+    double sum = 0, most = 0;
+    while (!run.atEnd()) {
+        const auto& flow = run.step().energyFlow;  // names what is not 0
+        const double work = flow.contains("contact_work") ? flow.at("contact_work") : 0;
+        sum += work, most = std::max(most, std::abs(work));
+    }
+    EXPECT_GT(most, .001 * start);
+    EXPECT_LT(std::abs(sum), kSum * start) << sum << " of " << start;
+}
+
+INSTANTIATE_TEST_SUITE_P(Contact, OnLattice, testing::Values("six", "five", "delaunay"));
+
+}  // namespace

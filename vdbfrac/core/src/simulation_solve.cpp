@@ -1,0 +1,112 @@
+// A time step of a simulation up to its new positions and velocities.
+#include <vdbfrac/core/simulation.h>
+
+#include "grips.h"
+#include "step_control.h"
+
+#include <vdbfrac/base/error.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+namespace vdbfrac::core {
+
+/// What the tries of a step have come to.
+struct Simulation::Attempt {
+    double dt = 0;                               // s
+    const solver::StepReport* report = nullptr;  // of the last try
+    bool isSolved = false;
+};
+
+/// Solves for the end of the next step, over `dt` [s] or what is left of it once it is halved as often as it takes,
+/// from the saved state; never over less than `shortest` [s].
+Simulation::Attempt Simulation::solveOrCutBack(StepRecord& record, double dt, double shortest)
+{
+    Attempt now{dt};
+    const solver::StepOrigin origin{saved_, elasticEnergy_, balanced_};
+    const auto boundaryAt = [&](double share) -> const solver::Boundary& {
+        return grips_->boundary(time_ + share * now.dt);
+    };
+    const auto solveOver = [&] {
+        now.report = &integrator_->step(state_, now.dt, {stages_.solve, boundaryAt, &origin, time_});
+        record.newtonIterations += now.report->newtonIterations;
+        record.linearIterations += now.report->linearIterations;
+        record.projections += now.report->projections;
+        record.work.count("solve", "multigrid_systems", now.report->multigridSystems);
+        record.work.count("solve", "creases", now.report->creases);
+        now.isSolved = now.report->status == solver::StepStatus::converged && holds(now.dt);
+    };
+    for (;; now.dt *= 0.5, ++record.cutbacks, state_ = saved_) {
+        solveOver();
+        while (now.isSolved && wakeStruck(now.dt)) state_ = saved_, solveOver();
+        if (now.isSolved || 0.5 * now.dt < shortest) break;
+    }
+    if (!now.isSolved) wakeStruck(now.dt);
+    return now;
+}
+
+void Simulation::solve(StepRecord& record, double until)
+{
+    const StageTimer timer(record.work, "solve");
+    const StepControl::Choice choice =
+        stepControl_->next(until - time_, {bodies_, state_, time_, stages_, *integrator_});
+    const solver::ElasticWork before = elastic_->work();
+    saved_ = state_;
+    record.cutbacks = choice.halvings;
+    const Attempt attempt = solveOrCutBack(record, choice.dt, choice.shortest);
+    const solver::StepReport& report = *attempt.report;
+    stepControl_->learn(choice.dt, attempt.dt);
+    if (!std::isfinite(report.residual))
+        throw LimitError("step " + std::to_string(steps_ + 1) +
+                         ": forces or positions are beyond what a number can hold; are grips or bodies "
+                         "too fast, forces too large, or time steps too long for an explicit integrator?");
+    record.dt = attempt.dt;
+    record.time = time_ += attempt.dt;
+    record.step = ++steps_;
+    record.residual = report.residual;
+    record.minResidual = report.minResidual;
+    record.outcome = !attempt.isSolved                   ? Outcome::capped
+                     : record.cutbacks > choice.halvings ? Outcome::cutback
+                                                         : Outcome::converged;
+    balanced_ = report.status == solver::StepStatus::converged;
+    record.gripLoad = grips_->loads(report.reaction, time_);
+    book(record, report);
+    for (Observer* observer : stages_.observers) observer->observe({state_.x, time_, record.dt});
+    for (solver::Potential* potential : stages_.solve) potential->accept(state_.x, time_, record.dt);
+    countSolve(record, before, report.couplings);
+    if (!stages_.pieces.empty()) putToSleep(record, balanced_);
+    takeReports(record);
+}
+
+/// What the solve has cost since `before`.
+void Simulation::countSolve(StepRecord& record, const solver::ElasticWork& before, std::size_t couplings) const
+{
+    const solver::ElasticWork& after = elastic_->work();
+    record.work.count("solve", "evaluated_tets", after.evaluatedTets - before.evaluatedTets);
+    record.work.count("solve", "product_tets", after.productTets - before.productTets);
+    record.work.count("solve", "robust_tets", after.robustTets - before.robustTets);
+    record.work.count("solve", "newton_iterations", record.newtonIterations);
+    record.work.count("solve", "linear_iterations", record.linearIterations);
+    if (couplings > 0) record.work.count("solve", "couplings", std::int64_t(couplings));
+}
+
+/// The time that reporters took within the solve is theirs.
+void Simulation::takeReports(StepRecord& record) const
+{
+    for (Reporter* reporter : stages_.reporters) {
+        Ledger own;
+        reporter->report(own, record.measured);
+        record.work.add(own);
+        for (const StageWork& stage : own.stages()) record.work.addSeconds("solve", -stage.seconds);
+    }
+}
+
+/// Does what a solve over dt [s] has come to pass with all potentials?
+bool Simulation::holds(double dt) const
+{
+    const solver::Way way{saved_.x, state_.x, time_, time_ + dt};
+    return std::ranges::all_of(stages_.solve, [&](const solver::Potential* p) { return p->holds(way); });
+}
+
+}  // namespace vdbfrac::core
