@@ -131,7 +131,6 @@ private:
         return surface_.reach(p.sample) - targets_.locate(p.target, y, search_.start()).phi;
     }
     void take(std::vector<Pair> pairs);
-    double allowance(std::uint32_t i) const { return std::max(surface_.memory(i).allowance, atSide_[i]); }
     std::vector<Touch> touches(std::span<const Pair> pairs, std::span<const Vec3> x) const;
     std::vector<Touch> touches(std::span<const Vec3> x) const { return touches(pairs_, x); }
     double energyAt(std::span<const Vec3> x) const;
@@ -159,7 +158,6 @@ private:
     std::vector<Pair> pairs_;                   // by rising sample
     std::vector<Held> held_;                    // by rising sample
     std::vector<double> before_;                // m: depth of all samples
-    std::vector<double> atSide_;                // m: how deep they may be, as they come in by a side
     double deepest_ = 0, deepestInItself_ = 0;  // m
     mutable Ledger work_;
 };
@@ -170,7 +168,7 @@ std::vector<Touch> Contact::touches(std::span<const Pair> pairs, std::span<const
     const auto add = [&](std::size_t begin, std::size_t end, std::vector<Touch>& all) {
         for (const Pair& p : pairs.subspan(begin, end - begin)) {
             const InTarget in = targets_.locate(p.target, surface_.feels(p.sample, x), x);
-            const double depth = surface_.reach(p.sample) - in.phi - allowance(p.sample);
+            const double depth = surface_.reach(p.sample) - in.phi - surface_.memory(p.sample).allowance;
             if (depth > 0) all.push_back({p.sample, p.target, depth, in.share, in.outward});
         }
     };
@@ -207,8 +205,10 @@ void Contact::take(std::vector<Pair> pairs)
 {
     pairs_ = std::move(pairs);
     for (const Pair& p : pairs_)
-        if (const double reach = surface_.reach(p.sample); reach > 0 && before_[p.sample] == 0)
-            atSide_[p.sample] = std::max(atSide_[p.sample], std::min(depthAtStart(p), reach));
+        if (const double reach = surface_.reach(p.sample); reach > 0 && before_[p.sample] == 0) {
+            double& allowance = surface_.memory(p.sample).allowance;
+            allowance = std::max(allowance, std::min(depthAtStart(p), reach));
+        }
 }
 
 /// Finds what may touch within `dt` [s] from x, and what does so at first.
@@ -221,7 +221,6 @@ void Contact::look(std::span<const Vec3> x, std::span<const Vec3> v, double dt)
             if (isFirst_ || surface_.memory(i).allowance == TouchMemory::kUnseen)
                 surface_.memory(i).see(before_[i], isChanged_ ? 0 : kThrown * dx_);
     }
-    atSide_.assign(surface_.size(), 0);
     take(pairsAt(search_.ahead()));
     held_ = heldAt(x);
 }
@@ -339,10 +338,8 @@ void Contact::accept(std::span<const Vec3> x, double, double dt)
     const std::vector<double> depth = contact::deepest(sunk, surface_.size());
     std::vector<Vec3> stretch(surface_.size(), Vec3::Zero());
     for (const Held& h : held_) stretch[h.sample] = h.rub.kept(slipOf(h, x));
-    for (std::uint32_t i = 0; i < surface_.size(); ++i) {
-        surface_.memory(i).allowance = allowance(i);
+    for (std::size_t i = 0; i < surface_.size(); ++i)
         surface_.memory(i).keep(depth[i], stretch[i], untangleSpeed_ * dt);
-    }
     // What has sunk deeper than samples are found shall not be thrown out when it comes up.
     for (const Pair& p : pairs_)
         if (depth[p.sample] == 0 && targets_.locate(p.target, surface_.feels(p.sample, x), x).phi < -0.5 * kDepth * dx_)
