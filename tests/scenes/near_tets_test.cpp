@@ -91,7 +91,7 @@ TEST(NearTets, SeeAcrossACrackAtAnAngle)
     for (std::size_t n = 0; n < x.size(); ++n)
         if (isColumn[n]) x[n] += kDx * Vec3(-.5, 1.9, 0);  // its side goes into what is behind the other crack
     contact::NearTets near;
-    near.find(surface, targets, x, x, .1 * kDx);
+    near.find(surface, targets, {x, x}, {x, x}, .1 * kDx);
     const std::vector<double> depth = contact::deepest(near.sunkAt(surface, targets, x, .01), surface.size());
     const auto phi = grid::phiSampler(bodies[0].phi);
     int inside = 0, seen = 0;
@@ -172,31 +172,42 @@ TEST(NearTets, SeeWhatComesFromFar)
     }
 }
 
-/// What falls as a whole comes no nearer to itself: it lists what it lists at rest.
+/// What falls as a whole comes no nearer to itself: it lists what it lists at rest, whatever others do.
 TEST(NearTets, CommonMotionListsNothingMore)
 {
-    const lab::SceneRun run(
-        "version = 1\nname = \"ring\"\n[time]\nframes = [1, 2]\n[grid]\nvoxel_size = 0.05\n[[body]]\n"
-        "name = \"ring\"\nmaterial = \"gel\"\nshape = { torus = { radius = 0.4, tube = 0.15 } }\n"
-        "[material.gel]\nyoungs_modulus = 1e5\npoisson_ratio = 0.3\ndensity = 1000\n");
+    std::string scene = "version = 1\nname = \"rings\"\n[time]\nframes = [1, 2]\n[grid]\nvoxel_size = 0.05\n";
+    for (const char* x : {"0", "9"})
+        scene += std::string("[[body]]\nname = \"ring") + x +
+                 "\"\nmaterial = \"gel\"\nshape = { torus = { radius = " + "0.4, tube = 0.15, center = [" + x +
+                 ", 0, 0] } }\n";
+    const lab::SceneRun run(scene +
+                            "[material.gel]\nyoungs_modulus = 1e5\npoisson_ratio = 0.3\ndensity = 1000\n[contact]\n");
     const auto bodies = run.simulation.bodies();
     contact::TouchingSurface surface;
     surface.start(bodies, 0);
     surface.settle();
     contact::Targets targets;
     targets.set(bodies, 2 * kDx);
-    const std::vector<Vec3> x = tetmesh::restPositions(*bodies[0].mesh);
-    const auto pairs = [&](double speed, double common) {
+    const std::vector<Vec3> x(run.simulation.x().begin(), run.simulation.x().end());
+    const auto pairs = [&](double speed, double common, double second = 0) {
         std::vector<Vec3> v;
-        for (const Vec3& X : x) v.push_back(Vec3(0, -common, 0) + speed * Vec3(X.y(), -X.x(), 0));
+        for (const Vec3& X : x) {
+            const bool isSecond = X.x() > 4;
+            const Vec3 arm = X - Vec3(isSecond ? 9 : 0, 0, 0);
+            v.push_back(Vec3(0, -common - isSecond * second, 0) + speed * Vec3(arm.y(), -arm.x(), 0));
+        }
         contact::NearTets near;
-        near.find(surface, targets, x, contact::ahead(x, v, .04, 8 * kDx), .1 * kDx);
+        const std::vector<Vec3> ahead = contact::ahead(x, v, .04, 8 * kDx),
+                                own = contact::ahead(x, v, .04, 8 * kDx, surface.fragmentOfNode());
+        near.find(surface, targets, {x, ahead}, {x, own}, .1 * kDx);
         return near.pairs();
     };
     const std::size_t atRest = pairs(0, 0), turning = pairs(20, 0);
     EXPECT_GT(turning, atRest);
     EXPECT_EQ(pairs(0, 10), atRest);
     EXPECT_EQ(pairs(20, 8), turning);
+    EXPECT_EQ(pairs(0, 0, 10), atRest);
+    EXPECT_EQ(pairs(20, 8, 10), turning);
 }
 
 /// However fast things fly apart, they are not looked for all along their ways.

@@ -176,10 +176,14 @@ private:
 
 }  // namespace
 
-void NearTets::findWide(const TouchingSurface& surface, const Targets& targets, std::span<const Vec3> x,
-                        std::span<const Vec3> ahead, double margin)
+void NearTets::findWide(const TouchingSurface& surface, const Targets& targets, const Ways& ways, Among among,
+                        double margin)
 {
-    wide_.x.assign(x.begin(), x.end());
+    const auto [x, ahead] = ways;
+    const auto isAmong = [&](std::uint32_t sample, std::uint32_t g) {
+        return among == Among::all ||
+               (surface.fragment(sample) == targets.groups()[g].fragment) == (among == Among::own);
+    };
     const std::vector<Box> groups = waysOf(targets, x, ahead, margin + wide_.slack);
     const Bins bins(kBin * targets.spacing(), groups.size());
     const Groups inBin = groupItems(bins.count(), [&](const auto& add) {
@@ -214,11 +218,12 @@ void NearTets::findWide(const TouchingSurface& surface, const Targets& targets, 
             sortUnique(near);
             for (std::size_t s = 0; s < cluster.size(); ++s)
                 for (std::uint32_t g : near)
-                    if (groups[g].meets(rooms[s]) && !own.has(cluster[s], g)) found.push_back({cluster[s], g});
+                    if (isAmong(cluster[s], g) && groups[g].meets(rooms[s]) && !own.has(cluster[s], g))
+                        found.push_back({cluster[s], g});
         }
     };
-    wide_.pair = gatherChunks<Found>(surface.clusters(), kClusters, meet);
-    wide_.isRestored = false;
+    const std::vector<Found> found = gatherChunks<Found>(surface.clusters(), kClusters, meet);
+    wide_.pair.insert(wide_.pair.end(), found.begin(), found.end());
 }
 
 void NearTets::save(const std::string& name, core::Archive& archive) const
@@ -236,35 +241,45 @@ void NearTets::restoreFrom(const std::string& name, const core::Archive& archive
         archive.complain("where " + name + " looked for what is near is out of range");
 }
 
-bool NearTets::find(const TouchingSurface& surface, const Targets& targets, std::span<const Vec3> x,
-                    std::span<const Vec3> ahead, double margin)
+bool NearTets::find(const TouchingSurface& surface, const Targets& targets, const Ways& ways, const Ways& own,
+                    double margin)
 {
     constexpr double kSlack = 0.5;  // cells: longer lists, and longer lives of them where little moves
     sample_.clear(), target_.clear(), start_.assign(1, 0);
     if (targets.size() == 0 || surface.size() == 0) return false;
-    if (wide_.isRestored) {
-        const std::vector<Vec3> then = wide_.x;
-        findWide(surface, targets, then, then, margin);
-    }
+    const auto [x, ahead] = ways;
+    if (wide_.isRestored) findWide(surface, targets, {wide_.x, wide_.x}, Among::all, margin), wide_.isRestored = false;
     const bool isNew = wide_.x.empty();
     const bool wide = isNew || std::max(farthestMove(wide_.x, x), farthestMove(wide_.x, ahead)) > wide_.slack;
     if (wide) {
+        wide_.pair.clear();
+        wide_.x.assign(x.begin(), x.end());
         // Lists live long where steps are short, unless each step tears the surface that they are of.
         const double slack = kSlack * targets.spacing();
         const bool lives = !isNew && 2 * farthestMove(x, ahead) <= slack;
         wide_.slack = lives ? slack : 0;
-        findWide(surface, targets, x, lives ? x : ahead, margin);
+        if (lives) {
+            findWide(surface, targets, {x, x}, Among::all, margin);
+        } else {
+            if (mayMeet(ways, surface.fragmentOfNode(), margin + surface.farthestFelt()))
+                findWide(surface, targets, ways, Among::others, margin);
+            findWide(surface, targets, own, Among::own, margin);
+        }
     }
     const auto meet = [&](std::size_t begin, std::size_t end, std::vector<Pair>& found) {
         std::uint32_t last = ~0u;
         Box way = Box::none();
+        bool wasOwn = false;
         for (const auto& [sample, g] : std::span(wide_.pair).subspan(begin, end - begin)) {
-            if (sample != last) way = Box::of(surface.feels(sample, x)).with(surface.feels(sample, ahead));
-            last = sample;
             const Targets::Group& group = targets.groups()[g];
-            if (!wayOf(std::span(group.node).first(group.nodes), x, ahead, margin).meets(way)) continue;
+            const bool isOwn = surface.fragment(sample) == group.fragment;
+            const auto [from, to] = isOwn ? own : ways;
+            if (sample != last || isOwn != wasOwn)
+                way = Box::of(surface.feels(sample, from)).with(surface.feels(sample, to));
+            last = sample, wasOwn = isOwn;
+            if (!wayOf(std::span(group.node).first(group.nodes), from, to, margin).meets(way)) continue;
             for (std::uint32_t t = group.first; t < group.end; ++t)
-                if (wayOf(targets[t].node, x, ahead, margin).meets(way) &&
+                if (wayOf(targets[t].node, from, to, margin).meets(way) &&
                     !sharesNode(surface.point(sample), targets[t]))
                     found.push_back({sample, t});
         }

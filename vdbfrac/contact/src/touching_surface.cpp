@@ -150,9 +150,10 @@ void TouchingSurface::settle()
     if (isSettled_) return;
     isSettled_ = true;
     all_ = {};
-    aimed_.clear(), body_.clear(), fragment_.clear();
+    aimed_.clear(), body_.clear(), fragment_.clear(), ofNode_.clear();
     const auto append = [](auto& all, const auto& own) { all.insert(all.end(), own.begin(), own.end()); };
     for (std::size_t b = 0; b < bodies_.size(); ++b) {
+        append(ofNode_, bodies_[b].fragments.ofNode());
         for (EmbeddedPoint p : own_[b].point) {
             fragment_.push_back(bodies_[b].fragments.ofNode()[p.node[0]]);
             for (std::uint32_t& n : p.node) n += bodies_[b].firstNode;
@@ -170,6 +171,13 @@ void TouchingSurface::settle()
         body_.resize(size(), std::uint16_t(b));
     }
     cluster_ = clustersOf(all_.point);
+}
+
+double TouchingSurface::farthestFelt() const
+{
+    double most = 0;
+    for (std::size_t i = 0; i < all_.lip.size(); ++i) most = std::max(most, toLip(i));
+    return most;
 }
 
 void TouchingSurface::aim(std::span<const Vec3> x)
@@ -248,7 +256,8 @@ std::size_t TouchingSurface::Samples::bytes() const
 std::size_t TouchingSurface::bytes() const
 {
     std::size_t sum = all_.bytes() + cluster_.bytes() + memory_.capacity() * sizeof(TouchMemory) +
-                      body_.capacity() * sizeof(std::uint16_t) + fragment_.capacity() * sizeof(std::uint32_t) +
+                      body_.capacity() * sizeof(std::uint16_t) +
+                      (fragment_.capacity() + ofNode_.capacity()) * sizeof(std::uint32_t) +
                       aimed_.capacity() * sizeof(Vec3);
     for (const Samples& own : own_) sum += own.bytes();
     return sum;

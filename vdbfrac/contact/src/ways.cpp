@@ -22,6 +22,30 @@ Vec3 meanOf(std::span<const Vec3> values)
     return values.empty() ? sum : Vec3(sum / double(values.size()));
 }
 
+/// The mean of all, or of each fragment.
+class Means {
+public:
+    Means(std::span<const Vec3> values, std::span<const std::uint32_t> fragment) : fragment_(fragment)
+    {
+        if (fragment.empty()) {
+            mean_ = {meanOf(values)};
+            return;
+        }
+        std::vector<double> count;
+        for (std::size_t n = 0; n < values.size(); ++n) {
+            if (fragment[n] >= mean_.size())
+                mean_.resize(fragment[n] + 1, Vec3::Zero()), count.resize(fragment[n] + 1, 0);
+            mean_[fragment[n]] += values[n], ++count[fragment[n]];
+        }
+        for (std::size_t f = 0; f < mean_.size(); ++f) mean_[f] /= std::max(1., count[f]);
+    }
+    const Vec3& operator()(std::size_t node) const { return mean_[fragment_.empty() ? 0 : fragment_[node]]; }
+
+private:
+    std::span<const std::uint32_t> fragment_;
+    std::vector<Vec3> mean_;
+};
+
 /// The ends of ways from x, cut off where they are longer than `farthest`.
 template <class Way>
 std::vector<Vec3> ends(std::span<const Vec3> x, double farthest, const Way& wayOf)
@@ -66,16 +90,36 @@ std::vector<Vec3> moved(std::span<const Vec3> x, std::span<const Vec3> v, double
     return there;
 }
 
-std::vector<Vec3> ahead(std::span<const Vec3> x, std::span<const Vec3> v, double dt, double farthest)
+std::vector<Vec3> ahead(std::span<const Vec3> x, std::span<const Vec3> v, double dt, double farthest,
+                        std::span<const std::uint32_t> fragment)
 {
     if (!std::isfinite(dt)) return {x.begin(), x.end()};
-    return ends(x, farthest, [&, common = meanOf(v)](std::size_t n) -> Vec3 { return dt * (v[n] - common); });
+    return ends(x, farthest,
+                [&, common = Means(v, fragment)](std::size_t n) -> Vec3 { return dt * (v[n] - common(n)); });
 }
 
-std::vector<Vec3> wayTo(std::span<const Vec3> x, std::span<const Vec3> to, double farthest)
+std::vector<Vec3> wayTo(std::span<const Vec3> x, std::span<const Vec3> to, double farthest,
+                        std::span<const std::uint32_t> fragment)
 {
-    const Vec3 common = meanOf(to) - meanOf(x);
-    return ends(x, farthest, [&](std::size_t n) -> Vec3 { return to[n] - common - x[n]; });
+    const Means then(x, fragment), now(to, fragment);
+    return ends(x, farthest, [&](std::size_t n) -> Vec3 { return to[n] - (now(n) - then(n)) - x[n]; });
+}
+
+bool mayMeet(const Ways& ways, std::span<const std::uint32_t> fragment, double margin)
+{
+    std::vector<Eigen::AlignedBox3d> boxes;
+    for (std::size_t n = 0; n < fragment.size(); ++n) {
+        if (fragment[n] >= boxes.size()) boxes.resize(fragment[n] + 1);
+        boxes[fragment[n]].extend(ways.from[n]).extend(ways.to[n]);
+    }
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+        if (boxes[i].isEmpty()) continue;  // of a fragment that is gone
+        const Vec3 room = Vec3::Constant(margin);
+        const Eigen::AlignedBox3d wide(boxes[i].min() - room, boxes[i].max() + room);
+        for (std::size_t j = 0; j < i; ++j)
+            if (wide.intersects(boxes[j])) return true;
+    }
+    return false;
 }
 
 void WayBoxes::set(std::span<const Vec3> from, std::span<const Vec3> to)

@@ -36,10 +36,10 @@ std::vector<double> deepest(std::span<const Sunk> sunk, std::size_t samples);
 /// other once they have parted.
 class NearTets {
 public:
-    /// From x to `ahead` [m]; ways are widened by `margin` [m]. What lies wide apart is only looked for again when
-    /// nodes have moved far; true when it was.
-    bool find(const TouchingSurface& surface, const Targets& targets, std::span<const Vec3> x,
-              std::span<const Vec3> ahead, double margin);
+    /// Between fragments on ways seen from what is common to all, `own`: within each on those seen from that of the
+    /// fragment, whatever the others do. Ways are widened by `margin` [m]. What lies wide apart is only looked for
+    /// again when nodes have moved far; true when it was.
+    bool find(const TouchingSurface& surface, const Targets& targets, const Ways& ways, const Ways& own, double margin);
     /// Samples and targets are others.
     void clear() { *this = {}; }
     /// Where nodes were when it last looked for what lies wide apart: a run that goes on looks again when that one
@@ -79,8 +79,8 @@ private:
         bool isRestored = false;                         // x is known, pairs are still to be found
         std::vector<std::array<std::uint32_t, 2>> pair;  // of sample and group, by rising cluster
     };
-    void findWide(const TouchingSurface& surface, const Targets& targets, std::span<const Vec3> x,
-                  std::span<const Vec3> ahead, double margin);
+    enum class Among { all, others, own };  // fragments that a sample may meet
+    void findWide(const TouchingSurface& surface, const Targets& targets, const Ways& ways, Among among, double margin);
 
     /// Of between(sample)(node) for all samples and the nodes of what they may reach, and 0.
     template <class Between>

@@ -69,6 +69,7 @@ public:
     /// m: the gap that touching surfaces keep, where there is as much room at rest, and what the cut is off the
     /// surface.
     double reach(std::size_t i) const { return all_.reach[i]; }
+    std::span<const std::uint32_t> fragmentOfNode() const { return ofNode_; }  ///< of the system
     std::size_t body(std::size_t i) const { return body_[i]; }
     std::uint32_t fragment(std::size_t i) const { return fragment_[i]; }
     const Vec3& restPosition(std::size_t i) const { return all_.rest[i].at; }  ///< m
@@ -77,6 +78,7 @@ public:
     Vec3 at(std::size_t i, std::span<const Vec3> x) const { return all_.point[i].at(x); }
     /// How far it feels [m]: to the other lip.
     double toLip(std::size_t i) const { return all_.lip.empty() ? 0 : all_.lip[i].gap; }
+    double farthestFelt() const;  ///< the most of all
     /// Turns samples on lips to where the other lip was; until it is called again they feel in this direction.
     void aim(std::span<const Vec3> x);
     /// Where it feels what is near: at itself, or where the other lip was.
@@ -150,7 +152,7 @@ private:
     bool isSettled_ = false;
     Samples all_;  // in nodes of the system, without keys
     std::vector<std::uint16_t> body_;
-    std::vector<std::uint32_t> fragment_;
+    std::vector<std::uint32_t> fragment_, ofNode_;
     std::vector<Vec3> aimed_;  // m
     Groups cluster_{{0}, {}};
 };

@@ -41,6 +41,7 @@ private:
     double h_;
     std::vector<Vec3> start_, ahead_;
     WayBoxes ways_;         // round where nodes would go by themselves, and where tries took them
+    WayBoxes ownWays_;      // the same seen from their fragments
     double foundFor_ = -1;  // s: how far ahead of start_ near_ looks; below 0: it looks elsewhere
     NearTets near_;
     std::int64_t searches_ = 0;

@@ -1,8 +1,9 @@
-// Where nodes go in a step, and how far, seen from what is common to all.
+// Where nodes go in a step, and how far, seen from what is common to all, or to those of a fragment.
 #pragma once
 
 #include <vdbfrac/core/body.h>
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -12,11 +13,22 @@ namespace vdbfrac::contact {
 std::vector<Vec3> moved(std::span<const Vec3> x, std::span<const Vec3> v, double dt);
 
 /// Where nodes go by themselves in `dt` [s], but no farther than `farthest` [m]; where they are for an infinite dt.
-/// Seen from their mean velocity: what falls as a whole comes no nearer to itself.
-std::vector<Vec3> ahead(std::span<const Vec3> x, std::span<const Vec3> v, double dt, double farthest);
+/// Seen from their mean velocity: what falls as a whole comes no nearer to itself. `fragment`: of each node, where it
+/// is seen from that of its fragment alone.
+std::vector<Vec3> ahead(std::span<const Vec3> x, std::span<const Vec3> v, double dt, double farthest,
+                        std::span<const std::uint32_t> fragment = {});
 
 /// Where they have gone, seen and cut off alike.
-std::vector<Vec3> wayTo(std::span<const Vec3> x, std::span<const Vec3> to, double farthest);
+std::vector<Vec3> wayTo(std::span<const Vec3> x, std::span<const Vec3> to, double farthest,
+                        std::span<const std::uint32_t> fragment = {});
+
+/// Of nodes, from their places `from` to `to` [m].
+struct Ways {
+    std::span<const Vec3> from, to;
+};
+
+/// May two fragments come as near as `margin` [m] to each other on these ways? `fragment`: of each node.
+bool mayMeet(const Ways& ways, std::span<const std::uint32_t> fragment, double margin);
 
 /// Round the ways of nodes.
 struct WayBoxes {
