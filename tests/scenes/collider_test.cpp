@@ -1,4 +1,5 @@
 // Bodies against colliders: forces against differences of the energy, and motion against closed forms.
+#include "potential_differences.h"
 #include "sled.h"
 
 #include <vdbfrac/base/atomic_file.h>
@@ -43,37 +44,16 @@ TEST(Collider, ForcesAndTheirDerivativeAreThoseOfTheEnergy)
         for (Vec3& v : u) v = size * Vec3(any(random), any(random), any(random));
         return u;
     };
-    const auto sum = [](std::span<const Vec3> a, double f, std::span<const Vec3> b) {
-        std::vector<Vec3> r(a.begin(), a.end());
-        for (std::size_t i = 0; i < r.size(); ++i) r[i] += f * b[i];
-        return r;
-    };
     potential.begin({s.x(), s.v(), .05, s.elastic(), s.time() + .05});
     const std::vector<Vec3> u = randoms(1), x = sum(s.x(), .004, randoms(1));
-    const auto gradientAt = [&](const std::vector<Vec3>& at, double& energy) {
-        std::vector<Vec3> gradient(at.size(), Vec3::Zero());
-        energy = potential.evaluate(at, gradient);
-        return gradient;
-    };
-    double here = 0, plus = 0, minus = 0;
-    const std::vector<Vec3> gradient = gradientAt(x, here), after = gradientAt(sum(x, kStep, u), plus),
-                            before = gradientAt(sum(x, -kStep, u), minus);
-    ASSERT_GT(here, 0);
-    EXPECT_NEAR((plus - minus) / (2 * kStep), solver::dot(gradient, u), kError * std::abs(solver::dot(gradient, u)));
-    std::vector<solver::Coupling> couplings;
-    potential.linearize(x, couplings);
-    double tangent = 0;
-    for (const solver::Coupling& c : couplings) {
-        EXPECT_TRUE(c.isExternal());
-        Vec3 v = Vec3::Zero();
-        for (std::size_t a = 0; a < solver::Coupling::kNodes; ++a) v += double(c.weight[a]) * u[c.node[a]];
-        tangent += v.dot(solver::multiply(c.Q, v));
-    }
+    const PotentialAlong along = potentialAlong(potential, x, u, kStep);
+    ASSERT_GT(along.energy, 0);
+    EXPECT_NEAR(along.slopeOfEnergy, along.slope, kError * std::abs(along.slope));
+    for (const solver::Coupling& c : along.couplings) EXPECT_TRUE(c.isExternal());
     // The curvature of round colliders is left out: it is negative, by depth over radius.
     constexpr double kCurvature = 0.05;
-    const double exact = (solver::dot(after, u) - solver::dot(before, u)) / (2 * kStep);
-    EXPECT_GT(tangent, exact * (1 - kError));
-    EXPECT_LT(tangent, exact * (1 + kCurvature));
+    EXPECT_GT(along.tangent, along.tangentOfGradient * (1 - kError));
+    EXPECT_LT(along.tangent, along.tangentOfGradient * (1 + kCurvature));
 }
 
 /// k s^2 / (2 s1) = p: how far a block sinks that touched and had no weight.

@@ -1,8 +1,8 @@
 // Laws of touches: forces are those of the energy and cancel, momentum stays, energy does not grow.
+#include "potential_differences.h"
 #include "two_blocks.h"
 
 #include <vdbfrac/lab/scenes/scene_run.h>
-#include <vdbfrac/solver/linear_solver.h>
 
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
@@ -17,15 +17,9 @@ using lab::SceneRun;
 using test::blocks;
 using test::Momentum;
 using test::momentumOf;
+using test::sum;
 
 namespace {
-
-std::vector<Vec3> sum(std::span<const Vec3> a, double f, std::span<const Vec3> b)
-{
-    std::vector<Vec3> r(a.begin(), a.end());
-    for (std::size_t i = 0; i < r.size(); ++i) r[i] += f * b[i];
-    return r;
-}
 
 class OnLattice : public testing::TestWithParam<const char*> {};
 
@@ -42,37 +36,22 @@ TEST_P(OnLattice, ForcesAreThoseOfTheEnergyAndCancel)
     std::uniform_real_distribution<double> any(-1, 1);
     std::vector<Vec3> u(s.x().size()), x = sum(s.x(), 1. / 96, s.v());
     for (Vec3& v : u) v = Vec3(any(random), any(random), any(random));
-    const auto gradientAt = [&](const std::vector<Vec3>& at, double& energy) {
-        std::vector<Vec3> gradient(at.size(), Vec3::Zero());
-        energy = potential.evaluate(at, gradient);
-        return gradient;
-    };
-    double here = 0, plus = 0, minus = 0;
-    const std::vector<Vec3> gradient = gradientAt(x, here), after = gradientAt(sum(x, kStep, u), plus),
-                            before = gradientAt(sum(x, -kStep, u), minus);
-    ASSERT_GT(here, 0);
-    const double slope = solver::dot(gradient, u);
+    const test::PotentialAlong along = test::potentialAlong(potential, x, u, kStep);
+    ASSERT_GT(along.energy, 0);
+    const std::vector<Vec3>& gradient = along.gradient;
     double forces = 0;
     Vec3 force = Vec3::Zero(), moment = Vec3::Zero();
     for (std::size_t i = 0; i < x.size(); ++i) {
         forces += gradient[i].norm();
         force += gradient[i], moment += x[i].cross(gradient[i]);
     }
-    EXPECT_NEAR((plus - minus) / (2 * kStep), slope, kError * forces);
+    EXPECT_NEAR(along.slopeOfEnergy, along.slope, kError * forces);
     // Friction holds on to the start of the step, so only contact has no moment.
     EXPECT_LT(force.norm(), kRounding * forces);
-    std::vector<solver::Coupling> couplings;
-    potential.linearize(x, couplings);
-    double tangent = 0;
-    for (const solver::Coupling& c : couplings) {
-        EXPECT_FALSE(c.isExternal());
-        Vec3 v = Vec3::Zero();
-        for (std::size_t a = 0; a < solver::Coupling::kNodes; ++a) v += double(c.weight[a]) * u[c.node[a]];
-        tangent += v.dot(solver::multiply(c.Q, v));
-    }
+    for (const solver::Coupling& c : along.couplings) EXPECT_FALSE(c.isExternal());
     // What is left out of the tangent is smaller by the depth over a cell.
     constexpr double kLeftOut = 0.1;
-    EXPECT_NEAR(tangent, (solver::dot(after, u) - solver::dot(before, u)) / (2 * kStep), kLeftOut * tangent);
+    EXPECT_NEAR(along.tangent, along.tangentOfGradient, kLeftOut * along.tangent);
 }
 
 /// Friction holds on to the start of the step; without it forces of a touch lie on one line.

@@ -156,12 +156,10 @@ std::vector<fs::path> PointCache::filesOf(const fs::path& out)
 std::vector<fs::path> PointCache::write(const fs::path& out) const
 {
     const std::vector<fs::path> files = filesOf(out);
-    if (files.size() == 1) {
+    if (out.extension() == ".usda")
         writeUsd(out);
-    } else {
-        writeObj(out);
-        writeMdd(files[2]);
-    }
+    else
+        writeObj(out), writeMdd(fs::path(out).replace_extension(".mdd"));
     return files;
 }
 
