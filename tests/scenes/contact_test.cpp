@@ -208,6 +208,16 @@ TEST(Contact, LooksForWhatIsNearOnlyWhenNodesHaveMoved)
     EXPECT_LE(run.work.countOf("contact", "searches"), 10);
 }
 
+/// However two fragments move against each other, what is near within each is looked for only where it deforms: at the
+/// start, and once more for a list that lives on.
+TEST(Contact, LooksWithinFragmentsOnlyWhereTheyDeform)
+{
+    SceneRun run(blocks("[contact]\n", "[0.1, 2, 0.03]"), {"body.upper.velocity=[0,20,0]", "time.substeps=4"});
+    run.toFrame(13);
+    EXPECT_GE(run.work.countOf("contact", "searches"), 1);
+    EXPECT_LE(run.work.countOf("contact", "searches"), 4);
+}
+
 /// The midpoint rule knows the end of a step only by extrapolation, and friction remembers where things stuck there.
 TEST(Contact, RefusesFrictionUnderTheMidpointRule)
 {

@@ -197,8 +197,8 @@ TEST(NearTets, CommonMotionListsNothingMore)
             v.push_back(Vec3(0, -common - isSecond * second, 0) + speed * Vec3(arm.y(), -arm.x(), 0));
         }
         contact::NearTets near;
-        const std::vector<Vec3> ahead = contact::ahead(x, v, .04, 8 * kDx),
-                                own = contact::ahead(x, v, .04, 8 * kDx, surface.fragmentOfNode());
+        const std::vector<Vec3> ahead = contact::Course::ahead(x, v, .04, 8 * kDx).ends(),
+                                own = contact::Course::ahead(x, v, .04, 8 * kDx, surface.fragmentOfNode()).ends();
         near.find(surface, targets, {x, ahead}, {x, own}, .1 * kDx);
         return near.pairs();
     };
@@ -218,11 +218,10 @@ TEST(NearTets, WaysAreCutOff)
     const std::vector<Vec3> v = {Vec3(50, 50, 50), Vec3(-50, 0, 0), Vec3(1, 0, 0), Vec3(0, 0, 0)};
     std::vector<Vec3> to;
     for (std::size_t n = 0; n < x.size(); ++n) to.push_back(x[n] + .1 * v[n]);
-    const std::vector<Vec3> expected = contact::ahead(x, v, .1, kFarthest), gone = contact::wayTo(x, to, kFarthest);
-    for (std::size_t n = 0; n < x.size(); ++n) EXPECT_LE((gone[n] - x[n]).norm(), kFarthest + kRounding) << n;
-    contact::WayBoxes ways;
-    ways.set(x, expected);
-    EXPECT_LE(ways.farthestBeside(gone), kRounding);  // they went where they were expected
+    const auto gone = contact::Course::gone(x, to, kFarthest);
+    for (std::size_t n = 0; n < x.size(); ++n) EXPECT_LE((gone(n) - x[n]).norm(), kFarthest + kRounding) << n;
+    const std::vector<Vec3> ahead = contact::Course::ahead(x, v, .1, kFarthest).ends();
+    EXPECT_LE(gone.farthestBeside({x, ahead}), kRounding);  // they went where they were expected
 }
 
 }  // namespace

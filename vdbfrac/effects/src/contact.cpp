@@ -138,7 +138,10 @@ private:
     const contact::NearTets& near() const { return search_.near(); }
     std::vector<Sunk> sunkAt(std::span<const Vec3> x) const { return near().sunkAt(surface_, targets_, x, kReach); }
     bool cameUp(const Sunk& s) const;
-
+    double partFollowed(const contact::Ways& ways, double farthest) const
+    {
+        return contact::partFollowed(ways, surface_.fragmentOfNode(), farthest * h_);
+    }
     Vec3 slipOf(const Held& h, std::span<const Vec3> x) const { return h.rub.slip(forces_.apart(h, x) - h.apart); }
     double friction_, gap_;
     bool closesLips_;
@@ -314,7 +317,7 @@ bool Contact::holds(const solver::Way& way) const
 {
     constexpr double kSlack = 2;  // of what a step was expected to be followed over
     const StageTimer timer(work_, "contact");
-    if (contact::partFollowed(bodies_, way.from, way.to, kSlack * contact::WaySearch::kFarthest * h_) < 1) return false;
+    if (partFollowed({way.from, way.to}, kSlack * contact::WaySearch::kFarthest) < 1) return false;
     if (near().farthest(surface_, targets_, way.from, way.to) > kDepth * dx_) return false;
     std::vector<Sunk> through = sunkAt(way.to);
     std::erase_if(through, [&](const Sunk& s) {
@@ -361,8 +364,8 @@ double Contact::largestStep(const solver::State& state, double)
         if (near().pairs() == 0) ahead = longest_;
     }
     const double fastest = near().fastest(surface_, targets_, state.v);
-    const double followed = ahead * contact::partFollowed(bodies_, state.x, contact::moved(state.x, state.v, ahead),
-                                                          contact::WaySearch::kFarthest * h_);
+    const double followed =
+        ahead * partFollowed({state.x, contact::moved(state.x, state.v, ahead)}, contact::WaySearch::kFarthest);
     return std::min(
         {fastest > 0 ? 0.75 * kDepth * dx_ / fastest : kInfinity, followed, ahead < longest_ ? ahead : kInfinity});
 }

@@ -1,10 +1,7 @@
 // Which samples of the surface may come to lie in which tets in a step.
 #pragma once
 
-#include <vdbfrac/contact/targets.h>
-#include <vdbfrac/contact/touching_surface.h>
-#include <vdbfrac/contact/ways.h>
-#include <vdbfrac/core/archive.h>
+#include <vdbfrac/contact/broad_phase.h>
 
 #include <array>
 #include <cstdint>
@@ -37,13 +34,10 @@ std::vector<double> deepest(std::span<const Sunk> sunk, std::size_t samples);
 class NearTets {
 public:
     /// Between fragments on ways seen from what is common to all, `own`: within each on those seen from that of the
-    /// fragment, whatever the others do. Ways are widened by `margin` [m]. What lies wide apart is only looked for
-    /// again when nodes have moved far; true when it was.
+    /// fragment, whatever the others do. Ways are widened by `margin` [m]. True where the broad phase has looked again.
     bool find(const TouchingSurface& surface, const Targets& targets, const Ways& ways, const Ways& own, double margin);
     /// Samples and targets are others.
     void clear() { *this = {}; }
-    /// Where nodes were when it last looked for what lies wide apart: a run that goes on looks again when that one
-    /// would have.
     void save(const std::string& name, core::Archive& archive) const;
     void restoreFrom(const std::string& name, const core::Archive& archive, std::size_t nodes);
 
@@ -72,22 +66,12 @@ public:
     std::size_t bytes() const;
 
 private:
-    /// What may meet as long as no node is farther than `slack` from where it was; in one step only where that is 0.
-    struct Wide {
-        double slack = 0;                                // m
-        std::vector<Vec3> x;                             // m; empty: not looked for
-        bool isRestored = false;                         // x is known, pairs are still to be found
-        std::vector<std::array<std::uint32_t, 2>> pair;  // of sample and group, by rising cluster
-    };
-    enum class Among { all, others, own };  // fragments that a sample may meet
-    void findWide(const TouchingSurface& surface, const Targets& targets, const Ways& ways, Among among, double margin);
-
     /// Of between(sample)(node) for all samples and the nodes of what they may reach, and 0.
     template <class Between>
     double largest(const Targets& targets, const Between& between) const;
 
     std::vector<std::uint32_t> sample_, start_, target_;
-    Wide wide_;
+    BroadPhase between_{BroadPhase::Among::fragments}, within_{BroadPhase::Among::withinFragments};
 };
 
 /// The pairs seen at x, and for each sample that is in no target of a fragment there the last pair `known` with it.

@@ -44,7 +44,8 @@ public:
         std::uint32_t first = 0, end = 0, fragment = 0;
         std::uint16_t nodes = 0;
         std::array<std::uint32_t, tetmesh::kCorners> node{};  ///< all that its targets have
-        float size = 0;                                       ///< of its cell [m]
+        std::span<const std::uint32_t> nodesOfTargets() const { return std::span(node).first(nodes); }
+        float size = 0;  ///< of its cell [m]
         /// m: its middle at rest, and where out is there (unit length).
         Eigen::Vector3f X = Eigen::Vector3f::Zero(), outward = Eigen::Vector3f::Zero();
     };

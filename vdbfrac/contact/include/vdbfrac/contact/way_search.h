@@ -38,11 +38,15 @@ public:
     std::size_t bytes() const { return near_.bytes(); }
 
 private:
+    Ways ways() const { return beside_.low.empty() ? Ways{start_, ahead_} : beside_.ways(); }
+    Ways ownWays() const { return ownBeside_.low.empty() ? Ways{start_, ownAhead_} : ownBeside_.ways(); }
+
     double h_;
-    std::vector<Vec3> start_, ahead_;
-    WayBoxes ways_;         // round where nodes would go by themselves, and where tries took them
-    WayBoxes ownWays_;      // the same seen from their fragments
-    double foundFor_ = -1;  // s: how far ahead of start_ near_ looks; below 0: it looks elsewhere
+    double dt_ = 0;  // s: what it was last asked for, as v_
+    std::vector<Vec3> start_, v_, ahead_;
+    std::vector<Vec3> ownAhead_;   // m: as ahead_, seen from their fragments
+    WayBoxes beside_, ownBeside_;  // round these ways, and where tries took nodes; empty: nowhere else
+    double foundFor_ = -1;         // s: how far ahead of start_ near_ looks; below 0: it looks elsewhere
     NearTets near_;
     std::int64_t searches_ = 0;
 };

@@ -1,0 +1,53 @@
+// The broad phase of the search for contact: which samples of the surface may meet which groups of targets.
+#pragma once
+
+#include <vdbfrac/contact/targets.h>
+#include <vdbfrac/contact/touching_surface.h>
+#include <vdbfrac/contact/ways.h>
+#include <vdbfrac/core/archive.h>
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace vdbfrac::contact {
+
+/// Where steps are short its pairs hold as long as no node has moved farther than their slack, and are looked for again
+/// only then; else they are those of one step.
+class BroadPhase {
+public:
+    enum class Among {
+        fragments,       ///< of two; motion is seen from what is common to all
+        withinFragments  ///< of one; motion is seen from that of the fragment, whatever the others do
+    };
+    struct Candidate {
+        std::uint32_t sample, group;
+    };
+
+    explicit BroadPhase(Among among) : among_(among) {}
+
+    /// Ways are widened by `margin` [m]. True where it has looked again.
+    bool find(const TouchingSurface& surface, const Targets& targets, const Ways& ways, double margin);
+    /// By rising cluster of samples.
+    std::span<const Candidate> candidates() const { return candidates_; }
+    /// Samples and targets are others.
+    void clear() { *this = BroadPhase(among_); }
+    /// Where nodes were when it last looked: a run that goes on looks again when this one would.
+    void save(const std::string& name, core::Archive& archive) const;
+    void restoreFrom(const std::string& name, const core::Archive& archive, std::size_t nodes);
+    std::size_t bytes() const { return candidates_.capacity() * sizeof(Candidate) + x_.capacity() * sizeof(Vec3); }
+
+private:
+    void search(const TouchingSurface& surface, const Targets& targets, const Ways& ways, double margin);
+
+    Among among_;
+    bool hasLooked_ = false;   // since clear()
+    double slack_ = 0;         // m; 0: its pairs are of one step only
+    std::vector<Vec3> x_;      // m: where nodes were; empty without slack
+    bool isRestored_ = false;  // the candidates are still to be found again
+    std::vector<Candidate> candidates_;
+};
+
+}  // namespace vdbfrac::contact
