@@ -48,15 +48,6 @@ private:
 
 constexpr double kBin = 2;  // cells: most groups lie in eight of them or fewer
 
-std::vector<Box> boxesOf(std::span<const Targets::Group> groups, const Ways& ways, double margin)
-{
-    std::vector<Box> boxes(groups.size());
-    parallelChunks(boxes.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t g = begin; g < end; ++g) boxes[g] = boxOf(groups[g].nodesOfTargets(), ways, margin);
-    });
-    return boxes;
-}
-
 /// In which a sample may meet something. One that lives on has room for lips in whatever direction they will feel then.
 Box roomOf(const TouchingSurface& surface, std::uint32_t sample, const Ways& ways, double slack)
 {
@@ -144,6 +135,15 @@ private:
 };
 
 }  // namespace
+
+std::vector<Box> boxesOf(std::span<const Targets::Group> groups, const Ways& ways, double margin)
+{
+    std::vector<Box> boxes(groups.size());
+    parallelChunks(boxes.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t g = begin; g < end; ++g) boxes[g] = boxOf(groups[g].nodesOfTargets(), ways, margin);
+    });
+    return boxes;
+}
 
 void BroadPhase::search(const TouchingSurface& surface, const Targets& targets, const Ways& ways, double margin)
 {

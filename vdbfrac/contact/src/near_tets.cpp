@@ -24,21 +24,23 @@ bool sharesNode(const tetmesh::EmbeddedPoint& point, const Target& target)
 std::vector<Pair> meeting(std::span<const BroadPhase::Candidate> candidates, const TouchingSurface& surface,
                           const Targets& targets, const Ways& ways, double margin)
 {
-    return gatherChunks<Pair>(
-        candidates.size(), kSamples, [&](std::size_t begin, std::size_t end, std::vector<Pair>& found) {
-            std::uint32_t last = ~0u;
-            Box way;
-            for (const auto& [sample, g] : candidates.subspan(begin, end - begin)) {
-                const Targets::Group& group = targets.groups()[g];
-                if (sample != last) way = Box(surface.feels(sample, ways.from)).extend(surface.feels(sample, ways.to));
-                last = sample;
-                if (!boxOf(group.nodesOfTargets(), ways, margin).intersects(way)) continue;
-                for (std::uint32_t t = group.first; t < group.end; ++t)
-                    if (boxOf(targets[t].node, ways, margin).intersects(way) &&
-                        !sharesNode(surface.point(sample), targets[t]))
-                        found.push_back({sample, t});
-            }
-        });
+    if (candidates.empty()) return {};
+    const std::vector<Box> boxes = boxesOf(targets.groups(), ways, margin);
+    const auto meet = [&](std::size_t begin, std::size_t end, std::vector<Pair>& found) {
+        std::uint32_t last = ~0u;
+        Box way;
+        for (const auto& [sample, g] : candidates.subspan(begin, end - begin)) {
+            if (sample != last) way = Box(surface.feels(sample, ways.from)).extend(surface.feels(sample, ways.to));
+            last = sample;
+            if (!boxes[g].intersects(way)) continue;
+            const Targets::Group& group = targets.groups()[g];
+            for (std::uint32_t t = group.first; t < group.end; ++t)
+                if (boxOf(targets[t].node, ways, margin).intersects(way) &&
+                    !sharesNode(surface.point(sample), targets[t]))
+                    found.push_back({sample, t});
+        }
+    };
+    return gatherChunks<Pair>(candidates.size(), kSamples, meet);
 }
 
 }  // namespace

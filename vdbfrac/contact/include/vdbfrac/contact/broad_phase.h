@@ -14,6 +14,9 @@
 
 namespace vdbfrac::contact {
 
+/// Round the ways of the nodes of each group, and `margin` [m] wider.
+std::vector<Box> boxesOf(std::span<const Targets::Group> groups, const Ways& ways, double margin);
+
 /// Where steps are short its pairs hold as long as no node has moved farther than their slack, and are looked for again
 /// only then; else they are those of one step.
 class BroadPhase {
