@@ -331,6 +331,28 @@ def check_soup(folder):
     check("it is in two too", len({f[2] for f in last.faces}) == 2)
 
 
+def check_shells(folder):
+    """Two blocks that reach into each other in one mesh, every third face turned inward: drawn as one, and torn so."""
+    block = Obj(folder / "block.obj")
+    points = np.concatenate([block.points, block.points * [0.9, 0.8, 0.8] + [0.02, 0.11, 0.07]])
+    faces = [[p + first for p in f[0]] for first in (0, len(block.points)) for f in block.faces]
+    faces = [f[::-1] if i % 3 == 0 else f for i, f in enumerate(faces)]
+    (folder / "shells.obj").write_text("".join("v %.6f %.6f %.6f\n" % tuple(p) for p in points) +
+                                       "".join("f " + " ".join(str(k + 1) for k in f) + "\n" for f in faces))
+    scene(folder / "shells.toml", folder / "shells.obj")
+    said = vdbfrac("sim", folder / "shells.toml", "-o", folder / "shells", "--set", "output.point_cache=[]")
+    turned = sum(i % 3 == 0 for i in range(len(faces)))
+    check("faces that look inward are told", f"{turned} of {len(faces)} faces that look inward" in said, said)
+    check("shells that are made one are told", "2 shells that reach into each other" in said, said)
+    for frame in range(1, FRAMES + 1):
+        drawn = Obj(folder / f"shells/obj/block.{frame:04}.obj")
+        check(f"shells are closed in frame {frame}", drawn.open_edges() == 0, drawn.open_edges())
+    check("shells are in two", len({f[2] for f in drawn.faces}) == 2)
+    first = Obj(folder / "shells/obj/block.0001.obj").volume()
+    stats = json.loads((folder / "shells/run.json").read_text())
+    check("one volume is drawn and simulated", abs(first / stats["start_volume"] - 1) < 0.02, (first, stats["start_volume"]))
+
+
 def check_carved(folder):
     """A score across the block: it is closed, faces beside the score are as they were read, and another mesh gets it too."""
     scene(folder / "c.toml", folder / "block.obj")
@@ -534,6 +556,7 @@ def main(folder):
     check("the state does not know what is drawn", hashes[0] == hashes[1])
     check("what is not drawn is no work", "\ndraw " not in said)
     check_soup(folder)
+    check_shells(folder)
     check_carved(folder)
     check_level_set(folder, hashes[0])
     said = vdbfrac("embed", bare, "-o", folder / "no.obj", code=2)

@@ -316,5 +316,81 @@ TEST(CarvedMesh, IsNoneWhereTheMeshHasNoInside)
     EXPECT_FALSE(carvedMesh({}, {{}, cut}, .1));
 }
 
+/// A second mesh behind the first, moved.
+RenderMesh with(RenderMesh mesh, const RenderMesh& other, const Vec3& by)
+{
+    const auto points = std::uint32_t(mesh.points.size()), uvs = std::uint32_t(mesh.uvs.size()),
+               normals = std::uint32_t(mesh.normals.size());
+    for (const Vec3& X : other.points) mesh.points.push_back(X + by);
+    mesh.uvs.insert(mesh.uvs.end(), other.uvs.begin(), other.uvs.end());
+    mesh.normals.insert(mesh.normals.end(), other.normals.begin(), other.normals.end());
+    for (std::size_t f = 0; f < other.faces(); ++f) {
+        std::vector<RenderMesh::Corner> face(other.face(f).begin(), other.face(f).end());
+        for (auto& c : face) c.point += points, c.uv += uvs, c.normal += normals;
+        mesh.addFace(face, other.group[f], other.material[f]);
+    }
+    return mesh;
+}
+
+/// Two boxes that reach into each other, in general position, and a third apart from them.
+TEST(UnitedMesh, IsOneSurfaceThatKeepsWhatFacesCarry)
+{
+    constexpr double kRounding = 1e-8;
+    const Vec3 by(.31, .23, .17), away(5, 0, 0);
+    const RenderMesh one = boxOfSides(.5, 3);
+    const RenderMesh whole = with(with(one, one, by), one, away);
+    const UnitedMesh united = unitedMesh(whole, .1);
+    EXPECT_EQ(united.shells, 2u);
+    ASSERT_TRUE(united.mesh);
+    EXPECT_EQ(badEdges(joined(*united.mesh)), 0);
+    EXPECT_NEAR(volume(*united.mesh), 3 - (1 - by.x()) * (1 - by.y()) * (1 - by.z()), kRounding);
+    std::size_t squares = 0;
+    for (std::size_t f = 0; f < united.mesh->faces(); ++f) {
+        const int side = int(united.mesh->group[f]), axis = side / 2;
+        squares += united.mesh->face(f).size() == 4;
+        for (const auto& c : united.mesh->face(f)) {
+            const Vec3& X = united.mesh->points[c.point];
+            const bool isSecond = std::abs(std::abs(X[axis] - by[axis]) - .5) < kRounding;
+            const Vec3 own = X.x() > 3 ? Vec3(X - away) : isSecond ? Vec3(X - by) : X;
+            EXPECT_NEAR(own[axis], side % 2 == 1 ? .5 : -.5, kRounding);
+            EXPECT_NEAR(united.mesh->uvs[c.uv].x(), own[(axis + 1) % 3] + side, kRounding);
+            EXPECT_NEAR(std::abs(united.mesh->normals[c.normal][axis]), 1, kRounding);
+        }
+    }
+    EXPECT_GT(squares, 2u * 54 - 36);  // of all three, but for those of two corners
+}
+
+TEST(UnitedMesh, IsWithoutWhatLiesInside)
+{
+    RenderMesh small = boxOfSides(.2, 2);
+    const UnitedMesh united = unitedMesh(with(boxOfSides(.5, 3), small, Vec3(.1, 0, 0)), .1);
+    EXPECT_EQ(united.shells, 2u);
+    ASSERT_TRUE(united.mesh);
+    EXPECT_EQ(united.mesh->faces(), 54u);
+    EXPECT_NEAR(volume(*united.mesh), 1, 1e-12);
+}
+
+TEST(UnitedMesh, IsNoneWhereNothingMeetsOrNothingIsEnclosed)
+{
+    const RenderMesh one = boxOfSides(.5, 3);
+    EXPECT_EQ(unitedMesh(one, .1).shells, 0u);
+    EXPECT_EQ(unitedMesh(with(one, one, Vec3(1.01, .3, 0)), .1).shells, 0u);
+    // The boxes round two thin plates meet, these do not.
+    RenderMesh plate = one;
+    for (Vec3& X : plate.points) X = Vec3(X.x(), .1 * X.y() + X.x(), X.z());
+    EXPECT_EQ(unitedMesh(with(plate, plate, Vec3(0, .3, 0)), .1).shells, 0u);
+    RenderMesh open = with(one, one, Vec3(.31, .23, .17));
+    open.corners.resize(open.corners.size() - 4), open.faceEnd.pop_back();
+    EXPECT_EQ(unitedMesh(open, .1).shells, 0u);
+    EXPECT_EQ(unitedMesh({}, .1).shells, 0u);
+    // A box with a point of one side pushed out through the opposite one meets itself where the other box cuts it.
+    RenderMesh knot = one;
+    for (Vec3& X : knot.points)
+        if ((X - Vec3(-.5, 1. / 6, 1. / 6)).norm() < 1e-9) X.x() = .7;
+    const UnitedMesh met = unitedMesh(with(knot, one, Vec3(.9, .66, .2)), .1);
+    EXPECT_EQ(met.shells, 2u);
+    EXPECT_FALSE(met.mesh);
+}
+
 }  // namespace
 }  // namespace vdbfrac::solids

@@ -3,6 +3,7 @@
 #include <vdbfrac/base/disjoint_sets.h>
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/tetmesh/trilinear.h>
+#include <vdbfrac/tetmesh/winding.h>
 
 #include <Eigen/Geometry>
 
@@ -32,26 +33,6 @@ double growth(const tetmesh::BodyMesh& body, const Vec3& middle, const Vec3& nor
     const double dx = body.voxelSize();
     const auto phi = [&](double s) { return tetmesh::trilinear(body.restPhi(), Vec3(middle / dx + s * normal)); };
     return (phi(kAside) - phi(-kAside)) / (2 * kAside * dx);
-}
-
-/// Gives faces that were turned normals of the other sign, where theirs look more against the areas of those faces than
-/// along them. Faces that were not may have the same, and keep them.
-void turnNormals(RenderMesh& mesh, const std::vector<std::uint8_t>& isTurned)
-{
-    const tetmesh::Fans fans = tetmesh::fansOf(mesh);
-    const std::vector<Vec3> areas = areasOf(mesh, fans);
-    const std::size_t given = mesh.normals.size();
-    std::vector<double> along(given, 0);
-    for (std::size_t t = 0; t < areas.size(); ++t)
-        for (std::uint32_t c : fans.corners[t])
-            if (const std::uint32_t n = mesh.corners[c].normal; n != RenderMesh::kNone && isTurned[fans.face[t]])
-                along[n] += areas[t].dot(mesh.normals[n]);
-    std::vector<std::uint32_t> turned(given, RenderMesh::kNone);
-    for (std::size_t n = 0; n < given; ++n)
-        if (along[n] < 0) turned[n] = std::uint32_t(mesh.normals.size()), mesh.normals.push_back(-mesh.normals[n]);
-    for (std::size_t f = 0, begin = 0; f < mesh.faces(); begin = mesh.faceEnd[f++])
-        for (std::size_t c = begin; isTurned[f] && c < mesh.faceEnd[f]; ++c)
-            if (std::uint32_t& n = mesh.corners[c].normal; n != RenderMesh::kNone && along[n] < 0) n = turned[n];
 }
 
 }  // namespace
@@ -84,9 +65,8 @@ RenderMesh woundOutward(RenderMesh mesh, const tetmesh::BodyMesh& body)
         const std::uint32_t part = parts.find(mesh.corners[begin].point);
         if (outward[part] >= -kSure * area[part]) continue;
         isTurned[f] = 1;
-        std::reverse(mesh.corners.begin() + std::ptrdiff_t(begin), mesh.corners.begin() + mesh.faceEnd[f]);
     }
-    if (std::ranges::count(isTurned, 1) > 0) turnNormals(mesh, isTurned);
+    if (std::ranges::count(isTurned, 1) > 0) tetmesh::turnFaces(mesh, isTurned);
     return mesh;
 }
 

@@ -1,21 +1,19 @@
 #include "booleans.h"
 
+#include "cgal_mesh.h"
+
+#include <vdbfrac/base/disjoint_sets.h>
 #include <vdbfrac/tetmesh/surface_input.h>
 
 #include <Eigen/Geometry>
 
-#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Polygon_mesh_processing/corefinement.h>
-#include <CGAL/Polygon_mesh_processing/detect_features.h>
+#include <CGAL/Polygon_mesh_processing/intersection.h>
 #include <CGAL/Polygon_mesh_processing/orientation.h>
-#include <CGAL/Surface_mesh.h>
-#include <CGAL/boost/graph/Euler_operations.h>
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <map>
-#include <numbers>
 #include <numeric>
 #include <utility>
 #include <vector>
@@ -25,26 +23,20 @@ namespace vdbfrac::solids {
 namespace {
 
 namespace PMP = CGAL::Polygon_mesh_processing;
-using Point = CGAL::Exact_predicates_inexact_constructions_kernel::Point_3;
-using Mesh = CGAL::Surface_mesh<Point>;
-using Vertex = Mesh::Vertex_index;
-using Face = Mesh::Face_index;
-using Origins = Mesh::Property_map<Face, std::uint32_t>;
 
-constexpr const char* kOrigin = "f:origin";
-
-/// Of each face: the triangle that it is a part of.
-Origins originsOf(Mesh& mesh) { return mesh.add_property_map<Face, std::uint32_t>(kOrigin, Parts::kNone).first; }
-
-/// None where the triangles are no closed surface round a volume.
-std::optional<Mesh> meshOf(const Triangles& surface)
+/// None where the triangles are no closed surface round a volume. Without origins all are none.
+std::optional<Mesh> meshOf(const Triangles& surface, std::span<const std::uint32_t> origins = {})
 {
     Mesh mesh;
+    Origins origin = originsOf(mesh);
     for (const Vec3& p : surface.points) mesh.add_vertex(Point(p.x(), p.y(), p.z()));
-    for (const auto& t : surface.triangles)
-        if (mesh.add_face(Vertex(t[0]), Vertex(t[1]), Vertex(t[2])) == Mesh::null_face()) return std::nullopt;
+    for (std::size_t f = 0; f < surface.triangles.size(); ++f) {
+        const auto& t = surface.triangles[f];
+        const Face face = mesh.add_face(Vertex(t[0]), Vertex(t[1]), Vertex(t[2]));
+        if (face == Mesh::null_face()) return std::nullopt;
+        if (!origins.empty()) origin[face] = origins[f];
+    }
     if (!CGAL::is_closed(mesh)) return std::nullopt;
-    originsOf(mesh);
     return mesh;
 }
 
@@ -62,205 +54,8 @@ private:
     std::uint32_t origin_ = Parts::kNone;
 };
 
-Point roundedPoint(const Point& p, double edge)
+bool combine(Mesh& mesh, std::optional<Mesh> second, bool isAdded, double edge)
 {
-    const Vec3 r = rounded(Vec3(p.x(), p.y(), p.z()), edge);
-    return {r.x(), r.y(), r.z()};
-}
-
-/// The same mesh with points and faces in the order of their rounded coordinates.
-Mesh ordered(Mesh& mesh, double edge)
-{
-    mesh.collect_garbage();
-    std::vector<std::size_t> order(mesh.number_of_vertices()), rank(order.size());
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    const auto point = [&](std::size_t i) -> const Point& { return mesh.point(Vertex(unsigned(i))); };
-    std::vector<Point> place;
-    for (std::size_t i = 0; i < order.size(); ++i) place.push_back(roundedPoint(point(i), edge));
-    // Of points in one place what is round them tells; their last bits may differ from run to run.
-    const auto round = [&](std::size_t i) {
-        std::vector<Point> places;
-        for (const Vertex v : mesh.vertices_around_target(mesh.halfedge(Vertex(unsigned(i)))))
-            places.push_back(place[v]);
-        std::sort(places.begin(), places.end());
-        return places;
-    };
-    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-        if (a == b) return false;
-        return place[a] != place[b] ? place[a] < place[b]
-                                    : std::pair(round(a), point(a)) < std::pair(round(b), point(b));
-    });
-    Mesh result;
-    for (std::size_t i = 0; i < order.size(); ++i) {
-        rank[order[i]] = i;
-        result.add_vertex(point(order[i]));
-    }
-    std::vector<std::pair<std::array<std::size_t, 3>, std::uint32_t>> faces;
-    for (const auto f : mesh.faces()) {
-        std::array<std::size_t, 3> t{};
-        std::size_t k = 0;
-        for (const auto v : mesh.vertices_around_face(mesh.halfedge(f))) t[k++] = rank[v];
-        std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
-        faces.emplace_back(t, originsOf(mesh)[f]);
-    }
-    std::sort(faces.begin(), faces.end());
-    const auto vertex = [](std::size_t i) { return Vertex(unsigned(i)); };
-    Origins origin = originsOf(result);
-    for (const auto& [t, from] : faces) origin[result.add_face(vertex(t[0]), vertex(t[1]), vertex(t[2]))] = from;
-    return result;
-}
-
-/// Corefinement leaves slivers along its lines, which fold over when their surface moves. Joins points that are close
-/// to each other, then turns edges as Delaunay would have them; neither leaves faces, sharp edges or
-/// triangles that were given. (CGAL's isotropic
-/// remeshing gives other triangles each time it runs.)
-class Tidier {
-public:
-    Tidier(Mesh& mesh, double edge) : mesh_(mesh), origin_(originsOf(mesh)), edge_(edge), shortest_(kShort * edge) {}
-
-    void run()
-    {
-        constexpr int kRounds = 3;
-        for (const Vertex v : mesh_.vertices()) mesh_.point(v) = roundedPoint(mesh_.point(v), edge_);
-        for (int round = 0; round < kRounds; ++round) removeFlatFaces();
-        reorder();
-        // However flat faces were divided, from here on it is one way.
-        constexpr int kMost = 100;
-        findSharpEdges();
-        for (int round = 0; round < kMost && flipAll(); ++round) {}
-        reorder();
-        for (int round = 0; round < kRounds; ++round) {
-            findSharpEdges();
-            for (const Edge e : edges())
-                if (!mesh_.is_removed(e)) collapse(mesh_.halfedge(e)) || collapse(mesh_.opposite(mesh_.halfedge(e)));
-            flipAll();
-        }
-        reorder();
-    }
-
-private:
-    using Edge = Mesh::Edge_index;
-    using Halfedge = Mesh::Halfedge_index;
-    static constexpr double kShort = 0.35;    // of the edges that are wanted
-    static constexpr double kFlat = 0.99999;  // cosine between triangles of one plane
-
-    /// Faces without area, where lines of the solids lay on each other: their edges would count as sharp.
-    void removeFlatFaces()
-    {
-        constexpr double kNothing = 1e-7;  // of the shortest edge
-        const double nothing = kNothing * shortest_;
-        for (const Edge e : edges()) {
-            if (mesh_.is_removed(e)) continue;
-            const Halfedge h = mesh_.halfedge(e);
-            const bool isNothing = (at(mesh_.source(h)) - at(mesh_.target(h))).norm() < nothing;
-            if (isNothing && CGAL::Euler::does_satisfy_link_condition(e, mesh_)) CGAL::Euler::collapse_edge(e, mesh_);
-        }
-        for (const Edge e : edges()) {
-            if (mesh_.is_removed(e)) continue;
-            for (const Halfedge h : {mesh_.halfedge(e), mesh_.opposite(mesh_.halfedge(e))}) {
-                const Vertex a = mesh_.source(h), b = mesh_.target(h), c = mesh_.target(mesh_.next(h)),
-                             d = mesh_.target(mesh_.next(mesh_.opposite(h)));
-                const Vec3 along = at(b) - at(a);
-                const double share = along.dot(at(c) - at(a)) / along.squaredNorm();
-                if (share <= 0 || share >= 1 || area(a, b, c).norm() > nothing * along.norm()) continue;
-                if (mesh_.halfedge(c, d) != Mesh::null_halfedge()) continue;
-                const std::uint32_t beyond = origin_[mesh_.face(mesh_.opposite(h))];
-                CGAL::Euler::flip_edge(h, mesh_);
-                origin_[mesh_.face(h)] = origin_[mesh_.face(mesh_.opposite(h))] = beyond;
-                break;
-            }
-        }
-    }
-
-    void reorder()
-    {
-        mesh_ = ordered(mesh_, edge_);
-        origin_ = originsOf(mesh_);
-    }
-    std::vector<Edge> edges() const { return {mesh_.edges().begin(), mesh_.edges().end()}; }
-    void findSharpEdges()
-    {
-        isSharp_ = mesh_.add_property_map<Edge, bool>("e:is_sharp", false).first;
-        for (const Edge e : mesh_.edges()) isSharp_[e] = false;
-        PMP::detect_sharp_edges(mesh_, kCrease, isSharp_);
-        // Each triangle that was given has its own texture coordinates.
-        for (const Edge e : mesh_.edges()) {
-            const Halfedge h = mesh_.halfedge(e);
-            if (origin_[mesh_.face(h)] != origin_[mesh_.face(mesh_.opposite(h))]) isSharp_[e] = true;
-        }
-    }
-    Vec3 at(Vertex v) const
-    {
-        const Point& p = mesh_.point(v);
-        return {p.x(), p.y(), p.z()};
-    }
-    Vec3 area(Vertex a, Vertex b, Vertex c) const { return (at(b) - at(a)).cross(at(c) - at(a)); }
-
-    /// Puts the source of an edge onto its target, where the triangles round it stay in their planes.
-    bool collapse(Halfedge h)
-    {
-        const Vertex from = mesh_.source(h), to = mesh_.target(h);
-        if ((at(from) - at(to)).norm() > shortest_) return false;
-        int sharp = 0;
-        for (const Halfedge k : mesh_.halfedges_around_target(mesh_.opposite(h))) sharp += isSharp_[mesh_.edge(k)];
-        if (sharp != 0 && !(sharp == 2 && isSharp_[mesh_.edge(h)] && isStraight(from, to))) return false;
-        for (const Halfedge k : mesh_.halfedges_around_target(mesh_.opposite(h))) {
-            const Vertex a = mesh_.target(mesh_.next(k)), b = mesh_.source(k);
-            if (a == to || b == to) continue;
-            const Vec3 before = area(from, a, b), after = area(to, a, b);
-            if (before.dot(after) <= kFlat * before.norm() * after.norm()) return false;
-        }
-        if (!CGAL::Euler::does_satisfy_link_condition(mesh_.edge(h), mesh_)) return false;
-        CGAL::Euler::collapse_edge(mesh_.edge(h), mesh_, isSharp_);
-        return true;
-    }
-    /// Does the sharp line go straight on behind `from`?
-    bool isStraight(Vertex from, Vertex to) const
-    {
-        for (const Halfedge k : mesh_.halfedges_around_target(mesh_.halfedge(from))) {
-            const Vertex other = mesh_.source(k);
-            if (other == to || !isSharp_[mesh_.edge(k)]) continue;
-            const Vec3 u = (at(from) - at(to)).stableNormalized(), v = (at(other) - at(from)).stableNormalized();
-            if (u.dot(v) < kFlat) return false;
-        }
-        return true;
-    }
-
-    bool flipAll()
-    {
-        bool any = false;
-        for (const Edge e : edges()) any = flip(e) || any;
-        return any;
-    }
-    bool flip(Edge e)
-    {
-        if (mesh_.is_removed(e) || isSharp_[e]) return false;
-        const Halfedge h = mesh_.halfedge(e), o = mesh_.opposite(h);
-        const Vertex a = mesh_.source(h), b = mesh_.target(h), c = mesh_.target(mesh_.next(h)),
-                     d = mesh_.target(mesh_.next(o));
-        const auto cosine = [&](Vertex tip) {
-            return (at(a) - at(tip)).stableNormalized().dot((at(b) - at(tip)).stableNormalized());
-        };
-        constexpr double kClear = 1e-6;  // on squares both ways are as good: then towards the first point
-        const double sum = std::acos(std::clamp(cosine(c), -1., 1.)) + std::acos(std::clamp(cosine(d), -1., 1.));
-        const bool isTie = std::abs(sum - std::numbers::pi) <= kClear && std::min(c, d) < std::min(a, b);
-        if (!(sum > std::numbers::pi + kClear || isTie) || mesh_.halfedge(c, d) != Mesh::null_halfedge()) return false;
-        const Vec3 first = area(a, d, c), second = area(b, c, d), whole = area(a, b, c) + area(b, a, d);
-        for (const Vec3& part : {first, second})
-            if (part.dot(whole) <= kFlat * part.norm() * whole.norm()) return false;
-        CGAL::Euler::flip_edge(h, mesh_);
-        return true;
-    }
-
-    Mesh& mesh_;
-    Origins origin_;
-    double edge_, shortest_;  // m
-    Mesh::Property_map<Edge, bool> isSharp_;
-};
-
-bool combine(Mesh& mesh, const Triangles& other, bool isAdded, double edge)
-{
-    std::optional<Mesh> second = meshOf(other);
     if (!second) return false;
     const auto how = CGAL::parameters::throw_on_self_intersection(true).visitor(KeepsOrigin());
     try {
@@ -346,28 +141,114 @@ Parts unfolded(const Parts& parts)
     return without(parts, isGone, pointFor);
 }
 
-}  // namespace
-
-Vec3 rounded(const Vec3& X, double edge)
+/// Triangles that hang together by points, each set with points of its own.
+std::vector<Parts> shellsOf(const Parts& whole)
 {
-    constexpr double kDigits = 9;  // below the edges that are wanted
-    const double perMetre = std::pow(10., kDigits - std::floor(std::log10(edge)));
-    return (X.array() * perMetre).round() / perMetre;
+    DisjointSets sets(whole.surface.points.size());
+    for (const auto& t : whole.surface.triangles) sets.join(t[0], t[1]), sets.join(t[0], t[2]);
+    const std::vector<std::uint32_t> setOf = std::move(sets).names();
+    std::vector<Parts> shells;
+    std::vector<std::uint32_t> shell(setOf.size(), Parts::kNone), number(shell);
+    for (std::size_t f = 0; f < whole.surface.triangles.size(); ++f) {
+        std::array<std::uint32_t, 3> t = whole.surface.triangles[f];
+        std::uint32_t& own = shell[setOf[t[0]]];
+        if (own == Parts::kNone) own = std::uint32_t(shells.size()), shells.emplace_back();
+        Parts& parts = shells[own];
+        for (std::uint32_t& corner : t) {
+            std::uint32_t& n = number[corner];
+            if (n == Parts::kNone)
+                n = std::uint32_t(parts.surface.points.size()),
+                parts.surface.points.push_back(whole.surface.points[corner]);
+            corner = n;
+        }
+        parts.surface.triangles.push_back(t);
+        parts.origin.push_back(whole.origin[f]);
+    }
+    return shells;
 }
+
+void append(const Parts& parts, Parts& all)
+{
+    const auto first = std::uint32_t(all.surface.points.size());
+    all.surface.points.insert(all.surface.points.end(), parts.surface.points.begin(), parts.surface.points.end());
+    for (const auto& t : parts.surface.triangles)
+        all.surface.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+    all.origin.insert(all.origin.end(), parts.origin.begin(), parts.origin.end());
+}
+
+/// None where the parts are no closed surface, or one that is inside out.
+std::optional<Mesh> outwardMesh(const Parts& parts)
+{
+    std::optional<Mesh> mesh = meshOf(parts.surface, parts.origin);
+    if (mesh && !PMP::is_outward_oriented(*mesh)) mesh.reset();
+    return mesh;
+}
+
+Eigen::AlignedBox3d boxOf(const Parts& parts)
+{
+    Eigen::AlignedBox3d box;
+    for (const Vec3& p : parts.surface.points) box.extend(p);
+    return box;
+}
+
+/// Closed shells in sets of those that reach into one another or lie in one another; others alone. By rising shell.
+std::vector<std::vector<std::uint32_t>> overlapping(std::span<const Parts> shells)
+{
+    std::vector<Eigen::AlignedBox3d> boxes;
+    for (const Parts& s : shells) boxes.push_back(boxOf(s));
+    std::vector<std::array<std::uint32_t, 2>> near;
+    std::map<std::uint32_t, std::optional<Mesh>> meshes;
+    for (std::uint32_t i = 0; i < shells.size(); ++i)
+        for (std::uint32_t j = 0; j < i; ++j)
+            if (boxes[i].intersects(boxes[j])) near.push_back({i, j}), meshes[i], meshes[j];
+    for (auto& [i, mesh] : meshes) mesh = outwardMesh(shells[i]);
+    DisjointSets sets(shells.size());
+    const auto volumes = CGAL::parameters::do_overlap_test_of_bounded_sides(true);
+    for (const auto& [i, j] : near)
+        if (meshes[i] && meshes[j] && PMP::do_intersect(*meshes[i], *meshes[j], volumes, volumes)) sets.join(i, j);
+    std::map<std::uint32_t, std::vector<std::uint32_t>> members;
+    for (std::uint32_t i = 0; i < shells.size(); ++i) members[sets.find(i)].push_back(i);
+    std::vector<std::vector<std::uint32_t>> clusters;
+    for (auto& [first, others] : members) clusters.push_back(std::move(others));
+    return clusters;
+}
+
+}  // namespace
 
 std::optional<Parts> carved(const Parts& whole, std::span<const Triangles> add, std::span<const Triangles> cut,
                             double edge)
 {
-    std::optional<Mesh> mesh = meshOf(whole.surface);
-    if (!mesh || !PMP::is_outward_oriented(*mesh)) return std::nullopt;
-    Origins origin = originsOf(*mesh);
-    for (std::size_t f = 0; f < whole.origin.size(); ++f) origin[Face(unsigned(f))] = whole.origin[f];
+    std::optional<Mesh> mesh = outwardMesh(whole);
+    if (!mesh) return std::nullopt;
     for (const Triangles& other : add)
-        if (!combine(*mesh, other, true, edge)) return std::nullopt;
+        if (!combine(*mesh, meshOf(other), true, edge)) return std::nullopt;
     for (const Triangles& other : cut)
-        if (!combine(*mesh, other, false, edge)) return std::nullopt;
-    Tidier(*mesh, edge).run();
+        if (!combine(*mesh, meshOf(other), false, edge)) return std::nullopt;
+    tidy(*mesh, edge);
     return unfolded(partsOf(*mesh));
+}
+
+United united(const Parts& whole, double edge)
+{
+    const std::vector<Parts> shells = shellsOf(whole);
+    const std::vector<std::vector<std::uint32_t>> clusters = overlapping(shells);
+    United result;
+    Parts all;
+    for (const std::vector<std::uint32_t>& members : clusters) {
+        if (members.size() == 1) {
+            append(shells[members[0]], all);
+            continue;
+        }
+        result.shells += members.size();
+        std::optional<Mesh> mesh = outwardMesh(shells[members[0]]);
+        for (std::size_t k = 1; k < members.size() && mesh; ++k)
+            if (!combine(*mesh, outwardMesh(shells[members[k]]), true, edge)) mesh.reset();
+        if (!mesh) return {result.shells, std::nullopt};
+        tidy(*mesh, edge);
+        append(unfolded(partsOf(*mesh)), all);
+    }
+    if (result.shells > 0) result.parts = std::move(all);
+    return result;
 }
 
 }  // namespace vdbfrac::solids

@@ -29,4 +29,13 @@ Vec3 rounded(const Vec3& X, double edge);
 std::optional<Parts> carved(const Parts& whole, std::span<const Triangles> add, std::span<const Triangles> cut,
                             double edge);
 
+/// What became of the shells of a surface.
+struct United {
+    std::size_t shells = 0;      ///< that reach into others
+    std::optional<Parts> parts;  ///< none where there are none such, or where they cannot be united
+};
+/// The shells of a surface, triangles that hang together by points. For those that reach into others what is said of
+/// carved() holds; others stay as they are, closed or not.
+United united(const Parts& whole, double edge);
+
 }  // namespace vdbfrac::solids

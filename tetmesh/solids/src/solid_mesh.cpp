@@ -222,4 +222,12 @@ std::optional<RenderMesh> carvedMesh(const RenderMesh& mesh, const Carving& how,
     return carver.left(*left);
 }
 
+UnitedMesh unitedMesh(const RenderMesh& mesh, double edge)
+{
+    Carver carver(mesh, edge);
+    const United united = vdbfrac::solids::united(carver.whole(), edge);
+    if (!united.parts) return {united.shells, std::nullopt};
+    return {united.shells, carver.left(*united.parts)};
+}
+
 }  // namespace vdbfrac::solids

@@ -6,6 +6,7 @@
 #include <vdbfrac/grid/body_level_set.h>
 #include <vdbfrac/grid/level_set_surface.h>
 #include <vdbfrac/solids/solid_mesh.h>
+#include <vdbfrac/tetmesh/winding.h>
 
 #include <Eigen/Geometry>
 
@@ -43,6 +44,28 @@ tetmesh::RenderMesh levelSetMesh(const grid::LevelSet& phi)
     return mesh;
 }
 
+/// A mesh as it can be torn: faces run one way, and shells that reach into each other are one.
+tetmesh::RenderMesh tearable(tetmesh::RenderMesh mesh, const std::string& body, double edge,
+                             std::vector<std::string>& notes)
+{
+    const std::size_t faces = mesh.faces(), turned = tetmesh::windShells(mesh);
+    const std::string own = "the mesh for body '" + body + "'";
+    if (turned > 0 && turned < faces)
+        notes.push_back(own + " has " + std::to_string(turned) + " of " + std::to_string(faces) +
+                        " faces that look inward: they are turned");
+    solids::UnitedMesh united = solids::unitedMesh(mesh, edge);
+    if (united.shells == 0) return mesh;
+    const std::string shells =
+        std::to_string(united.shells) + " shells that reach into each other or lie in each other";
+    if (!united.mesh) {
+        notes.push_back(own + " has " + shells +
+                        "; they cannot be made one, as they meet themselves: torn faces may have gaps there");
+        return mesh;
+    }
+    notes.push_back(own + " has " + shells + ": they are drawn as one, without what is inside");
+    return std::move(*united.mesh);
+}
+
 /// A drawn mesh with what the scene adds to the body and without what it cuts from it; none where that cannot be had.
 std::optional<tetmesh::RenderMesh> carved(tetmesh::RenderMesh mesh, const scene::Body& spec, double edge)
 {
@@ -56,7 +79,8 @@ tetmesh::RenderMesh outerSurface(const scene::Body& spec, const Body& body, std:
 {
     const double edge = body.phi.voxelSize();
     if (const auto* file = std::get_if<scene::MeshFile>(&spec.shape)) {
-        if (auto mesh = carved(placedMesh(*file), spec, edge)) return std::move(*mesh);
+        if (auto mesh = carved(tearable(placedMesh(*file), body.name, edge, notes), spec, edge))
+            return std::move(*mesh);
         notes.push_back("body '" + body.name +
                         "' is drawn as its level set, without texture coordinates: its own mesh would have to be " +
                         kCarvable);
@@ -155,7 +179,9 @@ void Drawing::replace(const scene::Scene& scene, const Simulation& simulation, s
                       tetmesh::RenderMesh mesh)
 {
     const Body& own = simulation.bodies()[body];
-    auto whole = carved(withOwnNames(std::move(mesh), own.name, notes_), scene.bodies[body], own.phi.voxelSize());
+    const double edge = own.phi.voxelSize();
+    mesh = tearable(withOwnNames(std::move(mesh), own.name, notes_), own.name, edge, notes_);
+    auto whole = carved(std::move(mesh), scene.bodies[body], edge);
     if (!whole) throw InputError({"the mesh for body '" + own.name + "'", "cannot be drawn", kCarvable, ""});
     nameMaterials(scene, body, *whole);
     surfaces_[body] = {skin::Skin(std::move(*whole), *own.mesh, styleOf(scene), isInParts(own))};

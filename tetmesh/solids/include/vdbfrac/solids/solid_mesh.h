@@ -4,6 +4,7 @@
 #include <vdbfrac/base/primitive.h>
 #include <vdbfrac/tetmesh/render_mesh.h>
 
+#include <cstddef>
 #include <optional>
 #include <span>
 
@@ -24,5 +25,14 @@ std::optional<tetmesh::RenderMesh> solidMesh(const Primitive& solid, const Carvi
 /// face says there, then faces of the solids, with edges near `edge` [m] and normals if the mesh has any. None,
 /// besides, where the mesh is not closed, not oriented outwards, or meets itself near a solid.
 std::optional<tetmesh::RenderMesh> carvedMesh(const tetmesh::RenderMesh& mesh, const Carving& how, double edge);
+
+/// The shells of a mesh [m] made one where they reach into each other; what lies inside of another is gone.
+struct UnitedMesh {
+    std::size_t shells = 0;                   ///< that do
+    std::optional<tetmesh::RenderMesh> mesh;  ///< none where none do, or where they cannot be made one
+};
+/// Shells are triangles that hang together by points. Those that are closed and oriented outwards are looked at, and
+/// have to meet none but others. What faces carry is kept, as carvedMesh() does.
+UnitedMesh unitedMesh(const tetmesh::RenderMesh& mesh, double edge);
 
 }  // namespace vdbfrac::solids
