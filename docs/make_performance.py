@@ -52,7 +52,7 @@ STAGES = {
     "solve": "positions at the end of the step",
     "energy": "elastic energy of the tets",
     "fracture": "where the crack goes",
-    "relevel": "the level set made a distance again",
+    "relevel": "the level set redistanced",
     "cut": "what changed cut again",
     "rebuild": "the solver's tables made again for what was cut",
     "snapshot": "what frames need, copied",
@@ -65,7 +65,7 @@ part of the surface, about what a crack does in a step. Files are written, read 
 time in which what a stage has to read and to write can be moved once, at the bandwidths above; of a file, that in which as many
 bytes are written, synced and read back. A stage far from it computes: no bandwidth would make it faster."""
 
-UNITS = {"level set": "made from the shape", "relevel": "made a distance again after a change", "cut": "all cells cut", "re-cut": "cells cut again",
+UNITS = {"level set": "made from the shape", "relevel": "redistanced after a change", "cut": "all cells cut", "re-cut": "cells cut again",
          "energy": "energy of stretched tets", "transfer": "energy at voxel nodes of the band", "Griffith": "new phi of the band",
          "surface": "triangles of the surface", "write .obj": "file", "write .vdb": "file", "tets, cut": "material as tets for other programs",
          "tets, Delaunay": "the same by CGAL, a quarter as many voxels across, one thread"}

@@ -122,6 +122,18 @@ with tempfile.TemporaryDirectory() as temporary:
     sunk = folder / "sunk.toml"
     sunk.write_text(SCENE + '\n[[collider]]\nname = "floor"\nshape = { halfspace = { normal = [0, 1, 0], offset = 0.1 } }\n')
     expect("a sunk body", ["sim", sunk, "-n", "--measure", "0"], 0, "body 'block' begins up to", "deep in collider 'floor'")
+    voxel = float(re.search(r"voxel_size = ([0-9.]+)", SCENE)[1])
+    for voxels, thin in ((1.5, True), (2.5, False)):
+        blade = folder / "blade.toml"
+        blade.write_text(SCENE + f'\n[[collider]]\nname = "blade"\nshape = {{ box = {{ size = [{voxels * voxel}, 1, 1], center = [9, 0, 0] }} }}\n')
+        said = expect("a blade", ["sim", blade, "-n", "--measure", "0"], 0, "")
+        if thin != ("collider 'blade' is" in said and "less than two voxels" in said):
+            failures.append(f"a blade of {voxels} voxels: {said}")
+    ends = "".join(f"v {x} {y} {z}\n" for x in (20, 20 + 1100 * voxel) for y, z in ((0, 0), (4 * voxel, 0), (0, 4 * voxel)))
+    (folder / "needle.obj").write_text(ends + "f 1 3 2\nf 4 5 6\nf 1 2 5 4\nf 2 3 6 5\nf 3 1 4 6\n")
+    long = folder / "long.toml"
+    long.write_text(SCENE + '\n[[collider]]\nname = "needle"\nshape = { mesh = "needle.obj" }\n')
+    expect("a collider in other units", ["sim", long, "-n", "--measure", "0"], 0, "collider 'needle' is 110", "voxels across", "units")
 
     bad.write_text(SCENE.replace("poisson_ratio = 0.3", "poisson_ratio = 0.5").replace("voxel_size", "voxel_siz"))
     expect("all errors at once", ["check", bad], 2, "bad.toml:", "did you mean", "voxel_size", "poisson_ratio", "0.5")
@@ -200,7 +212,7 @@ with tempfile.TemporaryDirectory() as temporary:
     steps = len(statuses(stuck))
     if steps != 300 or json.loads((stuck / "run.json").read_text())["status"] != "stuck" or not (stuck / "ckpt/notched_block.000300.ckpt").exists():
         failures.append(f"stuck: {steps} steps, {sorted(p.name for p in (stuck / 'ckpt').iterdir())}")
-    expect("which is tried again", [*nowhere, "--resume"], 0, "goes on after step 300")
+    expect("which is tried again", [*nowhere, "--resume"], 0, "resumes after step 300")
     # What flies apart is an error; the steps that lead there are kept.
     apart = folder / "apart"
     expect("a run that flies apart", ["sim", good, "-o", apart, "--set", "grid.voxel_size=0.1", "--set", 'solver.integrator="symplectic_euler"',

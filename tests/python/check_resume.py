@@ -105,7 +105,7 @@ with tempfile.TemporaryDirectory() as temporary:
             failures.append(f"{heard.name}: exit {run.returncode}: {said}")
         if json.loads((folder / "run.json").read_text())["status"] != "stopped":
             failures.append(f"{heard.name}: run.json does not say stopped")
-        expect(f"resumed after {heard.name}", command(folder, "--resume", "-j", "1"), 0, "goes on after step")
+        expect(f"resumed after {heard.name}", command(folder, "--resume", "-j", "1"), 0, "resumes after step")
         same(heard.name, folder, whole)
 
     # While a run that goes on still reads and builds, there is nothing to lose.

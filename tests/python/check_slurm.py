@@ -319,7 +319,7 @@ def on_slurm(cluster, scene, wedge):
         record, log = tasks.record(task), tasks.log(task)
         restarts = int(task in interrupted)
         state = [record[k] for k in ("JobState", "ExitCode", "Restarts")]
-        resumed = log.count("goes on after step")
+        resumed = log.count("resumes after step")
         if state != ["COMPLETED", "0:0", str(restarts)] or resumed != restarts:
             failures.append(f"task {task}: {state}, resumed {resumed} times (expected {restarts}); its log:\n{log}")
         asked = {k: record.get(k) for k in ("TimeLimit", "MinMemoryNode", "CPUs/Task")}

@@ -1,5 +1,5 @@
 // Lips of cracks that touch as they are drawn: closed.
-#include <vdbfrac/contact/touching_surface.h>
+#include <vdbfrac/contact/contact_surface.h>
 #include <vdbfrac/lab/scenes/saw.h>
 #include <vdbfrac/lab/scenes/scene_run.h>
 
@@ -97,16 +97,16 @@ TEST(ClosedLips, KeepMomentum)
     };
     run.step();
     const Vec3 before = momentum();
-    std::int64_t touches = 0;
-    while (!run.atEnd()) touches += run.step().work.countOf("contact", "active");
-    EXPECT_GT(touches, 0);
+    std::int64_t contactsAt = 0;
+    while (!run.atEnd()) contactsAt += run.step().work.countOf("contact", "active");
+    EXPECT_GT(contactsAt, 0);
     EXPECT_LT((momentum() - before).norm(), kRounding * before.norm() * double(run.steps.size()));
 }
 
 /// A cut does not push: what it makes deeper is allowed.
 TEST(ClosedLips, ForgiveWhatACutMakesDeeper)
 {
-    contact::TouchMemory memory;
+    contact::SampleMemory memory;
     memory.see(.1);
     EXPECT_EQ(memory.allowance, .1);
     memory.keep(.3, Vec3::Zero(), 0);  // pressed .2 deeper than it may be

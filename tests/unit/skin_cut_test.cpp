@@ -61,6 +61,22 @@ TEST(SkinCut, ClosesEveryPartOfATornBody)
                 }
 }
 
+/// A finer mesh that rides on a body has bumps that phi knows nothing of.
+TEST(SkinCut, ClosesWhatLiesBesideTheSurfaceOfPhi)
+{
+    constexpr double dx = .1;
+    for (const double voxels : {.2, .4, .7}) {
+        Solid solid = ball(1, 40);
+        for (Vec3& p : solid.points)
+            p *= 1 + voxels * dx * std::sin(23 * p.x()) * std::sin(19 * p.y()) * std::sin(21 * p.z());
+        for (const Vec3& normal : kTilts)
+            for (int k = 0; k < 8; ++k) {
+                const SkinCut cut = cutBy(solid, {normal, .9 - .11 * k, k % 2 == 0 ? 1e9 : .2}, dx);
+                EXPECT_EQ(Edges(drawn(solid, cut)).bad(), 0) << voxels << ", " << normal.transpose() << ", " << k;
+            }
+    }
+}
+
 /// Points of each piece that is drawn.
 std::map<std::uint32_t, std::vector<std::uint32_t>> piecesOf(const Drawn& d)
 {

@@ -59,7 +59,7 @@ int run(int argc, char** argv)
     app.require_subcommand(1);
     app.footer(
         "Exit codes: 0 done, 1 internal error, 2 bad command line, scene or data, 3 not converged (--strict),\n"
-        "4 files and disk, 5 memory or another limit, 75 stopped with a checkpoint (sim; go on with --resume).\n"
+        "4 files and disk, 5 memory or another limit, 75 stopped with a checkpoint (sim; continue with --resume).\n"
         "'vdbfrac COMMAND --help' tells more.");
     std::map<std::string, Action> actions;
     actions["sim"] = addSim(app);

@@ -149,7 +149,7 @@ void fillHoles(Mesh& mesh, const RepairOptions& options, Repaired& report)
 {
     std::vector<Halfedge> cycles;
     PMP::extract_boundary_cycles(mesh, std::back_inserter(cycles));
-    if (!cycles.empty()) tell(options, "filling holes: " + std::to_string(cycles.size()) + " borders");
+    if (!cycles.empty()) tell(options, "filling " + counted(cycles.size(), "hole"));
     for (Halfedge border : cycles) {
         const auto edges = halfedges_around_face(border, mesh);
         if (std::size_t(std::distance(edges.begin(), edges.end())) > kLongestHole) continue;

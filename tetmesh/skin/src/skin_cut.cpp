@@ -9,6 +9,7 @@
 #include "torn_faces.h"
 
 #include <vdbfrac/base/parallel.h>
+#include <vdbfrac/tetmesh/trilinear.h>
 
 #include <Eigen/Geometry>
 
@@ -106,15 +107,17 @@ SkinCutter::SkinCutter(std::span<const Vec3> points, std::vector<std::array<std:
 {
     // Sheets deeper than this are no surface of the material: parts of a mesh that reach into each other.
     constexpr double kDeep = 1;  // voxels
-    parallelChunks(triangles_.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+    offset_ = orderedMax(triangles_.size(), kChunk, 0, [&](std::size_t begin, std::size_t end) {
+        double most = 0;
         for (std::size_t t = begin; t < end; ++t) {
             const auto& corner = topology_->triangles[t];
-            Vec3 middle = Vec3::Zero();
-            for (std::uint32_t p : corner) middle += topology_->points[p] / (3 * dx_);
-            const Coord nearest{int(std::lround(middle.x())), int(std::lround(middle.y())),
-                                int(std::lround(middle.z()))};
-            isInner_[t] = rest(nearest) < -kDeep * dx_;
+            const Vec3 middle =
+                (topology_->points[corner[0]] + topology_->points[corner[1]] + topology_->points[corner[2]]) / 3;
+            const double phi = tetmesh::trilinear(rest, Vec3(middle / dx_));
+            isInner_[t] = phi < -kDeep * dx_;
+            if (!isInner_[t]) most = std::max(most, std::min(std::abs(phi), kDeep * dx_));
         }
+        return most;
     });
 }
 
@@ -172,7 +175,7 @@ SkinCut SkinCutter::cut(const tetmesh::NodeField<float>& rest, const tetmesh::No
     for (std::uint32_t t = 0; t < triangles_.size(); ++t)
         if (open[topology_->triangles[t][0]]) cut.fate[t] = SkinCut::Fate::gone;
     divide(crossings, open, cut);
-    addTornFaces({lattice, rest, crossings, isInner_, std::uint32_t(topology_->pointOf.size())}, cut);
+    addTornFaces({lattice, rest, crossings, isInner_, offset_, std::uint32_t(topology_->pointOf.size())}, cut);
     removeSpecks(*topology_, now, dx_, cut);
     if (style.lips == Lips::closed) closeLips(*topology_, lattice, cut);
     if (style.detail.amplitude > 0) addTornDetail(style.detail, rest, dx_, cut);

@@ -16,7 +16,7 @@ namespace vdbfrac::skin {
 
 namespace {
 
-constexpr double kSure = 0.1;  // voxels: phi at rest tells inside from outside beyond the errors of either surface
+constexpr double kSure = 0.1;  // voxels beyond the offset of the surface: there phi at rest tells inside from outside
 
 /// Which voxel nodes of cut tets lie inside the outer surface: by phi at rest where it is sure, else by counting the
 /// triangles on the way to a node where it is.
@@ -61,7 +61,7 @@ private:
     std::optional<bool> sure(Coord node) const
     {
         const double phi = source_.rest(node);
-        if (std::abs(phi) < kSure * source_.lattice.voxelSize()) return std::nullopt;
+        if (std::abs(phi) < source_.offset + kSure * source_.lattice.voxelSize()) return std::nullopt;
         return phi < 0;
     }
     const Unsure* find(Coord node) const

@@ -15,6 +15,7 @@ struct TornSource {
     const tetmesh::NodeField<float>& rest;  ///< phi [m] at rest
     const Crossings& crossings;             ///< points 0, 1, ... of `cut` from number `firstPoint` on
     std::span<const std::uint8_t> isInner;  ///< of each triangle of the skin: it trims nothing
+    double offset = 0;                      ///< m: how far the outer surface lies from that of phi, at most
     std::uint32_t firstPoint = 0;           ///< number of the first point that is not given by the outer surface
 };
 

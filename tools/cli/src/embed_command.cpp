@@ -174,7 +174,7 @@ void noteOpenEdges(const std::string& mesh, const core::PointCache& cache)
     if (open > 0)
         std::fprintf(stderr,
                      "note: %zu edges are open that were closed: there %s lies so far from the surface of its body, "
-                     "half a voxel or more, that torn faces do not meet it\n",
+                     "a voxel or more, that torn faces do not meet it\n",
                      open, mesh.c_str());
 }
 

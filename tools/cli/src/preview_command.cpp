@@ -153,7 +153,7 @@ Action addPreview(CLI::App& app)
     c->add_option("--width", o->width, "Pixels")->check(CLI::Range(16, 8192))->capture_default_str();
     c->add_option("--height", o->height, "Pixels")->check(CLI::Range(16, 8192))->capture_default_str();
     c->add_option("--samples", o->samples, "Rays a pixel")->check(CLI::Range(1, 64))->capture_default_str();
-    c->add_option("--turntable", o->turntable, "Pictures from all round, this many, of the last of the frames")
+    c->add_option("--turntable", o->turntable, "Turntable of the last of the frames, with this many pictures")
         ->check(CLI::Range(1, 10000));
     c->add_option("--colour", o->colour,
                   "What the surface is coloured by: material, fragment; or, with a legend, what frames written with "
@@ -174,7 +174,7 @@ Action addPreview(CLI::App& app)
         ->expected(3)
         ->check(place)
         ->needs(eye);
-    c->add_option("--angle", o->angle, "Degrees that the longer side of the picture shows")
+    c->add_option("--angle", o->angle, "Field of view along the longer side of the picture [degrees]")
         ->check(CLI::Range(1., 170.))
         ->capture_default_str();
     c->add_flag("-q,--quiet", o->quiet, "Say only what went wrong");

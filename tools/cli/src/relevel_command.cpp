@@ -170,7 +170,7 @@ Action addRelevel(CLI::App& app)
     c->add_option("--wrap", o->alpha, "Wrap the surface: gaps and hollows narrower than 2 ALPHA [m] are closed")
         ->type_name("ALPHA")
         ->check(PositiveFinite(kLongestLength));
-    c->add_option("--redistance", o->redistancing, "How a grid is made a distance again")
+    c->add_option("--redistance", o->redistancing, "How a grid is redistanced (made a signed distance again)")
         ->check(CLI::IsMember({"auto", "track", "sweep"}))
         ->capture_default_str();
     addMaxMemory(*c, o->maxMemory, "it");

@@ -4,6 +4,7 @@
 
 #include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
+#include <vdbfrac/base/number_text.h>
 #include <vdbfrac/lab/study/study_table.h>
 #include <vdbfrac/pictures/png_file.h>
 #include <vdbfrac/pictures/texture.h>
@@ -11,6 +12,8 @@
 #include <vdbfrac/tetmesh/cache_files.h>
 #include <vdbfrac/tetmesh/mtl_file.h>
 #include <vdbfrac/tetmesh/obj_file.h>
+
+#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cmath>
@@ -73,6 +76,22 @@ std::vector<Vec3> seenPoints(const std::vector<pictures::Subject>& subjects, std
     if (fit == PictureOptions::Fit::run) seen = cornersOf(frames, origin);
     for (const pictures::Subject& s : subjects) seen.insert(seen.end(), s.points.begin(), s.points.end());
     return seen;
+}
+
+/// What flies or falls away makes all else small.
+void noteSize(std::span<const RunFrame> run, std::span<const Vec3> seen, const PictureOptions& options,
+              std::vector<std::string>& notes)
+{
+    constexpr double kMuch = 4;  // of the size in the run's first frame
+    const auto sizeOf = [](std::span<const Vec3> points) {
+        Eigen::AlignedBox3d box;
+        for (const Vec3& p : points) box.extend(p);
+        return box.isEmpty() ? 0 : box.sizes().maxCoeff();
+    };
+    const double first = sizeOf(cornersOf(run.first(1), Vec3::Zero())), all = sizeOf(seen);
+    if (!options.eye && options.fit != PictureOptions::Fit::first && first > 0 && all > kMuch * first)
+        notes.push_back("the pictures show a place " + shortNumber(all / first, 2) +
+                        " times as large as what is in the first frame; --fit first shows that alone");
 }
 
 /// Of "#c0392b".
@@ -180,7 +199,9 @@ Scenery sceneryOf(const fs::path& folder, const RunFrames& run, const std::vecto
     }
     colourByValues(scenery, frames, options.colour);
     const Vec3 from = origin.value_or(Vec3::Zero());
-    scenery.view = viewOf(scenery.subjects, seenPoints(scenery.subjects, run.frames, options.fit, from), options, from);
+    const std::vector<Vec3> seen = seenPoints(scenery.subjects, run.frames, options.fit, from);
+    noteSize(run.frames, seen, options, scenery.notes);
+    scenery.view = viewOf(scenery.subjects, seen, options, from);
     scenery.seen = scenery.subjects.back().points;
     addColliders(scenery, frames, folder, from);
     return scenery;

@@ -2,6 +2,7 @@
 
 #include "progress.h"
 
+#include <vdbfrac/base/number_text.h>
 #include <vdbfrac/effects/effects.h>
 #include <vdbfrac/lab/machine/memory.h>
 
@@ -80,8 +81,8 @@ std::string shortcomings(const std::vector<core::StepRecord>& steps, const Ledge
     std::int64_t held = 0;
     for (const StageWork& stage : work.stages()) held += work.countOf(stage.name, "held_back");
     if (held > 0)
-        text +=
-            fmt::format("held back: in {} steps time.front_cfl let cracks run slower than the material would\n", held);
+        text += fmt::format("held back: in {} time.front_cfl let cracks run slower than the material would\n",
+                            counted(held, "step"));
     return text;
 }
 
@@ -123,7 +124,7 @@ std::string overlapText(const std::vector<core::StepRecord>& steps, double voxel
                                 text.empty() ? "overlap: surfaces were " : ", ", deepest / voxelSize, what, time);
     }
     if (text.empty()) return text;
-    return text + "; slower motion, or more stiffness of [contact] and [[collider]], makes most of it less\n";
+    return text + "; slower motion, or more stiffness of [contact] and [[collider]], reduces most of it\n";
 }
 
 /// Surfaces that renderers would show torn up.
@@ -250,15 +251,14 @@ std::string summaryText(const core::Simulation& simulation, const core::RunFolde
     for (const core::Body& body : simulation.bodies())
         gone += std::ranges::count(body.fragments.fragments(), 0., &tetmesh::Fragment::restVolume);
     const double lost = 100 * (1 - simulation.volume() / simulation.startVolume());
-    std::string text = fmt::format("{} frames, {} steps: {} converged, {} cut back, {} capped\n",
-                                   folder.frames().size(), folder.steps().size(), count(core::Outcome::converged),
-                                   count(core::Outcome::cutback), count(core::Outcome::capped));
-    text += fmt::format("{} {}; {:.2f} % of the material lost to cracks; peak memory {:.2f} GiB; state {}\n",
-                        simulation.fragments(), simulation.fragments() == 1 ? "fragment" : "fragments", lost,
-                        double(lab::peakMemory()) / lab::kGiB,
+    std::string text =
+        fmt::format("{}, {}: {} converged, {} cut back, {} capped\n", counted(folder.frames().size(), "frame"),
+                    counted(folder.steps().size(), "step"), count(core::Outcome::converged),
+                    count(core::Outcome::cutback), count(core::Outcome::capped));
+    text += fmt::format("{}; {:.2f} % of the material lost to cracks; peak memory {:.2f} GiB; state {}\n",
+                        counted(simulation.fragments(), "fragment"), lost, double(lab::peakMemory()) / lab::kGiB,
                         folder.frames().empty() ? "-" : folder.frames().back().stateHash);
-    if (gone > 0)
-        text += fmt::format("{} more {} eaten up by cracks\n", gone, gone == 1 ? "fragment was" : "fragments were");
+    if (gone > 0) text += fmt::format("{} consumed by cracks\n", counted(gone, "more fragment"));
     text += lostText(lost);
     if (const std::string& lacks = folder.pointCacheLacks(); !lacks.empty()) text += "point cache: " + lacks + "\n";
     text += shortcomings(folder.steps(), work) + overlapText(folder.steps(), simulation.bodies()[0].phi.voxelSize()) +

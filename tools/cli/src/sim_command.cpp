@@ -10,6 +10,7 @@
 
 #include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
+#include <vdbfrac/base/number_text.h>
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/cli/commands.h>
 #include <vdbfrac/cli/frame_list.h>
@@ -172,10 +173,10 @@ void Run::begin()
     folder_.writeCheckpoint(simulation_, settings_);  // from here on there is always one of these settings
     writeOwnScene();
     logToFile(log_, folder_.path() / "run.log");
-    log_.info("vdbfrac {}  scene '{}'  {} nodes  {} tets  {} threads", core::kVersion, scene_.name,
-              simulation_.x().size(), simulation_.elastic().tetCount(), threadCount());
+    log_.info("vdbfrac {}  scene '{}'  {} nodes  {} tets  {}", core::kVersion, scene_.name, simulation_.x().size(),
+              simulation_.elastic().tetCount(), counted(threadCount(), "thread"));
     if (resumed)
-        log_.info("goes on after step {}, {:.6g} s, with frame {}", simulation_.steps(), simulation_.time(),
+        log_.info("resumes after step {}, {:.6g} s, with frame {}", simulation_.steps(), simulation_.time(),
                   lastWritten_ + 1);
     else if (!options_.resume.empty())
         log_.info("there is no run yet: starts at frame {}", scene_.time.firstFrame);
@@ -288,8 +289,8 @@ int Run::end(const std::string& stopped)
                 lastWritten_ + 1, folder_.steps().back().dt);
             return kNotConverged;
         }
-        log_.warn("stopped by {} after step {}, {:.6g} s, frame {}; go on with --resume", stopped, simulation_.steps(),
-                  simulation_.time(), lastWritten_);
+        log_.warn("stopped by {} after step {}, {:.6g} s, frame {}; continue with --resume", stopped,
+                  simulation_.steps(), simulation_.time(), lastWritten_);
         return kStopped;
     }
     return capped && options_.strict ? kNotConverged : kDone;

@@ -21,8 +21,10 @@ void printPlan(const scene::Scene& scene, const core::SceneEstimate& estimate, c
     std::optional<lab::PreparedScene> prepared;
     const bool fits = estimate.bytes <= double(how.memoryLimit);
     const bool quick = estimate.tets <= kQuick && scene.grid.lattice != scene::LatticeKind::delaunay;
-    if (fits) lab::requireSound(scene);
-    if (fits && quick) prepared.emplace(scene, how.memoryLimit);
+    if (fits && quick)
+        prepared.emplace(scene, how.memoryLimit);
+    else if (fits)
+        lab::requireSound(scene);
     std::fputs(planText(scene, estimate, prepared ? &prepared->simulation : nullptr).c_str(), stdout);
     std::fputs(expectedErrors(scene, estimate).c_str(), stdout);
     std::fputs(filesText(scene).c_str(), stdout);

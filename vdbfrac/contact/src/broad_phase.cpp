@@ -49,16 +49,16 @@ private:
 constexpr double kBin = 2;  // cells: most groups lie in eight of them or fewer
 
 /// In which a sample may meet something. One that lives on has room for lips in whatever direction they will feel then.
-Box roomOf(const TouchingSurface& surface, std::uint32_t sample, const Ways& ways, double slack)
+Box roomOf(const ContactSurface& surface, std::uint32_t sample, const Motion& motion, double slack)
 {
     Box box;
-    if (slack == 0) return box.extend(surface.feels(sample, ways.from)).extend(surface.feels(sample, ways.to));
-    box.extend(surface.at(sample, ways.from)).extend(surface.at(sample, ways.to));
-    return wider(box, surface.stretch(sample) * slack + surface.toLip(sample));
+    if (slack == 0) return box.extend(surface.probe(sample, motion.from)).extend(surface.probe(sample, motion.to));
+    box.extend(surface.at(sample, motion.from)).extend(surface.at(sample, motion.to));
+    return wider(box, surface.stretch(sample) * slack + surface.lipGap(sample));
 }
 
 /// Groups of each node; none where nothing has torn.
-Groups groupsOfNodes(const TouchingSurface& surface, const Targets& targets, std::size_t nodes)
+Groups groupsOfNodes(const ContactSurface& surface, const Targets& targets, std::size_t nodes)
 {
     std::size_t i = 0;
     while (i < surface.size() && !surface.isTorn(i)) ++i;
@@ -74,7 +74,7 @@ Groups groupsOfNodes(const TouchingSurface& surface, const Targets& targets, std
 /// What a sample does not see: the material that it is part of. One for each thread, as it remembers all groups.
 class OwnMaterial {
 public:
-    OwnMaterial(const TouchingSurface& surface, const Targets& targets, const Groups& ofNode)
+    OwnMaterial(const ContactSurface& surface, const Targets& targets, const Groups& ofNode)
         : surface_(surface), targets_(targets), ofNode_(ofNode)
     {
     }
@@ -125,7 +125,7 @@ private:
         }
     }
 
-    const TouchingSurface& surface_;
+    const ContactSurface& surface_;
     const Targets& targets_;
     const Groups& ofNode_;
     std::uint32_t sample_ = kNone;
@@ -136,23 +136,23 @@ private:
 
 }  // namespace
 
-std::vector<Box> boxesOf(std::span<const Targets::Group> groups, const Ways& ways, double margin)
+std::vector<Box> boxesOf(std::span<const Targets::Group> groups, const Motion& motion, double margin)
 {
     std::vector<Box> boxes(groups.size());
     parallelChunks(boxes.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t g = begin; g < end; ++g) boxes[g] = boxOf(groups[g].nodesOfTargets(), ways, margin);
+        for (std::size_t g = begin; g < end; ++g) boxes[g] = boxOf(groups[g].nodesOfTargets(), motion, margin);
     });
     return boxes;
 }
 
-void BroadPhase::search(const TouchingSurface& surface, const Targets& targets, const Ways& ways, double margin)
+void BroadPhase::search(const ContactSurface& surface, const Targets& targets, const Motion& motion, double margin)
 {
-    const std::vector<Box> groups = boxesOf(targets.groups(), ways, margin + slack_);
+    const std::vector<Box> groups = boxesOf(targets.groups(), motion, margin + slack_);
     const Bins bins(kBin * targets.spacing(), groups.size());
     const Groups inBin = groupItems(bins.count(), [&](const auto& add) {
         for (std::uint32_t g = 0; g < groups.size(); ++g) bins.visit(groups[g], [&](std::size_t bin) { add(bin, g); });
     });
-    const Groups ofNode = groupsOfNodes(surface, targets, ways.from.size());
+    const Groups ofNode = groupsOfNodes(surface, targets, motion.from.size());
     std::vector<OwnMaterial> ownOfThread(std::size_t(threadSlots()), OwnMaterial(surface, targets, ofNode));
     const bool isWithin = among_ == Among::withinFragments;
     const auto meet = [&](std::size_t begin, std::size_t end, std::vector<Candidate>& found) {
@@ -163,7 +163,7 @@ void BroadPhase::search(const TouchingSurface& surface, const Targets& targets, 
             const auto cluster = surface.cluster(c);
             Box all;
             rooms.clear();
-            for (std::uint32_t i : cluster) all.extend(rooms.emplace_back(roomOf(surface, i, ways, slack_)));
+            for (std::uint32_t i : cluster) all.extend(rooms.emplace_back(roomOf(surface, i, motion, slack_)));
             near.clear();
             bins.visit(all, [&](std::size_t bin) {
                 for (std::uint32_t g : inBin[bin])
@@ -180,7 +180,7 @@ void BroadPhase::search(const TouchingSurface& surface, const Targets& targets, 
     candidates_ = gatherChunks<Candidate>(surface.clusters(), kClusters, meet);
 }
 
-bool BroadPhase::find(const TouchingSurface& surface, const Targets& targets, const Ways& ways, double margin)
+bool BroadPhase::find(const ContactSurface& surface, const Targets& targets, const Motion& motion, double margin)
 {
     constexpr double kSlack = 0.5;  // cells: longer lists, and longer lives of them where little moves
     if (isRestored_ && slack_ > 0) search(surface, targets, {x_, x_}, margin);
@@ -189,21 +189,21 @@ bool BroadPhase::find(const TouchingSurface& surface, const Targets& targets, co
     const auto move = [&](std::span<const Vec3> from, std::span<const Vec3> to) {
         return farthestMove(from, to, frame);
     };
-    if (slack_ > 0 && move(x_, ways.from) <= slack_ && move(x_, ways.to) <= slack_) return false;
+    if (slack_ > 0 && move(x_, motion.from) <= slack_ && move(x_, motion.to) <= slack_) return false;
     // Lists live long where steps are short, unless each step tears the surface that they are of.
     const double slack = kSlack * targets.spacing();
-    const bool lives = hasLooked_ && 2 * move(ways.from, ways.to) <= slack;
+    const bool lives = hasLooked_ && 2 * move(motion.from, motion.to) <= slack;
     hasLooked_ = true;
     if (lives) {
         slack_ = slack;
-        x_.assign(ways.from.begin(), ways.from.end());
+        x_.assign(motion.from.begin(), motion.from.end());
         search(surface, targets, {x_, x_}, margin);
         return true;
     }
     slack_ = 0, x_.clear(), candidates_.clear();
-    if (among_ == Among::fragments && !mayMeet(ways, surface.fragmentOfNode(), margin + surface.farthestFelt()))
+    if (among_ == Among::fragments && !mayMeet(motion, surface.fragmentOfNode(), margin + surface.farthestProbe()))
         return false;
-    search(surface, targets, ways, margin);
+    search(surface, targets, motion, margin);
     return true;
 }
 

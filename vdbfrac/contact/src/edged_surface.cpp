@@ -29,7 +29,7 @@ void EdgedSurface::chooseOnEdges(std::span<const Vec3> x, double spacing, const 
 
 void EdgedSurface::couple(std::size_t i, solver::Coupling& coupling) const
 {
-    if (!isOnEdge(i)) return TouchingSurface::couple(i, coupling);
+    if (!isOnEdge(i)) return ContactSurface::couple(i, coupling);
     const OnEdge& p = onEdge_[i - size()];
     std::size_t count = 0;  // of nodes, each once
     const auto add = [&](const tetmesh::EmbeddedPoint& end, double share) {

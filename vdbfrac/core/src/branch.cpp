@@ -24,13 +24,13 @@ std::string reasonToStay(const scene::Change& change)
 {
     const std::string& key = change.key;
     if (key.starts_with("body."))
-        return key.ends_with(".material") ? "" : "a branch goes on with the bodies that there are";
+        return key.ends_with(".material") ? "" : "a branch keeps the bodies that there are";
     if (key.starts_with("grip."))
         return key.ends_with(".move") || key.ends_with(".until")
                    ? ""
-                   : "a branch goes on with the grips that there are; only their move and until may change";
+                   : "a branch keeps the grips that there are; only their move and until may change";
     if (key == kVoxelSize) return isHalved(change) ? "" : "voxels may become half as wide, no other size";
-    if (key.starts_with("grid.")) return "a branch goes on with the lattice, or with half its voxel_size";
+    if (key.starts_with("grid.")) return "a branch keeps the lattice, or halves its voxel_size";
     if (key == "time.frames" || key == "time.fps") return "the first frame and the time of frames are those of the run";
     if (key == "output.motion" || key == "output.point_cache")
         return change.after.empty() || change.after == "false" || change.after == "[]"

@@ -57,7 +57,7 @@ FolderLock prepare(const fs::path& folder, const scene::Scene& scene, ExistingRu
     if (existing == ExistingRun::refuse)
         throw FileError(
             folder.string(),
-            "is not empty; use --resume to go on with an earlier run, --overwrite to replace it, or another folder");
+            "is not empty; use --resume to continue an earlier run, --overwrite to replace it, or another folder");
     // A manifest that was lost is made again from the checkpoints, by whoever goes on.
     const bool mayBeLost = existing == ExistingRun::keep && !checkpointsIn(folder).empty();
     const std::vector<std::string> before =
@@ -92,7 +92,7 @@ void requireSame(const std::string& settings, const std::string& before)
                               (more ? "'" + line + "'" : std::string("its end")) + " was " +
                               (had ? "'" + was + "'" : std::string("its end")),
                           "the scene of the run; only its last frame may differ",
-                          "--resume=FRAME goes on with other settings from there; --overwrite starts again"});
+                          "--resume=FRAME continues from there with other settings; --overwrite starts again"});
     }
 }
 

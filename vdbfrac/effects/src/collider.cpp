@@ -11,7 +11,7 @@
 // brought up to date where a step is solved.
 #include "all.h"
 #include "collider_obstacles.h"
-#include "collider_touch.h"
+#include "collider_contacts.h"
 
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/contact/contact_law.h>
@@ -28,7 +28,7 @@ namespace vdbfrac::effects {
 namespace {
 
 using contact::Penalty;
-using contact::TouchMemory;
+using contact::SampleMemory;
 
 constexpr double kGap = 0.25;  // voxels that surfaces stay away, where there is as much room at rest
 constexpr double kInfinity = std::numeric_limits<double>::infinity(), kNever = -1;  // s
@@ -59,7 +59,7 @@ public:
     {
         surface_.start(bodies, kGap * dx_);
         surface_.settle();
-        noteDepths(surface_, now, bodies, obstacles_, notes);
+        noteDepths(surface_, now, bodies, obstacles_, notes), noteSizes(obstacles_, dx_, notes);
         law_.clear();
         for (const core::Body& body : bodies)
             for (std::size_t c = 0; c < obstacles_.size(); ++c)
@@ -99,23 +99,23 @@ public:
     }
     std::size_t bytes() const override
     {
-        return surface_.bytes() + held_.capacity() * sizeof(ColliderHeld) + apart_.capacity() * sizeof(Apart) +
+        return surface_.bytes() + friction_.capacity() * sizeof(ColliderFriction) + apart_.capacity() * sizeof(Apart) +
                obstacles_.bytes();
     }
 
 private:
     const Apart& apart(std::size_t i, std::size_t collider) const { return apart_[i * obstacles_.size() + collider]; }
-    std::vector<ColliderTouch> touches(std::span<const Vec3> x, const Places& places) const;
+    std::vector<ColliderContact> contactsAt(std::span<const Vec3> x, const Places& places) const;
     /// Of a touch or a push.
     const Penalty& lawOf(const auto& t) const { return law_[surface_.body(t.sample) * obstacles_.size() + t.collider]; }
-    double energyOf(const ColliderTouch& t) const { return surface_.area(t.sample) * lawOf(t).energy(t.depth); }
-    Vec3 forceOf(const ColliderTouch& t) const
+    double energyOf(const ColliderContact& t) const { return surface_.area(t.sample) * lawOf(t).energy(t.depth); }
+    Vec3 forceOf(const ColliderContact& t) const
     {
         return surface_.area(t.sample) * lawOf(t).pressure(t.depth) * t.outward;
     }
-    Vec3 slipOf(const ColliderHeld& h, std::span<const Vec3> x) const
+    Vec3 slipOf(const ColliderFriction& h, std::span<const Vec3> x) const
     {
-        return h.rub.slip(surface_.at(h.sample, x) - h.carried);
+        return h.spring.slip(surface_.at(h.sample, x) - h.carried);
     }
     Obstacles::Nearest nearest(std::size_t point, std::span<const Vec3> x, const Places& places) const
     {
@@ -128,7 +128,7 @@ private:
     void see(bool all);
     void look(std::span<const Vec3> x, double time);
     std::vector<ColliderPush> pushesAt(std::span<const Vec3> x, const Places& places) const;
-    std::vector<ColliderHeld> heldAt(std::span<const Vec3> x, const Places& places) const;
+    std::vector<ColliderFriction> frictionAt(std::span<const Vec3> x, const Places& places) const;
 
     double dx_, h_;  // m
     Obstacles obstacles_;
@@ -138,19 +138,19 @@ private:
     bool isChanged_ = false;    // colliders are others than in the last step
 
     // Of the step at hand.
-    double begin_ = 0, length_ = 0;   // s
-    Places start_, places_;           // when it begins; when forces are taken
-    std::vector<Apart> apart_;        // of each sample, from each collider
-    std::vector<ColliderHeld> held_;  // by rising sample
-    double deepest_ = 0;              // m
-    std::size_t active_ = 0;          // samples that touched in the last step
+    double begin_ = 0, length_ = 0;           // s
+    Places start_, places_;                   // when it begins; when forces are taken
+    std::vector<Apart> apart_;                // of each sample, from each collider
+    std::vector<ColliderFriction> friction_;  // by rising sample
+    double deepest_ = 0;                      // m
+    std::size_t active_ = 0;                  // samples that touched in the last step
     mutable Ledger work_;
 };
 
 /// Samples that are deeper than they may be, by rising sample.
-std::vector<ColliderTouch> Colliders::touches(std::span<const Vec3> x, const Places& places) const
+std::vector<ColliderContact> Colliders::contactsAt(std::span<const Vec3> x, const Places& places) const
 {
-    const auto add = [&](std::size_t begin, std::size_t end, std::vector<ColliderTouch>& all) {
+    const auto add = [&](std::size_t begin, std::size_t end, std::vector<ColliderContact>& all) {
         for (std::size_t i = begin; i < end; ++i) {
             const Vec3 y = surface_.at(i, x);
             for (std::uint32_t c = 0; c < obstacles_.size(); ++c) {
@@ -161,7 +161,7 @@ std::vector<ColliderTouch> Colliders::touches(std::span<const Vec3> x, const Pla
             }
         }
     };
-    return gatherChunks<ColliderTouch>(surface_.points(), kChunk, add);
+    return gatherChunks<ColliderContact>(surface_.points(), kChunk, add);
 }
 
 void Colliders::begin(const solver::StepStart& start)
@@ -170,7 +170,7 @@ void Colliders::begin(const solver::StepStart& start)
     begin_ = start.begin, length_ = start.time - start.begin;
     look(start.x, begin_);
     places_ = obstacles_.placesAt(start.time);
-    held_ = heldAt(start.x, start_);
+    friction_ = frictionAt(start.x, start_);
 }
 
 /// Where everything is as a step begins, or a stage of one; once, unless a step has been kept since.
@@ -203,8 +203,8 @@ void Colliders::see(bool all)
 {
     parallelChunks(surface_.size(), kChunk, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
-            TouchMemory& m = surface_.memory(i);
-            if (!all && m.allowance != TouchMemory::kUnseen) continue;
+            SampleMemory& m = surface_.memory(i);
+            if (!all && m.allowance != SampleMemory::kUnseen) continue;
             double depth = 0;
             for (std::size_t c = 0; c < obstacles_.size(); ++c)
                 depth = std::max(depth, surface_.reach(i) - apart(i, c).distance);
@@ -217,7 +217,7 @@ void Colliders::see(bool all)
 std::vector<ColliderPush> Colliders::pushesAt(std::span<const Vec3> x, const Places& places) const
 {
     std::vector<ColliderPush> all;
-    for (const ColliderTouch& t : touches(x, places))
+    for (const ColliderContact& t : contactsAt(x, places))
         surface_.visitSamples(t.sample, [&](std::size_t sample, double share) {
             all.push_back({std::uint32_t(sample), t.collider, share * forceOf(t)});
         });
@@ -225,16 +225,16 @@ std::vector<ColliderPush> Colliders::pushesAt(std::span<const Vec3> x, const Pla
 }
 
 /// What each sample rubs on: what pushes it most.
-std::vector<ColliderHeld> Colliders::heldAt(std::span<const Vec3> x, const Places& places) const
+std::vector<ColliderFriction> Colliders::frictionAt(std::span<const Vec3> x, const Places& places) const
 {
-    std::vector<ColliderHeld> all;
+    std::vector<ColliderFriction> all;
     for (const ColliderPush& p : pushesAt(x, places)) {
         const double push = p.force.norm(), friction = obstacles_[p.collider].collider().friction;
         if (!(friction * push > 0)) continue;
-        const contact::Rub rub = contact::makeRub(
+        const contact::FrictionSpring spring = contact::makeFrictionSpring(
             p.force / push, friction * push, surface_.area(p.sample) * lawOf(p).k(), surface_.memory(p.sample).stretch);
         const Vec3 carried = places_[p.collider](apart(p.sample, p.collider).at);
-        contact::addStrongest(ColliderHeld{p.sample, p.collider, rub, carried}, all);
+        contact::addStrongest(ColliderFriction{p.sample, p.collider, spring, carried}, all);
     }
     return all;
 }
@@ -242,25 +242,25 @@ std::vector<ColliderHeld> Colliders::heldAt(std::span<const Vec3> x, const Place
 bool Colliders::refresh(std::span<const Vec3> x)
 {
     const StageTimer timer(work_, "collider");
-    std::vector<ColliderHeld> held = heldAt(x, places_);
-    const bool rubs =
-        contact::haveChanged<ColliderHeld>(held_, held, [](const ColliderHeld& h) { return h.rub.push(); });
-    if (rubs) held_ = std::move(held);
-    return rubs;
+    std::vector<ColliderFriction> held = frictionAt(x, places_);
+    const bool slips = contact::haveChanged<ColliderFriction>(
+        friction_, held, [](const ColliderFriction& h) { return h.spring.push(); });
+    if (slips) friction_ = std::move(held);
+    return slips;
 }
 
 double Colliders::evaluate(std::span<const Vec3> x, std::span<Vec3> gradient) const
 {
     const StageTimer timer(work_, "collider");
     double energy = 0;
-    for (const ColliderTouch& t : touches(x, places_)) {
+    for (const ColliderContact& t : contactsAt(x, places_)) {
         energy += energyOf(t);
         surface_.addForce(t.sample, forceOf(t), gradient);
     }
-    for (const ColliderHeld& h : held_) {
+    for (const ColliderFriction& h : friction_) {
         const Vec3 slip = slipOf(h, x);
-        energy += h.rub.energy(slip);
-        surface_.addForce(h.sample, h.rub.force(slip), gradient);
+        energy += h.spring.energy(slip);
+        surface_.addForce(h.sample, h.spring.force(slip), gradient);
     }
     return energy;
 }
@@ -274,12 +274,12 @@ void Colliders::linearize(std::span<const Vec3> x, std::vector<solver::Coupling>
         c.Q = contact::blockOf(Q);
         couplings.push_back(c);
     };
-    for (const ColliderTouch& t : touches(x, places_))
+    for (const ColliderContact& t : contactsAt(x, places_))
         add(t.sample, surface_.area(t.sample) * lawOf(t).stiffness(t.depth) * t.outward * t.outward.transpose());
-    for (const ColliderHeld& h : held_) {
+    for (const ColliderFriction& h : friction_) {
         const Vec3 slip = slipOf(h, x);
-        h.rub.follow(slip, h.dual);
-        add(h.sample, h.rub.stiffness(slip, h.dual));
+        h.spring.follow(slip, h.dual);
+        add(h.sample, h.spring.stiffness(slip, h.dual));
     }
 }
 
@@ -292,20 +292,20 @@ solver::EnergyFlow Colliders::flow(const solver::Leg& leg) const
     const auto from = [&](const auto& t) { return surface_.at(t.sample, leg.from); };
     const auto to = [&](const auto& t) { return surface_.at(t.sample, leg.to); };
     // What a push brings in on the way of its collider: the mean of both ends, as forces change with depth.
-    for (const ColliderTouch& t : touches(leg.from, start_)) {
+    for (const ColliderContact& t : contactsAt(leg.from, start_)) {
         before += energyOf(t);
         brought += .5 * forceOf(t).dot(obstacles_.carry(from(t), t.collider, start_, end) - from(t));
     }
-    for (const ColliderTouch& t : touches(leg.to, end)) {
+    for (const ColliderContact& t : contactsAt(leg.to, end)) {
         after += energyOf(t);
         brought += .5 * forceOf(t).dot(to(t) - obstacles_.carry(to(t), t.collider, end, start_));
     }
-    for (const ColliderTouch& t : touches(leg.at, places_)) along += forceOf(t).dot(to(t) - from(t));
-    for (const ColliderHeld& h : held_) {
-        const Vec3 slip = slipOf(h, leg.at), force = h.rub.force(slip), way = to(h) - from(h),
+    for (const ColliderContact& t : contactsAt(leg.at, places_)) along += forceOf(t).dot(to(t) - from(t));
+    for (const ColliderFriction& h : friction_) {
+        const Vec3 slip = slipOf(h, leg.at), force = h.spring.force(slip), way = to(h) - from(h),
                    carried = obstacles_.carry(from(h), h.collider, start_, end) - from(h);
         along += force.dot(way), brought += force.dot(carried);
-        stretched += force.dot(h.rub.kept(slip) - h.rub.stretch);
+        stretched += force.dot(h.spring.kept(slip) - h.spring.stretch);
         rubbed -= force.dot(way - carried);
     }
     const double work = before - after + brought + stretched, dissipated = rubbed + stretched;
@@ -335,7 +335,7 @@ void Colliders::accept(std::span<const Vec3> x, double time, double dt)
     const Places places = obstacles_.placesAt(time);
     std::vector<Vec3> stretch(surface_.size(), Vec3::Zero());
     std::vector<double> depth(surface_.size());
-    for (const ColliderHeld& h : held_) stretch[h.sample] = h.rub.kept(slipOf(h, x));
+    for (const ColliderFriction& h : friction_) stretch[h.sample] = h.spring.kept(slipOf(h, x));
     parallelChunks(surface_.size(), kChunk, [&](std::size_t begin, std::size_t end) {
         for (std::uint32_t i = std::uint32_t(begin); i < end; ++i) {
             const Obstacles::Nearest to = nearest(i, x, places);
@@ -365,7 +365,7 @@ double Colliders::largestStep(const solver::State& state, double time)
     const StageTimer timer(work_, "collider");
     look(state.x, time);
     places_ = start_;
-    held_ = heldAt(state.x, start_);
+    friction_ = frictionAt(state.x, start_);
     const std::vector<scene::RigidVelocity> carried = obstacles_.velocitiesAt(time);
     const double rate = orderedMax(surface_.size(), kChunk, 0, [&](std::size_t begin, std::size_t end) {
         double most = 0;

@@ -23,8 +23,8 @@ bool Obstacle::isPassed(const Vec3& A, const Vec3& B) const
 }
 
 /// What begins in a collider stays as deep: most often that is a mistake.
-void noteDepths(const contact::TouchingSurface& surface, const core::SolvedStep& now,
-                std::span<const core::Body> bodies, const Obstacles& obstacles, std::vector<std::string>& notes)
+void noteDepths(const contact::ContactSurface& surface, const core::SolvedStep& now, std::span<const core::Body> bodies,
+                const Obstacles& obstacles, std::vector<std::string>& notes)
 {
     constexpr double kTold = .5;  // voxels
     const Places places = obstacles.placesAt(now.time);
@@ -39,6 +39,22 @@ void noteDepths(const contact::TouchingSurface& surface, const core::SolvedStep&
             notes.push_back("body '" + bodies[k / obstacles.size()].name + "' begins up to " + shortNumber(most[k], 3) +
                             " m deep in collider '" + obstacles[k % obstacles.size()].collider().name +
                             "': it is not pushed out but by untangle_speed");
+}
+
+void noteSizes(const Obstacles& obstacles, double dx, std::vector<std::string>& notes)
+{
+    constexpr double kThin = 2, kLong = 1000;  // voxels
+    for (std::size_t c = 0; c < obstacles.size(); ++c) {
+        const std::string own = "collider '" + obstacles[c].collider().name + "' is ";
+        if (const double thickness = 2 * obstacles[c].halfThickness(); thickness < kThin * dx)
+            notes.push_back(own + shortNumber(thickness, 3) +
+                            " m thick, less than two voxels: soft material may pass it");
+        if (const double across = obstacles[c].across(); across > kLong * dx)
+            notes.push_back(own + std::to_string(std::lround(across / dx)) +
+                            " voxels across and from a file, which takes long and " +
+                            shortNumber(double(obstacles[c].bytes()) / 1e9, 2) +
+                            " GB: check its units, or use a solid");
+    }
 }
 
 }  // namespace vdbfrac::effects

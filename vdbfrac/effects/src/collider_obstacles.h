@@ -1,7 +1,7 @@
 // What colliders are made of, exact solids or the distances round surfaces from files, and where they are.
 #pragma once
 
-#include <vdbfrac/contact/touching_surface.h>
+#include <vdbfrac/contact/contact_surface.h>
 #include <vdbfrac/grid/distance_field.h>
 #include <vdbfrac/scene/placement.h>
 #include <vdbfrac/scene/scene.h>
@@ -39,6 +39,8 @@ public:
     double steepest() const { return field_ ? field_->steepest() : 1; }
     /// Does a way lead from A outside through it and to the other side?
     bool isPassed(const Vec3& A, const Vec3& B) const;
+    /// m; 0 of a solid.
+    double across() const { return field_ ? field_->across() : 0; }
     std::size_t bytes() const { return field_ ? field_->bytes() : 0; }
 
 private:
@@ -105,7 +107,10 @@ private:
 };
 
 /// Tells which bodies begin in which colliders.
-void noteDepths(const contact::TouchingSurface& surface, const core::SolvedStep& now,
-                std::span<const core::Body> bodies, const Obstacles& obstacles, std::vector<std::string>& notes);
+void noteDepths(const contact::ContactSurface& surface, const core::SolvedStep& now, std::span<const core::Body> bodies,
+                const Obstacles& obstacles, std::vector<std::string>& notes);
+
+/// Tells which colliders are too thin to hold what is soft, or so large that a mistake in units is likely.
+void noteSizes(const Obstacles& obstacles, double dx, std::vector<std::string>& notes);
 
 }  // namespace vdbfrac::effects

@@ -13,12 +13,12 @@
 // space; where the solution lies in others, those are taken and it is solved on. Normal forces of friction are brought
 // up to date with them.
 #include "all.h"
-#include "contact_touch.h"
+#include "contact_points.h"
 
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/contact/contact_law.h>
-#include <vdbfrac/contact/touching_surface.h>
-#include <vdbfrac/contact/way_search.h>
+#include <vdbfrac/contact/contact_surface.h>
+#include <vdbfrac/contact/contact_search.h>
 #include <vdbfrac/scene/friction.h>
 
 #include <algorithm>
@@ -30,10 +30,8 @@ namespace {
 
 using contact::InTarget;
 using contact::Pair;
-using contact::Penalty;
-using contact::Rub;
-using contact::Sunk;
-using contact::TouchMemory;
+using contact::Penetration;
+using contact::SampleMemory;
 
 class Contact : public core::Effect,
                 public solver::Potential,
@@ -43,7 +41,7 @@ class Contact : public core::Effect,
                 public core::Persistent {
 public:
     Contact(const scene::Values& values, const scene::Scene& scene)
-        : friction_(values.number("friction")),
+        : mu_(values.number("friction")),
           gap_(values.number("gap")),
           closesLips_(values.text("lips") == "closed"),
           untangleSpeed_(values.number("untangle_speed")),
@@ -121,73 +119,75 @@ private:
     void forget()
     {
         isSettled_ = false;
-        search_.clear(), before_.clear(), pairs_.clear(), held_.clear();
+        search_.clear(), before_.clear(), pairs_.clear(), friction_.clear();
     }
     void look(std::span<const Vec3> x, std::span<const Vec3> v, double dt);
     std::vector<Pair> pairsAt(std::span<const Vec3> x) const;
     double depthAtStart(const Pair& p) const
     {
-        const Vec3 y = surface_.feels(p.sample, search_.start());
+        const Vec3 y = surface_.probe(p.sample, search_.start());
         return surface_.reach(p.sample) - targets_.locate(p.target, y, search_.start()).phi;
     }
     void take(std::vector<Pair> pairs);
-    std::vector<Touch> touches(std::span<const Pair> pairs, std::span<const Vec3> x) const;
-    std::vector<Touch> touches(std::span<const Vec3> x) const { return touches(pairs_, x); }
+    std::vector<ContactPoint> contactsAt(std::span<const Pair> pairs, std::span<const Vec3> x) const;
+    std::vector<ContactPoint> contactsAt(std::span<const Vec3> x) const { return contactsAt(pairs_, x); }
     double energyAt(std::span<const Vec3> x) const;
-    std::vector<Held> heldAt(std::span<const Vec3> x) const;
-    const contact::NearTets& near() const { return search_.near(); }
-    std::vector<Sunk> sunkAt(std::span<const Vec3> x) const { return near().sunkAt(surface_, targets_, x, kReach); }
-    bool cameUp(const Sunk& s) const;
-    double partFollowed(const contact::Ways& ways, double farthest) const
+    std::vector<FrictionPoint> frictionAt(std::span<const Vec3> x) const;
+    const contact::NarrowPhase& near() const { return search_.near(); }
+    std::vector<Penetration> penetrationsAt(std::span<const Vec3> x) const
     {
-        return contact::partFollowed(ways, surface_.fragmentOfNode(), farthest * h_);
+        return near().penetrationsAt(surface_, targets_, x, kReach);
     }
-    Vec3 slipOf(const Held& h, std::span<const Vec3> x) const { return h.rub.slip(forces_.apart(h, x) - h.apart); }
-    double friction_, gap_;
+    bool cameUp(const Penetration& s) const;
+    double partFollowed(const contact::Motion& motion, double farthest) const
+    {
+        return contact::partFollowed(motion, surface_.fragmentOfNode(), farthest * h_);
+    }
+    double mu_, gap_;
     bool closesLips_;
     double untangleSpeed_;
     double dx_, h_;            // m
     double longest_;           // s: that a step can be
     double last_ = kInfinity;  // s: how long the last step was
     std::span<const core::Body> bodies_;
-    contact::TouchingSurface surface_;
+    contact::ContactSurface surface_;
     contact::Targets targets_;
-    TouchForces forces_;
+    ContactForces forces_;
     bool isSettled_ = false;
     bool isFirst_ = true;     // nodes are where the last step left them
     bool isChanged_ = false;  // gaps of lips, or settings, are others than in the last step
     // Of the step at hand.
-    contact::WaySearch search_;
+    contact::ContactSearch search_;
     std::vector<Pair> pairs_;                   // by rising sample
-    std::vector<Held> held_;                    // by rising sample
+    std::vector<FrictionPoint> friction_;       // by rising sample
     std::vector<double> before_;                // m: depth of all samples
     double deepest_ = 0, deepestInItself_ = 0;  // m
     mutable Ledger work_;
 };
 
 /// Samples that are deeper than they may be, by rising sample.
-std::vector<Touch> Contact::touches(std::span<const Pair> pairs, std::span<const Vec3> x) const
+std::vector<ContactPoint> Contact::contactsAt(std::span<const Pair> pairs, std::span<const Vec3> x) const
 {
-    const auto add = [&](std::size_t begin, std::size_t end, std::vector<Touch>& all) {
+    const auto add = [&](std::size_t begin, std::size_t end, std::vector<ContactPoint>& all) {
         for (const Pair& p : pairs.subspan(begin, end - begin)) {
-            const InTarget in = targets_.locate(p.target, surface_.feels(p.sample, x), x);
+            const InTarget in = targets_.locate(p.target, surface_.probe(p.sample, x), x);
             const double depth = surface_.reach(p.sample) - in.phi - surface_.memory(p.sample).allowance;
             if (depth > 0) all.push_back({p.sample, p.target, depth, in.share, in.outward});
         }
     };
-    return gatherChunks<Touch>(pairs.size(), kChunk, add);
+    return gatherChunks<ContactPoint>(pairs.size(), kChunk, add);
 }
 
 /// What samples rub on: the target that pushes each most.
-std::vector<Held> Contact::heldAt(std::span<const Vec3> x) const
+std::vector<FrictionPoint> Contact::frictionAt(std::span<const Vec3> x) const
 {
-    std::vector<Held> all;
-    for (const Touch& t : touches(x)) {
-        const double push = forces_.force(t).norm();
-        if (!(friction_ * push > 0)) continue;
-        const Rub rub =
-            contact::makeRub(t.outward.normalized(), friction_ * push, forces_.k(t), surface_.memory(t.sample).stretch);
-        contact::addStrongest(Held{t.sample, t.target, t.share, rub, forces_.apart(t, search_.start())}, all);
+    std::vector<FrictionPoint> all;
+    for (const ContactPoint& t : contactsAt(x)) {
+        const double limit = mu_ * forces_.force(t).norm();
+        if (!(limit > 0)) continue;
+        const Vec3 stretch = surface_.memory(t.sample).stretch, apart = forces_.apart(t, search_.start());
+        const auto spring = contact::makeFrictionSpring(t.outward.normalized(), limit, forces_.k(t), stretch);
+        contact::addStrongest(FrictionPoint{t.sample, t.target, t.share, spring, apart}, all);
     }
     return all;
 }
@@ -219,13 +219,13 @@ void Contact::look(std::span<const Vec3> x, std::span<const Vec3> v, double dt)
 {
     if (!isSettled_) surface_.settle(), targets_.set(bodies_, kDepth * dx_), isSettled_ = true;
     if (search_.look(surface_, targets_, x, v, dt)) {
-        before_ = contact::deepest(sunkAt(x), surface_.size());
+        before_ = contact::deepest(penetrationsAt(x), surface_.size());
         for (std::size_t i = 0; i < surface_.size(); ++i)
-            if (isFirst_ || surface_.memory(i).allowance == TouchMemory::kUnseen)
+            if (isFirst_ || surface_.memory(i).allowance == SampleMemory::kUnseen)
                 surface_.memory(i).see(before_[i], isChanged_ ? 0 : kThrown * dx_);
     }
     take(pairsAt(search_.ahead()));
-    held_ = heldAt(x);
+    friction_ = frictionAt(x);
 }
 
 void Contact::begin(const solver::StepStart& start)
@@ -240,28 +240,28 @@ bool Contact::refresh(std::span<const Vec3> x)
     const StageTimer timer(work_, "contact");
     search_.lookBeside(surface_, targets_, x);
     std::vector<Pair> pairs = contact::withKnown(pairsAt(x), pairs_, surface_, targets_, x);
-    const std::vector<Touch> seen = touches(x), all = touches(pairs, x);
-    const bool moved = contact::haveChanged<Touch>(seen, all, [&](const Touch& t) { return forces_.force(t); }) ||
+    const std::vector<ContactPoint> seen = contactsAt(x), all = contactsAt(pairs, x);
+    const bool moved = contact::haveChanged<ContactPoint>(seen, all, [&](auto& t) { return forces_.force(t); }) ||
                        hidesDeep(seen, all, kHidden * dx_);
     if (moved) take(std::move(pairs));
-    std::vector<Held> held = heldAt(x);
-    const bool rubs = contact::haveChanged<Held>(held_, held, [](const Held& h) { return h.rub.push(); });
-    if (moved || rubs) held_ = std::move(held);
-    return moved || rubs;
+    std::vector<FrictionPoint> held = frictionAt(x);
+    const bool slips = contact::haveChanged<FrictionPoint>(friction_, held, [](auto& h) { return h.spring.push(); });
+    if (moved || slips) friction_ = std::move(held);
+    return moved || slips;
 }
 
 double Contact::evaluate(std::span<const Vec3> x, std::span<Vec3> gradient) const
 {
     const StageTimer timer(work_, "contact");
     double energy = 0;
-    for (const Touch& t : touches(x)) {
+    for (const ContactPoint& t : contactsAt(x)) {
         energy += forces_.energy(t);
         forces_.add(t, forces_.force(t), gradient);
     }
-    for (const Held& h : held_) {
-        const Vec3 slip = slipOf(h, x);
-        energy += h.rub.energy(slip);
-        forces_.add(h, h.rub.force(slip), gradient);
+    for (const FrictionPoint& h : friction_) {
+        const Vec3 slip = forces_.slip(h, x);
+        energy += h.spring.energy(slip);
+        forces_.add(h, h.spring.force(slip), gradient);
     }
     return energy;
 }
@@ -269,11 +269,11 @@ double Contact::evaluate(std::span<const Vec3> x, std::span<Vec3> gradient) cons
 void Contact::linearize(std::span<const Vec3> x, std::vector<solver::Coupling>& couplings) const
 {
     const StageTimer timer(work_, "contact");
-    for (const Touch& t : touches(x)) couplings.push_back(forces_.coupling(t, forces_.stiffness(t)));
-    for (const Held& h : held_) {
-        const Vec3 slip = slipOf(h, x);
-        h.rub.follow(slip, h.dual);
-        couplings.push_back(forces_.coupling(h, h.rub.stiffness(slip, h.dual)));
+    for (const ContactPoint& t : contactsAt(x)) couplings.push_back(forces_.coupling(t, forces_.stiffness(t)));
+    for (const FrictionPoint& h : friction_) {
+        const Vec3 slip = forces_.slip(h, x);
+        h.spring.follow(slip, h.dual);
+        couplings.push_back(forces_.coupling(h, h.spring.stiffness(slip, h.dual)));
     }
 }
 
@@ -281,7 +281,7 @@ void Contact::linearize(std::span<const Vec3> x, std::vector<solver::Coupling>& 
 double Contact::energyAt(std::span<const Vec3> x) const
 {
     double energy = 0;
-    for (const Touch& t : touches(pairsAt(x), x)) energy += forces_.energy(t);
+    for (const ContactPoint& t : contactsAt(pairsAt(x), x)) energy += forces_.energy(t);
     return energy;
 }
 
@@ -291,12 +291,12 @@ solver::EnergyFlow Contact::flow(const solver::Leg& leg) const
     const StageTimer timer(work_, "contact");
     double along = 0, stretched = 0, rubbed = 0;
     const auto wayOf = [&](const auto& t) { return Vec3(forces_.apart(t, leg.to) - forces_.apart(t, leg.from)); };
-    for (const Touch& t : touches(leg.at)) along += forces_.force(t).dot(wayOf(t));
-    for (const Held& h : held_) {
-        const Vec3 slip = slipOf(h, leg.at), force = h.rub.force(slip);
+    for (const ContactPoint& t : contactsAt(leg.at)) along += forces_.force(t).dot(wayOf(t));
+    for (const FrictionPoint& h : friction_) {
+        const Vec3 slip = forces_.slip(h, leg.at), force = h.spring.force(slip);
         along += force.dot(wayOf(h));
         rubbed -= force.dot(wayOf(h));
-        stretched += force.dot(h.rub.kept(slip) - h.rub.stretch);
+        stretched += force.dot(h.spring.kept(slip) - h.spring.stretch);
     }
     const double work = energyAt(leg.from) - energyAt(leg.to) + stretched, dissipated = rubbed + stretched;
     return {work, dissipated, work - dissipated - along};
@@ -304,7 +304,7 @@ solver::EnergyFlow Contact::flow(const solver::Leg& leg) const
 
 /// A sample may be in material of its own fragment that it does not touch, as it was beside it at rest. Where it comes
 /// out of that into what it does touch, it is deep without having gone there.
-bool Contact::cameUp(const Sunk& s) const
+bool Contact::cameUp(const Penetration& s) const
 {
     constexpr double kWay = 0.5;  // of how much deeper it is than before
     const double deeper = s.depth - before_[s.sample];
@@ -317,13 +317,13 @@ bool Contact::holds(const solver::Way& way) const
 {
     constexpr double kSlack = 2;  // of what a step was expected to be followed over
     const StageTimer timer(work_, "contact");
-    if (partFollowed({way.from, way.to}, kSlack * contact::WaySearch::kFarthest) < 1) return false;
+    if (partFollowed({way.from, way.to}, kSlack * contact::ContactSearch::kFarthest) < 1) return false;
     if (near().farthest(surface_, targets_, way.from, way.to) > kDepth * dx_) return false;
-    std::vector<Sunk> through = sunkAt(way.to);
-    std::erase_if(through, [&](const Sunk& s) {
+    std::vector<Penetration> through = penetrationsAt(way.to);
+    std::erase_if(through, [&](const Penetration& s) {
         return s.depth <= kDeep * dx_ || !isDeeper(s, knownDepth(s.sample, surface_, before_), dx_) || cameUp(s);
     });
-    return through.empty() || areResisted(std::move(through), touches(way.to), surface_, dx_);
+    return through.empty() || areResisted(std::move(through), contactsAt(way.to), surface_, dx_);
 }
 
 void Contact::accept(std::span<const Vec3> x, double, double dt)
@@ -331,22 +331,22 @@ void Contact::accept(std::span<const Vec3> x, double, double dt)
     const StageTimer timer(work_, "contact");
     last_ = dt, isFirst_ = true, isChanged_ = false;
     deepest_ = deepestInItself_ = 0;
-    const std::vector<Sunk> sunk = sunkAt(x);
-    allowJumps(sunk, touches(x), before_, kThrown * dx_, surface_);
-    for (const Sunk& s : sunk) {
+    const std::vector<Penetration> sunk = penetrationsAt(x);
+    allowJumps(sunk, contactsAt(x), before_, kThrown * dx_, surface_);
+    for (const Penetration& s : sunk) {
         double& most = s.inItself ? deepestInItself_ : deepest_;
         most = std::max(most, s.depth);
         if (s.inItself && cameUp(s)) surface_.memory(s.sample).allowance = s.depth;
     }
     const std::vector<double> depth = contact::deepest(sunk, surface_.size());
     std::vector<Vec3> stretch(surface_.size(), Vec3::Zero());
-    for (const Held& h : held_) stretch[h.sample] = h.rub.kept(slipOf(h, x));
+    for (const FrictionPoint& h : friction_) stretch[h.sample] = h.spring.kept(forces_.slip(h, x));
     for (std::size_t i = 0; i < surface_.size(); ++i)
         surface_.memory(i).keep(depth[i], stretch[i], untangleSpeed_ * dt);
     // What has sunk deeper than samples are found shall not be thrown out when it comes up.
     for (const Pair& p : pairs_)
-        if (depth[p.sample] == 0 && targets_.locate(p.target, surface_.feels(p.sample, x), x).phi < -0.5 * kDepth * dx_)
-            surface_.memory(p.sample).allowance = TouchMemory::kBuried;
+        if (depth[p.sample] == 0 && targets_.locate(p.target, surface_.probe(p.sample, x), x).phi < -0.5 * kDepth * dx_)
+            surface_.memory(p.sample).allowance = SampleMemory::kBuried;
     // What has come out is touched no more: whoever asks for the energy now asks for that of what is.
     std::erase_if(pairs_, [&](const Pair& p) { return depth[p.sample] == 0; });
 }
@@ -365,7 +365,7 @@ double Contact::largestStep(const solver::State& state, double)
     }
     const double fastest = near().fastest(surface_, targets_, state.v);
     const double followed =
-        ahead * partFollowed({state.x, contact::moved(state.x, state.v, ahead)}, contact::WaySearch::kFarthest);
+        ahead * partFollowed({state.x, contact::moved(state.x, state.v, ahead)}, contact::ContactSearch::kFarthest);
     return std::min(
         {fastest > 0 ? 0.75 * kDepth * dx_ / fastest : kInfinity, followed, ahead < longest_ ? ahead : kInfinity});
 }

@@ -56,7 +56,7 @@ const Key kKeys[] = {
     {"relevel",
      Type::choice,
      "",
-     "differences with which phi is made a distance again behind the front",
+     "finite differences by which phi is redistanced behind the front",
      "\"weno5\"",
      -kInfinity,
      kInfinity,

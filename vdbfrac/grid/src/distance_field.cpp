@@ -20,11 +20,12 @@ struct DistanceField::Data {
 
 namespace {
 
-/// Carries phi on from its band to the middle, by fast sweeping.
+/// Carries phi on from its band to the middle, or as deep as nothing gets in a step, by fast sweeping.
 openvdb::FloatGrid::Ptr filled(const openvdb::FloatGrid& band)
 {
+    constexpr int kDeepest = 32;  // voxels
     const openvdb::Coord across = materialVoxels(band).dim();
-    const int halfAcross = std::min({across.x(), across.y(), across.z()}) / 2 + 1;
+    const int halfAcross = std::min({across.x() / 2, across.y() / 2, across.z() / 2, kDeepest}) + 1;
     return openvdb::tools::dilateSdf(band, halfAcross, openvdb::tools::NN_FACE, 1,
                                      openvdb::tools::FastSweepingDomain::SWEEP_LESS_THAN_ISOVALUE);
 }
@@ -88,6 +89,8 @@ DistanceSample DistanceField::at(const Vec3& X) const
         return {away.norm(), away.normalized()};
     return {value, gradient / data_->dx};
 }
+
+double DistanceField::across() const { return (data_->upper - data_->lower).maxCoeff(); }
 
 std::size_t DistanceField::bytes() const { return data_->phi->memUsage(); }
 

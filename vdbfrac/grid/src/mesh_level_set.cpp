@@ -51,7 +51,8 @@ void requireSolid(const tetmesh::SurfaceReport& report, const scene::MeshFile& m
         "repair it: vdbfrac relevel " + file + " -o solid.vdb --voxel " +
             shortNumber(build.grid.voxelSize / mesh.scale) + ", and give shape = { vdb = " +
             (scene::placeOf(mesh).isMoved() ? "{ file = \"solid.vdb\", ... } } with the same scale, rotate, translate"
-                                            : "\"solid.vdb\" }"));
+                                            : "\"solid.vdb\" }") +
+            "; 'vdbfrac embed' then carries the mesh itself along, with its texture coordinates");
 }
 
 }  // namespace

@@ -173,7 +173,7 @@ const Key kCollider[] = {
      .defaultText = "{ velocity = [0, 0, 0] }"},
     {.name = "friction",
      .member = &Collider::friction,
-     .doc = "Coulomb's coefficient between it and the bodies.",
+     .doc = "Coefficient of Coulomb friction between it and the bodies.",
      .min = 0},
     {.name = "stiffness",
      .member = &Collider::stiffness,

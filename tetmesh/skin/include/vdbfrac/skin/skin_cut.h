@@ -89,6 +89,7 @@ private:
     std::vector<std::uint8_t> isInner_;  // of each triangle: it lies in the material, not on its surface
     std::vector<Coord> between_;         // nodes between parts that are apart at rest
     double dx_;
+    double offset_ = 0;  // m: how far the surface lies from that of phi, at most
 };
 
 }  // namespace vdbfrac::skin

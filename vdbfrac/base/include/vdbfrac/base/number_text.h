@@ -10,6 +10,13 @@ namespace vdbfrac {
 /// With so many digits that count: "0.05", "1.2e-07".
 std::string shortNumber(double value, int digits = 6);
 
+/// "1 frame", "2 frames".
+template <class Number>
+std::string counted(Number count, const std::string& noun)
+{
+    return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
+}
+
 /// As a cell of a table in CSV (RFC 4180): in quotes where it has commas, quotes or line ends.
 std::string csvCell(const std::string& text);
 /// The cells of a line of such a table.

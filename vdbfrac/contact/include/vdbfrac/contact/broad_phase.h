@@ -2,8 +2,8 @@
 #pragma once
 
 #include <vdbfrac/contact/targets.h>
-#include <vdbfrac/contact/touching_surface.h>
-#include <vdbfrac/contact/ways.h>
+#include <vdbfrac/contact/contact_surface.h>
+#include <vdbfrac/contact/motion.h>
 #include <vdbfrac/core/archive.h>
 
 #include <array>
@@ -15,7 +15,7 @@
 namespace vdbfrac::contact {
 
 /// Round the ways of the nodes of each group, and `margin` [m] wider.
-std::vector<Box> boxesOf(std::span<const Targets::Group> groups, const Ways& ways, double margin);
+std::vector<Box> boxesOf(std::span<const Targets::Group> groups, const Motion& motion, double margin);
 
 /// Where steps are short its pairs hold as long as no node has moved farther than their slack, and are looked for again
 /// only then; else they are those of one step.
@@ -31,8 +31,8 @@ public:
 
     explicit BroadPhase(Among among) : among_(among) {}
 
-    /// Ways are widened by `margin` [m]. True where it has looked again.
-    bool find(const TouchingSurface& surface, const Targets& targets, const Ways& ways, double margin);
+    /// Motion is widened by `margin` [m]. True where it has looked again.
+    bool find(const ContactSurface& surface, const Targets& targets, const Motion& motion, double margin);
     /// By rising cluster of samples.
     std::span<const Candidate> candidates() const { return candidates_; }
     /// Samples and targets are others.
@@ -43,7 +43,7 @@ public:
     std::size_t bytes() const { return candidates_.capacity() * sizeof(Candidate) + x_.capacity() * sizeof(Vec3); }
 
 private:
-    void search(const TouchingSurface& surface, const Targets& targets, const Ways& ways, double margin);
+    void search(const ContactSurface& surface, const Targets& targets, const Motion& motion, double margin);
 
     Among among_;
     bool hasLooked_ = false;   // since clear()

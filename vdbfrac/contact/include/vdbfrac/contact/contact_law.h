@@ -51,7 +51,7 @@ struct Dual {
 };
 
 /// One touch that may slide.
-struct Rub {
+struct FrictionSpring {
     Vec3 normal;       ///< unit length
     double limit = 0;  ///< friction coefficient times normal force [N]
     double eps = 0;    ///< slip [m] at which it slides
@@ -116,18 +116,18 @@ inline Penalty penaltyOf(double beta, double youngsModulus, double h)
 }
 
 /// Of force limit `limit` [N] and stiffness `k` [N/m]. The force of a small slip grows with 2 limit / eps = k.
-inline Rub makeRub(const Vec3& normal, double limit, double k, const Vec3& stretch)
+inline FrictionSpring makeFrictionSpring(const Vec3& normal, double limit, double k, const Vec3& stretch)
 {
     return {normal, limit, 2 * limit / k, stretch};
 }
 
 /// Adds what a sample rubs on to those that are known, by rising sample: of several the one that holds most.
-template <class Held>
-void addStrongest(const Held& held, std::vector<Held>& all)
+template <class FrictionPoint>
+void addStrongest(const FrictionPoint& held, std::vector<FrictionPoint>& all)
 {
     if (all.empty() || all.back().sample != held.sample)
         all.push_back(held);
-    else if (held.rub.limit > all.back().rub.limit)
+    else if (held.spring.limit > all.back().spring.limit)
         all.back() = held;
 }
 

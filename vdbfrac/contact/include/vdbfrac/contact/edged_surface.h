@@ -1,7 +1,7 @@
 // Samples of surfaces, and points on edges between them that have grown so long that something narrow would pass.
 #pragma once
 
-#include <vdbfrac/contact/touching_surface.h>
+#include <vdbfrac/contact/contact_surface.h>
 
 #include <cstdint>
 #include <functional>
@@ -13,7 +13,7 @@ namespace vdbfrac::contact {
 /// A touching surface with more points, numbered after its samples: on edges that are stretched, as far apart as
 /// samples are at rest. They keep nothing from step to step; what they may do is between what the ends of their edges
 /// may.
-class EdgedSurface : public TouchingSurface {
+class EdgedSurface : public ContactSurface {
 public:
     EdgedSurface() { keepsEdges_ = true; }
     /// Is a point of an edge between two samples, `length` [m] long, near anything?
@@ -25,21 +25,21 @@ public:
     bool isOnEdge(std::size_t i) const { return i >= size(); }
 
     // As those of samples, for all points.
-    std::size_t body(std::size_t i) const { return TouchingSurface::body(isOnEdge(i) ? onEdge_[i - size()].a : i); }
+    std::size_t body(std::size_t i) const { return ContactSurface::body(isOnEdge(i) ? onEdge_[i - size()].a : i); }
     Vec3 at(std::size_t i, std::span<const Vec3> x) const
     {
-        return between(i, [&](std::size_t end) { return TouchingSurface::at(end, x); });
+        return between(i, [&](std::size_t end) { return ContactSurface::at(end, x); });
     }
     double reach(std::size_t i) const
     {
-        return between(i, [&](std::size_t end) { return TouchingSurface::reach(end); });
+        return between(i, [&](std::size_t end) { return ContactSurface::reach(end); });
     }
     double allowance(std::size_t i) const
     {
         return between(i, [&](std::size_t end) { return memory(end).allowance; });
     }
     /// m^2; of samples that at rest, of points on edges as stretched as they are.
-    double area(std::size_t i) const { return isOnEdge(i) ? onEdge_[i - size()].area : TouchingSurface::area(i); }
+    double area(std::size_t i) const { return isOnEdge(i) ? onEdge_[i - size()].area : ContactSurface::area(i); }
     /// Calls visit(sample, share) for the sample, or the ends of its edge.
     template <class Visit>
     void visitSamples(std::size_t i, const Visit& visit) const
@@ -51,10 +51,10 @@ public:
     void addForce(std::size_t i, const Vec3& force, std::span<Vec3> gradient) const
     {
         visitSamples(
-            i, [&](std::size_t sample, double share) { TouchingSurface::addForce(sample, share * force, gradient); });
+            i, [&](std::size_t sample, double share) { ContactSurface::addForce(sample, share * force, gradient); });
     }
     void couple(std::size_t i, solver::Coupling& coupling) const;
-    std::size_t bytes() const { return TouchingSurface::bytes() + onEdge_.capacity() * sizeof(OnEdge); }
+    std::size_t bytes() const { return ContactSurface::bytes() + onEdge_.capacity() * sizeof(OnEdge); }
 
 private:
     static constexpr double kLong = 1.5;

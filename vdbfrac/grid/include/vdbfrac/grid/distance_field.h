@@ -1,4 +1,4 @@
-// The distance to a solid that was read from a file, all the way to its middle.
+// The distance to a solid that was read from a file, to its middle where that is not too deep.
 #pragma once
 
 #include <vdbfrac/base/vec.h>
@@ -14,7 +14,7 @@ struct DistanceSample {
     Vec3 gradient;
 };
 
-/// Owner of a level set whose band reaches through the whole inside; the middle is where it is deepest.
+/// Owner of a level set whose band reaches through the whole inside, or 32 voxels deep; below, nothing changes.
 class DistanceField {
 public:
     /// Of a collider that is a mesh or a level set, in the voxels of the scene. Errors as makeLevelSet().
@@ -26,6 +26,7 @@ public:
     /// the band's width without a gradient. May be called from any number of threads.
     DistanceSample at(const Vec3& X) const;
     double deepest() const { return deepest_; }  ///< m inside
+    double across() const;                       ///< m: the longest side of a box round it
     /// Most that the distance changes by over a way, over the length of the way: at least 1.
     double steepest() const { return steepest_; }
     std::size_t bytes() const;

@@ -131,7 +131,7 @@ struct Collider {
     std::string name;  ///< given, or "collider1", "collider2", ...
     Shape shape;
     Path move;
-    double friction = 0.5;     ///< Coulomb's coefficient
+    double friction = 0.5;     ///< coefficient of Coulomb friction
     double stiffness = 10;     ///< of a touch, over that of a cell
     double untangleSpeed = 0;  ///< m/s
     std::string place;

@@ -1,4 +1,4 @@
-#include <vdbfrac/contact/ways.h>
+#include <vdbfrac/contact/motion.h>
 
 #include <vdbfrac/base/parallel.h>
 
@@ -20,13 +20,13 @@ struct Swept {
 };
 
 /// By the numbers of fragments; seen from what moves by `common` [m].
-std::vector<Swept> sweptBy(const Ways& ways, std::span<const std::uint32_t> fragment, const Vec3& common)
+std::vector<Swept> sweptBy(const Motion& motion, std::span<const std::uint32_t> fragment, const Vec3& common)
 {
     std::vector<Swept> swept;
     for (std::size_t n = 0; n < fragment.size(); ++n) {
         if (fragment[n] >= swept.size()) swept.resize(fragment[n] + 1);
         Swept& own = swept[fragment[n]];
-        const Vec3 &from = ways.from[n], to = ways.to[n] - common;
+        const Vec3 &from = motion.from[n], to = motion.to[n] - common;
         own.box.extend(from).extend(to);
         own.farthest = std::max(own.farthest, (to - from).cwiseAbs().maxCoeff());
     }
@@ -49,19 +49,19 @@ Means::Means(std::span<const Vec3> values, std::span<const std::uint32_t> fragme
     for (std::size_t f = 0; f < fragments; ++f) mean_[f] /= std::max(1., count[f]);
 }
 
-Course Course::ahead(std::span<const Vec3> x, std::span<const Vec3> v, double dt, double farthest,
-                     std::span<const std::uint32_t> fragment)
+RelativeMotion RelativeMotion::ahead(std::span<const Vec3> x, std::span<const Vec3> v, double dt, double farthest,
+                                     std::span<const std::uint32_t> fragment)
 {
     return {x, v, std::isfinite(dt) ? dt : 0, 0, farthest, Means(v, fragment), Means({})};
 }
 
-Course Course::gone(std::span<const Vec3> x, std::span<const Vec3> to, double farthest,
-                    std::span<const std::uint32_t> fragment)
+RelativeMotion RelativeMotion::gone(std::span<const Vec3> x, std::span<const Vec3> to, double farthest,
+                                    std::span<const std::uint32_t> fragment)
 {
     return {x, to, 1, 1, farthest, Means(to, fragment), Means(x, fragment)};
 }
 
-std::vector<Vec3> Course::ends() const
+std::vector<Vec3> RelativeMotion::ends() const
 {
     std::vector<Vec3> there(x_.size());
     parallelChunks(there.size(), kChunk, [&](std::size_t begin, std::size_t end) {
@@ -70,12 +70,12 @@ std::vector<Vec3> Course::ends() const
     return there;
 }
 
-double Course::farthestBeside(const Ways& ways) const
+double RelativeMotion::farthestBeside(const Motion& motion) const
 {
     return orderedMax(x_.size(), kChunk, 0, [&](std::size_t begin, std::size_t end) {
         double most = 0;
         for (std::size_t n = begin; n < end; ++n) {
-            const Box box = Box(ways.from[n]).extend(ways.to[n]);
+            const Box box = Box(motion.from[n]).extend(motion.to[n]);
             const Vec3 point = (*this)(n), inside = point.cwiseMax(box.min()).cwiseMin(box.max());
             most = std::max(most, (point - inside).cwiseAbs().maxCoeff());
         }
@@ -83,12 +83,12 @@ double Course::farthestBeside(const Ways& ways) const
     });
 }
 
-WayBoxes Course::boxesWith(const Ways& ways) const
+MotionBoxes RelativeMotion::boxesWith(const Motion& motion) const
 {
-    WayBoxes boxes{std::vector<Vec3>(x_.size()), std::vector<Vec3>(x_.size())};
+    MotionBoxes boxes{std::vector<Vec3>(x_.size()), std::vector<Vec3>(x_.size())};
     parallelChunks(x_.size(), kChunk, [&](std::size_t begin, std::size_t end) {
         for (std::size_t n = begin; n < end; ++n) {
-            const Box box = Box(ways.from[n]).extend(ways.to[n]).extend((*this)(n));
+            const Box box = Box(motion.from[n]).extend(motion.to[n]).extend((*this)(n));
             boxes.low[n] = box.min(), boxes.high[n] = box.max();
         }
     });
@@ -104,9 +104,9 @@ std::vector<Vec3> moved(std::span<const Vec3> x, std::span<const Vec3> v, double
     return there;
 }
 
-bool mayMeet(const Ways& ways, std::span<const std::uint32_t> fragment, double margin)
+bool mayMeet(const Motion& motion, std::span<const std::uint32_t> fragment, double margin)
 {
-    const std::vector<Swept> swept = sweptBy(ways, fragment, Vec3::Zero());
+    const std::vector<Swept> swept = sweptBy(motion, fragment, Vec3::Zero());
     for (std::size_t i = 0; i < swept.size(); ++i) {
         if (swept[i].box.isEmpty()) continue;  // of a fragment that is gone
         const Box wide = wider(swept[i].box, margin);
@@ -127,12 +127,12 @@ double farthestMove(std::span<const Vec3> from, std::span<const Vec3> to, std::s
     });
 }
 
-double partFollowed(const Ways& ways, std::span<const std::uint32_t> fragment, double farthest)
+double partFollowed(const Motion& motion, std::span<const std::uint32_t> fragment, double farthest)
 {
     double part = kInfinity;
-    if (farthestMove(ways.from, ways.to) <= farthest) return part;
-    const Vec3 common = Means(ways.to)(0) - Means(ways.from)(0);
-    const std::vector<Swept> swept = sweptBy(ways, fragment, common);
+    if (farthestMove(motion.from, motion.to) <= farthest) return part;
+    const Vec3 common = Means(motion.to)(0) - Means(motion.from)(0);
+    const std::vector<Swept> swept = sweptBy(motion, fragment, common);
     for (std::size_t i = 0; i < swept.size(); ++i)
         for (std::size_t j = 0; j < swept.size() && swept[i].farthest > farthest; ++j)
             if (i != j && swept[i].box.intersects(swept[j].box)) part = std::min(part, farthest / swept[i].farthest);

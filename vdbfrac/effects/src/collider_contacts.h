@@ -20,7 +20,7 @@ struct Apart {
 };
 
 /// A sample in a collider, or a point of a stretched edge.
-struct ColliderTouch {
+struct ColliderContact {
     std::uint32_t sample = 0, collider = 0;
     double depth = 0;  ///< beyond its allowance [m]
     Vec3 outward;      ///< gradient of the distance
@@ -48,11 +48,11 @@ inline std::vector<ColliderPush> merged(std::vector<ColliderPush> all)
 }
 
 /// The strongest touch of a sample.
-struct ColliderHeld {
+struct ColliderFriction {
     std::uint32_t sample = 0, collider = 0;
-    contact::Rub rub;
+    contact::FrictionSpring spring;
     Vec3 carried;  ///< m: where the collider has taken the sample's place since
-    mutable contact::Dual dual = rub.dual();
+    mutable contact::Dual dual = spring.dual();
 };
 
 }  // namespace vdbfrac::effects

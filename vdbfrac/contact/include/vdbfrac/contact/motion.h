@@ -29,26 +29,26 @@ private:
 };
 
 /// Of nodes, from their places `from` to `to` [m].
-struct Ways {
+struct Motion {
     std::span<const Vec3> from, to;
 };
 
 /// Round the ways of nodes.
-struct WayBoxes {
+struct MotionBoxes {
     std::vector<Vec3> low, high;  ///< m
-    Ways ways() const { return {low, high}; }
+    Motion motion() const { return {low, high}; }
 };
 
 /// Where nodes go, seen from the mean of all, or of those of their fragment: what falls as a whole comes no nearer to
 /// itself. Their ways are cut off where they are longer than `farthest` [m].
-class Course {
+class RelativeMotion {
 public:
     /// By themselves in `dt` [s] from x, at the velocities v; nowhere for an infinite dt.
-    static Course ahead(std::span<const Vec3> x, std::span<const Vec3> v, double dt, double farthest,
-                        std::span<const std::uint32_t> fragment = {});
+    static RelativeMotion ahead(std::span<const Vec3> x, std::span<const Vec3> v, double dt, double farthest,
+                                std::span<const std::uint32_t> fragment = {});
     /// As they have gone from x.
-    static Course gone(std::span<const Vec3> x, std::span<const Vec3> to, double farthest,
-                       std::span<const std::uint32_t> fragment = {});
+    static RelativeMotion gone(std::span<const Vec3> x, std::span<const Vec3> to, double farthest,
+                               std::span<const std::uint32_t> fragment = {});
     Vec3 operator()(std::size_t node) const
     {
         const Vec3 way = scale_ * (move_[node] - common_(node)) - startScale_ * (x_[node] - commonStart_(node));
@@ -57,13 +57,13 @@ public:
     }
     std::vector<Vec3> ends() const;
     /// At most how far [m] along an axis a node ends outside of a box round its way among `ways`.
-    double farthestBeside(const Ways& ways) const;
+    double farthestBeside(const Motion& motion) const;
     /// Round these ways and its own ends.
-    WayBoxes boxesWith(const Ways& ways) const;
+    MotionBoxes boxesWith(const Motion& motion) const;
 
 private:
-    Course(std::span<const Vec3> x, std::span<const Vec3> move, double scale, double startScale, double farthest,
-           Means common, Means commonStart)
+    RelativeMotion(std::span<const Vec3> x, std::span<const Vec3> move, double scale, double startScale,
+                   double farthest, Means common, Means commonStart)
         : x_(x),
           move_(move),
           scale_(scale),
@@ -88,21 +88,21 @@ inline Box wider(const Box& box, double margin)
 }
 
 /// Round the ways of some nodes, and `margin` [m] wider.
-inline Box boxOf(std::span<const std::uint32_t> nodes, const Ways& ways, double margin)
+inline Box boxOf(std::span<const std::uint32_t> nodes, const Motion& motion, double margin)
 {
     Box box;
-    for (const std::uint32_t n : nodes) box.extend(ways.from[n]).extend(ways.to[n]);
+    for (const std::uint32_t n : nodes) box.extend(motion.from[n]).extend(motion.to[n]);
     return wider(box, margin);
 }
 
 /// May two fragments come as near as `margin` [m] to each other on these ways? `fragment`: of each node.
-bool mayMeet(const Ways& ways, std::span<const std::uint32_t> fragment, double margin);
+bool mayMeet(const Motion& motion, std::span<const std::uint32_t> fragment, double margin);
 
 /// How far a node moves along an axis, at the most [m], seen from what is common to all, or to its `fragment`.
 double farthestMove(std::span<const Vec3> from, std::span<const Vec3> to, std::span<const std::uint32_t> fragment = {});
 
 /// What part of their ways fragments that may meet on them can go, seen from what is common to all, before one of their
 /// nodes is `farthest` [m] away along an axis; infinite where none may meet, or none goes as far.
-double partFollowed(const Ways& ways, std::span<const std::uint32_t> fragment, double farthest);
+double partFollowed(const Motion& motion, std::span<const std::uint32_t> fragment, double farthest);
 
 }  // namespace vdbfrac::contact

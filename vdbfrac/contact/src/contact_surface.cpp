@@ -1,4 +1,4 @@
-#include <vdbfrac/contact/touching_surface.h>
+#include <vdbfrac/contact/contact_surface.h>
 
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/grid/phi_sampler.h>
@@ -42,7 +42,7 @@ Groups clustersOf(std::span<const EmbeddedPoint> points)
 
 }  // namespace
 
-void TouchingSurface::start(std::span<const core::Body> bodies, double gap, bool closesLips)
+void ContactSurface::start(std::span<const core::Body> bodies, double gap, bool closesLips)
 {
     bodies_ = bodies;
     gap_ = gap, closesLips_ = closesLips;
@@ -50,7 +50,7 @@ void TouchingSurface::start(std::span<const core::Body> bodies, double gap, bool
 }
 
 /// Of the bodies as they are; nobody has looked at any of them.
-void TouchingSurface::takeSamples()
+void ContactSurface::takeSamples()
 {
     isSettled_ = false;
     all_ = {};
@@ -59,25 +59,25 @@ void TouchingSurface::takeSamples()
     memory_.assign(firstOf(own_.size()), {});
 }
 
-void TouchingSurface::bury(double depth)
+void ContactSurface::bury(double depth)
 {
     if (bodies_.size() < 2) return;
     settle();
     for (std::size_t b = 0; b < bodies_.size(); ++b) {
         const auto phi = grid::phiSampler(bodies_[b].phi);
         for (std::size_t i = 0; i < size(); ++i)
-            if (body(i) != b && phi(restPosition(i)) < -depth) memory_[i].allowance = TouchMemory::kBuried;
+            if (body(i) != b && phi(restPosition(i)) < -depth) memory_[i].allowance = SampleMemory::kBuried;
     }
 }
 
-std::size_t TouchingSurface::firstOf(std::size_t body) const
+std::size_t ContactSurface::firstOf(std::size_t body) const
 {
     std::size_t first = 0;
     for (std::size_t b = 0; b < body; ++b) first += own_[b].point.size();
     return first;
 }
 
-TouchingSurface::Samples TouchingSurface::samplesOf(const core::Body& body) const
+ContactSurface::Samples ContactSurface::samplesOf(const core::Body& body) const
 {
     const tetmesh::BodyMesh& mesh = *body.mesh;
     tetmesh::EmbeddedSurface surface = mesh.surface();
@@ -128,7 +128,7 @@ TouchingSurface::Samples TouchingSurface::samplesOf(const core::Body& body) cons
     return own;
 }
 
-void TouchingSurface::recut(const core::Body& body)
+void ContactSurface::recut(const core::Body& body)
 {
     isSettled_ = false;
     all_ = {};  // nodes are numbered anew
@@ -139,18 +139,18 @@ void TouchingSurface::recut(const core::Body& body)
     numberOf.reserve(before.size());
     for (std::uint32_t i = 0; i < before.size(); ++i) numberOf.emplace(before[i], i);
     const auto first = memory_.begin() + std::ptrdiff_t(firstOf(b));
-    std::vector<TouchMemory> memory(own_[b].key.size());
+    std::vector<SampleMemory> memory(own_[b].key.size());
     for (std::size_t i = 0; i < memory.size(); ++i)
         if (const auto it = numberOf.find(own_[b].key[i]); it != numberOf.end()) memory[i] = first[it->second];
     memory_.insert(memory_.erase(first, first + std::ptrdiff_t(before.size())), memory.begin(), memory.end());
 }
 
-void TouchingSurface::settle()
+void ContactSurface::settle()
 {
     if (isSettled_) return;
     isSettled_ = true;
     all_ = {};
-    aimed_.clear(), body_.clear(), fragment_.clear(), ofNode_.clear();
+    probe_.clear(), body_.clear(), fragment_.clear(), ofNode_.clear();
     const auto append = [](auto& all, const auto& own) { all.insert(all.end(), own.begin(), own.end()); };
     for (std::size_t b = 0; b < bodies_.size(); ++b) {
         append(ofNode_, bodies_[b].fragments.ofNode());
@@ -173,27 +173,27 @@ void TouchingSurface::settle()
     cluster_ = clustersOf(all_.point);
 }
 
-double TouchingSurface::farthestFelt() const
+double ContactSurface::farthestProbe() const
 {
     double most = 0;
-    for (std::size_t i = 0; i < all_.lip.size(); ++i) most = std::max(most, toLip(i));
+    for (std::size_t i = 0; i < all_.lip.size(); ++i) most = std::max(most, lipGap(i));
     return most;
 }
 
-void TouchingSurface::aim(std::span<const Vec3> x)
+void ContactSurface::aimProbes(std::span<const Vec3> x)
 {
-    aimed_.resize(all_.lip.size());
-    parallelChunks(aimed_.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+    probe_.resize(all_.lip.size());
+    parallelChunks(probe_.size(), kChunk, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i)
-            aimed_[i] = all_.lip[i].gap * (at(i, x) - all_.lip[i].below.at(x)).stableNormalized();
+            probe_[i] = all_.lip[i].gap * (at(i, x) - all_.lip[i].below.at(x)).stableNormalized();
     });
 }
 
-void TouchingSurface::save(const std::string& name, core::Archive& archive) const
+void ContactSurface::save(const std::string& name, core::Archive& archive) const
 {
     std::vector<double> allowance, depth;
     std::vector<Vec3> stretch;
-    for (const TouchMemory& m : memory_) {
+    for (const SampleMemory& m : memory_) {
         allowance.push_back(m.allowance), stretch.push_back(m.stretch), depth.push_back(m.depth);
     }
     archive.put(name + ".allowance", allowance);
@@ -201,23 +201,24 @@ void TouchingSurface::save(const std::string& name, core::Archive& archive) cons
     archive.put(name + ".stretch", stretch);
 }
 
-void TouchingSurface::restoreFrom(const std::string& name, const core::Archive& archive)
+void ContactSurface::restoreFrom(const std::string& name, const core::Archive& archive)
 {
     takeSamples();
     const auto allowance = archive.get<double>(name + ".allowance", memory_.size());
     const auto depth = archive.get<double>(name + ".depth", memory_.size());
     const auto stretch = archive.get<Vec3>(name + ".stretch", memory_.size());
     for (std::size_t i = 0; i < memory_.size(); ++i) {
-        if (!(allowance[i] >= 0 || allowance[i] == TouchMemory::kUnseen) || !(depth[i] >= 0) || !stretch[i].allFinite())
+        if (!(allowance[i] >= 0 || allowance[i] == SampleMemory::kUnseen) || !(depth[i] >= 0) ||
+            !stretch[i].allFinite())
             archive.complain("what a sample of the surface keeps for " + name + " is out of range");
         memory_[i] = {allowance[i], stretch[i], depth[i]};
     }
 }
 
-void TouchingSurface::refineFrom(const std::string& name, const core::Refinement& wide)
+void ContactSurface::refineFrom(const std::string& name, const core::Refinement& wide)
 {
     constexpr double kFaces = 0.5;  // cosine between normals of one and the same surface
-    TouchingSurface before;
+    ContactSurface before;
     before.start(wide.bodies, gap_);
     before.restoreFrom(name, wide.archive);
     before.settle();
@@ -246,19 +247,19 @@ void TouchingSurface::refineFrom(const std::string& name, const core::Refinement
     }
 }
 
-std::size_t TouchingSurface::Samples::bytes() const
+std::size_t ContactSurface::Samples::bytes() const
 {
     return point.capacity() * sizeof(EmbeddedPoint) + (area.capacity() + reach.capacity()) * sizeof(double) +
            rest.capacity() * sizeof(AtRest) + isTorn.capacity() + key.capacity() * sizeof(std::uint64_t) +
            lip.capacity() * sizeof(Lip) + edge.capacity() * sizeof(Edge);
 }
 
-std::size_t TouchingSurface::bytes() const
+std::size_t ContactSurface::bytes() const
 {
-    std::size_t sum = all_.bytes() + cluster_.bytes() + memory_.capacity() * sizeof(TouchMemory) +
+    std::size_t sum = all_.bytes() + cluster_.bytes() + memory_.capacity() * sizeof(SampleMemory) +
                       body_.capacity() * sizeof(std::uint16_t) +
                       (fragment_.capacity() + ofNode_.capacity()) * sizeof(std::uint32_t) +
-                      aimed_.capacity() * sizeof(Vec3);
+                      probe_.capacity() * sizeof(Vec3);
     for (const Samples& own : own_) sum += own.bytes();
     return sum;
 }

@@ -1,9 +1,9 @@
-// What touches what, and what a scene says about it. Not installed.
+// Contact points: what touches what, their forces, and what a scene says about them. Not installed.
 #pragma once
 
 #include <vdbfrac/base/vec.h>
 #include <vdbfrac/contact/contact_law.h>
-#include <vdbfrac/contact/near_tets.h>
+#include <vdbfrac/contact/narrow_phase.h>
 #include <vdbfrac/core/body.h>
 #include <vdbfrac/scene/key.h>
 #include <vdbfrac/solver/potential.h>
@@ -20,7 +20,7 @@ namespace vdbfrac::effects {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 inline const scene::Key kContactKeys[] = {
-    {"friction", scene::Type::number, "", "Coulomb's coefficient", "0.5", 0},
+    {"friction", scene::Type::number, "", "coefficient of Coulomb friction", "0.5", 0},
     {"stiffness", scene::Type::number, "", "of a touch, over that of a cell: E / h times this, for each metre of depth",
      "10", 0, kInfinity, true},
     {"gap", scene::Type::number, "voxels",
@@ -40,7 +40,7 @@ inline const scene::Key kContactKeys[] = {
 };
 
 /// A sample in a target.
-struct Touch {
+struct ContactPoint {
     std::uint32_t sample = 0, target = 0;
     double depth = 0;  ///< beyond its allowance [m]
     std::array<double, 4> share{};
@@ -48,37 +48,38 @@ struct Touch {
 };
 
 /// The strongest touch of a sample.
-struct Held {
+struct FrictionPoint {
     std::uint32_t sample = 0, target = 0;
     std::array<double, 4> share{};
-    contact::Rub rub;
+    contact::FrictionSpring spring;
     Vec3 apart;  ///< m: from the point of the target to the sample, when the step began
-    mutable contact::Dual dual = rub.dual();
+    mutable contact::Dual dual = spring.dual();
 };
 
-/// What touches hold and do. `t`: a Touch, or a Held. Both sides sample each other, so each touch has half of the
-/// penalty.
-class TouchForces {
+/// What touches hold and do. `t`: a ContactPoint, or a FrictionPoint. Both sides sample each other, so each touch has
+/// half of the penalty.
+class ContactForces {
 public:
     /// `beta`: stiffness of a touch over that of a cell of the size h [m]. Surface and targets have to live as long.
-    TouchForces(const contact::TouchingSurface& surface, const contact::Targets& targets, double beta, double h)
+    ContactForces(const contact::ContactSurface& surface, const contact::Targets& targets, double beta, double h)
         : surface_(surface), targets_(targets), beta_(beta), h_(h)
     {
     }
     void start(std::span<const core::Body> bodies) { bodies_ = bodies; }
 
-    double energy(const Touch& t) const { return area(t) * law(t).energy(t.depth); }             ///< J
-    Vec3 force(const Touch& t) const { return area(t) * law(t).pressure(t.depth) * t.outward; }  ///< N
-    double k(const Touch& t) const { return area(t) * law(t).k(); }                              ///< N/m, deep
-    Mat3 stiffness(const Touch& t) const                                                         ///< N/m
+    double energy(const ContactPoint& t) const { return area(t) * law(t).energy(t.depth); }             ///< J
+    Vec3 force(const ContactPoint& t) const { return area(t) * law(t).pressure(t.depth) * t.outward; }  ///< N
+    double k(const ContactPoint& t) const { return area(t) * law(t).k(); }                              ///< N/m, deep
+    Mat3 stiffness(const ContactPoint& t) const                                                         ///< N/m
     {
         return area(t) * law(t).stiffness(t.depth) * t.outward * t.outward.transpose();
     }
     /// From the point of the target to the sample [m].
     Vec3 apart(const auto& t, std::span<const Vec3> x) const
     {
-        return surface_.feels(t.sample, x) - tetmesh::EmbeddedPoint{targets_[t.target].node, t.share}.at(x);
+        return surface_.probe(t.sample, x) - tetmesh::EmbeddedPoint{targets_[t.target].node, t.share}.at(x);
     }
+    Vec3 slip(const FrictionPoint& f, std::span<const Vec3> x) const { return f.spring.slip(apart(f, x) - f.apart); }
     /// gradient -= what a force [N] on a sample, and its opposite on a target, do at the nodes.
     void add(const auto& t, const Vec3& force, std::span<Vec3> gradient) const
     {
@@ -97,15 +98,15 @@ public:
     }
 
 private:
-    double area(const Touch& t) const { return 0.5 * surface_.area(t.sample); }
-    contact::Penalty law(const Touch& t) const
+    double area(const ContactPoint& t) const { return 0.5 * surface_.area(t.sample); }
+    contact::Penalty law(const ContactPoint& t) const
     {
         const double a = youngsModulus(surface_.body(t.sample)), b = youngsModulus(targets_[t.target].body);
         return contact::penaltyOf(beta_, 2 * a * b / (a + b), h_);
     }
     double youngsModulus(std::size_t body) const { return bodies_[body].material.youngsModulus(); }
 
-    const contact::TouchingSurface& surface_;
+    const contact::ContactSurface& surface_;
     const contact::Targets& targets_;
     std::span<const core::Body> bodies_;
     double beta_, h_;
@@ -123,21 +124,21 @@ constexpr double kDeep = 0.2, kHidden = kDeep / 2, kJump = kDeep / 4;
 constexpr double kThrown = 1;
 
 /// m: what a sample may be or was when the step began; `before`: of each sample.
-inline double knownDepth(std::uint32_t sample, const contact::TouchingSurface& surface, std::span<const double> before)
+inline double knownDepth(std::uint32_t sample, const contact::ContactSurface& surface, std::span<const double> before)
 {
     return std::max(before[sample], surface.memory(sample).allowance);
 }
 
 /// Samples that are deeper by more than `jump` [m] than they were known to be, and than what touches have resisted, are
 /// allowed the excess.
-inline void allowJumps(std::span<const contact::Sunk> sunk, std::span<const Touch> touches,
-                       std::span<const double> before, double jump, contact::TouchingSurface& surface)
+inline void allowJumps(std::span<const contact::Penetration> sunk, std::span<const ContactPoint> contacts,
+                       std::span<const double> before, double jump, contact::ContactSurface& surface)
 {
     std::vector<double> known(before.begin(), before.end());
     for (std::uint32_t i = 0; i < known.size(); ++i) known[i] = knownDepth(i, surface, before);
-    for (const Touch& t : touches)
+    for (const ContactPoint& t : contacts)
         known[t.sample] = std::max(known[t.sample], surface.memory(t.sample).allowance + t.depth);
-    for (const contact::Sunk& s : sunk)
+    for (const contact::Penetration& s : sunk)
         if (s.depth > known[s.sample] + jump) {
             surface.memory(s.sample).allowance += s.depth - known[s.sample];
             known[s.sample] = s.depth;  // it may be in several pieces
@@ -145,10 +146,10 @@ inline void allowJumps(std::span<const contact::Sunk> sunk, std::span<const Touc
 }
 
 /// Is a touch more than `deep` [m] deeper than those that were seen of its sample? Both by rising sample.
-inline bool hidesDeep(std::span<const Touch> seen, std::span<const Touch> all, double deep)
+inline bool hidesDeep(std::span<const ContactPoint> seen, std::span<const ContactPoint> all, double deep)
 {
     auto known = seen.begin();
-    for (const Touch& t : all) {
+    for (const ContactPoint& t : all) {
         double depth = deep;
         while (known != seen.end() && known->sample < t.sample) ++known;
         for (auto k = known; k != seen.end() && k->sample == t.sample; ++k) depth = std::max(depth, k->depth + deep);
@@ -158,18 +159,22 @@ inline bool hidesDeep(std::span<const Touch> seen, std::span<const Touch> all, d
 }
 
 /// By more than a step may end.
-inline bool isDeeper(const contact::Sunk& s, double expected, double dx) { return s.depth > expected + kJump * dx; }
+inline bool isDeeper(const contact::Penetration& s, double expected, double dx)
+{
+    return s.depth > expected + kJump * dx;
+}
 
 /// Are all where touches that resist let them be?
-inline bool areResisted(std::vector<contact::Sunk> sunk, std::span<const Touch> touches,
-                        const contact::TouchingSurface& surface, double dx)
+inline bool areResisted(std::vector<contact::Penetration> sunk, std::span<const ContactPoint> contacts,
+                        const contact::ContactSurface& surface, double dx)
 {
     constexpr double kResists = .8;  // of a slope: in the middle of a flap there is none
-    for (const Touch& t : touches) {
+    for (const ContactPoint& t : contacts) {
         const double resisted = surface.memory(t.sample).allowance + t.depth;
         if (t.outward.norm() > kResists)
-            std::erase_if(sunk,
-                          [&](const contact::Sunk& s) { return s.sample == t.sample && !isDeeper(s, resisted, dx); });
+            std::erase_if(sunk, [&](const contact::Penetration& s) {
+                return s.sample == t.sample && !isDeeper(s, resisted, dx);
+            });
     }
     return sunk.empty();
 }

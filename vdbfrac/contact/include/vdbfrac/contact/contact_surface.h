@@ -20,7 +20,7 @@
 namespace vdbfrac::contact {
 
 /// What a sample keeps from step to step.
-struct TouchMemory {
+struct SampleMemory {
     static constexpr double kUnseen = -1;
     static constexpr double kBuried = std::numeric_limits<double>::infinity();
     double allowance = kUnseen;   ///< how deep it may be without being pushed [m]; unseen: nobody has looked yet;
@@ -51,7 +51,7 @@ struct TouchMemory {
 /// A sample is a point of the cut surface with a reach: it touches what is that near. Forces act where the cut has its
 /// point, as tractions on the material do: farther out, at nodes that thin cut tets hardly hold, they would crush
 /// those.
-class TouchingSurface {
+class ContactSurface {
 public:
     /// `gap`: m. `closesLips`: those of cracks reach to each other. The bodies have to live as long.
     void start(std::span<const core::Body> bodies, double gap, bool closesLips = false);
@@ -77,14 +77,14 @@ public:
     bool isTorn(std::size_t i) const { return all_.isTorn[i] != 0; }  ///< on a face that a crack has made
     Vec3 at(std::size_t i, std::span<const Vec3> x) const { return all_.point[i].at(x); }
     /// How far it feels [m]: to the other lip.
-    double toLip(std::size_t i) const { return all_.lip.empty() ? 0 : all_.lip[i].gap; }
-    double farthestFelt() const;  ///< the most of all
+    double lipGap(std::size_t i) const { return all_.lip.empty() ? 0 : all_.lip[i].gap; }
+    double farthestProbe() const;  ///< the most of all
     /// Turns samples on lips to where the other lip was; until it is called again they feel in this direction.
-    void aim(std::span<const Vec3> x);
+    void aimProbes(std::span<const Vec3> x);
     /// Where it feels what is near: at itself, or where the other lip was.
-    Vec3 feels(std::size_t i, std::span<const Vec3> x) const
+    Vec3 probe(std::size_t i, std::span<const Vec3> x) const
     {
-        return aimed_.empty() ? at(i, x) : Vec3(at(i, x) + aimed_[i]);
+        return probe_.empty() ? at(i, x) : Vec3(at(i, x) + probe_[i]);
     }
     /// How far it moves where its nodes move by 1, at the most: above 1 where it lies outside of its tet.
     double stretch(std::size_t i) const
@@ -99,8 +99,8 @@ public:
     /// Of the triangles between the samples, each once; none where keepsEdges_ is false.
     using Edge = std::array<std::uint32_t, 2>;
     std::span<const Edge> edges() const { return all_.edge; }
-    TouchMemory& memory(std::size_t i) { return memory_[i]; }
-    const TouchMemory& memory(std::size_t i) const { return memory_[i]; }
+    SampleMemory& memory(std::size_t i) { return memory_[i]; }
+    const SampleMemory& memory(std::size_t i) const { return memory_[i]; }
 
     /// gradient -= what a force [N] on a sample does at its nodes.
     void addForce(std::size_t i, const Vec3& force, std::span<Vec3> gradient) const
@@ -147,13 +147,13 @@ private:
     std::span<const core::Body> bodies_;
     double gap_ = 0;
     bool closesLips_ = false;
-    std::vector<Samples> own_;         // of each body
-    std::vector<TouchMemory> memory_;  // of all
+    std::vector<Samples> own_;          // of each body
+    std::vector<SampleMemory> memory_;  // of all
     bool isSettled_ = false;
     Samples all_;  // in nodes of the system, without keys
     std::vector<std::uint16_t> body_;
     std::vector<std::uint32_t> fragment_, ofNode_;
-    std::vector<Vec3> aimed_;  // m
+    std::vector<Vec3> probe_;  // m
     Groups cluster_{{0}, {}};
 };
 

@@ -1,4 +1,4 @@
-#include <vdbfrac/contact/near_tets.h>
+#include <vdbfrac/contact/narrow_phase.h>
 
 #include <vdbfrac/base/parallel.h>
 
@@ -21,21 +21,21 @@ bool sharesNode(const tetmesh::EmbeddedPoint& point, const Target& target)
 }
 
 /// The pairs of sample and target among candidates whose ways come as near as `margin` [m].
-std::vector<Pair> meeting(std::span<const BroadPhase::Candidate> candidates, const TouchingSurface& surface,
-                          const Targets& targets, const Ways& ways, double margin)
+std::vector<Pair> meeting(std::span<const BroadPhase::Candidate> candidates, const ContactSurface& surface,
+                          const Targets& targets, const Motion& motion, double margin)
 {
     if (candidates.empty()) return {};
-    const std::vector<Box> boxes = boxesOf(targets.groups(), ways, margin);
+    const std::vector<Box> boxes = boxesOf(targets.groups(), motion, margin);
     const auto meet = [&](std::size_t begin, std::size_t end, std::vector<Pair>& found) {
         std::uint32_t last = ~0u;
         Box way;
         for (const auto& [sample, g] : candidates.subspan(begin, end - begin)) {
-            if (sample != last) way = Box(surface.feels(sample, ways.from)).extend(surface.feels(sample, ways.to));
+            if (sample != last) way = Box(surface.probe(sample, motion.from)).extend(surface.probe(sample, motion.to));
             last = sample;
             if (!boxes[g].intersects(way)) continue;
             const Targets::Group& group = targets.groups()[g];
             for (std::uint32_t t = group.first; t < group.end; ++t)
-                if (boxOf(targets[t].node, ways, margin).intersects(way) &&
+                if (boxOf(targets[t].node, motion, margin).intersects(way) &&
                     !sharesNode(surface.point(sample), targets[t]))
                     found.push_back({sample, t});
         }
@@ -45,14 +45,14 @@ std::vector<Pair> meeting(std::span<const BroadPhase::Candidate> candidates, con
 
 }  // namespace
 
-bool NearTets::find(const TouchingSurface& surface, const Targets& targets, const Ways& ways, const Ways& own,
-                    double margin)
+bool NarrowPhase::find(const ContactSurface& surface, const Targets& targets, const Motion& motion, const Motion& own,
+                       double margin)
 {
     sample_.clear(), target_.clear(), start_.assign(1, 0);
     if (targets.size() == 0 || surface.size() == 0) return false;
-    const bool hasLooked = between_.find(surface, targets, ways, margin),
+    const bool hasLooked = between_.find(surface, targets, motion, margin),
                hasLookedWithin = within_.find(surface, targets, own, margin);
-    std::vector<Pair> pairs = meeting(between_.candidates(), surface, targets, ways, margin);
+    std::vector<Pair> pairs = meeting(between_.candidates(), surface, targets, motion, margin);
     const std::vector<Pair> within = meeting(within_.candidates(), surface, targets, own, margin);
     pairs.insert(pairs.end(), within.begin(), within.end());
     std::sort(pairs.begin(), pairs.end(), [&](const Pair& a, const Pair& b) {
@@ -67,22 +67,22 @@ bool NearTets::find(const TouchingSurface& surface, const Targets& targets, cons
     return hasLooked || hasLookedWithin;
 }
 
-void NearTets::save(const std::string& name, core::Archive& archive) const
+void NarrowPhase::save(const std::string& name, core::Archive& archive) const
 {
     between_.save(name + ".between", archive), within_.save(name + ".within", archive);
 }
 
-void NearTets::restoreFrom(const std::string& name, const core::Archive& archive, std::size_t nodes)
+void NarrowPhase::restoreFrom(const std::string& name, const core::Archive& archive, std::size_t nodes)
 {
     between_.restoreFrom(name + ".between", archive, nodes), within_.restoreFrom(name + ".within", archive, nodes);
 }
 
-std::vector<Pair> NearTets::seenAt(const TouchingSurface& surface, const Targets& targets, std::span<const Vec3> x,
-                                   double reach) const
+std::vector<Pair> NarrowPhase::seenAt(const ContactSurface& surface, const Targets& targets, std::span<const Vec3> x,
+                                      double reach) const
 {
     return gatherChunks<Pair>(samples(), kSamples, [&](std::size_t begin, std::size_t end, std::vector<Pair>& seen) {
         for (std::size_t i = begin; i < end; ++i) {
-            const Vec3 y = surface.feels(sample_[i], x);
+            const Vec3 y = surface.probe(sample_[i], x);
             std::uint32_t fragment = ~0u;
             double best = 0;
             for (std::uint32_t t : this->targets(i)) {
@@ -97,12 +97,12 @@ std::vector<Pair> NearTets::seenAt(const TouchingSurface& surface, const Targets
     });
 }
 
-std::vector<Sunk> NearTets::sunkAt(const TouchingSurface& surface, const Targets& targets, std::span<const Vec3> x,
-                                   double reach) const
+std::vector<Penetration> NarrowPhase::penetrationsAt(const ContactSurface& surface, const Targets& targets,
+                                                     std::span<const Vec3> x, double reach) const
 {
-    std::vector<Sunk> all;
+    std::vector<Penetration> all;
     for (const Pair& p : seenAt(surface, targets, x, reach)) {
-        const InTarget in = targets.locate(p.target, surface.feels(p.sample, x), x);
+        const InTarget in = targets.locate(p.target, surface.probe(p.sample, x), x);
         const double depth = surface.reach(p.sample) - in.phi;
         const bool inItself = surface.fragment(p.sample) == targets[p.target].fragment;
         if (depth > 0) all.push_back({p.sample, p.target, depth, in.share, inItself});
@@ -110,15 +110,15 @@ std::vector<Sunk> NearTets::sunkAt(const TouchingSurface& surface, const Targets
     return all;
 }
 
-std::vector<double> deepest(std::span<const Sunk> sunk, std::size_t samples)
+std::vector<double> deepest(std::span<const Penetration> sunk, std::size_t samples)
 {
     std::vector<double> depth(samples, 0);
-    for (const Sunk& s : sunk) depth[s.sample] = std::max(depth[s.sample], s.depth);
+    for (const Penetration& s : sunk) depth[s.sample] = std::max(depth[s.sample], s.depth);
     return depth;
 }
 
 template <class Between>
-double NearTets::largest(const Targets& targets, const Between& between) const
+double NarrowPhase::largest(const Targets& targets, const Between& between) const
 {
     return orderedMax(samples(), kChunk, 0, [&](std::size_t begin, std::size_t end) {
         double most = 0;
@@ -131,15 +131,15 @@ double NearTets::largest(const Targets& targets, const Between& between) const
     });
 }
 
-double NearTets::fastest(const TouchingSurface& surface, const Targets& targets, std::span<const Vec3> v) const
+double NarrowPhase::fastest(const ContactSurface& surface, const Targets& targets, std::span<const Vec3> v) const
 {
     return std::sqrt(largest(targets, [&](std::uint32_t sample) {
         return [&, own = surface.at(sample, v)](std::uint32_t n) { return (own - v[n]).squaredNorm(); };
     }));
 }
 
-double NearTets::farthest(const TouchingSurface& surface, const Targets& targets, std::span<const Vec3> from,
-                          std::span<const Vec3> to) const
+double NarrowPhase::farthest(const ContactSurface& surface, const Targets& targets, std::span<const Vec3> from,
+                             std::span<const Vec3> to) const
 {
     return largest(targets, [&](std::uint32_t sample) {
         return [&, before = surface.at(sample, from), after = surface.at(sample, to)](std::uint32_t n) {
@@ -149,7 +149,7 @@ double NearTets::farthest(const TouchingSurface& surface, const Targets& targets
     });
 }
 
-std::vector<Pair> withKnown(std::span<const Pair> seen, std::span<const Pair> known, const TouchingSurface& surface,
+std::vector<Pair> withKnown(std::span<const Pair> seen, std::span<const Pair> known, const ContactSurface& surface,
                             const Targets& targets, std::span<const Vec3> x)
 {
     constexpr double kGone = 2;  // in barycentric coordinates; how far outside a plane of phi is taken for a surface
@@ -159,12 +159,12 @@ std::vector<Pair> withKnown(std::span<const Pair> seen, std::span<const Pair> kn
     std::vector<Pair> lost, all;
     std::set_difference(known.begin(), known.end(), seen.begin(), seen.end(), std::back_inserter(lost), before);
     std::erase_if(
-        lost, [&](const Pair& p) { return targets.locate(p.target, surface.feels(p.sample, x), x).least < -kGone; });
+        lost, [&](const Pair& p) { return targets.locate(p.target, surface.probe(p.sample, x), x).least < -kGone; });
     std::merge(seen.begin(), seen.end(), lost.begin(), lost.end(), std::back_inserter(all), before);
     return all;
 }
 
-std::size_t NearTets::bytes() const
+std::size_t NarrowPhase::bytes() const
 {
     return (sample_.capacity() + start_.capacity() + target_.capacity()) * sizeof(std::uint32_t) + between_.bytes() +
            within_.bytes();

@@ -17,7 +17,7 @@ struct Pair {
 };
 
 /// A sample in other material; what its allowance is does not count.
-struct Sunk {
+struct Penetration {
     std::uint32_t sample = 0, target = 0;
     double depth = 0;  ///< m, above 0
     std::array<double, 4> share{};
@@ -25,17 +25,19 @@ struct Sunk {
 };
 
 /// Of each sample [m], 0 where it is in nothing.
-std::vector<double> deepest(std::span<const Sunk> sunk, std::size_t samples);
+std::vector<double> deepest(std::span<const Penetration> sunk, std::size_t samples);
 
 /// Targets that each sample may reach: its way and theirs over the step come near each other. A sample does not see its
 /// own neighbourhood: the targets with which it shares a node, and those of its fragment that are near it at rest but
 /// not across a gap. A sample on a lip sees those too that are not joined to it there. So both lips of a crack see each
 /// other once they have parted.
-class NearTets {
+class NarrowPhase {
 public:
     /// Between fragments on ways seen from what is common to all, `own`: within each on those seen from that of the
-    /// fragment, whatever the others do. Ways are widened by `margin` [m]. True where the broad phase has looked again.
-    bool find(const TouchingSurface& surface, const Targets& targets, const Ways& ways, const Ways& own, double margin);
+    /// fragment, whatever the others do. Motion is widened by `margin` [m]. True where the broad phase has looked
+    /// again.
+    bool find(const ContactSurface& surface, const Targets& targets, const Motion& motion, const Motion& own,
+              double margin);
     /// Samples and targets are others.
     void clear() { *this = {}; }
     void save(const std::string& name, core::Archive& archive) const;
@@ -43,16 +45,16 @@ public:
 
     /// In each fragment the target that a sample lies in, or nearest to which it is: no farther outside than `reach`,
     /// in barycentric coordinates. By rising sample.
-    std::vector<Pair> seenAt(const TouchingSurface& surface, const Targets& targets, std::span<const Vec3> x,
+    std::vector<Pair> seenAt(const ContactSurface& surface, const Targets& targets, std::span<const Vec3> x,
                              double reach) const;
 
     /// Samples that are in what they see, by rising sample.
-    std::vector<Sunk> sunkAt(const TouchingSurface& surface, const Targets& targets, std::span<const Vec3> x,
-                             double reach) const;
+    std::vector<Penetration> penetrationsAt(const ContactSurface& surface, const Targets& targets,
+                                            std::span<const Vec3> x, double reach) const;
     /// At most that a sample and a node of a target move against each other at the velocities v [m/s].
-    double fastest(const TouchingSurface& surface, const Targets& targets, std::span<const Vec3> v) const;
+    double fastest(const ContactSurface& surface, const Targets& targets, std::span<const Vec3> v) const;
     /// At most how much nearer one comes to the other [m].
-    double farthest(const TouchingSurface& surface, const Targets& targets, std::span<const Vec3> from,
+    double farthest(const ContactSurface& surface, const Targets& targets, std::span<const Vec3> from,
                     std::span<const Vec3> to) const;
 
     std::size_t pairs() const { return target_.size(); }
@@ -77,7 +79,7 @@ private:
 /// The pairs seen at x, and for each sample that is in no target of a fragment there the last pair `known` with it.
 /// Without these, a sample that was just pushed out could go back in, deep, unseen. A pair is dropped where it would
 /// push a sample that has long left. All by rising sample, then fragment.
-std::vector<Pair> withKnown(std::span<const Pair> seen, std::span<const Pair> known, const TouchingSurface& surface,
+std::vector<Pair> withKnown(std::span<const Pair> seen, std::span<const Pair> known, const ContactSurface& surface,
                             const Targets& targets, std::span<const Vec3> x);
 
 }  // namespace vdbfrac::contact

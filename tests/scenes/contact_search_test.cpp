@@ -1,6 +1,6 @@
 // Which tets the samples of a surface see.
 #include <vdbfrac/base/disjoint_sets.h>
-#include <vdbfrac/contact/near_tets.h>
+#include <vdbfrac/contact/narrow_phase.h>
 #include <vdbfrac/grid/phi_nodes.h>
 #include <vdbfrac/grid/phi_sampler.h>
 #include <vdbfrac/lab/scenes/scene_run.h>
@@ -69,7 +69,7 @@ std::vector<bool> nodesOfColumn(const core::Body& body, double above)
 /// Round the edge of a column that a crack has cut out, what faces the side of the column is not its neighbourhood:
 /// they hang together far below only. It looks across the crack at an angle, as lips of any crack do that is not
 /// straight.
-TEST(NearTets, SeeAcrossACrackAtAnAngle)
+TEST(ContactSearch, SeeAcrossACrackAtAnAngle)
 {
     ColumnCutter cutter;
     lab::SceneRun run(
@@ -80,7 +80,7 @@ TEST(NearTets, SeeAcrossACrackAtAnAngle)
     run.step();
     const auto bodies = run.simulation.bodies();
     ASSERT_EQ(run.simulation.fragments(), 1u);
-    contact::TouchingSurface surface;
+    contact::ContactSurface surface;
     surface.start(bodies, 0);
     surface.settle();
     contact::Targets targets;
@@ -90,9 +90,9 @@ TEST(NearTets, SeeAcrossACrackAtAnAngle)
     std::vector<Vec3> x = tetmesh::restPositions(*bodies[0].mesh);
     for (std::size_t n = 0; n < x.size(); ++n)
         if (isColumn[n]) x[n] += kDx * Vec3(-.5, 1.9, 0);  // its side goes into what is behind the other crack
-    contact::NearTets near;
+    contact::NarrowPhase near;
     near.find(surface, targets, {x, x}, {x, x}, .1 * kDx);
-    const std::vector<double> depth = contact::deepest(near.sunkAt(surface, targets, x, .01), surface.size());
+    const std::vector<double> depth = contact::deepest(near.penetrationsAt(surface, targets, x, .01), surface.size());
     const auto phi = grid::phiSampler(bodies[0].phi);
     int inside = 0, seen = 0;
     for (std::size_t i = 0; i < surface.size(); ++i) {
@@ -130,7 +130,7 @@ double deepestOfSlabs(const std::string& velocity, const std::string& heightOfUp
     return deepest;
 }
 
-TEST(NearTets, SeeWhatIsStoppedOnItsWay)
+TEST(ContactSearch, SeeWhatIsStoppedOnItsWay)
 {
     for (const char* height : {"0.42", "0.48"}) {  // m: cells of both meet, or lie apart
         const double deepest = deepestOfSlabs("[0, -6, 0]", height, "");
@@ -139,7 +139,7 @@ TEST(NearTets, SeeWhatIsStoppedOnItsWay)
     }
 }
 
-TEST(NearTets, SeeWhatIsThrown)
+TEST(ContactSearch, SeeWhatIsThrown)
 {
     for (const char* way : {"6", "12"}) {
         const double deepest = deepestOfSlabs(
@@ -151,7 +151,7 @@ TEST(NearTets, SeeWhatIsThrown)
 }
 
 /// A cube comes from farther than lists reach: it strikes the wall, and brings no energy.
-TEST(NearTets, SeeWhatComesFromFar)
+TEST(ContactSearch, SeeWhatComesFromFar)
 {
     constexpr double kSlow = 0.7;  // of the speed: what the wall has to take, at the least
     const auto body = [](const std::string& name, const std::string& box, const std::string& more) {
@@ -173,7 +173,7 @@ TEST(NearTets, SeeWhatComesFromFar)
 }
 
 /// What falls as a whole comes no nearer to itself: it lists what it lists at rest, whatever others do.
-TEST(NearTets, CommonMotionListsNothingMore)
+TEST(ContactSearch, CommonMotionListsNothingMore)
 {
     std::string scene = "version = 1\nname = \"rings\"\n[time]\nframes = [1, 2]\n[grid]\nvoxel_size = 0.05\n";
     for (const char* x : {"0", "9"})
@@ -183,7 +183,7 @@ TEST(NearTets, CommonMotionListsNothingMore)
     const lab::SceneRun run(scene +
                             "[material.gel]\nyoungs_modulus = 1e5\npoisson_ratio = 0.3\ndensity = 1000\n[contact]\n");
     const auto bodies = run.simulation.bodies();
-    contact::TouchingSurface surface;
+    contact::ContactSurface surface;
     surface.start(bodies, 0);
     surface.settle();
     contact::Targets targets;
@@ -196,9 +196,10 @@ TEST(NearTets, CommonMotionListsNothingMore)
             const Vec3 arm = X - Vec3(isSecond ? 9 : 0, 0, 0);
             v.push_back(Vec3(0, -common - isSecond * second, 0) + speed * Vec3(arm.y(), -arm.x(), 0));
         }
-        contact::NearTets near;
-        const std::vector<Vec3> ahead = contact::Course::ahead(x, v, .04, 8 * kDx).ends(),
-                                own = contact::Course::ahead(x, v, .04, 8 * kDx, surface.fragmentOfNode()).ends();
+        contact::NarrowPhase near;
+        const std::vector<Vec3> ahead = contact::RelativeMotion::ahead(x, v, .04, 8 * kDx).ends(),
+                                own =
+                                    contact::RelativeMotion::ahead(x, v, .04, 8 * kDx, surface.fragmentOfNode()).ends();
         near.find(surface, targets, {x, ahead}, {x, own}, .1 * kDx);
         return near.pairs();
     };
@@ -211,16 +212,16 @@ TEST(NearTets, CommonMotionListsNothingMore)
 }
 
 /// However fast things fly apart, they are not looked for all along their ways.
-TEST(NearTets, WaysAreCutOff)
+TEST(ContactSearch, WaysAreCutOff)
 {
     constexpr double kFarthest = .4, kRounding = 1e-12;  // m
     const std::vector<Vec3> x = {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(2, 0, 0), Vec3(3, 0, 0)};
     const std::vector<Vec3> v = {Vec3(50, 50, 50), Vec3(-50, 0, 0), Vec3(1, 0, 0), Vec3(0, 0, 0)};
     std::vector<Vec3> to;
     for (std::size_t n = 0; n < x.size(); ++n) to.push_back(x[n] + .1 * v[n]);
-    const auto gone = contact::Course::gone(x, to, kFarthest);
+    const auto gone = contact::RelativeMotion::gone(x, to, kFarthest);
     for (std::size_t n = 0; n < x.size(); ++n) EXPECT_LE((gone(n) - x[n]).norm(), kFarthest + kRounding) << n;
-    const std::vector<Vec3> ahead = contact::Course::ahead(x, v, .1, kFarthest).ends();
+    const std::vector<Vec3> ahead = contact::RelativeMotion::ahead(x, v, .1, kFarthest).ends();
     EXPECT_LE(gone.farthestBeside({x, ahead}), kRounding);  // they went where they were expected
 }
 

@@ -1,7 +1,7 @@
 // Looks for what may touch in a step: on the ways that nodes take by themselves, and where tries of the step take them.
 #pragma once
 
-#include <vdbfrac/contact/near_tets.h>
+#include <vdbfrac/contact/narrow_phase.h>
 
 #include <cstdint>
 #include <span>
@@ -11,22 +11,22 @@
 
 namespace vdbfrac::contact {
 
-class WaySearch {
+class ContactSearch {
 public:
     static constexpr double kFarthest = 8;  ///< cells that a node is followed in a step
 
     /// `h`: spacing of the lattice [m].
-    explicit WaySearch(double h) : h_(h) {}
+    explicit ContactSearch(double h) : h_(h) {}
 
     /// Looks within `dt` [s] from x, at the velocities v; what was found from there for a longer step serves too. Has
     /// it looked?
-    bool look(TouchingSurface& surface, const Targets& targets, std::span<const Vec3> x, std::span<const Vec3> v,
+    bool look(ContactSurface& surface, const Targets& targets, std::span<const Vec3> x, std::span<const Vec3> v,
               double dt);
     /// Looks where a try has taken nodes: what was thrown or stopped is beside the way on which it was looked for. In a
     /// step it only sees more.
-    void lookBeside(const TouchingSurface& surface, const Targets& targets, std::span<const Vec3> x);
+    void lookBeside(const ContactSurface& surface, const Targets& targets, std::span<const Vec3> x);
 
-    const NearTets& near() const { return near_; }
+    const NarrowPhase& near() const { return near_; }
     std::span<const Vec3> start() const { return start_; }  ///< m: of all nodes, where the step begins
     std::span<const Vec3> ahead() const { return ahead_; }  ///< m: where they would go by themselves
     /// How often it has looked for what lies wide apart since this was asked last.
@@ -38,16 +38,16 @@ public:
     std::size_t bytes() const { return near_.bytes(); }
 
 private:
-    Ways ways() const { return beside_.low.empty() ? Ways{start_, ahead_} : beside_.ways(); }
-    Ways ownWays() const { return ownBeside_.low.empty() ? Ways{start_, ownAhead_} : ownBeside_.ways(); }
+    Motion motion() const { return beside_.low.empty() ? Motion{start_, ahead_} : beside_.motion(); }
+    Motion ownMotion() const { return ownBeside_.low.empty() ? Motion{start_, ownAhead_} : ownBeside_.motion(); }
 
     double h_;
     double dt_ = 0;  // s: what it was last asked for, as v_
     std::vector<Vec3> start_, v_, ahead_;
-    std::vector<Vec3> ownAhead_;   // m: as ahead_, seen from their fragments
-    WayBoxes beside_, ownBeside_;  // round these ways, and where tries took nodes; empty: nowhere else
-    double foundFor_ = -1;         // s: how far ahead of start_ near_ looks; below 0: it looks elsewhere
-    NearTets near_;
+    std::vector<Vec3> ownAhead_;      // m: as ahead_, seen from their fragments
+    MotionBoxes beside_, ownBeside_;  // round these ways, and where tries took nodes; empty: nowhere else
+    double foundFor_ = -1;            // s: how far ahead of start_ near_ looks; below 0: it looks elsewhere
+    NarrowPhase near_;
     std::int64_t searches_ = 0;
 };
 
