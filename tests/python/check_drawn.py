@@ -353,6 +353,53 @@ def check_shells(folder):
     check("one volume is drawn and simulated", abs(first / stats["start_volume"] - 1) < 0.02, (first, stats["start_volume"]))
 
 
+def check_covers(folder):
+    """A ball goes through a slab and takes material with it: until then the holes in the skin of a point cache are covered."""
+    (folder / "plug.toml").write_text("""version = 1
+name = "plug"
+time = { frames = [1, 10], fps = 24 }
+grid = { voxel_size = 0.05 }
+[[body]]
+name = "slab"
+shape = { box = { size = [1, 0.3, 1] } }
+material = "gel"
+[material.gel]
+youngs_modulus = 1e5
+poisson_ratio = 0.3
+density = 1000
+[[collider]]
+name = "ball"
+shape = { sphere = { radius = 0.12, center = [0, 0.4, 0] } }
+move = { keys = [{ time = 0 }, { time = 0.3, translate = [0, -1, 0] }] }
+[damping]
+stiffness = 0.002
+[fracture]
+toughness = 60
+[output]
+vdb = []
+obj = false
+point_cache = ["mdd"]
+""" + "".join(f'[[grip]]\nbody = "slab"\nregion = {{ halfspace = {{ normal = [{s}1, 0, 0], offset = 0.42 }} }}\nmove = {{ velocity = [0, 0, 0] }}\n' for s in ("", "-")))
+    vdbfrac("sim", folder / "plug.toml", "-o", folder / "plug", "-q")
+    mesh = Obj(folder / "plug/cache/plug.obj")
+    _, positions = read_mdd(folder / "plug/cache/plug.mdd")
+    skin = [f[0] for f in mesh.faces if f[4] != "inside"]
+    used = {p for f in mesh.faces if f[4] == "inside" for p in f[0]}
+    # Covers have three corners and no point of a torn face, though they lie on its rim.
+    rim = {tuple(np.rint(1e6 * mesh.points[p])) for p in used}
+    covers = [f for f in skin if len(f) == 3 and not used & set(f) and all(tuple(np.rint(1e6 * mesh.points[p])) in rim for p in f)]
+    check("there are covers", len(covers) > 20, len(covers))
+    area = lambda points, faces: sum(np.cross(points[f[k - 1]] - points[f[0]], points[f[k]] - points[f[0]]) for f in faces for k in range(2, len(f))) / 2
+    volume = lambda points, faces: sum(np.dot(points[f[0]], np.cross(points[f[k - 1]], points[f[k]])) for f in faces for k in range(2, len(f))) / 6
+    whole, away = positions[0].astype(float), np.array([0.3, 0.7, 0.2])
+    check("the skin of the first frame is closed", np.abs(area(whole, skin)).max() < 1e-4, area(whole, skin))
+    check("round all of the slab", abs(volume(whole + away, skin) / 0.3 - 1) < 1e-3, volume(whole + away, skin))
+    opened = area(whole, [f for f in skin if f not in covers])
+    check("but for its covers it is not", np.abs(opened).max() > 1e-3, opened)
+    last = positions[-1].astype(float)
+    check("covers are gone when the cracks have come", max(np.abs(last[f] - last[f[0]]).max() for f in covers) == 0)
+
+
 def check_carved(folder):
     """A score across the block: it is closed, faces beside the score are as they were read, and another mesh gets it too."""
     scene(folder / "c.toml", folder / "block.obj")
@@ -557,6 +604,7 @@ def main(folder):
     check("what is not drawn is no work", "\ndraw " not in said)
     check_soup(folder)
     check_shells(folder)
+    check_covers(folder)
     check_carved(folder)
     check_level_set(folder, hashes[0])
     said = vdbfrac("embed", bare, "-o", folder / "no.obj", code=2)

@@ -2,6 +2,7 @@
 #include "torn_solids.h"
 
 #include <vdbfrac/base/disjoint_sets.h>
+#include <vdbfrac/skin/holes.h>
 #include <vdbfrac/skin/skin_cut.h>
 
 #include <gtest/gtest.h>
@@ -74,6 +75,41 @@ TEST(SkinCut, ClosesWhatLiesBesideTheSurfaceOfPhi)
                 const SkinCut cut = cutBy(solid, {normal, .9 - .11 * k, k % 2 == 0 ? 1e9 : .2}, dx);
                 EXPECT_EQ(Edges(drawn(solid, cut)).bad(), 0) << voxels << ", " << normal.transpose() << ", " << k;
             }
+    }
+}
+
+/// The two ends of a ball that a crack has cut through are holes, if no lip lies on another: their covers close what is
+/// left of the skin. With lips on each other there is none, and part of a rim alone comes round nowhere.
+TEST(SkinCut, HolesAreCovered)
+{
+    constexpr double dx = .1;
+    const Solid solid = ball(1, 40);
+    for (const Vec3& normal : kTilts) {
+        const Drawn d = drawn(solid, cutBy(solid, {normal, .23}, dx));
+        tetmesh::DrawnTopology topology;
+        topology.mesh.points = d.points;
+        for (const auto* faces : {&d.outside, &d.torn})
+            for (const auto& t : *faces) {
+                const tetmesh::RenderMesh::Corner corners[3] = {{t[0]}, {t[1]}, {t[2]}};
+                topology.mesh.addFace(corners, tetmesh::RenderMesh::kNone, tetmesh::RenderMesh::kNone);
+                topology.torn.push_back(faces == &d.torn);
+            }
+        std::vector<std::uint8_t> isJoined(d.points.size(), 0);
+        const std::vector<Hole> holes = holesOf(topology, isJoined, dx);
+        ASSERT_EQ(holes.size(), 2u);
+        Drawn closed{d.points, d.outside, {}};
+        for (const Hole& hole : holes)
+            for (const auto& t : hole.cover) closed.torn.push_back({hole.rim[t[0]], hole.rim[t[1]], hole.rim[t[2]]});
+        const Edges edges(closed);  // covers may have some of the skin's edges too, as their points are others
+        for (const auto& [edge, n] : edges.sides) {
+            const auto back = edges.sides.find({edge.second, edge.first});
+            ASSERT_TRUE(back != edges.sides.end() && n[0] + n[1] == back->second[0] + back->second[1]);
+        }
+        EXPECT_NEAR(volume(closed), volume(d), .01 * volume(d));
+        for (std::size_t p = 0; p < isJoined.size(); ++p) isJoined[p] = d.points[p].x() > 0;
+        EXPECT_EQ(holesOf(topology, isJoined, dx).size(), 0u);
+        isJoined.assign(isJoined.size(), 1);
+        EXPECT_EQ(holesOf(topology, isJoined, dx).size(), 0u);
     }
 }
 

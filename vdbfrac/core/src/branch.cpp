@@ -23,8 +23,7 @@ bool isHalved(const scene::Change& change)
 std::string reasonToStay(const scene::Change& change)
 {
     const std::string& key = change.key;
-    if (key.starts_with("body."))
-        return key.ends_with(".material") ? "" : "a branch keeps the bodies that there are";
+    if (key.starts_with("body.")) return key.ends_with(".material") ? "" : "a branch keeps the bodies that there are";
     if (key.starts_with("grip."))
         return key.ends_with(".move") || key.ends_with(".until")
                    ? ""

@@ -41,6 +41,7 @@ std::vector<skin::Opposite> lipsOf(const tetmesh::DrawnTopology& drawn, double d
 JoinedLips::JoinedLips(const tetmesh::DrawnTopology& drawn, const Stages& stages, const Body& body)
 {
     constexpr double kMet = 0.05;  // voxels: lips that are farther apart at rest have not been closed
+    isJoined_.assign(drawn.mesh.points.size(), 0);
     const auto arrival = stages.sourceOf("arrival");
     if (!arrival) return;
     const double dx = body.phi.voxelSize();
@@ -49,6 +50,7 @@ JoinedLips::JoinedLips(const tetmesh::DrawnTopology& drawn, const Stages& stages
     for (const skin::Opposite& lip : lipsOf(drawn, dx)) {
         const Vec3 gap = lip.at(rest) - rest[lip.point];
         if (gap.norm() > kMet * dx) continue;
+        isJoined_[lip.point] = 1;
         lips_.push_back(lip);
         gap_.push_back(gap);
         X.push_back(rest[lip.point]);

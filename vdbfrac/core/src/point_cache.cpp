@@ -33,29 +33,29 @@ Archive motionOf(const Simulation& simulation)
 
 PointCache::PointCache(const scene::Scene& scene, const Simulation& simulation, const Drawing& drawing,
                        std::vector<fs::path> motion)
-    : scene_(scene),
-      startVolume_(simulation.startVolume()),
-      drawing_(drawing),
-      motion_(std::move(motion)),
-      node_(ancestors(simulation))
+    : scene_(scene), drawing_(drawing), motion_(std::move(motion)), node_(ancestors(simulation))
 {
     rest_ = frame(0);
+    lacks_ = 1 - volumeOf(rest_) / simulation.startVolume();
+    for (std::size_t b = 0; b < rest_.size() && scene.output.lipsClosed; ++b) {
+        const Body& body = simulation.bodies()[b];
+        joined_.emplace_back(*rest_[b].topology, simulation.stages(), body);
+        covers_.emplace_back(rest_[b].topology, joined_[b].isJoined(), simulation.stages(), body);
+        covers_[b].addTo(0, rest_[b]);
+    }
     for (const DrawnBody& body : rest_) {
         used_.push_back(tetmesh::usedPoints(body.topology->mesh));
         usedNormals_.push_back(tetmesh::usedNormals(body.topology->mesh));
     }
-    if (!scene.output.lipsClosed) return;
-    for (std::size_t b = 0; b < rest_.size(); ++b)
-        joined_.emplace_back(*rest_[b].topology, simulation.stages(), simulation.bodies()[b]);
 }
 
 std::string PointCache::lacks() const
 {
     constexpr double kMuch = 0.02;  // of the volume: the surface of a mesh holds up to 1 % less than its level set
-    const double lacks = 1 - volumeOf(rest_) / startVolume_;
-    if (!(lacks > kMuch)) return "";
-    return "all frames of a point cache have the surface of the last one: " + shortNumber(100 * lacks, 2) +
-           " % of the volume, which cracks take later, is missing from the first on";
+    if (!(lacks_ > kMuch)) return "";
+    return "all frames of a point cache have the surface of the last one: " + shortNumber(100 * lacks_, 2) +
+           " % of the volume, which cracks take later, is missing from the first on, and holes in the surface are "
+           "covered by flat faces until then";
 }
 
 /// Classes of nodes only split: each node of the last frame was one node in every frame before.
@@ -97,7 +97,9 @@ DrawnFrame PointCache::frame(std::size_t number) const
             atX.push_back(x[n]), atV.push_back(v[n]);
         }
         all.push_back(drawing_.body(b, atX, atV));
-        if (!joined_.empty()) joined_[b].join(double(number) / scene_.time.fps, all.back());
+        const double time = double(number) / scene_.time.fps;
+        if (!joined_.empty()) joined_[b].join(time, all.back());
+        if (!covers_.empty()) covers_[b].addTo(time, all.back());
     }
     return all;
 }

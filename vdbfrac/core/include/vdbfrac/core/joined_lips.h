@@ -10,6 +10,7 @@
 #include <vdbfrac/skin/opposite.h>
 #include <vdbfrac/tetmesh/render_mesh.h>
 
+#include <cstdint>
 #include <vector>
 
 namespace vdbfrac::core {
@@ -23,7 +24,11 @@ public:
     /// opposite, and of their velocities.
     void join(double time, DrawnBody& drawn) const;
 
+    /// Of each point: does it lie on another lip at rest?
+    const std::vector<std::uint8_t>& isJoined() const { return isJoined_; }
+
 private:
+    std::vector<std::uint8_t> isJoined_;
     std::vector<skin::Opposite> lips_;
     std::vector<Vec3> gap_;       // m, of each: from its point to what is opposite, at rest
     std::vector<float> arrival_;  // s, at each; below 0 where no crack is known to have come

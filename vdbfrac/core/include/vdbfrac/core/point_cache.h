@@ -5,6 +5,7 @@
 
 #include <vdbfrac/core/archive.h>
 #include <vdbfrac/core/drawing.h>
+#include <vdbfrac/core/hole_covers.h>
 #include <vdbfrac/core/joined_lips.h>
 #include <vdbfrac/core/simulation.h>
 #include <vdbfrac/scene/scene.h>
@@ -49,13 +50,14 @@ private:
     void writeUsd(const std::filesystem::path& out) const;
 
     const scene::Scene& scene_;
-    double startVolume_;  // m^3
+    double lacks_ = 0;  // of the volume at the start: what the first frame does not have
     const Drawing& drawing_;
     std::vector<std::filesystem::path> motion_;
     std::vector<std::vector<Nodes>> node_;  // of each frame and body: what those of the last frame were
     DrawnFrame rest_;                       // the first frame
     std::vector<std::vector<std::uint32_t>> used_, usedNormals_;  // points and normals that faces use, of each body
     std::vector<JoinedLips> joined_;                              // of each body
+    std::vector<HoleCovers> covers_;                              // of each body
 };
 
 }  // namespace vdbfrac::core
