@@ -65,19 +65,21 @@ std::string expectedErrors(const scene::Scene& scene, const core::SceneEstimate&
     std::string text;
     for (const core::BodyEstimate& e : estimate.bodies) {
         const double cells = leastWidth(e) / h;
-        text += fmt::format("expected: body '{}' is {:.3g} lattice cells across", e.body->name, cells);
+        text += fmt::format("expected error: body '{}' is {:.3g} lattice cells across", e.body->name, cells);
         const std::vector<BendingError> bars = barsLike(scene, *e.body);
         if (const BendingError* bending = noFiner(bars, kRounding * cells))
-            text +=
-                fmt::format("; bars of {:g} with nu = {:g} were off by up to {:.2g} % in bending, {:.2g} % in torsion",
-                            bending->cells, bending->nu, bending->bending, bending->torsion);
+            text += fmt::format(
+                "; in tests, bars of {:g} cells and a Poisson's ratio of {:g} were up to {:.2g} % off in bending "
+                "stiffness, {:.2g} % in torsional",
+                bending->cells, bending->nu, bending->bending, bending->torsion);
         else
-            text += bars.empty() ? "; bars like it were not measured"
-                                 : fmt::format("; less than {:g} were not measured", bars.front().cells);
+            text += bars.empty() ? "; no bars like it were measured"
+                                 : fmt::format("; bars of fewer than {:g} cells were not measured", bars.front().cells);
         const auto* tearing = tearsAtToughness(scene) ? noFiner(kTearingErrors, kRounding * cells) : nullptr;
         if (tearing)
             text += fmt::format(
-                "; notched plates and beams of {:g} tore within {:.2g} % of the load, {:.2g} degrees of the way",
+                "; notched plates and beams of {:g} cells tore within {:.2g} % of the theoretical load and {:.2g} "
+                "degrees of the path",
                 tearing->cells, tearing->load, tearing->slope);
         text += " (docs/newtons.md)\n";
     }
