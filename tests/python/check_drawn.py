@@ -575,6 +575,12 @@ def main(folder):
 
     vdbfrac("embed", run, folder / "fine.obj", "-o", folder / "fine_out.obj")
     check("another mesh rides along", len(Obj(folder / "fine_out.obj").faces) > 7000)
+    (folder / "own").mkdir()
+    (folder / "own/own.obj").write_text((folder / "fine.obj").read_text().replace("block.mtl", "own.mtl").replace("usemtl skin", "usemtl fur"))
+    (folder / "own/own.mtl").write_text("newmtl fur\nKd 0.2 0.4 0.6\n")
+    vdbfrac("embed", run, folder / "own/own.obj", "-o", folder / "own_out.obj")
+    library = (folder / "own_out.mtl").read_text()
+    check("with its own materials", "newmtl fur\nKd 0.2 0.4 0.6" in library and "fur" in {f[4] for f in Obj(folder / "own_out.obj").faces}, library)
     lines = [l.split() for l in (folder / "fine.obj").read_text().splitlines()]
     (folder / "away.obj").write_text("\n".join(" ".join(["v", str(float(l[1]) + 9), *l[2:]] if l[:1] == ["v"] else l) for l in lines) + "\n")
     (folder / "small.obj").write_text("\n".join(" ".join(["v", *(str(float(x) / 10) for x in l[1:4])] if l[:1] == ["v"] else l) for l in lines[:-1]) + "\n")

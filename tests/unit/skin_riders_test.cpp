@@ -323,6 +323,30 @@ TEST_P(SkinRiders, MayHaveNoMaterialLeft)
     EXPECT_EQ(skin.normals({}, at).size(), skin.topology()->mesh.normals.size());
 }
 
+/// A fin that is thinner than voxels has no material of its own, however long it is: it goes along with what is
+/// nearest.
+TEST_P(SkinRiders, GoWithTheNearestMaterialFromAfar)
+{
+    constexpr double kRounding = 1e-9;
+    const Coord half{6, 6, 3};
+    const CutMesh body(GetParam(),
+                       lab::sample({-10, -10, -10}, {10, 10, 10}, dx, test::boxAt(Vec3::Zero(), dx * half.toVec())));
+    tetmesh::RenderMesh mesh = voxelBox(half, dx);
+    const auto first = std::uint32_t(mesh.points.size());
+    for (const Vec3& X : {Vec3(6, .1, 0), Vec3(6, -.1, 0), Vec3(90, 0, 40)}) mesh.points.push_back(dx * X);
+    const tetmesh::RenderMesh::Corner fin[2][3] = {{{first}, {first + 1}, {first + 2}},
+                                                   {{first}, {first + 2}, {first + 1}}};
+    for (const auto& side : fin) mesh.addFace(side, tetmesh::RenderMesh::kNone, tetmesh::RenderMesh::kNone);
+    skin::Skin skin(mesh, body, {});
+    skin.follow(body, std::vector<std::uint32_t>(body.nodeCount(), 0));
+    EXPECT_GE(skin.work().far, 1);
+    Mat3 F;
+    F << 1.1, .2, 0, -.1, .9, .3, .2, 0, 1.2;
+    std::vector<Vec3> x = tetmesh::restPositions(body);
+    for (Vec3& p : x) p = F * p;
+    EXPECT_LT((skin.carried(x)[first + 2] - F * mesh.points[first + 2]).norm(), kRounding);
+}
+
 /// Cracks that cross and end in each other, some thinner than what tells a crack: no face may join two fragments.
 TEST_P(SkinRiders, StayWithTheirFragmentsAmongManyCracks)
 {

@@ -46,6 +46,20 @@ TEST(Winding, OfAClosedShellIsOutward)
     EXPECT_EQ(right.normals.size(), box.normals.size());
 }
 
+/// A corner that a face has twice is no edge.
+TEST(Winding, DoesNotMindRepeatedCorners)
+{
+    RenderMesh mesh;
+    const RenderMesh box = turned(test::withNormals(test::voxelBox({4, 3, 2}, .1)), [](std::size_t) { return true; });
+    mesh.points = box.points, mesh.normals = box.normals;
+    for (std::size_t f = 0; f < box.faces(); ++f) {
+        std::vector<RenderMesh::Corner> face(box.face(f).begin(), box.face(f).end());
+        if (f == 7) face.push_back(face.back());
+        mesh.addFace(face, RenderMesh::kNone, RenderMesh::kNone);
+    }
+    EXPECT_EQ(tetmesh::windShells(mesh), box.faces());
+}
+
 TEST(Winding, OfAnOpenShellIsThatOfMostFaces)
 {
     RenderMesh sheet = test::withNormals(test::voxelBox({4, 3, 2}, .1));

@@ -1,4 +1,5 @@
 #include <vdbfrac/tetmesh/render_mesh.h>
+#include <vdbfrac/tetmesh/planar.h>
 
 #include <vdbfrac/base/triangle.h>
 
@@ -22,12 +23,15 @@ Fans fansOf(const RenderMesh& mesh)
 {
     Fans fans;
     fans.corners.reserve(mesh.faces()), fans.face.reserve(mesh.faces());
+    std::vector<Vec3> corners;
     for (std::uint32_t f = 0; f < mesh.faces(); ++f) {
+        corners.clear();
+        for (const RenderMesh::Corner& c : mesh.face(f)) corners.push_back(mesh.points[c.point]);
         const std::uint32_t begin = f == 0 ? 0 : mesh.faceEnd[f - 1];
-        for (std::uint32_t k = begin + 2; k < mesh.faceEnd[f]; ++k) {
-            fans.corners.push_back({begin, k - 1, k});
+        eachTriangle(corners, [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+            fans.corners.push_back({begin + a, begin + b, begin + c});
             fans.face.push_back(f);
-        }
+        });
     }
     return fans;
 }

@@ -37,6 +37,8 @@ public:
     std::uint32_t faceOf(std::uint32_t edge) const { return faceOf_[edge]; }
     /// The same edge of the face beside it; none where there is no such face, or several.
     std::uint32_t twin(std::uint32_t edge) const { return twin_[edge]; }
+    /// Where a face has one point twice in a row.
+    bool isPoint(std::uint32_t edge) const { return from_[edge] == to_[edge]; }
     /// Do a face and that beside it run along their edge in one direction, so that they look opposite ways?
     bool disagrees(std::uint32_t edge) const { return from_[edge] == from_[twin_[edge]]; }
 
@@ -86,6 +88,7 @@ Shell shellFrom(std::uint32_t first, const FaceEdges& edges, std::vector<std::ui
     for (std::size_t i = 0; i < shell.faces.size(); ++i) {
         const std::uint32_t f = shell.faces[i];
         for (std::uint32_t e = edges.begin(f); e < edges.end(f); ++e) {
+            if (edges.isPoint(e)) continue;
             if (edges.twin(e) == kNone) {
                 shell.isClosed = false;
                 continue;

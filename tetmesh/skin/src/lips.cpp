@@ -2,13 +2,13 @@
 
 #include "by_voxel.h"
 #include "fairing.h"
-#include "planar.h"
 #include "slider.h"
 
 #include <vdbfrac/skin/opposite.h>
 
 #include <vdbfrac/base/grouping.h>
 #include <vdbfrac/base/parallel.h>
+#include <vdbfrac/tetmesh/planar.h>
 #include <vdbfrac/base/triangle.h>
 #include <vdbfrac/tetmesh/trilinear.h>
 
@@ -21,6 +21,11 @@
 #include <utility>
 
 namespace vdbfrac::skin {
+
+using tetmesh::NamedPolygon;
+using tetmesh::PlanarPolygon;
+using tetmesh::PlanarTriangles;
+using tetmesh::triangulate;
 
 namespace {
 

@@ -91,6 +91,31 @@ Found nearest(const tetmesh::BodyMesh& body, std::span<const tetmesh::RestTet> t
 
 }  // namespace
 
+namespace {
+
+/// Voxel nodes near those of the body at which there is material.
+std::vector<Coord> nodesWithTets(const Carrier& carrier)
+{
+    std::set<Coord> near;
+    for (std::uint32_t n = 0; n < carrier.body.nodeCount(); ++n) {
+        const Vec3 at = carrier.body.restPosition(n) / carrier.body.voxelSize();
+        near.insert({int(std::lround(at.x())), int(std::lround(at.y())), int(std::lround(at.z()))});
+    }
+    std::erase_if(near, [&](Coord n) { return carrier.tetsAt(n).empty(); });
+    if (near.empty()) throw Error("no material is left to carry the drawn surface");
+    return {near.begin(), near.end()};
+}
+
+/// For what is so far from all material that no search comes there: parts that are thinner than voxels.
+Reached nearestOf(std::span<const Coord> nodes, const Carrier& carrier, Coord from)
+{
+    const Coord at =
+        *std::ranges::min_element(nodes, {}, [&](Coord n) { return (n.toVec() - from.toVec()).squaredNorm(); });
+    return {carrier.tetsAt(at), at, at};
+}
+
+}  // namespace
+
 FragmentAt fragmentsAt(const tetmesh::BodyMesh& body, std::span<const std::uint32_t> fragmentOfNode)
 {
     const auto* lattice = dynamic_cast<const tetmesh::CutMesh*>(&body);
@@ -116,28 +141,37 @@ Embedded embedRiders(const tetmesh::BodyMesh& body, const CrackField& cracks, st
     run.push_back(order.size());
     Embedded embedded;
     embedded.points.resize(riders.size()), embedded.from.resize(riders.size()), embedded.outside.resize(riders.size());
-    const auto sums = orderedSums<2>(run.size() - 1, 64, [&](std::size_t begin, std::size_t end) {
-        std::array<double, 2> count{};
+    /// Puts riders of one anchor, in `order` from begin to end, into what was reached; counts those that are far out.
+    const auto put = [&](std::size_t begin, std::size_t end, const Reached& reached) {
+        std::vector<tetmesh::RestTet> tets;
+        for (const tetmesh::TetShare& tet : reached.tets)
+            tets.push_back(body.restTet(tet.element, std::uint32_t(tet.tet)));
+        std::vector<std::uint32_t> nodes;
+        std::int64_t far = 0;
+        for (std::size_t i = begin; i < end; ++i) {
+            const std::uint32_t rider = order[i].second;
+            const Found found = nearest(body, tets, nodes, riders[rider].X);
+            embedded.points[rider] = found.point;
+            embedded.from[rider] = reached.at;
+            embedded.outside[rider] = found.outside;
+            far += found.least < kFar;
+        }
+        return far;
+    };
+    std::vector<std::uint8_t> isLost(run.size() - 1, 0);
+    embedded.far = std::int64_t(orderedSum(isLost.size(), 64, [&](std::size_t begin, std::size_t end) {
+        std::int64_t far = 0;
         for (std::size_t r = begin; r < end; ++r) {
             const Reached reached = tetsFrom(carrier, cracks, order[run[r]].first);
-            std::vector<tetmesh::RestTet> tets;
-            for (const tetmesh::TetShare& tet : reached.tets)
-                tets.push_back(body.restTet(tet.element, std::uint32_t(tet.tet)));
-            std::vector<std::uint32_t> nodes;
-            for (std::size_t i = run[r]; i < run[r + 1]; ++i) {
-                const std::uint32_t rider = order[i].second;
-                const Found found = nearest(body, tets, nodes, riders[rider].X);
-                embedded.points[rider] = found.point;
-                embedded.from[rider] = reached.at;
-                embedded.outside[rider] = found.outside;
-                count[0] += found.least < kFar, count[1] += tets.empty();
-            }
+            isLost[r] = reached.tets.empty();
+            if (!isLost[r]) far += put(run[r], run[r + 1], reached);
         }
-        return count;
-    });
-    if (sums[1] > 0)
-        throw Error(std::to_string(int(sums[1])) + " points of the drawn surface are too far from all material");
-    embedded.far = std::int64_t(sums[0]);
+        return double(far);
+    }));
+    if (std::ranges::count(isLost, 1) == 0) return embedded;
+    const std::vector<Coord> anywhere = nodesWithTets(carrier);
+    for (std::size_t r = 0; r < isLost.size(); ++r)
+        if (isLost[r]) embedded.far += put(run[r], run[r + 1], nearestOf(anywhere, carrier, order[run[r]].first));
     return embedded;
 }
 

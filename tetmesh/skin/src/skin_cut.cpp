@@ -2,13 +2,13 @@
 
 #include "crossings.h"
 #include "lips.h"
-#include "planar.h"
 #include "rest_parts.h"
 #include "specks.h"
 #include "torn_detail.h"
 #include "torn_faces.h"
 
 #include <vdbfrac/base/parallel.h>
+#include <vdbfrac/tetmesh/planar.h>
 #include <vdbfrac/tetmesh/trilinear.h>
 
 #include <Eigen/Geometry>
@@ -17,6 +17,12 @@
 #include <cmath>
 
 namespace vdbfrac::skin {
+
+using tetmesh::inOrder;
+using tetmesh::NamedPolygon;
+using tetmesh::PlanarPolygon;
+using tetmesh::PlanarTriangles;
+using tetmesh::triangulate;
 
 namespace {
 

@@ -1,8 +1,7 @@
 #include "torn_faces.h"
 
-#include "planar.h"
-
 #include <vdbfrac/base/parallel.h>
+#include <vdbfrac/tetmesh/planar.h>
 
 #include <Eigen/Geometry>
 
@@ -13,6 +12,11 @@
 #include <utility>
 
 namespace vdbfrac::skin {
+
+using tetmesh::inOrder;
+using tetmesh::NamedPolygon;
+using tetmesh::PlanarTriangles;
+using tetmesh::triangulate;
 
 namespace {
 

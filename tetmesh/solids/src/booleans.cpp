@@ -8,12 +8,14 @@
 #include <Eigen/Geometry>
 
 #include <CGAL/Polygon_mesh_processing/corefinement.h>
-#include <CGAL/Polygon_mesh_processing/intersection.h>
 #include <CGAL/Polygon_mesh_processing/orientation.h>
+#include <CGAL/Side_of_triangle_mesh.h>
+#include <CGAL/box_intersection_d.h>
 
 #include <algorithm>
 #include <array>
 #include <map>
+#include <memory>
 #include <numeric>
 #include <utility>
 #include <vector>
@@ -191,6 +193,33 @@ Eigen::AlignedBox3d boxOf(const Parts& parts)
     return box;
 }
 
+/// A triangle of a shell, as CGAL looks for boxes that meet.
+struct ShellTriangle {
+    std::uint32_t shell;
+    Kernel::Triangle_3 triangle;
+};
+using TriangleBox = CGAL::Box_intersection_d::Box_with_info_d<double, 3, const ShellTriangle*>;
+
+/// Joins the sets of shells whose triangles meet.
+void joinMeeting(std::span<const Parts> shells, std::span<const std::uint32_t> among, DisjointSets& sets)
+{
+    std::vector<ShellTriangle> triangles;
+    for (const std::uint32_t i : among) {
+        const auto point = [&, i](std::uint32_t p) {
+            const Vec3& X = shells[i].surface.points[p];
+            return Point(X.x(), X.y(), X.z());
+        };
+        for (const auto& t : shells[i].surface.triangles)
+            triangles.push_back({i, {point(t[0]), point(t[1]), point(t[2])}});
+    }
+    std::vector<TriangleBox> boxes;
+    for (const ShellTriangle& t : triangles) boxes.emplace_back(t.triangle.bbox(), &t);
+    CGAL::box_self_intersection_d(boxes.begin(), boxes.end(), [&](const TriangleBox& a, const TriangleBox& b) {
+        const std::uint32_t i = a.info()->shell, j = b.info()->shell;
+        if (sets.find(i) != sets.find(j) && CGAL::do_intersect(a.info()->triangle, b.info()->triangle)) sets.join(i, j);
+    });
+}
+
 /// Closed shells in sets of those that reach into one another or lie in one another; others alone. By rising shell.
 std::vector<std::vector<std::uint32_t>> overlapping(std::span<const Parts> shells)
 {
@@ -201,11 +230,21 @@ std::vector<std::vector<std::uint32_t>> overlapping(std::span<const Parts> shell
     for (std::uint32_t i = 0; i < shells.size(); ++i)
         for (std::uint32_t j = 0; j < i; ++j)
             if (boxes[i].intersects(boxes[j])) near.push_back({i, j}), meshes[i], meshes[j];
-    for (auto& [i, mesh] : meshes) mesh = outwardMesh(shells[i]);
+    std::vector<std::uint32_t> closed;
+    for (auto& [i, mesh] : meshes)
+        if ((mesh = outwardMesh(shells[i]))) closed.push_back(i);
     DisjointSets sets(shells.size());
-    const auto volumes = CGAL::parameters::do_overlap_test_of_bounded_sides(true);
+    joinMeeting(shells, closed, sets);
+    std::map<std::uint32_t, std::unique_ptr<CGAL::Side_of_triangle_mesh<Mesh, Kernel>>> sides;
+    const auto isInside = [&](std::uint32_t inner, std::uint32_t outer) {
+        if (!boxes[outer].contains(boxes[inner])) return false;
+        auto& side = sides[outer];
+        if (!side) side = std::make_unique<CGAL::Side_of_triangle_mesh<Mesh, Kernel>>(*meshes[outer]);
+        return (*side)(meshes[inner]->point(Vertex(0))) == CGAL::ON_BOUNDED_SIDE;
+    };
     for (const auto& [i, j] : near)
-        if (meshes[i] && meshes[j] && PMP::do_intersect(*meshes[i], *meshes[j], volumes, volumes)) sets.join(i, j);
+        if (meshes[i] && meshes[j] && sets.find(i) != sets.find(j) && (isInside(i, j) || isInside(j, i)))
+            sets.join(i, j);
     std::map<std::uint32_t, std::vector<std::uint32_t>> members;
     for (std::uint32_t i = 0; i < shells.size(); ++i) members[sets.find(i)].push_back(i);
     std::vector<std::vector<std::uint32_t>> clusters;

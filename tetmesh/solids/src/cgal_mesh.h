@@ -10,7 +10,8 @@
 
 namespace vdbfrac::solids {
 
-using Point = CGAL::Exact_predicates_inexact_constructions_kernel::Point_3;
+using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+using Point = Kernel::Point_3;
 using Mesh = CGAL::Surface_mesh<Point>;
 using Vertex = Mesh::Vertex_index;
 using Face = Mesh::Face_index;

@@ -54,13 +54,16 @@ core::Archive newestCheckpoint(const fs::path& folder, std::uint64_t limit)
     throw FileError(folder.string(), "holds no whole checkpoint" + passed);
 }
 
-/// What of a mesh is likely a mistake.
+/// What of a mesh is likely a mistake, or is one.
 void noteInput(const EmbedOptions& options, const tetmesh::SurfaceReport& report, const core::Body& body)
 {
     constexpr double kAlike = 2;  // sizes
     Vec3 lower = body.mesh->restPosition(0), upper = lower;
     for (const Vec3& X : tetmesh::restPositions(*body.mesh)) lower = lower.cwiseMin(X), upper = upper.cwiseMax(X);
     const double times = (report.upper - report.lower).maxCoeff() / (upper - lower).maxCoeff();
+    if ((report.lower.array() > upper.array()).any() || (report.upper.array() < lower.array()).any())
+        throw InputError({options.mesh, "lies beside body '" + body.name + "'", "a mesh where the body lies at rest",
+                          options.placed ? "" : "--placed moves it as the scene moves the body's own file"});
     if (!(times <= kAlike && times >= 1 / kAlike))
         std::fprintf(stderr, "note: %s is %.3g times as large as body '%s' at rest%s\n", options.mesh.c_str(), times,
                      body.name.c_str(),
@@ -97,17 +100,7 @@ struct LastState {
         if (!options.mesh.empty()) replace(options);
         prepared.simulation.restoreFrom(newestCheckpoint(folder, limit));
         Ledger work;
-        try {
-            drawing.follow(prepared.simulation, work);
-        } catch (const FileError&) {
-            throw;
-        } catch (const LimitError&) {
-            throw;
-        } catch (const Error& e) {
-            if (options.mesh.empty()) throw;
-            throw InputError({options.mesh, e.what(), "a mesh where the body lies at rest",
-                              options.placed ? "" : "--placed moves it as the scene moves the body's own file"});
-        }
+        drawing.follow(prepared.simulation, work);
     }
 
 private:
@@ -129,7 +122,7 @@ private:
         const tetmesh::SurfaceReport report = tetmesh::examine(tetmesh::soupOf(mesh));
         isClosed = report.closed;
         noteInput(options, report, prepared.simulation.bodies()[b]);
-        drawing.replace(prepared.scene, prepared.simulation, b, std::move(mesh));
+        drawing.replace(prepared.scene, prepared.simulation, b, std::move(mesh), fs::path(options.mesh).parent_path());
     }
 };
 

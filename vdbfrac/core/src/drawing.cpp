@@ -142,19 +142,18 @@ bool isInParts(const Body& body)
 }  // namespace
 
 Drawing::Drawing(const scene::Scene& scene, const Simulation& simulation)
+    : materials_(std::make_shared<DrawnMaterials>())
 {
     std::vector<tetmesh::RenderMesh> meshes;
-    DrawnMaterials materials;
     renamed_.resize(scene.bodies.size());
     for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
         const Body& body = simulation.bodies()[b];
         meshes.push_back(withOwnNames(outerSurface(scene.bodies[b], body, notes_), body.name, notes_));
         if (const auto* file = std::get_if<scene::MeshFile>(&scene.bodies[b].shape))
-            renamed_[b] = materials.add(meshes.back(), file->file.parent_path(), body.name, notes_);
+            renamed_[b] = materials_->add(meshes.back(), file->file.parent_path(), body.name, notes_);
     }
     for (const scene::Material& m : scene.materials)
-        if (m.hasColour()) colours_[m.name] = materials.nameOf(m);
-    materials_ = materials.text();
+        if (m.hasColour()) colours_[m.name] = materials_->nameOf(m);
     for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
         const Body& body = simulation.bodies()[b];
         nameMaterials(scene, b, meshes[b]);
@@ -176,16 +175,19 @@ void Drawing::nameMaterials(const scene::Scene& scene, std::size_t body, tetmesh
 }
 
 void Drawing::replace(const scene::Scene& scene, const Simulation& simulation, std::size_t body,
-                      tetmesh::RenderMesh mesh)
+                      tetmesh::RenderMesh mesh, const std::filesystem::path& folder)
 {
     const Body& own = simulation.bodies()[body];
     const double edge = own.phi.voxelSize();
+    renamed_[body] = materials_->add(mesh, folder, own.name, notes_);
     mesh = tearable(withOwnNames(std::move(mesh), own.name, notes_), own.name, edge, notes_);
     auto whole = carved(std::move(mesh), scene.bodies[body], edge);
     if (!whole) throw InputError({"the mesh for body '" + own.name + "'", "cannot be drawn", kCarvable, ""});
     nameMaterials(scene, body, *whole);
     surfaces_[body] = {skin::Skin(std::move(*whole), *own.mesh, styleOf(scene), isInParts(own))};
 }
+
+const std::string& Drawing::materials() const { return materials_->text(); }
 
 void Drawing::follow(const Simulation& simulation, Ledger& work)
 {

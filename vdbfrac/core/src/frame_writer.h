@@ -51,7 +51,8 @@ public:
     /// Writes the tables that are behind, as far as that is possible.
     ~Writer();
 
-    /// Writes .vdb and .obj of a frame; and now and then stats.csv and run.json with all there is so far.
+    /// Writes .vdb, .obj, .ply and .motion of a frame; and now and then stats.csv and run.json with all there is so
+    /// far.
     void write(FrameData& data);
     /// Writes stats.csv and run.json, with what went wrong, if something did.
     void writeTables(const std::vector<StepRecord>& steps, const RunState& state, const std::string& status,

@@ -4,6 +4,7 @@
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/grid/level_set_surface.h>
 #include <vdbfrac/grid/relevel.h>
+#include <vdbfrac/tetmesh/planar.h>
 #include <vdbfrac/tetmesh/surface_input.h>
 
 #include <openvdb/tools/MeshToVolume.h>
@@ -16,15 +17,20 @@ namespace vdbfrac::grid {
 
 namespace {
 
-/// Fans of triangles; the polygons of a closed surface stay closed, planar or not.
+/// The polygons of a closed surface stay closed, planar or not.
 Triangles triangles(const tetmesh::PolygonSoup& soup, double dx)
 {
     Triangles t;
     t.points.reserve(soup.points.size());
     for (const Vec3& X : soup.points) t.points.push_back(X / dx);
-    for (const std::vector<std::size_t>& p : soup.polygons)
-        for (std::size_t c = 2; c < p.size(); ++c)
-            t.corners.push_back({std::uint32_t(p[0]), std::uint32_t(p[c - 1]), std::uint32_t(p[c])});
+    std::vector<Vec3> corners;
+    for (const std::vector<std::size_t>& p : soup.polygons) {
+        corners.clear();
+        for (const std::size_t corner : p) corners.push_back(soup.points[corner]);
+        tetmesh::eachTriangle(corners, [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+            t.corners.push_back({std::uint32_t(p[a]), std::uint32_t(p[b]), std::uint32_t(p[c])});
+        });
+    }
     return t;
 }
 

@@ -18,7 +18,7 @@ using Block = SurfaceBand::Block;
 constexpr int kEdge = SurfaceBand::kEdge;
 constexpr double kWidth = SurfaceBand::kWidth;
 constexpr int kInBlock = SurfaceBand::kVoxels;
-constexpr double kMaxReach = 1 << 20;  // voxels: a level set of more along an axis is not worth its memory
+constexpr double kMaxReach = 1 << 28;  // voxels from the origin: blocks are numbered by int
 constexpr float kOnFace = 1e-6f;       // voxels: nearer is on the surface, to the rounding of floats
 
 std::size_t indexOf(int x, int y, int z) { return std::size_t((x * kEdge + y) * kEdge + z); }

@@ -37,7 +37,7 @@ struct RenderMesh {
     void addFace(std::span<const Corner> corners, std::uint32_t group, std::uint32_t material);
 };
 
-/// The triangles of the fans of all faces, and the face of each.
+/// The triangles of all faces, as eachTriangle() has them, and the face of each.
 struct Fans {
     std::vector<std::array<std::uint32_t, 3>> corners;  ///< places in RenderMesh::corners
     std::vector<std::uint32_t> face;

@@ -35,7 +35,11 @@ public:
     void clear();
     void save(const std::string& name, core::Archive& archive) const { near_.save(name, archive); }
     void restoreFrom(const std::string& name, const core::Archive& archive, std::size_t nodes);
-    std::size_t bytes() const { return near_.bytes(); }
+    std::size_t bytes() const
+    {
+        const std::size_t places = start_.capacity() + v_.capacity() + ahead_.capacity() + ownAhead_.capacity();
+        return near_.bytes() + places * sizeof(Vec3);
+    }
 
 private:
     Motion motion() const { return beside_.low.empty() ? Motion{start_, ahead_} : beside_.motion(); }

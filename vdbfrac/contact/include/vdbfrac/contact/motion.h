@@ -56,9 +56,9 @@ public:
         return x_[node] + (far > 1 ? Vec3(way / std::sqrt(far)) : way);
     }
     std::vector<Vec3> ends() const;
-    /// At most how far [m] along an axis a node ends outside of a box round its way among `ways`.
+    /// At most how far [m] along an axis a node ends outside of the box round its way in `motion`.
     double farthestBeside(const Motion& motion) const;
-    /// Round these ways and its own ends.
+    /// Round the ways in `motion` and its own ends.
     MotionBoxes boxesWith(const Motion& motion) const;
 
 private:

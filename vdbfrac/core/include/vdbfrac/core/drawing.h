@@ -9,6 +9,7 @@
 #include <vdbfrac/tetmesh/cache_files.h>
 
 #include <cstdint>
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <string>
@@ -30,16 +31,19 @@ tetmesh::RenderMesh surfaceOf(const scene::Collider& collider, const scene::Grid
 /// Points and normals put where the scene puts what a file holds.
 void moveMesh(tetmesh::RenderMesh& mesh, const scene::FilePlace& place);
 
+class DrawnMaterials;
+
 class Drawing {
 public:
     /// The simulation has made no step. Throws as reading the bodies' files does.
     Drawing(const scene::Scene& scene, const Simulation& simulation);
     /// Draws another mesh [m, at rest] for a body, with what is added to it and cut from it; before the first follow().
-    /// Throws InputError where that cannot be had of the mesh.
-    void replace(const scene::Scene& scene, const Simulation& simulation, std::size_t body, tetmesh::RenderMesh mesh);
+    /// `folder`: where its material libraries are. Throws InputError where that cannot be had of the mesh.
+    void replace(const scene::Scene& scene, const Simulation& simulation, std::size_t body, tetmesh::RenderMesh mesh,
+                 const std::filesystem::path& folder);
 
     /// Material libraries of the bodies' meshes, as one text; those that are not there are left out.
-    const std::string& materials() const { return materials_; }
+    const std::string& materials() const;
     /// What the user should know of the surfaces, a sentence each.
     const std::vector<std::string>& notes() const { return notes_; }
 
@@ -62,7 +66,7 @@ private:
     // are another's in other bodies.
     std::map<std::string, std::string> colours_;
     std::vector<std::map<std::string, std::string>> renamed_;
-    std::string materials_;
+    std::shared_ptr<DrawnMaterials> materials_;
     std::vector<std::string> notes_;
 };
 

@@ -1,4 +1,6 @@
-#include "planar.h"
+#include <vdbfrac/tetmesh/planar.h>
+
+#include <Eigen/Geometry>
 
 #include <CGAL/Constrained_Delaunay_triangulation_2.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
@@ -8,7 +10,7 @@
 #include <map>
 #include <utility>
 
-namespace vdbfrac::skin {
+namespace vdbfrac::tetmesh {
 
 namespace {
 
@@ -133,4 +135,45 @@ void PlanarPolygon::goRound(const std::vector<std::uint32_t>& round, const std::
 
 PlanarTriangles triangulate(const PlanarPolygon& polygon) { return Divider(polygon).run(); }
 
-}  // namespace vdbfrac::skin
+namespace {
+
+/// Twice that of a polygon.
+Vec3 areaVector(std::span<const Vec3> corners)
+{
+    Vec3 sum = Vec3::Zero();
+    for (std::size_t k = 2; k < corners.size(); ++k)
+        sum += (corners[k - 1] - corners[0]).cross(corners[k] - corners[0]);
+    return sum;
+}
+
+}  // namespace
+
+bool isConvex(std::span<const Vec3> corners)
+{
+    constexpr double kStraight = 1e-9;  // sine of the angle between two edges
+    const std::size_t n = corners.size();
+    if (n <= 3) return true;
+    const Vec3 normal = areaVector(corners).stableNormalized();
+    for (std::size_t k = 0; k < n; ++k) {
+        const Vec3 in = corners[(k + 1) % n] - corners[k], out = corners[(k + 2) % n] - corners[(k + 1) % n];
+        if (!(in.cross(out).dot(normal) > kStraight * in.norm() * out.norm())) return false;
+    }
+    return true;
+}
+
+std::vector<std::array<std::uint32_t, 3>> polygonTriangles(std::span<const Vec3> corners)
+{
+    const auto n = std::uint32_t(corners.size());
+    const Vec3 normal = areaVector(corners);
+    PlanarPolygon polygon;
+    std::vector<std::uint32_t> round;
+    for (std::uint32_t k = 0; k < n; ++k) polygon.points.push_back(flattened(corners[k], normal)), round.push_back(k);
+    polygon.goRound(round, std::vector<std::uint8_t>(n, 0));
+    PlanarTriangles divided = triangulate(polygon);
+    if (divided.isSound && divided.triangles.size() + 2 == n) return std::move(divided.triangles);
+    std::vector<std::array<std::uint32_t, 3>> fan;
+    for (std::uint32_t k = 2; k < n; ++k) fan.push_back({0, k - 1, k});
+    return fan;
+}
+
+}  // namespace vdbfrac::tetmesh

@@ -1,4 +1,4 @@
-// A polygon in a plane, divided into triangles along lines in it. Not installed.
+// Polygons divided into triangles: in a plane, along lines in them, and in space.
 #pragma once
 
 #include <vdbfrac/base/vec.h>
@@ -6,10 +6,11 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <span>
 #include <utility>
 #include <vector>
 
-namespace vdbfrac::skin {
+namespace vdbfrac::tetmesh {
 
 /// The outline is one closed line or several, one in another where there are holes; lines part the polygon into
 /// regions, and a region and the one beyond a line have opposite labels.
@@ -62,7 +63,22 @@ private:
     std::vector<Name> names_;
 };
 
+/// Is a polygon in space, seen along its area vector, convex without corners of 180 degrees, so that a fan from its
+/// first corner divides it?
+bool isConvex(std::span<const Vec3> corners);
+/// Triangles of one that is not, as it runs, of numbers of its corners; a fan where it meets itself.
+std::vector<std::array<std::uint32_t, 3>> polygonTriangles(std::span<const Vec3> corners);
+/// Calls visit(a, b, c) for the triangles of a polygon in space, with numbers of its corners.
+template <class Visit>
+void eachTriangle(std::span<const Vec3> corners, const Visit& visit)
+{
+    if (isConvex(corners))
+        for (std::uint32_t k = 2; k < corners.size(); ++k) visit(0u, k - 1, k);
+    else
+        for (const auto& [a, b, c] : polygonTriangles(corners)) visit(a, b, c);
+}
+
 /// Things by their places along a line, the last first if it is `turned`.
 std::vector<std::uint32_t> inOrder(std::vector<std::pair<double, std::uint32_t>> placed, bool turned);
 
-}  // namespace vdbfrac::skin
+}  // namespace vdbfrac::tetmesh
