@@ -6,10 +6,11 @@
 
 #include <vdbfrac/skin/opposite.h>
 
+#include <vdbfrac/base/disjoint_sets.h>
 #include <vdbfrac/base/grouping.h>
 #include <vdbfrac/base/parallel.h>
-#include <vdbfrac/tetmesh/planar.h>
 #include <vdbfrac/base/triangle.h>
+#include <vdbfrac/tetmesh/planar.h>
 #include <vdbfrac/tetmesh/trilinear.h>
 
 #include <Eigen/Geometry>
@@ -163,32 +164,24 @@ public:
 private:
     using Parts = std::vector<SkinCut::Part>;
 
-    /// Parts that hang together by edges.
+    using Edge = std::pair<std::uint32_t, std::uint32_t>;
+
+    /// Parts that hang together by edges, by their first.
     static std::vector<Parts> piecesOf(std::span<const SkinCut::Part> parts)
     {
-        std::vector<std::size_t> label(parts.size());
-        for (std::size_t i = 0; i < parts.size(); ++i) label[i] = i;
-        for (bool changed = true; changed;) {
-            changed = false;
-            for (std::size_t i = 0; i < parts.size(); ++i)
-                for (std::size_t j = 0; j < i; ++j)
-                    if (label[i] != label[j] && shareEdge(parts[i], parts[j]))
-                        label[i] = label[j] = std::min(label[i], label[j]), changed = true;
-        }
-        std::vector<Parts> pieces;
-        for (std::size_t root = 0; root < parts.size(); ++root) {
-            Parts piece;
-            for (std::size_t i = 0; i < parts.size(); ++i)
-                if (label[i] == root) piece.push_back(parts[i]);
-            if (!piece.empty()) pieces.push_back(std::move(piece));
-        }
-        return pieces;
-    }
-    static bool shareEdge(const SkinCut::Part& a, const SkinCut::Part& b)
-    {
-        int shared = 0;
-        for (std::uint32_t p : a.corner) shared += std::find(b.corner.begin(), b.corner.end(), p) != b.corner.end();
-        return shared == 2;
+        std::vector<std::pair<Edge, std::uint32_t>> edges;
+        for (std::uint32_t i = 0; i < parts.size(); ++i)
+            for (std::size_t k = 0; k < 3; ++k)
+                edges.emplace_back(std::minmax(parts[i].corner[k], parts[i].corner[(k + 1) % 3]), i);
+        std::sort(edges.begin(), edges.end());
+        DisjointSets sets(parts.size());
+        for (std::size_t e = 1; e < edges.size(); ++e)
+            if (edges[e].first == edges[e - 1].first) sets.join(edges[e].second, edges[e - 1].second);
+        const std::vector<std::uint32_t> first = std::move(sets).names();
+        std::vector<Parts> ofFirst(parts.size());
+        for (std::size_t i = 0; i < parts.size(); ++i) ofFirst[first[i]].push_back(parts[i]);
+        std::erase_if(ofFirst, [](const Parts& piece) { return piece.empty(); });
+        return ofFirst;
     }
 
     Vec3 place(std::uint32_t point) const
@@ -216,15 +209,15 @@ private:
         cut_.parts.insert(cut_.parts.end(), kept.begin(), kept.end());
     }
     /// Directed edges of one part only, sorted.
-    static std::vector<std::pair<std::uint32_t, std::uint32_t>> borderOf(const Parts& piece)
+    static std::vector<Edge> borderOf(const Parts& piece)
     {
-        std::vector<std::pair<std::uint32_t, std::uint32_t>> all;
+        std::vector<Edge> all;
         for (const SkinCut::Part& p : piece)
             for (std::size_t k = 0; k < 3; ++k) all.emplace_back(p.corner[k], p.corner[(k + 1) % 3]);
-        std::vector<std::pair<std::uint32_t, std::uint32_t>> border;
+        std::sort(all.begin(), all.end());
+        std::vector<Edge> border;
         for (const auto& [a, b] : all)
-            if (std::find(all.begin(), all.end(), std::pair{b, a}) == all.end()) border.emplace_back(a, b);
-        std::sort(border.begin(), border.end());
+            if (!std::binary_search(all.begin(), all.end(), Edge(b, a))) border.emplace_back(a, b);
         return border;
     }
 

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <map>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -45,11 +47,13 @@ public:
     /// Number of the point of a name, which lies at X.
     std::uint32_t number(const Name& name, const Vec3& X)
     {
-        const auto at = std::find(names_.begin(), names_.end(), name);
-        if (at != names_.end()) return std::uint32_t(at - names_.begin());
+        if (const auto known = find(name)) return *known;
+        const auto next = std::uint32_t(names_.size());
         names_.push_back(name);
+        if (names_.size() > kFew)
+            for (auto n = std::uint32_t(number_.size()); n <= next; ++n) number_.emplace(names_[n], n);
         polygon.points.push_back(flattened(X, normal_));
-        return std::uint32_t(names_.size() - 1);
+        return next;
     }
     std::array<Name, 3> names(const std::array<std::uint32_t, 3>& triangle) const
     {
@@ -59,8 +63,21 @@ public:
     PlanarPolygon polygon;
 
 private:
+    static constexpr std::size_t kFew = 32;  // that are looked through faster than they are put into a tree
+
+    std::optional<std::uint32_t> find(const Name& name) const
+    {
+        if (names_.size() > kFew) {
+            const auto at = number_.find(name);
+            return at == number_.end() ? std::nullopt : std::optional(at->second);
+        }
+        const auto at = std::find(names_.begin(), names_.end(), name);
+        return at == names_.end() ? std::nullopt : std::optional(std::uint32_t(at - names_.begin()));
+    }
+
     Vec3 normal_;
     std::vector<Name> names_;
+    std::map<Name, std::uint32_t> number_;  // of all, where they are many
 };
 
 /// Is a polygon in space, seen along its area vector, convex without corners of 180 degrees, so that a fan from its
