@@ -6,7 +6,6 @@ torn in two.
 import csv
 import json
 import re
-import struct
 import subprocess
 import sys
 import tempfile
@@ -15,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from drawn_files import Obj, edge_counts, read_mdd
 from ply_frames import read_ply
 
 PROGRAM = sys.argv[1]
@@ -92,42 +92,6 @@ point_cache = ["mdd", "usda"]
 """)
 
 
-class Obj:
-    """An .obj with all that a renderer takes of it."""
-
-    def __init__(self, path):
-        self.points, self.uvs, self.faces = [], [], []  # faces: points, uvs, object, group, material
-        obj = group = material = None
-        for line in Path(path).read_text().splitlines():
-            key, _, rest = line.partition(" ")
-            if key == "v":
-                self.points.append([float(x) for x in rest.split()])
-            elif key == "vt":
-                self.uvs.append([float(x) for x in rest.split()])
-            elif key == "o":
-                obj = rest
-            elif key == "g":
-                group = rest
-            elif key == "usemtl":
-                material = rest
-            elif key == "f":
-                corners = [c.split("/") for c in rest.split()]
-                self.faces.append(([int(c[0]) - 1 for c in corners], [int(c[1]) - 1 for c in corners if len(c) > 1 and c[1]], obj, group, material))
-        self.points = np.array(self.points)
-
-    def open_edges(self):
-        """Directed edges without the one that goes back, by object."""
-        edges = Counter()
-        for points, _, obj, _, _ in self.faces:
-            for a, b in zip(points, points[1:] + points[:1]):
-                edges[obj, a, b] += 1
-        return sum(1 for (obj, a, b), n in edges.items() if n != 1 or edges[obj, b, a] != 1)
-
-    def volume(self):
-        return sum(np.dot(self.points[f[0][0]], np.cross(self.points[f[0][k - 1]], self.points[f[0][k]]))
-                   for f in self.faces for k in range(2, len(f[0]))) / 6
-
-
 def check_first_frame(given, drawn):
     check("points as read", given.points.shape == drawn.points.shape and np.abs(given.points - drawn.points).max() < 1e-12)
     check("faces as read", [f[0] for f in given.faces] == [f[0] for f in drawn.faces])
@@ -149,13 +113,6 @@ def check_frames(run, given):
     check("texture coordinates stay on the texture", (uv > -0.2).all() and (uv < 1.2).all(), (uv.min(), uv.max()))
     check("closed lips lose no volume", abs(drawn.volume() / Obj(given).volume() - 1) < 0.03, drawn.volume())  # as it is deformed
     return drawn
-
-
-def read_mdd(path):
-    data = path.read_bytes()
-    frames, points = struct.unpack(">ii", data[:8])
-    times = np.frombuffer(data, ">f4", frames, 8)
-    return times, np.frombuffer(data, ">f4", frames * points * 3, 8 + 4 * frames).reshape(frames, points, 3)
 
 
 def rims_apart(mesh, points):
@@ -239,14 +196,6 @@ def check_embedded(folder, run, last):
         check(f"the run's own .{name}", (run / f"cache/block.{name}").read_bytes().replace(b"block.mtl", b"e.mtl") == (folder / f"e.{name}").read_bytes())
     check(".usda has boxes round each frame", all(np.abs(box - [p.min(0), p.max(0)]).max() < 1e-6 for box, p in zip(samples(text, "extent"), samples(text, "points"), strict=True)))
     check(".usda has all frames", text.count(": [(") == 3 * FRAMES and text.count("{") == text.count("}") and text.count("(") == text.count(")"))
-
-
-def edge_counts(mesh):
-    edges = Counter()
-    for f in mesh.faces:
-        for a, b in zip(f[0], f[0][1:] + f[0][:1]):
-            edges[min(a, b), max(a, b)] += 1
-    return edges
 
 
 def values_of(path):

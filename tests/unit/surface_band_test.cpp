@@ -211,4 +211,14 @@ TEST(SurfaceBand, RefusesWhatNoGridHolds)
     EXPECT_TRUE(grid::surfaceBand({}, kDx).blocks.empty());
 }
 
+/// What flies off is far from the origin, and no larger than before.
+TEST(SurfaceBand, IsThatOfASurfaceFarAway)
+{
+    const Surface near = slit(.5, 0, 0);
+    Surface far = near;
+    const Vec3 away = kDx * 8 * Vec3(1 << 22, -(1 << 20), 1 << 10);  // whole blocks
+    for (Vec3& X : far.points) X += away;
+    EXPECT_EQ(grid::surfaceBand(far, kDx).blocks.size(), grid::surfaceBand(near, kDx).blocks.size());
+}
+
 }  // namespace

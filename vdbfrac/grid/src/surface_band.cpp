@@ -19,6 +19,7 @@ constexpr int kEdge = SurfaceBand::kEdge;
 constexpr double kWidth = SurfaceBand::kWidth;
 constexpr int kInBlock = SurfaceBand::kVoxels;
 constexpr double kMaxReach = 1 << 28;  // voxels from the origin: blocks are numbered by int
+constexpr double kMaxEdge = 1 << 20;   // voxels along an axis: the band of a larger triangle is not worth its memory
 constexpr float kOnFace = 1e-6f;       // voxels: nearer is on the surface, to the rounding of floats
 
 std::size_t indexOf(int x, int y, int z) { return std::size_t((x * kEdge + y) * kEdge + z); }
@@ -33,9 +34,14 @@ Triangles inVoxels(const tetmesh::Surface& surface, double voxelSize)
             throw Error("the surface has coordinates that are not finite, or too large for its voxel size");
         triangles.points.push_back(x / voxelSize);
     }
-    for (const auto& triangle : surface.triangles)
+    for (const auto& triangle : surface.triangles) {
         for (const std::uint32_t corner : triangle)
             if (corner >= surface.points.size()) throw Error("the surface has indices out of range");
+        const Vec3 &a = triangles.points[triangle[0]], &b = triangles.points[triangle[1]],
+                   &c = triangles.points[triangle[2]];
+        if ((a.cwiseMax(b).cwiseMax(c) - a.cwiseMin(b).cwiseMin(c)).maxCoeff() > kMaxEdge)
+            throw Error("the surface has triangles too large for its voxel size");
+    }
     triangles.corners = surface.triangles;
     return triangles;
 }
