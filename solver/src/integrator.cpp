@@ -207,7 +207,7 @@ public:
         report_ = newton_.step(state, gamma * dt,
                                {loads.potentials, loads.boundary(1), loads.time + dt, loads.time + (1 - gamma) * dt});
         if (loads.origin) {
-            pass(loads, {between_, state.x, state.x});
+            pass(loads, {between_, state.x, state.x, 1, false});
             energy_.loss = report_.inertialLoss - first_.inertialLoss + beyond * first_.elasticWork +
                            report_.elasticWork + loads.origin->elasticEnergy - report_.elasticEnergy;
             energy_.legs.push_back({start_.x, between_, first_.reaction, gamma});

@@ -177,6 +177,36 @@ TEST_P(Friction, LetsSlideOnASteeperOne)
     EXPECT_NEAR(acceleration / (kG * (std::sin(angle) - .3 * std::cos(angle))), 1, kWithin);
 }
 
+/// What is pulled slowly and sticks slips by its load over the stiffness of its touches, whatever the stages of a step.
+TEST(SlidingFriction, SticksAlikeUnderEachScheme)
+{
+    constexpr double kWithin = 3e-3;
+    const Sled sled{.frames = 48,
+                    .more =
+                        "[damping]\nstiffness = 0.01\n[[grip]]\nbody = \"block\"\nregion = { halfspace = { normal = "
+                        "\"y\", offset = 0.15 } }\nmove = { force = [20, 0, 0], ramp = 1.5 }\n"};
+    const std::string alone = sled.text().substr(0, sled.text().find("[[collider]]")) + sled.more;
+    const std::string onABlock =
+        alone +
+        "[contact]\nfriction = 0.3\n[[body]]\nname = \"floor\"\nmaterial = \"gel\"\nshape = { box = { size = [0.8, "
+        "0.2, 0.8], center = [0, -0.1, 0] } }\n[[grip]]\nbody = \"floor\"\nregion = { halfspace = { normal = "
+        "[0, -1, 0], offset = -0.1 } }\nmove = { velocity = [0, 0, 0] }\n";
+    for (const std::string& scene : {sled.text(), onABlock}) {
+        const auto slipped = [&](const std::string& scheme) {
+            SceneRun run(scene, {"solver.integrator=\"" + scheme + "\""});
+            run.toEnd();
+            const core::Simulation& s = run.simulation;
+            double sum = 0, mass = 0;
+            for (std::size_t i = 0; i < s.bodies()[0].mesh->nodeCount(); ++i)
+                sum += s.elastic().mass()[i] * s.x()[i].x(), mass += s.elastic().mass()[i];
+            return sum / mass;
+        };
+        const double expected = slipped("backward_euler");
+        EXPECT_GT(expected, 1e-5);
+        EXPECT_NEAR(slipped("sdirk2") / expected, 1, kWithin) << scene;
+    }
+}
+
 /// v0^2 / (2 mu g), less v0 dt / 2 by backward Euler.
 TEST_P(Friction, StopsWhatSlides)
 {

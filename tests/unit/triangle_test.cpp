@@ -60,6 +60,7 @@ TEST(Triangle, ClosestPointIsNoFartherThanAnyOther)
         ++seen[std::size_t(closest.on)];
         const Vec3 shares = sharesOf(t, closest.at);
         EXPECT_GE(shares.minCoeff(), -1e-9);
+        EXPECT_NEAR((vdbfrac::sharesOf(t, closest.at) - shares).norm(), 0, 1e-9);
         const auto n = std::size_t(closest.number);
         if (closest.on == ClosestPoint::On::corner) EXPECT_EQ(closest.at, t[n]);
         if (closest.on == ClosestPoint::On::edge) EXPECT_NEAR(shares[int(n + 2) % 3], 0, 1e-9);
@@ -75,9 +76,13 @@ TEST(Triangle, OneWithoutAreaIsASegment)
         const Vec3 a = random.point(), b = random.point(), X = 2 * random.point();
         const double along = std::clamp((X - a).dot(b - a) / (b - a).squaredNorm(), 0., 1.);
         const double expected = (a + along * (b - a) - X).norm();
-        for (const Corners& t : {Corners{a, a, b}, Corners{a, b, b}, Corners{a, b, a}})
-            EXPECT_NEAR((closestPoint(t, X).at - X).norm(), expected, 1e-12);
+        for (const Corners& t : {Corners{a, a, b}, Corners{a, b, b}, Corners{a, b, a}}) {
+            const Vec3 closest = closestPoint(t, X).at, shares = vdbfrac::sharesOf(t, X);
+            EXPECT_NEAR((closest - X).norm(), expected, 1e-12);
+            EXPECT_NEAR((shares[0] * t[0] + shares[1] * t[1] + shares[2] * t[2] - closest).norm(), 0, 1e-12);
+        }
         EXPECT_EQ(closestPoint({a, a, a}, X).at, a);
+        EXPECT_EQ(vdbfrac::sharesOf({a, a, a}, X).sum(), 1);
     }
 }
 

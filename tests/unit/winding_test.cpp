@@ -36,11 +36,14 @@ void expectOutward(const RenderMesh& mesh)
 TEST(Winding, OfAClosedShellIsOutward)
 {
     const RenderMesh box = test::withNormals(test::voxelBox({4, 3, 2}, .1));
-    for (const std::size_t every : {1, 2, 3, 7}) {
-        RenderMesh mesh = turned(box, [&](std::size_t f) { return f % every == 0; });
-        EXPECT_EQ(tetmesh::windShells(mesh), (box.faces() + every - 1) / every);
-        expectOutward(mesh);
-    }
+    for (const double away : {0., 1e7})
+        for (const std::size_t every : {1, 2, 3, 7}) {
+            RenderMesh mesh = turned(box, [&](std::size_t f) { return f % every == 0; });
+            for (Vec3& p : mesh.points) p.array() += away;
+            EXPECT_EQ(tetmesh::windShells(mesh), (box.faces() + every - 1) / every) << away;
+            for (Vec3& p : mesh.points) p.array() -= away;
+            expectOutward(mesh);
+        }
     RenderMesh right = box;
     EXPECT_EQ(tetmesh::windShells(right), 0u);
     EXPECT_EQ(right.normals.size(), box.normals.size());

@@ -1,6 +1,6 @@
 #include <vdbfrac/tetmesh/planar.h>
 
-#include <Eigen/Geometry>
+#include <vdbfrac/base/polygon.h>
 
 #include <CGAL/Constrained_Delaunay_triangulation_2.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
@@ -137,13 +137,9 @@ PlanarTriangles triangulate(const PlanarPolygon& polygon) { return Divider(polyg
 
 namespace {
 
-/// Twice that of a polygon.
 Vec3 areaVector(std::span<const Vec3> corners)
 {
-    Vec3 sum = Vec3::Zero();
-    for (std::size_t k = 2; k < corners.size(); ++k)
-        sum += (corners[k - 1] - corners[0]).cross(corners[k] - corners[0]);
-    return sum;
+    return .5 * doubleArea(corners.size(), [&](std::size_t k) { return corners[k]; });
 }
 
 }  // namespace

@@ -1,9 +1,8 @@
 #include <vdbfrac/tetmesh/render_mesh.h>
 #include <vdbfrac/tetmesh/planar.h>
 
+#include <vdbfrac/base/polygon.h>
 #include <vdbfrac/base/triangle.h>
-
-#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cmath>
@@ -99,21 +98,6 @@ DrawnTopology drawnTopology(const Surface& surface)
     return drawn;
 }
 
-namespace {
-
-/// Twice the area vector of a face.
-Vec3 areaVector(const RenderMesh& mesh, std::size_t f)
-{
-    const auto c = mesh.face(f);
-    const Vec3& o = mesh.points[c[0].point];
-    Vec3 sum = Vec3::Zero();
-    for (std::size_t k = 2; k < c.size(); ++k)
-        sum += (mesh.points[c[k - 1].point] - o).cross(mesh.points[c[k].point] - o);
-    return sum;
-}
-
-}  // namespace
-
 void setNormals(RenderMesh& mesh, double crease, std::span<const std::uint32_t> part)
 {
     const double least = std::cos(crease * std::numbers::pi / 180);
@@ -123,8 +107,9 @@ void setNormals(RenderMesh& mesh, double crease, std::span<const std::uint32_t> 
     for (std::size_t p = 0; p < mesh.points.size(); ++p) start[p + 1] += start[p];
     std::vector<std::uint32_t> at(start.begin(), start.end() - 1);
     for (std::uint32_t f = 0; f < mesh.faces(); ++f) {
-        area[f] = areaVector(mesh, f);
-        for (const auto& c : mesh.face(f)) round[at[c.point]++] = f;
+        const auto face = mesh.face(f);
+        area[f] = doubleArea(face.size(), [&](std::size_t k) { return mesh.points[face[k].point]; });
+        for (const auto& c : face) round[at[c.point]++] = f;
     }
     mesh.normals.clear();
     for (std::uint32_t f = 0; f < mesh.faces(); ++f) {

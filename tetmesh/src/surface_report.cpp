@@ -1,6 +1,6 @@
 #include <vdbfrac/tetmesh/surface_input.h>
 
-#include <Eigen/Geometry>
+#include <vdbfrac/base/polygon.h>
 
 #include <algorithm>
 #include <array>
@@ -30,23 +30,6 @@ void countEdges(std::vector<Edge>& edges, SurfaceReport& report)
             report.oriented && 2 * std::count_if(run, end, [](const Edge& e) { return e.rises; }) == end - run;
         run = end;
     }
-}
-
-/// Twice the area vector of a polygon, by a fan from its first corner.
-Vec3 areaVector(const std::vector<Vec3>& points, const std::vector<std::size_t>& polygon)
-{
-    Vec3 sum = Vec3::Zero();
-    for (std::size_t c = 2; c < polygon.size(); ++c)
-        sum += (points[polygon[c - 1]] - points[polygon[0]]).cross(points[polygon[c]] - points[polygon[0]]);
-    return sum;
-}
-
-double fanVolume(const std::vector<Vec3>& points, const std::vector<std::size_t>& polygon, const Vec3& origin)
-{
-    double six = 0;
-    for (std::size_t c = 2; c < polygon.size(); ++c)
-        six += (points[polygon[0]] - origin).dot((points[polygon[c - 1]] - origin).cross(points[polygon[c]] - origin));
-    return six / 6;
 }
 
 bool repeats(const std::vector<std::size_t>& polygon, const std::vector<std::size_t>& first)
@@ -86,14 +69,14 @@ SurfaceReport examine(const PolygonSoup& soup)
     SurfaceReport report;
     if (soup.polygons.empty()) return report;
     const std::vector<std::size_t> first = equalPoints(soup.points);
-    const Vec3 origin = soup.points[soup.polygons[0][0]];  // near the surface, so volumes keep their digits
-    report.lower = report.upper = origin;
+    report.lower = report.upper = soup.points[soup.polygons[0][0]];
     std::vector<Edge> edges;
     for (const std::vector<std::size_t>& polygon : soup.polygons) {
-        const double area = 0.5 * areaVector(soup.points, polygon).norm();
+        const auto at = [&](std::size_t k) -> const Vec3& { return soup.points[polygon[k]]; };
+        const double area = 0.5 * doubleArea(polygon.size(), at).norm();
         report.degenerateFaces += area == 0 || repeats(polygon, first);
         report.area += area;
-        report.volume += fanVolume(soup.points, polygon, origin);
+        report.volume += volumeBelow(polygon.size(), at);
         for (std::size_t c = 0; c < polygon.size(); ++c) {
             const std::size_t a = first[polygon[c]], b = first[polygon[(c + 1) % polygon.size()]];
             report.lower = report.lower.cwiseMin(soup.points[a]);

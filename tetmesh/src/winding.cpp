@@ -1,6 +1,7 @@
 #include <vdbfrac/tetmesh/winding.h>
 
 #include <vdbfrac/base/grouping.h>
+#include <vdbfrac/base/polygon.h>
 #include <vdbfrac/tetmesh/surface_input.h>
 
 #include <Eigen/Geometry>
@@ -63,16 +64,6 @@ private:
     const RenderMesh& mesh_;
     std::vector<std::uint32_t> from_, to_, faceOf_, twin_;
 };
-
-/// Of a fan of triangles, six times that of the tets to the origin.
-double sixVolumes(const RenderMesh& mesh, std::uint32_t face)
-{
-    const auto corners = mesh.face(face);
-    const auto at = [&](std::size_t k) -> const Vec3& { return mesh.points[corners[k].point]; };
-    double sum = 0;
-    for (std::size_t k = 2; k < corners.size(); ++k) sum += at(0).dot(at(k - 1).cross(at(k)));
-    return sum;
-}
 
 /// One shell: its faces, and which of them run against the first.
 struct Shell {
@@ -140,7 +131,9 @@ std::size_t windShells(RenderMesh& mesh)
         double volume = 0;
         std::size_t against = 0;
         for (const std::uint32_t f : shell.faces) {
-            volume += (runs[f] ? -1 : 1) * sixVolumes(mesh, f);
+            const auto face = mesh.face(f);
+            const auto at = [&](std::size_t k) -> const Vec3& { return mesh.points[face[k].point]; };
+            volume += (runs[f] ? -1 : 1) * volumeBelow(face.size(), at);
             against += runs[f];
         }
         const bool turnsFirst = shell.isClosed ? volume < 0 : 2 * against > shell.faces.size();

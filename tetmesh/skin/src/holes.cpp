@@ -1,12 +1,15 @@
 #include <vdbfrac/skin/holes.h>
 
+#include "by_voxel.h"
+
+#include <vdbfrac/tetmesh/trilinear.h>
+
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Polygon_mesh_processing/triangulate_hole.h>
 #include <CGAL/utility.h>
 
 #include <algorithm>
 #include <iterator>
-#include <limits>
 #include <map>
 #include <utility>
 
@@ -17,6 +20,7 @@ namespace {
 using Point = CGAL::Exact_predicates_inexact_constructions_kernel::Point_3;
 using DirectedEdge = std::pair<std::uint32_t, std::uint32_t>;
 using Chain = std::vector<std::uint32_t>;  // points
+constexpr std::uint32_t kNone = 0xffffffff;
 
 /// Edges of faces that are or are not torn, as these run; sorted.
 std::vector<DirectedEdge> edgesOf(const tetmesh::DrawnTopology& drawn, bool torn)
@@ -64,26 +68,58 @@ std::vector<Chain> chainsOf(std::map<std::uint32_t, std::uint32_t> next)
     return chains;
 }
 
-/// Puts chains together that go on in each other, within a voxel, until they come round.
-std::vector<Chain> loopsOf(std::vector<Chain> chains, std::span<const Vec3> X, double dx)
+constexpr double kReach = 3;  // voxels: what one chain of a hole's rim may be away from the next
+
+/// Which chain goes on where each ends, itself if it comes round: of all that are near, the nearest pairs first. kNone:
+/// nothing goes on there.
+std::vector<std::uint32_t> nextOf(std::span<const Chain> chains, std::span<const Vec3> X, double dx)
 {
-    constexpr double kNowhere = std::numeric_limits<double>::infinity();
-    std::vector<Chain> loops;
-    while (!chains.empty()) {
-        Chain loop = std::move(chains.back());
-        chains.pop_back();
-        while (loop.front() != loop.back()) {
-            const auto away = [&](std::uint32_t p) { return (X[p] - X[loop.back()]).norm(); };
-            const auto nearest = std::ranges::min_element(chains, {}, [&](const Chain& c) { return away(c.front()); });
-            const double here = away(loop.front()), there = nearest == chains.end() ? kNowhere : away(nearest->front());
-            if (std::min(here, there) > dx) loop = {};  // it does not come round
-            if (loop.empty() || here <= there) break;
-            loop.insert(loop.end(), nearest->begin(), nearest->end());
-            chains.erase(nearest);
-        }
-        if (!loop.empty() && loop.front() == loop.back()) loop.pop_back();
-        if (loop.size() > 2) loops.push_back(std::move(loop));
+    ByVoxel begins;
+    for (std::uint32_t i = 0; i < chains.size(); ++i) begins.add(tetmesh::floorOf(X[chains[i].front()] / dx), i);
+    begins.sort();
+    struct Pair {
+        double distance;
+        std::uint32_t ends, begins;
+        auto operator<=>(const Pair&) const = default;
+    };
+    std::vector<Pair> pairs;
+    for (std::uint32_t i = 0; i < chains.size(); ++i) {
+        const Vec3& end = X[chains[i].back()];
+        begins.visit(tetmesh::floorOf(end.array() / dx - kReach), tetmesh::floorOf(end.array() / dx + kReach),
+                     [&](std::uint32_t k) {
+                         const double d = (X[chains[k].front()] - end).norm();
+                         if (d <= kReach * dx) pairs.push_back({d, i, k});
+                     });
     }
+    std::sort(pairs.begin(), pairs.end());
+    std::vector<std::uint32_t> next(chains.size(), kNone), before(next);
+    for (const Pair& p : pairs)
+        if (next[p.ends] == kNone && before[p.begins] == kNone) next[p.ends] = p.begins, before[p.begins] = p.ends;
+    return next;
+}
+
+struct Loop {
+    Chain rim;
+    bool comesRound = true;
+};
+
+std::vector<Loop> loopsOf(std::span<const Chain> chains, std::span<const Vec3> X, double dx)
+{
+    const std::vector<std::uint32_t> next = nextOf(chains, X, dx);
+    std::vector<std::uint8_t> isFirst(chains.size(), 1), isDone(chains.size(), 0);
+    for (const std::uint32_t n : next)
+        if (n != kNone) isFirst[n] = 0;
+    std::vector<Loop> loops;
+    const auto follow = [&](std::uint32_t i) {
+        Loop loop{{}, !isFirst[i]};
+        for (; i != kNone && !isDone[i]; isDone[i] = 1, i = next[i])
+            loop.rim.insert(loop.rim.end(), chains[i].begin(), chains[i].end());
+        if (loop.rim.size() > 1 && loop.rim.front() == loop.rim.back()) loop.rim.pop_back();
+        if (loop.rim.size() > 2) loops.push_back(std::move(loop));
+    };
+    for (const bool first : {true, false})
+        for (std::uint32_t i = 0; i < chains.size(); ++i)
+            if (isFirst[i] == first) follow(i);
     return loops;
 }
 
@@ -114,11 +150,11 @@ std::vector<Hole> holesOf(const tetmesh::DrawnTopology& drawn, std::span<const s
     constexpr double kRound = 2;  // voxels: holes with a shorter rim are seams that do not quite meet
     const std::vector<Vec3>& X = drawn.mesh.points;
     std::vector<Hole> holes;
-    for (Chain& loop : loopsOf(chainsOf(openRims(drawn, isJoined)), X, dx)) {
-        if (lengthOf(loop, X) < kRound * dx) continue;
-        Hole hole{std::move(loop), {}};
-        hole.cover = coverOf(hole.rim, X);
-        if (!hole.cover.empty()) holes.push_back(std::move(hole));
+    for (auto& [rim, comesRound] : loopsOf(chainsOf(openRims(drawn, isJoined)), X, dx)) {
+        if (lengthOf(rim, X) < kRound * dx) continue;
+        std::vector<std::array<std::uint32_t, 3>> cover;
+        if (comesRound) cover = coverOf(rim, X);
+        holes.push_back({std::move(rim), std::move(cover)});
     }
     return holes;
 }

@@ -29,20 +29,6 @@ struct LipPiece {
     Vec3 out;  // into the crack
 };
 
-/// Of a place on a triangle or an edge.
-std::array<double, 3> weightsOf(const std::array<Vec3, 3>& corner, const Vec3& at)
-{
-    const Vec3 u = corner[1] - corner[0], v = corner[2] - corner[0], w = at - corner[0];
-    const double uu = u.dot(u), uv = u.dot(v), vv = v.dot(v), determinant = uu * vv - uv * uv;
-    constexpr double kFlat = 1e-12;          // squared sine of an angle: below it rounding tells nothing
-    if (!(determinant > kFlat * uu * vv)) {  // an edge
-        const double t = vv > 0 ? std::clamp(w.dot(v) / vv, 0., 1.) : 0;
-        return {1 - t, 0, t};
-    }
-    const double s = (vv * w.dot(u) - uv * w.dot(v)) / determinant, t = (uu * w.dot(v) - uv * w.dot(u)) / determinant;
-    return {1 - s - t, s, t};
-}
-
 /// Pieces of lips by the voxels that their boxes touch.
 class LipPieces {
 public:
@@ -94,7 +80,7 @@ private:
             if (d < nearest && (p - X).dot(out) > -kThrough * dx_) nearest = d, best = &piece, at = p;
         });
         if (!best) return std::nullopt;
-        return Opposite{point, best->corner, weightsOf(corners(*best), at)};
+        return Opposite{point, best->corner, sharesOf(corners(*best), at)};
     }
     template <class Visit>
     void forNear(const Vec3& X, double reach, const Visit& visit) const

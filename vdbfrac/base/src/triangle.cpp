@@ -1,5 +1,7 @@
 #include <vdbfrac/base/triangle.h>
 
+#include <algorithm>
+
 namespace vdbfrac {
 
 ClosestPoint closestPoint(const std::array<Vec3, 3>& corners, const Vec3& X)
@@ -25,7 +27,11 @@ Vec3 sharesOf(const std::array<Vec3, 3>& corner, const Vec3& X)
 {
     const Vec3 u = corner[1] - corner[0], v = corner[2] - corner[0], w = X - corner[0];
     const double uu = u.dot(u), uv = u.dot(v), vv = v.dot(v), det = uu * vv - uv * uv;
-    if (!(det > 0)) return {1, 0, 0};
+    constexpr double kFlat = 1e-12;  // squared sine of an angle: below it rounding tells nothing
+    if (!(det > kFlat * uu * vv)) {
+        const double t = std::max(uu, vv) > 0 ? std::clamp(uu > vv ? w.dot(u) / uu : w.dot(v) / vv, 0., 1.) : 0;
+        return uu > vv ? Vec3(1 - t, t, 0) : Vec3(1 - t, 0, t);
+    }
     const double b = (vv * u.dot(w) - uv * v.dot(w)) / det, c = (uu * v.dot(w) - uv * u.dot(w)) / det;
     return {1 - b - c, b, c};
 }

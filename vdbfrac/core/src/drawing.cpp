@@ -3,6 +3,7 @@
 #include "drawn_materials.h"
 
 #include <vdbfrac/base/error.h>
+#include <vdbfrac/base/polygon.h>
 #include <vdbfrac/grid/body_level_set.h>
 #include <vdbfrac/grid/level_set_surface.h>
 #include <vdbfrac/solids/solid_mesh.h>
@@ -244,13 +245,12 @@ namespace {
 /// In a closed surface [m^3], at some places of its points.
 double volumeIn(const tetmesh::RenderMesh& mesh, std::span<const Vec3> at)
 {
-    double six = 0;
+    double volume = 0;
     for (std::size_t f = 0; f < mesh.faces(); ++f) {
         const auto face = mesh.face(f);
-        for (std::size_t k = 2; k < face.size(); ++k)
-            six += at[face[0].point].dot(at[face[k - 1].point].cross(at[face[k].point]));
+        volume += volumeBelow(face.size(), [&](std::size_t k) -> const Vec3& { return at[face[k].point]; });
     }
-    return six / 6;
+    return volume;
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <vdbfrac/skin/holes.h>
 
 #include <algorithm>
+#include <limits>
 #include <variant>
 
 namespace vdbfrac::core {
@@ -12,6 +13,7 @@ namespace {
 
 using tetmesh::RenderMesh;
 constexpr std::uint32_t kNone = RenderMesh::kNone;
+constexpr float kNever = std::numeric_limits<float>::infinity();  // s: no crack is known to have come
 
 /// Of each point, a place in RenderMesh::corners at which an outer face has it, and that face.
 struct OuterCorner {
@@ -36,15 +38,17 @@ HoleCovers::HoleCovers(std::shared_ptr<const tetmesh::DrawnTopology> drawn, std:
     if (!arrival) return;
     const double dx = body.phi.voxelSize();
     const grid::VoxelValues values = std::get<grid::VoxelValues>(arrival->source->take(body, arrival->field.name));
+    const std::vector<float> times = grid::sample(values, dx, drawn->mesh.points);
     const std::vector<OuterCorner> outer = outerCorners(*drawn);
     auto covered = std::make_shared<tetmesh::DrawnTopology>(*drawn);
     for (const skin::Hole& hole : skin::holesOf(*drawn, isJoined, dx)) {
-        std::vector<Vec3> X;
-        for (const std::uint32_t p : hole.rim) X.push_back(drawn->mesh.points[p]);
-        std::vector<float> times = grid::sample(values, dx, X);
-        std::erase_if(times, [](float t) { return t < 0; });  // no crack is known to have come
-        if (times.empty()) continue;
-        Cover cover{*std::ranges::min_element(times), hole.rim, {}, hole.cover};
+        Cover cover{kNever, hole.rim, {}, hole.cover};
+        for (const std::uint32_t p : hole.rim)
+            if (times[p] >= 0) cover.arrival = std::min(cover.arrival, times[p]);
+        if (hole.cover.empty() || cover.arrival == kNever) {
+            ++uncovered_;
+            continue;
+        }
         for (const std::uint32_t p : hole.rim) cover.corner.push_back(drawn->mesh.corners[outer[p].corner]);
         add(cover, outer[hole.rim[0]].face, *covered);
         covers_.push_back(std::move(cover));

@@ -52,10 +52,17 @@ PointCache::PointCache(const scene::Scene& scene, const Simulation& simulation, 
 std::string PointCache::lacks() const
 {
     constexpr double kMuch = 0.02;  // of the volume: the surface of a mesh holds up to 1 % less than its level set
-    if (!(lacks_ > kMuch)) return "";
-    return "all frames of a point cache have the surface of the last one: " + shortNumber(100 * lacks_, 2) +
-           " % of the volume, which cracks take later, is missing from the first on, and holes in the surface are "
-           "covered by flat faces until then";
+    std::size_t open = 0;
+    for (const HoleCovers& covers : covers_) open += covers.uncovered();
+    std::string text;
+    if (lacks_ > kMuch)
+        text = "all frames of a point cache have the surface of the last one: " + shortNumber(100 * lacks_, 2) +
+               " % of the volume, which cracks take later, is missing from the first on, and holes in the surface are "
+               "covered by flat faces until then";
+    if (open > 0)
+        text += (text.empty() ? "" : "; ") + counted(open, "hole") + " in the surface, which cracks tear later, " +
+                (open == 1 ? "is" : "are") + " open from the first frame on";
+    return text;
 }
 
 /// Classes of nodes only split: each node of the last frame was one node in every frame before.

@@ -113,9 +113,10 @@ private:
     {
         return surface_.area(t.sample) * lawOf(t).pressure(t.depth) * t.outward;
     }
-    Vec3 slipOf(const ColliderFriction& h, std::span<const Vec3> x) const
+    /// Since the step began, against colliders at their places.
+    Vec3 slipOf(const ColliderFriction& h, std::span<const Vec3> x, const Places& places) const
     {
-        return h.spring.slip(surface_.at(h.sample, x) - h.carried);
+        return h.spring.slip(surface_.at(h.sample, x) - places[h.collider](apart(h.sample, h.collider).anchor));
     }
     Obstacles::Nearest nearest(std::size_t point, std::span<const Vec3> x, const Places& places) const
     {
@@ -169,8 +170,7 @@ void Colliders::begin(const solver::StepStart& start)
     const StageTimer timer(work_, "collider");
     begin_ = start.begin, length_ = start.time - start.begin;
     look(start.x, begin_);
-    places_ = obstacles_.placesAt(start.time);
-    friction_ = frictionAt(start.x, start_);
+    places_ = obstacles_.placesAt(start.time), friction_ = frictionAt(start.x, start_);
 }
 
 /// Where everything is as a step begins, or a stage of one; once, unless a step has been kept since.
@@ -187,7 +187,8 @@ void Colliders::look(std::span<const Vec3> x, double time)
             for (std::size_t c = 0; c < colliders; ++c) {
                 const Vec3 X = start_[c].inverse(surface_.at(i, x));
                 const double distance = obstacles_[c].distance(X);
-                apart_[i * colliders + c] = {X, distance, (distance - surface_.reach(i)) / obstacles_[c].steepest()};
+                const double room = (distance - surface_.reach(i)) / obstacles_[c].steepest();
+                apart_[i * colliders + c] = {X, isFirst ? X : apart(i, c).anchor, distance, room};
             }
     });
     see(isFirst && isChanged_);
@@ -233,8 +234,7 @@ std::vector<ColliderFriction> Colliders::frictionAt(std::span<const Vec3> x, con
         if (!(friction * push > 0)) continue;
         const contact::FrictionSpring spring = contact::makeFrictionSpring(
             p.force / push, friction * push, surface_.area(p.sample) * lawOf(p).k(), surface_.memory(p.sample).stretch);
-        const Vec3 carried = places_[p.collider](apart(p.sample, p.collider).at);
-        contact::addStrongest(ColliderFriction{p.sample, p.collider, spring, carried}, all);
+        contact::addStrongest(ColliderFriction{p.sample, p.collider, spring}, all);
     }
     return all;
 }
@@ -258,7 +258,7 @@ double Colliders::evaluate(std::span<const Vec3> x, std::span<Vec3> gradient) co
         surface_.addForce(t.sample, forceOf(t), gradient);
     }
     for (const ColliderFriction& h : friction_) {
-        const Vec3 slip = slipOf(h, x);
+        const Vec3 slip = slipOf(h, x, places_);
         energy += h.spring.energy(slip);
         surface_.addForce(h.sample, h.spring.force(slip), gradient);
     }
@@ -277,7 +277,7 @@ void Colliders::linearize(std::span<const Vec3> x, std::vector<solver::Coupling>
     for (const ColliderContact& t : contactsAt(x, places_))
         add(t.sample, surface_.area(t.sample) * lawOf(t).stiffness(t.depth) * t.outward * t.outward.transpose());
     for (const ColliderFriction& h : friction_) {
-        const Vec3 slip = slipOf(h, x);
+        const Vec3 slip = slipOf(h, x, places_);
         h.spring.follow(slip, h.dual);
         add(h.sample, h.spring.stiffness(slip, h.dual));
     }
@@ -302,10 +302,11 @@ solver::EnergyFlow Colliders::flow(const solver::Leg& leg) const
     }
     for (const ColliderContact& t : contactsAt(leg.at, places_)) along += forceOf(t).dot(to(t) - from(t));
     for (const ColliderFriction& h : friction_) {
-        const Vec3 slip = slipOf(h, leg.at), force = h.spring.force(slip), way = to(h) - from(h),
+        const Vec3 force = h.spring.force(slipOf(h, leg.at, places_)), way = to(h) - from(h),
                    carried = obstacles_.carry(from(h), h.collider, start_, end) - from(h);
         along += force.dot(way), brought += force.dot(carried);
-        stretched += force.dot(h.spring.kept(slip) - h.spring.stretch);
+        const Vec3 before = leg.isFirst ? h.spring.stretch : h.spring.kept(slipOf(h, leg.from, start_));
+        stretched += force.dot(h.spring.kept(slipOf(h, leg.to, end)) - before);
         rubbed -= force.dot(way - carried);
     }
     const double work = before - after + brought + stretched, dissipated = rubbed + stretched;
@@ -335,7 +336,7 @@ void Colliders::accept(std::span<const Vec3> x, double time, double dt)
     const Places places = obstacles_.placesAt(time);
     std::vector<Vec3> stretch(surface_.size(), Vec3::Zero());
     std::vector<double> depth(surface_.size());
-    for (const ColliderFriction& h : friction_) stretch[h.sample] = h.spring.kept(slipOf(h, x));
+    for (const ColliderFriction& h : friction_) stretch[h.sample] = h.spring.kept(slipOf(h, x, places_));
     parallelChunks(surface_.size(), kChunk, [&](std::size_t begin, std::size_t end) {
         for (std::uint32_t i = std::uint32_t(begin); i < end; ++i) {
             const Obstacles::Nearest to = nearest(i, x, places);
@@ -364,8 +365,7 @@ double Colliders::largestStep(const solver::State& state, double time)
 {
     const StageTimer timer(work_, "collider");
     look(state.x, time);
-    places_ = start_;
-    friction_ = frictionAt(state.x, start_);
+    places_ = start_, friction_ = frictionAt(state.x, start_);
     const std::vector<scene::RigidVelocity> carried = obstacles_.velocitiesAt(time);
     const double rate = orderedMax(surface_.size(), kChunk, 0, [&](std::size_t begin, std::size_t end) {
         double most = 0;

@@ -11,9 +11,11 @@
 
 namespace vdbfrac::effects {
 
-/// Where a sample is as a step begins, in the frame of a collider at t = 0, and how far from there it touches nothing.
+/// Where a sample is as a stage of a step begins, in the frame of a collider at t = 0, and how far from there it
+/// touches nothing.
 struct Apart {
     Vec3 at;
+    Vec3 anchor;                    ///< where it was as the step began: from there it slips
     double distance = 0, room = 0;  ///< m; no room, or less: it may touch at once
 
     bool isSafe(const Vec3& X) const { return room > 0 && (X - at).squaredNorm() < room * room; }
@@ -51,7 +53,6 @@ inline std::vector<ColliderPush> merged(std::vector<ColliderPush> all)
 struct ColliderFriction {
     std::uint32_t sample = 0, collider = 0;
     contact::FrictionSpring spring;
-    Vec3 carried;  ///< m: where the collider has taken the sample's place since
     mutable contact::Dual dual = spring.dual();
 };
 

@@ -43,8 +43,8 @@ public:
     Contact(const scene::Values& values, const scene::Scene& scene)
         : mu_(values.number("friction")),
           gap_(values.number("gap")),
-          closesLips_(values.text("lips") == "closed"),
           untangleSpeed_(values.number("untangle_speed")),
+          closesLips_(values.text("lips") == "closed"),
           dx_(scene.grid.voxelSize),
           h_(scene.grid.coarsening * dx_),
           longest_(1 / (scene.time.fps * std::max(1, scene.time.substeps))),
@@ -119,9 +119,11 @@ private:
     void forget()
     {
         isSettled_ = false;
-        search_.clear(), before_.clear(), pairs_.clear(), friction_.clear();
+        search_.clear(), before_.clear(), pairs_.clear(), friction_.clear(), anchor_.clear();
     }
     void look(std::span<const Vec3> x, std::span<const Vec3> v, double dt);
+    /// Where nodes were as the step began: a later stage sets off from elsewhere.
+    std::span<const Vec3> anchor() const { return anchor_.empty() ? search_.start() : std::span<const Vec3>(anchor_); }
     std::vector<Pair> pairsAt(std::span<const Vec3> x) const;
     double depthAtStart(const Pair& p) const
     {
@@ -132,7 +134,10 @@ private:
     std::vector<ContactPoint> contactsAt(std::span<const Pair> pairs, std::span<const Vec3> x) const;
     std::vector<ContactPoint> contactsAt(std::span<const Vec3> x) const { return contactsAt(pairs_, x); }
     double energyAt(std::span<const Vec3> x) const;
-    std::vector<FrictionPoint> frictionAt(std::span<const Vec3> x) const;
+    std::vector<FrictionPoint> frictionAt(std::span<const Vec3> x) const
+    {
+        return forces_.friction(contactsAt(x), mu_, anchor());
+    }
     const contact::NarrowPhase& near() const { return search_.near(); }
     std::vector<Penetration> penetrationsAt(std::span<const Vec3> x) const
     {
@@ -143,9 +148,8 @@ private:
     {
         return contact::partFollowed(motion, surface_.fragmentOfNode(), farthest * h_);
     }
-    double mu_, gap_;
+    double mu_, gap_, untangleSpeed_;
     bool closesLips_;
-    double untangleSpeed_;
     double dx_, h_;            // m
     double longest_;           // s: that a step can be
     double last_ = kInfinity;  // s: how long the last step was
@@ -160,6 +164,7 @@ private:
     contact::ContactSearch search_;
     std::vector<Pair> pairs_;                   // by rising sample
     std::vector<FrictionPoint> friction_;       // by rising sample
+    std::vector<Vec3> anchor_;                  // m: as anchor(), once there was a second begin()
     std::vector<double> before_;                // m: depth of all samples
     double deepest_ = 0, deepestInItself_ = 0;  // m
     mutable Ledger work_;
@@ -176,20 +181,6 @@ std::vector<ContactPoint> Contact::contactsAt(std::span<const Pair> pairs, std::
         }
     };
     return gatherChunks<ContactPoint>(pairs.size(), kChunk, add);
-}
-
-/// What samples rub on: the target that pushes each most.
-std::vector<FrictionPoint> Contact::frictionAt(std::span<const Vec3> x) const
-{
-    std::vector<FrictionPoint> all;
-    for (const ContactPoint& t : contactsAt(x)) {
-        const double limit = mu_ * forces_.force(t).norm();
-        if (!(limit > 0)) continue;
-        const Vec3 stretch = surface_.memory(t.sample).stretch, apart = forces_.apart(t, search_.start());
-        const auto spring = contact::makeFrictionSpring(t.outward.normalized(), limit, forces_.k(t), stretch);
-        contact::addStrongest(FrictionPoint{t.sample, t.target, t.share, spring, apart}, all);
-    }
-    return all;
 }
 
 /// What is seen at x, but for targets that would throw a sample out.
@@ -231,6 +222,7 @@ void Contact::look(std::span<const Vec3> x, std::span<const Vec3> v, double dt)
 void Contact::begin(const solver::StepStart& start)
 {
     const StageTimer timer(work_, "contact");
+    if (!isFirst_ && anchor_.empty()) anchor_.assign(search_.start().begin(), search_.start().end());
     look(start.x, start.v, start.dt);
     isFirst_ = false;
 }
@@ -293,10 +285,10 @@ solver::EnergyFlow Contact::flow(const solver::Leg& leg) const
     const auto wayOf = [&](const auto& t) { return Vec3(forces_.apart(t, leg.to) - forces_.apart(t, leg.from)); };
     for (const ContactPoint& t : contactsAt(leg.at)) along += forces_.force(t).dot(wayOf(t));
     for (const FrictionPoint& h : friction_) {
-        const Vec3 slip = forces_.slip(h, leg.at), force = h.spring.force(slip);
-        along += force.dot(wayOf(h));
-        rubbed -= force.dot(wayOf(h));
-        stretched += force.dot(h.spring.kept(slip) - h.spring.stretch);
+        const Vec3 force = h.spring.force(forces_.slip(h, leg.at)), way = wayOf(h);
+        along += force.dot(way), rubbed -= force.dot(way);
+        const Vec3 before = leg.isFirst ? h.spring.stretch : h.spring.kept(forces_.slip(h, leg.from));
+        stretched += force.dot(h.spring.kept(forces_.slip(h, leg.to)) - before);
     }
     const double work = energyAt(leg.from) - energyAt(leg.to) + stretched, dissipated = rubbed + stretched;
     return {work, dissipated, work - dissipated - along};
@@ -341,6 +333,7 @@ void Contact::accept(std::span<const Vec3> x, double, double dt)
     const std::vector<double> depth = contact::deepest(sunk, surface_.size());
     std::vector<Vec3> stretch(surface_.size(), Vec3::Zero());
     for (const FrictionPoint& h : friction_) stretch[h.sample] = h.spring.kept(forces_.slip(h, x));
+    anchor_.clear();
     for (std::size_t i = 0; i < surface_.size(); ++i)
         surface_.memory(i).keep(depth[i], stretch[i], untangleSpeed_ * dt);
     // What has sunk deeper than samples are found shall not be thrown out when it comes up.

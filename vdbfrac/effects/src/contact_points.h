@@ -79,6 +79,20 @@ public:
     {
         return surface_.probe(t.sample, x) - tetmesh::EmbeddedPoint{targets_[t.target].node, t.share}.at(x);
     }
+    /// What samples rub on: the target that pushes each most. `anchor`: where nodes were as the step began [m].
+    std::vector<FrictionPoint> friction(std::span<const ContactPoint> contacts, double mu,
+                                        std::span<const Vec3> anchor) const
+    {
+        std::vector<FrictionPoint> all;
+        for (const ContactPoint& t : contacts) {
+            const double limit = mu * force(t).norm();
+            if (!(limit > 0)) continue;
+            const auto spring =
+                contact::makeFrictionSpring(t.outward.normalized(), limit, k(t), surface_.memory(t.sample).stretch);
+            contact::addStrongest(FrictionPoint{t.sample, t.target, t.share, spring, apart(t, anchor)}, all);
+        }
+        return all;
+    }
     Vec3 slip(const FrictionPoint& f, std::span<const Vec3> x) const { return f.spring.slip(apart(f, x) - f.apart); }
     /// gradient -= what a force [N] on a sample, and its opposite on a target, do at the nodes.
     void add(const auto& t, const Vec3& force, std::span<Vec3> gradient) const

@@ -45,7 +45,7 @@ const Key kTime[] = {
      .doc =
          "How far a crack front may move in a step: with \"auto\" steps are as short as that, fixed ones hold it back.",
      .min = 0,
-     .max = 2,
+     .max = 1,
      .minOpen = true},
 };
 

@@ -37,6 +37,7 @@ struct Leg {
     std::span<const Vec3> at;        ///< m: where the forces of potentials are taken
     /// How many times as long it is as the solve that they are of, which sets off where it does.
     double length = 1;
+    bool isFirst = true;  ///< of its step
 };
 
 /// What something has done to the energy of the simulation.
@@ -58,7 +59,8 @@ struct Way {
 ///
 /// begin() comes before each solve of a step: several times where a step is cut back or a scheme has several stages.
 /// What lasts from step to step changes in accept(), and where begin() sees something for the first time at the start
-/// of the step, which a try that is cut back does not change.
+/// of the step, which a try that is cut back does not change. What is measured from there, as slip is, starts at the
+/// first begin() since accept(): later stages set off from places where nothing has been.
 class Potential {
 public:
     virtual ~Potential() = default;

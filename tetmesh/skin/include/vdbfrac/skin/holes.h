@@ -12,7 +12,8 @@ namespace vdbfrac::skin {
 
 struct Hole {
     std::vector<std::uint32_t> rim;  ///< points round it, clockwise as seen from outside: faces beside it run so
-    /// Triangles that cover it, of places in `rim`, seen from outside counter-clockwise.
+    /// Triangles that cover it, of places in `rim`, seen from outside counter-clockwise. None where the rim does not
+    /// come round, or has no triangulation.
     std::vector<std::array<std::uint32_t, 3>> cover;
 };
 

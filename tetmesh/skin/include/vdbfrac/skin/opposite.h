@@ -14,7 +14,7 @@ namespace vdbfrac::skin {
 struct Opposite {
     std::uint32_t point = 0;
     std::array<std::uint32_t, 3> corner{};  ///< of a torn face; of an edge of a rim two of them are one
-    std::array<double, 3> weight{};
+    Vec3 weight = Vec3::Zero();
 
     Vec3 at(std::span<const Vec3> values) const
     {

@@ -17,7 +17,7 @@ struct ClosestPoint {
 /// Ericson 2005, Real-Time Collision Detection, 5.1.5.
 ClosestPoint closestPoint(const std::array<Vec3, 3>& corners, const Vec3& X);
 
-/// Shares of a triangle's corners in a point of it; all of the first where it has no area.
+/// Shares of a triangle's corners in a point of it. Of one without area, those of the ends of an edge.
 Vec3 sharesOf(const std::array<Vec3, 3>& corners, const Vec3& X);
 
 }  // namespace vdbfrac

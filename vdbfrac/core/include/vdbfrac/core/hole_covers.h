@@ -22,6 +22,8 @@ public:
 
     /// Adds the covers to a body as it is drawn at this time [s].
     void addTo(double time, DrawnBody& drawn) const;
+    /// Holes without a cover: their rim does not come round, or no crack is known to have come there.
+    std::size_t uncovered() const { return uncovered_; }
 
 private:
     struct Cover {
@@ -34,6 +36,7 @@ private:
 
     std::vector<Cover> covers_;
     std::shared_ptr<const tetmesh::DrawnTopology> covered_;
+    std::size_t uncovered_ = 0;
 };
 
 }  // namespace vdbfrac::core
