@@ -66,6 +66,7 @@ private:
     }
     static double relative(const Point& p) { return relative(p, p.norm); }
     void lift();
+    void makeTangent();
     void descendToRest(double tolerance);
     enum class Search { accepted, failed, crease };
     bool improve();
@@ -93,9 +94,10 @@ private:
     std::vector<Vec3> combined_;  // the shortest mean of their gradients
 
     // Of the step at hand.
-    int most_ = 0;           // iterations after which it is given up
-    bool prepared_ = false;  // there is a preconditioner of this step
-    double reach_ = 0;       // m: no farther away a gradient that no longer descends is taken for one beyond a crease
+    int most_ = 0;                               // iterations after which it is given up
+    NewtonTangent made_ = NewtonTangent::exact;  // as the tangent of this iteration is
+    bool prepared_ = false;                      // there is a preconditioner of this step
+    double reach_ = 0;  // m: no farther away a gradient that no longer descends is taken for one beyond a crease
     // N: size of the shortest mean of gradients where here_ is a minimum at a crease, or below 0.
     double crease_ = -1;
 };
@@ -165,17 +167,22 @@ LinearStatus BackwardEuler::Newton::solve(std::span<const Vec3> gradient, std::v
 /// A capped linear solve still gives a direction of descent; whether it was good enough shows in the Newton residual.
 bool BackwardEuler::Newton::improve()
 {
+    made_ = NewtonTangent::exact;
     if (settings_.tangent == NewtonTangent::exact) {
         if (descend()) return true;
         prepared_ = false;
     }
-    if (settings_.tangent == NewtonTangent::warped) {
-        objective_.warpTangent();
-    } else {
-        objective_.projectTangent();
-        ++report_.projections;
-    }
+    made_ = settings_.tangent == NewtonTangent::warped ? NewtonTangent::warped : NewtonTangent::projected;
+    makeTangent();
+    report_.projections += made_ == NewtonTangent::projected;
     return descend();
+}
+
+/// Of what was evaluated last.
+void BackwardEuler::Newton::makeTangent()
+{
+    if (made_ == NewtonTangent::warped) objective_.warpTangent();
+    if (made_ == NewtonTangent::projected) objective_.projectTangent();
 }
 
 bool BackwardEuler::Newton::descend()
@@ -208,7 +215,7 @@ bool BackwardEuler::Newton::followCrease()
         farthest = std::max(farthest, farthestMove(here_.x, there_.x));
         Side& beyond = add(there_.gradient);
         beyond.direction.resize(here_.x.size());
-        objective_.evaluate(here_);  // the tangent belongs to it again
+        objective_.evaluate(here_), makeTangent();  // which belongs to it again
         if (solve(beyond.gradient, beyond.direction, forcingTerm()) == LinearStatus::negativeCurvature) return false;
         combineSides();
         const double least = freeNorm(combined_);
@@ -222,6 +229,7 @@ bool BackwardEuler::Newton::followCrease()
         if (least <= solved) {
             if (farthest <= near) crease_ = least;
             reach_ = near;  // or look again, with sides as near as that
+            if (made_ != NewtonTangent::exact) objective_.evaluate(here_);
             return true;
         }
         const Search found = lineSearch(combined_);

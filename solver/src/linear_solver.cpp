@@ -296,9 +296,11 @@ LinearReport LinearSolver::solve(const LinearSystem& system, std::span<const Vec
         prepare(system, method);
     else if (isOutOfDate())
         prepareAgain(system);
+    int spent = 0;  // iterations
     for (bool isOwn = !same; d.prepared == LinearMethod::multigrid; isOwn = true) {
         LinearReport report = conjugateGradient(system, WCycle(*d.multigrid), b, scale, u, limits, d.vectors);
         report.method = method;
+        report.iterations = spent += report.iterations;
         if (report.status != LinearStatus::negativeCurvature) return report;
         // What was made for other couplings may be indefinite. If that of these is too, block-Jacobi tells whether it
         // was the matrix.
@@ -309,8 +311,10 @@ LinearReport LinearSolver::solve(const LinearSystem& system, std::span<const Vec
     }
     const BlockJacobi jacobi(d.inverse);
     const bool single = d.precision == LinearPrecision::mixed && limits.tolerance >= kSingle;
-    return single ? conjugateGradient(system, jacobi, b, scale, u, limits, d.singles)
-                  : conjugateGradient(system, jacobi, b, scale, u, limits, d.vectors);
+    LinearReport report = single ? conjugateGradient(system, jacobi, b, scale, u, limits, d.singles)
+                                 : conjugateGradient(system, jacobi, b, scale, u, limits, d.vectors);
+    report.iterations += spent;
+    return report;
 }
 
 /// Makes the preconditioner; block-Jacobi where multigrid cannot be had.

@@ -103,6 +103,13 @@ TEST(Choices, AnExplicitIntegratorWithLongStepsSaysSo)
     }
 }
 
+/// What moves so fast that no step is short enough ends the run, not in a step that takes no time for ever.
+TEST(Choices, StepsThatTakeNoTimeAreRefused)
+{
+    lab::SceneRun run(kElastic, {"body.0.angular_velocity=[1e160,0,0]", "time.substeps=\"auto\""});
+    EXPECT_THROW(run.toEnd(), LimitError);
+}
+
 TEST(Choices, AutoKnowsThatDampingLowersTheStepOfExplicitIntegrators)
 {
     const std::string scheme = "solver.integrator=\"symplectic_euler\"", frames = "time.frames=[1,3]",

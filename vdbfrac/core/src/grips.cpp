@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <ranges>
 
 namespace vdbfrac::core {
 
@@ -67,7 +68,7 @@ Vec3 forceAt(const scene::Force& move, double time)
 }  // namespace
 
 Simulation::Grips::Grips(const std::vector<scene::Grip>& grips, double fps, std::span<const Body> bodies)
-    : grips_(grips), soon_(1e-4 / fps)
+    : grips_(grips), mostJump_(.5 * bodies[0].mesh->spacing()), soon_(1e-4 / fps)
 {
     for (const scene::Grip& grip : grips_) {
         const auto body =
@@ -125,9 +126,41 @@ void Simulation::Grips::requireNodes() const
             throw InputError({held.grip->place,
                               "grip '" + held.grip->name + "' holds nothing of body '" + held.grip->body + "'",
                               "a region that contains lattice nodes of the body", "move or enlarge the region"});
+    for (auto other = held_.begin(); other != held_.end(); ++other)
+        if (other->grip->until) requireHandOver(*other, std::span(held_.begin(), other));
 }
 
-void Simulation::Grips::requireNear(std::span<const Vec3> x, double time, double distance) const
+/// Nodes that a grip lets go are held by the last of the grips before it that have them.
+void Simulation::Grips::requireHandOver(const Held& from, std::span<const Held> before) const
+{
+    const double time = *from.grip->until;
+    if (std::holds_alternative<scene::Force>(from.grip->move)) return;
+    const scene::Placement left = std::visit(PlacementAt{time}, from.grip->move);
+    for (std::size_t i = 0; i < from.nodes.size(); ++i) {
+        if (from.share[i] == 0) continue;  // a later one moves it
+        for (const Held& to : before | std::views::reverse) {
+            if (std::holds_alternative<scene::Force>(to.grip->move) || isDue(to, time)) continue;
+            if (!std::ranges::binary_search(to.nodes, from.nodes[i])) continue;
+            const Vec3& X = from.rest[i];
+            const double jump = (std::visit(PlacementAt{time}, to.grip->move)(X) - left(X)).norm();
+            if (jump > mostJump_) refuseJump(to, time, jump, left(X) - X);
+            break;
+        }
+    }
+}
+
+void Simulation::Grips::refuseJump(const Held& held, double time, double jump, const Vec3& moved) const
+{
+    const auto number = [](double value) { return shortNumber(value, 6); };
+    throw InputError(
+        {held.grip->place + ".move",
+         "grip '" + held.grip->name + "' would jump by " + shortNumber(jump, 3) + " m at " + number(time) + " s",
+         "at most " + shortNumber(mostJump_, 3) + " m, half a cell",
+         "what it holds has moved by [" + number(moved.x()) + ", " + number(moved.y()) + ", " + number(moved.z()) +
+             "] m by then: give it keys that pass through that"});
+}
+
+void Simulation::Grips::requireNear(std::span<const Vec3> x, double time) const
 {
     for (const Held& held : held_) {
         if (std::holds_alternative<scene::Force>(held.grip->move)) continue;
@@ -138,14 +171,7 @@ void Simulation::Grips::requireNear(std::span<const Vec3> x, double time, double
             farthest = std::max(farthest, held.share[i] * (place(held.rest[i]) - x[held.nodes[i]]).norm());
             moved += (x[held.nodes[i]] - held.rest[i]) / double(held.nodes.size());
         }
-        if (farthest <= distance) continue;
-        throw InputError({held.grip->place + ".move",
-                          "grip '" + held.grip->name + "' would jump by " + shortNumber(farthest, 3) + " m at " +
-                              shortNumber(time, 6) + " s",
-                          "at most " + shortNumber(distance, 3) + " m, half a cell",
-                          "what it holds has moved by [" + shortNumber(moved.x(), 6) + ", " +
-                              shortNumber(moved.y(), 6) + ", " + shortNumber(moved.z(), 6) +
-                              "] m by then: give it keys that pass through that"});
+        if (farthest > mostJump_) refuseJump(held, time, farthest, moved);
     }
 }
 

@@ -22,11 +22,11 @@ public:
     /// count.
     void rebuild(std::span<const Body> bodies, const solver::ElasticOperator& elastic);
 
-    /// Throws InputError when a grip holds no node.
+    /// Throws InputError when a grip holds no node, or would jump with nodes that another lets go.
     void requireNodes() const;
 
-    /// Throws InputError for a grip that at a time would hold a node farther than `distance` [m] from where it is.
-    void requireNear(std::span<const Vec3> x, double time, double distance) const;
+    /// Throws InputError for a grip that would jump: at a time hold a node more than half a cell from where it is.
+    void requireNear(std::span<const Vec3> x, double time) const;
 
     /// Gives the nodes that are held the velocities [m/s] with which they set off at t = 0; otherwise the first step
     /// would have to accelerate them, with a load that grows as it gets shorter.
@@ -92,9 +92,12 @@ private:
     static double workOf(const solver::HeldLeg& leg, const Held& held, const Move& move);
 
     bool isDue(const Held& held, double time) const;
+    void requireHandOver(const Held& from, std::span<const Held> before) const;
+    [[noreturn]] void refuseJump(const Held& held, double time, double jump, const Vec3& moved) const;
 
     std::vector<scene::Grip> grips_;
-    double soon_;  // s: times nearer to each other are the same, as those in scenes are rounded
+    double mostJump_;  // m
+    double soon_;      // s: times nearer to each other are the same, as those in scenes are rounded
     std::vector<Held> held_;
     std::vector<std::string> bodyNames_;
     solver::Boundary boundary_;

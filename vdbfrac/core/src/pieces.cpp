@@ -65,7 +65,7 @@ void Simulation::letGoOfGrips()
 {
     if (!grips_->letGo(time_)) return;
     grips_->rebuild(bodies_, *elastic_);
-    grips_->requireNear(state_.x, time_, 0.5 * h_);  // of those that held nodes too
+    grips_->requireNear(state_.x, time_);  // of those that held nodes too
     if (!asleep_.empty()) holdAsleep();
     balanced_ = false;
 }

@@ -5,12 +5,20 @@
 #include "step_control.h"
 
 #include <vdbfrac/base/error.h>
+#include <vdbfrac/base/number_text.h>
 
 #include <algorithm>
 #include <cmath>
 #include <string>
 
 namespace vdbfrac::core {
+
+namespace {
+
+constexpr const char* kTooFast =
+    "are grips or bodies too fast, forces too large, or time steps too long for an explicit integrator?";
+
+}  // namespace
 
 /// What the tries of a step have come to.
 struct Simulation::Attempt {
@@ -51,6 +59,9 @@ void Simulation::solve(StepRecord& record, double until)
     const StageTimer timer(record.work, "solve");
     const StepControl::Choice choice =
         stepControl_->next(until - time_, {bodies_, state_, time_, stages_, *integrator_});
+    if (!(time_ + choice.dt > time_))
+        throw LimitError("step " + std::to_string(steps_ + 1) + ": a step of " + shortNumber(choice.dt, 3) +
+                         " s does not go on from " + shortNumber(time_, 6) + " s; " + kTooFast);
     const solver::ElasticWork before = elastic_->work();
     saved_ = state_;
     record.cutbacks = choice.halvings;
@@ -59,8 +70,7 @@ void Simulation::solve(StepRecord& record, double until)
     stepControl_->learn(choice.dt, attempt.dt);
     if (!std::isfinite(report.residual))
         throw LimitError("step " + std::to_string(steps_ + 1) +
-                         ": forces or positions are beyond what a number can hold; are grips or bodies "
-                         "too fast, forces too large, or time steps too long for an explicit integrator?");
+                         ": forces or positions are beyond what a number can hold; " + kTooFast);
     record.dt = attempt.dt;
     record.time = time_ += attempt.dt;
     record.step = ++steps_;

@@ -239,7 +239,7 @@ void Simulation::branchFrom(const Archive& archive)
     restoreBodies(archive);
     if (fragmentsAsleep() > 0) std::ranges::fill(asleep_, 0), rebuild();
     restoreProgress(archive);
-    grips_->requireNear(state_.x, time_, 0.5 * h_);
+    grips_->requireNear(state_.x, time_);
     restoreEffects(archive, [&](Persistent& p) { p.branchFrom(archive, bodies_); });
     if (ancestry_) ancestry_->restoreFrom(archive, bodies_);
     elasticEnergy_ = totals().elasticEnergy;

@@ -38,8 +38,9 @@ std::vector<openvdb::Coord> touchedLeaves(const PhiChanges& raised, int reach)
     return leaves;
 }
 
-/// Bytes that a mesh takes for each leaf of the box, material or not: phi, phi at rest, cells, lattice nodes.
-constexpr double kBytesPerLeafOfBox = 4 * 4;
+/// Bytes that a body takes for each leaf of the box, material or not: phi, phi at rest, cells and lattice nodes of its
+/// mesh, and half a dozen fields of what may tear while that is looked for.
+constexpr double kBytesPerLeafOfBox = 10 * 4;
 constexpr double kMaxLeavesOfBox = 1 << 30;                 // they are numbered with 32 bits
 constexpr int kMaxAlong = (1 << tetmesh::kPlaceBits) - 64;  // voxels, with some room beside the box
 
