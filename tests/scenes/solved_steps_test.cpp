@@ -68,7 +68,7 @@ public:
     void begin(const solver::StepStart& start) override { start_.assign(start.x.begin(), start.x.end()); }
     double evaluate(std::span<const Vec3>, std::span<Vec3>) const override { return 0; }
     solver::EnergyFlow flow(const solver::Leg&) const override { return {}; }
-    bool holds(const solver::Way& way) const override
+    bool isAdmissible(const solver::WholeStep& way) const override
     {
         for (std::size_t i = 0; i < way.to.size(); ++i)
             if (way.from[i] != start_[i] || (way.to[i] - start_[i]).norm() > length_) return false;

@@ -13,6 +13,7 @@
 #include <map>
 #include <numbers>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace vdbfrac::test {
@@ -190,6 +191,36 @@ inline double area(const std::vector<Vec3>& points, const Triangles& triangles)
         sum += 0.5 * (points[t[1]] - points[t[0]]).cross(points[t[2]] - points[t[0]]).norm();
     return sum;
 }
+
+/// The sides of what is drawn, and how many faces have each.
+struct Edges {
+    std::map<std::pair<std::uint32_t, std::uint32_t>, std::array<int, 2>> sides;  // of each: outside, torn; directed
+    explicit Edges(const Drawn& d)
+    {
+        for (const int torn : {0, 1})
+            for (const auto& t : torn ? d.torn : d.outside)
+                for (std::size_t k = 0; k < 3; ++k) ++sides[{t[k], t[(k + 1) % 3]}][std::size_t(torn)];
+    }
+    int bad() const
+    {
+        int bad = 0;
+        for (const auto& [edge, n] : sides) {
+            const auto back = sides.find({edge.second, edge.first});
+            bad += n[0] + n[1] != 1 || back == sides.end();
+        }
+        return bad;
+    }
+    double rim(const Drawn& d) const
+    {
+        double length = 0;
+        for (const auto& [edge, n] : sides) {
+            const auto back = sides.find({edge.second, edge.first});
+            if (n[1] == 1 && back != sides.end() && back->second[0] == 1)
+                length += (d.points[edge.first] - d.points[edge.second]).norm();
+        }
+        return length;
+    }
+};
 
 inline const std::vector<Vec3> kTilts = {Vec3(0, 1, 0), Vec3(.1, 1, .05).normalized(), Vec3(1, 1, 0).normalized(),
                                          Vec3(.3, 1, -.6).normalized()};

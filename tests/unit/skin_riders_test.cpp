@@ -58,7 +58,7 @@ TEST_P(SkinRiders, RideInTheTetsThatTheyLieIn)
 /// normals stay at right angles to what they were at right angles to.
 TEST_P(SkinRiders, TakePartInAffineMotions)
 {
-    constexpr double kRounding = 1e-12;
+    constexpr double kRounding = 1e-11;  // of normals of slivers at rims; of points a hundredth of that
     const Coord half{6, 6, 3};
     CutMesh body(GetParam(),
                  lab::sample({-10, -10, -10}, {10, 10, 10}, dx, test::boxAt(Vec3::Zero(), dx * half.toVec())));
@@ -77,8 +77,8 @@ TEST_P(SkinRiders, TakePartInAffineMotions)
         for (Vec3& p : x) p = A * p + b;
         const std::vector<Vec3> at = skin.carried(x);
         for (const tetmesh::RenderMesh::Corner& c : drawn.mesh.corners)
-            EXPECT_LT((at[c.point] - A * drawn.mesh.points[c.point] - b).norm(), kRounding);
-        const std::vector<Vec3> normals = skin.normals(x, at);
+            EXPECT_LT((at[c.point] - A * drawn.mesh.points[c.point] - b).norm(), .01 * kRounding);
+        const std::vector<Vec3> normals = skin.normals(at);
         const Mat3 turned = A.inverse().transpose();
         for (std::size_t f = 0; f < drawn.mesh.faces(); ++f) {
             if (drawn.torn[f]) continue;
@@ -200,7 +200,7 @@ TEST(MeanMotion, IsEvenedOutAlongEdges)
     skin::MeanMotion motion(body, cracks, riders, embedded, {}, fragment);
     const auto wrong = [&] {
         std::vector<double> share;
-        for (const skin::Affine& a : motion.at(nodesOn(body, 1))) share.push_back(a.value.x());
+        for (const Vec3& value : motion.at(nodesOn(body, 1))) share.push_back(value.x());
         return share;
     };
     const std::vector<double> before = wrong();
@@ -229,7 +229,7 @@ TEST(MeanMotion, IsThatOfTheNodeWhereNoOtherIsJoinedToIt)
     const skin::Embedded embedded = skin::embedRiders(body, cracks, riders, {}, fragment);
     const skin::MeanMotion motion(body, cracks, riders, embedded, {}, fragment);
     ASSERT_EQ(motion.points().size(), 1u);
-    EXPECT_LT((motion.at(tetmesh::restPositions(body))[0].value - riders[0].X).norm(), 1e-12);
+    EXPECT_LT((motion.at(tetmesh::restPositions(body))[0] - riders[0].X).norm(), 1e-12);
 }
 
 /// A lip drawn in the middle of a gap rides outside of the material. Carried by one tet it would swing with a corner of
@@ -320,7 +320,7 @@ TEST_P(SkinRiders, MayHaveNoMaterialLeft)
     EXPECT_EQ(skin.topology()->mesh.faces(), 0u);
     const std::vector<Vec3> at = skin.carried({});
     EXPECT_EQ(at.size(), skin.topology()->mesh.points.size());
-    EXPECT_EQ(skin.normals({}, at).size(), skin.topology()->mesh.normals.size());
+    EXPECT_EQ(skin.normals(at).size(), skin.topology()->mesh.normals.size());
 }
 
 /// A fin that is thinner than voxels has no material of its own, however long it is: it goes along with what is

@@ -158,7 +158,7 @@ TEST_P(Tension, OfMaterialThatDoesNotCountIsLeftOut)
     const auto stress = stressOf(mesh, [&](const Vec3& X) { return X.x() > 2 * dx ? Mat3(1e3 * S) : S; });
     const double R = 1e8 / (2 * kE);
     grid::TensionAverage average{3 * dx, kE, kNu};
-    average.counts = [](Coord c) { return c.x <= 0; };
+    average.isCounted = [](Coord c) { return c.x <= 0; };
     EXPECT_NEAR(largest(psiOf(mesh, stress, material(mesh, box({-8, -8, -8}, {0, 8, 8})), average)), R, kSums * R);
 }
 

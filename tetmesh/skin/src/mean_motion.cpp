@@ -169,28 +169,32 @@ MeanMotion::Round MeanMotion::round(const Carrier& carrier, Coord voxel)
         for (std::size_t a = 0; a < 4; ++a) {
             const auto same = std::ranges::find(result.terms, at.node[a], &Term::node);
             Term& term = same != result.terms.end() ? *same : result.terms.emplace_back(Term{at.node[a]});
-            term.weight += part * at.weight[a], term.slope += part * tet.gradient(a);
+            term.weight += part * at.weight[a], term.gradient += part * tet.gradient(a);
         }
     }
     return result;
 }
 
-std::vector<Affine> MeanMotion::at(std::span<const Vec3> ofNodes) const
+std::vector<Vec3> MeanMotion::at(std::span<const Vec3> ofNodes) const
 {
-    std::vector<Affine> round(rounds_.size()), all(points_.size());
+    struct Affine {
+        Vec3 value = Vec3::Zero();
+        Mat3 gradient = Mat3::Zero();  // by the place at rest
+    };
+    std::vector<Affine> round(rounds_.size());
+    std::vector<Vec3> all(points_.size(), Vec3::Zero());
     parallelChunks(round.size(), kChunk, [&](std::size_t begin, std::size_t end) {
         for (std::size_t v = begin; v < end; ++v)
             for (const Term& term : rounds_[v].terms) {
                 round[v].value += term.weight * ofNodes[term.node];
-                round[v].slope += ofNodes[term.node] * term.slope.transpose();
+                round[v].gradient += ofNodes[term.node] * term.gradient.transpose();
             }
     });
     parallelChunks(all.size(), kChunk, [&](std::size_t begin, std::size_t end) {
         for (std::size_t p = begin; p < end; ++p)
             for (const Part& part : parts_[p]) {
                 const Affine& near = round[part.round];
-                all[p].value += part.weight * (near.value + near.slope * (points_[p].X - rounds_[part.round].X));
-                all[p].slope += part.weight * near.slope;
+                all[p] += part.weight * (near.value + near.gradient * (points_[p].X - rounds_[part.round].X));
             }
     });
     return all;

@@ -1,10 +1,12 @@
 #include <vdbfrac/skin/skin.h>
 
+#include "turned_normals.h"
 #include "winding.h"
 
 #include <vdbfrac/skin/riders.h>
 
 #include <vdbfrac/base/parallel.h>
+#include <vdbfrac/tetmesh/surface_input.h>
 
 #include <Eigen/Dense>
 
@@ -135,13 +137,6 @@ private:
     RenderMesh& now_;
 };
 
-Mat3 edgesOf(const tetmesh::EmbeddedPoint& point, std::span<const Vec3> x)
-{
-    Mat3 edges;
-    for (std::size_t a = 0; a < 3; ++a) edges.col(int(a)) = x[point.node[a + 1]] - x[point.node[0]];
-    return edges;
-}
-
 /// Lips that are closed would still be drawn where nothing is left to carry them.
 void takeAll(SkinCut& cut)
 {
@@ -155,6 +150,7 @@ Skin::Skin(RenderMesh mesh, const tetmesh::BodyMesh& body, const CrackStyle& sty
     : style_(style),
       mesh_(woundOutward(std::move(mesh), body)),
       fans_(tetmesh::fansOf(mesh_)),
+      same_(tetmesh::equalPoints(mesh_.points)),
       cutter_(mesh_.points, trianglesOf(mesh_, fans_), body.restPhi(), body.voxelSize(), isInParts)
 {
     partNormals(mesh_);
@@ -179,6 +175,7 @@ void Skin::follow(const tetmesh::BodyMesh& body, std::span<const std::uint32_t> 
         work_.bridges += !std::ranges::all_of(
             corners, [&](const RenderMesh::Corner& c) { return fragmentAt(c) == drawn.fragment.back(); });
     }
+    given_ = std::make_shared<const TurnedNormals>(drawn.mesh, drawn.torn, givenNormals_, same_);
     drawn_ = std::make_shared<const tetmesh::DrawnTopology>(std::move(drawn));
 }
 
@@ -187,11 +184,7 @@ void Skin::embed(const Embedding& what)
 {
     const auto& [body, cut, drawn, fragment, fragmentOfNode] = what;
     std::vector<std::uint8_t> isUsed(drawn.points.size(), 0);
-    normalPoint_.assign(drawn.normals.size(), kNone);
-    for (const RenderMesh::Corner& c : drawn.corners) {
-        isUsed[c.point] = 1;
-        if (c.normal != kNone) normalPoint_[c.normal] = c.point;
-    }
+    for (const RenderMesh::Corner& c : drawn.corners) isUsed[c.point] = 1;
     std::vector<Rider> riders;
     std::vector<std::uint32_t> point;
     const std::size_t given = mesh_.points.size();
@@ -205,28 +198,9 @@ void Skin::embed(const Embedding& what)
     points_.assign(isUsed.size(), {});
     for (std::size_t i = 0; i < point.size(); ++i) points_[point[i]] = embedded.points[i];
     outside_ = MeanMotion(body, cut.cracks, riders, embedded, fragment, fragmentOfNode);
-    takeOutside(point);
-    outside_.evenOut(outsideEdges(drawn));
-    restNormal_.resize(givenNormals_);
-    for (std::size_t n = 0; n < givenNormals_; ++n) {
-        if (normalPoint_[n] == kNone) continue;
-        const tetmesh::EmbeddedPoint& p = points_[normalPoint_[n]];
-        for (std::size_t a = 0; a < 3; ++a)
-            restNormal_[n][int(a)] =
-                drawn.normals[n].dot(body.restPosition(p.node[a + 1]) - body.restPosition(p.node[0]));
-    }
-}
-
-/// Which points and given normals are outside of their tets; `point`: of each rider.
-void Skin::takeOutside(std::span<const std::uint32_t> point)
-{
-    outsidePoint_.clear(), outsideNormal_.clear();
+    outsidePoint_.clear();
     for (const MeanMotion::Point& p : outside_.points()) outsidePoint_.push_back(point[p.rider]);
-    for (std::uint32_t n = 0; n < givenNormals_; ++n) {
-        const auto at = std::ranges::lower_bound(outsidePoint_, normalPoint_[n]);
-        if (at != outsidePoint_.end() && *at == normalPoint_[n])
-            outsideNormal_.emplace_back(n, std::uint32_t(at - outsidePoint_.begin()));
-    }
+    outside_.evenOut(outsideEdges(drawn));
 }
 
 /// The edges of faces that join points outside of their tets, by their places among these.
@@ -252,43 +226,19 @@ std::vector<Vec3> Skin::carried(std::span<const Vec3> ofNodes) const
     parallelChunks(at.size(), kChunk, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) at[i] = points_[i].at(ofNodes);
     });
-    const std::vector<Affine> outside = outside_.at(ofNodes);
+    const std::vector<Vec3> outside = outside_.at(ofNodes);
     for (std::size_t i = 0; i < outside.size(); ++i) {
         Vec3& p = at[outsidePoint_[i]];
-        p += outside_.points()[i].share * (outside[i].value - p);
+        p += outside_.points()[i].share * (outside[i] - p);
     }
     return at;
 }
 
-/// Normals of points outside of their tets, as far as these go with the mean motion.
-void Skin::turnOutside(std::span<const Vec3> x, std::vector<Vec3>& normals) const
-{
-    const std::vector<Affine> outside = outside_.at(x);
-    for (const auto& [n, i] : outsideNormal_) {
-        const Mat3& F = outside[i].slope;
-        Mat3 cofactors;
-        for (int k = 0; k < 3; ++k) cofactors.col(k) = F.col((k + 1) % 3).cross(F.col((k + 2) % 3));
-        const Vec3 mean = (cofactors * drawn_->mesh.normals[n]).stableNormalized();
-        normals[n] = (normals[n] + outside_.points()[i].share * (mean - normals[n])).stableNormalized();
-    }
-}
-
-std::vector<Vec3> Skin::normals(std::span<const Vec3> x, std::span<const Vec3> points) const
+std::vector<Vec3> Skin::normals(std::span<const Vec3> points) const
 {
     const RenderMesh& mesh = drawn_->mesh;
     std::vector<Vec3> normals(mesh.normals.size(), Vec3::Zero());
-    parallelChunks(givenNormals_, kChunk, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t n = begin; n < end; ++n) {
-            if (normalPoint_[n] == kNone) continue;
-            // F^-T N = d^-T (D^T N), d and D the edges of the tet now and at rest; d^-T by its cofactors.
-            const Mat3 d = edgesOf(points_[normalPoint_[n]], x);
-            const Vec3& r = restNormal_[n];
-            normals[n] =
-                (r[0] * d.col(1).cross(d.col(2)) + r[1] * d.col(2).cross(d.col(0)) + r[2] * d.col(0).cross(d.col(1)))
-                    .stableNormalized();
-        }
-    });
-    if (!outsideNormal_.empty()) turnOutside(x, normals);
+    given_->turn(mesh, points, normals);
     for (std::size_t f = 0; f < mesh.faces(); ++f) {
         if (!drawn_->torn[f] || normals.empty()) continue;
         const auto c = mesh.face(f);

@@ -212,7 +212,7 @@ DrawnBody Drawing::body(std::size_t body, std::span<const Vec3> x, std::span<con
 {
     const skin::Skin& skin = surfaces_[body].skin;
     DrawnBody drawn{skin.topology(), skin.carried(x), {}, skin.carried(v)};
-    drawn.normals = skin.normals(x, drawn.points);
+    drawn.normals = skin.normals(drawn.points);
     return drawn;
 }
 

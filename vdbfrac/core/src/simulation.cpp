@@ -100,7 +100,7 @@ Simulation::Simulation(const scene::Scene& scene, std::span<Effect* const> effec
     noteRestState(scene, bodies_, h_, stages_.notes);
     noteGrips(
         scene.grips, bodies_, [this](std::size_t g) { return gripNodes(g); }, stages_.notes);
-    if (!stages_.pieces.empty()) asleep_.resize(nextFragment_);
+    if (!stages_.sleep.empty()) asleep_.resize(nextFragment_);
     for (Effect* effect : effects) start(*effect);
     warnOfLongSteps();
     beginEnergy();

@@ -43,7 +43,7 @@ Simulation::Attempt Simulation::solveOrCutBack(StepRecord& record, double dt, do
         record.projections += now.report->projections;
         record.work.count("solve", "multigrid_systems", now.report->multigridSystems);
         record.work.count("solve", "creases", now.report->creases);
-        now.isSolved = now.report->status == solver::StepStatus::converged && holds(now.dt);
+        now.isSolved = now.report->status == solver::StepStatus::converged && isAdmissible(now.dt);
     };
     for (;; now.dt *= 0.5, ++record.cutbacks, state_ = saved_) {
         solveOver();
@@ -85,7 +85,7 @@ void Simulation::solve(StepRecord& record, double until)
     for (Observer* observer : stages_.observers) observer->observe({state_.x, time_, record.dt});
     for (solver::Potential* potential : stages_.solve) potential->accept(state_.x, time_, record.dt);
     countSolve(record, before, report.couplings);
-    if (!stages_.pieces.empty()) putToSleep(record, balanced_);
+    if (!stages_.sleep.empty()) putToSleep(record, balanced_);
     takeReports(record);
 }
 
@@ -113,10 +113,10 @@ void Simulation::takeReports(StepRecord& record) const
 }
 
 /// Does what a solve over dt [s] has come to pass with all potentials?
-bool Simulation::holds(double dt) const
+bool Simulation::isAdmissible(double dt) const
 {
-    const solver::Way way{saved_.x, state_.x, time_, time_ + dt};
-    return std::ranges::all_of(stages_.solve, [&](const solver::Potential* p) { return p->holds(way); });
+    const solver::WholeStep way{saved_.x, state_.x, time_, time_ + dt};
+    return std::ranges::all_of(stages_.solve, [&](const solver::Potential* p) { return p->isAdmissible(way); });
 }
 
 }  // namespace vdbfrac::core

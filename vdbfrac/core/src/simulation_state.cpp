@@ -173,7 +173,7 @@ void Simulation::restoreBodies(const Archive& archive)
     if (fragments != nextFragment_) archive.complain("some of its fragments are missing");
     state_.x = loadNodes("x", nodes, archive);
     state_.v = loadNodes("v", nodes, archive);
-    if (!stages_.pieces.empty() && archive.has("asleep")) {
+    if (!stages_.sleep.empty() && archive.has("asleep")) {
         const auto asleep = archive.get<std::uint32_t>("asleep", fragments);
         if (std::any_of(asleep.begin(), asleep.end(), [](std::uint32_t a) { return a > 1; }))
             archive.complain("'asleep' has a value that is neither 0 nor 1");
@@ -226,7 +226,7 @@ void Simulation::restoreEffects(const Archive& archive, const std::function<void
 
 void Simulation::restoreFrom(const Archive& archive)
 {
-    if (!stages_.pieces.empty() && !archive.has("asleep")) archive.complain("it has no 'asleep'");
+    if (!stages_.sleep.empty() && !archive.has("asleep")) archive.complain("it has no 'asleep'");
     restoreBodies(archive);
     restoreProgress(archive);
     for (Persistent* p : stages_.persistent) p->restoreFrom(archive, bodies_);

@@ -71,7 +71,7 @@ public:
     double evaluate(std::span<const Vec3> x, std::span<Vec3> gradient) const override;
     void linearize(std::span<const Vec3> x, std::vector<solver::Coupling>& couplings) const override;
     solver::EnergyFlow flow(const solver::Leg& leg) const override;
-    bool holds(const solver::Way& way) const override;
+    bool isAdmissible(const solver::WholeStep& way) const override;
     void accept(std::span<const Vec3> x, double time, double dt) override;
     double largestStep(const solver::State& state, double time) override;
     bool cutsBack() const override { return true; }
@@ -314,7 +314,7 @@ solver::EnergyFlow Colliders::flow(const solver::Leg& leg) const
 }
 
 /// A step may take a sample farther than its speed told, and so to the other side of a thin collider.
-bool Colliders::holds(const solver::Way& way) const
+bool Colliders::isAdmissible(const solver::WholeStep& way) const
 {
     const StageTimer timer(work_, "collider");
     const Places from = obstacles_.placesAt(way.begin), to = obstacles_.placesAt(way.end);

@@ -75,7 +75,7 @@ public:
     void linearize(std::span<const Vec3> x, std::vector<solver::Coupling>& couplings) const override;
     solver::EnergyFlow flow(const solver::Leg& leg) const override;
     bool refresh(std::span<const Vec3> x) override;
-    bool holds(const solver::Way& way) const override;
+    bool isAdmissible(const solver::WholeStep& way) const override;
     void accept(std::span<const Vec3> x, double time, double dt) override;
     double largestStep(const solver::State& state, double time) override;
     bool cutsBack() const override { return true; }
@@ -305,7 +305,7 @@ bool Contact::cameUp(const Penetration& s) const
 
 /// Newton's method may come to rest with a thin flap pushed through by one of its tries, or with touches that nobody
 /// has looked for since; and what comes so near in a step may be through.
-bool Contact::holds(const solver::Way& way) const
+bool Contact::isAdmissible(const solver::WholeStep& way) const
 {
     constexpr double kSlack = 2;  // of what a step was expected to be followed over
     const StageTimer timer(work_, "contact");

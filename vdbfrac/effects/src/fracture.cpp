@@ -113,7 +113,7 @@ public:
 private:
     FractureLaw lawOf(const core::Body& body, std::vector<std::string>& notes) const;
     /// Material that no grip holds: the rest neither tears nor counts in averages.
-    grid::Counts freeMaterial(const core::GridContext& context, const core::Body& body) const
+    grid::VoxelFilter freeMaterial(const core::GridContext& context, const core::Body& body) const
     {
         return [&](Coord c) { return context.gripDistance(body, dx_ * c.toVec()) >= margin_; };
     }
@@ -161,7 +161,7 @@ FractureLaw Fracture::lawOf(const core::Body& body, std::vector<std::string>& no
 
 Driven Fracture::drivenByTension(const core::GridContext& context, const core::Body& body, const FractureLaw& law)
 {
-    const grid::Counts isFree = freeMaterial(context, body);
+    const grid::VoxelFilter isFree = freeMaterial(context, body);
     // Voxels of the gap stay as they are: raising phi there would eat into the faces behind a tip, and a crack be twice
     // as wide.
     const double deepest = law.radius > 0 ? -kTouch * dx_ : -kInfinity;
@@ -216,7 +216,7 @@ Driven Fracture::driven(const core::GridContext& context, const core::Body& body
     const std::span<const double> own = ownEnergy(context, body);
     std::vector<Coord> voxels =
         tetmesh::nodesAround(body.mesh->voxelsAbove(own, law.kappa), grid::reachWithin(law.radius / dx_));
-    const grid::Counts isFree = freeMaterial(context, body);
+    const grid::VoxelFilter isFree = freeMaterial(context, body);
     std::erase_if(voxels, [&](const Coord& c) { return body.mesh->phi()(c) >= 0 || !isFree(c); });
     Driven driven{grid::sampleBand(body.phi, voxels), {}, {}, {}, 0, {}};
     voxels.clear();

@@ -62,13 +62,13 @@ struct Quiet {
 };
 
 /// What a fragment is at the end of a step.
-struct Piece {
+struct FragmentState {
     double mass = 0, fastest2 = 0, inertia = 0;  // kg, m^2/s^2, kg m^2
     Vec3 center = Vec3::Zero();
     Push push;
 };
 
-class Sleep : public core::Effect, public core::PieceStage, public core::Persistent {
+class Sleep : public core::Effect, public core::SleepStage, public core::Persistent {
 public:
     Sleep(const scene::Values& values, const scene::Scene& scene)
         : speed_(speedOf(values, scene)),
@@ -81,19 +81,19 @@ public:
     std::string name() const override { return "sleep"; }
     void join(core::Stages& stages) override
     {
-        stages.pieces.push_back(this);
+        stages.sleep.push_back(this);
         stages.persistent.push_back(this);
     }
-    void wake(const core::PieceContext& context, std::span<std::uint8_t> asleep) override;
-    void decide(const core::PieceContext& context, std::span<std::uint8_t> asleep) override;
+    void wake(const core::SleepContext& context, std::span<std::uint8_t> asleep) override;
+    void decide(const core::SleepContext& context, std::span<std::uint8_t> asleep) override;
     void save(std::span<const core::Body>, core::Archive& archive) const override;
     void restoreFrom(const core::Archive& archive, std::span<const core::Body>) override;
 
 private:
-    std::vector<Piece> measure(const core::PieceContext& context, std::size_t fragments, bool pushes) const;
-    bool isPushed(const Push& now, const Push& before, const Piece& piece) const;
+    std::vector<FragmentState> measure(const core::SleepContext& context, std::size_t fragments, bool pushes) const;
+    bool isPushed(const Push& now, const Push& before, const FragmentState& state) const;
     void forgetWoken(std::span<const std::uint8_t> asleep);
-    void fallAsleep(const core::PieceContext& context, std::span<std::uint8_t> asleep);
+    void fallAsleep(const core::SleepContext& context, std::span<std::uint8_t> asleep);
 
     double speed_, after_, frame_;  // m/s, s, s
     scene::Curve resistance_;
@@ -109,39 +109,39 @@ void eachNode(std::span<const core::Body> bodies, const F& f)
 }
 
 /// With `pushes`, what potentials do to each fragment too.
-std::vector<Piece> Sleep::measure(const core::PieceContext& context, std::size_t fragments, bool pushes) const
+std::vector<FragmentState> Sleep::measure(const core::SleepContext& context, std::size_t fragments, bool pushes) const
 {
-    std::vector<Piece> pieces(fragments);
+    std::vector<FragmentState> states(fragments);
     eachNode(context.bodies, [&](std::size_t n, std::uint32_t f) {
-        pieces[f].mass += context.mass[n];
-        pieces[f].center += context.mass[n] * context.x[n];
-        pieces[f].fastest2 = std::max(pieces[f].fastest2, context.v[n].squaredNorm());
+        states[f].mass += context.mass[n];
+        states[f].center += context.mass[n] * context.x[n];
+        states[f].fastest2 = std::max(states[f].fastest2, context.v[n].squaredNorm());
     });
-    if (!pushes) return pieces;
-    for (Piece& p : pieces)
+    if (!pushes) return states;
+    for (FragmentState& p : states)
         if (p.mass > 0) p.center /= p.mass;
     std::vector<Vec3> gradient(context.x.size(), Vec3::Zero());
     for (const solver::Potential* potential : context.potentials) (void)potential->evaluate(context.x, gradient);
     eachNode(context.bodies, [&](std::size_t n, std::uint32_t f) {
-        const Vec3 arm = context.x[n] - pieces[f].center;
-        pieces[f].push.force -= gradient[n];
-        pieces[f].push.moment -= gradient[n] * arm.transpose();
-        pieces[f].inertia += context.mass[n] * arm.squaredNorm();
+        const Vec3 arm = context.x[n] - states[f].center;
+        states[f].push.force -= gradient[n];
+        states[f].push.moment -= gradient[n] * arm.transpose();
+        states[f].inertia += context.mass[n] * arm.squaredNorm();
     });
-    return pieces;
+    return states;
 }
 
-void Sleep::decide(const core::PieceContext& context, std::span<std::uint8_t> asleep)
+void Sleep::decide(const core::SleepContext& context, std::span<std::uint8_t> asleep)
 {
     forgetWoken(asleep);
-    const std::vector<Piece> pieces = measure(context, asleep.size(), false);
-    bool tired = false;
+    const std::vector<FragmentState> states = measure(context, asleep.size(), false);
+    bool canSleep = false;
     for (std::size_t f = 0; f < asleep.size(); ++f) {
-        const bool slow = pieces[f].mass > 0 && pieces[f].fastest2 < speed_ * speed_ && !context.held[f];
+        const bool slow = states[f].mass > 0 && states[f].fastest2 < speed_ * speed_ && !context.held[f];
         quiet_[f].time = slow && context.converged ? quiet_[f].time + context.dt : 0;
-        tired = tired || (!asleep[f] && quiet_[f].time >= after_);
+        canSleep = canSleep || (!asleep[f] && quiet_[f].time >= after_);
     }
-    if (tired) fallAsleep(context, asleep);
+    if (canSleep) fallAsleep(context, asleep);
     for (std::size_t f = 0; f < asleep.size(); ++f) quiet_[f].asleep = asleep[f];
 }
 
@@ -153,33 +153,33 @@ void Sleep::forgetWoken(std::span<const std::uint8_t> asleep)
         if (quiet_[f].asleep && !asleep[f]) quiet_[f] = {};
 }
 
-bool Sleep::isPushed(const Push& now, const Push& before, const Piece& piece) const
+bool Sleep::isPushed(const Push& now, const Push& before, const FragmentState& state) const
 {
-    const double arm = std::sqrt(piece.inertia / piece.mass);
+    const double arm = std::sqrt(state.inertia / state.mass);
     const double change = (now.force - before.force).norm() + (arm > 0 ? (now.moment - before.moment).norm() / arm : 0);
-    return change * frame_ > piece.mass * speed_;
+    return change * frame_ > state.mass * speed_;
 }
 
-void Sleep::wake(const core::PieceContext& context, std::span<std::uint8_t> asleep)
+void Sleep::wake(const core::SleepContext& context, std::span<std::uint8_t> asleep)
 {
     if (resistance_.at(context.time) < resistance_.at(context.time - context.dt)) std::ranges::fill(asleep, 0);
     forgetWoken(asleep);
-    const std::vector<Piece> pieces = measure(context, asleep.size(), true);
+    const std::vector<FragmentState> states = measure(context, asleep.size(), true);
     for (std::size_t f = 0; f < asleep.size(); ++f) {
         Quiet& quiet = quiet_[f];
         if (!asleep[f]) {
             quiet.known = false;
         } else if (!quiet.known) {
-            quiet.known = true, quiet.push = pieces[f].push;
-        } else if (isPushed(pieces[f].push, quiet.push, pieces[f])) {
+            quiet.known = true, quiet.push = states[f].push;
+        } else if (isPushed(states[f].push, quiet.push, states[f])) {
             asleep[f] = 0, quiet = {};
         }
     }
 }
 
-/// Puts the islands to sleep all of whose fragments are tired. What a grip holds joins none: it does not move by
-/// itself.
-void Sleep::fallAsleep(const core::PieceContext& context, std::span<std::uint8_t> asleep)
+/// Puts the islands to sleep all of whose fragments have lain still for long enough. What a grip holds joins none: it
+/// does not move by itself.
+void Sleep::fallAsleep(const core::SleepContext& context, std::span<std::uint8_t> asleep)
 {
     std::vector<solver::Coupling> couplings;
     for (const solver::Potential* potential : context.potentials) potential->linearize(context.x, couplings);
@@ -237,6 +237,6 @@ std::unique_ptr<core::Effect> make(const scene::Values& values, const scene::Sce
 
 }  // namespace
 
-EffectInfo sleep() { return {{"sleep", "Fragments that lie still are not solved for.", kKeys}, "pieces", make}; }
+EffectInfo sleep() { return {{"sleep", "Fragments that lie still are not solved for.", kKeys}, "sleep", make}; }
 
 }  // namespace vdbfrac::effects

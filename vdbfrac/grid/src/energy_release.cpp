@@ -156,7 +156,7 @@ Front frontThrough(const BodyMesh& mesh, const Vec3& X, const Vec3& n, Vec3 J, d
 }
 
 Release releaseAt(const BodyMesh& mesh, const NodeField<CornerForces>& forces, const std::vector<Near>& ball, Coord tip,
-                  double radius, const Counts& counts)
+                  double radius, const VoxelFilter& isCounted)
 {
     constexpr double kShortest = .5;  // radii; what is shorter is a splinter
     Vec3 elastic = Vec3::Zero(), material = Vec3::Zero();
@@ -168,7 +168,7 @@ Release releaseAt(const BodyMesh& mesh, const NodeField<CornerForces>& forces, c
         const CornerForces& node = forces(c);
         if (node.volume == 0) continue;
         A += ball[i].q * node.F, volume += ball[i].q * node.volume;
-        if (counts && !counts(c)) continue;
+        if (isCounted && !isCounted(c)) continue;
         of[i] = &node;
         elastic += ball[i].q * node.elastic, material += ball[i].q * node.material;
     }
@@ -191,13 +191,14 @@ Release releaseAt(const BodyMesh& mesh, const NodeField<CornerForces>& forces, c
 }  // namespace
 
 std::vector<Release> energyRelease(const BodyMesh& mesh, const ElementForcesOf& forces, std::span<const Coord> tips,
-                                   double radius, const Counts& counts)
+                                   double radius, const VoxelFilter& isCounted)
 {
     const double voxels = radius / mesh.voxelSize();
     const NodeField<CornerForces> field = forcesRound(mesh, forces, tips, reachWithin(voxels));
     std::vector<Release> releases(tips.size());
     parallelChunks(tips.size(), 4, [&, ball = ballOf(voxels)](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) releases[i] = releaseAt(mesh, field, ball, tips[i], voxels, counts);
+        for (std::size_t i = begin; i < end; ++i)
+            releases[i] = releaseAt(mesh, field, ball, tips[i], voxels, isCounted);
     });
     return releases;
 }

@@ -10,25 +10,25 @@
 namespace vdbfrac::grid {
 
 /// A voxel node seen from the middle of a ball.
-struct Way {
+struct Neighbour {
     Coord offset;
     Vec3 direction;
     double weight;  // (1 - r^2/radius^2)^2
 };
 
 /// All within `radius` [voxels] but the middle, which lies in no direction.
-inline std::vector<Way> waysWithin(double radius)
+inline std::vector<Neighbour> neighboursWithin(double radius)
 {
     const int reach = reachWithin(radius);
-    std::vector<Way> ways;
+    std::vector<Neighbour> neighbours;
     for (int z = -reach; z <= reach; ++z)
         for (int y = -reach; y <= reach; ++y)
             for (int x = -reach; x <= reach; ++x) {
-                const Vec3 way(x, y, z);
-                const double inside = 1 - way.squaredNorm() / (radius * radius);
-                if (inside > 0 && inside < 1) ways.push_back({{x, y, z}, way.normalized(), inside * inside});
+                const Vec3 offset(x, y, z);
+                const double inside = 1 - offset.squaredNorm() / (radius * radius);
+                if (inside > 0 && inside < 1) neighbours.push_back({{x, y, z}, offset.normalized(), inside * inside});
             }
-    return ways;
+    return neighbours;
 }
 
 /// Values at some voxels.
@@ -42,10 +42,10 @@ public:
         for (std::size_t i = 0; i < voxels.size(); ++i) field_.set(voxels[i], values[i]);
     }
     double operator()(Coord c) const { return field_(c); }
-    double largestNear(Coord c, const std::vector<Way>& near) const
+    double largestNear(Coord c, const std::vector<Neighbour>& near) const
     {
         double largest = field_(c);
-        for (const Way& way : near) largest = std::max(largest, field_(c + way.offset));
+        for (const Neighbour& n : near) largest = std::max(largest, field_(c + n.offset));
         return largest;
     }
 

@@ -21,16 +21,17 @@ struct NodalStress {
 /// Stresses of the material round voxel nodes, each computed once.
 class NodalStresses {
 public:
-    NodalStresses(const tetmesh::BodyMesh& mesh, const ElementStress& stress, const Counts& counts)
-        : mesh_(mesh), stress_(stress), counts_(counts), nodes_(mesh.phi().lower(), mesh.phi().upper(), {}, {})
+    NodalStresses(const tetmesh::BodyMesh& mesh, const ElementStress& stress, const VoxelFilter& isCounted)
+        : mesh_(mesh), stress_(stress), isCounted_(isCounted), nodes_(mesh.phi().lower(), mesh.phi().upper(), {}, {})
     {
     }
 
     void computeAround(std::span<const Coord> voxels, int reach)
     {
         std::vector<Coord> fresh = tetmesh::nodesAround(voxels, reach);
-        keepIf(fresh,
-               [&](const Coord& c) { return nodes_.contains(c) && !nodes_(c).isKnown && (!counts_ || counts_(c)); });
+        keepIf(fresh, [&](const Coord& c) {
+            return nodes_.contains(c) && !nodes_(c).isKnown && (!isCounted_ || isCounted_(c));
+        });
         nodes_.cover(fresh);
         computeElements(fresh);
         parallelChunks(fresh.size(), 64, [&](std::size_t begin, std::size_t end) {
@@ -76,7 +77,7 @@ private:
 
     const tetmesh::BodyMesh& mesh_;
     const ElementStress& stress_;
-    const Counts& counts_;
+    const VoxelFilter& isCounted_;
     tetmesh::NodeField<NodalStress> nodes_;
     std::vector<std::uint32_t> number_;  // by element, in ofElement_
     std::vector<std::array<Mat3, tetmesh::kMaxTets>> ofElement_;

@@ -18,15 +18,15 @@ private:
     double weights_ = 0;
 };
 
-MeanWay toPath(Coord voxel, const CrackPath& path, const std::vector<Way>& near)
+MeanWay toPath(Coord voxel, const CrackPath& path, const std::vector<Neighbour>& near)
 {
     MeanWay mean;
-    for (const Way& way : near)
-        if (const auto point = path.at(voxel + way.offset)) mean.add(way.weight, *point - voxel.toVec());
+    for (const Neighbour& n : near)
+        if (const auto point = path.at(voxel + n.offset)) mean.add(n.weight, *point - voxel.toVec());
     return mean;
 }
 
-MeanWay toStart(Coord voxel, const Sparse& R, const std::vector<Way>& near)
+MeanWay toStart(Coord voxel, const Sparse& R, const std::vector<Neighbour>& near)
 {
     // As good as the node with the largest, but between nodes where several are as large.
     constexpr double kSharp = 8;
@@ -34,14 +34,15 @@ MeanWay toStart(Coord voxel, const Sparse& R, const std::vector<Way>& near)
     const double largest = R.largestNear(voxel, near);
     if (largest <= 0) return mean;
     mean.add(std::pow(R(voxel) / largest, kSharp), Vec3::Zero());
-    for (const Way& way : near)
-        mean.add(way.weight * std::pow(R(voxel + way.offset) / largest, kSharp), way.offset.toVec());
+    for (const Neighbour& n : near)
+        mean.add(n.weight * std::pow(R(voxel + n.offset) / largest, kSharp), n.offset.toVec());
     return mean;
 }
 
 }  // namespace
 
-Passing passingAt(Coord voxel, const Vec3& normal, const CrackPath& path, const Sparse& R, const std::vector<Way>& near)
+Passing passingAt(Coord voxel, const Vec3& normal, const CrackPath& path, const Sparse& R,
+                  const std::vector<Neighbour>& near)
 {
     // What a voxel off the way takes. Of .2 to .5, .3 is best in turned plates, shear and halves at 10 and 20 cells.
     constexpr double kOff = .3;

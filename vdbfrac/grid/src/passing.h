@@ -15,6 +15,6 @@ struct Passing {
 /// `normal`: across the crack, unit. `near`: nodes whose points say where it lies. `R`: what drives the nodes of the
 /// front.
 Passing passingAt(Coord voxel, const Vec3& normal, const CrackPath& path, const Sparse& R,
-                  const std::vector<Way>& near);
+                  const std::vector<Neighbour>& near);
 
 }  // namespace vdbfrac::grid

@@ -48,13 +48,13 @@ double across(const Mat3& S, const Vec3& d, double nu)
 }
 
 /// 2 E R [Pa^2].
-double amount(const NodalStresses& nodes, const std::vector<Way>& ways, Coord voxel)
+double tensionAt(const NodalStresses& nodes, const std::vector<Neighbour>& neighbours, Coord voxel)
 {
     double volume = nodes(voxel).volume, sum = volume * nodes(voxel).tension;
-    for (const Way& way : ways) {
-        const NodalStress& node = nodes(voxel + way.offset);
-        volume += way.weight * node.volume;
-        sum += way.weight * node.volume * node.tension;
+    for (const Neighbour& n : neighbours) {
+        const NodalStress& node = nodes(voxel + n.offset);
+        volume += n.weight * node.volume;
+        sum += n.weight * node.volume * node.tension;
     }
     return volume > 0 ? sum / volume : 0;
 }
@@ -64,16 +64,16 @@ struct Opening {
     Vec3 across = Vec3::Zero();  // unit: way of the largest principal mean stress
 };
 
-Opening openingAt(const NodalStresses& nodes, const std::vector<Way>& ways, Coord voxel, double nu)
+Opening openingAt(const NodalStresses& nodes, const std::vector<Neighbour>& neighbours, Coord voxel, double nu)
 {
     double volume = 0, sum = 0;
     Mat3 S = nodes(voxel).volume * nodes(voxel).S;
-    for (const Way& way : ways) {
-        const NodalStress& node = nodes(voxel + way.offset);
+    for (const Neighbour& n : neighbours) {
+        const NodalStress& node = nodes(voxel + n.offset);
         if (node.volume == 0) continue;
-        volume += way.weight * node.volume;
-        S += way.weight * node.volume * node.S;
-        sum += way.weight * node.volume * across(node.S, way.direction, nu);
+        volume += n.weight * node.volume;
+        S += n.weight * node.volume * node.S;
+        sum += n.weight * node.volume * across(node.S, n.direction, nu);
     }
     return {volume > 0 ? sum / volume : 0, Eigen::SelfAdjointEigenSolver<Mat3>(S).eigenvectors().col(2)};
 }
@@ -98,11 +98,11 @@ std::vector<Coord> bandOf(const Loaded& body)
     NodeField<bool> isFront(phi.lower(), phi.upper(), false, false);
     isFront.cover(band);
     for (const Coord& c : band) isFront.set(c, true);
-    std::vector<Way> beside = waysWithin(2);  // the weightiest are the likeliest
-    std::sort(beside.begin(), beside.end(), [](const Way& a, const Way& b) { return a.weight > b.weight; });
+    std::vector<Neighbour> beside = neighboursWithin(2);  // the weightiest are the likeliest
+    std::sort(beside.begin(), beside.end(), [](const Neighbour& a, const Neighbour& b) { return a.weight > b.weight; });
     const std::vector<Coord> gap = nodesWhere(phi, [&](Coord c) {
         return phi(c) >= 0 && phi(c) < body.mesh.voxelSize() &&
-               std::any_of(beside.begin(), beside.end(), [&](const Way& way) { return isFront(c + way.offset); });
+               std::any_of(beside.begin(), beside.end(), [&](const Neighbour& n) { return isFront(c + n.offset); });
     });
     band.insert(band.end(), gap.begin(), gap.end());
     return band;
@@ -113,7 +113,7 @@ std::vector<Coord> bandOf(const Loaded& body)
 double mostPsi(double fall) { return std::clamp(2 * fall - 1.5, kSmooth, kSqueezed); }
 
 /// Voxel nodes of the band whose Psi may exceed `look`.
-std::vector<Coord> whereMuchIsPossible(double look, const Loaded& body, const TensionAverage& average)
+std::vector<Coord> whereItMayExceed(double look, const Loaded& body, const TensionAverage& average)
 {
     constexpr double kRounding = 1e-9;
     const double enough = (1 - kRounding) * minEnergyUnder(look, average.poissonRatio);
@@ -124,16 +124,16 @@ std::vector<Coord> whereMuchIsPossible(double look, const Loaded& body, const Te
     // Energy is convex in stress: its average is no less than that of an average of stresses.
     const auto energy = [&](std::uint32_t e, int t) { return body.energy[tetmesh::tetEntry(e, std::size_t(t))]; };
     const Sparse psi(body.mesh, voxels,
-                     averagedEnergy(body.mesh, energy, voxels, kNarrow * average.radius, average.counts), kInfinity);
+                     averagedEnergy(body.mesh, energy, voxels, kNarrow * average.radius, average.isCounted), kInfinity);
     // Tets of any shape have energies too rough to tell.
     const bool isTold = average.perRelease > 0 && !body.mesh.latticeCoords().empty();
-    std::vector<Way> far = waysWithin(kNear + .5);
-    std::erase_if(far, [](const Way& way) { return way.offset.toVec().norm() < kNear - .5; });
+    std::vector<Neighbour> far = neighboursWithin(kNear + .5);
+    std::erase_if(far, [](const Neighbour& n) { return n.offset.toVec().norm() < kNear - .5; });
     keepIf(voxels, [&](const Coord& c) {
         const double own = psi(c);
         if (!isTold || own == 0 || most * own < enough) return most * own >= enough;
         double least = own;
-        for (const Way& way : far) least = std::min(least, psi(c + way.offset));
+        for (const Neighbour& n : far) least = std::min(least, psi(c + n.offset));
         return mostPsi(own / least) * own >= enough;
     });
     return voxels;
@@ -156,11 +156,12 @@ void keepAbove(double least, std::vector<Coord>& voxels, std::vector<double>& va
 }
 
 /// R of voxel nodes, from stresses round them that are computed where they are not known.
-std::vector<double> amounts(NodalStresses& nodes, const std::vector<Coord>& voxels, double radius, double youngsModulus)
+std::vector<double> tensions(NodalStresses& nodes, const std::vector<Coord>& voxels, double radius,
+                             double youngsModulus)
 {
     nodes.computeAround(voxels, reachWithin(kNarrow * radius));
-    return ofEach(voxels, [&, ways = waysWithin(kNarrow * radius)](Coord c) {
-        return amount(nodes, ways, c) / (2 * youngsModulus);
+    return ofEach(voxels, [&, neighbours = neighboursWithin(kNarrow * radius)](Coord c) {
+        return tensionAt(nodes, neighbours, c) / (2 * youngsModulus);
     });
 }
 
@@ -189,7 +190,7 @@ std::vector<Coord> tipsAmong(const Sparse& R, const std::vector<Coord>& voxels, 
     for (const Coord& c : voxels) largest = std::max(largest, R(c));
     const bool isEnough = kSqueezed * largest > kappa;
     std::vector<Coord> tips = voxels;
-    keepIf(tips, [&, near = waysWithin(kNear + .5)](const Coord& c) {
+    keepIf(tips, [&, near = neighboursWithin(kNear + .5)](const Coord& c) {
         return R(c) > 0 && (!isEnough || kSqueezed * R(c) > kappa) && R(c) >= kTip * R.largestNear(c, near);
     });
     if (!isEnough && tips.size() > kFew) {
@@ -207,7 +208,7 @@ Driving drivenBy(std::vector<Coord> tips, const Loaded& body, const TensionAvera
     Driving driving;
     std::vector<double> G;
     for (const Release& release :
-         energyRelease(body.mesh, body.forces, tips, kRelease * average.radius, average.counts))
+         energyRelease(body.mesh, body.forces, tips, kRelease * average.radius, average.isCounted))
         G.push_back(release.G), driving.along.push_back(release.along);
     const Sparse ofTips(body.mesh, tips, G);
     for (std::size_t i = 0; i < R.size(); ++i)
@@ -231,10 +232,10 @@ void keepAcross(const BodyMesh& mesh, const Driving& driving, std::vector<Coord>
                 for (int x = -kNear; x <= kNear; ++x) tip = std::max(tip, tipAt(c + Coord{x, y, z}));
         return tip < 0 ? Vec3(Vec3::Zero()) : driving.along[std::size_t(tip)];
     };
-    keepIf(voxels, [&, beside = waysWithin(2)](const Coord& c) {
+    keepIf(voxels, [&, beside = neighboursWithin(2)](const Coord& c) {
         const Vec3 front = alongAt(c);
-        return std::any_of(beside.begin(), beside.end(), [&](const Way& way) {
-            return mesh.phi()(c + way.offset) >= 0 && std::abs(way.direction.dot(front)) < kAcross;
+        return std::any_of(beside.begin(), beside.end(), [&](const Neighbour& n) {
+            return mesh.phi()(c + n.offset) >= 0 && std::abs(n.direction.dot(front)) < kAcross;
         });
     });
 }
@@ -246,7 +247,7 @@ TensionAbove nodalTensionAbove(double kappa, const Loaded& body, const TensionAv
     above.voxels = body.mesh.voxelsAbove(body.energy, minEnergyUnder(kappa, average.poissonRatio));
     std::erase_if(above.voxels, [&](const Coord& c) { return !body.isFront(c); });
     if (above.voxels.empty()) return above;
-    NodalStresses nodes(body.mesh, body.stress, average.counts);
+    NodalStresses nodes(body.mesh, body.stress, average.isCounted);
     nodes.computeAround(above.voxels, 0);
     above.stresses = nodes.count();
     for (const Coord& c : above.voxels) above.psi.push_back(nodes(c).tension / (2 * average.youngsModulus));
@@ -257,27 +258,29 @@ TensionAbove nodalTensionAbove(double kappa, const Loaded& body, const TensionAv
 }
 
 /// Voxel nodes at the front, and in the gap beside it, with Psi; where it is that of G, R of the material too.
-struct Much {
+struct Candidates {
     std::vector<Coord> voxels;
     Driving driving;
     std::optional<Sparse> R;
 };
 
 /// All whose Psi may be above `look`.
-Much findMuch(double look, double kappa, const Loaded& body, const TensionAverage& average, NodalStresses& nodes)
+Candidates findCandidates(double look, double kappa, const Loaded& body, const TensionAverage& average,
+                          NodalStresses& nodes)
 {
     const double least = average.perRelease > 0 ? look / kSqueezed : look;
-    Much much;
-    much.voxels = whereMuchIsPossible(look, body, average);
-    std::vector<double> R = amounts(nodes, much.voxels, average.radius / body.mesh.voxelSize(), average.youngsModulus);
+    Candidates found;
+    found.voxels = whereItMayExceed(look, body, average);
+    std::vector<double> R =
+        tensions(nodes, found.voxels, average.radius / body.mesh.voxelSize(), average.youngsModulus);
     if (average.perRelease == 0) {
-        much.driving.psi = std::move(R);
-        return much;
+        found.driving.psi = std::move(R);
+        return found;
     }
-    keepAbove(least, much.voxels, R);
-    much.R = ofMaterial(body.mesh, much.voxels, R);
-    much.driving = drivenBy(tipsAmong(*much.R, much.voxels, kappa), body, average, much.voxels, R);
-    return much;
+    keepAbove(least, found.voxels, R);
+    found.R = ofMaterial(body.mesh, found.voxels, R);
+    found.driving = drivenBy(tipsAmong(*found.R, found.voxels, kappa), body, average, found.voxels, R);
+    return found;
 }
 
 /// The share of the speed at voxel nodes near which Psi exceeds kappa, else 0. `H`, and `R` where ligaments are found
@@ -286,7 +289,7 @@ std::vector<double> sharesOf(const std::vector<Coord>& voxels, const Sparse& psi
                              double kappa)
 {
     constexpr double kLigament = 1.5, kMiddle = .9;
-    return ofEach(voxels, [&, near = waysWithin(kNear + .5)](Coord c) {
+    return ofEach(voxels, [&, near = neighboursWithin(kNear + .5)](Coord c) {
         if (psi.largestNear(c, near) <= kappa) return 0.;
         if (R(c) > kLigament * kappa && R(c) >= kMiddle * R.largestNear(c, near)) return 1.;
         return H(c) > 0 ? 1 - (1 - H(c) / H.largestNear(c, near)) / kAside : 0;
@@ -294,30 +297,30 @@ std::vector<double> sharesOf(const std::vector<Coord>& voxels, const Sparse& psi
 }
 
 /// Which voxel nodes of the front move, and where the crack passes them.
-void chooseAmong(const std::vector<Coord>& compared, const Much& much, const Sparse& psi, double kappa,
+void chooseAmong(const std::vector<Coord>& compared, const Candidates& found, const Sparse& psi, double kappa,
                  const Loaded& body, const TensionAverage& average, const NodalStresses& nodes, TensionAbove& above)
 {
     const double radius = average.radius / body.mesh.voxelSize();
     // Cracks that part tets of any shape have to be wider than one way.
     const bool isOneWay = body.path && !body.mesh.latticeCoords().empty();
-    struct Candidate {
+    struct Passed {
         double H, R;
         Vec3 point;
     };
-    const auto candidates =
-        ofEach(compared, [&, ways = waysWithin(radius), near = waysWithin(kRelease * radius)](Coord c) {
-            const Opening opening = openingAt(nodes, ways, c, average.poissonRatio);
-            const Passing passing =
-                isOneWay ? passingAt(c, opening.across, *body.path, much.R ? *much.R : psi, near) : Passing{c.toVec()};
-            return Candidate{opening.H * passing.weight, much.R ? passing.weight * (*much.R)(c) : 0, passing.point};
+    const auto passed = ofEach(
+        compared, [&, neighbours = neighboursWithin(radius), near = neighboursWithin(kRelease * radius)](Coord c) {
+            const Opening opening = openingAt(nodes, neighbours, c, average.poissonRatio);
+            const Passing passing = isOneWay ? passingAt(c, opening.across, *body.path, found.R ? *found.R : psi, near)
+                                             : Passing{c.toVec()};
+            return Passed{opening.H * passing.weight, found.R ? passing.weight * (*found.R)(c) : 0, passing.point};
         });
     std::vector<double> H, R;
-    for (const Candidate& candidate : candidates) H.push_back(candidate.H), R.push_back(candidate.R);
+    for (const Passed& p : passed) H.push_back(p.H), R.push_back(p.R);
     above.share = sharesOf(above.voxels, psi, {body.mesh, compared, H}, {body.mesh, compared, R}, kappa);
     keepAbove(0, above.voxels, above.share);
     for (const Coord& c : above.voxels) {
-        const auto found = std::lower_bound(compared.begin(), compared.end(), c);  // sorted
-        above.points.push_back(candidates[std::size_t(found - compared.begin())].point);
+        const auto at = std::lower_bound(compared.begin(), compared.end(), c);  // sorted
+        above.points.push_back(passed[std::size_t(at - compared.begin())].point);
     }
 }
 
@@ -328,41 +331,42 @@ TensionAbove tensionAbove(double kappa, const Loaded& body, const TensionAverage
     const double radius = average.radius / body.mesh.voxelSize();
     if (radius <= 1) return nodalTensionAbove(kappa, body, average);  // no other voxel node is within it
     TensionAbove above;
-    NodalStresses nodes(body.mesh, body.stress, average.counts);
-    Much much;
+    NodalStresses nodes(body.mesh, body.stress, average.isCounted);
+    Candidates found;
     // Down to where the largest is, but not so far that bodies with little load are looked at as a whole.
     constexpr double kSteady = .8, kLower = .3, kFar = .1;
     double look = expected > 0 ? std::min(kappa, kSteady * expected) : kappa;
     for (;; look *= kLower) {
-        much = findMuch(look, kappa, body, average, nodes);
-        for (std::size_t i = 0; i < much.voxels.size(); ++i)
-            if (much.driving.psi[i] > above.largest) above.largest = much.driving.psi[i], above.where = much.voxels[i];
+        found = findCandidates(look, kappa, body, average, nodes);
+        for (std::size_t i = 0; i < found.voxels.size(); ++i)
+            if (found.driving.psi[i] > above.largest)
+                above.largest = found.driving.psi[i], above.where = found.voxels[i];
         if (above.largest >= look || kLower * look <= kFar * kappa) break;
     }
-    keepAbove(kappa, much.voxels, much.driving.psi);
+    keepAbove(kappa, found.voxels, found.driving.psi);
     above.stresses = nodes.count();
-    if (much.voxels.empty()) return above;
+    if (found.voxels.empty()) return above;
 
-    above.voxels = frontNear(body, much.voxels);
+    above.voxels = frontNear(body, found.voxels);
     std::vector<Coord> compared = frontNear(body, above.voxels);
-    for (std::vector<Coord>* front : {&above.voxels, &compared}) keepAcross(body.mesh, much.driving, *front);
+    for (std::vector<Coord>* front : {&above.voxels, &compared}) keepAcross(body.mesh, found.driving, *front);
     nodes.computeAround(compared, reachWithin(radius));
     above.stresses = nodes.count();
-    const Sparse largest(body.mesh, much.voxels, much.driving.psi);
-    chooseAmong(compared, much, largest, kappa, body, average, nodes, above);
-    above.psi =
-        ofEach(above.voxels, [&, near = waysWithin(kNear + .5)](Coord c) { return largest.largestNear(c, near); });
+    const Sparse largest(body.mesh, found.voxels, found.driving.psi);
+    chooseAmong(compared, found, largest, kappa, body, average, nodes, above);
+    above.psi = ofEach(above.voxels,
+                       [&, near = neighboursWithin(kNear + .5)](Coord c) { return largest.largestNear(c, near); });
     return above;
 }
 
 VoxelValues tensionAtFront(const Loaded& body, const TensionAverage& average, double little)
 {
     VoxelValues values;
-    values.coords = whereMuchIsPossible(little, body, average);
+    values.coords = whereItMayExceed(little, body, average);
     std::erase_if(values.coords, [&](const Coord& c) { return !body.isFront(c); });
-    NodalStresses nodes(body.mesh, body.stress, average.counts);
+    NodalStresses nodes(body.mesh, body.stress, average.isCounted);
     const double radius = average.radius / body.mesh.voxelSize();
-    const std::vector<double> R = amounts(nodes, values.coords, radius, average.youngsModulus);
+    const std::vector<double> R = tensions(nodes, values.coords, radius, average.youngsModulus);
     const std::vector<double> psi =
         average.perRelease > 0 ? drivenBy(values.coords, body, average, values.coords, R).psi : R;
     values.scalars.assign(psi.begin(), psi.end());

@@ -34,10 +34,10 @@ std::vector<Weight> weightsWithin(double radius, double dx)
 
 /// The shares of all voxel nodes up to `reach` away from some: of each once, however many averages it takes part in.
 tetmesh::NodeField<Share> sharesWithin(const BodyMesh& mesh, const TetEnergy& energy, std::span<const Coord> voxels,
-                                       int reach, const Counts& counts)
+                                       int reach, const VoxelFilter& isCounted)
 {
     std::vector<Coord> all = tetmesh::nodesAround(voxels, reach);
-    keepIf(all, [&](const Coord& c) { return mesh.phi().contains(c) && (!counts || counts(c)); });
+    keepIf(all, [&](const Coord& c) { return mesh.phi().contains(c) && (!isCounted || isCounted(c)); });
     tetmesh::NodeField<Share> shares(mesh.phi().lower(), mesh.phi().upper(), {}, {});
     shares.cover(all);
     parallelChunks(all.size(), 64, [&](std::size_t begin, std::size_t end) {
@@ -105,10 +105,10 @@ VoxelValues nodalEnergies(const BodyMesh& mesh, const TetEnergy& energy)
 }
 
 std::vector<double> averagedEnergy(const BodyMesh& mesh, const TetEnergy& energy, std::span<const Coord> voxels,
-                                   double radius, const Counts& counts)
+                                   double radius, const VoxelFilter& isCounted)
 {
     const int reach = reachWithin(radius / mesh.voxelSize());
-    const tetmesh::NodeField<Share> shares = sharesWithin(mesh, energy, voxels, reach, counts);
+    const tetmesh::NodeField<Share> shares = sharesWithin(mesh, energy, voxels, reach, isCounted);
     const std::vector<Weight> weights = weightsWithin(radius, mesh.voxelSize());
     std::vector<double> psi(voxels.size());
     parallelChunks(voxels.size(), 4, [&](std::size_t begin, std::size_t end) {

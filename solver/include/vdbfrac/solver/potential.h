@@ -48,7 +48,7 @@ struct EnergyFlow {
 };
 
 /// A whole step, whatever stages it has.
-struct Way {
+struct WholeStep {
     std::span<const Vec3> from, to;  ///< m
     double begin = 0, end = 0;       ///< s
 };
@@ -83,7 +83,7 @@ public:
     virtual bool refresh(std::span<const Vec3> /*x*/) { return false; }
     /// A step is solved. False where it has come to what a shorter one would not have: things have passed into each
     /// other. It is cut back then, as one that is not solved is, as long as that makes sense.
-    virtual bool holds(const Way& /*way*/) const { return true; }
+    virtual bool isAdmissible(const WholeStep& /*way*/) const { return true; }
     /// A step of `dt` [s] has come to its end at x, at this time [s], and is kept.
     virtual void accept(std::span<const Vec3> /*x*/, double /*time*/, double /*dt*/) {}
     /// What it did along a leg of the step that begin() was told of; before accept(). The columns of the effect.

@@ -15,12 +15,6 @@
 
 namespace vdbfrac::skin {
 
-/// A motion [m] or velocity [m/s] that is affine in the place at rest.
-struct Affine {
-    Vec3 value = Vec3::Zero();  ///< at the place that it is of
-    Mat3 slope = Mat3::Zero();  ///< by the place at rest
-};
-
 struct Carrier;
 
 class MeanMotion {
@@ -43,13 +37,13 @@ public:
 
     std::span<const Point> points() const { return points_; }  ///< riders rise
     /// At each of points(), from the positions [m] or velocities [m/s] of all nodes of the body.
-    std::vector<Affine> at(std::span<const Vec3> ofNodes) const;
+    std::vector<Vec3> at(std::span<const Vec3> ofNodes) const;
 
 private:
     struct Term {
         std::uint32_t node = 0;
         double weight = 0;
-        Vec3 slope = Vec3::Zero();  // of the weight [1/m]
+        Vec3 gradient = Vec3::Zero();  // of the weight [1/m]
     };
     /// The mean motion round a voxel node: a sum over nodes of the body.
     struct Round {

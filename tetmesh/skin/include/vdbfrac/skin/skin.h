@@ -24,6 +24,8 @@ struct SkinWork {
     std::int64_t bridges = 0;  ///< faces between fragments, which are drawn out as these part
 };
 
+class TurnedNormals;
+
 /// Depends on the mesh and on the body as it is alone, so a run that is resumed draws the same.
 class Skin {
 public:
@@ -40,9 +42,9 @@ public:
 
     /// Positions [m] or velocities [m/s] of all points, from those of the body's nodes.
     std::vector<Vec3> carried(std::span<const Vec3> ofNodes) const;
-    /// Normals of topology().mesh: those that were given turn with the material, those of torn faces are made of the
-    /// `points` [m] that carried() gave.
-    std::vector<Vec3> normals(std::span<const Vec3> x, std::span<const Vec3> points) const;
+    /// Normals of topology().mesh with its points at `points` [m], as carried() gave them: those that were given turn
+    /// with the faces round their points, those of torn faces are made of these.
+    std::vector<Vec3> normals(std::span<const Vec3> points) const;
 
 private:
     struct Embedding {
@@ -53,22 +55,19 @@ private:
         std::span<const std::uint32_t> fragmentOfNode;
     };
     void embed(const Embedding& what);
-    void takeOutside(std::span<const std::uint32_t> point);
     std::vector<std::array<std::uint32_t, 2>> outsideEdges(const tetmesh::RenderMesh& drawn) const;
-    void turnOutside(std::span<const Vec3> x, std::vector<Vec3>& normals) const;
 
     CrackStyle style_;
     tetmesh::RenderMesh mesh_;
     tetmesh::Fans fans_;
+    std::vector<std::size_t> same_;  // of each point of mesh_ the first one with its coordinates
     SkinCutter cutter_;
     std::shared_ptr<const tetmesh::DrawnTopology> drawn_;
     std::vector<tetmesh::EmbeddedPoint> points_;
     MeanMotion outside_;
-    std::vector<std::uint32_t> outsidePoint_;                             // of each of outside_.points(), rising
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> outsideNormal_;  // given normals: with which of them they turn
-    std::vector<std::uint32_t> normalPoint_;  // of each normal: the point that it is at; kNone: at none
-    std::size_t givenNormals_ = 0;            // the others are those of torn faces
-    std::vector<Vec3> restNormal_;            // given, times the edges of the tet of its point at rest
+    std::vector<std::uint32_t> outsidePoint_;     // of each of outside_.points(), rising
+    std::size_t givenNormals_ = 0;                // the others are those of torn faces
+    std::shared_ptr<const TurnedNormals> given_;  // those of the outer surface
     SkinWork work_;
 };
 

@@ -124,7 +124,7 @@ private:
     void takeReports(StepRecord& record) const;
     void beginEnergy();
     void book(StepRecord& record, const solver::StepReport& report);
-    using AskAsleep = void (PieceStage::*)(const PieceContext&, std::span<std::uint8_t>);
+    using AskAsleep = void (SleepStage::*)(const SleepContext&, std::span<std::uint8_t>);
     bool askAsleep(double time, double dt, bool converged, AskAsleep ask);
     bool wakeStruck(double dt);
     void putToSleep(StepRecord& record, bool converged);
@@ -136,7 +136,7 @@ private:
     void restoreProgress(const Archive& archive);
     void start(Effect& effect);
     void restoreEffects(const Archive& archive, const std::function<void(Persistent&)>& restore);
-    bool holds(double dt) const;
+    bool isAdmissible(double dt) const;
     void updateGrid(StepRecord& record);
     bool recut(StepRecord& record, std::size_t body, const grid::PhiChanges& changes);
     void number();

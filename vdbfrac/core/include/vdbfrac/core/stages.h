@@ -72,7 +72,7 @@ public:
 };
 
 /// What there is to know of the pieces when a step is solved. Fragments are numbered by their ids.
-struct PieceContext : SolvedStep {
+struct SleepContext : SolvedStep {
     std::span<const Body> bodies;
     std::span<const Vec3> v;             ///< m/s, all nodes of the system
     std::span<const double> mass;        ///< kg
@@ -82,14 +82,14 @@ struct PieceContext : SolvedStep {
 };
 
 /// Decides which fragments are asleep: they stay where they are, and nothing of them is evaluated. `asleep`: of each.
-class PieceStage {
+class SleepStage {
 public:
-    virtual ~PieceStage() = default;
+    virtual ~SleepStage() = default;
     /// Wakes what may not lie still any more, where some are asleep. The step is not kept yet: it is solved again for
     /// what wakes, which would have been a wall in it.
-    virtual void wake(const PieceContext& context, std::span<std::uint8_t> asleep) = 0;
+    virtual void wake(const SleepContext& context, std::span<std::uint8_t> asleep) = 0;
     /// After the step. Those that are cut again are woken after this.
-    virtual void decide(const PieceContext& context, std::span<std::uint8_t> asleep) = 0;
+    virtual void decide(const SleepContext& context, std::span<std::uint8_t> asleep) = 0;
 };
 
 /// Tells what it did while a step was solved: work under stages of its own, which is then no longer that of the solve,
@@ -150,7 +150,7 @@ struct Stages {
     std::vector<Observer*> observers;
     std::vector<GridStage*> grid;
     std::vector<Reporter*> reporters;
-    std::vector<PieceStage*> pieces;
+    std::vector<SleepStage*> sleep;
     std::vector<RecutStage*> recut;
     std::vector<FrameSource*> frames;
     std::vector<Persistent*> persistent;

@@ -34,8 +34,8 @@ struct Release {
 
 /// At some voxel nodes in the material; at smooth faces what their material holds per area as if it were a tip. Where
 /// forces pull opposite ways, in a ligament between two tips, as much as what pulls either way. `radius` [m]: of q.
-/// `counts`: voxel nodes that no grip holds, others are left out.
+/// `isCounted`: voxel nodes that no grip holds, others are left out.
 std::vector<Release> energyRelease(const tetmesh::BodyMesh& mesh, const ElementForcesOf& forces,
-                                   std::span<const Coord> tips, double radius, const Counts& counts);
+                                   std::span<const Coord> tips, double radius, const VoxelFilter& isCounted);
 
 }  // namespace vdbfrac::grid

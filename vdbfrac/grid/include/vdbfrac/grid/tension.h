@@ -38,11 +38,11 @@ namespace vdbfrac::grid {
 using ElementStress = std::function<std::array<Mat3, tetmesh::kMaxTets>(std::uint32_t element)>;
 
 struct TensionAverage {
-    double radius = 0;         ///< l [m]; 0: Psi is that of the mean stress at p
-    double youngsModulus = 0;  ///< E [Pa]
-    double poissonRatio = 0;   ///< nu
-    Counts counts = {};        ///< other material is left out; none: all counts
-    double perRelease = 0;     ///< A / l [1/m]: Psi of a G of 1; 0: Psi is R
+    double radius = 0;           ///< l [m]; 0: Psi is that of the mean stress at p
+    double youngsModulus = 0;    ///< E [Pa]
+    double poissonRatio = 0;     ///< nu
+    VoxelFilter isCounted = {};  ///< other material is left out; none: all counts
+    double perRelease = 0;       ///< A / l [1/m]: Psi of a G of 1; 0: Psi is R
 };
 
 /// A body under load.
@@ -50,7 +50,7 @@ struct Loaded {
     const tetmesh::BodyMesh& mesh;
     std::span<const double> energy;   ///< density [J/m^3] of the tets, by tetmesh::tetEntry
     ElementStress stress;             ///< from the same strains as `energy`
-    Counts isFront;                   ///< voxel nodes that may tear
+    VoxelFilter isFront;              ///< voxel nodes that may tear
     ElementForcesOf forces = {};      ///< where Psi is that of G
     const CrackPath* path = nullptr;  ///< that fronts go on with; null: each node is for itself
 };

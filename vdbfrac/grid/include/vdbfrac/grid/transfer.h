@@ -18,7 +18,7 @@ namespace vdbfrac::grid {
 
 using tetmesh::TetEnergy;
 /// Whether the material round a voxel node counts in averages.
-using Counts = std::function<bool(Coord)>;
+using VoxelFilter = std::function<bool(Coord)>;
 
 /// Farthest voxel, along an axis, that is inside a ball of this radius [voxels]: at the radius itself weights are 0.
 int reachWithin(double radius);
@@ -34,7 +34,7 @@ VoxelValues nodalEnergies(const tetmesh::BodyMesh& mesh, const TetEnergy& energy
 
 /// Nodal energy averaged over the material within `radius` [m] with weights (1 - r^2/radius^2)^2; 0 where none counts.
 std::vector<double> averagedEnergy(const tetmesh::BodyMesh& mesh, const TetEnergy& energy,
-                                   std::span<const Coord> voxels, double radius, const Counts& counts = {});
+                                   std::span<const Coord> voxels, double radius, const VoxelFilter& isCounted = {});
 
 /// Material volume that belongs to a voxel node: sum of the integrals of N_p, in voxels.
 double nodalVolume(const tetmesh::BodyMesh& mesh, Coord voxel);

@@ -12,23 +12,23 @@ bool Simulation::askAsleep(double time, double dt, bool converged, AskAsleep ask
 {
     asleep_.resize(nextFragment_);
     const std::vector<std::uint8_t> before = asleep_, held = grips_->heldFragments(asleep_.size());
-    const PieceContext context{{state_.x, time, dt}, bodies_, state_.v, elastic_->mass(), held, converged,
+    const SleepContext context{{state_.x, time, dt}, bodies_, state_.v, elastic_->mass(), held, converged,
                                stages_.solve};
-    for (PieceStage* stage : stages_.pieces) (stage->*ask)(context, asleep_);
+    for (SleepStage* stage : stages_.sleep) (stage->*ask)(context, asleep_);
     return asleep_ != before;
 }
 
 /// What a solve over dt [s] has struck in its sleep wakes. Has any?
 bool Simulation::wakeStruck(double dt)
 {
-    if (fragmentsAsleep() == 0 || !askAsleep(time_ + dt, dt, true, &PieceStage::wake)) return false;
+    if (fragmentsAsleep() == 0 || !askAsleep(time_ + dt, dt, true, &SleepStage::wake)) return false;
     changeAsleep();
     return true;
 }
 
 void Simulation::putToSleep(StepRecord& record, bool converged)
 {
-    const bool isChanged = askAsleep(time_, record.dt, converged, &PieceStage::decide);
+    const bool isChanged = askAsleep(time_, record.dt, converged, &SleepStage::decide);
     record.measured["asleep"] = double(fragmentsAsleep());
     if (!isChanged) return;
     for (const Body& body : bodies_)

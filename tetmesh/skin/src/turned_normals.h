@@ -1,0 +1,37 @@
+// Given normals turn as the surface does that is drawn. Not installed.
+//
+// Those that are equal at a point belong to one smooth piece of surface there: they turn as the area vector of its
+// faces, and of those beside them. So shading is as smooth as the surface is, and edges that were sharp stay so,
+// whatever the cells under them do.
+#pragma once
+
+#include <vdbfrac/base/grouping.h>
+#include <vdbfrac/tetmesh/render_mesh.h>
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace vdbfrac::skin {
+
+class TurnedNormals {
+public:
+    /// The first `given` normals of a mesh at rest [m]; each is of one point. `torn` faces take no part. `same`: of
+    /// each of the first points the one that stands for all with its coordinates, which split points have at seams.
+    TurnedNormals(const tetmesh::RenderMesh& mesh, std::span<const std::uint8_t> torn, std::size_t given,
+                  std::span<const std::size_t> same);
+
+    /// Writes them for the same mesh with its points elsewhere [m].
+    void turn(const tetmesh::RenderMesh& mesh, std::span<const Vec3> points, std::span<Vec3> normals) const;
+
+private:
+    void groupNormals(const tetmesh::RenderMesh& mesh, std::span<const std::uint8_t> torn,
+                      std::span<const std::size_t> same);
+    std::vector<Vec3> areas(const tetmesh::RenderMesh& mesh, std::span<const Vec3> points) const;
+
+    std::vector<std::uint32_t> groupOf_;  // of each given normal; kNone: no face has it
+    Groups facesOf_;                      // of each group
+    std::vector<Vec3> rest_;              // m^2, of each group
+};
+
+}  // namespace vdbfrac::skin
