@@ -330,9 +330,12 @@ NodeSums<ElasticOperator::PackedBlock> ElasticOperator::diagonal(const Tangent& 
             for (std::size_t k = 0; k < kDiagonalRows; ++k)
                 slot[patch.firstSlot + n][Eigen::Index(k)] = out[k * stride + n];
     });
-    for (std::size_t row = 0; blocks && row < blocks->rows(); ++row)
-        if (PackedBlock* own = d.firstSlot<PackedBlock>(blocks->node(row)))
-            for (std::size_t k = 0; k < kDiagonalRows; ++k) (*own)[Eigen::Index(k)] += double(blocks->damping(row)[k]);
+    for (std::size_t row = 0; blocks && row < blocks->rows(); ++row) {
+        PackedBlock* const own = d.firstSlot<PackedBlock>(blocks->node(row));
+        if (!own) continue;
+        const auto damping = blocks->damping(row);
+        for (std::size_t k = 0; k < kDiagonalRows; ++k) (*own)[Eigen::Index(k)] += double(damping[k]);
+    }
     return d.sums<PackedBlock>();
 }
 

@@ -83,21 +83,22 @@ Simulation::Grips::Grips(const std::vector<scene::Grip>& grips, double fps, std:
 void Simulation::Grips::rebuild(std::span<const Body> bodies, const solver::ElasticOperator& elastic)
 {
     constexpr std::size_t kNear = 256;  // nodes in a row: they are neighbours, most rows are far from a grip
+    std::vector<std::vector<Vec3>> rest(bodies.size());
     for (Held& held : held_) {
         const Body& body = bodies[held.body];
         const double slack = kRegionSlack * body.mesh->spacing();
         held.nodes.clear(), held.rest.clear(), held.share.clear();
         if (held.isGone) continue;
+        std::vector<Vec3>& all = rest[held.body];
+        if (all.empty()) all = tetmesh::restPositions(*body.mesh);
         double mass = 0;
-        const std::vector<Vec3> rest = tetmesh::restPositions(*body.mesh);
-        for (std::size_t begin = 0; begin < rest.size(); begin += kNear) {
-            const std::size_t end = std::min(rest.size(), begin + kNear);
-            if (minDistance(held.grip->region, std::span(rest).subspan(begin, end - begin)) > 2 * slack) continue;
+        for (std::size_t begin = 0; begin < all.size(); begin += kNear) {
+            const std::size_t end = std::min(all.size(), begin + kNear);
+            if (minDistance(held.grip->region, std::span(all).subspan(begin, end - begin)) > 2 * slack) continue;
             for (std::size_t i = begin; i < end; ++i) {
-                const Vec3& X = rest[i];
-                if (signedDistance(held.grip->region, X) > slack) continue;
+                if (signedDistance(held.grip->region, all[i]) > slack) continue;
                 held.nodes.push_back(body.firstNode + std::uint32_t(i));
-                held.rest.push_back(X);
+                held.rest.push_back(all[i]);
                 held.share.push_back(elastic.mass()[body.firstNode + i]);
                 mass += held.share.back();
             }
