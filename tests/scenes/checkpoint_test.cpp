@@ -94,6 +94,9 @@ INSTANTIATE_TEST_SUITE_P(
         std::vector<std::string>{"solver.integrator=\"static\""}, std::vector<std::string>{"grid.lattice=\"five\""},
         std::vector<std::string>{"grid.lattice=\"delaunay\""},
         std::vector<std::string>{"grid.coarsening=2", "fracture.grip_margin=0.1", "fracture.toughness=20"},
+        std::vector<std::string>{"grid.surface=\"whole_tets\"", "contact={}",
+                                 "collider=[{ shape = { halfspace = { normal = [0, 0, -1], offset = 0.21 } }, "
+                                 "move = { velocity = [0, 0, 0.04] } }]"},
         std::vector<std::string>{"fracture.relevel_every=3"}, std::vector<std::string>{"grid.half_width=8"},
         std::vector<std::string>{"body.0.shape={ box = { size = [0.8, 1, 0.8] } }", "grid.voxel_size=0.1"},
         std::vector<std::string>{"solver.precision=\"double\""},

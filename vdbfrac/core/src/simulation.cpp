@@ -250,7 +250,7 @@ void Simulation::updateGrid(StepRecord& record)
 }
 
 /// Re-cuts what changed and carries x and v exactly: a copy of a node starts where its original is. Returns whether
-/// anything changed.
+/// the mesh is another one.
 bool Simulation::recut(StepRecord& record, std::size_t b, const grid::PhiChanges& changes)
 {
     Body& body = bodies_[b];
@@ -261,7 +261,16 @@ bool Simulation::recut(StepRecord& record, std::size_t b, const grid::PhiChanges
     record.work.count("cut", "voxels", update.changedVoxels);
     record.work.count("cut", "classified_nodes", update.classifiedNodes);
     record.work.count("cut", "grouped_cells", update.groupedCells);
-    if (update.changedVoxels == 0) return false;
+    // Whole tets may all stay. What is drawn of them, and where they touch, goes by phi all the same.
+    const bool isCut = update.changedVoxels > 0;
+    if (isCut) carryOver(body, update, oldCount);
+    ++body.revision;
+    for (RecutStage* stage : stages_.recut) stage->recut(body, update);
+    return isCut;
+}
+
+void Simulation::carryOver(Body& body, const tetmesh::CutUpdate& update, std::size_t oldCount)
+{
     balanced_ = false;
     const auto own = [&] { return std::span(state_.x).subspan(body.firstNode); };
     const double before = replacedEnergy(update, own(), body, h_, elastic_->elasticity());
@@ -270,11 +279,8 @@ bool Simulation::recut(StepRecord& record, std::size_t b, const grid::PhiChanges
     number();  // of the bodies after it, which may be cut before all is built anew
     elasticEnergy_ -= before - recutEnergy(update, own(), body, h_, elastic_->elasticity());
     body.fragments.update(*body.mesh, update.previousNode, time_, nextFragment_);
-    ++body.revision;
-    if (ancestry_) ancestry_->recut(b, update.previousNode, frameUnderWay());
+    if (ancestry_) ancestry_->recut(std::size_t(&body - bodies_.data()), update.previousNode, frameUnderWay());
     if (!asleep_.empty()) wakeRecut(body, update);
-    for (RecutStage* stage : stages_.recut) stage->recut(body, update);
-    return true;
 }
 
 void Simulation::measure(StepRecord& record) const

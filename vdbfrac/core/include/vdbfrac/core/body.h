@@ -21,7 +21,7 @@ struct Body {
     std::uint32_t firstNode = 0;     ///< of the system: node 0 of the mesh
     std::uint32_t firstElement = 0;  ///< of the system: element 0 of the mesh
     double startVolume = 0;          ///< m^3 of material at t = 0
-    std::int64_t revision = 0;       ///< how often the mesh was cut again
+    std::int64_t revision = 0;       ///< how often phi has changed
 };
 
 }  // namespace vdbfrac::core

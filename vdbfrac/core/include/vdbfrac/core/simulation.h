@@ -139,6 +139,7 @@ private:
     bool isAdmissible(double dt) const;
     void updateGrid(StepRecord& record);
     bool recut(StepRecord& record, std::size_t body, const grid::PhiChanges& changes);
+    void carryOver(Body& body, const tetmesh::CutUpdate& update, std::size_t oldCount);
     void number();
     void rebuild();
     void letGoOfGrips();

@@ -100,11 +100,12 @@ public:
     virtual void report(Ledger& work, std::map<std::string, double>& measured) = 0;
 };
 
-/// Takes its own data along when a body is cut again.
+/// Takes its own data along when the phi of a body has changed, and with it most often the mesh.
 class RecutStage {
 public:
     virtual ~RecutStage() = default;
-    /// The mesh is the new one; numbers of nodes and elements are those of the body.
+    /// The mesh is the new one; numbers of nodes and elements are those of the body. Where the cut does not see the
+    /// change of phi, all of them are the old ones, but the surface may be another.
     virtual void recut(const Body& body, const tetmesh::CutUpdate& update) = 0;
 };
 
