@@ -220,6 +220,17 @@ TEST_P(Friction, StopsWhatSlides)
     EXPECT_LT(velocity(run.simulation).norm(), .01 * kStart);
 }
 
+/// Explicit schemes ask for the stable step before anything has been looked for. A block lies on the floor under them.
+TEST(SlidingFriction, ExplicitSchemesStepOnColliders)
+{
+    for (const char* scheme : {"symplectic_euler", "forward_euler"}) {
+        const Sled sled{.lift = .012, .fps = 240, .frames = 12, .more = "[damping]\nstiffness = 0.001\n"};
+        SceneRun run(sled.text(), {std::string("solver.integrator=\"") + scheme + "\"", "time.substeps=\"auto\""});
+        run.toEnd();
+        EXPECT_NEAR(mean(run.simulation, run.simulation.x()).y(), Sled::kHeight / 2 + .012, .02) << scheme;
+    }
+}
+
 /// It slips by as much as what slides goes on for.
 TEST_P(Friction, OfAConveyorCarriesAlong)
 {

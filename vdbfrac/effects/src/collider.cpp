@@ -267,6 +267,7 @@ double Colliders::evaluate(std::span<const Vec3> x, std::span<Vec3> gradient) co
 
 void Colliders::linearize(std::span<const Vec3> x, std::vector<solver::Coupling>& couplings) const
 {
+    if (apart_.empty()) return;  // before the first step nobody has looked
     const StageTimer timer(work_, "collider");
     const auto add = [&](std::uint32_t sample, const Mat3& Q) {
         solver::Coupling c;
@@ -356,8 +357,7 @@ void Colliders::report(Ledger& work, std::map<std::string, double>& measured)
     work_.count("collider", "active", std::int64_t(active_));
     work_.count("collider", "edge_points", std::int64_t(surface_.points() - surface_.size()));
     measured["collider_depth_m"] = deepest_;
-    work.add(work_);
-    work_.clear();
+    work.add(work_), work_.clear();
 }
 
 /// No sample passes more than half a collider in a step, so none comes out on the other side.
