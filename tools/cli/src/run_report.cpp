@@ -92,6 +92,7 @@ std::string squeezeText(const std::vector<core::FrameRecord>& frames)
     constexpr double kMuch = .8;  // of the volume
     const auto least = std::ranges::min_element(frames, {}, &core::FrameRecord::squeeze);
     if (least == frames.end() || least->squeeze > kMuch) return "";
+    if (least->squeeze <= 0) return fmt::format("squeezed: in frame {} a body is inside out\n", least->frame);
     return fmt::format(
         "squeezed: in frame {} a body has {:.0f} % of its volume; [volume], stiffer materials or slower motion keep "
         "more\n",

@@ -21,8 +21,8 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 inline const scene::Key kContactKeys[] = {
     {"friction", scene::Type::number, "", "coefficient of Coulomb friction", "0.5", 0},
-    {"stiffness", scene::Type::number, "", "of a touch, over that of a cell: E / h times this, for each metre of depth",
-     "10", 0, kInfinity, true},
+    {"stiffness", scene::Type::number, "", "of contact: pressure for each metre of depth, in units of E / h", "10", 0,
+     kInfinity, true},
     {"gap", scene::Type::number, "voxels",
      "that surfaces which touch keep; thin cut tets are crushed where it is large", "0", 0, 1},
     {"lips",
@@ -35,7 +35,7 @@ inline const scene::Key kContactKeys[] = {
      false,
      false,
      {"as_simulated", "closed"}},
-    {"untangle_speed", scene::Type::number, "m/s", "at which what was tangled when it was first seen is pushed apart",
+    {"untangle_speed", scene::Type::number, "m/s", "at which material that starts tangled is pushed apart; 0: never",
      "0", 0},
 };
 

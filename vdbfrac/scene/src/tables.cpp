@@ -177,13 +177,13 @@ const Key kCollider[] = {
      .min = 0},
     {.name = "stiffness",
      .member = &Collider::stiffness,
-     .doc = "Of a touch, over that of a cell: E / h times this, for each metre of depth.",
+     .doc = "Of contact: pressure for each metre of depth, in units of E / h.",
      .min = 0,
      .minOpen = true},
     {.name = "untangle_speed",
      .member = &Collider::untangleSpeed,
      .unit = "m/s",
-     .doc = "At which what was in it when it was first seen is pushed out.",
+     .doc = "At which material that starts inside is pushed out; 0: never.",
      .min = 0},
 };
 
