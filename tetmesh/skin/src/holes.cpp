@@ -20,7 +20,7 @@ namespace {
 using Point = CGAL::Exact_predicates_inexact_constructions_kernel::Point_3;
 using DirectedEdge = std::pair<std::uint32_t, std::uint32_t>;
 using Chain = std::vector<std::uint32_t>;  // points
-constexpr std::uint32_t kNone = 0xffffffff;
+constexpr std::uint32_t kNoChain = 0xffffffff;
 
 /// Edges of faces that are or are not torn, as these run; sorted.
 std::vector<DirectedEdge> edgesOf(const tetmesh::DrawnTopology& drawn, bool torn)
@@ -68,12 +68,11 @@ std::vector<Chain> chainsOf(std::map<std::uint32_t, std::uint32_t> next)
     return chains;
 }
 
-constexpr double kReach = 3;  // voxels: what one chain of a hole's rim may be away from the next
-
-/// Which chain goes on where each ends, itself if it comes round: of all that are near, the nearest pairs first. kNone:
-/// nothing goes on there.
+/// Which chain goes on where each ends, itself if it comes round: of all that are near, the nearest pairs first.
+/// kNoChain: nothing goes on there.
 std::vector<std::uint32_t> nextOf(std::span<const Chain> chains, std::span<const Vec3> X, double dx)
 {
+    constexpr double kApart = 3;  // voxels: what a chain may end away from where the next one begins
     ByVoxel begins;
     for (std::uint32_t i = 0; i < chains.size(); ++i) begins.add(tetmesh::floorOf(X[chains[i].front()] / dx), i);
     begins.sort();
@@ -85,16 +84,17 @@ std::vector<std::uint32_t> nextOf(std::span<const Chain> chains, std::span<const
     std::vector<Pair> pairs;
     for (std::uint32_t i = 0; i < chains.size(); ++i) {
         const Vec3& end = X[chains[i].back()];
-        begins.visit(tetmesh::floorOf(end.array() / dx - kReach), tetmesh::floorOf(end.array() / dx + kReach),
+        begins.visit(tetmesh::floorOf(end.array() / dx - kApart), tetmesh::floorOf(end.array() / dx + kApart),
                      [&](std::uint32_t k) {
                          const double d = (X[chains[k].front()] - end).norm();
-                         if (d <= kReach * dx) pairs.push_back({d, i, k});
+                         if (d <= kApart * dx) pairs.push_back({d, i, k});
                      });
     }
     std::sort(pairs.begin(), pairs.end());
-    std::vector<std::uint32_t> next(chains.size(), kNone), before(next);
+    std::vector<std::uint32_t> next(chains.size(), kNoChain), before(next);
     for (const Pair& p : pairs)
-        if (next[p.ends] == kNone && before[p.begins] == kNone) next[p.ends] = p.begins, before[p.begins] = p.ends;
+        if (next[p.ends] == kNoChain && before[p.begins] == kNoChain)
+            next[p.ends] = p.begins, before[p.begins] = p.ends;
     return next;
 }
 
@@ -108,11 +108,11 @@ std::vector<Loop> loopsOf(std::span<const Chain> chains, std::span<const Vec3> X
     const std::vector<std::uint32_t> next = nextOf(chains, X, dx);
     std::vector<std::uint8_t> isFirst(chains.size(), 1), isDone(chains.size(), 0);
     for (const std::uint32_t n : next)
-        if (n != kNone) isFirst[n] = 0;
+        if (n != kNoChain) isFirst[n] = 0;
     std::vector<Loop> loops;
     const auto follow = [&](std::uint32_t i) {
         Loop loop{{}, !isFirst[i]};
-        for (; i != kNone && !isDone[i]; isDone[i] = 1, i = next[i])
+        for (; i != kNoChain && !isDone[i]; isDone[i] = 1, i = next[i])
             loop.rim.insert(loop.rim.end(), chains[i].begin(), chains[i].end());
         if (loop.rim.size() > 1 && loop.rim.front() == loop.rim.back()) loop.rim.pop_back();
         if (loop.rim.size() > 2) loops.push_back(std::move(loop));

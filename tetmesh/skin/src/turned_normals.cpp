@@ -11,15 +11,9 @@ namespace vdbfrac::skin {
 
 using tetmesh::RenderMesh;
 
-namespace {
-
-constexpr std::uint32_t kNone = RenderMesh::kNone;
-
-}  // namespace
-
 TurnedNormals::TurnedNormals(const RenderMesh& mesh, std::span<const std::uint8_t> torn, std::size_t given,
                              std::span<const std::size_t> same)
-    : groupOf_(given, kNone)
+    : groupOf_(given, RenderMesh::kNone)
 {
     groupNormals(mesh, torn, same);
     rest_ = areas(mesh, mesh.points);
@@ -30,7 +24,7 @@ void TurnedNormals::groupNormals(const RenderMesh& mesh, std::span<const std::ui
 {
     constexpr double kEqual = 1e-6;  // squared distance of unit vectors: a twentieth of a degree
     const std::size_t given = groupOf_.size();
-    std::vector<std::uint32_t> pointOf(given, kNone);
+    std::vector<std::uint32_t> pointOf(given, RenderMesh::kNone);
     const auto eachCorner = [&](const auto& visit) {
         for (std::uint32_t f = 0; f < mesh.faces(); ++f)
             for (const RenderMesh::Corner& c : mesh.face(f))
@@ -41,13 +35,14 @@ void TurnedNormals::groupNormals(const RenderMesh& mesh, std::span<const std::ui
     });
     const Groups normalsOf = groupItems(mesh.points.size(), [&](const auto& add) {
         for (std::uint32_t n = 0; n < given; ++n)
-            if (pointOf[n] != kNone) add(pointOf[n], n);
+            if (pointOf[n] != RenderMesh::kNone) add(pointOf[n], n);
     });
     std::uint32_t groups = 0;
     for (std::size_t p = 0; p < mesh.points.size(); ++p)
         for (const std::uint32_t n : normalsOf[p]) {
             const auto isEqual = [&](std::uint32_t other) {
-                return groupOf_[other] != kNone && (mesh.normals[other] - mesh.normals[n]).squaredNorm() < kEqual;
+                return groupOf_[other] != RenderMesh::kNone &&
+                       (mesh.normals[other] - mesh.normals[n]).squaredNorm() < kEqual;
             };
             const auto same = std::ranges::find_if(normalsOf[p], isEqual);
             groupOf_[n] = same != normalsOf[p].end() ? groupOf_[*same] : groups++;
@@ -94,7 +89,7 @@ void TurnedNormals::turn(const RenderMesh& mesh, std::span<const Vec3> points, s
         for (std::size_t n = begin; n < end; ++n) {
             normals[n] = mesh.normals[n];
             const std::uint32_t g = groupOf_[n];
-            if (g == kNone || rest_[g].isZero() || now[g].isZero()) continue;
+            if (g == RenderMesh::kNone || rest_[g].isZero() || now[g].isZero()) continue;
             const auto turn = Eigen::Quaterniond::FromTwoVectors(rest_[g], now[g]);
             normals[n] = (turn * mesh.normals[n]).stableNormalized();
         }
