@@ -88,7 +88,7 @@ TEST(Front, OnceItMovesAutomaticStepsTakeARayleighWaveNoFartherThanFrontCflVoxel
     constexpr double kRounding = 1e-9;
     Rod rod;
     rod.substeps = 0;
-    for (const double cfl : {0.25, 0.5, 2.}) {
+    for (const double cfl : {0.25, 0.5, 1.}) {
         SceneRun run(rod.text(fracture(1e-3 * rod.energy())), {"time.front_cfl=" + std::to_string(cfl)});
         run.step();
         EXPECT_NEAR(run.steps.back().dt, rod.frame, kRounding * rod.frame);  // nothing had moved
