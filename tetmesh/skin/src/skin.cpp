@@ -6,7 +6,6 @@
 #include <vdbfrac/skin/riders.h>
 
 #include <vdbfrac/base/parallel.h>
-#include <vdbfrac/tetmesh/surface_input.h>
 
 #include <Eigen/Dense>
 
@@ -150,7 +149,6 @@ Skin::Skin(RenderMesh mesh, const tetmesh::BodyMesh& body, const CrackStyle& sty
     : style_(style),
       mesh_(woundOutward(std::move(mesh), body)),
       fans_(tetmesh::fansOf(mesh_)),
-      same_(tetmesh::equalPoints(mesh_.points)),
       cutter_(mesh_.points, trianglesOf(mesh_, fans_), body.restPhi(), body.voxelSize(), isInParts)
 {
     partNormals(mesh_);
@@ -175,7 +173,7 @@ void Skin::follow(const tetmesh::BodyMesh& body, std::span<const std::uint32_t> 
         work_.bridges += !std::ranges::all_of(
             corners, [&](const RenderMesh::Corner& c) { return fragmentAt(c) == drawn.fragment.back(); });
     }
-    given_ = std::make_shared<const TurnedNormals>(drawn.mesh, drawn.torn, givenNormals_, same_);
+    given_ = std::make_shared<const TurnedNormals>(drawn.mesh, drawn.torn, givenNormals_, cutter_.places());
     drawn_ = std::make_shared<const tetmesh::DrawnTopology>(std::move(drawn));
 }
 

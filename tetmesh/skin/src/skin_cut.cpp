@@ -131,6 +131,8 @@ SkinCutter::SkinCutter(SkinCutter&&) noexcept = default;
 SkinCutter& SkinCutter::operator=(SkinCutter&&) noexcept = default;
 SkinCutter::~SkinCutter() = default;
 
+std::span<const std::uint32_t> SkinCutter::places() const { return topology_->pointOf; }
+
 /// Nodes that points of the skin belong to, each on the side of the cracks where its point is.
 std::vector<Coord> SkinCutter::anchors(const CrackLattice& lattice) const
 {

@@ -12,15 +12,15 @@ namespace vdbfrac::skin {
 using tetmesh::RenderMesh;
 
 TurnedNormals::TurnedNormals(const RenderMesh& mesh, std::span<const std::uint8_t> torn, std::size_t given,
-                             std::span<const std::size_t> same)
+                             std::span<const std::uint32_t> places)
     : groupOf_(given, RenderMesh::kNone)
 {
-    groupNormals(mesh, torn, same);
+    groupNormals(mesh, torn, places);
     rest_ = areas(mesh, mesh.points);
 }
 
 void TurnedNormals::groupNormals(const RenderMesh& mesh, std::span<const std::uint8_t> torn,
-                                 std::span<const std::size_t> same)
+                                 std::span<const std::uint32_t> places)
 {
     constexpr double kEqual = 1e-6;  // squared distance of unit vectors: a twentieth of a degree
     const std::size_t given = groupOf_.size();
@@ -31,7 +31,7 @@ void TurnedNormals::groupNormals(const RenderMesh& mesh, std::span<const std::ui
                 if (!torn[f] && c.normal < given) visit(f, c);
     };
     eachCorner([&](std::uint32_t, const RenderMesh::Corner& c) {
-        pointOf[c.normal] = c.point < same.size() ? std::uint32_t(same[c.point]) : c.point;
+        pointOf[c.normal] = c.point < places.size() ? places[c.point] : c.point;
     });
     const Groups normalsOf = groupItems(mesh.points.size(), [&](const auto& add) {
         for (std::uint32_t n = 0; n < given; ++n)

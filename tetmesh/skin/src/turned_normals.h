@@ -16,17 +16,17 @@ namespace vdbfrac::skin {
 
 class TurnedNormals {
 public:
-    /// The first `given` normals of a mesh at rest [m]; each is of one point. `torn` faces take no part. `same`: of
-    /// each of the first points the one that stands for all with its coordinates, which split points have at seams.
+    /// The first `given` normals of a mesh at rest [m]; each is of one point. `torn` faces take no part. `places`: of
+    /// each of the first points a number that those with equal coordinates share, as split points do at seams.
     TurnedNormals(const tetmesh::RenderMesh& mesh, std::span<const std::uint8_t> torn, std::size_t given,
-                  std::span<const std::size_t> same);
+                  std::span<const std::uint32_t> places);
 
     /// Writes them for the same mesh with its points elsewhere [m].
     void turn(const tetmesh::RenderMesh& mesh, std::span<const Vec3> points, std::span<Vec3> normals) const;
 
 private:
     void groupNormals(const tetmesh::RenderMesh& mesh, std::span<const std::uint8_t> torn,
-                      std::span<const std::size_t> same);
+                      std::span<const std::uint32_t> places);
     std::vector<Vec3> areas(const tetmesh::RenderMesh& mesh, std::span<const Vec3> points) const;
 
     std::vector<std::uint32_t> groupOf_;  // of each given normal; kNone: no face has it

@@ -60,7 +60,6 @@ private:
     CrackStyle style_;
     tetmesh::RenderMesh mesh_;
     tetmesh::Fans fans_;
-    std::vector<std::size_t> same_;  // of each point of mesh_ the first one with its coordinates
     SkinCutter cutter_;
     std::shared_ptr<const tetmesh::DrawnTopology> drawn_;
     std::vector<tetmesh::EmbeddedPoint> points_;

@@ -79,6 +79,8 @@ public:
     /// below it.
     SkinCut cut(const tetmesh::NodeField<float>& rest, const tetmesh::NodeField<float>& now, const CrackStyle& style,
                 const FragmentAt& fragment = {}) const;
+    /// Of each point that was given a number less than their count, which those with equal coordinates share.
+    std::span<const std::uint32_t> places() const;
 
 private:
     std::vector<Coord> anchors(const CrackLattice& lattice) const;
