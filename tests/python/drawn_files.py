@@ -49,9 +49,9 @@ def read_mdd(path):
     return times, np.frombuffer(data, ">f4", frames * points * 3, 8 + 4 * frames).reshape(frames, points, 3)
 
 
-def edge_counts(mesh):
+def edge_counts(faces):
     edges = Counter()
-    for f in mesh.faces:
+    for f in faces:
         for a, b in zip(f[0], f[0][1:] + f[0][:1]):
             edges[min(a, b), max(a, b)] += 1
     return edges

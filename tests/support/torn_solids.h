@@ -132,24 +132,25 @@ inline tetmesh::NodeField<float> fieldOf(const Phi& phi, double reach, double dx
     return field;
 }
 
-/// A crack two voxels wide along a plane, as far as `ends` says; each voxel node moves it by up to `jagged`
+/// A crack along a plane, as far as `ends` says; each voxel node moves it by up to `jagged`
 /// voxels, which tears a node on each line across it up to .5.
 struct Plane {
     Vec3 normal;
     double offset = 0;
     double ends = 1e9;  // along x
     double jagged = 0;
+    double half = 1;  // voxels: of its width
     double c(const Vec3& X, double dx) const
     {
         const Vec3 node = (X / dx).array().round();
         const double random = std::sin(12.9898 * node.x() + 78.233 * node.y() + 37.719 * node.z()) * 43758.5453;
         const double moved = offset + jagged * dx * (2 * (random - std::floor(random)) - 1);
-        return std::min(dx - std::abs(normal.dot(X) - moved), ends - X.x());
+        return std::min(half * dx - std::abs(normal.dot(X) - moved), ends - X.x());
     }
 };
 
 inline skin::SkinCut cutBy(const Solid& solid, const Plane& plane, double dx, skin::Lips lips = skin::Lips::asSimulated,
-                           const skin::TornDetail& detail = {})
+                           const skin::TornDetail& detail = {}, skin::Taken taken = skin::Taken::dropped)
 {
     const auto rest = fieldOf(solid.phi, solid.reach, dx);
     const auto now = fieldOf(
@@ -158,7 +159,7 @@ inline skin::SkinCut cutBy(const Solid& solid, const Plane& plane, double dx, sk
             return phi < 0 ? std::max(phi, plane.c(X, dx)) : phi;
         },
         solid.reach, dx);
-    return skin::SkinCutter(solid.points, solid.triangles, rest, dx).cut(rest, now, {lips, detail});
+    return skin::SkinCutter(solid.points, solid.triangles, rest, dx).cut(rest, now, {lips, detail}, {}, taken);
 }
 
 /// All faces of what is left, with the points they use.

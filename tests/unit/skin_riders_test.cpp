@@ -67,8 +67,9 @@ TEST_P(SkinRiders, TakePartInAffineMotions)
         CutMesh torn = body;
         torn.update(test::raised(torn, {-9, -9, -9}, {9, 9, 9},
                                  [](const Vec3& p) { return .1 - std::abs(p.x() + .3 * p.y() - .02); }));
-        skin.follow(torn, std::vector<std::uint32_t>(torn.nodeCount(), 0));
+        skin.follow(torn, std::vector<std::uint32_t>(torn.nodeCount(), 0), skin::Taken::kept);
         const tetmesh::DrawnTopology& drawn = *skin.topology();
+        EXPECT_GT(drawn.taken[1], drawn.taken[0]);
         EXPECT_GT(std::count(drawn.torn.begin(), drawn.torn.end(), 1), 100);
 
         const Mat3 A = (Mat3() << 1.3, .2, -.1, .4, .8, .3, -.2, .1, 1.1).finished();

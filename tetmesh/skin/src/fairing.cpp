@@ -114,17 +114,13 @@ Groups neighboursOf(const SkinCut& cut, std::uint32_t firstPoint)
 
 /// Each point goes towards the mean of those round it, and in torn faces away from it again, which evens what is short
 /// and keeps what is long (Taubin 1995); rims would keep their small loops.
-std::vector<std::uint32_t> fair(const SkinTopology& skin, const Groups& neighbours, double dx,
-                                std::vector<SkinCut::Point>& points)
+void fair(const SkinTopology& skin, const Groups& neighbours, double dx, std::vector<SkinCut::Point>& points)
 {
     constexpr int kRounds = 15;  // with points half a voxel apart: .02 is left of what is 2 voxels long, .8 of 4
     constexpr double kTowards = 0.5, kAway = -0.53;
     constexpr double kLeastLoop = 0.02;  // voxels: rims of cracks that have just begun do not shrink to points
     const Surroundings round = SurroundingsOf(points, neighbours, dx).make();
     const Slider slider(skin);
-    std::vector<std::uint32_t> triangle(points.size(), 0);
-    for (std::size_t i = 0; i < points.size(); ++i)
-        if (points[i].skin != SkinCut::kNoSkin) triangle[i] = slider.triangleOf(points[i]);
     std::vector<Vec3> moved(points.size());
     for (int half = 0; half < 2 * kRounds; ++half) {
         const double inFace = half % 2 == 0 ? kTowards : kAway;
@@ -143,12 +139,11 @@ std::vector<std::uint32_t> fair(const SkinTopology& skin, const Groups& neighbou
                     if (isRim && farthest < kLeastLoop * kLeastLoop * dx * dx) continue;
                     moved[i] += (isRim ? kTowards : inFace) * (mean - points[i].X);
                 }
-                if (isRim) moved[i] = slider.closest(points[i], moved[i], triangle[i]);
+                if (isRim) moved[i] = slider.closest(points[i], moved[i], points[i].on);
             }
         });
         for (std::size_t i = 0; i < points.size(); ++i) points[i].X = moved[i];
     }
-    return triangle;
 }
 
 std::vector<std::uint32_t> unfold(const Groups& neighbours, std::uint32_t firstPoint, SkinCut& cut)

@@ -16,9 +16,7 @@ Groups neighboursOf(const SkinCut& cut, std::uint32_t firstPoint);
 
 /// Moves the points of a cut with these neighbours: in torn faces to even them, along rims on the smooth face, or the
 /// sharp edge, of the outer surface that they are on. The outer surface may have any number of triangles to a voxel.
-/// Returns the triangle of it that each point of a rim is on then.
-std::vector<std::uint32_t> fair(const SkinTopology& skin, const Groups& neighbours, double dx,
-                                std::vector<SkinCut::Point>& points);
+void fair(const SkinTopology& skin, const Groups& neighbours, double dx, std::vector<SkinCut::Point>& points);
 
 /// Moves points of torn faces that look against those round them to the middle of their neighbours, but not along rims.
 /// Returns them, rising.

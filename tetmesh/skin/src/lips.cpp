@@ -2,15 +2,14 @@
 
 #include "by_voxel.h"
 #include "fairing.h"
+#include "redivide.h"
 #include "slider.h"
 
 #include <vdbfrac/skin/opposite.h>
 
-#include <vdbfrac/base/disjoint_sets.h>
 #include <vdbfrac/base/grouping.h>
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/base/triangle.h>
-#include <vdbfrac/tetmesh/planar.h>
 #include <vdbfrac/tetmesh/trilinear.h>
 
 #include <Eigen/Geometry>
@@ -19,14 +18,8 @@
 #include <cmath>
 #include <limits>
 #include <optional>
-#include <utility>
 
 namespace vdbfrac::skin {
-
-using tetmesh::NamedPolygon;
-using tetmesh::PlanarPolygon;
-using tetmesh::PlanarTriangles;
-using tetmesh::triangulate;
 
 namespace {
 
@@ -147,88 +140,9 @@ std::vector<std::optional<Vec3>> evened(const std::vector<std::optional<Vec3>>& 
     return result;
 }
 
-/// Divides what triangles keep anew, after its points have moved: a division that was good may fold over.
-class Redivider {
-public:
-    Redivider(const SkinTopology& skin, SkinCut& cut) : skin_(skin), cut_(cut) {}
-    void run()
-    {
-        const std::vector<SkinCut::Part> parts = std::move(cut_.parts);
-        cut_.parts.clear();
-        for (std::size_t begin = 0, end = 0; begin < parts.size(); begin = end) {
-            while (end < parts.size() && parts[end].triangle == parts[begin].triangle) ++end;
-            for (const auto& piece : piecesOf({parts.data() + begin, parts.data() + end})) redivide(piece);
-        }
-    }
-
-private:
-    using Parts = std::vector<SkinCut::Part>;
-
-    using Edge = std::pair<std::uint32_t, std::uint32_t>;
-
-    /// Parts that hang together by edges, by their first.
-    static std::vector<Parts> piecesOf(std::span<const SkinCut::Part> parts)
-    {
-        std::vector<std::pair<Edge, std::uint32_t>> edges;
-        for (std::uint32_t i = 0; i < parts.size(); ++i)
-            for (std::size_t k = 0; k < 3; ++k)
-                edges.emplace_back(std::minmax(parts[i].corner[k], parts[i].corner[(k + 1) % 3]), i);
-        std::sort(edges.begin(), edges.end());
-        DisjointSets sets(parts.size());
-        for (std::size_t e = 1; e < edges.size(); ++e)
-            if (edges[e].first == edges[e - 1].first) sets.join(edges[e].second, edges[e - 1].second);
-        const std::vector<std::uint32_t> first = std::move(sets).names();
-        std::vector<Parts> ofFirst(parts.size());
-        for (std::size_t i = 0; i < parts.size(); ++i) ofFirst[first[i]].push_back(parts[i]);
-        std::erase_if(ofFirst, [](const Parts& piece) { return piece.empty(); });
-        return ofFirst;
-    }
-
-    Vec3 place(std::uint32_t point) const
-    {
-        const std::size_t given = skin_.pointOf.size();
-        return point < given ? skin_.points[skin_.pointOf[point]] : cut_.points[point - given].X;
-    }
-
-    void redivide(const Parts& piece)
-    {
-        const auto& t = skin_.triangles[piece[0].triangle];
-        const Vec3 normal = (skin_.points[t[1]] - skin_.points[t[0]]).cross(skin_.points[t[2]] - skin_.points[t[0]]);
-        NamedPolygon<std::uint32_t> named(normal);
-        const auto numberOf = [&](std::uint32_t point) { return named.number(point, place(point)); };
-        PlanarPolygon& polygon = named.polygon;
-        for (const auto& [a, b] : borderOf(piece)) {
-            polygon.outline.push_back({numberOf(a), numberOf(b)});
-            polygon.label.push_back(0);
-        }
-        const PlanarTriangles divided = triangulate(polygon);
-        Parts now;
-        for (const auto& d : divided.triangles) now.push_back({piece[0].triangle, named.names(d)});
-        // Where the border crosses itself the division stays as it was.
-        const Parts& kept = divided.isSound && borderOf(now) == borderOf(piece) ? now : piece;
-        cut_.parts.insert(cut_.parts.end(), kept.begin(), kept.end());
-    }
-    /// Directed edges of one part only, sorted.
-    static std::vector<Edge> borderOf(const Parts& piece)
-    {
-        std::vector<Edge> all;
-        for (const SkinCut::Part& p : piece)
-            for (std::size_t k = 0; k < 3; ++k) all.emplace_back(p.corner[k], p.corner[(k + 1) % 3]);
-        std::sort(all.begin(), all.end());
-        std::vector<Edge> border;
-        for (const auto& [a, b] : all)
-            if (!std::binary_search(all.begin(), all.end(), Edge(b, a))) border.emplace_back(a, b);
-        return border;
-    }
-
-    const SkinTopology& skin_;
-    SkinCut& cut_;
-};
-
 /// Moves points of torn faces and rims to the middle between them and the lip opposite, as each lip has been made fair
-/// by itself: rims, which are seen before the crack opens, until they lie on each other. `triangle`: as fair() returns
-/// it.
-void meet(const SkinTopology& skin, double dx, std::vector<std::uint32_t> triangle, SkinCut& cut)
+/// by itself: rims, which are seen before the crack opens, until they lie on each other.
+void meet(const SkinTopology& skin, double dx, SkinCut& cut)
 {
     constexpr int kRounds = 4;
     const auto first = std::uint32_t(skin.pointOf.size());
@@ -246,7 +160,7 @@ void meet(const SkinTopology& skin, double dx, std::vector<std::uint32_t> triang
             for (std::size_t i = begin; i < end; ++i) {
                 const std::uint32_t p = lips[i].point;
                 middle[i] = 0.5 * (X[p] + lips[i].at(X));
-                if (!normal[p].isZero()) middle[i] = slider.closest(cut.points[p], middle[i], triangle[p]);
+                if (!normal[p].isZero()) middle[i] = slider.closest(cut.points[p], middle[i], cut.points[p].on);
             }
         });
         for (std::size_t i = 0; i < lips.size(); ++i) X[lips[i].point] = middle[i];
@@ -276,7 +190,8 @@ void closeLips(const SkinTopology& skin, const CrackLattice& lattice, SkinCut& c
     for (int round = 0; round < kRounds; ++round) way = evened(way, neighbours);
     for (std::size_t i = 0; i < way.size(); ++i)
         if (way[i]) cut.points[i].X += *way[i];
-    meet(skin, lattice.voxelSize(), fair(skin, neighbours, lattice.voxelSize(), cut.points), cut);
+    fair(skin, neighbours, lattice.voxelSize(), cut.points);
+    meet(skin, lattice.voxelSize(), cut);
     std::vector<std::uint32_t> moved;
     for (std::uint32_t i = 0; i < cut.points.size(); ++i)
         if (cut.points[i].skin == SkinCut::kNoSkin) moved.push_back(i);
@@ -289,7 +204,7 @@ void closeLips(const SkinTopology& skin, const CrackLattice& lattice, SkinCut& c
         moved = unfold(neighbours, std::uint32_t(skin.pointOf.size()), cut);
         if (moved.empty()) break;
     }
-    Redivider(skin, cut).run();
+    redivide(skin, cut.points, cut.parts);
 }
 
 }  // namespace vdbfrac::skin

@@ -1,5 +1,6 @@
 #include <vdbfrac/skin/skin.h>
 
+#include "skin_corners.h"
 #include "turned_normals.h"
 #include "winding.h"
 
@@ -11,7 +12,6 @@
 
 #include <algorithm>
 #include <map>
-#include <optional>
 #include <utility>
 
 namespace vdbfrac::skin {
@@ -56,14 +56,17 @@ void partNormals(RenderMesh& mesh)
 /// Puts the faces of a frame together.
 class Drawer {
 public:
-    Drawer(const RenderMesh& mesh, const tetmesh::Fans& fans, const SkinCut& cut)
-        : mesh_(mesh), fans_(fans), cut_(cut), now_(drawn.mesh)
+    Drawer(const RenderMesh& mesh, const tetmesh::Fans& fans, const SkinTopology& skin, const SkinCut& cut)
+        : mesh_(mesh), fans_(fans), cut_(cut), now_(drawn.mesh), corners_(skin, mesh, fans, cut.points, drawn.mesh)
     {
         now_ = mesh;
         now_.corners.clear(), now_.faceEnd.clear(), now_.group.clear(), now_.material.clear();
         for (const SkinCut::Point& p : cut.points) now_.points.push_back(p.X);
         addKept();
-        addParts();
+        addParts(cut.parts);
+        drawn.taken[0] = std::uint32_t(now_.faces());
+        addParts(cut.taken);
+        drawn.taken[1] = std::uint32_t(now_.faces());
         givenNormals = now_.normals.size();
         addTorn();
     }
@@ -95,17 +98,12 @@ private:
         }
     }
 
-    void addParts()
+    void addParts(std::span<const SkinCut::Part> parts)
     {
-        std::optional<tetmesh::PartCorners> of;  // the triangle at hand
-        for (std::size_t i = 0; i < cut_.parts.size(); ++i) {
-            const SkinCut::Part& part = cut_.parts[i];
-            const std::uint32_t t = part.triangle;
-            if (i == 0 || cut_.parts[i - 1].triangle != t)
-                of.emplace(now_, std::array{given(t, 0), given(t, 1), given(t, 2)});
+        for (const SkinCut::Part& part : parts) {
             std::array<Corner, 3> corners;
-            for (std::size_t k = 0; k < 3; ++k) corners[k] = of->at(part.corner[k]);
-            addFace(corners, fans_.face[t], false);
+            for (std::size_t k = 0; k < 3; ++k) corners[k] = corners_.at(part.triangle, part.corner[k]);
+            addFace(corners, fans_.face[part.triangle], false);
         }
     }
 
@@ -134,13 +132,14 @@ private:
     const tetmesh::Fans& fans_;
     const SkinCut& cut_;
     RenderMesh& now_;
+    SkinCorners corners_;
 };
 
 /// Lips that are closed would still be drawn where nothing is left to carry them.
 void takeAll(SkinCut& cut)
 {
     std::ranges::fill(cut.fate, SkinCut::Fate::gone);
-    cut.parts.clear(), cut.torn.clear();
+    cut.parts.clear(), cut.taken.clear(), cut.torn.clear();
 }
 
 }  // namespace
@@ -154,26 +153,26 @@ Skin::Skin(RenderMesh mesh, const tetmesh::BodyMesh& body, const CrackStyle& sty
     partNormals(mesh_);
 }
 
-void Skin::follow(const tetmesh::BodyMesh& body, std::span<const std::uint32_t> fragmentOfNode)
+void Skin::follow(const tetmesh::BodyMesh& body, std::span<const std::uint32_t> fragmentOfNode, Taken taken)
 {
     const FragmentAt fragment = fragmentsAt(body, fragmentOfNode);
-    SkinCut cut = cutter_.cut(body.restPhi(), body.phi(), style_, fragment);
+    SkinCut cut = cutter_.cut(body.restPhi(), body.phi(), style_, fragment, taken);
     if (body.elements().empty()) takeAll(cut);
-    Drawer drawer(mesh_, fans_, cut);
+    Drawer drawer(mesh_, fans_, cutter_.topology(), cut);
     work_ = {
         cut.mixedVoxels, std::int64_t(cut.parts.size()), std::int64_t(cut.torn.size()), cut.specks, cut.defects, 0, 0};
     givenNormals_ = drawer.givenNormals;
-    embed({body, cut, drawer.drawn.mesh, fragment, fragmentOfNode});
+    embed({body, cut, drawer.drawn, fragment, fragmentOfNode});
     tetmesh::DrawnTopology& drawn = drawer.drawn;
     drawn.fragment.reserve(drawn.mesh.faces());
     const auto fragmentAt = [&](const RenderMesh::Corner& c) { return fragmentOfNode[points_[c.point].node[0]]; };
     for (std::size_t f = 0; f < drawn.mesh.faces(); ++f) {
         const auto corners = drawn.mesh.face(f);
         drawn.fragment.push_back(fragmentAt(corners[0]));
-        work_.bridges += !std::ranges::all_of(
-            corners, [&](const RenderMesh::Corner& c) { return fragmentAt(c) == drawn.fragment.back(); });
+        const auto isOwn = [&](const RenderMesh::Corner& c) { return fragmentAt(c) == drawn.fragment.back(); };
+        work_.bridges += !drawn.isTaken(f) && !std::ranges::all_of(corners, isOwn);
     }
-    given_ = std::make_shared<const TurnedNormals>(drawn.mesh, drawn.torn, givenNormals_, cutter_.places());
+    given_ = std::make_shared<const TurnedNormals>(drawn, givenNormals_, cutter_.places());
     drawn_ = std::make_shared<const tetmesh::DrawnTopology>(std::move(drawn));
 }
 
@@ -181,14 +180,14 @@ void Skin::follow(const tetmesh::BodyMesh& body, std::span<const std::uint32_t> 
 void Skin::embed(const Embedding& what)
 {
     const auto& [body, cut, drawn, fragment, fragmentOfNode] = what;
-    std::vector<std::uint8_t> isUsed(drawn.points.size(), 0);
-    for (const RenderMesh::Corner& c : drawn.corners) isUsed[c.point] = 1;
+    std::vector<std::uint8_t> isUsed(drawn.mesh.points.size(), 0);
+    for (const RenderMesh::Corner& c : drawn.mesh.corners) isUsed[c.point] = 1;
     std::vector<Rider> riders;
     std::vector<std::uint32_t> point;
     const std::size_t given = mesh_.points.size();
     for (std::uint32_t p = 0; p < isUsed.size(); ++p) {
         if (!isUsed[p]) continue;
-        riders.push_back({drawn.points[p], p < given ? cut.anchor[p] : cut.points[p - given].anchor});
+        riders.push_back({drawn.mesh.points[p], p < given ? cut.anchor[p] : cut.points[p - given].anchor});
         point.push_back(p);
     }
     const Embedded embedded = embedRiders(body, cut.cracks, riders, fragment, fragmentOfNode);
@@ -201,14 +200,16 @@ void Skin::embed(const Embedding& what)
     outside_.evenOut(outsideEdges(drawn));
 }
 
-/// The edges of faces that join points outside of their tets, by their places among these.
-std::vector<std::array<std::uint32_t, 2>> Skin::outsideEdges(const RenderMesh& drawn) const
+/// The edges of faces that join points outside of their tets, by their places among these. Faces that cracks have taken
+/// join sides that part.
+std::vector<std::array<std::uint32_t, 2>> Skin::outsideEdges(const tetmesh::DrawnTopology& drawn) const
 {
-    std::vector<std::uint32_t> place(drawn.points.size(), kNone);
+    std::vector<std::uint32_t> place(drawn.mesh.points.size(), kNone);
     for (std::uint32_t i = 0; i < outsidePoint_.size(); ++i) place[outsidePoint_[i]] = i;
     std::vector<std::array<std::uint32_t, 2>> edges;
-    for (std::size_t f = 0; f < drawn.faces(); ++f) {
-        const auto corners = drawn.face(f);
+    for (std::size_t f = 0; f < drawn.mesh.faces(); ++f) {
+        if (drawn.isTaken(f)) continue;
+        const auto corners = drawn.mesh.face(f);
         for (std::size_t k = 0; k < corners.size(); ++k) {
             const std::uint32_t a = place[corners[k].point], b = place[corners[(k + 1) % corners.size()].point];
             if (a != kNone && b != kNone) edges.push_back({a, b});

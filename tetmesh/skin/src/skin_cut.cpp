@@ -4,6 +4,7 @@
 #include "lips.h"
 #include "rest_parts.h"
 #include "specks.h"
+#include "taken_skin.h"
 #include "torn_detail.h"
 #include "torn_faces.h"
 
@@ -34,10 +35,13 @@ public:
     {
     }
 
-    /// The parts of a triangle outside of cracks, as numbers of corners 0 to 2 and, from 3 on, of crossings + 3.
-    /// False when rounding left a gap.
-    bool divide(std::uint32_t triangle, std::span<const RimSegment> segments,
-                std::vector<std::array<std::uint32_t, 3>>& kept)
+    /// The parts of a triangle outside of cracks and in them, as numbers of corners 0 to 2 and, from 3 on, of
+    /// crossings + 3.
+    struct Divided {
+        std::vector<std::array<std::uint32_t, 3>> kept, taken;
+        bool isSound = true;  // false when rounding left a gap
+    };
+    Divided divide(std::uint32_t triangle, std::span<const RimSegment> segments) const
     {
         const auto& corner = skin_.triangles[triangle];
         const Vec3 &a = skin_.points[corner[0]], &b = skin_.points[corner[1]], &c = skin_.points[corner[2]];
@@ -60,10 +64,11 @@ public:
         polygon.goRound(round, labels);
         for (const RimSegment& s : segments)
             polygon.lines.push_back({numberOf(s.crossing[0]), numberOf(s.crossing[1])});
-        const PlanarTriangles divided = triangulate(polygon);
-        for (std::size_t i = 0; i < divided.triangles.size(); ++i)
-            if (!divided.label[i]) kept.push_back(named.names(divided.triangles[i]));
-        return divided.isSound;
+        const PlanarTriangles triangles = triangulate(polygon);
+        Divided divided{{}, {}, triangles.isSound};
+        for (std::size_t i = 0; i < triangles.triangles.size(); ++i)
+            (triangles.label[i] ? divided.taken : divided.kept).push_back(named.names(triangles.triangles[i]));
+        return divided;
     }
 
 private:
@@ -106,7 +111,7 @@ std::span<const RimSegment> segmentsOf(const Crossings& crossings, std::uint32_t
 SkinCutter::SkinCutter(std::span<const Vec3> points, std::vector<std::array<std::uint32_t, 3>> triangles,
                        const tetmesh::NodeField<float>& rest, double dx, bool isInParts)
     : triangles_(std::move(triangles)),
-      topology_(std::make_unique<const SkinTopology>(topologyOf(points, triangles_))),
+      topology_(std::make_shared<const SkinTopology>(topologyOf(points, triangles_))),
       isInner_(triangles_.size()),
       between_(isInParts ? nodesBetweenParts(rest, dx) : std::vector<Coord>()),
       dx_(dx)
@@ -127,10 +132,6 @@ SkinCutter::SkinCutter(std::span<const Vec3> points, std::vector<std::array<std:
     });
 }
 
-SkinCutter::SkinCutter(SkinCutter&&) noexcept = default;
-SkinCutter& SkinCutter::operator=(SkinCutter&&) noexcept = default;
-SkinCutter::~SkinCutter() = default;
-
 std::span<const std::uint32_t> SkinCutter::places() const { return topology_->pointOf; }
 
 /// Nodes that points of the skin belong to, each on the side of the cracks where its point is.
@@ -149,25 +150,26 @@ std::vector<Coord> SkinCutter::anchors(const CrackLattice& lattice) const
 void SkinCutter::divide(const Crossings& crossings, std::span<const std::uint8_t> isOpen, SkinCut& cut) const
 {
     const std::uint32_t given = std::uint32_t(topology_->pointOf.size());
-    TriangleDivider divider(*topology_, crossings, isOpen);
-    std::vector<std::array<std::uint32_t, 3>> kept;
+    const TriangleDivider divider(*topology_, crossings, isOpen);
     for (std::uint32_t t : crossings.looked) {
         const std::span<const RimSegment> segments = segmentsOf(crossings, t);
         if (segments.empty()) continue;
         cut.fate[t] = SkinCut::Fate::cut;
-        kept.clear();
-        cut.defects += !divider.divide(t, segments, kept);
-        for (const auto& part : kept) {
-            SkinCut::Part p{t, {}};
-            for (std::size_t k = 0; k < 3; ++k)
-                p.corner[k] = part[k] < 3 ? triangles_[t][part[k]] : given + part[k] - 3;
-            cut.parts.push_back(p);
-        }
+        const auto add = [&](const std::vector<std::array<std::uint32_t, 3>>& from, std::vector<SkinCut::Part>& to) {
+            for (const auto& part : from) {
+                SkinCut::Part& p = to.emplace_back(SkinCut::Part{t, {}});
+                for (std::size_t k = 0; k < 3; ++k)
+                    p.corner[k] = part[k] < 3 ? triangles_[t][part[k]] : given + part[k] - 3;
+            }
+        };
+        const TriangleDivider::Divided divided = divider.divide(t, segments);
+        cut.defects += !divided.isSound;
+        add(divided.kept, cut.parts), add(divided.taken, cut.taken);
     }
 }
 
 SkinCut SkinCutter::cut(const tetmesh::NodeField<float>& rest, const tetmesh::NodeField<float>& now,
-                        const CrackStyle& style, const FragmentAt& fragment) const
+                        const CrackStyle& style, const FragmentAt& fragment, Taken taken) const
 {
     SkinCut cut;
     cut.fate.assign(triangles_.size(), SkinCut::Fate::kept);
@@ -178,14 +180,20 @@ SkinCut SkinCutter::cut(const tetmesh::NodeField<float>& rest, const tetmesh::No
     if (lattice.mixedVoxels().empty()) return cut;
     const Crossings crossings = findCrossings(*topology_, lattice);
     const std::vector<std::uint8_t> open = openPoints(*topology_, lattice);
-    for (const Crossing& p : crossings.points) cut.points.push_back({p.X, p.anchor, p.skin, p.onEdge});
+    for (const Crossing& p : crossings.points)
+        cut.points.push_back({p.X, p.anchor, p.skin, p.onEdge, p.onEdge ? topology_->trianglesOf[p.skin][0] : p.skin});
     cut.defects = crossings.defects;
     for (std::uint32_t t = 0; t < triangles_.size(); ++t)
         if (open[topology_->triangles[t][0]]) cut.fate[t] = SkinCut::Fate::gone;
     divide(crossings, open, cut);
     addTornFaces({lattice, rest, crossings, isInner_, offset_, std::uint32_t(topology_->pointOf.size())}, cut);
     removeSpecks(*topology_, now, dx_, cut);
+    const std::vector<SkinCut::Point> made = taken == Taken::kept ? cut.points : std::vector<SkinCut::Point>();
     if (style.lips == Lips::closed) closeLips(*topology_, lattice, cut);
+    if (taken == Taken::kept)
+        fitTaken(*topology_, triangles_, made, cut);
+    else
+        cut.taken.clear();
     if (style.detail.amplitude > 0) addTornDetail(style.detail, rest, dx_, cut);
     return cut;
 }

@@ -11,7 +11,7 @@
 
 namespace vdbfrac::skin {
 
-/// Least cosine of the angle between triangles of one smooth face.
+/// Least cosine of the angle between triangles of one smooth face, and between pieces of one sharp edge.
 inline constexpr double kSameFace = 0.87;
 
 struct SkinTopology {
@@ -24,6 +24,8 @@ struct SkinTopology {
     Groups trianglesOf;                                   ///< those of each edge
     std::vector<bool> isSharp;                            ///< of each edge: its triangles are no one smooth face
 
+    /// Direction of an edge.
+    Vec3 along(std::size_t edge) const { return (points[edges[edge][1]] - points[edges[edge][0]]).stableNormalized(); }
     /// Of a triangle [m].
     std::array<Vec3, 3> corners(std::size_t triangle) const
     {

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <vector>
@@ -18,7 +19,7 @@ class Slider {
 public:
     explicit Slider(const SkinTopology& skin) : skin_(skin) {}
 
-    /// The closest point to X of the smooth face that `point` was on, or of its sharp edges where it was on one. `at`:
+    /// The closest point to X of the smooth face that `point` was on, or of the sharp edge where it was on one. `at`:
     /// the triangle to look from, and then the one that it lies on.
     Vec3 closest(const SkinCut::Point& point, const Vec3& X, std::uint32_t& at) const
     {
@@ -36,7 +37,7 @@ public:
                 if (const double d = (p - X).squaredNorm(); d < nearest) nearest = d, best = p, at = t;
             };
             if (sharp)
-                visitSharpEdges(t, X, keep);
+                visitSharpEdges(t, skin_.along(point.skin), X, keep);
             else
                 keep(there);
             if ((there - X).squaredNorm() > nearest) continue;
@@ -53,18 +54,18 @@ public:
         if (point.skin == SkinCut::kNoSkin) return Vec3::Zero();
         return point.onEdge ? skin_.edgeNormal[point.skin] : skin_.normal[point.skin];
     }
-    std::uint32_t triangleOf(const SkinCut::Point& point) const
-    {
-        return point.onEdge ? skin_.trianglesOf[point.skin][0] : point.skin;
-    }
 
 private:
+    /// Those that run `along` a direction: round a corner it is another edge.
     template <class Keep>
-    void visitSharpEdges(std::uint32_t t, const Vec3& X, const Keep& keep) const
+    void visitSharpEdges(std::uint32_t t, const Vec3& along, const Vec3& X, const Keep& keep) const
     {
         const std::array<Vec3, 3> c = skin_.corners(t);
-        for (std::size_t k = 0; k < 3; ++k)
-            if (skin_.isSharp[skin_.edgeOf[t][k]]) keep(closestPoint({c[k], c[(k + 1) % 3], c[(k + 1) % 3]}, X).at);
+        for (std::size_t k = 0; k < 3; ++k) {
+            const std::uint32_t e = skin_.edgeOf[t][k];
+            if (skin_.isSharp[e] && std::abs(skin_.along(e).dot(along)) >= kSameFace)
+                keep(closestPoint({c[k], c[(k + 1) % 3], c[(k + 1) % 3]}, X).at);
+        }
     }
 
     const SkinTopology& skin_;

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <iterator>
 #include <utility>
 #include <vector>
 
@@ -77,7 +78,9 @@ void removeSpecks(const SkinTopology& skin, const tetmesh::NodeField<float>& now
     for (std::size_t i = 0; i < pieces.name.size(); ++i) cut.specks += pieces.name[i] == i && isSmall(i);
     if (cut.specks == 0) return;
     std::erase_if(cut.torn, [&](const auto& face) { return isSmall(pieces.of(face[0])); });
-    std::erase_if(cut.parts, [&](const SkinCut::Part& part) { return isSmall(pieces.of(part.corner[0])); });
+    const auto isTaken = [&](const SkinCut::Part& part) { return isSmall(pieces.of(part.corner[0])); };
+    std::ranges::copy_if(cut.parts, std::back_inserter(cut.taken), isTaken);
+    std::erase_if(cut.parts, isTaken);
 }
 
 }  // namespace vdbfrac::skin

@@ -11,24 +11,24 @@ namespace vdbfrac::skin {
 
 using tetmesh::RenderMesh;
 
-TurnedNormals::TurnedNormals(const RenderMesh& mesh, std::span<const std::uint8_t> torn, std::size_t given,
+TurnedNormals::TurnedNormals(const tetmesh::DrawnTopology& drawn, std::size_t given,
                              std::span<const std::uint32_t> places)
     : groupOf_(given, RenderMesh::kNone)
 {
-    groupNormals(mesh, torn, places);
-    rest_ = areas(mesh, mesh.points);
+    groupNormals(drawn, places);
+    rest_ = areas(drawn.mesh, drawn.mesh.points);
 }
 
-void TurnedNormals::groupNormals(const RenderMesh& mesh, std::span<const std::uint8_t> torn,
-                                 std::span<const std::uint32_t> places)
+void TurnedNormals::groupNormals(const tetmesh::DrawnTopology& drawn, std::span<const std::uint32_t> places)
 {
+    const RenderMesh& mesh = drawn.mesh;
     constexpr double kEqual = 1e-6;  // squared distance of unit vectors: a twentieth of a degree
     const std::size_t given = groupOf_.size();
     std::vector<std::uint32_t> pointOf(given, RenderMesh::kNone);
     const auto eachCorner = [&](const auto& visit) {
         for (std::uint32_t f = 0; f < mesh.faces(); ++f)
             for (const RenderMesh::Corner& c : mesh.face(f))
-                if (!torn[f] && c.normal < given) visit(f, c);
+                if (!drawn.torn[f] && c.normal < given) visit(f, c);
     };
     eachCorner([&](std::uint32_t, const RenderMesh::Corner& c) {
         pointOf[c.normal] = c.point < places.size() ? places[c.point] : c.point;
@@ -47,8 +47,12 @@ void TurnedNormals::groupNormals(const RenderMesh& mesh, std::span<const std::ui
             const auto same = std::ranges::find_if(normalsOf[p], isEqual);
             groupOf_[n] = same != normalsOf[p].end() ? groupOf_[*same] : groups++;
         }
+    std::vector<std::uint8_t> isLeft(groups, 0);  // does a face that is left have it?
+    eachCorner([&](std::uint32_t f, const RenderMesh::Corner& c) { isLeft[groupOf_[c.normal]] |= !drawn.isTaken(f); });
     facesOf_ = groupItems(groups, [&](const auto& add) {
-        eachCorner([&](std::uint32_t f, const RenderMesh::Corner& c) { add(groupOf_[c.normal], f); });
+        eachCorner([&](std::uint32_t f, const RenderMesh::Corner& c) {
+            if (!drawn.isTaken(f) || !isLeft[groupOf_[c.normal]]) add(groupOf_[c.normal], f);
+        });
     });
 }
 

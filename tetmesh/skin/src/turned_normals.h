@@ -16,17 +16,16 @@ namespace vdbfrac::skin {
 
 class TurnedNormals {
 public:
-    /// The first `given` normals of a mesh at rest [m]; each is of one point. `torn` faces take no part. `places`: of
-    /// each of the first points a number that those with equal coordinates share, as split points do at seams.
-    TurnedNormals(const tetmesh::RenderMesh& mesh, std::span<const std::uint8_t> torn, std::size_t given,
-                  std::span<const std::uint32_t> places);
+    /// The first `given` normals of what is drawn; each is of one point. Torn faces take no part, and faces that cracks
+    /// have taken where there are others. `places`: of each of the first points a number that those with equal
+    /// coordinates share, as split points do at seams.
+    TurnedNormals(const tetmesh::DrawnTopology& drawn, std::size_t given, std::span<const std::uint32_t> places);
 
     /// Writes them for the same mesh with its points elsewhere [m].
     void turn(const tetmesh::RenderMesh& mesh, std::span<const Vec3> points, std::span<Vec3> normals) const;
 
 private:
-    void groupNormals(const tetmesh::RenderMesh& mesh, std::span<const std::uint8_t> torn,
-                      std::span<const std::uint32_t> places);
+    void groupNormals(const tetmesh::DrawnTopology& drawn, std::span<const std::uint32_t> places);
     std::vector<Vec3> areas(const tetmesh::RenderMesh& mesh, std::span<const Vec3> points) const;
 
     std::vector<std::uint32_t> groupOf_;  // of each given normal; kNone: no face has it

@@ -100,7 +100,7 @@ struct LastState {
         if (!options.mesh.empty()) replace(options);
         prepared.simulation.restoreFrom(newestCheckpoint(folder, limit));
         Ledger work;
-        drawing.follow(prepared.simulation, work);
+        drawing.followWhole(prepared.simulation, work);
     }
 
 private:

@@ -192,20 +192,29 @@ const std::string& Drawing::materials() const { return materials_->text(); }
 
 void Drawing::follow(const Simulation& simulation, Ledger& work)
 {
-    for (std::size_t b = 0; b < surfaces_.size(); ++b) {
-        const Body& body = simulation.bodies()[b];
-        auto& [skin, revision] = surfaces_[b];
-        if (revision == body.revision) continue;
-        skin.follow(*body.mesh, body.fragments.ofNode());
-        revision = body.revision;
-        work.count("draw", "mixed_voxels", skin.work().mixedVoxels);
-        work.count("draw", "cut_faces", skin.work().cutFaces);
-        work.count("draw", "torn_faces", skin.work().tornFaces);
-        work.count("draw", "specks", skin.work().specks);
-        work.count("draw", "defects", skin.work().defects);
-        work.count("draw", "far_points", skin.work().far);
-        work.count("draw", "bridges", skin.work().bridges);
-    }
+    for (std::size_t b = 0; b < surfaces_.size(); ++b)
+        if (const Body& body = simulation.bodies()[b]; surfaces_[b].revision != body.revision)
+            cut(body, skin::Taken::dropped, surfaces_[b], work);
+}
+
+void Drawing::followWhole(const Simulation& simulation, Ledger& work)
+{
+    for (std::size_t b = 0; b < surfaces_.size(); ++b)
+        cut(simulation.bodies()[b], skin::Taken::kept, surfaces_[b], work);
+}
+
+void Drawing::cut(const Body& body, skin::Taken taken, Surface& surface, Ledger& work)
+{
+    surface.skin.follow(*body.mesh, body.fragments.ofNode(), taken);
+    surface.revision = body.revision;
+    const skin::SkinWork& done = surface.skin.work();
+    work.count("draw", "mixed_voxels", done.mixedVoxels);
+    work.count("draw", "cut_faces", done.cutFaces);
+    work.count("draw", "torn_faces", done.tornFaces);
+    work.count("draw", "specks", done.specks);
+    work.count("draw", "defects", done.defects);
+    work.count("draw", "far_points", done.far);
+    work.count("draw", "bridges", done.bridges);
 }
 
 DrawnBody Drawing::body(std::size_t body, std::span<const Vec3> x, std::span<const Vec3> v) const

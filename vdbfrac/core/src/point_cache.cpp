@@ -36,12 +36,13 @@ PointCache::PointCache(const scene::Scene& scene, const Simulation& simulation, 
     : scene_(scene), drawing_(drawing), motion_(std::move(motion)), node_(ancestors(simulation))
 {
     rest_ = frame(0);
-    lacks_ = 1 - volumeOf(rest_) / simulation.startVolume();
-    for (std::size_t b = 0; b < rest_.size() && scene.output.lipsClosed; ++b) {
+    for (std::size_t b = 0; b < rest_.size(); ++b) {
         const Body& body = simulation.bodies()[b];
-        joined_.emplace_back(*rest_[b].topology, simulation.stages(), body);
-        covers_.emplace_back(rest_[b].topology, joined_[b].isJoined(), simulation.stages(), body);
-        covers_[b].addTo(0, rest_[b]);
+        std::vector<std::uint8_t> isJoined(rest_[b].points.size(), 0);
+        if (scene.output.lipsClosed)
+            isJoined = joined_.emplace_back(*rest_[b].topology, simulation.stages(), body).isJoined();
+        taken_.emplace_back(*rest_[b].topology, isJoined, simulation.stages(), body, scene.time.fps);
+        taken_[b].addTo(0, rest_[b]);
     }
     for (const DrawnBody& body : rest_) {
         used_.push_back(tetmesh::usedPoints(body.topology->mesh));
@@ -51,18 +52,11 @@ PointCache::PointCache(const scene::Scene& scene, const Simulation& simulation, 
 
 std::string PointCache::lacks() const
 {
-    constexpr double kMuch = 0.02;  // of the volume: the surface of a mesh holds up to 1 % less than its level set
-    std::size_t open = 0;
-    for (const HoleCovers& covers : covers_) open += covers.uncovered();
-    std::string text;
-    if (lacks_ > kMuch)
-        text = "all frames of a point cache have the surface of the last one: " + shortNumber(100 * lacks_, 2) +
-               " % of the volume, which cracks take later, is missing from the first on, and holes in the surface are "
-               "covered by flat faces until then";
-    if (open > 0)
-        text += (text.empty() ? "" : "; ") + counted(open, "hole") + " in the surface, which cracks tear later, " +
-                (open == 1 ? "is" : "are") + " open from the first frame on";
-    return text;
+    std::size_t unknown = 0;
+    for (const TakenFaces& taken : taken_) unknown += taken.unknown();
+    if (unknown == 0) return "";
+    return counted(unknown, "face") + " of the surface at the start " + (unknown == 1 ? "is" : "are") +
+           " missing from the first frame of a point cache on, as no crack is known to have come there";
 }
 
 /// Classes of nodes only split: each node of the last frame was one node in every frame before.
@@ -104,9 +98,8 @@ DrawnFrame PointCache::frame(std::size_t number) const
             atX.push_back(x[n]), atV.push_back(v[n]);
         }
         all.push_back(drawing_.body(b, atX, atV));
-        const double time = double(number) / scene_.time.fps;
-        if (!joined_.empty()) joined_[b].join(time, all.back());
-        if (!covers_.empty()) covers_[b].addTo(time, all.back());
+        if (!joined_.empty()) joined_[b].join(double(number) / scene_.time.fps, all.back());
+        if (!taken_.empty()) taken_[b].addTo(number, all.back());
     }
     return all;
 }

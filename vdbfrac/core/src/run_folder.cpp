@@ -364,11 +364,12 @@ void RunFolder::keepCheckpoints() { writer_->keepCheckpoints(); }
 void RunFolder::writePointCache(const Simulation& simulation)
 {
     if (scene_.output.pointCache.empty()) return;
+    const auto drawing = std::make_shared<Drawing>(*drawing_);
     {
         const StageTimer timer(work_, "draw");
-        drawing_->follow(simulation, work_);
+        drawing->followWhole(simulation, work_);
     }
-    queue_.push([this, &simulation] { writer_->writePointCache(simulation, *drawing_); });
+    queue_.push([this, &simulation, drawing] { writer_->writePointCache(simulation, *drawing); });
 }
 
 void RunFolder::finish(const Simulation& simulation, const std::string& status, const std::string& error)

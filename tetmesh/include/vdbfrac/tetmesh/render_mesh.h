@@ -79,6 +79,9 @@ struct DrawnTopology {
     RenderMesh mesh;                      ///< at rest
     std::vector<std::uint32_t> fragment;  ///< of each face: the fragment's lasting id
     std::vector<std::uint8_t> torn;       ///< of each face: 1 on a face made by fracture
+    /// From one face up to another: those of the outer surface that cracks have taken, where they are drawn too.
+    std::array<std::uint32_t, 2> taken{};
+    bool isTaken(std::size_t face) const { return face >= taken[0] && face < taken[1]; }
 };
 
 /// The name of a face's material: "inside" where it is torn, its own, or "outside" where it has none.

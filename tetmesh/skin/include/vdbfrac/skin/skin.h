@@ -33,8 +33,9 @@ public:
     Skin(tetmesh::RenderMesh mesh, const tetmesh::BodyMesh& body, const CrackStyle& style, bool isInParts = false);
 
     /// Cuts the surface by the cracks that the body has now, and takes points along with its nodes as they are numbered
-    /// now.
-    void follow(const tetmesh::BodyMesh& body, std::span<const std::uint32_t> fragmentOfNode);
+    /// now. What cracks have taken of the surface is drawn with it where it is kept.
+    void follow(const tetmesh::BodyMesh& body, std::span<const std::uint32_t> fragmentOfNode,
+                Taken taken = Taken::dropped);
 
     /// Does not change once it is handed out.
     std::shared_ptr<const tetmesh::DrawnTopology> topology() const { return drawn_; }
@@ -50,12 +51,12 @@ private:
     struct Embedding {
         const tetmesh::BodyMesh& body;
         const SkinCut& cut;
-        const tetmesh::RenderMesh& drawn;
+        const tetmesh::DrawnTopology& drawn;
         const FragmentAt& fragment;
         std::span<const std::uint32_t> fragmentOfNode;
     };
     void embed(const Embedding& what);
-    std::vector<std::array<std::uint32_t, 2>> outsideEdges(const tetmesh::RenderMesh& drawn) const;
+    std::vector<std::array<std::uint32_t, 2>> outsideEdges(const tetmesh::DrawnTopology& drawn) const;
 
     CrackStyle style_;
     tetmesh::RenderMesh mesh_;

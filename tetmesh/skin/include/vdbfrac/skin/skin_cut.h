@@ -33,6 +33,9 @@ struct CrackStyle {
     TornDetail detail;
 };
 
+/// What cracks have taken of the outer surface: let go, or kept, to be drawn until they come.
+enum class Taken { dropped, kept };
+
 struct SkinCut {
     /// What became of a triangle of the outer surface.
     enum class Fate : std::uint8_t { kept, gone, cut };
@@ -41,10 +44,11 @@ struct SkinCut {
     struct Point {
         Vec3 X = Vec3::Zero();         ///< m, at rest
         Coord anchor;                  ///< voxel node of the side of the crack that it belongs to
-        std::uint32_t skin = kNoSkin;  ///< edge or triangle of the outer surface that it lies on
+        std::uint32_t skin = kNoSkin;  ///< edge or triangle of the outer surface that the cut made it on
         bool onEdge = false;           ///< on an edge
+        std::uint32_t on = kNoSkin;    ///< triangle of the outer surface that it lies on
     };
-    /// A part of a triangle that was cut. Corners: points of the outer surface as given, then those of `points`.
+    /// A part of a triangle. Corners: points of the outer surface as given, then those of `points`.
     struct Part {
         std::uint32_t triangle = 0;
         std::array<std::uint32_t, 3> corner{};
@@ -52,8 +56,11 @@ struct SkinCut {
     CrackField cracks;
     std::vector<Coord> anchor;  ///< as Point::anchor, of each point that was given and is in no crack
     std::vector<Point> points;
-    std::vector<Fate> fate;                          ///< of each triangle
-    std::vector<Part> parts;                         ///< by triangle
+    std::vector<Fate> fate;   ///< of each triangle
+    std::vector<Part> parts;  ///< of triangles that were cut, by triangle
+    /// The other parts of these, and triangles that are gone, by triangle, where they are kept. With lips closed they
+    /// cover what is between them.
+    std::vector<Part> taken;
     std::vector<std::array<std::uint32_t, 3>> torn;  ///< seen from the crack counter-clockwise; numbered alike
     std::int64_t mixedVoxels = 0;                    ///< that a crack's surface goes through
     std::int64_t specks = 0;                         ///< closed pieces without material that were taken out
@@ -71,23 +78,20 @@ public:
     /// phi [m] of the body; dx: voxel size [m]; `isInParts`: it is several fragments at rest.
     SkinCutter(std::span<const Vec3> points, std::vector<std::array<std::uint32_t, 3>> triangles,
                const tetmesh::NodeField<float>& rest, double dx, bool isInParts = false);
-    SkinCutter(SkinCutter&&) noexcept;
-    SkinCutter& operator=(SkinCutter&&) noexcept;
-    ~SkinCutter();
-
     /// `rest`: as before. `fragment`: as crackField takes it. `now`: phi [m] at present, on the same box and nowhere
     /// below it.
     SkinCut cut(const tetmesh::NodeField<float>& rest, const tetmesh::NodeField<float>& now, const CrackStyle& style,
-                const FragmentAt& fragment = {}) const;
+                const FragmentAt& fragment = {}, Taken taken = Taken::dropped) const;
     /// Of each point that was given a number less than their count, which those with equal coordinates share.
     std::span<const std::uint32_t> places() const;
+    const SkinTopology& topology() const { return *topology_; }
 
 private:
     std::vector<Coord> anchors(const CrackLattice& lattice) const;
     void divide(const Crossings& crossings, std::span<const std::uint8_t> isOpen, SkinCut& cut) const;
 
     std::vector<std::array<std::uint32_t, 3>> triangles_;
-    std::unique_ptr<const SkinTopology> topology_;
+    std::shared_ptr<const SkinTopology> topology_;
     std::vector<std::uint8_t> isInner_;  // of each triangle: it lies in the material, not on its surface
     std::vector<Coord> between_;         // nodes between parts that are apart at rest
     double dx_;

@@ -49,6 +49,8 @@ public:
 
     /// Cuts what has torn since the last call. Counts its work as "draw".
     void follow(const Simulation& simulation, Ledger& work);
+    /// Cuts all, and draws what cracks have taken of the surfaces too: for a point cache. Counts its work as "draw".
+    void followWhole(const Simulation& simulation, Ledger& work);
     /// The state of the simulation, on the bodies as they were at the last follow().
     DrawnFrame frame(const Simulation& simulation) const;
     /// The same for positions [m] and velocities [m/s] of the nodes of a body.
@@ -59,6 +61,7 @@ private:
         skin::Skin skin;
         std::int64_t revision = -1;  // of the body that the skin was cut for
     };
+    static void cut(const Body& body, skin::Taken taken, Surface& surface, Ledger& work);
     void nameMaterials(const scene::Scene& scene, std::size_t body, tetmesh::RenderMesh& mesh) const;
 
     std::vector<Surface> surfaces_;

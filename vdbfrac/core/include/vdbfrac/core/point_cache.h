@@ -5,9 +5,9 @@
 
 #include <vdbfrac/core/archive.h>
 #include <vdbfrac/core/drawing.h>
-#include <vdbfrac/core/hole_covers.h>
 #include <vdbfrac/core/joined_lips.h>
 #include <vdbfrac/core/simulation.h>
+#include <vdbfrac/core/taken_faces.h>
 #include <vdbfrac/scene/scene.h>
 
 #include <cstdint>
@@ -23,14 +23,13 @@ Archive motionOf(const Simulation& simulation);
 
 class PointCache {
 public:
-    /// `drawing` follows `simulation`, which is at the last of the frames; both have to live as long. `motion`: the
-    /// file of each frame. Throws FileError.
+    /// `drawing` follows `simulation` whole, which is at the last of the frames; both have to live as long. `motion`:
+    /// the file of each frame. Throws FileError.
     PointCache(const scene::Scene& scene, const Simulation& simulation, const Drawing& drawing,
                std::vector<std::filesystem::path> motion);
 
     std::size_t frames() const { return motion_.size(); }
-    /// What the first frame lacks, where it is much: material that cracks take later, as all frames have the surface of
-    /// the last. A sentence, or nothing.
+    /// What the first frame lacks of the surface, a sentence, or nothing.
     std::string lacks() const;
     /// All bodies of a frame, counted from 0. Throws FileError.
     DrawnFrame frame(std::size_t number) const;
@@ -50,14 +49,13 @@ private:
     void writeUsd(const std::filesystem::path& out) const;
 
     const scene::Scene& scene_;
-    double lacks_ = 0;  // of the volume at the start: what the first frame does not have
     const Drawing& drawing_;
     std::vector<std::filesystem::path> motion_;
     std::vector<std::vector<Nodes>> node_;  // of each frame and body: what those of the last frame were
     DrawnFrame rest_;                       // the first frame
     std::vector<std::vector<std::uint32_t>> used_, usedNormals_;  // points and normals that faces use, of each body
-    std::vector<JoinedLips> joined_;                              // of each body
-    std::vector<HoleCovers> covers_;                              // of each body
+    std::vector<JoinedLips> joined_;                              // of each body; none where lips are as simulated
+    std::vector<TakenFaces> taken_;                               // of each body
 };
 
 }  // namespace vdbfrac::core

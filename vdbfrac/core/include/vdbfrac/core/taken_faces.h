@@ -1,0 +1,41 @@
+// What cracks of a run take of a body's outer surface, in a surface that is cut by all of them from the first frame on.
+#pragma once
+
+#include <vdbfrac/core/body.h>
+#include <vdbfrac/core/drawing.h>
+#include <vdbfrac/core/stages.h>
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace vdbfrac::core {
+
+/// Faces that are there until a crack comes to them, and lie in one point from then on. So they have points of their
+/// own: one for all that go in the same frame.
+class TakenFaces {
+public:
+    /// Of a body as Drawing::followWhole draws it at the end of a run. `isJoined`: of each point, does it lie on
+    /// another lip at rest? Between lips that meet there are no faces. fps: frames a second.
+    TakenFaces(const tetmesh::DrawnTopology& drawn, std::span<const std::uint8_t> isJoined, const Stages& stages,
+               const Body& body, double fps);
+
+    /// Gives a body as it is drawn in a frame, counted from 0, the faces' own points.
+    void addTo(std::size_t frame, DrawnBody& drawn) const;
+    /// Faces that are never there, as no crack is known to have come to them.
+    std::size_t unknown() const { return unknown_; }
+
+private:
+    struct Point {
+        std::uint32_t from = 0;   // the point of the surface that it lies on
+        std::uint32_t frame = 0;  // from this one on it lies on `goesTo`
+        std::uint32_t goesTo = 0;
+    };
+
+    std::vector<Point> points_;  // after those of the surface
+    std::shared_ptr<const tetmesh::DrawnTopology> topology_;
+    std::size_t unknown_ = 0;
+};
+
+}  // namespace vdbfrac::core

@@ -1,0 +1,147 @@
+#include <vdbfrac/core/taken_faces.h>
+
+#include <vdbfrac/base/disjoint_sets.h>
+#include <vdbfrac/base/grouping.h>
+#include <vdbfrac/base/nearest_source.h>
+#include <vdbfrac/base/polygon.h>
+#include <vdbfrac/grid/voxel_values.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <variant>
+
+namespace vdbfrac::core {
+
+namespace {
+
+using tetmesh::DrawnTopology;
+using tetmesh::RenderMesh;
+constexpr std::uint32_t kNever = std::numeric_limits<std::uint32_t>::max();
+
+/// Points by the edges of faces that cracks have taken, and of torn faces where these count.
+Groups linksOf(const DrawnTopology& drawn, bool withTorn)
+{
+    return groupItems(drawn.mesh.points.size(), [&](const auto& add) {
+        for (std::size_t f = 0; f < drawn.mesh.faces(); ++f) {
+            if (!(withTorn && drawn.torn[f]) && !drawn.isTaken(f)) continue;
+            const auto face = drawn.mesh.face(f);
+            for (std::size_t k = 0; k < face.size(); ++k)
+                for (std::size_t d = 1; d < face.size(); ++d) add(face[k].point, face[(k + d) % face.size()].point);
+        }
+    });
+}
+
+/// Faces that cracks have taken, but for what is left between lips that meet: slivers whose corners lie on another
+/// lip. Corners on no rim are as the nearest on one.
+std::vector<std::uint32_t> facesApart(const DrawnTopology& drawn, std::span<const std::uint8_t> isJoined, double dx)
+{
+    constexpr double kSliver = 0.02;  // voxels: its height
+    const RenderMesh& mesh = drawn.mesh;
+    std::vector<std::uint8_t> isRim(mesh.points.size(), 0);
+    for (std::size_t f = 0; f < mesh.faces(); ++f)
+        for (const RenderMesh::Corner& c : mesh.face(f))
+            if (drawn.torn[f]) isRim[c.point] = 1;
+    const std::vector<std::uint32_t> nearest = nearestSources(linksOf(drawn, false), isRim);
+    const auto hasMet = [&](const RenderMesh::Corner& c) {
+        return nearest[c.point] != kNoSource && isJoined[nearest[c.point]];
+    };
+    const auto isSliver = [&](std::span<const RenderMesh::Corner> face) {
+        const auto at = [&](std::size_t k) -> const Vec3& { return mesh.points[face[k].point]; };
+        const double longest = std::max({(at(1) - at(0)).norm(), (at(2) - at(1)).norm(), (at(0) - at(2)).norm()});
+        return doubleArea(3, at).norm() < kSliver * dx * longest;
+    };
+    std::vector<std::uint32_t> apart;
+    for (std::uint32_t f = drawn.taken[0]; f < drawn.taken[1]; ++f)
+        if (!isSliver(mesh.face(f)) || !std::ranges::all_of(mesh.face(f), hasMet)) apart.push_back(f);
+    return apart;
+}
+
+/// The first frame at or after which a crack has come to each point; where none is known, that of the nearest point
+/// with one, or kNever.
+std::vector<std::uint32_t> framesOf(const DrawnTopology& drawn, const Stages& stages, const Body& body, double fps)
+{
+    std::vector<std::uint32_t> frame(drawn.mesh.points.size(), kNever);
+    const auto arrival = stages.sourceOf("arrival");
+    if (!arrival) return frame;
+    const grid::VoxelValues values = std::get<grid::VoxelValues>(arrival->source->take(body, arrival->field.name));
+    const std::vector<float> times = grid::sample(values, body.phi.voxelSize(), drawn.mesh.points);
+    const Groups links = linksOf(drawn, true);
+    std::vector<std::uint8_t> isKnown(times.size());
+    for (std::size_t p = 0; p < times.size(); ++p) isKnown[p] = times[p] >= 0 && !links[p].empty();
+    const std::vector<std::uint32_t> nearest = nearestSources(links, isKnown);
+    for (std::size_t p = 0; p < times.size(); ++p)
+        if (nearest[p] != kNoSource) frame[p] = std::uint32_t(std::ceil(double(times[nearest[p]]) * fps));
+    return frame;
+}
+
+/// All of a mesh but the faces that cracks have taken.
+DrawnTopology withoutTaken(const DrawnTopology& drawn)
+{
+    DrawnTopology left = drawn;
+    RenderMesh& mesh = left.mesh;
+    mesh.corners.clear(), mesh.faceEnd.clear(), mesh.group.clear(), mesh.material.clear();
+    left.torn.clear(), left.fragment.clear(), left.taken = {};
+    for (std::size_t f = 0; f < drawn.mesh.faces(); ++f) {
+        if (drawn.isTaken(f)) continue;
+        mesh.addFace(drawn.mesh.face(f), drawn.mesh.group[f], drawn.mesh.material[f]);
+        left.torn.push_back(drawn.torn[f]), left.fragment.push_back(drawn.fragment[f]);
+    }
+    return left;
+}
+
+}  // namespace
+
+TakenFaces::TakenFaces(const DrawnTopology& drawn, std::span<const std::uint8_t> isJoined, const Stages& stages,
+                       const Body& body, double fps)
+{
+    const std::vector<std::uint32_t> frameOf = framesOf(drawn, stages, body, fps);
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> faces;  // frame and number
+    for (const std::uint32_t f : facesApart(drawn, isJoined, body.phi.voxelSize())) {
+        std::uint32_t frame = kNever;
+        for (const RenderMesh::Corner& c : drawn.mesh.face(f)) frame = std::min(frame, frameOf[c.point]);
+        if (frame == kNever)
+            ++unknown_;
+        else
+            faces.emplace_back(frame, f);
+    }
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> points;  // frame and number
+    for (const auto& [frame, f] : faces)
+        for (const RenderMesh::Corner& c : drawn.mesh.face(f)) points.emplace_back(frame, c.point);
+    sortUnique(points);
+    const auto numberOf = [&](std::uint32_t frame, std::uint32_t point) {
+        return std::uint32_t(std::ranges::lower_bound(points, std::pair(frame, point)) - points.begin());
+    };
+    DrawnTopology now = withoutTaken(drawn);
+    DisjointSets sets(points.size());
+    const auto first = std::uint32_t(now.mesh.points.size());
+    for (const auto& [frame, f] : faces) {
+        std::array<RenderMesh::Corner, 3> corners;
+        for (std::size_t k = 0; k < 3; ++k) {
+            corners[k] = drawn.mesh.face(f)[k];
+            corners[k].point = first + numberOf(frame, corners[k].point);
+            sets.join(corners[0].point - first, corners[k].point - first);
+        }
+        now.mesh.addFace(corners, drawn.mesh.group[f], drawn.mesh.material[f]);
+        now.torn.push_back(0), now.fragment.push_back(drawn.fragment[f]);
+    }
+    const std::vector<std::uint32_t> piece = std::move(sets).names();
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        now.mesh.points.push_back(now.mesh.points[points[i].second]);
+        points_.push_back({points[i].second, points[i].first, points[piece[i]].second});
+    }
+    topology_ = std::make_shared<const DrawnTopology>(std::move(now));
+}
+
+void TakenFaces::addTo(std::size_t frame, DrawnBody& drawn) const
+{
+    drawn.topology = topology_;
+    for (const Point& point : points_) {
+        const std::uint32_t at = frame < point.frame ? point.from : point.goesTo;
+        drawn.points.push_back(drawn.points[at]), drawn.velocity.push_back(drawn.velocity[at]);
+    }
+}
+
+}  // namespace vdbfrac::core
