@@ -133,15 +133,15 @@ void EnergyWitness::observe(const core::SolvedStep& step)
 
     const double slope = dot(gradient, moved);
     balance_.growth = balance_.kinetic - kineticBefore + balance_.elastic - elasticBefore + potential - work;
-    balance_.turnover =
-        balance_.kinetic + kineticBefore + balance_.elastic + elasticBefore + magnitude + std::abs(work);
+    balance_.turnover = balance_.kinetic + kineticBefore + std::abs(balance_.elastic) + std::abs(elasticBefore) +
+                        magnitude + std::abs(work);
     balance_.nonconvex =
         std::max(0., balance_.elastic - elasticBefore - slope) + std::max(0., potential - dot(outer, moved));
     balance_.openWork = std::max({norm(freeForces[0]), norm(freeForces[1]), norm(freeForces[2])}) * norm(freeMove);
     balance_.forceRounding = kForceRounding * std::sqrt(noise * double(count));
     balance_.rounding = kEnergyRounding * (balance_.turnover + std::abs(slope)) +
                         kForceRounding * (std::sqrt(noise) * norm(moved) +
-                                          std::sqrt(stretched * std::max(balance_.elastic, elasticBefore)));
+                                          std::sqrt(stretched * std::max({0., balance_.elastic, elasticBefore})));
     if (!simulation_->stages().grid.empty()) balance_.unaveraged = unaveraged(elastic, x);
 }
 
