@@ -63,6 +63,16 @@ DrawnColliders::DrawnColliders(const scene::Scene& scene)
     }
 }
 
+double DrawnColliders::lowest(std::span<const double> times, double above) const
+{
+    for (const Drawn& d : drawn_)
+        for (const double time : times) {
+            const scene::Placement place = scene::placementAt(d.collider->move, time);
+            for (const Vec3& p : d.surface.points) above = std::min(above, place(p).y());
+        }
+    return above;
+}
+
 void DrawnColliders::addTo(pictures::Subject& subject, double time, const Vec3& origin) const
 {
     if (subject.points.empty()) return;

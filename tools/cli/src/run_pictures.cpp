@@ -18,6 +18,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <map>
 #include <span>
 #include <utility>
@@ -37,14 +38,11 @@ Vec3 directionOf(const PictureOptions& options)
     return direction;
 }
 
-/// What all pictures have in common: a camera, and a floor under them. `seen`: what the camera has to see.
-pictures::View viewOf(const std::vector<pictures::Subject>& subjects, const std::vector<Vec3>& seen,
-                      const PictureOptions& options, const Vec3& origin)
+/// What all pictures have in common. `seen`: what the camera has to see.
+pictures::View viewOf(const std::vector<Vec3>& seen, const PictureOptions& options, const Vec3& origin)
 {
     const Vec3 direction = directionOf(options);
     pictures::View view;
-    for (const pictures::Subject& s : subjects)
-        for (const Vec3& p : s.points) view.ground = std::min(p.y(), view.ground.value_or(p.y()));
     view.camera.angle = options.angle, view.camera.direction = direction;
     if (options.eye)
         view.camera.eye = *options.eye - origin;
@@ -154,12 +152,21 @@ void colourByValues(Scenery& scenery, const std::vector<RunFrame>& frames, const
     scenery.scale = scale, scenery.scaleName = known->what;
 }
 
-/// Puts the colliders of the run's scene into the pictures of its frames.
-void addColliders(Scenery& scenery, const std::vector<RunFrame>& frames, const fs::path& folder, const Vec3& origin)
+/// Puts the colliders of the run's scene into the pictures of its frames, and a floor under all that is in any frame of
+/// the run, so that it does not depend on which are drawn.
+void addColliders(Scenery& scenery, const RunFrames& run, const std::vector<RunFrame>& frames, const fs::path& folder,
+                  const Vec3& origin)
 {
     const scene::Scene scene = scene::readScene(folder / "scene.toml", lab::study::vocabulary());
     const DrawnColliders colliders(scene);
-    if (colliders.floor()) scenery.view.ground = *colliders.floor() - origin.y();
+    double lowest = std::numeric_limits<double>::infinity();
+    for (const Vec3& p : cornersOf(run.frames, origin)) lowest = std::min(lowest, p.y());
+    for (const pictures::Subject& s : scenery.subjects)
+        for (const Vec3& p : s.points) lowest = std::min(lowest, p.y());
+    std::vector<double> times;
+    for (const RunFrame& frame : run.frames) times.push_back((frame.frame - scene.time.firstFrame) / scene.time.fps);
+    lowest = colliders.lowest(times, lowest + origin.y()) - origin.y();
+    scenery.view.ground = colliders.floor() ? *colliders.floor() - origin.y() : lowest;
     for (std::size_t i = 0; i < frames.size(); ++i)
         colliders.addTo(scenery.subjects[i], (frames[i].frame - scene.time.firstFrame) / scene.time.fps, origin);
 }
@@ -201,9 +208,9 @@ Scenery sceneryOf(const fs::path& folder, const RunFrames& run, const std::vecto
     const Vec3 from = origin.value_or(Vec3::Zero());
     const std::vector<Vec3> seen = seenPoints(scenery.subjects, run.frames, options.fit, from);
     noteSize(run.frames, seen, options, scenery.notes);
-    scenery.view = viewOf(scenery.subjects, seen, options, from);
+    scenery.view = viewOf(seen, options, from);
     scenery.seen = scenery.subjects.back().points;
-    addColliders(scenery, frames, folder, from);
+    addColliders(scenery, run, frames, folder, from);
     return scenery;
 }
 
