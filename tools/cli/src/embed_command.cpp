@@ -81,6 +81,16 @@ scene::FilePlace placeOfFile(const scene::Body& body)
     throw InputError({"--placed", "body '" + body.name + "' is of no file that the scene moves", "", "leave it out"});
 }
 
+void notePlace(const EmbedOptions& options, const scene::Body& body)
+{
+    const auto* mesh = std::get_if<scene::MeshFile>(&body.shape);
+    if (mesh && !options.placed && scene::placeOf(*mesh).isMoved())
+        std::fprintf(stderr,
+                     "note: the scene moves the file of body '%s'; %s is taken to lie where that is moved to "
+                     "(--placed moves it too)\n",
+                     body.name.c_str(), options.mesh.c_str());
+}
+
 /// A run at its last checkpoint.
 struct LastState {
     lab::PreparedScene prepared;
@@ -118,6 +128,7 @@ private:
         inputs.push_back(options.mesh);
         for (const std::string& library : mesh.libraries)
             inputs.push_back(fs::path(options.mesh).parent_path() / library);
+        notePlace(options, bodies[b]);
         if (options.placed) core::moveMesh(mesh, placeOfFile(bodies[b]));
         const tetmesh::SurfaceReport report = tetmesh::examine(tetmesh::soupOf(mesh));
         isClosed = report.closed;

@@ -11,9 +11,11 @@ namespace vdbfrac::cli {
 
 namespace {
 
+constexpr const char *kTets = "To tets", *kDelaunayTets = "To Delaunay tets", *kSurfaces = "To surfaces";
+
 void addTetOptions(CLI::App& c, MeshOptions& o)
 {
-    const char* group = "To tets";
+    const char* const group = kTets;
     c.add_option(
          "--tets", o.tets,
          "lattice: whole tets, six to a voxel, that reach beyond the surface; five: five to a voxel; cut: their parts "
@@ -40,7 +42,7 @@ void addTetOptions(CLI::App& c, MeshOptions& o)
 void addDelaunayOptions(CLI::App& c, MeshOptions& o)
 {
     mesher::DelaunayCriteria& d = o.delaunay;
-    const char* group = "To Delaunay tets";
+    const char* const group = kDelaunayTets;
     const auto length = [&](const char* name, double& value, const char* help) {
         c.add_option(name, value, help)->check(PositiveFinite(kLongestLength))->type_name("M")->group(group);
     };
@@ -70,13 +72,31 @@ void addDelaunayOptions(CLI::App& c, MeshOptions& o)
 
 void addSurfaceOptions(CLI::App& c, MeshOptions& o, std::string& frames)
 {
-    const char* group = "To surfaces";
+    const char* const group = kSurfaces;
     c.add_option("-f,--frames", frames, "Frames of a run or sequence: 1-96, 1-96x2, 5,9,12 (default: all of a run)")
         ->group(group);
     c.add_option("--adaptivity", o.adaptivity, "0 keeps all polygons of a level set, 1 joins most in flat parts")
         ->check(CLI::Range(0., 1.))
         ->capture_default_str()
         ->group(group);
+}
+
+/// An option of this group would do nothing.
+void refuse(const CLI::App& c, const char* group, const char* reason)
+{
+    for (const CLI::Option* option : c.get_options())
+        if (option->count() > 0 && option->get_group() == group)
+            throw InputError({option->get_name(), reason, "", "leave it out"});
+}
+
+void requireApplied(const CLI::App& c, const MeshOptions& o)
+{
+    if (tetmesh::isSurfaceFile(o.out)) {
+        for (const char* group : {kTets, kDelaunayTets}) refuse(c, group, "is for tets, and the output is a surface");
+        return;
+    }
+    refuse(c, kSurfaces, "is for surfaces, and the output is tets");
+    if (o.tets != "delaunay") refuse(c, kDelaunayTets, "is for --tets delaunay");
 }
 
 }  // namespace
@@ -107,7 +127,8 @@ Action addMesh(CLI::App& app)
     addMaxMemory(*c, o->maxMemory, "it");
     c->add_flag("-q,--quiet", o->common.quiet, "Say only what went wrong");
     c->add_option("--log-file", o->common.logFile, "Write what is said to this file too")->type_name("FILE");
-    return [o] {
+    return [o, c] {
+        requireApplied(*c, *o);
         o->memoryLimit = memoryLimitOf(o->maxMemory);
         if (!o->frameText.empty()) o->frames = parseFrames(o->frameText);
         const ThreadLimit threads(o->threads);

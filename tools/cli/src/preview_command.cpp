@@ -161,15 +161,18 @@ Action addPreview(CLI::App& app)
         ->check(CLI::IsMember({"material", "fragment", "energy", "margin", "arrival"}))
         ->capture_default_str();
     c->add_option("--torn", o->torn, "Colour of torn faces: red, as_others, or #rrggbb")->capture_default_str();
-    c->add_option(
-         "--fit", o->fit,
-         "What the camera sees: all that is in the frames of the pictures, or of the run, or in its first frame")
-        ->check(CLI::IsMember(kFits))
-        ->capture_default_str();
+    auto* fit =
+        c->add_option(
+             "--fit", o->fit,
+             "What the camera sees: all that is in the frames of the pictures, or of the run, or in its first frame")
+            ->check(CLI::IsMember(kFits))
+            ->capture_default_str();
     const Bounded place(kFarthest);
     c->add_option("--direction", o->direction, "Direction of looking: x y z")->expected(3)->check(place);
-    auto* eye =
-        c->add_option("--eye", o->eye, "Where the camera is [m]: x y z; in place of --fit")->expected(3)->check(place);
+    auto* eye = c->add_option("--eye", o->eye, "Where the camera is [m]: x y z; in place of --fit")
+                    ->expected(3)
+                    ->check(place)
+                    ->excludes(fit);
     c->add_option("--look-at", o->lookAt, "A point that it looks at [m]: x y z; in place of --direction")
         ->expected(3)
         ->check(place)

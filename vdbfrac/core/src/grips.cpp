@@ -153,12 +153,11 @@ void Simulation::Grips::requireHandOver(const Held& from, std::span<const Held> 
 void Simulation::Grips::refuseJump(const Held& held, double time, double jump, const Vec3& moved) const
 {
     const auto number = [](double value) { return shortNumber(value, 6); };
-    throw InputError(
-        {held.grip->place + ".move",
-         "grip '" + held.grip->name + "' would jump by " + shortNumber(jump, 3) + " m at " + number(time) + " s",
-         "at most " + shortNumber(mostJump_, 3) + " m, half a cell",
-         "what it holds has moved by [" + number(moved.x()) + ", " + number(moved.y()) + ", " + number(moved.z()) +
-             "] m by then: give it keys that pass through that"});
+    throw InputError({held.grip->place + ".move",
+                      "grip '" + held.grip->name + "' would jump by " + number(jump) + " m at " + number(time) + " s",
+                      "at most " + shortNumber(mostJump_, 3) + " m, half a cell",
+                      "what it holds has moved by [" + number(moved.x()) + ", " + number(moved.y()) + ", " +
+                          number(moved.z()) + "] m by then: give it keys that pass through that"});
 }
 
 void Simulation::Grips::requireNear(std::span<const Vec3> x, double time) const

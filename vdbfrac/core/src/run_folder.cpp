@@ -226,6 +226,9 @@ struct RunFolder::Found {
 std::optional<RunFolder::Found> RunFolder::newestIn(const fs::path& run, const Resume& how,
                                                     std::vector<std::string>& notes)
 {
+    if (const int first = scene_.time.firstFrame; how.lastFrame < first)
+        throw InputError({run.string(), "has no frame " + std::to_string(how.lastFrame) + " to go on from",
+                          "frames from " + std::to_string(first) + " on", ""});
     std::vector<fs::path> checkpoints = checkpointsIn(run);
     if (checkpoints.empty()) {
         if (!hasFrames(run)) return {};
@@ -354,7 +357,8 @@ void RunFolder::noteBranch(const Branch& branch, const Found& found, const Simul
     const int last = frames.empty() ? scene_.time.firstFrame - 1 : frames.back().frame;
     const bool other = found.run != folder_;
     branches_.push_back({last, simulation.steps(), other ? found.run.string() : "", branch.changes});
-    notes.push_back("branches after frame " + std::to_string(last) + (other ? " of " + found.run.string() : "") +
+    notes.push_back((frames.empty() ? "branches at the start" : "branches after frame " + std::to_string(last)) +
+                    (other ? " of " + found.run.string() : "") +
                     (branch.changes.empty() ? "; nothing is changed" : ":"));
     for (const scene::Change& change : branch.changes) notes.push_back("  " + changeText(change));
 }
