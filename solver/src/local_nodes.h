@@ -1,6 +1,7 @@
 // Numbers of the nodes of a patch. Not installed.
 #pragma once
 
+#include <vdbfrac/base/grouping.h>
 #include <vdbfrac/solver/elastic_operator.h>
 
 #include <algorithm>
@@ -54,8 +55,7 @@ public:
             const auto& node = range.set->elements[e].node;
             nodes.insert(nodes.end(), node.begin(), node.end());
         }
-        std::sort(nodes.begin(), nodes.end());
-        nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+        sortUnique(nodes);
     }
     std::uint16_t operator[](std::uint32_t node) const
     {
@@ -98,8 +98,7 @@ private:
     }
     void number()
     {
-        std::sort(copies_.begin(), copies_.end());
-        copies_.erase(std::unique(copies_.begin(), copies_.end()), copies_.end());
+        sortUnique(copies_);
         start_.resize(first_.size());
         auto copy = copies_.begin();
         for (std::size_t place = 0; place < first_.size(); ++place) {

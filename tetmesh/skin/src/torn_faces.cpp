@@ -1,5 +1,6 @@
 #include "torn_faces.h"
 
+#include <vdbfrac/base/grouping.h>
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/tetmesh/planar.h>
 
@@ -245,8 +246,7 @@ private:
     std::vector<std::uint32_t> crossingsBetween(std::size_t k, std::size_t next) const
     {
         std::vector<int> nodes{ends_[k][0], ends_[k][1], ends_[next][0], ends_[next][1]};
-        std::sort(nodes.begin(), nodes.end());
-        nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+        sortUnique(nodes);
         const SimplexKey face = source_.lattice.faceKey(tet_, nodes[0], nodes[1], nodes[2]);
         const bool turned = corners_[k].edge > corners_[next].edge;
         const Vec3 along = (turned ? -1. : 1.) * (corners_[next].X - corners_[k].X);

@@ -1,3 +1,4 @@
+#include <vdbfrac/base/infinity.h>
 #include <vdbfrac/base/primitive.h>
 
 #include <vdbfrac/base/rotation.h>
@@ -6,13 +7,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace vdbfrac {
 
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 struct AxisPoint {
     double along;   // signed distance along the axis from the center

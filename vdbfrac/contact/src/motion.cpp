@@ -1,17 +1,15 @@
 #include <vdbfrac/contact/motion.h>
 
+#include <vdbfrac/base/infinity.h>
 #include <vdbfrac/base/parallel.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 
 namespace vdbfrac::contact {
 
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Where a fragment is on its way, and how far one of its nodes goes along an axis [m].
 struct Swept {

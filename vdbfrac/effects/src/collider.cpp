@@ -13,6 +13,7 @@
 #include "collider_obstacles.h"
 #include "collider_contacts.h"
 
+#include <vdbfrac/base/infinity.h>
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/contact/contact_law.h>
 #include <vdbfrac/contact/edged_surface.h>
@@ -20,7 +21,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 namespace vdbfrac::effects {
@@ -31,7 +31,7 @@ using contact::Penalty;
 using contact::SampleMemory;
 
 constexpr double kGap = 0.25;  // voxels that surfaces stay away, where there is as much room at rest
-constexpr double kInfinity = std::numeric_limits<double>::infinity(), kNever = -1;  // s
+constexpr double kNever = -1;  // s
 
 class Colliders : public core::Effect,
                   public solver::Potential,

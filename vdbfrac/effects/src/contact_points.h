@@ -1,6 +1,7 @@
 // Contact points: what touches what, their forces, and what a scene says about them. Not installed.
 #pragma once
 
+#include <vdbfrac/base/infinity.h>
 #include <vdbfrac/base/vec.h>
 #include <vdbfrac/contact/contact_law.h>
 #include <vdbfrac/contact/narrow_phase.h>
@@ -10,14 +11,11 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 namespace vdbfrac::effects {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 inline const scene::Key kContactKeys[] = {
     {"friction", scene::Type::number, "", "coefficient of Coulomb friction", "0.5", 0},

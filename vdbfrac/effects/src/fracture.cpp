@@ -7,6 +7,7 @@
 #include "fracture_arrivals.h"
 #include "fracture_law.h"
 
+#include <vdbfrac/base/infinity.h>
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/grid/griffith.h>
 #include <vdbfrac/grid/tension.h>
@@ -27,7 +28,6 @@ namespace {
 using scene::Values;
 
 constexpr const char* kMargin = "margin";
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Averaged tension: the surface eats what it touches, material this near to it [voxels], a voxel and what phi may be
 /// off. Farther in, where the energy of a tip may be higher than at the tip, a crack would leave bridges behind.

@@ -1,11 +1,11 @@
 #include "fracture_law.h"
 
+#include <vdbfrac/base/infinity.h>
 #include <vdbfrac/base/number_text.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 namespace vdbfrac::effects {
 
@@ -13,8 +13,6 @@ namespace {
 
 using scene::Key;
 using scene::Type;
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 const Key kKeys[] = {
     {"kappa", Type::number, "J/m^3", "fracture resistance; a smooth bar tears at the strain sqrt(2 kappa / E)", "", 0,

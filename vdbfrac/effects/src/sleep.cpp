@@ -6,12 +6,12 @@
 // frame, when it is cut again, and when what may tear it gets weaker over time.
 #include "all.h"
 
+#include <vdbfrac/base/infinity.h>
 #include <vdbfrac/base/disjoint_sets.h>
 #include <vdbfrac/base/error.h>
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace vdbfrac::effects {
 
@@ -19,8 +19,6 @@ namespace {
 
 using scene::Key;
 using scene::Type;
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 const Key kKeys[] = {
     {"speed", Type::number, "m/s",

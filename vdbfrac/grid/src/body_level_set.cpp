@@ -1,6 +1,7 @@
 #include "body_sources.h"
 #include "sample_leaves.h"
 
+#include <vdbfrac/base/grouping.h>
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/grid/body_level_set.h>
 #include <vdbfrac/grid/phi_sampler.h>
@@ -94,8 +95,7 @@ std::vector<openvdb::Coord> leavesOfBoth(const openvdb::FloatGrid& shape, const 
     const LeafBox box = leafBoxWithBand(reach(activeBounds(shape), body, build), build);
     std::vector<openvdb::Coord> origins = leavesNear(toSolids, box, build);
     for (auto leaf = shape.tree().cbeginLeaf(); leaf; ++leaf) origins.push_back(leaf->origin());
-    std::sort(origins.begin(), origins.end());
-    origins.erase(std::unique(origins.begin(), origins.end()), origins.end());
+    sortUnique(origins);
     requireMemory(build, double(origins.size()) * kBytesPerLeaf);
     return origins;
 }

@@ -3,6 +3,7 @@
 #include "openvdb_access.h"
 #include "relevel_window.h"
 
+#include <vdbfrac/base/grouping.h>
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/base/number_text.h>
 #include <vdbfrac/tetmesh/nodes_around.h>
@@ -33,8 +34,7 @@ std::vector<openvdb::Coord> touchedLeaves(const PhiChanges& raised, int reach)
             for (int y = first.y(); y <= last.y(); y += 8)
                 for (int z = first.z(); z <= last.z(); z += 8) leaves.emplace_back(x, y, z);
     }
-    std::sort(leaves.begin(), leaves.end());
-    leaves.erase(std::unique(leaves.begin(), leaves.end()), leaves.end());
+    sortUnique(leaves);
     return leaves;
 }
 

@@ -3,6 +3,7 @@
 #include "sample_leaves.h"
 #include "vdb_stream.h"
 
+#include <vdbfrac/base/grouping.h>
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/grid/relevel.h>
 
@@ -66,8 +67,7 @@ std::vector<openvdb::Coord> targetLeaves(const Grid& source, const Build& target
         const auto found = leavesNear(distance, leafBox(worldBox(source, box), target.grid.voxelSize), target);
         origins.insert(origins.end(), found.begin(), found.end());
     }
-    std::sort(origins.begin(), origins.end());
-    origins.erase(std::unique(origins.begin(), origins.end()), origins.end());
+    sortUnique(origins);
     requireMemory(target, double(origins.size()) * kBytesPerLeaf);
     return origins;
 }

@@ -1,5 +1,6 @@
 #include "settle_signs.h"
 
+#include <vdbfrac/base/grouping.h>
 #include <vdbfrac/base/parallel.h>
 
 #include <openvdb/tools/Prune.h>
@@ -238,8 +239,7 @@ private:
                     if (const Voxel c = reached[i] + n.step; !v.isOutside(c) && v.phi.isValueOn(c)) out.push_back(c);
             };
         });
-        std::sort(candidates.begin(), candidates.end());
-        candidates.erase(std::unique(candidates.begin(), candidates.end()), candidates.end());
+        sortUnique(candidates);
         return gather<Voxel>(candidates.size(), kVoxels, [&] {
             return [&, v = view()](std::size_t i, std::vector<Voxel>& out) {
                 if (isReached(v, candidates[i])) out.push_back(candidates[i]);
@@ -332,8 +332,7 @@ std::vector<Voxel> Settler::voxelsNear(const std::vector<Voxel>& buried) const
         last = leaves;
         for (auto o = leaves.begin(); o; ++o) origins.push_back(*o << 3);
     }
-    std::sort(origins.begin(), origins.end());
-    origins.erase(std::unique(origins.begin(), origins.end()), origins.end());
+    sortUnique(origins);
     return gather<Voxel>(origins.size(), kLeaves, [&] {
         return [&, v = view()](std::size_t i, std::vector<Voxel>& out) {
             const Leaf* leaf = phi_.constTree().probeConstLeaf(origins[i]);

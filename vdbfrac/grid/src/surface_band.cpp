@@ -2,6 +2,7 @@
 
 #include "triangles.h"
 
+#include <vdbfrac/base/infinity.h>
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/base/grouping.h>
 #include <vdbfrac/base/parallel.h>
@@ -244,7 +245,6 @@ public:
     }
 
 private:
-    static constexpr double kInfinity = std::numeric_limits<double>::infinity();
     struct Crossing {
         int x, y;
         double z;

@@ -4,12 +4,12 @@
 #include "nodal_stresses.h"
 #include "passing.h"
 
+#include <vdbfrac/base/infinity.h>
 #include <vdbfrac/tetmesh/nodes_around.h>
 #include <vdbfrac/tetmesh/nodes_where.h>
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <utility>
 
@@ -30,8 +30,6 @@ constexpr double kAside = .2;
 constexpr double kSmooth = 2. / 3, kSqueezed = 2.5;
 /// Radius of G's ball over that of H.
 constexpr double kRelease = 4. / 3;
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// C <s>^2 across d.
 double across(const Mat3& S, const Vec3& d, double nu)

@@ -1,4 +1,5 @@
 // The table of a study, for people.
+#include <vdbfrac/base/grouping.h>
 #include <vdbfrac/lab/study/output.h>
 
 #include <fmt/format.h>
@@ -128,8 +129,7 @@ private:
             for (std::size_t m = 0; m < study_.result(s).values.size(); ++m)
                 if (const Value& v = study_.result(s).values[m]; !v.has())
                     lines.push_back(fmt::format("n/a in '{}': {}\n", study_.spec.measures[m].name, v.missing));
-        std::sort(lines.begin(), lines.end());
-        lines.erase(std::unique(lines.begin(), lines.end()), lines.end());
+        sortUnique(lines);
         return fmt::format("{}", fmt::join(lines, ""));
     }
 
