@@ -97,6 +97,8 @@ with tempfile.TemporaryDirectory() as temporary:
     expect("a scene is no log", ["sim", folder / "example.toml", "-o", folder / "logged", "-f", "1", "--log-file", folder / "example.toml"], 2, "is no log")
     expect("nor a page", ["report", folder / "whole", "-o", folder / "example.toml"], 2, ".html")
     torn = next((folder / "torn/obj").glob("*.obj"))
+    expect("an option of other tets", ["mesh", torn, "-o", folder / "m.vtu", "--across", "8", "--sharp", "30"], 2, "--sharp", "--tets delaunay")
+    expect("an option of surfaces, for tets", ["mesh", torn, "-o", folder / "m.vtu", "--adaptivity", "0.5"], 2, "--adaptivity", "the output is tets")
     expect("what is made is not written over", ["mesh", torn, "-o", folder / "m.vtu", "--across", "8", "--quality", folder / "m.vtu"], 2, "written over")
     if (folder / "example.toml").read_bytes() != kept:
         failures.append("the scene was written over")
@@ -176,7 +178,8 @@ with tempfile.TemporaryDirectory() as temporary:
     expect("preview at a point without an eye", ["preview", out, "--look-at", "0", "0", "0"], 2, "--eye")
     expect("preview from where it looks", ["preview", out, "--eye", "1", "1", "1", "--look-at", "1", "1", "1"], 2, "--look-at")
     expect("preview of where it began", ["preview", out, "--count", "1", "--width", "64", "--height", "64", "--fit", "first"], 0, "contact_sheet.png")
-    expect("preview from a place", ["preview", out, "--count", "1", "--width", "64", "--height", "64", "--eye", "2", "1", "4", "--look-at", "0", "0", "0", "--angle", "30", "--torn", "as_others", "--fit", "run"], 0, "contact_sheet.png")
+    expect("preview from a place", ["preview", out, "--count", "1", "--width", "64", "--height", "64", "--eye", "2", "1", "4", "--look-at", "0", "0", "0", "--angle", "30", "--torn", "as_others"], 0, "contact_sheet.png")
+    expect("preview from a place that fits", ["preview", out, "--eye", "2", "1", "4", "--fit", "run"], 2, "--fit excludes --eye")
     expect("preview of nothing", ["preview", folder], 4, "run.json")
     for eye in ("nan", "inf", "1e19"):
         expect(f"preview from {eye}", ["preview", out, "--eye", eye, "0", "0"], 2, "--eye", "no number from")

@@ -102,6 +102,7 @@ Vec3 cotangents(const Vec3& a, const Vec3& b, const Vec3& c)
 std::vector<Vec3> harmonic(const SkinCut& cut, std::uint32_t given, std::span<const Vec3> X,
                            std::span<const std::uint32_t> nearest, std::vector<Vec3> shift)
 {
+    constexpr double kLeast = 1e-9;  // weight of the nearest rim, for points of slivers alone
     std::vector<std::uint32_t> unknown, number(shift.size(), kNoSource);
     for (std::uint32_t i = 0; i < shift.size(); ++i)
         if (nearest[i] != kNoSource && nearest[i] != i) number[i] = std::uint32_t(unknown.size()), unknown.push_back(i);
@@ -117,6 +118,7 @@ std::vector<Vec3> harmonic(const SkinCut& cut, std::uint32_t given, std::span<co
         else
             entries.emplace_back(row, number[j], -weight);
     };
+    for (const std::uint32_t i : unknown) addEdge(i, nearest[i], kLeast);
     for (const SkinCut::Part& part : cut.taken) {
         const std::array<std::uint32_t, 3> c = {part.corner[0] - given, part.corner[1] - given, part.corner[2] - given};
         const Vec3 weight = cotangents(X[c[0]], X[c[1]], X[c[2]]);

@@ -39,7 +39,8 @@ std::string duration(double seconds)
     return fmt::format("{} h {:02} min", s / 3600, s % 3600 / 60);
 }
 
-Progress::Progress(const std::string& mode, int total, int begun) : total_(std::max(1, total)), begun_(begun)
+Progress::Progress(const std::string& mode, int total, int begun)
+    : total_(std::max(1, total)), marks_{{Clock::now(), double(begun)}}
 {
     const bool terminal = isatty(STDERR_FILENO) != 0;
     mode_ = mode == "none"                 ? Mode::none
@@ -57,7 +58,7 @@ Progress::~Progress()
 
 std::string Progress::status(double done) const
 {
-    const double spent = secondsSince(start_), own = done - begun_;
+    const double spent = secondsSince(marks_.front().time), own = done - marks_.front().done;
     if (own <= 0) return "";
     return fmt::format("{:.2f} frames/s, {} left", own / spent, duration(spent / own * (total_ - done)));
 }
@@ -65,7 +66,7 @@ std::string Progress::status(double done) const
 void Progress::update(double done, const std::string& detail)
 {
     if (mode_ != Mode::bar || secondsSince(drawn_) < kRedraw) return;
-    drawn_ = std::chrono::steady_clock::now();
+    drawn_ = Clock::now();
     const int filled = int(kWidth * std::clamp(done / total_, 0., 1.));
     const std::string bar = std::string(std::size_t(filled), '#') + std::string(std::size_t(kWidth - filled), '.');
     std::string line = fmt::format("[{}] {:3.0f} %  {}  {}", bar, 100 * done / total_, status(done), detail);
@@ -83,6 +84,9 @@ void Progress::frame(int frame, double done, const std::string& detail)
     if (mode_ == Mode::alf) std::printf("ALF_PROGRESS %.0f%%\n", percent);
     std::fflush(stdout);
     if (mode_ == Mode::plain) std::fprintf(stderr, "frame %d  %s  %s\n", frame, detail.c_str(), status(done).c_str());
+    constexpr std::size_t kRecent = 8;  // frames: what tears takes longer than what does not yet
+    marks_.push_back({Clock::now(), done});
+    if (marks_.size() > kRecent) marks_.pop_front();
     drawn_ = {};
     update(done, detail);
 }

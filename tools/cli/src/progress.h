@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <deque>
 #include <string>
 
 namespace vdbfrac::cli {
@@ -22,12 +23,19 @@ public:
     void frame(int frame, double done, const std::string& detail);
 
 private:
+    /// How fast the last frames were, and how long the others take at that.
     std::string status(double done) const;
 
     enum class Mode { none, plain, bar, openjd, alf } mode_;
-    double total_, begun_;
-    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-    std::chrono::steady_clock::time_point drawn_{};
+    using Clock = std::chrono::steady_clock;
+    struct Mark {
+        Clock::time_point time;
+        double done;
+    };
+
+    double total_;
+    std::deque<Mark> marks_;  // the start, and then the ends of the last frames
+    Clock::time_point drawn_{};
     bool open_ = false;  // a bar stands on the line
 };
 
