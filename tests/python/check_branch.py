@@ -174,6 +174,7 @@ with tempfile.TemporaryDirectory() as temporary:
     sim(top / "same_2", "--branch", run, "--overwrite", "--set", "time.fps=25", code=2, texts=["cannot change in a branch"])
     check("what a refused branch would replace", states(top / "same_2") == kept, "is gone")
     is_whole(top / "same_2")
+    sim(top / "start", "--branch", run, "--at", 1, *tough, texts=["branches at the start of"])
     sim(top / "before", "--branch", run, "--at", 0, *tough, code=2, texts=["no frame 0", "frames from 1 on"])
     sim(top / "alone", "--at", AT, code=2)
     check("nothing changed", states(run) == before)

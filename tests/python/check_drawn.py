@@ -355,6 +355,22 @@ point_cache = ["mdd"]
     check("but for its covers it is not", np.abs(opened).max() > 4 * folds, opened)
 
 
+def check_arrivals(folder):
+    """Covers go as the cracks come: none in a frame before the first torn face is drawn, most of what goes first in that."""
+    (folder / "arrivals.toml").write_text((folder / "plug.toml").read_text().replace('name = "plug"', 'name = "arrivals"')
+                                          .replace("obj = false", 'obj = true\nlips = "as_simulated"').replace("fps = 24 }", "fps = 24, substeps = 1 }"))
+    vdbfrac("sim", folder / "arrivals.toml", "-o", folder / "arrivals", "-q")
+    torn = [any(f[4] == "inside" for f in Obj(folder / f"arrivals/obj/arrivals.{k:04}.obj").faces) for k in range(1, 11)]
+    mesh = Obj(folder / "arrivals/cache/arrivals.obj")
+    _, positions = read_mdd(folder / "arrivals/cache/arrivals.mdd")
+    covers = [f[0] for f in parted(mesh, positions[-1])[0] if np.abs(positions[0][f[0]] - positions[0][f[0][0]]).max() > 0]
+    gone = [sum(np.abs(frame[f] - frame[f[0]]).max() == 0 for f in covers) for frame in positions]
+    first = torn.index(True)
+    few = 0.01 * len(covers)  # at nodes whose phi has begun to move, but not far enough to be drawn
+    check("no cover goes before a crack comes", first > 1 and max(gone[:first]) < few, (first, gone))
+    check("some go as it comes, and others later", few < gone[first + 1] < len(covers) and sorted(gone) == gone, (first, gone))
+
+
 def check_carved(folder):
     """A score across the block: it is closed, faces beside the score are as they were read, and another mesh gets it too."""
     scene(folder / "c.toml", folder / "block.obj")
@@ -566,6 +582,7 @@ def main(folder):
     check_soup(folder)
     check_shells(folder)
     check_covers(folder)
+    check_arrivals(folder)
     check_carved(folder)
     check_level_set(folder, hashes[0])
     said = vdbfrac("embed", bare, "-o", folder / "no.obj", code=2)

@@ -132,14 +132,14 @@ inline tetmesh::NodeField<float> fieldOf(const Phi& phi, double reach, double dx
     return field;
 }
 
-/// A crack along a plane, as far as `ends` says; each voxel node moves it by up to `jagged`
-/// voxels, which tears a node on each line across it up to .5.
+/// A crack along a plane, as far as `ends` says; each voxel node moves it by up to `jagged` voxels, which tears a node
+/// on each line across it up to .5.
 struct Plane {
     Vec3 normal;
     double offset = 0;
     double ends = 1e9;  // along x
     double jagged = 0;
-    double half = 1;  // voxels: of its width
+    double half = 1;  // voxels: half its width
     double c(const Vec3& X, double dx) const
     {
         const Vec3 node = (X / dx).array().round();

@@ -41,6 +41,30 @@ TEST(SkinTaken, CompletesTheSurface)
             }
 }
 
+/// Files have faces whose corners lie in a line or in one place.
+TEST(SkinTaken, HasPlacesForFacesWithoutArea)
+{
+    constexpr double dx = .1, kRounding = 1e-9;
+    Solid solid = box(.97, 23);
+    const std::size_t faces = solid.triangles.size();
+    for (std::size_t f = 0; f < faces; f += 7) {
+        const auto [a, b, c] = solid.triangles[f];
+        const auto copy = std::uint32_t(solid.points.size());
+        solid.points.insert(solid.points.end(), 3, Vec3(.5 * (solid.points[a] + solid.points[b])));
+        solid.triangles.insert(solid.triangles.end(), {{a, a, b}, {c, c, c}, {a, copy, b}, {copy, copy + 1, copy + 2}});
+    }
+    for (const Lips lips : {Lips::closed, Lips::asSimulated})
+        for (const Vec3& normal : kTilts) {
+            const SkinCut cut = cutBy(solid, {normal, .03, .4}, dx, lips, {}, Taken::kept);
+            EXPECT_GT(cut.taken.size(), 10u);
+            for (const SkinCut::Point& p : cut.points) {
+                ASSERT_TRUE(p.X.allFinite());
+                EXPECT_LT(p.X.cwiseAbs().maxCoeff(), .97 + kRounding);
+                if (p.skin != SkinCut::kNoSkin) EXPECT_GT(p.X.cwiseAbs().maxCoeff(), .97 - kRounding);
+            }
+        }
+}
+
 TEST(SkinTaken, IsDroppedUnlessItIsKept) { EXPECT_TRUE(cutBy(ball(1, 40), {Vec3::UnitY(), .03}, .1).taken.empty()); }
 
 /// How far points are from the nearest triangle, at most.

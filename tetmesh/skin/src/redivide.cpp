@@ -65,6 +65,7 @@ private:
 
     void redivide(const Parts& piece)
     {
+        if (piece.size() == 1) return parts_.push_back(piece[0]);
         const auto& t = skin_.triangles[piece[0].triangle];
         const Vec3 normal = (skin_.points[t[1]] - skin_.points[t[0]]).cross(skin_.points[t[2]] - skin_.points[t[0]]);
         NamedPolygon<std::uint32_t> named(normal);

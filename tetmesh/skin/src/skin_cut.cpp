@@ -186,12 +186,17 @@ SkinCut SkinCutter::cut(const tetmesh::NodeField<float>& rest, const tetmesh::No
     for (std::uint32_t t = 0; t < triangles_.size(); ++t)
         if (open[topology_->triangles[t][0]]) cut.fate[t] = SkinCut::Fate::gone;
     divide(crossings, open, cut);
+    for (std::uint32_t t = 0; t < triangles_.size(); ++t)
+        if (cut.fate[t] == SkinCut::Fate::gone) cut.taken.push_back({t, triangles_[t]});
     addTornFaces({lattice, rest, crossings, isInner_, offset_, std::uint32_t(topology_->pointOf.size())}, cut);
     removeSpecks(*topology_, now, dx_, cut);
-    const std::vector<SkinCut::Point> made = taken == Taken::kept ? cut.points : std::vector<SkinCut::Point>();
-    if (style.lips == Lips::closed) closeLips(*topology_, lattice, cut);
+    std::vector<SkinCut::Point> made;
+    if (style.lips == Lips::closed) {
+        if (taken == Taken::kept) made = cut.points;
+        closeLips(*topology_, lattice, cut);
+    }
     if (taken == Taken::kept)
-        fitTaken(*topology_, triangles_, made, cut);
+        fitTaken(*topology_, dx_, made, cut);
     else
         cut.taken.clear();
     if (style.detail.amplitude > 0) addTornDetail(style.detail, rest, dx_, cut);

@@ -72,7 +72,7 @@ void findSharpEdges(SkinTopology& topology)
         for (std::uint32_t e : topology.edgeOf[t]) {
             if (topology.edgeNormal[e].isZero())
                 topology.edgeNormal[e] = topology.normal[t];
-            else
+            else if (!topology.normal[t].isZero())
                 topology.isSharp[e] = topology.edgeNormal[e].dot(topology.normal[t]) < kSameFace;
         }
 }

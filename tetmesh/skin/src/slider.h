@@ -31,7 +31,7 @@ public:
         std::vector<std::uint32_t> reached{at};
         for (std::size_t i = 0; i < reached.size(); ++i) {
             const std::uint32_t t = reached[i];
-            if (!sharp && skin_.normal[t].dot(normal) < kSameFace) continue;
+            if (!sharp && !isOneFace(skin_.normal[t], normal)) continue;
             const Vec3 there = closestPoint(skin_.corners(t), X).at;
             const auto keep = [&](const Vec3& p) {
                 if (const double d = (p - X).squaredNorm(); d < nearest) nearest = d, best = p, at = t;
@@ -56,6 +56,9 @@ public:
     }
 
 private:
+    /// Faces without area have no normal, and are of any face.
+    static bool isOneFace(const Vec3& a, const Vec3& b) { return a.isZero() || b.isZero() || a.dot(b) >= kSameFace; }
+
     /// Those that run `along` a direction: round a corner it is another edge.
     template <class Keep>
     void visitSharpEdges(std::uint32_t t, const Vec3& along, const Vec3& X, const Keep& keep) const

@@ -5,6 +5,7 @@
 
 #include <vdbfrac/base/grouping.h>
 #include <vdbfrac/base/nearest_source.h>
+#include <vdbfrac/tetmesh/trilinear.h>
 
 #include <Eigen/Geometry>
 #include <Eigen/Sparse>
@@ -87,13 +88,14 @@ Groups linksOf(const SkinCut& cut, std::uint32_t given)
     });
 }
 
-/// Cotangents of a triangle's angles, finite for one without area.
+/// Cotangents of a triangle's angles: weights of the edges opposite to them. One without area has edges alone.
 Vec3 cotangents(const Vec3& a, const Vec3& b, const Vec3& c)
 {
-    constexpr double kFlat = 1e-6;  // of the square of an edge: least area that is told from none
+    constexpr double kFlat = 1e-6;  // of the square of an edge: area that is told from none
     const Vec3 p = b - a, q = c - b, r = a - c;
-    const double least = kFlat * std::max({p.squaredNorm(), q.squaredNorm(), r.squaredNorm()});
-    return Vec3(-p.dot(r), -p.dot(q), -q.dot(r)) / std::max(p.cross(q).norm(), least);
+    const double area = p.cross(q).norm();
+    if (!(area > kFlat * std::max({p.squaredNorm(), q.squaredNorm(), r.squaredNorm()}))) return Vec3::Ones();
+    return Vec3(-p.dot(r), -p.dot(q), -q.dot(r)) / area;
 }
 
 /// A displacement of points `X` [m] that is harmonic on the parts in cracks, with what is given on rims: where rims
@@ -102,7 +104,6 @@ Vec3 cotangents(const Vec3& a, const Vec3& b, const Vec3& c)
 std::vector<Vec3> harmonic(const SkinCut& cut, std::uint32_t given, std::span<const Vec3> X,
                            std::span<const std::uint32_t> nearest, std::vector<Vec3> shift)
 {
-    constexpr double kLeast = 1e-9;  // weight of the nearest rim, for points of slivers alone
     std::vector<std::uint32_t> unknown, number(shift.size(), kNoSource);
     for (std::uint32_t i = 0; i < shift.size(); ++i)
         if (nearest[i] != kNoSource && nearest[i] != i) number[i] = std::uint32_t(unknown.size()), unknown.push_back(i);
@@ -118,7 +119,6 @@ std::vector<Vec3> harmonic(const SkinCut& cut, std::uint32_t given, std::span<co
         else
             entries.emplace_back(row, number[j], -weight);
     };
-    for (const std::uint32_t i : unknown) addEdge(i, nearest[i], kLeast);
     for (const SkinCut::Part& part : cut.taken) {
         const std::array<std::uint32_t, 3> c = {part.corner[0] - given, part.corner[1] - given, part.corner[2] - given};
         const Vec3 weight = cotangents(X[c[0]], X[c[1]], X[c[2]]);
@@ -131,7 +131,10 @@ std::vector<Vec3> harmonic(const SkinCut& cut, std::uint32_t given, std::span<co
     laplacian.setFromTriplets(entries.begin(), entries.end());
     const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver(laplacian);
     const Eigen::MatrixX3d solved = solver.solve(sum);
-    for (std::uint32_t u = 0; u < unknown.size(); ++u) shift[unknown[u]] = solved.row(u).transpose();
+    const bool isSolved =
+        solver.info() == Eigen::Success && solved.allFinite();  // not where needles leave rounding alone
+    for (std::uint32_t u = 0; u < unknown.size(); ++u)
+        shift[unknown[u]] = isSolved ? Vec3(solved.row(u).transpose()) : shift[nearest[unknown[u]]];
     return shift;
 }
 
@@ -145,12 +148,9 @@ bool looksInward(const SkinTopology& skin, const SkinCut& cut, const SkinCut::Pa
 
 }  // namespace
 
-void fitTaken(const SkinTopology& skin, std::span<const std::array<std::uint32_t, 3>> triangles,
-              std::span<const SkinCut::Point> made, SkinCut& cut)
+void fitTaken(const SkinTopology& skin, double dx, std::span<const SkinCut::Point> made, SkinCut& cut)
 {
     const auto given = std::uint32_t(skin.pointOf.size());
-    for (std::uint32_t t = 0; t < triangles.size(); ++t)
-        if (cut.fate[t] == SkinCut::Fate::gone) cut.taken.push_back({t, triangles[t]});
     std::ranges::stable_sort(cut.taken, {}, &SkinCut::Part::triangle);
     std::vector<std::uint8_t> isRim = rimPoints(cut, given);
     const std::size_t before = cut.points.size();
@@ -159,6 +159,11 @@ void fitTaken(const SkinTopology& skin, std::span<const std::array<std::uint32_t
     isRim.resize(cut.points.size(), 0);
     const Groups links = linksOf(cut, given);
     const std::vector<std::uint32_t> nearest = nearestSources(links, isRim);
+    for (std::size_t i = 0; i < cut.points.size(); ++i)
+        if (!links[i].empty() && !isRim[i])
+            cut.points[i].anchor = nearest[i] != kNoSource ? cut.points[nearest[i]].anchor
+                                                           : tetmesh::floorOf(cut.points[i].X.array() / dx + .5);
+    if (made.empty()) return;
     std::vector<Vec3> X(cut.points.size()), rimShift(cut.points.size(), Vec3::Zero());
     for (std::size_t i = 0; i < X.size(); ++i) X[i] = i < before ? made[i].X : cut.points[i].X;
     for (std::size_t i = 0; i < before; ++i)
@@ -168,8 +173,7 @@ void fitTaken(const SkinTopology& skin, std::span<const std::array<std::uint32_t
     for (std::size_t i = 0; i < cut.points.size(); ++i) {
         if (links[i].empty() || isRim[i]) continue;
         SkinCut::Point& point = cut.points[i];
-        if (i < before) point = made[i];
-        if (nearest[i] != kNoSource) point.anchor = cut.points[nearest[i]].anchor;
+        if (i < before) point.X = made[i].X, point.on = made[i].on;
         if (i < before || !places[i - before].isCorner) point.X = slider.closest(point, point.X + shift[i], point.on);
     }
     redivide(skin, cut.points, cut.taken);

@@ -5,17 +5,14 @@
 
 #include <vdbfrac/skin/skin_cut.h>
 
-#include <array>
-#include <cstdint>
 #include <span>
 
 namespace vdbfrac::skin {
 
-/// Completes SkinCut::taken. `triangles`: of points as given; `made`: the points of the cut before lips were closed.
-/// Points between rims get copies among those of the cut, which belong to the side of the rim that is nearest; they
-/// move as the rims round them did, over the smooth face of the outer surface that they are on. What looks inward then
-/// is left out: where a surface folds over, two more parts lie there that look outward.
-void fitTaken(const SkinTopology& skin, std::span<const std::array<std::uint32_t, 3>> triangles,
-              std::span<const SkinCut::Point> made, SkinCut& cut);
+/// Gives points between rims copies among those of the cut, which belong to the side of the rim that is nearest. dx:
+/// voxel size [m]. `made`: the points of the cut before lips were closed, none where they are not: the copies move as
+/// the rims round them did, over the smooth face of the outer surface that they are on. What looks inward then is left
+/// out: where a surface folds over, two more parts lie there that look outward.
+void fitTaken(const SkinTopology& skin, double dx, std::span<const SkinCut::Point> made, SkinCut& cut);
 
 }  // namespace vdbfrac::skin

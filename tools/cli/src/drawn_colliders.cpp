@@ -63,14 +63,19 @@ DrawnColliders::DrawnColliders(const scene::Scene& scene)
     }
 }
 
-double DrawnColliders::lowest(std::span<const double> times, double above) const
+std::optional<double> DrawnColliders::lowest(std::span<const double> times) const
 {
-    for (const Drawn& d : drawn_)
-        for (const double time : times) {
+    std::optional<double> lowest;
+    for (const Drawn& d : drawn_) {
+        const auto* const solid = std::get_if<Primitive>(&d.collider->shape);
+        if (solid && solid->kind == Primitive::Kind::cylinder && solid->height == 0) continue;
+        for (const double time :
+             standsStill(*d.collider) ? times.first(std::min<std::size_t>(1, times.size())) : times) {
             const scene::Placement place = scene::placementAt(d.collider->move, time);
-            for (const Vec3& p : d.surface.points) above = std::min(above, place(p).y());
+            for (const Vec3& p : d.surface.points) lowest = std::min(place(p).y(), lowest.value_or(place(p).y()));
         }
-    return above;
+    }
+    return lowest;
 }
 
 void DrawnColliders::addTo(pictures::Subject& subject, double time, const Vec3& origin) const

@@ -16,9 +16,9 @@ public:
 
     /// Height [m] of a level floor, where one of them is a halfspace that stands still.
     std::optional<double> floor() const { return floor_; }
-    /// Height [m] of the lowest point of the others at these times [s], which halfspaces have none of; `above` where
-    /// that is lower still.
-    double lowest(std::span<const double> times, double above) const;
+    /// Height [m] of the lowest point of the others at these times [s]; halfspaces and cylinders without ends have
+    /// none.
+    std::optional<double> lowest(std::span<const double> times) const;
     /// Adds those that can be seen at a time [s]; `origin` [m]: of the picture. Halfspaces that are not the floor are
     /// squares, as large as what is in the picture needs.
     void addTo(pictures::Subject& subject, double time, const Vec3& origin) const;

@@ -83,8 +83,8 @@ scene::FilePlace placeOfFile(const scene::Body& body)
 
 void notePlace(const EmbedOptions& options, const scene::Body& body)
 {
-    const auto* mesh = std::get_if<scene::MeshFile>(&body.shape);
-    if (mesh && !options.placed && scene::placeOf(*mesh).isMoved())
+    const bool isFile = !std::holds_alternative<Primitive>(body.shape);
+    if (isFile && !options.placed && placeOfFile(body).isMoved())
         std::fprintf(stderr,
                      "note: the scene moves the file of body '%s'; %s is taken to lie where that is moved to "
                      "(--placed moves it too)\n",

@@ -165,7 +165,7 @@ void addColliders(Scenery& scenery, const RunFrames& run, const std::vector<RunF
         for (const Vec3& p : s.points) lowest = std::min(lowest, p.y());
     std::vector<double> times;
     for (const RunFrame& frame : run.frames) times.push_back((frame.frame - scene.time.firstFrame) / scene.time.fps);
-    lowest = colliders.lowest(times, lowest + origin.y()) - origin.y();
+    if (const auto ofColliders = colliders.lowest(times)) lowest = std::min(lowest, *ofColliders - origin.y());
     scenery.view.ground = colliders.floor() ? *colliders.floor() - origin.y() : lowest;
     for (std::size_t i = 0; i < frames.size(); ++i)
         colliders.addTo(scenery.subjects[i], (frames[i].frame - scene.time.firstFrame) / scene.time.fps, origin);

@@ -264,13 +264,6 @@ double volumeIn(const tetmesh::RenderMesh& mesh, std::span<const Vec3> at)
 
 }  // namespace
 
-double volumeOf(const DrawnFrame& frame)
-{
-    double volume = 0;
-    for (const DrawnBody& body : frame) volume += volumeIn(body.topology->mesh, body.points);
-    return volume;
-}
-
 double squeezeOf(const DrawnFrame& frame)
 {
     double least = 1;

@@ -1,5 +1,7 @@
 #include <vdbfrac/core/joined_lips.h>
 
+#include "arrival_frames.h"
+
 #include <vdbfrac/grid/voxel_values.h>
 
 #include <Eigen/Geometry>
@@ -38,7 +40,7 @@ std::vector<skin::Opposite> lipsOf(const tetmesh::DrawnTopology& drawn, double d
 
 }  // namespace
 
-JoinedLips::JoinedLips(const tetmesh::DrawnTopology& drawn, const Stages& stages, const Body& body)
+JoinedLips::JoinedLips(const tetmesh::DrawnTopology& drawn, const Stages& stages, const Body& body, double fps)
 {
     constexpr double kMet = 0.05;  // voxels: lips that are farther apart at rest have not been closed
     isJoined_.assign(drawn.mesh.points.size(), 0);
@@ -55,10 +57,11 @@ JoinedLips::JoinedLips(const tetmesh::DrawnTopology& drawn, const Stages& stages
         gap_.push_back(gap);
         X.push_back(rest[lip.point]);
     }
-    arrival_ = grid::sample(std::get<grid::VoxelValues>(arrival->source->take(body, arrival->field.name)), dx, X);
+    const auto values = std::get<grid::VoxelValues>(arrival->source->take(body, arrival->field.name));
+    for (const float time : grid::sample(values, dx, X)) frame_.push_back(frameOfArrival(time, fps));
 }
 
-void JoinedLips::join(double time, DrawnBody& drawn) const
+void JoinedLips::join(std::size_t frame, DrawnBody& drawn) const
 {
     constexpr int kRounds = 3;  // each lip moves while the other does
     std::vector<Vec3> other(lips_.size());
@@ -66,7 +69,7 @@ void JoinedLips::join(double time, DrawnBody& drawn) const
         for (int round = 0; round < kRounds; ++round) {
             for (std::size_t i = 0; i < lips_.size(); ++i) other[i] = lips_[i].at(values) - ofGap * gap_[i];
             for (std::size_t i = 0; i < lips_.size(); ++i)
-                if (Vec3& own = values[lips_[i].point]; time < arrival_[i]) own = 0.5 * (own + other[i]);
+                if (Vec3& own = values[lips_[i].point]; frame < frame_[i]) own = 0.5 * (own + other[i]);
         }
     };
     joinBy(drawn.points, 1);

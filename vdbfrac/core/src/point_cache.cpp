@@ -6,6 +6,7 @@
 #include <vdbfrac/tetmesh/mtl_file.h>
 #include <vdbfrac/tetmesh/obj_file.h>
 
+#include <algorithm>
 #include <numeric>
 #include <string>
 
@@ -40,7 +41,7 @@ PointCache::PointCache(const scene::Scene& scene, const Simulation& simulation, 
         const Body& body = simulation.bodies()[b];
         std::vector<std::uint8_t> isJoined(rest_[b].points.size(), 0);
         if (scene.output.lipsClosed)
-            isJoined = joined_.emplace_back(*rest_[b].topology, simulation.stages(), body).isJoined();
+            isJoined = joined_.emplace_back(*rest_[b].topology, simulation.stages(), body, scene.time.fps).isJoined();
         taken_.emplace_back(*rest_[b].topology, isJoined, simulation.stages(), body, scene.time.fps);
         taken_[b].addTo(0, rest_[b]);
     }
@@ -52,11 +53,17 @@ PointCache::PointCache(const scene::Scene& scene, const Simulation& simulation, 
 
 std::string PointCache::lacks() const
 {
+    std::string text;
     std::size_t unknown = 0;
-    for (const TakenFaces& taken : taken_) unknown += taken.unknown();
-    if (unknown == 0) return "";
-    return counted(unknown, "face") + " of the surface at the start " + (unknown == 1 ? "is" : "are") +
-           " missing from the first frame of a point cache on, as no crack is known to have come there";
+    for (std::size_t b = 0; b < rest_.size(); ++b) {
+        unknown += taken_[b].unknown();
+        if (rest_[b].topology->mesh.faces() == 0)
+            text += "body '" + scene_.bodies[b].name + "' is in no frame of a point cache, as cracks take all of it; ";
+    }
+    if (unknown > 0)
+        text += counted(unknown, "face") + " of the surface at the start " + (unknown == 1 ? "is" : "are") +
+                " missing from the first frame of a point cache on, as no crack is known to have come; ";
+    return text.substr(0, text.size() - std::min<std::size_t>(text.size(), 2));
 }
 
 /// Classes of nodes only split: each node of the last frame was one node in every frame before.
@@ -98,7 +105,7 @@ DrawnFrame PointCache::frame(std::size_t number) const
             atX.push_back(x[n]), atV.push_back(v[n]);
         }
         all.push_back(drawing_.body(b, atX, atV));
-        if (!joined_.empty()) joined_[b].join(double(number) / scene_.time.fps, all.back());
+        if (!joined_.empty()) joined_[b].join(number, all.back());
         if (!taken_.empty()) taken_[b].addTo(number, all.back());
     }
     return all;

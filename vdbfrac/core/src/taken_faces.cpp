@@ -1,5 +1,7 @@
 #include <vdbfrac/core/taken_faces.h>
 
+#include "arrival_frames.h"
+
 #include <vdbfrac/base/disjoint_sets.h>
 #include <vdbfrac/base/grouping.h>
 #include <vdbfrac/base/nearest_source.h>
@@ -8,7 +10,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <limits>
 #include <utility>
 #include <variant>
@@ -59,21 +60,41 @@ std::vector<std::uint32_t> facesApart(const DrawnTopology& drawn, std::span<cons
     return apart;
 }
 
-/// The first frame at or after which a crack has come to each point; where none is known, that of the nearest point
-/// with one, or kNever.
+/// Of each point the one of those with `isKnown` that the fewest links lead to; of what none leads to, all that hangs
+/// together, the one that is nearest to a point of it.
+std::vector<std::uint32_t> nearestKnown(const Groups& links, std::span<const std::uint8_t> isKnown,
+                                        std::span<const Vec3> X)
+{
+    std::vector<std::uint32_t> nearest = nearestSources(links, isKnown), known, reached;
+    for (std::uint32_t p = 0; p < X.size(); ++p)
+        if (isKnown[p]) known.push_back(p);
+    for (std::uint32_t p = 0; p < X.size() && !known.empty(); ++p) {
+        if (nearest[p] != kNoSource || links[p].empty()) continue;
+        nearest[p] = *std::ranges::min_element(known, {}, [&](std::uint32_t k) { return (X[k] - X[p]).squaredNorm(); });
+        reached.assign(1, p);
+        for (std::size_t r = 0; r < reached.size(); ++r)
+            for (const std::uint32_t next : links[reached[r]])
+                if (nearest[next] == kNoSource) nearest[next] = nearest[p], reached.push_back(next);
+    }
+    return nearest;
+}
+
+/// The first frame in which a crack has come to each point; where none is known to have, that of the nearest point with
+/// one, or kNever.
 std::vector<std::uint32_t> framesOf(const DrawnTopology& drawn, const Stages& stages, const Body& body, double fps)
 {
-    std::vector<std::uint32_t> frame(drawn.mesh.points.size(), kNever);
+    const std::vector<Vec3>& X = drawn.mesh.points;
+    std::vector<std::uint32_t> frame(X.size(), kNever);
     const auto arrival = stages.sourceOf("arrival");
     if (!arrival) return frame;
     const grid::VoxelValues values = std::get<grid::VoxelValues>(arrival->source->take(body, arrival->field.name));
-    const std::vector<float> times = grid::sample(values, body.phi.voxelSize(), drawn.mesh.points);
+    const std::vector<float> times = grid::sample(values, body.phi.voxelSize(), X);
     const Groups links = linksOf(drawn, true);
-    std::vector<std::uint8_t> isKnown(times.size());
-    for (std::size_t p = 0; p < times.size(); ++p) isKnown[p] = times[p] >= 0 && !links[p].empty();
-    const std::vector<std::uint32_t> nearest = nearestSources(links, isKnown);
-    for (std::size_t p = 0; p < times.size(); ++p)
-        if (nearest[p] != kNoSource) frame[p] = std::uint32_t(std::ceil(double(times[nearest[p]]) * fps));
+    std::vector<std::uint8_t> isKnown(X.size());
+    for (std::size_t p = 0; p < X.size(); ++p) isKnown[p] = times[p] >= 0 && !links[p].empty();
+    const std::vector<std::uint32_t> nearest = nearestKnown(links, isKnown, X);
+    for (std::size_t p = 0; p < X.size(); ++p)
+        if (nearest[p] != kNoSource) frame[p] = frameOfArrival(times[nearest[p]], fps);
     return frame;
 }
 
@@ -100,8 +121,11 @@ TakenFaces::TakenFaces(const DrawnTopology& drawn, std::span<const std::uint8_t>
     const std::vector<std::uint32_t> frameOf = framesOf(drawn, stages, body, fps);
     std::vector<std::pair<std::uint32_t, std::uint32_t>> faces;  // frame and number
     for (const std::uint32_t f : facesApart(drawn, isJoined, body.phi.voxelSize())) {
-        std::uint32_t frame = kNever;
-        for (const RenderMesh::Corner& c : drawn.mesh.face(f)) frame = std::min(frame, frameOf[c.point]);
+        std::array<std::uint32_t, 3> ofCorners;
+        for (std::size_t k = 0; k < 3; ++k) ofCorners[k] = frameOf[drawn.mesh.face(f)[k].point];
+        std::ranges::sort(ofCorners);
+        // By the first of them it would go while it is still whole, by the last it would span an open crack.
+        const std::uint32_t frame = ofCorners[1];
         if (frame == kNever)
             ++unknown_;
         else

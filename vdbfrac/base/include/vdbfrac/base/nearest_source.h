@@ -14,7 +14,7 @@ namespace vdbfrac {
 inline constexpr std::uint32_t kNoSource = std::numeric_limits<std::uint32_t>::max();
 
 /// Of each item the source to which the fewest links lead, a source itself, kNoSource where none does. `links`: the
-/// items that each is linked to, in both directions.
+/// items that each is linked to, in both directions. A breadth-first search from all sources.
 inline std::vector<std::uint32_t> nearestSources(const Groups& links, std::span<const std::uint8_t> isSource)
 {
     std::vector<std::uint32_t> nearest(isSource.size(), kNoSource), reached;

@@ -75,8 +75,6 @@ private:
 
 /// Box round all points that faces use [m]; of no size without any.
 Bounds boundsOf(const DrawnFrame& frame);
-/// Volume within all that is drawn [m^3].
-double volumeOf(const DrawnFrame& frame);
 /// The least volume of a body over that of the same material at rest; 1 where nothing is drawn.
 double squeezeOf(const DrawnFrame& frame);
 

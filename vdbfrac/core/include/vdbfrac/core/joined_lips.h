@@ -18,11 +18,11 @@ namespace vdbfrac::core {
 class JoinedLips {
 public:
     /// Of a body as it is drawn at the end of a run.
-    JoinedLips(const tetmesh::DrawnTopology& drawn, const Stages& stages, const Body& body);
+    JoinedLips(const tetmesh::DrawnTopology& drawn, const Stages& stages, const Body& body, double fps);
 
-    /// Gives points that the crack has not come to by this time [s] the mean of their displacement and that of the lip
-    /// opposite, and of their velocities.
-    void join(double time, DrawnBody& drawn) const;
+    /// Gives points that the crack has not come to in a frame, counted from 0, the mean of their displacement and that
+    /// of the lip opposite, and of their velocities.
+    void join(std::size_t frame, DrawnBody& drawn) const;
 
     /// Of each point: does it lie on another lip at rest?
     const std::vector<std::uint8_t>& isJoined() const { return isJoined_; }
@@ -30,8 +30,8 @@ public:
 private:
     std::vector<std::uint8_t> isJoined_;
     std::vector<skin::Opposite> lips_;
-    std::vector<Vec3> gap_;       // m, of each: from its point to what is opposite, at rest
-    std::vector<float> arrival_;  // s, at each; below 0 where no crack is known to have come
+    std::vector<Vec3> gap_;             // m, of each: from its point to what is opposite, at rest
+    std::vector<std::uint32_t> frame_;  // of each: that in which the crack has come; 0 where none is known to have
 };
 
 }  // namespace vdbfrac::core
