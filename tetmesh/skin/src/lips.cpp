@@ -160,7 +160,8 @@ void meet(const SkinTopology& skin, double dx, SkinCut& cut)
             for (std::size_t i = begin; i < end; ++i) {
                 const std::uint32_t p = lips[i].point;
                 middle[i] = 0.5 * (X[p] + lips[i].at(X));
-                if (cut.points[p].skin != SkinCut::kNoSkin) middle[i] = slider.closest(cut.points[p], middle[i], cut.points[p].on);
+                if (cut.points[p].skin != SkinCut::kNoSkin)
+                    middle[i] = slider.closest(cut.points[p], middle[i], cut.points[p].on);
             }
         });
         for (std::size_t i = 0; i < lips.size(); ++i) X[lips[i].point] = middle[i];
