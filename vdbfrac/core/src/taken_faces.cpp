@@ -121,11 +121,8 @@ TakenFaces::TakenFaces(const DrawnTopology& drawn, std::span<const std::uint8_t>
     const std::vector<std::uint32_t> frameOf = framesOf(drawn, stages, body, fps);
     std::vector<std::pair<std::uint32_t, std::uint32_t>> faces;  // frame and number
     for (const std::uint32_t f : facesApart(drawn, isJoined, body.phi.voxelSize())) {
-        std::array<std::uint32_t, 3> ofCorners;
-        for (std::size_t k = 0; k < 3; ++k) ofCorners[k] = frameOf[drawn.mesh.face(f)[k].point];
-        std::ranges::sort(ofCorners);
-        // By the first of them it would go while it is still whole, by the last it would span an open crack.
-        const std::uint32_t frame = ofCorners[1];
+        std::uint32_t frame = kNever;  // by the first corner: what went later would hang on rims as a fringe
+        for (const RenderMesh::Corner& c : drawn.mesh.face(f)) frame = std::min(frame, frameOf[c.point]);
         if (frame == kNever)
             ++unknown_;
         else
