@@ -106,7 +106,7 @@ double parseDuration(const std::string& option, const std::string& text)
     if (seconds == 0) seconds = secondsInUnits(rest);
     constexpr double kLongest = 1e9;  // more than 30 years
     if (!rest.empty() || !(seconds > 0 && seconds <= kLongest))
-        throw InputError({option, "'" + text + "' is not a time", "as 3h50m, 90m, 45s, 1d or 1-12:00:00",
+        throw InputError({option, "'" + text + "' is not a time above 0", "as 3h50m, 90m, 45s, 1d or 1-12:00:00",
                           "a number needs its unit"});
     return seconds;
 }

@@ -157,7 +157,7 @@ void requireMemory(const Build& build, double bytes)
     const auto gigabytes = [](double b) { return shortNumber(b / 1e9) + " GB"; };
     throw LimitError(build.place + ": " + build.subject + ": its level set at voxel size " +
                      shortNumber(build.grid.voxelSize) + " m needs at least " + gigabytes(bytes) +
-                     ", the memory limit is " + gigabytes(double(build.memoryLimit)));
+                     ", the memory limit is " + gigabytes(double(build.memoryLimit)) + "; use a larger voxel size");
 }
 
 void requireReach(const Build& build, const Vec3& lower, const Vec3& upper)
