@@ -2,6 +2,7 @@
 import csv
 import fcntl
 import json
+import math
 import os
 import pty
 import re
@@ -131,6 +132,15 @@ with tempfile.TemporaryDirectory() as temporary:
         said = expect("a blade", ["sim", blade, "-n", "--measure", "0"], 0, "")
         if thin != ("collider 'blade' is" in said and "less than two voxels" in said):
             failures.append(f"a blade of {voxels} voxels: {said}")
+    for degrees, thin in ((20, True), (45, False), (90, False)):  # a blade of 16 voxels, thick enough at its back
+        half = 16 * voxel * math.tan(math.radians(degrees / 2))
+        (folder / "wedge.obj").write_text("".join(f"v {x} {y} {z}\n" for x in (20, 21) for y, z in ((0, 0), (16 * voxel, -half), (16 * voxel, half)))
+                                          + "f 1 3 2\nf 4 5 6\nf 1 2 5 4\nf 2 3 6 5\nf 3 1 4 6\n")
+        wedge = folder / "wedge.toml"
+        wedge.write_text(SCENE + '\n[[collider]]\nname = "wedge"\nshape = { mesh = "wedge.obj" }\n')
+        said = expect("a wedge", ["sim", wedge, "-n", "--measure", "0"], 0, "")
+        if thin != ("collider 'wedge' is less than two voxels thick behind" in said):
+            failures.append(f"a wedge of {degrees} degrees: {said}")
     ends = "".join(f"v {x} {y} {z}\n" for x in (20, 20 + 1100 * voxel) for y, z in ((0, 0), (4 * voxel, 0), (0, 4 * voxel)))
     (folder / "needle.obj").write_text(ends + "f 1 3 2\nf 4 5 6\nf 1 2 5 4\nf 2 3 6 5\nf 3 1 4 6\n")
     long = folder / "long.toml"

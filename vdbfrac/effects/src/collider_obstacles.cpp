@@ -44,11 +44,15 @@ void noteDepths(const contact::ContactSurface& surface, const core::SolvedStep& 
 void noteSizes(const Obstacles& obstacles, double dx, std::vector<std::string>& notes)
 {
     constexpr double kThin = 2, kLong = 1000;  // voxels
+    constexpr double kMuch = .005;             // of the surface
     for (std::size_t c = 0; c < obstacles.size(); ++c) {
         const std::string own = "collider '" + obstacles[c].collider().name + "' is ";
         if (const double thickness = 2 * obstacles[c].halfThickness(); thickness < kThin * dx)
             notes.push_back(own + shortNumber(thickness, 3) +
                             " m thick, less than two voxels: soft material may pass it");
+        else if (const double thin = obstacles[c].thinShare(); thin > kMuch)
+            notes.push_back(own + "less than two voxels thick behind " + shortNumber(100 * thin, 2) +
+                            " % of its surface, as a blade is at its edge: soft material may pass it there");
         if (const double across = obstacles[c].across(); across > kLong * dx)
             notes.push_back(own + std::to_string(std::lround(across / dx)) +
                             " voxels across and from a file, which takes long and " +

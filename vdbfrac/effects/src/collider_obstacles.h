@@ -39,6 +39,7 @@ public:
     double steepest() const { return field_ ? field_->steepest() : 1; }
     /// Does a way lead from A outside through it and to the other side?
     bool isPassed(const Vec3& A, const Vec3& B) const;
+    double thinShare() const { return field_ ? field_->thinShare() : 0; }  ///< as DistanceField's; 0 of a solid
     /// m; 0 of a solid.
     double across() const { return field_ ? field_->across() : 0; }
     std::size_t bytes() const { return field_ ? field_->bytes() : 0; }

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 namespace vdbfrac::grid {
 
@@ -88,6 +89,22 @@ DistanceSample DistanceField::at(const Vec3& X) const
     if (value >= (1 - kRounding) * data_->phi->background() && away.norm() > value)
         return {away.norm(), away.normalized()};
     return {value, gradient / data_->dx};
+}
+
+double DistanceField::thinShare() const
+{
+    constexpr double kThin = 1.75, kBack = -.85;  // voxels; cosine between the surfaces, of a wedge of 30 degrees
+    const double dx = data_->dx;
+    std::int64_t all = 0, thin = 0;
+    for (auto leaf = data_->phi->tree().cbeginLeaf(); leaf; ++leaf)
+        for (auto v = leaf->cbeginValueOn(); v; ++v) {
+            if (std::abs(*v) > .5 * dx) continue;
+            const Vec3 X = dx * fromVdb(v.getCoord()).toVec(), out = at(X).gradient.normalized();
+            const DistanceSample deeper = at(X - (double(*v) + dx) * out);
+            ++all;
+            thin += deeper.value > -(kThin - 1) * dx && deeper.gradient.normalized().dot(out) < kBack;
+        }
+    return all > 0 ? double(thin) / double(all) : 0;
 }
 
 double DistanceField::across() const { return (data_->upper - data_->lower).maxCoeff(); }

@@ -26,7 +26,9 @@ public:
     /// the band's width without a gradient. May be called from any number of threads.
     DistanceSample at(const Vec3& X) const;
     double deepest() const { return deepest_; }  ///< m inside
-    double across() const;                       ///< m: the longest side of a box round it
+    /// Of the surface: the share behind which the solid is less than two voxels thick, as blades are at their edge.
+    double thinShare() const;
+    double across() const;  ///< m: the longest side of a box round it
     /// Most that the distance changes by over a way, over the length of the way: at least 1.
     double steepest() const { return steepest_; }
     std::size_t bytes() const;
