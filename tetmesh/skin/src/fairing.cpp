@@ -105,10 +105,8 @@ private:
 
 Groups neighboursOf(const SkinCut& cut, std::uint32_t firstPoint)
 {
-    return groupItems(cut.points.size(), [&](const auto& add) {
-        for (const auto& t : cut.torn)
-            for (std::size_t k = 0; k < 3; ++k)
-                for (std::size_t d = 1; d < 3; ++d) add(t[k] - firstPoint, t[(k + d) % 3] - firstPoint);
+    return pointsBeside(cut.points.size(), [&](const auto& visit) {
+        for (const auto& [a, b, c] : cut.torn) visit(std::array{a - firstPoint, b - firstPoint, c - firstPoint});
     });
 }
 

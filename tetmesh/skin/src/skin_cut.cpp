@@ -186,8 +186,6 @@ SkinCut SkinCutter::cut(const tetmesh::NodeField<float>& rest, const tetmesh::No
     for (std::uint32_t t = 0; t < triangles_.size(); ++t)
         if (open[topology_->triangles[t][0]]) cut.fate[t] = SkinCut::Fate::gone;
     divide(crossings, open, cut);
-    for (std::uint32_t t = 0; t < triangles_.size(); ++t)
-        if (cut.fate[t] == SkinCut::Fate::gone) cut.taken.push_back({t, triangles_[t]});
     addTornFaces({lattice, rest, crossings, isInner_, offset_, std::uint32_t(topology_->pointOf.size())}, cut);
     removeSpecks(*topology_, now, dx_, cut);
     std::vector<SkinCut::Point> made;
@@ -195,10 +193,13 @@ SkinCut SkinCutter::cut(const tetmesh::NodeField<float>& rest, const tetmesh::No
         if (taken == Taken::kept) made = cut.points;
         closeLips(*topology_, lattice, cut);
     }
-    if (taken == Taken::kept)
+    if (taken == Taken::kept) {
+        for (std::uint32_t t = 0; t < triangles_.size(); ++t)
+            if (cut.fate[t] == SkinCut::Fate::gone) cut.taken.push_back({t, triangles_[t]});
         fitTaken(*topology_, dx_, made, cut);
-    else
+    } else {
         cut.taken.clear();
+    }
     if (style.detail.amplitude > 0) addTornDetail(style.detail, rest, dx_, cut);
     return cut;
 }

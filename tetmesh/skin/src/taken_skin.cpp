@@ -81,10 +81,9 @@ void copyGiven(const SkinTopology& skin, std::span<const PlaceOnSkin> places, Sk
 /// Points of the cut, by the edges of the parts in cracks.
 Groups linksOf(const SkinCut& cut, std::uint32_t given)
 {
-    return groupItems(cut.points.size(), [&](const auto& add) {
+    return pointsBeside(cut.points.size(), [&](const auto& visit) {
         for (const SkinCut::Part& part : cut.taken)
-            for (std::size_t k = 0; k < 3; ++k)
-                for (std::size_t d = 1; d < 3; ++d) add(part.corner[k] - given, part.corner[(k + d) % 3] - given);
+            visit(std::array{part.corner[0] - given, part.corner[1] - given, part.corner[2] - given});
     });
 }
 
@@ -131,8 +130,8 @@ std::vector<Vec3> harmonic(const SkinCut& cut, std::uint32_t given, std::span<co
     laplacian.setFromTriplets(entries.begin(), entries.end());
     const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver(laplacian);
     const Eigen::MatrixX3d solved = solver.solve(sum);
-    const bool isSolved =
-        solver.info() == Eigen::Success && solved.allFinite();  // not where needles leave rounding alone
+    // Needles may leave rounding alone.
+    const bool isSolved = solver.info() == Eigen::Success && solved.allFinite();
     for (std::uint32_t u = 0; u < unknown.size(); ++u)
         shift[unknown[u]] = isSolved ? Vec3(solved.row(u).transpose()) : shift[nearest[unknown[u]]];
     return shift;

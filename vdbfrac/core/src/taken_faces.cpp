@@ -25,12 +25,11 @@ constexpr std::uint32_t kNever = std::numeric_limits<std::uint32_t>::max();
 /// Points by the edges of faces that cracks have taken, and of torn faces where these count.
 Groups linksOf(const DrawnTopology& drawn, bool withTorn)
 {
-    return groupItems(drawn.mesh.points.size(), [&](const auto& add) {
+    return pointsBeside(drawn.mesh.points.size(), [&](const auto& visit) {
         for (std::size_t f = 0; f < drawn.mesh.faces(); ++f) {
             if (!(withTorn && drawn.torn[f]) && !drawn.isTaken(f)) continue;
-            const auto face = drawn.mesh.face(f);
-            for (std::size_t k = 0; k < face.size(); ++k)
-                for (std::size_t d = 1; d < face.size(); ++d) add(face[k].point, face[(k + d) % face.size()].point);
+            const auto face = drawn.mesh.face(f);  // torn and taken ones are triangles
+            visit(std::array{face[0].point, face[1].point, face[2].point});
         }
     });
 }

@@ -78,6 +78,7 @@ public:
     /// phi [m] of the body; dx: voxel size [m]; `isInParts`: it is several fragments at rest.
     SkinCutter(std::span<const Vec3> points, std::vector<std::array<std::uint32_t, 3>> triangles,
                const tetmesh::NodeField<float>& rest, double dx, bool isInParts = false);
+
     /// `rest`: as before. `fragment`: as crackField takes it. `now`: phi [m] at present, on the same box and nowhere
     /// below it.
     SkinCut cut(const tetmesh::NodeField<float>& rest, const tetmesh::NodeField<float>& now, const CrackStyle& style,

@@ -36,6 +36,19 @@ Groups groupItems(std::size_t groups, const Each& each)
     return result;
 }
 
+/// Of each point the others of the faces that have it, as often as they share one. `eachFace(visit)` calls
+/// visit(points of a face), twice the same.
+template <class EachFace>
+Groups pointsBeside(std::size_t points, const EachFace& eachFace)
+{
+    return groupItems(points, [&](const auto& add) {
+        eachFace([&](std::span<const std::uint32_t> face) {
+            for (std::size_t k = 0; k < face.size(); ++k)
+                for (std::size_t d = 1; d < face.size(); ++d) add(face[k], face[(k + d) % face.size()]);
+        });
+    });
+}
+
 template <class T>
 void sortUnique(std::vector<T>& values)
 {
