@@ -3,6 +3,9 @@
 #include <vdbfrac/lab/scenes/rod.h>
 
 #include <algorithm>
+#include <cmath>
+#include <set>
+#include <utility>
 
 namespace vdbfrac::lab::verify {
 
@@ -115,6 +118,28 @@ double Crack::tip(const core::Simulation& simulation, const Vec3& direction, dou
 {
     for (const Vec3& X : voxels(simulation)) none = std::max(none, X.dot(direction));
     return none;
+}
+
+double Crack::meanLength(const core::Simulation& simulation) const
+{
+    const core::Body& body = simulation.bodies()[0];
+    std::set<int> rows;                     // z
+    std::set<std::pair<int, int>> columns;  // x, z
+    for (const auto& [c, phi] : start_) {
+        if (c.y == 0) rows.insert(c.z);
+        if (body.mesh->phi()(c) >= 0) columns.emplace(c.x, c.z);
+    }
+    return body.phi.voxelSize() * double(columns.size()) / double(rows.size());
+}
+
+double slopeOf(std::span<const Eigen::Vector2d> points)
+{
+    Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+    for (const Eigen::Vector2d& p : points) mean += p / double(points.size());
+    double xx = 0, xy = 0;
+    for (const Eigen::Vector2d& p : points)
+        xx += std::pow(p.x() - mean.x(), 2), xy += (p.x() - mean.x()) * (p.y() - mean.y());
+    return xy / xx;
 }
 
 double flowOf(const core::StepRecord& step, const std::string& name)

@@ -7,6 +7,7 @@
 #include <vdbfrac/lab/scenes/scene_run.h>
 
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -73,10 +74,16 @@ public:
     std::vector<Vec3> voxels(const core::Simulation& simulation) const;
     /// Largest reach of them along a direction [m]; `none` where there is none.
     double tip(const core::Simulation& simulation, const Vec3& direction, double none) const;
+    /// How far a crack in the plane y = 0 has gone along x [m], mean over the thickness: from the voxel columns along y
+    /// that it has passed. What fails ahead of it counts for itself alone.
+    double meanLength(const core::Simulation& simulation) const;
 
 private:
     std::map<Coord, double> start_;
 };
+
+/// Of y over x, by least squares.
+double slopeOf(std::span<const Eigen::Vector2d> points);
 
 /// J, all that was put in by grips and effects in a step, and what the record calls `name`.
 double workOf(const core::StepRecord& step);

@@ -97,14 +97,14 @@ double splittingRelease(int armCells)
     s.rest += slowToughness();
     SceneRun run(s.text());
     const Crack crack(run.simulation);
-    double tip = D::kSlit, start = NAN, weighted = 0;
+    double tip = D::kSlit - s.h / 2, start = NAN, weighted = 0;
     while (!run.atEnd() && tip < kTo) {
         const double share = kRamp.share(run.step().time);
-        const double now = std::max(tip, crack.tip(run.simulation, Vec3::UnitX(), 0));
+        const double now = D::kSlit - s.h / 2 + crack.meanLength(run.simulation);
         if (now >= kFrom && std::isnan(start))
             start = now;
         else if (now >= kFrom)
-            weighted += (now - tip) * D::energyRelease(most * share, (now + tip + s.h) / 2);
+            weighted += (now - tip) * D::energyRelease(most * share, (now + tip) / 2);
         tip = now;
     }
     return tip < kTo ? NAN : weighted / (tip - start) / kToughness;

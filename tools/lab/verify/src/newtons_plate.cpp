@@ -48,16 +48,6 @@ struct Tearing {
     double slope = NAN;  // degrees
 };
 
-/// Slope [degrees] of x over -y, by least squares.
-double slopeOf(const std::vector<Vec3>& local)
-{
-    Vec3 mean = Vec3::Zero();
-    for (const Vec3& X : local) mean += X / double(local.size());
-    double xy = 0, yy = 0;
-    for (const Vec3& X : local) xy -= (X - mean).x() * (X - mean).y(), yy += (X - mean).y() * (X - mean).y();
-    return std::atan2(xy, yy) / kDegree;
-}
-
 Tearing tear(const TurnedPlate& plate)
 {
     constexpr Ramp kRamp{.4, 120};
@@ -83,9 +73,12 @@ Tearing tear(const TurnedPlate& plate)
     Tearing tearing;
     while (!run.atEnd() && ahead() < kWay) tearing.peak = std::max(tearing.peak, run.step().gripLoad[0].dot(pull));
     if (ahead() < kWay) return {};
-    std::vector<Vec3> local;
-    for (const Vec3& X : crack.voxels(run.simulation)) local.push_back(block.turn.transpose() * (X - block.at));
-    tearing.slope = slopeOf(local);
+    std::vector<Eigen::Vector2d> way;  // x over -y
+    for (const Vec3& X : crack.voxels(run.simulation)) {
+        const Vec3 local = block.turn.transpose() * (X - block.at);
+        way.emplace_back(-local.y(), local.x());
+    }
+    tearing.slope = std::atan(slopeOf(way)) / kDegree;
     return tearing;
 }
 

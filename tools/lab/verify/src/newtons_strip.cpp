@@ -36,8 +36,8 @@ struct Strip {
 
     /// m; a Delaunay mesh is whole across what is much narrower than its tets.
     double gap() const { return (between ? 1.2 : division.lattice == std::string("delaunay") ? 1.5 : .6) * dx(); }
-    /// m, of a crack that is measured: some cells, as it goes on by cells.
-    double way() const { return std::max(.7, 14 * h()); }
+    /// m, of a crack that is measured: many cells, as it goes on by cells, and leaves bridges that part later.
+    double way() const { return std::max(1.4, 28 * h()); }
     Specimen specimen() const
     {
         Specimen s;
@@ -90,20 +90,20 @@ Run runThrough(Strip strip)
     SceneRun run(s.text());
     const Crack crack(run.simulation);
     const double from = strip.slit + .3, to = from + strip.way();
-    double tip = strip.slit, start = NAN, weighted = 0, work = 0, workThere = 0, elasticThere = 0;
+    double tip = strip.slit, weighted = 0, way = 0, work = 0;
+    std::vector<Eigen::Vector2d> lost;  // J over m; a slope, as the crack goes on by cells, several at once
     while (!run.atEnd() && tip < to) {
         const core::StepRecord& step = run.step();
         work += workOf(step);
-        const double now = std::max(tip, crack.tip(run.simulation, Vec3::UnitX(), 0));
-        if (now >= from && std::isnan(start))
-            start = now, workThere = work, elasticThere = step.elasticEnergy;
-        else if (now >= from)
-            weighted += (now - tip) * strip.energyRelease(kMost * strip.opening() * kRamp.share(step.time));
+        const double now = strip.slit - strip.dx() / 2 + crack.meanLength(run.simulation), gone = now - tip;
         tip = now;
+        if (gone <= 0 || now < from) continue;
+        if (!lost.empty())
+            way += gone, weighted += gone * strip.energyRelease(kMost * strip.opening() * kRamp.share(step.time));
+        lost.emplace_back(now, work - step.elasticEnergy);
     }
     if (tip < to) return {};
-    const double lost = work - workThere - (run.steps.back().elasticEnergy - elasticThere);
-    return {weighted / (tip - start) / kToughness, lost / (strip.width * (tip - start)) / kToughness};
+    return {weighted / way / kToughness, slopeOf(lost) / (strip.width * kToughness)};
 }
 
 /// Speed [m/s] of the front where G is `load` times the toughness from the start. Nothing may tear before the load is
