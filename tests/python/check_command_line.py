@@ -173,6 +173,16 @@ with tempfile.TemporaryDirectory() as temporary:
         failures.append("partial files are left")
     for frames in ("4294967300", "1-4294967300", "2-3", "1-", "3-1", "1-9x2"):
         expect(f"no frames are {frames}", ["sim", good, "-o", folder / "none", "-f", frames], 2, "--frames", f"'{frames}'")
+    expect("six frames", ["sim", good, "-o", folder / "six", "-f", "6", "-q", "--keep-checkpoints"], 0)
+    expect("shorter than it is", ["sim", good, "-o", folder / "six", "-f", "4", "--resume"], 2, "frames up to 6", "ends at 4", "--resume=4 goes back")
+    expect("nothing is lost by that", ["info", folder / "six", "--verify"], 0, "frames: 1-6", "all checksums")
+    expect("back on purpose", ["sim", good, "-o", folder / "six", "-f", "4", "--resume=4", "-q"], 0)
+    if any(folder.glob("six/*/*.0005.*")):
+        failures.append("--resume=4 leaves frames behind it")
+    for command in ["sim", "-n", "-o", folder / "none"], ["check"]:
+        expect("a scene behind --set", [*command, "--set", "time.fps=24", good], 0)
+    late = "grip.0.move={ keys = [{ time = 1, translate = [0, 0.5, 0] }] }"
+    expect("a key away from rest", ["sim", good, "-o", folder / "late", "-f", "1", "--set", late], 0, "by 0.5 m in the first step", "at time 0")
     expect("no frame to go on from", ["sim", good, "-o", out, "--resume=4294967299"], 2, "'4294967299' is not a frame")
     expect("a file in place of the folder", ["sim", good, "-o", foreign, "-f", "1"], 4, "mine.txt")
     expect("grip beside the body", ["sim", good, "-o", folder / "o2", "--set", "grip.0.region.halfspace.offset=9"], 2, "holds nothing", "good.toml:")

@@ -19,7 +19,7 @@ from pathlib import Path
 
 PACKAGES = ["munge", "slurmctld", "slurmd", "slurm-client"]
 PROGRAM, SOURCE = sys.argv[1], Path(sys.argv[2])
-PROGRAMS = ["munged", "slurmctld", "slurmd", "sbatch", "scontrol", "scancel"]
+PROGRAMS = ["munged", "slurmctld", "slurmd", "sbatch", "squeue", "scontrol", "scancel"]
 NODES = ["node1", "node2"]  # of a core each
 TASKS = 8
 DEADLINE = 180  # s for everything but installing
@@ -312,6 +312,8 @@ def on_slurm(cluster, scene, wedge):
     if not job:
         failures.append(f"no job: exit {said.returncode}\n{said.stdout}{said.stderr}")
         return
+    again = cluster.run(PROGRAM, "wedge", scene, "--slurm", "-o", wedge, "--time", "10m")
+    expect(f"handed in twice: {again.stderr}", again.returncode == 2 and f"job {job[1]} for it is queued" in again.stderr)
     tasks = Tasks(cluster, wedge, job[1])
     interrupted = tasks.interrupt()
     wait_for(tasks.have_ended, "all to end", 90)

@@ -39,6 +39,11 @@ def outcome(folder):
     return [(r["values"], r["work"], r["state"]) for r in report(folder)["runs"]]
 
 
+def result_of(folder, run):
+    """The file of a run's result."""
+    return folder / f"runs/{report(folder)['runs'][run]['fingerprint']}.json"
+
+
 def wait_for(what, seconds=20):
     """What becomes true, or None."""
     end = time.monotonic() + seconds
@@ -112,10 +117,13 @@ with tempfile.TemporaryDirectory() as temporary:
 
     # Resumed: what is there is not run again, what is lost or damaged is.
     before = outcome(a)
-    (a / "runs/1.json").unlink()
-    (a / "runs/2.json").write_text("{")
+    result_of(a, 1).unlink()
+    result_of(a, 2).write_text("{")
     study("resumed", [BAR, "-o", a, "-j", "2", "--rounds", "2"], 0, "5 of 7 runs reused, and 2 rounds")
     expect("same after resuming", outcome(a) == before)
+    two, three = (["--vary", f"time.substeps={values}", "--rounds", "1", "-j", "2"] for values in ("1,2", "4,1,2"))
+    study("two values", [BAR, "-o", folder / "more", *two])
+    study("one more before them", [BAR, "-o", folder / "more", *three], 0, "2 of 3 runs reused")
     study("another scene", [BAR, "-o", b, "--set", "gravity.acceleration=[0,-2,0]", "--rounds", "0"])
     expect("nothing of another scene is reused", outcome(b) != before)
 
@@ -132,15 +140,21 @@ with tempfile.TemporaryDirectory() as temporary:
 
     # One run by itself, as a farm would.
     study("one run", [BAR, "-o", folder / "farm", "--run", "0"])
-    alone = json.loads((folder / "farm/runs/0.json").read_text())
+    alone = json.loads(next((folder / "farm/runs").glob("*.json")).read_text())
     expect("one run is as in the study", (alone["values"], alone["work"], alone["state"]) == before[0])
     study("farmed", [BAR, "-o", folder / "farm", "--rounds", "0", "-j", "2"], 0, "1 of 7 runs reused")
 
     # Work that is not the same again is an error.
-    forged = json.loads((c / "runs/0.json").read_text())
+    forged = json.loads(result_of(c, 0).read_text())
     forged["work"]["steps"] += 1
-    (c / "runs/0.json").write_text(json.dumps(forged))
+    result_of(c, 0).write_text(json.dumps(forged))
     study("other work", [BAR, "-o", c, "-j", "1", "--rounds", "1"], 1, "not the same again", "steps 48, at first 49")
+
+    # A folder of something else is left as it is.
+    (folder / "other").mkdir()
+    (folder / "other/mine.txt").write_text("mine")
+    study("a folder of something else", [BAR, "-o", folder / "other"], 2, "holds no study")
+    expect("nothing is added", [p.name for p in (folder / "other").iterdir()] == ["mine.txt"])
 
     # A setting that fails is a row with its reason.
     wrong = [BAR, "--vary", "grid.voxel_size=0.05,0", "--vary", "grip.wall.region.halfspace.offset=0.2,9", "--rounds", "0"]

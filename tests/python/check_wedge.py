@@ -93,6 +93,13 @@ def check_local(top):
     for again in range(2):
         expect("values that come twice", 0, ["was done"] if again else [], *twice)
     expect("fewer values", 2, ["holds another wedge"], *few, *values)
+    for place in "scenes", "logs":
+        (top / "killed" / place).mkdir(parents=True)
+    (top / "killed/scenes/0000.toml").write_text("as far as it came")
+    (top / "killed/scenes/.partial-1-0-0001.toml").write_text("")
+    killed = ["wedge", SCENE, "--local", "-o", top / "killed", *COARSE, "--set", "time.frames=[1, 1]", "--vary", "fracture.toughness=400"]
+    expect("killed while it was laid out", 0, [], *killed)
+    check("killed while it was laid out", [p.name for p in (top / "killed/scenes").iterdir()] == ["0000.toml"], "is left over")
     return folder
 
 
@@ -171,6 +178,8 @@ def check_bad_input(top, wedge):
     expect("no way to run", 2, [], "wedge", SCENE)
     expect("bad values of all runs", 2, ["run 0000", "run 0001", "poisson_ratio"], "wedge", SCENE, "--list", "--vary", "material.rubber.poisson_ratio=.6,.7")
     expect("pairs that do not pair", 2, ["has 2 values", "has 3"], "wedge", SCENE, "--list", "--together", "--vary", "time.fps=1,2,3", "--vary", "fracture.toughness=1,2")
+    expect("varied twice", 2, ["time.fps is varied twice"], "wedge", SCENE, "--list", "--vary", "time.fps=1,2", "--vary", "time.fps=3")
+    expect("a scene behind --set", 0, ["0001"], "wedge", "--list", "--vary", "time.fps=24,25", "--set", "time.frames=[1, 2]", SCENE)
     expect("too many", 2, ["10000"], "wedge", SCENE, "--list", *(a for k in ("fps", "node_cfl") for a in ("--vary", f"time.{k}=" + ",".join(map(str, range(1, 102))))))
     other = top / "other"
     other.mkdir()

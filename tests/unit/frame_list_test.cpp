@@ -57,6 +57,8 @@ TEST(FrameNames, FillEveryKindOfPlace)
     EXPECT_EQ(frameName("a.%d.vdb", 12345), "a.12345.vdb");
     EXPECT_EQ(frameName("a.##.vdb", 12345), "a.12345.vdb");
     EXPECT_EQ(frameName("##/a.###", 5), "05/a.005");
+    for (const char* name : {"a.$F12.obj", "a.$F0.obj", "a.%010d.obj"})
+        EXPECT_THROW((void)frameName(name, 5), InputError) << name;
 }
 
 TEST(FrameNames, LeaveOtherNamesAlone)

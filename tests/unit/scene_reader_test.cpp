@@ -122,6 +122,18 @@ TEST(SceneOverrides, CallWhatHasNoNameAsOutputsDo)
     EXPECT_EQ(errorsOf(with("[[grip]]", "[[grip]]\nname = \"top\""), {"grip.grip1.move.velocity=[0,0,3]"}).size(), 1u);
 }
 
+TEST(SceneOverrides, TakeANameThatIsANumberForTheName)
+{
+    const std::string scene =
+        with("[[grip]]",
+             "[[grip]]\nname = \"0\"\nbody = \"left\"\nregion = { halfspace = { normal = \"y\" } }\n"
+             "move = { velocity = [0, 0, 0] }\n\n[[grip]]\nname = \"7\"");
+    const Scene s = parse(scene, {"grip.0.move.velocity=[0,0,3]", "grip.7.move.velocity=[0,0,4]", "grip.1.until=2"});
+    EXPECT_EQ(std::get<Velocity>(s.grips[0].move).velocity, Vec3(0, 0, 3));
+    EXPECT_EQ(std::get<Velocity>(s.grips[1].move).velocity, Vec3(0, 0, 4));
+    EXPECT_EQ(s.grips[1].until, 2.);
+}
+
 TEST(SceneOverrides, TakeNumbersAsTheyAreTyped)
 {
     EXPECT_EQ(parse(kGood, {"grid.voxel_size=.036"}).grid.voxelSize, .036);

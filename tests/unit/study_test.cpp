@@ -175,6 +175,22 @@ TEST_F(AnalysisTest, TimesAreComparedWithinARound)
     EXPECT_EQ(a.cost[0]->median, 1);
 }
 
+TEST_F(AnalysisTest, ARoundThatDidNotEndCostsOnlyItsOwnTime)
+{
+    study_.spec.measures[0].exact = 2;
+    addSeries("h", {{1, 3}, {.5, 2.5}, {.25, 2.2}});
+    study_.runs[0].seconds = {1, 1, 10};
+    study_.runs[1].seconds = {2, NAN, 20};
+    study_.runs[2].seconds = {3, 3, 30};
+    const Analysis a = analyse(study_, 0);
+    EXPECT_EQ(a.cost[1]->median, 2);
+    EXPECT_EQ(a.cost[1]->high, 2);  // by its place among those left the third round of one is the second of the other
+    EXPECT_EQ(a.cost[2]->median, 3);
+    EXPECT_EQ(study_.runs[1].timed(), (std::vector<double>{2, 20}));
+    study_.runs[1].seconds = {NAN, NAN, NAN};
+    EXPECT_FALSE(analyse(study_, 0).cost[1]);
+}
+
 TEST_F(AnalysisTest, TimesAreRelativeToTheFirstThatWasSolved)
 {
     study_.spec.measures[0].exact = 2;

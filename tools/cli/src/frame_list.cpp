@@ -8,6 +8,7 @@
 #include <optional>
 #include <string_view>
 #include <unordered_set>
+#include <utility>
 
 namespace vdbfrac::cli {
 
@@ -60,7 +61,17 @@ struct Place {
 
 Place findPlace(const std::string& name, std::size_t from)
 {
-    const auto digit = [&](std::size_t i) { return i < name.size() && name[i] >= '0' && name[i] <= '9'; };
+    constexpr int kMaxDigits = 9;
+    // How many digits a number is to have, and behind it; 0: none is given.
+    const auto widthAt = [&](std::size_t i) {
+        const std::size_t end = std::min(name.find_first_not_of("0123456789", i), name.size());
+        const std::string digits = name.substr(i, end - i);
+        const int width = digits.empty() ? 0 : digits.size() > 1 ? kMaxDigits + 1 : digits[0] - '0';
+        if (!digits.empty() && (width < 1 || width > kMaxDigits))
+            throw InputError(
+                {"'" + name + "'", "a frame of " + digits + " digits", "1 to " + std::to_string(kMaxDigits), ""});
+        return std::pair(width, end);
+    };
     for (std::size_t i = from; i < name.size(); ++i) {
         std::size_t end = i;
         if (name[i] == '#') {
@@ -68,13 +79,14 @@ Place findPlace(const std::string& name, std::size_t from)
             return {i, end - i, int(end - i)};
         }
         if (name.compare(i, 2, "$F") == 0) {
-            const bool sized = digit(i + 2);
-            return {i, sized ? 3u : 2u, sized ? name[i + 2] - '0' : 1};
+            const auto [width, behind] = widthAt(i + 2);
+            return {i, behind - i, std::max(1, width)};
         }
-        if (name[i] != '%') continue;
         if (name.compare(i, 2, "%d") == 0) return {i, 2, 1};
-        if (name.compare(i, 2, "%0") == 0 && digit(i + 2) && name.compare(i + 3, 1, "d") == 0)
-            return {i, 4, name[i + 2] - '0'};
+        if (name.compare(i, 2, "%0") == 0) {
+            const auto [width, behind] = widthAt(i + 2);
+            if (width > 0 && name.compare(behind, 1, "d") == 0) return {i, behind + 1 - i, width};
+        }
     }
     return {};
 }

@@ -32,6 +32,11 @@ void addThreads(CLI::App& command, int& threads, const std::string& help)
     command.add_option("-j,--threads", threads, help)->check(CLI::Range(0, kMaxThreads))->type_name("N");
 }
 
+void addSet(CLI::App& command, std::vector<std::string>& set, const std::string& help)
+{
+    command.add_option("--set", set, help)->type_name("KEY=VALUE")->allow_extra_args(false);
+}
+
 void addMaxMemory(CLI::App& command, double& gibibytes, const std::string& what)
 {
     command.add_option("--max-memory", gibibytes, "GiB " + what + " may use (default: 80 % of what is available)")

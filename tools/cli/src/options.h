@@ -32,6 +32,8 @@ void logToFile(spdlog::logger& log, const std::filesystem::path& file);
 
 /// -j, 0 for all cores.
 void addThreads(CLI::App& command, int& threads, const std::string& help = "Threads to use (default: all cores)");
+/// --set KEY=VALUE, several times; what comes behind it is no value of it.
+void addSet(CLI::App& command, std::vector<std::string>& set, const std::string& help);
 /// --max-memory in GiB, 0 when it is not given. `what`: "the run".
 void addMaxMemory(CLI::App& command, double& gibibytes, const std::string& what);
 /// The limit in bytes that --max-memory asks for.

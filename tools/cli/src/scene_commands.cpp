@@ -23,8 +23,7 @@ Action addCheck(CLI::App& app)
     CLI::App* command = app.add_subcommand(
         "check", "Validate a scene and the files it names: all errors of the text at once, each with its place");
     command->add_option("SCENE", options->scene, "Scene file (TOML)")->required();
-    command->add_option("--set", options->set, "Change a key first: key=value, as in grid.voxel_size=0.02")
-        ->type_name("KEY=VALUE");
+    addSet(*command, options->set, "Change a key first: key=value, as in grid.voxel_size=0.02");
     command->add_flag("--quick", options->quick, "The text alone: read no meshes and no .vdb files");
     return [options] {
         scene::Scene s = scene::readScene(options->scene, lab::study::vocabulary(), options->set);

@@ -364,8 +364,7 @@ Action addSim(CLI::App& app)
                   "Stop with a checkpoint after the step that ends later than this, as 3h50m (exit code 75)")
         ->type_name("TIME");
     addThreads(*c, o->threads);
-    c->add_option("--set", o->set, "Change a key of the scene: key=value, as in grid.voxel_size=0.02")
-        ->type_name("KEY=VALUE");
+    addSet(*c, o->set, "Change a key of the scene: key=value, as in grid.voxel_size=0.02");
     c->add_option(
          "--accuracy", o->accuracy,
          "Make voxels, time steps and tolerance coarser or finer than the scene says, and say what to expect of it")

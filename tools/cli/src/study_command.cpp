@@ -125,7 +125,7 @@ int runOne(const StudyOptions& o, const study::Study& plan)
     }
     result.fingerprint = run.fingerprint;
     result.peakBytes = lab::peakMemory();
-    const fs::path file = study::resultFile(o.folder, std::size_t(o.run), o.round);
+    const fs::path file = study::resultFile(o.folder, run, o.round);
     fs::create_directories(file.parent_path());
     writeText(file, study::toJson(result).dump(2) + "\n");
     return kDone;
@@ -205,6 +205,7 @@ int runStudy(const StudyOptions& o, study::Study& plan)
               study::jsonOf(plan, analysis, bench::describeMachine(o.threadsPerRun ? threads : 1)).dump(2) + "\n");
     writeText(folder / "study.svg", study::svgText(plan, analysis));
     log->info("written to {}", folder.string());
+    for (const std::string& u : report.untimed) log->warn("not timed: {}", u);
     for (const std::string& d : report.differences) log->error("not the same again: {}", d);
     if (!report.differences.empty()) return kInternal;
     if (analysis.sound[analysis.base]) return kDone;
@@ -232,7 +233,7 @@ Action addStudy(CLI::App& app)
         ->allow_extra_args(false);
     c->add_option("--by", o->by, "Measure that settings are marked and plotted by (default: the first)")
         ->type_name("MEASURE");
-    c->add_option("--set", o->plan.set, "Change a key of the scene in all settings: key=value")->type_name("KEY=VALUE");
+    addSet(*c, o->plan.set, "Change a key of the scene in all settings: key=value");
     c->add_option("--rounds", o->rounds, "How often each setting is timed (default: the scene's, or 5)")
         ->check(CLI::Range(0, 1000));
     addThreads(*c, o->threads, "Threads in all (default: all cores); with --run, of the run (default: 1)");
@@ -244,7 +245,7 @@ Action addStudy(CLI::App& app)
         ->type_name("TIME");
     addMaxMemory(*c, o->maxMemory, "a run");
     addSlurmOptions(*c, *c, o->slurm);
-    c->add_option("--run", o->run, "Only this run, in this process: writes runs/K.json")
+    c->add_option("--run", o->run, "Only this run, in this process: writes its result into runs/")
         ->type_name("K")
         ->check(CLI::Range(0, 1000000));
     c->add_option("--round", o->round, "With --run: time it only, for this round")->type_name("R");

@@ -131,8 +131,10 @@ int runTask(const WedgeOptions& o)
             {"--run", "there is no run " + std::to_string(o.run), "0 to " + std::to_string(wedge.runs.size() - 1), ""});
     const StopRequest stop(std::chrono::steady_clock::now(), INFINITY);
     const int code = farm::runOne(settingsOf(o, folder, stop), wedge.runs[std::size_t(o.run)]);
-    if (code == kStopped && stop.reason() == "SIGUSR1") farm::requeueThisTask();
-    return code;
+    if (code != kStopped || stop.reason() != "SIGUSR1" || farm::requeueThisTask()) return code;
+    std::fprintf(stderr, "error: %s: Slurm did not queue run %d again; hand the wedge in once more with --slurm\n",
+                 folder.c_str(), o.run);
+    return kBadFile;
 }
 
 int wedge(const WedgeOptions& o)
@@ -172,7 +174,7 @@ Action addWedge(CLI::App& app)
         ->type_name("KEY=V1,V2,...")
         ->allow_extra_args(false);
     c->add_flag("--together", o->input.together, "With --vary: the first value of each key, then the second, ...");
-    c->add_option("--set", o->input.set, "Change a key of the scene in all runs")->type_name("KEY=VALUE");
+    addSet(*c, o->input.set, "Change a key of the scene in all runs");
     c->add_option("-j,--jobs", o->sideBySide, "With --local: runs at a time (default: 1)")
         ->check(CLI::Range(1, 1024))
         ->type_name("N");

@@ -9,6 +9,7 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <sstream>
 
 namespace vdbfrac::farm {
 
@@ -78,6 +79,27 @@ std::string submitScript(const fs::path& script, const std::vector<std::string>&
     return said.text.substr(0, said.text.find_first_of(";\n"));  // "NUMBER;CLUSTER"
 }
 
+/// The number of the last job of a folder.
+fs::path jobFile(const fs::path& folder) { return folder / "logs" / "job"; }
+
+/// Throws where that job is still in the queue: two would simulate the same runs.
+void requireNoneQueued(const fs::path& folder)
+{
+    if (!fs::exists(jobFile(folder))) return;
+    const std::string number = readText(jobFile(folder));
+    lab::Said queued;
+    try {
+        queued = lab::ask({"squeue", "--me", "--noheader", "--format=%F"});  // numbers of arrays
+    } catch (const FileError&) {
+        return;  // nobody to ask
+    }
+    std::istringstream lines(queued.text);
+    for (std::string job; lines >> job;)
+        if (job == number)
+            throw InputError({folder.string(), "job " + number + " for it is queued or runs", "",
+                              "wait until it has ended, or scancel " + number});
+}
+
 }  // namespace
 
 std::string arrayScript(const SlurmJob& job)
@@ -91,9 +113,11 @@ std::string arrayScript(const SlurmJob& job)
 std::string submit(const SlurmJob& job)
 {
     fs::create_directories(job.folder / "logs");
+    requireNoneQueued(job.folder);
     const fs::path array = job.folder / "array.sh", last = job.folder / "afterwards.sh";
     writeText(array, arrayScript(job));
     const std::string number = submitScript(array, {});
+    writeText(jobFile(job.folder), number);
     if (!job.afterwards.empty()) {
         const std::string own = resources(job.threads, job.last.bytes, job.last.seconds);
         writeText(last, directives(job, "afterwards.slurm.log", own) + line(job.afterwards) + "\n");

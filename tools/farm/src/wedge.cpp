@@ -108,10 +108,28 @@ bool takeUp(const Wedge& there, const fs::path& folder, WedgePlan& plan)
     return true;
 }
 
+/// Whether a folder holds nothing, or no more than a layout that was killed leaves: it is done anew.
+bool isEmpty(const fs::path& folder)
+{
+    if (!fs::exists(folder)) return true;
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+        const std::string name = entry.path().filename().string();
+        if (isTemporary(entry.path()) || (name == "logs" && fs::is_empty(entry.path()))) continue;
+        if (name != "scenes") return false;
+        for (const fs::directory_entry& scene : fs::directory_iterator(entry.path())) {
+            const std::string number = scene.path().stem().string();
+            const bool isScene = scene.path().extension() == ".toml" && !number.empty() &&
+                                 number.find_first_not_of("0123456789") == std::string::npos;
+            if (!isScene && !isTemporary(scene.path())) return false;
+        }
+    }
+    return true;
+}
+
 /// How many runs of the plan the folder has already. Throws where it holds something else.
 std::size_t runsThere(const fs::path& folder, WedgePlan& plan)
 {
-    if (!fs::exists(folder) || fs::is_empty(folder)) return 0;
+    if (isEmpty(folder)) return 0;
     if (!fs::exists(folder / "wedge.json"))
         throw InputError(
             {folder.string(), "is not empty and holds no wedge", "a new folder, or that of this wedge", ""});
@@ -138,7 +156,11 @@ WedgePlan planWedge(const WedgeInput& input)
                           "or --vary KEY=VALUE,VALUE,..."});
     WedgePlan plan;
     plan.wedge.name = base.name;
-    for (const Varied& v : varied) plan.wedge.keys.push_back(v.key);
+    for (const Varied& v : varied) {
+        if (std::count(plan.wedge.keys.begin(), plan.wedge.keys.end(), v.key) > 0)
+            throw InputError({input.scene.string(), v.key + " is varied twice", "all its values in one list", ""});
+        plan.wedge.keys.push_back(v.key);
+    }
     std::vector<InputError::Detail> complaints;
     for (auto& values : valuesOf(varied, together, input.scene.string())) {
         WedgeRun& run = plan.wedge.runs.emplace_back();
@@ -160,8 +182,11 @@ void layOut(WedgePlan& plan, const fs::path& folder)
 {
     const std::size_t there = runsThere(folder, plan);
     if (there == plan.scenes.size()) return;
-    fs::create_directories(folder / "scenes");
-    fs::create_directories(folder / "logs");
+    for (const char* place : {"scenes", "logs"}) {
+        fs::create_directories(folder / place);
+        removeTemporaries(folder / place);
+    }
+    removeTemporaries(folder);
     for (std::size_t r = there; r < plan.scenes.size(); ++r)
         writeText(sceneFile(folder, plan.wedge.runs[r]), sceneText(plan.scenes[r]));
     writeText(folder / "wedge.json", toJson(plan.wedge).dump(1) + "\n");  // last: with it the wedge is whole

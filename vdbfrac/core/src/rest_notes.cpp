@@ -1,6 +1,7 @@
 #include "rest_notes.h"
 
 #include <vdbfrac/base/number_text.h>
+#include <vdbfrac/scene/placement.h>
 
 #include <algorithm>
 #include <cmath>
@@ -125,6 +126,25 @@ void noteUnheld(const scene::Scene& scene, std::vector<std::string>& notes)
     }
 }
 
+/// What is held is taken to the pose of the start within the first step, whatever that tears.
+void noteStart(const scene::Grip& grip, const Body& body, std::span<const std::uint32_t> nodes,
+               std::vector<std::string>& notes)
+{
+    constexpr double kFar = .5;  // cells
+    const auto* keys = std::get_if<scene::Keys>(&grip.move);
+    if (!keys) return;
+    const scene::Placement start = scene::placementAt(*keys, 0);
+    double farthest = 0;
+    for (const std::uint32_t node : nodes) {
+        const Vec3 X = body.mesh->restPosition(node - body.firstNode);
+        farthest = std::max(farthest, (start(X) - X).norm());
+    }
+    if (farthest > kFar * body.mesh->spacing())
+        notes.push_back("grip '" + grip.name + "' moves what it holds by " + rough(farthest) +
+                        " m in the first step, to the pose of its first key; a key without a pose at time 0 lets it "
+                        "set off from rest");
+}
+
 }  // namespace
 
 void noteRestState(const scene::Scene& scene, std::span<const Body> bodies, double h, std::vector<std::string>& notes)
@@ -138,14 +158,18 @@ void noteRestState(const scene::Scene& scene, std::span<const Body> bodies, doub
     for (const scene::Grip& grip : scene.grips) noteSpeed(grip, bodies, notes);
 }
 
-void noteGrips(std::span<const scene::Grip> grips, std::span<const Body> bodies, const GripNodes& nodesOf,
+void noteGrips(const scene::Scene& scene, std::span<const Body> bodies, const GripNodes& nodesOf,
                std::vector<std::string>& notes)
 {
+    const std::span<const scene::Grip> grips = scene.grips;
     for (std::size_t g = 0; g < grips.size(); ++g) {
         const std::span<const std::uint32_t> nodes = nodesOf(g);
-        for (const Body& body : bodies)
-            if (body.name == grips[g].body && nodes.size() == body.mesh->nodeCount())
+        for (const Body& body : bodies) {
+            if (body.name != grips[g].body) continue;
+            if (nodes.size() == body.mesh->nodeCount())
                 notes.push_back("grip '" + grips[g].name + "' holds all of body '" + body.name + "'");
+            if (scene.solver.integrator != scene::Integrator::statics) noteStart(grips[g], body, nodes, notes);
+        }
         for (std::size_t other = 0; other < g; ++other) {
             std::vector<std::uint32_t> both;
             std::ranges::set_intersection(nodes, nodesOf(other), std::back_inserter(both));

@@ -18,8 +18,8 @@ void noteRestState(const scene::Scene& scene, std::span<const Body> bodies, doub
 
 /// Nodes of the system that a grip holds, rising.
 using GripNodes = std::function<std::span<const std::uint32_t>(std::size_t grip)>;
-/// Grips that leave nothing free, or hold what others hold, are usually mistakes, most often a wrong sign.
-void noteGrips(std::span<const scene::Grip> grips, std::span<const Body> bodies, const GripNodes& nodesOf,
+/// Grips that leave nothing free, hold what others hold, or set off far from rest are usually mistakes.
+void noteGrips(const scene::Scene& scene, std::span<const Body> bodies, const GripNodes& nodesOf,
                std::vector<std::string>& notes);
 
 }  // namespace vdbfrac::core

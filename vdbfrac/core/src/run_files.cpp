@@ -170,4 +170,20 @@ void removeLaterFrames(const fs::path& folder, const std::string& sceneName, int
     for (const fs::path& file : ofAll) removeFile(file);
 }
 
+void noteLostFiles(const fs::path& folder, const std::vector<FrameRecord>& frames, std::vector<std::string>& notes)
+{
+    std::string first;
+    std::size_t count = 0;
+    for (const FrameRecord& frame : frames)
+        for (const WrittenFile& file : frame.files) {
+            std::error_code error;
+            if (fs::file_size(folder / file.path, error) == file.bytes && !error) continue;
+            if (count++ == 0) first = file.path;
+        }
+    if (count > 0)
+        notes.push_back(std::to_string(count) + (count == 1 ? " file" : " files") +
+                        " of earlier frames are missing or damaged, the first " + first +
+                        "; 'vdbfrac info' lists them, --resume=FRAME makes later ones again");
+}
+
 }  // namespace vdbfrac::core

@@ -10,6 +10,7 @@
 #include <vdbfrac/tetmesh/mtl_file.h>
 
 #include <algorithm>
+#include <set>
 #include <sstream>
 #include <utility>
 
@@ -69,8 +70,9 @@ FolderLock prepare(const fs::path& folder, const scene::Scene& scene, ExistingRu
         std::erase_if(inputs, [&](const fs::path& file) { return fs::equivalent(file, own, error); });
     requireApart(folder, before, inputs, existing == ExistingRun::keep ? "write over" : "remove");
     requireApart(folder, runFiles(scene.name), inputs, "write over");
-    for (const char* place : {"", kCheckpointFolder, "vdb", "obj", "ply", "motion", "cache"})
-        removeTemporaries(folder / place);
+    std::set<fs::path> places;
+    for (const std::string& file : runFiles(scene.name)) places.insert((folder / file).parent_path());
+    for (const fs::path& place : places) removeTemporaries(place);
     if (existing == ExistingRun::replace) removes = before;
     return lock;
 }
@@ -198,23 +200,6 @@ void RunFolder::writeCheckpoint(const Simulation& simulation, const std::string&
     });
 }
 
-/// Of frames that a run will not make again.
-void noteLostFiles(const fs::path& folder, const std::vector<FrameRecord>& frames, std::vector<std::string>& notes)
-{
-    std::string first;
-    std::size_t count = 0;
-    for (const FrameRecord& frame : frames)
-        for (const WrittenFile& file : frame.files) {
-            std::error_code error;
-            if (fs::file_size(folder / file.path, error) == file.bytes && !error) continue;
-            if (count++ == 0) first = file.path;
-        }
-    if (count > 0)
-        notes.push_back(std::to_string(count) + (count == 1 ? " file" : " files") +
-                        " of earlier frames are missing or damaged, the first " + first +
-                        "; 'vdbfrac info' lists them, --resume=FRAME makes later ones again");
-}
-
 /// A checkpoint of a run, and what belongs to it.
 struct RunFolder::Found {
     fs::path run, file;
@@ -245,7 +230,13 @@ std::optional<RunFolder::Found> RunFolder::newestIn(const fs::path& run, const R
             passed += std::string("; ") + e.what();
             continue;
         }
-        if (!found.records.frames.empty() && found.records.frames.back().frame > how.lastFrame) continue;
+        if (const auto& frames = found.records.frames; !frames.empty() && frames.back().frame > how.lastFrame) {
+            if (how.mayBranch) continue;
+            const std::string there = std::to_string(frames.back().frame), asked = std::to_string(how.lastFrame);
+            throw InputError({"--resume", "the run has frames up to " + there + ", the scene ends at " + asked,
+                              "frames up to " + there + " or later",
+                              "--resume=" + asked + " goes back, and removes the frames behind"});
+        }
         if (!passed.empty()) notes.push_back("an older checkpoint is taken" + passed);
         return found;
     }

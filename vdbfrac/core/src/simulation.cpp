@@ -99,7 +99,7 @@ Simulation::Simulation(const scene::Scene& scene, std::span<Effect* const> effec
     stepControl_ = std::make_unique<StepControl>(scene.time, h_);
     noteRestState(scene, bodies_, h_, stages_.notes);
     noteGrips(
-        scene.grips, bodies_, [this](std::size_t g) { return gripNodes(g); }, stages_.notes);
+        scene, bodies_, [this](std::size_t g) { return gripNodes(g); }, stages_.notes);
     if (!stages_.sleep.empty()) asleep_.resize(nextFragment_);
     for (Effect* effect : effects) start(*effect);
     warnOfLongSteps();

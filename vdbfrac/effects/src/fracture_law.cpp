@@ -69,8 +69,7 @@ const Key kKeys[] = {
 /// kappa h / Gc without an average, for nodal energies on the six-tet lattice.
 constexpr double kNodalFactor = 0.25;
 
-/// A by the driver, the lattice and Poisson's ratio, as `vdbfrac calibrate` measures it (docs/calibration.md). Cracks
-/// on Delaunay meshes have to be wider to part their tets.
+/// A by the driver, the lattice and Poisson's ratio, as `vdbfrac calibrate` measures it (docs/calibration.md).
 struct TipFactors {
     scene::LatticeKind lattice;
     bool isTension;
@@ -78,9 +77,9 @@ struct TipFactors {
 };
 constexpr std::array<double, 3> kRatios = {0, .3, .45};
 constexpr TipFactors kTipFactors[] = {
-    {scene::LatticeKind::six, true, {.341, .373, .406}},      {scene::LatticeKind::five, true, {.331, .369, .395}},
-    {scene::LatticeKind::delaunay, true, {.264, .277, .322}}, {scene::LatticeKind::six, false, {.336, .309, .272}},
-    {scene::LatticeKind::five, false, {.325, .291, .266}},    {scene::LatticeKind::delaunay, false, {.210, .202, .191}},
+    {scene::LatticeKind::six, true, {.341, .373, .406}},      {scene::LatticeKind::five, true, {.318, .342, .379}},
+    {scene::LatticeKind::delaunay, true, {.368, .422, .516}}, {scene::LatticeKind::six, false, {.336, .309, .272}},
+    {scene::LatticeKind::five, false, {.325, .291, .266}},    {scene::LatticeKind::delaunay, false, {.304, .287, .271}},
 };
 
 std::string rough(double v) { return shortNumber(v, 3); }

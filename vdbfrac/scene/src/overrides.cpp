@@ -45,17 +45,17 @@ bool isNamed(const Node& node, const std::string& name)
     return given && given->text() && *given->text() == name;
 }
 
-/// Entry of a list by index or by name; nullptr when there is none. `list`: that its entries without a name are called
+/// Entry of a list by name or by index; nullptr when there is none. `list`: that its entries without a name are called
 /// by, as outputs call them; empty where they are not.
 Node* entryOf(Array& array, const std::string& step, const std::string& list)
 {
+    const auto it =
+        std::find_if(array.items.begin(), array.items.end(), [&](const Node& item) { return isNamed(item, step); });
+    if (it != array.items.end()) return &*it;
     std::size_t index = 0;
     const char* end = step.data() + step.size();
     const auto [stop, ec] = std::from_chars(step.data(), end, index);
     if (ec == std::errc() && stop == end) return index < array.items.size() ? &array.items[index] : nullptr;
-    const auto it =
-        std::find_if(array.items.begin(), array.items.end(), [&](const Node& item) { return isNamed(item, step); });
-    if (it != array.items.end()) return &*it;
     for (std::size_t i = 0; i < array.items.size(); ++i) {
         const Table* table = array.items[i].table();
         if (list.empty() || !table || table->find("name")) continue;

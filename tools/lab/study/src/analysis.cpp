@@ -240,10 +240,10 @@ private:
     {
         const std::vector<double>& own = study_.runs[study_.settings[i].run].seconds;
         const std::vector<double>& base = study_.runs[study_.settings[a_.base].run].seconds;
-        if (own.empty() || own.size() != base.size()) return {};
-        std::vector<double> ratios;
-        for (std::size_t r = 0; r < own.size(); ++r) ratios.push_back(own[r] / base[r]);
-        return medianOf(ratios);
+        std::vector<double> ratios;  // of the rounds that timed both
+        for (std::size_t r = 0; r < std::min(own.size(), base.size()); ++r)
+            if (std::isfinite(own[r]) && std::isfinite(base[r])) ratios.push_back(own[r] / base[r]);
+        return ratios.empty() ? std::nullopt : std::optional(medianOf(ratios));
     }
 
     void findFront()
@@ -270,6 +270,14 @@ std::optional<double> Analysis::costOf(const Study& study, std::size_t setting) 
     if (cost[setting]) return cost[setting]->median;
     if (cost[base]) return {};
     return double(study.result(study.settings[setting]).totalWork());
+}
+
+std::vector<double> Run::timed() const
+{
+    std::vector<double> known;
+    for (const double s : seconds)
+        if (std::isfinite(s)) known.push_back(s);
+    return known;
 }
 
 Analysis analyse(const Study& study, std::size_t by) { return Analyst(study, by).analyse(); }

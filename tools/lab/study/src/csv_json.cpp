@@ -60,7 +60,7 @@ std::string rowOf(const Study& study, const Analysis& a, std::size_t i)
         text += "," + numberText(c->median) + "," + numberText(c->low) + "," + numberText(c->high);
     else
         text += ",,,";
-    text += "," + (run.seconds.empty() ? "" : numberText(medianOf(run.seconds).median));
+    text += "," + (run.timed().empty() ? "" : numberText(medianOf(run.timed()).median));
     text += "," + std::to_string(run.result.peakBytes) + "," + std::to_string(run.result.totalWork());
     for (const auto& [what, n] : countsOf(study)) text += "," + std::to_string(run.result.count(what));
     return text + "\n";

@@ -201,7 +201,8 @@ private:
             run.fingerprint = fingerprintOf(*run.scene, study_.spec, hashOfInputs(*run.scene));
         } catch (const Error& e) {
             run.scene.reset();
-            run.fingerprint = "refused " + joined(run.set, ", ");
+            const std::string refused = "refused " + joined(run.set, ", ");
+            run.fingerprint = hexadecimal(hashBytes(refused.data(), refused.size()));
             run.result.failure = e.what();
         }
     }

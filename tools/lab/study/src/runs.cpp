@@ -2,6 +2,7 @@
 
 #include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
+#include <vdbfrac/base/folder_lock.h>
 #include <vdbfrac/lab/machine/process.h>
 #include <vdbfrac/lab/study/one_run.h>
 
@@ -11,6 +12,7 @@
 #include <cerrno>
 #include <csignal>
 #include <cstring>
+#include <limits>
 #include <map>
 
 #include <sys/wait.h>
@@ -40,14 +42,14 @@ std::optional<Result> readResult(const fs::path& file, const std::string& finger
 }
 
 /// Starts this program anew; what it says goes to a file beside its result.
-pid_t start(const Job& job, const RunSettings& settings)
+pid_t start(const Job& job, const fs::path& result, const RunSettings& settings)
 {
     std::vector<std::string> arguments = settings.command;
     arguments.push_back("--run=" + std::to_string(job.run));
     arguments.push_back("--round=" + std::to_string(job.round));
     arguments.push_back("--threads=" + std::to_string(job.threads));
     arguments.push_back("--parent=" + std::to_string(getpid()));
-    return startProgram(arguments, resultFile(settings.folder, job.run, job.round).replace_extension(".log"));
+    return startProgram(arguments, fs::path(result).replace_extension(".log"));
 }
 
 /// Why a process left no result.
@@ -62,11 +64,10 @@ std::string deathOf(int status, const fs::path& log)
            (said.empty() ? "" : ": " + said.substr(0, said.find('\n')));
 }
 
-/// What the process of a job left; a failure where it left nothing.
-Result collect(const Job& job, int status, const std::string& fingerprint, const RunSettings& settings)
+/// What the process of a run left in its file; a failure where it left nothing.
+Result collect(const fs::path& file, int status, const std::string& fingerprint)
 {
-    const fs::path file = resultFile(settings.folder, job.run, job.round),
-                   log = fs::path(file).replace_extension(".log");
+    const fs::path log = fs::path(file).replace_extension(".log");
     auto result = readResult(file, fingerprint);
     if (!result) {
         result.emplace();
@@ -82,9 +83,13 @@ Result collect(const Job& job, int status, const std::string& fingerprint, const
 class Runner {
 public:
     Runner(Study& study, const RunSettings& settings)
-        : study_(study), settings_(settings), threads_(settings.threadsPerRun ? settings.threads : 1)
+        : study_(study),
+          settings_(settings),
+          lock_(lockOf(settings.folder)),
+          threads_(settings.threadsPerRun ? settings.threads : 1)
     {
         fs::create_directories(settings.folder / "runs");
+        for (const char* place : {"", "runs"}) removeTemporaries(settings.folder / place);
     }
 
     RunReport run()
@@ -96,7 +101,19 @@ public:
     }
 
 private:
+    /// Of a folder that is empty, or has what studies write. Others, as those of runs, stay as they are.
+    static FolderLock lockOf(const fs::path& folder)
+    {
+        fs::create_directories(folder);
+        FolderLock lock(folder);
+        const auto has = [&](const char* name) { return fs::exists(folder / name); };
+        if (!fs::is_empty(folder) && !has("runs") && !has("study.scene.toml"))
+            throw InputError(
+                {folder.string(), "is not empty and holds no study", "a new folder, or that of a study", ""});
+        return lock;
+    }
     static bool mayRun(const Run& run) { return run.scene.has_value(); }
+    fs::path fileOf(std::size_t run, int round) const { return resultFile(settings_.folder, study_.runs[run], round); }
 
     /// All runs that are not there yet, so many side by side.
     void valueRuns()
@@ -105,7 +122,7 @@ private:
         for (std::size_t k = 0; k < study_.runs.size(); ++k) {
             Run& run = study_.runs[k];
             if (!mayRun(run)) continue;
-            const auto old = readResult(resultFile(settings_.folder, k, 0), run.fingerprint);
+            const auto old = readResult(fileOf(k, 0), run.fingerprint);
             if (old && old->failure.empty()) {
                 run.result = *old;
                 ++report_.reused;
@@ -125,8 +142,9 @@ private:
         std::size_t next = 0, done = 0;
         while (done < jobs.size()) {
             for (; next < jobs.size() && running.size() < side; ++next) {
-                fs::remove(resultFile(settings_.folder, jobs[next].run, jobs[next].round));
-                running.emplace(start(jobs[next], settings_), jobs[next]);
+                const fs::path file = fileOf(jobs[next].run, jobs[next].round);
+                fs::remove(file);
+                running.emplace(start(jobs[next], file, settings_), jobs[next]);
             }
             int status = 0;
             const pid_t ended = waitpid(-1, &status, 0);
@@ -135,18 +153,21 @@ private:
             if (it == running.end()) continue;
             const Job job = it->second;
             running.erase(it);
-            const Result result = collect(job, status, study_.runs[job.run].fingerprint, settings_);
+            const Result result = collect(fileOf(job.run, job.round), status, study_.runs[job.run].fingerprint);
             take(job, result);
             say(job, result, ++done, jobs.size());
         }
     }
 
+    static std::string nameOf(int round)
+    {
+        return round > 0 ? fmt::format("round {}", round) : std::string("other threads");
+    }
+
     void say(const Job& job, const Result& result, std::size_t done, std::size_t all) const
     {
         if (!settings_.say) return;
-        const std::string round = job.round > 0   ? fmt::format("round {}, ", job.round)
-                                  : job.round < 0 ? "other threads, "
-                                                  : "";
+        const std::string round = job.round == 0 ? "" : nameOf(job.round) + ", ";
         settings_.say(fmt::format("{}{} of {}: {}: {}", round, done, all, fmt::join(study_.runs[job.run].set, ", "),
                                   result.failure.empty() ? fmt::format("{:.3g} s", result.seconds) : result.failure));
     }
@@ -155,8 +176,11 @@ private:
     void compare(const Job& job, const Result& again)
     {
         const Result& first = study_.runs[job.run].result;
+        if (!again.failure.empty()) {
+            report_.untimed.push_back(fmt::format("run {}, {}: {}", job.run, nameOf(job.round), again.failure));
+            return;
+        }
         std::string what;
-        if (again.failure != first.failure) what = "ended another way: " + again.failure;
         for (const auto& [name, n] : first.work)
             if (what.empty() && again.count(name) != n)
                 what = name + " " + std::to_string(again.count(name)) + ", at first " + std::to_string(n);
@@ -175,9 +199,9 @@ private:
                 cheapest = k;
         if (!cheapest) return;
         const int other = threads_ == 1 ? 2 : 1;
-        const fs::path file = resultFile(settings_.folder, *cheapest, kCheck);
         const Job job{*cheapest, kCheck, other};
-        if (const auto old = readResult(file, study_.runs[*cheapest].fingerprint); old && old->threads == other)
+        if (const auto old = readResult(fileOf(*cheapest, kCheck), study_.runs[*cheapest].fingerprint);
+            old && old->threads == other)
             return compare(job, *old);
         perform({job}, 1, [&](const Job&, const Result& again) { compare(job, again); });
     }
@@ -199,28 +223,27 @@ private:
         if (jobs.empty()) return;
         // Each round begins with another run: the first pays for the caches that the last of the round before left.
         std::rotate(jobs.begin(), jobs.begin() + std::ptrdiff_t(std::size_t(round - 1) % jobs.size()), jobs.end());
-        perform(jobs, 1, [&](const Job& job, const Result& again) {
-            compare(job, again);
-            if (!again.failure.empty()) return;
-            study_.runs[job.run].seconds.push_back(again.seconds);
-            study_.runs[job.run].result.peakBytes = again.peakBytes;
-        });
+        perform(jobs, 1, [&](const Job& job, const Result& again) { takeTime(job, again); });
+    }
+
+    void takeTime(const Job& job, const Result& again)
+    {
+        compare(job, again);
+        Run& run = study_.runs[job.run];
+        run.seconds.push_back(again.failure.empty() ? again.seconds : std::numeric_limits<double>::quiet_NaN());
+        if (again.failure.empty()) run.result.peakBytes = again.peakBytes;
     }
 
     bool reuseRound(int round)
     {
         std::vector<Result> old;
         for (const std::size_t k : timed()) {
-            const auto r = readResult(resultFile(settings_.folder, k, round), study_.runs[k].fingerprint);
+            const auto r = readResult(fileOf(k, round), study_.runs[k].fingerprint);
             if (!r || !r->failure.empty() || r->threads != threads_) return false;
             old.push_back(*r);
         }
         std::size_t i = 0;
-        for (const std::size_t k : timed()) {
-            compare({k, round, threads_}, old[i]);
-            study_.runs[k].result.peakBytes = old[i].peakBytes;
-            study_.runs[k].seconds.push_back(old[i++].seconds);
-        }
+        for (const std::size_t k : timed()) takeTime({k, round, threads_}, old[i++]);
         ++report_.reusedRounds;
         return true;
     }
@@ -229,17 +252,18 @@ private:
 
     Study& study_;
     const RunSettings& settings_;
+    FolderLock lock_;
     int threads_;  // of a run
     RunReport report_;
 };
 
 }  // namespace
 
-fs::path resultFile(const fs::path& folder, std::size_t run, int round)
+fs::path resultFile(const fs::path& folder, const Run& run, int round)
 {
-    const std::string name = std::to_string(run) + (round > 0   ? ".round-" + std::to_string(round)
-                                                    : round < 0 ? ".threads"
-                                                                : "");
+    const std::string name = run.fingerprint + (round > 0   ? ".round-" + std::to_string(round)
+                                                : round < 0 ? ".threads"
+                                                            : "");
     return folder / "runs" / (name + ".json");
 }
 

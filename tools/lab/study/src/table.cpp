@@ -107,7 +107,7 @@ private:
             }
         t += "\nwork: tets evaluated and multiplied";
         if (const auto& base = a_.cost[a_.base]) {
-            const std::vector<double>& seconds = study_.runs[study_.settings[a_.base].run].seconds;
+            const std::vector<double> seconds = study_.runs[study_.settings[a_.base].run].timed();
             t += fmt::format("; time: relative to {} ({:.3g} s), median of rounds: {}", baseText(),
                              medianOf(seconds).median, seconds.size());
             if (base->confidence > 0) t += fmt::format(" [where it lies with {:.0f} %]", 100 * base->confidence);

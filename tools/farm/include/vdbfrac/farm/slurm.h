@@ -31,10 +31,11 @@ struct SlurmJob {
 std::string arrayScript(const SlurmJob& job);
 
 /// Writes array.sh (and afterwards.sh) and hands them to sbatch. Returns the number of the job. Throws FileError where
-/// there is no sbatch, InputError where it refuses: it says why on stderr.
+/// there is no sbatch, InputError where it refuses (it says why on stderr) or a job of the same folder is still queued.
 std::string submit(const SlurmJob& job);
 
-/// Of a task under Slurm that was told to stop: puts it into the queue again. False where this is no such task.
-bool requeueThisTask();
+/// Of a task under Slurm that was told to stop: puts it into the queue again. False where this is no such task, or
+/// Slurm refuses.
+[[nodiscard]] bool requeueThisTask();
 
 }  // namespace vdbfrac::farm

@@ -20,10 +20,12 @@ struct RunReport {
     int reused = 0;  ///< results that were there already
     int reusedRounds = 0;
     std::vector<std::string> differences;  ///< work or state that was not the same again: there should be none
+    std::vector<std::string> untimed;      ///< runs that did not end when they were timed, and why
 };
 
-/// runs/K.json, or with a round from 1 runs/K.round-R.json: what --run K writes.
-std::filesystem::path resultFile(const std::filesystem::path& folder, std::size_t run, int round);
+/// runs/FINGERPRINT.json, or with a round from 1 runs/FINGERPRINT.round-R.json: what --run writes. Studies of other
+/// settings in the same folder find it too.
+std::filesystem::path resultFile(const std::filesystem::path& folder, const Run& run, int round);
 
 /// Fills in results and times: first every run once, then `rounds` times all that ended, one process at a time, in
 /// turn. Results with the right fingerprint are reused; rounds only whole ones, of the same threads.

@@ -30,7 +30,7 @@ struct Value {
 /// Counts of work that do not depend on the machine, in the order in which they are shown.
 using WorkCounts = std::vector<std::pair<std::string, std::int64_t>>;
 
-/// What a run left behind: runs/K.json.
+/// What a run left behind, in its file (runs.h).
 struct Result {
     std::string fingerprint;  ///< of the scene, its input files, what is measured and the program
     std::string failure;      ///< why the run did not end; empty when it did
@@ -51,11 +51,13 @@ struct Result {
 };
 
 struct Run {
-    std::vector<std::string> set;  ///< what makes its scene, "key=value"
-    std::string fingerprint;
+    std::vector<std::string> set;       ///< what makes its scene, "key=value"
+    std::string fingerprint;            ///< of what it depends on, as hexadecimal digits
     std::optional<scene::Scene> scene;  ///< none where it was refused; then result.failure says why
     Result result;
-    std::vector<double> seconds;  ///< of each timing round
+    std::vector<double> seconds;  ///< of each timing round; NaN: not timed in it
+
+    std::vector<double> timed() const;  ///< seconds of the rounds in which it was
 };
 
 struct Setting {
