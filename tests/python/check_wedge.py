@@ -94,12 +94,12 @@ def check_local(top):
         expect("values that come twice", 0, ["was done"] if again else [], *twice)
     expect("fewer values", 2, ["holds another wedge"], *few, *values)
     for place in "scenes", "logs":
-        (top / "killed" / place).mkdir(parents=True)
-    (top / "killed/scenes/0000.toml").write_text("as far as it came")
-    (top / "killed/scenes/.partial-1-0-0001.toml").write_text("")
-    killed = ["wedge", SCENE, "--local", "-o", top / "killed", *COARSE, "--set", "time.frames=[1, 1]", "--vary", "fracture.toughness=400"]
+        (top / "half" / place).mkdir(parents=True)
+    (top / "half/scenes/0000.toml").write_text("as far as it came")
+    (top / "half/scenes/.partial-1-0-0001.toml").write_text("")
+    killed = ["wedge", SCENE, "--local", "-o", top / "half", *COARSE, "--set", "time.frames=[1, 1]", "--vary", "fracture.toughness=400"]
     expect("killed while it was laid out", 0, [], *killed)
-    check("killed while it was laid out", [p.name for p in (top / "killed/scenes").iterdir()] == ["0000.toml"], "is left over")
+    check("killed while it was laid out", [p.name for p in (top / "half/scenes").iterdir()] == ["0000.toml"], "is left over")
     return folder
 
 
