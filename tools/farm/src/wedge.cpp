@@ -182,11 +182,8 @@ void layOut(WedgePlan& plan, const fs::path& folder)
 {
     const std::size_t there = runsThere(folder, plan);
     if (there == plan.scenes.size()) return;
-    for (const char* place : {"scenes", "logs"}) {
-        fs::create_directories(folder / place);
-        removeTemporaries(folder / place);
-    }
-    removeTemporaries(folder);
+    for (const char* place : {"scenes", "logs"}) fs::create_directories(folder / place);
+    removeTemporaries(folder / "scenes");  // elsewhere tasks may be writing
     for (std::size_t r = there; r < plan.scenes.size(); ++r)
         writeText(sceneFile(folder, plan.wedge.runs[r]), sceneText(plan.scenes[r]));
     writeText(folder / "wedge.json", toJson(plan.wedge).dump(1) + "\n");  // last: with it the wedge is whole

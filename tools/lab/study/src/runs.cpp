@@ -52,11 +52,13 @@ pid_t start(const Job& job, const fs::path& result, const RunSettings& settings)
     return startProgram(arguments, fs::path(result).replace_extension(".log"));
 }
 
+constexpr const char *kTooLong = "took longer than --time-limit", *kKilled = "killed; out of memory?";
+
 /// Why a process left no result.
 std::string deathOf(int status, const fs::path& log)
 {
-    if (WIFSIGNALED(status) && WTERMSIG(status) == SIGALRM) return "took longer than --time-limit";
-    if (WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL) return "killed; out of memory?";
+    if (WIFSIGNALED(status) && WTERMSIG(status) == SIGALRM) return kTooLong;
+    if (WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL) return kKilled;
     if (WIFSIGNALED(status)) return std::string("crashed: ") + strsignal(WTERMSIG(status));
     const std::string said = fs::exists(log) ? readText(log) : "";
     if (WEXITSTATUS(status) == 0) return "simulated another scene: was the scene changed while the study ran?";
@@ -89,7 +91,6 @@ public:
           threads_(settings.threadsPerRun ? settings.threads : 1)
     {
         fs::create_directories(settings.folder / "runs");
-        for (const char* place : {"", "runs"}) removeTemporaries(settings.folder / place);
     }
 
     RunReport run()
@@ -172,15 +173,17 @@ private:
                                   result.failure.empty() ? fmt::format("{:.3g} s", result.seconds) : result.failure));
     }
 
-    /// What was computed again has to be the same, whatever the number of threads.
+    /// What was computed again has to be the same, whatever the number of threads. What the machine did not let end
+    /// has no time.
     void compare(const Job& job, const Result& again)
     {
         const Result& first = study_.runs[job.run].result;
-        if (!again.failure.empty()) {
+        if (again.failure == kTooLong || again.failure == kKilled) {
             report_.untimed.push_back(fmt::format("run {}, {}: {}", job.run, nameOf(job.round), again.failure));
             return;
         }
         std::string what;
+        if (again.failure != first.failure) what = "ended another way: " + again.failure;
         for (const auto& [name, n] : first.work)
             if (what.empty() && again.count(name) != n)
                 what = name + " " + std::to_string(again.count(name)) + ", at first " + std::to_string(n);
