@@ -179,6 +179,18 @@ with tempfile.TemporaryDirectory() as temporary:
     expect("back on purpose", ["sim", good, "-o", folder / "six", "-f", "4", "--resume=4", "-q"], 0)
     if any(folder.glob("six/*/*.0005.*")):
         failures.append("--resume=4 leaves frames behind it")
+    expect("a branch at no frame", ["sim", good, "-o", folder / "none", "--branch", folder / "six", "--at", "99"], 2, "ends at frame 4")
+    cut = folder / "six/obj/notched_block.0003.obj"
+    cut.write_bytes(cut.read_bytes()[:1000])
+    expect("a frame that was cut off", ["preview", folder / "six", "-f", "3"], 4, "0003.obj", "has 1000 bytes, the run wrote")
+    expect("neither is it a surface", ["mesh", folder / "six", "-o", folder / "s.####.ply", "-f", "3"], 4, "has 1000 bytes, the run wrote")
+    expect("another format", ["embed", folder / "six", "-o", folder / "six.abc"], 2, "'.abc' is not what is written here")
+    moving = folder / "moving"
+    expect("a run to embed", ["sim", good, "-o", moving, "-f", "2", "-q", "--set", "output.motion=true"], 0)
+    expect("frames stay", ["embed", moving, "-o", next(moving.glob("obj/*.0001.obj"))], 2, "would be written over")
+    (folder / "large.obj").write_text("".join(f"v {x} {y} {z}\n" for x in (-50, 50) for y in (-50, 50) for z in (-50, 50))
+                                      + "f 1 2 4 3\nf 5 7 8 6\nf 1 5 6 2\nf 3 4 8 7\nf 1 3 7 5\nf 2 6 8 4\n")
+    expect("in another unit", ["embed", moving, folder / "large.obj", "-o", folder / "large.usda"], 2, "times as large as body", "a tenth to ten times")
     for command in ["sim", "-n", "-o", folder / "none"], ["check"]:
         expect("a scene behind --set", [*command, "--set", "time.fps=24", good], 0)
     late = "grip.0.move={ keys = [{ time = 1, translate = [0, 0.5, 0] }] }"

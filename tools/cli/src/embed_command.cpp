@@ -1,7 +1,9 @@
 // vdbfrac embed: one topology over all frames of a run, for motion blur and for other render meshes.
 #include "options.h"
+#include "run_frames.h"
 
 #include <vdbfrac/base/error.h>
+#include <vdbfrac/base/number_text.h>
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/cli/commands.h>
 #include <vdbfrac/cli/frame_list.h>
@@ -57,13 +59,18 @@ core::Archive newestCheckpoint(const fs::path& folder, std::uint64_t limit)
 /// What of a mesh is likely a mistake, or is one.
 void noteInput(const EmbedOptions& options, const tetmesh::SurfaceReport& report, const core::Body& body)
 {
-    constexpr double kAlike = 2;  // sizes
+    constexpr double kAlike = 2, kMost = 10;  // sizes; beyond the last it is another unit
     Vec3 lower = body.mesh->restPosition(0), upper = lower;
     for (const Vec3& X : tetmesh::restPositions(*body.mesh)) lower = lower.cwiseMin(X), upper = upper.cwiseMax(X);
+    const std::string placed = options.placed ? "" : "--placed moves it as the scene moves the body's own file";
     const double times = (report.upper - report.lower).maxCoeff() / (upper - lower).maxCoeff();
     if ((report.lower.array() > upper.array()).any() || (report.upper.array() < lower.array()).any())
-        throw InputError({options.mesh, "lies beside body '" + body.name + "'", "a mesh where the body lies at rest",
-                          options.placed ? "" : "--placed moves it as the scene moves the body's own file"});
+        throw InputError(
+            {options.mesh, "lies beside body '" + body.name + "'", "a mesh where the body lies at rest", placed});
+    if (!(times <= kMost && times >= 1 / kMost))
+        throw InputError({options.mesh,
+                          "is " + shortNumber(times, 3) + " times as large as body '" + body.name + "' at rest",
+                          "a tenth to ten times", placed});
     if (!(times <= kAlike && times >= 1 / kAlike))
         std::fprintf(stderr, "note: %s is %.3g times as large as body '%s' at rest%s\n", options.mesh.c_str(), times,
                      body.name.c_str(),
@@ -107,6 +114,8 @@ struct LastState {
             throw InputError(
                 {folder.string(), "holds no positions of nodes", "", "simulate with output.motion = true"});
         inputs = core::inputsOf(prepared.scene);
+        for (const RunFrame& frame : readRunFrames(folder).frames)
+            for (const auto& [file, bytes] : frame.files) inputs.push_back(file);
         if (!options.mesh.empty()) replace(options);
         prepared.simulation.restoreFrom(newestCheckpoint(folder, limit));
         Ledger work;
@@ -154,8 +163,6 @@ void writePly(const core::PointCache& cache, const EmbedOptions& options, int fi
               const std::vector<fs::path>& inputs)
 {
     const std::string& out = options.out;
-    if (!isSequence(out))
-        throw InputError({out, "is one name for all frames", "a place for the frame, as in name.####.ply", ""});
     for (std::size_t f = 0; f < cache.frames(); ++f) {
         const fs::path file = frameName(out, firstFrame + int(f));
         requireApart({file}, inputs);
@@ -185,13 +192,17 @@ void noteOpenEdges(const std::string& mesh, const core::PointCache& cache)
 int embed(const EmbedOptions& options)
 {
     const fs::path folder = options.folder;
+    const bool isFrames = fs::path(options.out).extension() == ".ply";
+    if (!isFrames) (void)core::PointCache::filesOf(options.out);  // refuses what cannot be written, before all work
+    if (isFrames && !isSequence(options.out))
+        throw InputError({options.out, "is one name for all frames", "a place for the frame, as in name.####.ply", ""});
     const LastState last(folder, options, memoryLimitOf(options.maxMemory));
     const scene::Scene& scene = last.prepared.scene;
     const core::Simulation& simulation = last.prepared.simulation;
     const core::PointCache cache(scene, simulation, last.drawing, motionFiles(last.prepared, folder));
     if (last.isClosed) noteOpenEdges(options.mesh, cache);
     if (const std::string lacks = cache.lacks(); !lacks.empty()) std::fprintf(stderr, "note: %s\n", lacks.c_str());
-    if (fs::path(options.out).extension() == ".ply") {
+    if (isFrames) {
         writePly(cache, options, scene.time.firstFrame, last.inputs);
         return kDone;
     }

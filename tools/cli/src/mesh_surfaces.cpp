@@ -27,8 +27,11 @@ struct Source {
 Source sourceOf(const RunFrame& frame, const MeshOptions& options)
 {
     // The surface of the simulation itself knows fragments and torn faces; a level set of it does not.
-    if (!frame.obj.empty() && options.grid.empty()) return {frame.frame, frame.obj, {}};
-    if (!frame.vdb.empty()) return {frame.frame, {}, frame.vdb};
+    const bool isDrawn = !frame.obj.empty() && options.grid.empty();
+    const fs::path& file = isDrawn ? frame.obj : frame.vdb;
+    requireWhole(frame, file);
+    if (isDrawn) return {frame.frame, file, {}};
+    if (!file.empty()) return {frame.frame, {}, file};
     throw InputError(
         {options.in.string(), "frame " + std::to_string(frame.frame) + " has no file to make a surface of", "", ""});
 }

@@ -15,6 +15,7 @@ RunFrames readRunFrames(const std::filesystem::path& folder)
     try {
         const auto json = nlohmann::json::parse(readText(manifest));
         run.scene = json.at("scene").get<std::string>();
+        run.lastFrame = json.at("frame_range").at(1).get<int>();
         run.voxelSize = json.at("voxel_size").get<double>();
         for (const auto& frame : json.at("frames")) {
             RunFrame& f = run.frames.emplace_back();
@@ -25,6 +26,7 @@ RunFrames readRunFrames(const std::filesystem::path& folder)
                                           corner.at(2).get<double>());
             for (const auto& file : frame.at("files")) {
                 const auto path = file.at("path").get<std::string>();
+                f.files.emplace_back(folder / path, file.at("bytes").get<std::uintmax_t>());
                 if (path.ends_with(".obj")) f.obj = folder / path;
                 if (path.ends_with(".ply")) f.ply = folder / path;
                 if (path.ends_with(".vdb")) f.vdb = folder / path;
@@ -35,6 +37,25 @@ RunFrames readRunFrames(const std::filesystem::path& folder)
                           "give the folder that 'vdbfrac sim -o' wrote"});
     }
     return run;
+}
+
+int frameWithin(const std::filesystem::path& run, int frame, const char* option)
+{
+    if (const int last = readRunFrames(run).lastFrame; frame > last)
+        throw InputError({option, run.string() + " ends at frame " + std::to_string(last), "a frame up to there", ""});
+    return frame;
+}
+
+void requireWhole(const RunFrame& frame, const std::filesystem::path& file)
+{
+    for (const auto& [path, bytes] : frame.files) {
+        std::error_code error;
+        const std::uintmax_t there = path == file ? std::filesystem::file_size(path, error) : bytes;
+        if (error) throw FileError(path.string(), error.message());
+        if (there != bytes)
+            throw FileError(path.string(), "is damaged: it has " + std::to_string(there) + " bytes, the run wrote " +
+                                               std::to_string(bytes));
+    }
 }
 
 }  // namespace vdbfrac::cli

@@ -3,25 +3,35 @@
 
 #include <vdbfrac/base/vec.h>
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace vdbfrac::cli {
 
 struct RunFrame {
     int frame = 0;
-    std::filesystem::path obj, ply, vdb;  ///< empty where the run wrote none
-    std::vector<Vec3> bounds;             ///< lower and upper corner of what is drawn [m]; empty without any
+    std::filesystem::path obj, ply, vdb;                                  ///< empty where the run wrote none
+    std::vector<std::pair<std::filesystem::path, std::uintmax_t>> files;  ///< all of them, with their bytes
+    std::vector<Vec3> bounds;  ///< lower and upper corner of what is drawn [m]; empty without any
 };
 
 struct RunFrames {
     std::string scene;
+    int lastFrame = 0;     ///< that it ends with, or was to
     double voxelSize = 0;  ///< m
     std::vector<RunFrame> frames;
 };
 
 /// Reads run.json of a folder that 'vdbfrac sim -o' wrote. Throws FileError, InputError.
 RunFrames readRunFrames(const std::filesystem::path& folder);
+
+/// A frame that an option names. Throws InputError where the run ends before it.
+int frameWithin(const std::filesystem::path& run, int frame, const char* option);
+
+/// Throws FileError where a file of a frame has not the size that the run wrote.
+void requireWhole(const RunFrame& frame, const std::filesystem::path& file);
 
 }  // namespace vdbfrac::cli

@@ -136,6 +136,7 @@ void colourByValues(Scenery& scenery, const std::vector<RunFrame>& frames, const
     std::vector<std::vector<float>> values;
     pictures::Scale scale{0, known->byRoot};
     for (const RunFrame& frame : frames) {
+        requireWhole(frame, frame.ply);
         auto all = frame.ply.empty() ? std::map<std::string, std::vector<float>>() : tetmesh::readPlyValues(frame.ply);
         if (!all.contains(name))
             throw InputError({"--colour",
@@ -199,6 +200,7 @@ Scenery sceneryOf(const fs::path& folder, const RunFrames& run, const std::vecto
     const pictures::Paint paint = paintOf(options, folder / "obj" / (run.scene + ".mtl"), scenery.notes);
     std::optional<Vec3> origin;  // pictures are made near the origin, wherever the body is
     for (const RunFrame& frame : frames) {
+        requireWhole(frame, frame.obj);
         tetmesh::DrawnTopology drawn = tetmesh::readDrawnObj(frame.obj);
         if (!origin && !drawn.mesh.points.empty()) origin = drawn.mesh.points[0];
         for (Vec3& p : drawn.mesh.points) p -= *origin;

@@ -3,6 +3,7 @@
 #include "options.h"
 #include "progress.h"
 #include "report_files.h"
+#include "run_frames.h"
 #include "run_report.h"
 #include "sim_plan.h"
 #include "stop_request.h"
@@ -26,7 +27,6 @@
 #include <chrono>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <optional>
 #include <utility>
 
@@ -64,12 +64,13 @@ void limitFrames(scene::Scene& scene, const std::string& text)
     scene.time.lastFrame = *last;
 }
 
-/// The last frame that a resumed run keeps.
-int lastToKeep(const std::string& resume)
+/// The last frame that a resumed run keeps, of one up to `last`.
+int lastToKeep(const std::string& resume, int last)
 {
-    if (resume == "latest") return std::numeric_limits<int>::max();
-    const std::optional<int> frame = parseFrame(resume);
-    if (!frame) throw InputError({"--resume", "'" + resume + "' is not a frame", "--resume, or --resume=FRAME", ""});
+    const std::optional<int> frame = resume == "latest" ? last : parseFrame(resume);
+    if (!frame || *frame > last)
+        throw InputError({"--resume", "'" + resume + "' is not a frame of the scene",
+                          "--resume, or --resume=FRAME up to " + std::to_string(last), ""});
     return *frame;
 }
 
@@ -151,12 +152,12 @@ bool Run::takeUp(std::vector<std::string>& notes)
     core::Resume how{settings_, scene_.time.lastFrame, memory, false, twiceAsWide};
     if (!options_.resume.empty()) {
         core::Resume own = how;
-        own.lastFrame = std::min(lastToKeep(options_.resume), scene_.time.lastFrame);
+        own.lastFrame = lastToKeep(options_.resume, scene_.time.lastFrame);
         own.mayBranch = options_.resume != "latest";
         if (folder_.resume(simulation_, own, notes)) return true;
     }
     if (options_.branch.empty()) return false;
-    if (options_.at) how.lastFrame = std::min(*options_.at, how.lastFrame);
+    if (options_.at) how.lastFrame = std::min(frameWithin(options_.branch, *options_.at, "--at"), how.lastFrame);
     how.mayBranch = true;
     if (folder_.branchFrom(options_.branch, simulation_, how, notes)) return true;
     throw FileError(options_.branch, "holds no run to branch from");
