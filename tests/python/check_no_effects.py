@@ -43,7 +43,7 @@ def instructions(program: str, folder: Path) -> int:
     scene.write_text(SCENE)
     run = subprocess.run(
         ["valgrind", "--tool=callgrind", f"--callgrind-out-file={folder}/profile", "--toggle-collect=main", program, "sim", str(scene), "-j", "1",
-         "-o", str(folder / "out"), "--overwrite", "--progress", "none"],
+         "-o", str(folder / Path(program).name), "--progress", "none"],
         capture_output=True, text=True, env={**os.environ, "LD_BIND_NOW": "1"})
     found = re.search(r"Collected : (\d+)", run.stderr)
     if run.returncode != 0 or not found:
