@@ -284,12 +284,17 @@ TEST_F(CheckpointFolder, GoesBackToAnEarlierFrameWhenAskedTo)
     {
         SceneRun run(tearingBars());
         core::RunFolder folder = open(run, core::ExistingRun::keep);
-        ASSERT_TRUE(folder.resume(run.simulation, {"settings", 2}, notes));
+        core::Resume back{"settings", 2};
+        EXPECT_THROW(folder.resume(run.simulation, back, notes), InputError);  // not by itself: it drops frame 3
+        back.mayBranch = true;
+        ASSERT_TRUE(folder.resume(run.simulation, back, notes));
         EXPECT_EQ(folder.frames().back().frame, 2);
     }
     SceneRun early(tearingBars());
     core::RunFolder same = open(early, core::ExistingRun::keep);
-    EXPECT_THROW(same.resume(early.simulation, {"settings", 1}, notes), FileError);  // of two, the oldest is frame 2's
+    core::Resume farther{"settings", 1};
+    farther.mayBranch = true;
+    EXPECT_THROW(same.resume(early.simulation, farther, notes), FileError);  // of two, the oldest is frame 2's
 }
 
 TEST_F(CheckpointFolder, OneRunAtATimeWritesIntoAFolder)

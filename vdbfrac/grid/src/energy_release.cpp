@@ -21,7 +21,7 @@ using tetmesh::NodeField;
 
 /// What is found of G: the cells next to a tip hold less energy than the material would. Of strips of 10 and 20 cells;
 /// on tets of any shape cracks leave bridges behind them besides, which take some of it.
-constexpr double kFoundOnLattice = .95, kFoundOnTets = .80;
+constexpr double kFoundOnLattice = .95, kFoundOnTets = .82;
 /// |J| over the sum of the lengths of what J is the sum of, round a tip alone: .63 to .75.
 constexpr double kOneTip = 1 / 1.6;
 

@@ -43,7 +43,7 @@ struct FrameRecord {
 /// From which checkpoints a run may go on, and how.
 struct Resume {
     std::string settings;                             ///< what it depends on, as writeCheckpoint got it
-    int lastFrame = std::numeric_limits<int>::max();  ///< no frame after this one
+    int lastFrame = std::numeric_limits<int>::max();  ///< no frame after this one; only a branch may go back to it
     std::uint64_t memoryLimit = ~std::uint64_t{0};    ///< bytes
     bool mayBranch = false;                           ///< settings may differ as far as core/branch.h allows
     /// A simulation of the scene with voxels twice as wide that has made no step: asked for when a branch is finer.
