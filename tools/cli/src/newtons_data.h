@@ -34,7 +34,7 @@ struct TearingError {
 };
 inline constexpr TearingError kTearingErrors[] = {
     {10, 6.47, 4.16},
-    {20, 3.67, 2.51},
+    {20, 6.61, 2.51},
     {40, 0.675, 0.451},
 };
 
