@@ -6,6 +6,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
+
 namespace vdbfrac::cli {
 
 RunFrames readRunFrames(const std::filesystem::path& folder)
@@ -48,14 +50,14 @@ int frameWithin(const std::filesystem::path& run, int frame, const char* option)
 
 void requireWhole(const RunFrame& frame, const std::filesystem::path& file)
 {
-    for (const auto& [path, bytes] : frame.files) {
-        std::error_code error;
-        const std::uintmax_t there = path == file ? std::filesystem::file_size(path, error) : bytes;
-        if (error) throw FileError(path.string(), error.message());
-        if (there != bytes)
-            throw FileError(path.string(), "is damaged: it has " + std::to_string(there) + " bytes, the run wrote " +
-                                               std::to_string(bytes));
-    }
+    const auto written = std::ranges::find(frame.files, file, &std::pair<std::filesystem::path, std::uintmax_t>::first);
+    if (written == frame.files.end()) return;  // it has none
+    std::error_code error;
+    const std::uintmax_t there = std::filesystem::file_size(file, error);
+    if (error) throw FileError(file.string(), error.message());
+    if (there != written->second)
+        throw FileError(file.string(), "is damaged: it has " + std::to_string(there) + " bytes, the run wrote " +
+                                           std::to_string(written->second));
 }
 
 }  // namespace vdbfrac::cli
