@@ -554,9 +554,9 @@ def main(folder):
     check("with its own materials", "newmtl fur\nKd 0.2 0.4 0.6" in library and "fur" in {f[4] for f in Obj(folder / "own_out.obj").faces}, library)
     lines = [l.split() for l in (folder / "fine.obj").read_text().splitlines()]
     (folder / "away.obj").write_text("\n".join(" ".join(["v", str(float(l[1]) + 9), *l[2:]] if l[:1] == ["v"] else l) for l in lines) + "\n")
-    (folder / "small.obj").write_text("\n".join(" ".join(["v", *(str(float(x) / 10) for x in l[1:4])] if l[:1] == ["v"] else l) for l in lines[:-1]) + "\n")
+    (folder / "small.obj").write_text("\n".join(" ".join(["v", *(str(float(x) / 9) for x in l[1:4])] if l[:1] == ["v"] else l) for l in lines[:-1]) + "\n")
     said = vdbfrac("embed", run, folder / "small.obj", "-o", folder / "small_out.obj", "-q")
-    check("a mesh of another size is told", "is 0.09" in said and "times as large as body 'block' at rest" in said, said)
+    check("a mesh of another size is told", "is 0.1" in said and "times as large as body 'block' at rest" in said, said)
     check("an open mesh is told", "small.obj has 4 open edges" in said and "small_out" not in said, said)
     said = vdbfrac("embed", run, folder / "away.obj", "-o", folder / "no.obj", code=2)
     check("a mesh elsewhere is refused with a hint", "away.obj" in said and "where the body lies at rest" in said, said)

@@ -31,7 +31,7 @@ RunFrames readRunFrames(const std::filesystem::path& folder);
 /// A frame that an option names. Throws InputError where the run ends before it.
 int frameWithin(const std::filesystem::path& run, int frame, const char* option);
 
-/// Throws FileError where a file of a frame has not the size that the run wrote.
+/// Throws FileError where a file of a frame is shorter than the run wrote it.
 void requireWhole(const RunFrame& frame, const std::filesystem::path& file);
 
 }  // namespace vdbfrac::cli
