@@ -18,6 +18,13 @@ double BodyMesh::volume(const CellElement& element) const
     return h * h * h * sum;
 }
 
+std::array<std::uint32_t, 4> tetNodes(const CellElement& element, std::uint32_t t)
+{
+    std::array<std::uint32_t, 4> node{};
+    for (std::size_t a = 0; a < 4; ++a) node[a] = element.node[std::size_t(cellTets(element.shape).corner[t][a])];
+    return node;
+}
+
 NodalShare BodyMesh::nodalShare(Coord voxel, const TetEnergy& energy) const
 {
     NodalShare share;
@@ -28,20 +35,19 @@ NodalShare BodyMesh::nodalShare(Coord voxel, const TetEnergy& energy) const
     return share;
 }
 
+RestTet restTet(const std::array<std::uint32_t, 4>& node, const std::array<Vec3, 4>& X)
+{
+    Mat3 edges;
+    for (int a = 0; a < 3; ++a) edges.col(a) = X[std::size_t(a + 1)] - X[0];
+    return {node, X[0], edges.inverse()};
+}
+
 RestTet BodyMesh::restTet(std::uint32_t e, std::uint32_t t) const
 {
-    const CellElement& element = elements()[e];
-    RestTet tet;
-    std::array<Vec3, 4> corner;
-    for (std::size_t a = 0; a < 4; ++a) {
-        tet.node[a] = element.node[std::size_t(cellTets(element.shape).corner[t][a])];
-        corner[a] = restPosition(tet.node[a]);
-    }
-    Mat3 edges;
-    for (int a = 0; a < 3; ++a) edges.col(a) = corner[std::size_t(a + 1)] - corner[0];
-    tet.origin = corner[0];
-    tet.inverse = edges.inverse();
-    return tet;
+    const std::array<std::uint32_t, 4> node = tetNodes(elements()[e], t);
+    std::array<Vec3, 4> X;
+    for (std::size_t a = 0; a < 4; ++a) X[a] = restPosition(node[a]);
+    return tetmesh::restTet(node, X);
 }
 
 std::optional<MaterialPoint> BodyMesh::locate(const Vec3& X, std::span<const std::uint32_t> near) const

@@ -1,12 +1,12 @@
 #include "lips.h"
 
-#include "by_voxel.h"
 #include "fairing.h"
 #include "redivide.h"
 #include "slider.h"
 
 #include <vdbfrac/skin/opposite.h>
 
+#include <vdbfrac/base/by_voxel.h>
 #include <vdbfrac/base/grouping.h>
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/base/triangle.h>

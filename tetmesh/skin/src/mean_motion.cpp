@@ -53,7 +53,7 @@ MeanMotion::MeanMotion(const tetmesh::BodyMesh& body, const CrackField& cracks, 
     const Carrier carrier{body, fragment, fragmentOfNode};
     for (std::uint32_t i = 0; i < riders.size(); ++i)
         if (const double out = embedded.outside[i] / body.voxelSize(); out > kFrom)
-            points_.push_back({i, riders[i].X, std::min(1.0, (out - kFrom) / (kWholly - kFrom))});
+            points_.push_back({i, riders[i].X, embedded.outside[i], std::min(1.0, (out - kFrom) / (kWholly - kFrom))});
     std::vector<std::vector<Coord>> near(points_.size());  // first that at which material was found
     parallelChunks(points_.size(), kChunk / 16, [&](std::size_t begin, std::size_t end) {
         for (std::size_t p = begin; p < end; ++p)

@@ -1,7 +1,6 @@
 #include <vdbfrac/skin/opposite.h>
 
-#include "by_voxel.h"
-
+#include <vdbfrac/base/by_voxel.h>
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/base/triangle.h>
 #include <vdbfrac/tetmesh/trilinear.h>

@@ -233,6 +233,16 @@ std::vector<Vec3> Skin::carried(std::span<const Vec3> ofNodes) const
     return at;
 }
 
+std::vector<OutsidePoint> Skin::outside() const
+{
+    std::vector<OutsidePoint> all;
+    for (std::size_t i = 0; i < outsidePoint_.size(); ++i) {
+        const MeanMotion::Point& p = outside_.points()[i];
+        all.push_back({outsidePoint_[i], p.X, p.distance});
+    }
+    return all;
+}
+
 std::vector<Vec3> Skin::normals(std::span<const Vec3> points) const
 {
     const RenderMesh& mesh = drawn_->mesh;

@@ -225,6 +225,11 @@ DrawnBody Drawing::body(std::size_t body, std::span<const Vec3> x, std::span<con
     return drawn;
 }
 
+void Drawing::turnNormals(std::size_t body, DrawnBody& drawn) const
+{
+    drawn.normals = surfaces_[body].skin.normals(drawn.points);
+}
+
 DrawnFrame Drawing::frame(const Simulation& simulation) const
 {
     DrawnFrame frame;

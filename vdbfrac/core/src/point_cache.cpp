@@ -28,23 +28,22 @@ Archive motionOf(const Simulation& simulation)
         archive.put(keyOf("x", b), simulation.x().subspan(body.firstNode, body.mesh->nodeCount()));
         archive.put(keyOf("v", b), simulation.v().subspan(body.firstNode, body.mesh->nodeCount()));
         archive.put(keyOf("before", b), simulation.ancestry()->before(b, simulation.framesDone()));
+        putTets(archive, keyOf("taken", b), simulation.ancestry()->taken(b, simulation.framesDone()));
     }
     return archive;
 }
 
 PointCache::PointCache(const scene::Scene& scene, const Simulation& simulation, const Drawing& drawing,
                        std::vector<fs::path> motion)
-    : scene_(scene), drawing_(drawing), motion_(std::move(motion)), node_(ancestors(simulation))
+    : scene_(scene), drawing_(drawing), motion_(std::move(motion))
 {
-    rest_ = frame(0);
-    for (std::size_t b = 0; b < rest_.size(); ++b) {
+    const std::vector<std::vector<BeforeCracks::Tet>> tets = traceBack(simulation);
+    for (std::size_t b = 0; b < simulation.bodies().size(); ++b) {
         const Body& body = simulation.bodies()[b];
-        std::vector<std::uint8_t> isJoined(rest_[b].points.size(), 0);
-        if (scene.output.lipsClosed)
-            isJoined = joined_.emplace_back(*rest_[b].topology, simulation.stages(), body, scene.time.fps).isJoined();
-        taken_.emplace_back(*rest_[b].topology, isJoined, simulation.stages(), body, scene.time.fps);
-        taken_[b].addTo(0, rest_[b]);
+        before_.emplace_back(tets[b], drawing.outside(b), simulation.stages(), body, scene.time.fps);
+        taken_.emplace_back(*drawing.topology(b), scene.output.lipsClosed, simulation.stages(), body, scene.time.fps);
     }
+    rest_ = frame(0);
     for (const DrawnBody& body : rest_) {
         used_.push_back(tetmesh::usedPoints(body.topology->mesh));
         usedNormals_.push_back(tetmesh::usedNormals(body.topology->mesh));
@@ -66,18 +65,21 @@ std::string PointCache::lacks() const
     return text.substr(0, text.size() - std::min<std::size_t>(text.size(), 2));
 }
 
-/// Classes of nodes only split: each node of the last frame was one node in every frame before.
-std::vector<std::vector<PointCache::Nodes>> PointCache::ancestors(const Simulation& simulation) const
+/// Fills node_: classes of nodes only split, so each was one node in every frame before. Returns the tets of each body
+/// that cracks took, the last first.
+std::vector<std::vector<BeforeCracks::Tet>> PointCache::traceBack(const Simulation& simulation)
 {
     std::vector<Nodes> now;
     for (const Body& body : simulation.bodies()) {
         std::vector<std::uint32_t> own(body.mesh->nodeCount());
         std::iota(own.begin(), own.end(), 0u);
+        nodes_.push_back(own.size());
         now.push_back(std::make_shared<const std::vector<std::uint32_t>>(std::move(own)));
     }
-    std::vector<std::vector<Nodes>> all(motion_.size());
+    std::vector<std::vector<BeforeCracks::Tet>> tets(now.size());
+    node_.resize(motion_.size());
     for (std::size_t f = motion_.size(); f-- > 0;) {
-        all[f] = now;
+        node_[f] = now;
         const Archive archive = Archive::read(motion_[f]);
         for (std::size_t b = 0; b < now.size(); ++b) {
             const auto before = archive.get<std::uint32_t>(keyOf("before", b));
@@ -87,10 +89,14 @@ std::vector<std::vector<PointCache::Nodes>> PointCache::ancestors(const Simulati
                 if (n >= before.size()) archive.complain("has too few nodes for the frames after it");
                 were.push_back(before[n]);
             }
+            for (const TakenTet& tet : getTets(archive, keyOf("taken", b))) {
+                were.insert(were.end(), tet.node.begin(), tet.node.end());
+                tets[b].push_back({tet.X, std::uint32_t(f)});
+            }
             now[b] = std::make_shared<const std::vector<std::uint32_t>>(std::move(were));
         }
     }
-    return all;
+    return tets;
 }
 
 DrawnFrame PointCache::frame(std::size_t number) const
@@ -104,9 +110,11 @@ DrawnFrame PointCache::frame(std::size_t number) const
             if (n >= x.size() || n >= v.size()) archive.complain("has too few nodes for the run's last frame");
             atX.push_back(x[n]), atV.push_back(v[n]);
         }
-        all.push_back(drawing_.body(b, atX, atV));
-        if (!joined_.empty()) joined_[b].join(number, all.back());
-        if (!taken_.empty()) taken_[b].addTo(number, all.back());
+        const std::size_t own = nodes_[b];
+        DrawnBody& drawn = all.emplace_back(drawing_.body(b, std::span(atX).first(own), std::span(atV).first(own)));
+        if (before_[b].carry(number, atX, drawn.points)) drawing_.turnNormals(b, drawn);
+        before_[b].carry(number, atV, drawn.velocity);
+        taken_[b].addTo(number, drawn);
     }
     return all;
 }

@@ -89,7 +89,7 @@ Simulation::Simulation(const scene::Scene& scene, std::span<Effect* const> effec
     for (std::size_t b = 0; b < bodies_.size(); ++b) setInitialVelocity(scene.bodies[b], bodies_[b]);
     if (schemeOf(scene.solver) != solver::Scheme::statics) grips_->setStartVelocities(state_.v);
     fields_ = std::make_unique<StateFields>(*this);
-    if (scene.output.followsNodes()) ancestry_ = std::make_unique<Ancestry>(bodies_.size());
+    if (scene.output.followsNodes()) ancestry_ = std::make_unique<Ancestry>(bodies_);
     stages_.frames.push_back(fields_.get());
     for (Effect* effect : effects) {
         effect->join(stages_);
@@ -279,7 +279,7 @@ void Simulation::carryOver(Body& body, const tetmesh::CutUpdate& update, std::si
     number();  // of the bodies after it, which may be cut before all is built anew
     elasticEnergy_ -= before - recutEnergy(update, own(), body, h_, elastic_->elasticity());
     body.fragments.update(*body.mesh, update.previousNode, time_, nextFragment_);
-    if (ancestry_) ancestry_->recut(std::size_t(&body - bodies_.data()), update.previousNode, frameUnderWay());
+    if (ancestry_) ancestry_->recut(std::size_t(&body - bodies_.data()), *body.mesh, update, frameUnderWay());
     if (!asleep_.empty()) wakeRecut(body, update);
 }
 

@@ -1,18 +1,19 @@
 #include <vdbfrac/core/taken_faces.h>
 
-#include "arrival_frames.h"
+#include "arrivals.h"
 
 #include <vdbfrac/base/disjoint_sets.h>
 #include <vdbfrac/base/grouping.h>
 #include <vdbfrac/base/nearest_source.h>
 #include <vdbfrac/base/polygon.h>
-#include <vdbfrac/grid/voxel_values.h>
+#include <vdbfrac/skin/opposite.h>
+
+#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <array>
 #include <limits>
 #include <utility>
-#include <variant>
 
 namespace vdbfrac::core {
 
@@ -34,9 +35,30 @@ Groups linksOf(const DrawnTopology& drawn, bool withTorn)
     });
 }
 
+/// Points of rims that lie on the rim of another lip.
+void markRimsThatMeet(const DrawnTopology& drawn, double dx, std::span<std::uint8_t> meets)
+{
+    constexpr double kMet = 0.05;  // voxels: lips that are farther apart at rest have not been closed
+    const RenderMesh& mesh = drawn.mesh;
+    std::vector<std::array<std::uint32_t, 3>> torn;
+    std::vector<Vec3> normal(mesh.points.size(), Vec3::Zero());
+    for (std::size_t f = 0; f < mesh.faces(); ++f) {
+        const auto c = mesh.face(f);
+        if (drawn.torn[f]) {
+            torn.push_back({c[0].point, c[1].point, c[2].point});
+            continue;
+        }
+        const Vec3 area = doubleArea(c.size(), [&](std::size_t k) -> const Vec3& { return mesh.points[c[k].point]; });
+        for (const RenderMesh::Corner& corner : c) normal[corner.point] += area;
+    }
+    for (Vec3& n : normal) n.stableNormalize();
+    for (const skin::Opposite& lip : skin::oppositeRims(mesh.points, torn, normal, dx))
+        if ((lip.at(mesh.points) - mesh.points[lip.point]).norm() <= kMet * dx) meets[lip.point] = 1;
+}
+
 /// Faces that cracks have taken, but for what is left between lips that meet: slivers whose corners lie on another
 /// lip. Corners on no rim are as the nearest on one.
-std::vector<std::uint32_t> facesApart(const DrawnTopology& drawn, std::span<const std::uint8_t> isJoined, double dx)
+std::vector<std::uint32_t> facesApart(const DrawnTopology& drawn, std::span<const std::uint8_t> meets, double dx)
 {
     constexpr double kSliver = 0.02;  // voxels: its height
     const RenderMesh& mesh = drawn.mesh;
@@ -46,7 +68,7 @@ std::vector<std::uint32_t> facesApart(const DrawnTopology& drawn, std::span<cons
             if (drawn.torn[f]) isRim[c.point] = 1;
     const std::vector<std::uint32_t> nearest = nearestSources(linksOf(drawn, false), isRim);
     const auto hasMet = [&](const RenderMesh::Corner& c) {
-        return nearest[c.point] != kNoSource && isJoined[nearest[c.point]];
+        return nearest[c.point] != kNoSource && meets[nearest[c.point]];
     };
     const auto isSliver = [&](std::span<const RenderMesh::Corner> face) {
         const auto at = [&](std::size_t k) -> const Vec3& { return mesh.points[face[k].point]; };
@@ -84,10 +106,8 @@ std::vector<std::uint32_t> framesOf(const DrawnTopology& drawn, const Stages& st
 {
     const std::vector<Vec3>& X = drawn.mesh.points;
     std::vector<std::uint32_t> frame(X.size(), kNever);
-    const auto arrival = stages.sourceOf("arrival");
-    if (!arrival) return frame;
-    const grid::VoxelValues values = std::get<grid::VoxelValues>(arrival->source->take(body, arrival->field.name));
-    const std::vector<float> times = grid::sample(values, body.phi.voxelSize(), X);
+    const std::vector<float> times = arrivalTimes(stages, body, X);
+    if (times.empty()) return frame;
     const Groups links = linksOf(drawn, true);
     std::vector<std::uint8_t> isKnown(X.size());
     for (std::size_t p = 0; p < X.size(); ++p) isKnown[p] = times[p] >= 0 && !links[p].empty();
@@ -114,12 +134,14 @@ DrawnTopology withoutTaken(const DrawnTopology& drawn)
 
 }  // namespace
 
-TakenFaces::TakenFaces(const DrawnTopology& drawn, std::span<const std::uint8_t> isJoined, const Stages& stages,
-                       const Body& body, double fps)
+TakenFaces::TakenFaces(const DrawnTopology& drawn, bool lipsClosed, const Stages& stages, const Body& body, double fps)
 {
+    const double dx = body.phi.voxelSize();
+    std::vector<std::uint8_t> meets(drawn.mesh.points.size(), 0);
+    if (lipsClosed) markRimsThatMeet(drawn, dx, meets);
     const std::vector<std::uint32_t> frameOf = framesOf(drawn, stages, body, fps);
     std::vector<std::pair<std::uint32_t, std::uint32_t>> faces;  // frame and number
-    for (const std::uint32_t f : facesApart(drawn, isJoined, body.phi.voxelSize())) {
+    for (const std::uint32_t f : facesApart(drawn, meets, dx)) {
         std::uint32_t frame = kNever;  // by the first corner: what went later would hang on rims as a fringe
         for (const RenderMesh::Corner& c : drawn.mesh.face(f)) frame = std::min(frame, frameOf[c.point]);
         if (frame == kNever)

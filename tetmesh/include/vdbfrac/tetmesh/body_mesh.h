@@ -26,6 +26,9 @@ struct CellElement {
     std::uint32_t patch = 0;  ///< elements of one block of 8^3 cells share it and are consecutive
 };
 
+/// The nodes of a tet of an element.
+std::array<std::uint32_t, 4> tetNodes(const CellElement& element, std::uint32_t tet);
+
 /// Where the elements of a mesh come from that was cut again. Classes of nodes only split, so each tet of a new element
 /// lies in the same tet of exactly one old element.
 struct PreviousElements {

@@ -53,6 +53,9 @@ struct RestTet {
     }
 };
 
+/// A tet of nodes at X [m].
+RestTet restTet(const std::array<std::uint32_t, 4>& node, const std::array<Vec3, 4>& X);
+
 /// Closed surface of the material, normals outward. Vertices are shared along every edge the cut crosses.
 struct EmbeddedSurface {
     std::vector<EmbeddedPoint> points;

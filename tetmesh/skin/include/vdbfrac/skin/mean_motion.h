@@ -22,6 +22,7 @@ public:
     struct Point {
         std::uint32_t rider = 0;
         Vec3 X = Vec3::Zero();  ///< m, at rest
+        double distance = 0;    ///< m: how far it is outside
         double share = 0;       ///< of the mean motion in that of the point; the rest is that of its tet
     };
 

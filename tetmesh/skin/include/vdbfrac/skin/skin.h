@@ -26,6 +26,13 @@ struct SkinWork {
 
 class TurnedNormals;
 
+/// A point outside of the tet that carries it.
+struct OutsidePoint {
+    std::uint32_t point = 0;
+    Vec3 X = Vec3::Zero();  ///< m, at rest
+    double distance = 0;    ///< m, from the tet
+};
+
 /// Depends on the mesh and on the body as it is alone, so a run that is resumed draws the same.
 class Skin {
 public:
@@ -43,6 +50,8 @@ public:
 
     /// Positions [m] or velocities [m/s] of all points, from those of the body's nodes.
     std::vector<Vec3> carried(std::span<const Vec3> ofNodes) const;
+    /// Points that ride some way outside of the material, rising.
+    std::vector<OutsidePoint> outside() const;
     /// Normals of topology().mesh with its points at `points` [m], as carried() gave them: those that were given turn
     /// with the faces round their points, those of torn faces are made of these.
     std::vector<Vec3> normals(std::span<const Vec3> points) const;

@@ -55,6 +55,15 @@ public:
     DrawnFrame frame(const Simulation& simulation) const;
     /// The same for positions [m] and velocities [m/s] of the nodes of a body.
     DrawnBody body(std::size_t body, std::span<const Vec3> x, std::span<const Vec3> v) const;
+    /// As the last follow() left it.
+    std::shared_ptr<const tetmesh::DrawnTopology> topology(std::size_t body) const
+    {
+        return surfaces_[body].skin.topology();
+    }
+    /// Points of a body that ride some way outside of its material, as they did at the last follow().
+    std::vector<skin::OutsidePoint> outside(std::size_t body) const { return surfaces_[body].skin.outside(); }
+    /// Turns the normals of a body, as body() gave it, after its points have moved.
+    void turnNormals(std::size_t body, DrawnBody& drawn) const;
 
 private:
     struct Surface {

@@ -1,11 +1,11 @@
 // One topology over all frames of a run: the surface is cut once, by the cracks of the run's end, and its points are
-// where their material was in each frame before. Lips are one until the crack arrives between them. Programs that play
-// frames call this a point cache.
+// where their material was in each frame before, also what cracks took later. Programs that play frames call this a
+// point cache.
 #pragma once
 
 #include <vdbfrac/core/archive.h>
+#include <vdbfrac/core/before_cracks.h>
 #include <vdbfrac/core/drawing.h>
-#include <vdbfrac/core/joined_lips.h>
 #include <vdbfrac/core/simulation.h>
 #include <vdbfrac/core/taken_faces.h>
 #include <vdbfrac/scene/scene.h>
@@ -42,7 +42,7 @@ public:
 private:
     using Nodes = std::shared_ptr<const std::vector<std::uint32_t>>;
 
-    std::vector<std::vector<Nodes>> ancestors(const Simulation& simulation) const;
+    std::vector<std::vector<BeforeCracks::Tet>> traceBack(const Simulation& simulation);
     std::vector<tetmesh::CacheFrame> cacheFrame(std::size_t number) const;
     void writeObj(const std::filesystem::path& out) const;
     void writeMdd(const std::filesystem::path& out) const;
@@ -51,10 +51,12 @@ private:
     const scene::Scene& scene_;
     const Drawing& drawing_;
     std::vector<std::filesystem::path> motion_;
-    std::vector<std::vector<Nodes>> node_;  // of each frame and body: what those of the last frame were
-    DrawnFrame rest_;                       // the first frame
+    std::vector<std::size_t> nodes_;  // of each body in the last frame
+    // Of each frame and body: what these nodes were, then those of tets that cracks take later.
+    std::vector<std::vector<Nodes>> node_;
+    DrawnFrame rest_;                                             // the first frame
     std::vector<std::vector<std::uint32_t>> used_, usedNormals_;  // points and normals that faces use, of each body
-    std::vector<JoinedLips> joined_;                              // of each body; none where lips are as simulated
+    std::vector<BeforeCracks> before_;                            // of each body
     std::vector<TakenFaces> taken_;                               // of each body
 };
 

@@ -7,7 +7,6 @@
 
 #include <cstdint>
 #include <memory>
-#include <span>
 #include <vector>
 
 namespace vdbfrac::core {
@@ -16,10 +15,10 @@ namespace vdbfrac::core {
 /// own: one for all that go in the same frame.
 class TakenFaces {
 public:
-    /// Of a body as Drawing::followWhole draws it at the end of a run. `isJoined`: of each point, does it lie on
-    /// another lip at rest? Between lips that meet there are no faces. fps: frames a second.
-    TakenFaces(const tetmesh::DrawnTopology& drawn, std::span<const std::uint8_t> isJoined, const Stages& stages,
-               const Body& body, double fps);
+    /// Of a body as Drawing::followWhole draws it at the end of a run. Between lips that are closed there are no faces
+    /// where they meet. fps: frames a second.
+    TakenFaces(const tetmesh::DrawnTopology& drawn, bool lipsClosed, const Stages& stages, const Body& body,
+               double fps);
 
     /// Gives a body as it is drawn in a frame, counted from 0, the faces' own points.
     void addTo(std::size_t frame, DrawnBody& drawn) const;

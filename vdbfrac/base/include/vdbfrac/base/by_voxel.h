@@ -1,4 +1,4 @@
-// Things found by the voxels that they are in. Not installed.
+// Things found by the voxels that they are in.
 #pragma once
 
 #include <vdbfrac/base/vec.h>
@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-namespace vdbfrac::skin {
+namespace vdbfrac {
 
 /// Calls visit(voxel) for each from `low` to `high`, x fastest.
 template <class Visit>
@@ -38,4 +38,4 @@ private:
     std::vector<std::pair<Coord, std::uint32_t>> entries_;
 };
 
-}  // namespace vdbfrac::skin
+}  // namespace vdbfrac

@@ -1,0 +1,94 @@
+// Surfaces of one topology over a whole run.
+#include "branching_scenes.h"
+#include "folder_test.h"
+
+#include <vdbfrac/core/drawing.h>
+#include <vdbfrac/core/point_cache.h>
+#include <vdbfrac/lab/scenes/scene_run.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+namespace vdbfrac {
+namespace {
+
+class PointCaches : public test::FolderTest {
+protected:
+    static std::vector<std::string> settings(const std::string& lattice)
+    {
+        std::vector<std::string> all = test::kNotched;
+        all.push_back("grid.lattice=\"" + lattice + "\"");
+        for (const char* more : {"output.point_cache=[\"mdd\"]", "time.fps=24", "time.frames=[1,36]"})
+            all.emplace_back(more);
+        return all;
+    }
+    /// Runs to the end; keeps the motion of each frame in a file.
+    std::vector<std::filesystem::path> runToEnd(lab::SceneRun& run) const
+    {
+        std::vector<std::filesystem::path> motion;
+        for (int frame = 1; frame <= run.scene.time.lastFrame; ++frame) {
+            run.toFrame(frame);
+            motion.push_back(folder_ / std::to_string(frame));
+            core::motionOf(run.simulation).write(motion.back());
+        }
+        return motion;
+    }
+};
+
+/// Until a crack comes, the surface lies where the material of that frame carries it: also what is in the gap of the
+/// crack at the end, far from what is left.
+TEST_F(PointCaches, LieInTheMaterialUntilTheCrackComes)
+{
+    constexpr double kOff = 0.02;  // voxels: skin rides on its own tet up to 0.05 voxels outside of it
+    for (const char* lattice : {"six", "five", "delaunay"}) {
+        SCOPED_TRACE(lattice);
+        lab::SceneRun run(test::tearingBar(), settings(lattice)), early(test::tearingBar(), settings(lattice));
+        const auto motion = runToEnd(run);
+        ASSERT_GT(run.simulation.bodies()[0].fragments.fragments().size(), 1u);
+        core::Drawing drawing(run.scene, run.simulation);
+        drawing.followWhole(run.simulation, run.work);
+        const core::PointCache cache(run.scene, run.simulation, drawing, motion);
+
+        int frame = 1;  // the last before the first crack
+        const auto isWhole = [&] { return early.simulation.bodies()[0].revision == 0; };
+        for (; isWhole(); ++frame) early.toFrame(frame + 1);
+        frame -= 1;
+        ASSERT_GT(frame, 2);
+        lab::SceneRun whole(test::tearingBar(), settings(lattice));
+        whole.toFrame(frame);
+
+        const core::Body& body = whole.simulation.bodies()[0];
+        const double dx = body.phi.voxelSize();
+        const core::DrawnBody drawn = cache.frame(std::size_t(frame - 1))[0];
+        const auto& rest = drawn.topology->mesh.points;
+        std::size_t looked = 0, inGap = 0;
+        double most = 0;
+        for (const std::uint32_t p : tetmesh::usedPoints(drawn.topology->mesh)) {
+            const auto in = body.mesh->locate(rest[p]);
+            if (!in) continue;
+            ++looked, inGap += !run.simulation.bodies()[0].mesh->locate(rest[p]);
+            most = std::max(most, (drawn.points[p] - in->point.at(whole.simulation.x())).norm() / dx);
+        }
+        EXPECT_GT(looked, 300u);
+        EXPECT_GT(inGap, 20u);
+        EXPECT_LT(most, kOff);
+    }
+}
+
+/// In the last frame it is what is drawn of that frame, but for what cracks have taken.
+TEST_F(PointCaches, EndAsTheRunDoes)
+{
+    lab::SceneRun run(test::tearingBar(), settings("six"));
+    const auto motion = runToEnd(run);
+    core::Drawing drawing(run.scene, run.simulation);
+    drawing.followWhole(run.simulation, run.work);
+    const core::DrawnBody cached =
+        core::PointCache(run.scene, run.simulation, drawing, motion).frame(motion.size() - 1)[0];
+    const core::DrawnBody drawn = drawing.frame(run.simulation)[0];
+    for (const std::uint32_t p : tetmesh::usedPoints(drawn.topology->mesh))
+        EXPECT_EQ(cached.points[p], drawn.points[p]);
+}
+
+}  // namespace
+}  // namespace vdbfrac
