@@ -285,8 +285,10 @@ TEST(BarOnset, StrengthIsTheStressThatTears)
 
 TEST(BarOnset, StrengthThatTheGridCannotResolveIsSaid)
 {
-    SceneRun run(bar(16, "toughness = 10\nstrength = 1e4"));
+    SceneRun run(bar(16, "toughness = 10\nstrength = 1e4")), without(bar(16, "toughness = 10"));
     EXPECT_TRUE(isNoted(run, "toughness is honoured"));
+    EXPECT_EQ(tearingStrain(run), tearingStrain(without));
+    EXPECT_TRUE(std::ranges::equal(run.simulation.x(), without.simulation.x()));
 }
 
 TEST(BarOnset, UnderTensionDriverSqueezingDoesNotTear)

@@ -124,18 +124,19 @@ FractureLaw fractureLaw(const FractureKeys& keys, const scene::Grid& grid, const
         return law;
     }
     const double Gc = *keys.toughness;
-    law.kappa = perToughness * Gc;
-    if (!keys.strength) {
-        if (keys.isTension && law.radius > 0) law.perRelease = perToughness;
-        return law;
-    }
+    FractureLaw tough = law;
+    tough.kappa = perToughness * Gc;
+    if (keys.isTension && law.radius > 0) tough.perRelease = perToughness;
+    if (!keys.strength) return tough;
     const double strength = *keys.strength, radius = 2 * A * E * Gc / (strength * strength);
     const double narrowest = law.radius > 0 ? law.radius : std::max(2 * h, 8 * dx);  // a crack is up to two voxels wide
     if (radius < narrowest) {
+        constexpr double kSmooth = 1.5;  // of kappa: what smooth faces hold on fine lattices (docs/physics.md)
+        const double stress = std::sqrt(2 * E * tough.kappa);
         note("strength and toughness together need voxels of " + rough(dx * radius / narrowest) + " m or less; at " +
-             rough(dx) + " m toughness is honoured, a smooth bar tears at " + rough(std::sqrt(2 * E * law.kappa)) +
-             " Pa");
-        return law;
+             rough(dx) + " m toughness is honoured, as without strength: a smooth bar tears at " + rough(stress) +
+             (tough.perRelease > 0 ? " to " + rough(std::sqrt(kSmooth) * stress) : "") + " Pa");
+        return tough;
     }
     law.kappa = strength * strength / (2 * E);
     law.radius = std::min(radius, kMaxRadius * dx);
