@@ -2,8 +2,8 @@
 //
 // Islands are fragments that contact joins. An island falls asleep when none of its nodes has been faster than v_s for
 // a while; what it still moves with is lost, m v_s^2 / 2 at most. A fragment wakes when the forces on it, their sum or
-// their moments, differ from those in the first step of its sleep by more than what would bring it to v_s within a
-// frame, when it is cut again, and when what may tear it gets weaker over time.
+// their moments, differ from those in the first step of its sleep, or in that from those before, by more than what
+// would bring it to v_s within a frame, when it is cut again, and when what may tear it gets weaker over time.
 #include "all.h"
 
 #include <vdbfrac/base/infinity.h>
@@ -55,7 +55,8 @@ scene::Curve resistanceOf(const scene::Scene& scene)
 /// What is kept of each fragment.
 struct Quiet {
     double time = 0;                     // s: since when it is slow
-    bool asleep = false, known = false;  // when the last step ended; has it been for a step, with this push?
+    bool asleep = false, known = false;  // when the last step ended; has it been for a step, with this push? Else as
+                                         // it fell asleep
     Push push;
 };
 
@@ -167,10 +168,10 @@ void Sleep::wake(const core::SleepContext& context, std::span<std::uint8_t> asle
         Quiet& quiet = quiet_[f];
         if (!asleep[f]) {
             quiet.known = false;
-        } else if (!quiet.known) {
-            quiet.known = true, quiet.push = states[f].push;
         } else if (isPushed(states[f].push, quiet.push, states[f])) {
             asleep[f] = 0, quiet = {};
+        } else if (!quiet.known) {
+            quiet.known = true, quiet.push = states[f].push;
         }
     }
 }
@@ -196,8 +197,9 @@ void Sleep::fallAsleep(const core::SleepContext& context, std::span<std::uint8_t
     std::vector<std::uint8_t> awake(asleep.size(), 0);
     for (std::uint32_t f = 0; f < asleep.size(); ++f)
         if (!asleep[f] && quiet_[f].time < after_) awake[islands.find(f)] = 1;
+    const std::vector<FragmentState> states = measure(context, asleep.size(), true);
     for (std::uint32_t f = 0; f < asleep.size(); ++f)
-        if (!awake[islands.find(f)]) asleep[f] = 1;
+        if (!asleep[f] && !awake[islands.find(f)]) asleep[f] = 1, quiet_[f].push = states[f].push;
 }
 
 void Sleep::save(std::span<const core::Body>, core::Archive& archive) const
