@@ -189,12 +189,13 @@ TEST(ContactSearch, CommonMotionListsNothingMore)
     contact::Targets targets;
     targets.set(bodies, 2 * kDx);
     const std::vector<Vec3> x(run.simulation.x().begin(), run.simulation.x().end());
-    const auto pairs = [&](double speed, double common, double second = 0) {
+    const auto pairs = [&](double speed, double common, double second = 0, double shear = 0) {
         std::vector<Vec3> v;
         for (const Vec3& X : x) {
             const bool isSecond = X.x() > 4;
             const Vec3 arm = X - Vec3(isSecond ? 9 : 0, 0, 0);
-            v.push_back(Vec3(0, -common - isSecond * second, 0) + speed * Vec3(arm.y(), -arm.x(), 0));
+            v.push_back(Vec3(0, -common - isSecond * second, 0) + speed * Vec3(arm.y(), -arm.x(), 0) +
+                        shear * Vec3(arm.y(), 0, 0));
         }
         contact::NarrowPhase near;
         const std::vector<Vec3> ahead = contact::RelativeMotion::ahead(x, v, .04, 8 * kDx).ends(),
@@ -203,12 +204,14 @@ TEST(ContactSearch, CommonMotionListsNothingMore)
         near.find(surface, targets, {x, ahead}, {x, own}, .1 * kDx);
         return near.pairs();
     };
-    const std::size_t atRest = pairs(0, 0), turning = pairs(20, 0);
-    EXPECT_GT(turning, atRest);
+    const std::size_t atRest = pairs(0, 0), sheared = pairs(0, 0, 0, 20);
+    EXPECT_GT(sheared, atRest);
+    EXPECT_EQ(pairs(20, 0), atRest);
     EXPECT_EQ(pairs(0, 10), atRest);
-    EXPECT_EQ(pairs(20, 8), turning);
+    EXPECT_EQ(pairs(20, 8), atRest);
+    EXPECT_EQ(pairs(0, 8, 10, 20), sheared);
     EXPECT_EQ(pairs(0, 0, 10), atRest);
-    EXPECT_EQ(pairs(20, 8, 10), turning);
+    EXPECT_EQ(pairs(20, 8, 10), atRest);
 }
 
 /// However fast things fly apart, they are not looked for all along their ways.

@@ -8,6 +8,7 @@ namespace vdbfrac::contact {
 namespace {
 
 constexpr double kMargin = 0.5;     // cells that a step may end beside the way it was expected to take
+constexpr double kShorter = 0.5;    // of the step for which pairs were listed: they are listed anew
 constexpr double kRounding = 1e-9;  // of a step, by where its frame ends: the margin has room for it
 
 }  // namespace
@@ -21,6 +22,10 @@ bool ContactSearch::look(ContactSurface& surface, const Targets& targets, std::s
     ahead_ = RelativeMotion::ahead(x, v, dt, kFarthest * h_).ends();
     ownAhead_ = RelativeMotion::ahead(x, v, dt, kFarthest * h_, surface.fragmentOfNode()).ends();
     beside_ = ownBeside_ = {};
+    if (isKnown && dt <= kShorter * foundFor_) {  // much of what was found lies beyond this step
+        foundFor_ = dt;
+        near_.list(surface, targets, motion(), ownMotion(), kMargin * h_);
+    }
     if (isKnown) return false;
     start_.assign(x.begin(), x.end());
     foundFor_ = dt;

@@ -229,6 +229,7 @@ void ContactSurface::refineFrom(const std::string& name, const core::Refinement&
         const Vec3 c = X / near;
         return Coord{int(std::floor(c.x())), int(std::floor(c.y())), int(std::floor(c.z()))};
     };
+    const double stiffer = wide.bodies[0].mesh->spacing() / bodies_[0].mesh->spacing();  // k = beta E / h
     std::map<Coord, std::vector<std::uint32_t>> cells;
     for (std::uint32_t i = 0; i < before.size(); ++i) cells[cellOf(before.restPosition(i))].push_back(i);
     for (std::size_t i = 0; i < size(); ++i) {
@@ -244,6 +245,7 @@ void ContactSurface::refineFrom(const std::string& name, const core::Refinement&
                 least = distance, memory_[i] = before.memory(j);
             }
         }
+        memory_[i].stiffen(stiffer);
     }
 }
 

@@ -3,6 +3,8 @@
 #include <vdbfrac/base/infinity.h>
 #include <vdbfrac/base/parallel.h>
 
+#include <Eigen/Dense>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -31,41 +33,117 @@ std::vector<Swept> sweptBy(const Motion& motion, std::span<const std::uint32_t> 
     return swept;
 }
 
+/// Of places x and moves of nodes that have a say in where motion is seen from, about their means.
+struct Moments {
+    double count = 0;
+    Vec3 x = Vec3::Zero(), move = Vec3::Zero();       // sums, then means
+    Mat3 both = Mat3::Zero(), second = Mat3::Zero();  // of move x^T and x x^T
+};
+
+/// Of each fragment, or of all where `fragment` is empty.
+std::vector<Moments> momentsOf(std::span<const Vec3> x, std::span<const Vec3> move,
+                               std::span<const std::uint32_t> fragment)
+{
+    constexpr std::size_t kEach = 8;  // every eighth has a say, and all of a fragment with none
+    const auto of = [&](std::size_t n) { return fragment.empty() ? 0u : fragment[n]; };
+    std::vector<Moments> all(fragment.empty() ? 1 : *std::ranges::max_element(fragment) + std::size_t{1});
+    std::vector<std::uint32_t> say;
+    for (std::size_t n = 0; n < x.size(); n += kEach) say.push_back(std::uint32_t(n)), ++all[of(n)].count;
+    for (std::size_t n = 0; n < fragment.size(); ++n)
+        if (n % kEach != 0 && all[of(n)].count == 0) say.push_back(std::uint32_t(n));
+    for (Moments& m : all) m.count = 0;
+    for (const std::uint32_t n : say) {
+        Moments& m = all[of(n)];
+        ++m.count, m.x += x[n], m.move += move[n];
+    }
+    for (Moments& m : all) m.x /= std::max(1., m.count), m.move /= std::max(1., m.count);
+    if (fragment.empty()) return all;
+    for (const std::uint32_t n : say) {
+        Moments& m = all[of(n)];
+        const Vec3 r = x[n] - m.x;
+        m.both += (move[n] - m.move) * r.transpose(), m.second += r * r.transpose();
+    }
+    return all;
+}
+
+constexpr double kTurns = 4;        // nodes of a fragment that can tell how it turns
+constexpr double kDefinite = 1e-6;  // of what is fitted: where nodes lie in a line they do not turn about it
+
+/// The angular velocity that velocities fit best, as an operator on places.
+Mat3 spinOf(const Moments& m)
+{
+    Mat3 spin = Mat3::Zero();
+    if (m.count < kTurns) return spin;
+    const double size = m.second.trace();
+    const Mat3 inertia = (1 + kDefinite) * size * Mat3::Identity() - m.second;
+    const Vec3 momentum(m.both(2, 1) - m.both(1, 2), m.both(0, 2) - m.both(2, 0), m.both(1, 0) - m.both(0, 1));
+    const Vec3 rate = inertia.ldlt().solve(momentum);
+    if (size > 0 && rate.allFinite()) spin << 0, -rate.z(), rate.y(), rate.z(), 0, -rate.x(), -rate.y(), rate.x(), 0;
+    return spin;
+}
+
+/// The rotation that takes places nearest to where they are now.
+Mat3 turnOf(const Moments& m)
+{
+    if (m.count < kTurns || !m.both.allFinite()) return Mat3::Identity();
+    const Eigen::JacobiSVD<Mat3> svd(m.both + kDefinite * m.both.norm() * Mat3::Identity(),
+                                     Eigen::ComputeFullU | Eigen::ComputeFullV);
+    const double side = (svd.matrixU() * svd.matrixV().transpose()).determinant();
+    return svd.matrixU() * Vec3(1, 1, side).asDiagonal() * svd.matrixV().transpose();
+}
+
 }  // namespace
 
-Means::Means(std::span<const Vec3> values, std::span<const std::uint32_t> fragment) : fragment_(fragment)
+RelativeMotion::RelativeMotion(std::span<const Vec3> x, std::span<const Vec3> move, double scale, double farthest,
+                               std::span<const std::uint32_t> fragment)
+    : x_(x), move_(move), scale_(scale), farthest_(farthest), fragment_(fragment)
 {
-    constexpr std::size_t kEach = 8;
-    const auto fragments = fragment.empty() ? 1 : *std::ranges::max_element(fragment) + std::size_t{1};
-    mean_.assign(fragments, Vec3::Zero());
-    std::vector<double> count(fragments, 0);
-    const auto add = [&](std::size_t f, std::size_t n) { mean_[f] += values[n], ++count[f]; };
-    for (std::size_t n = 0; n < values.size(); n += kEach) add(fragment.empty() ? 0 : fragment[n], n);
-    if (std::ranges::find(count, 0.) != count.end())
-        for (std::size_t n = 0; n < fragment.size(); ++n)
-            if (count[fragment[n]] == 0) add(fragment[n], n);
-    for (std::size_t f = 0; f < fragments; ++f) mean_[f] /= std::max(1., count[f]);
 }
 
 RelativeMotion RelativeMotion::ahead(std::span<const Vec3> x, std::span<const Vec3> v, double dt, double farthest,
                                      std::span<const std::uint32_t> fragment)
 {
-    return {x, v, std::isfinite(dt) ? dt : 0, 0, farthest, Means(v, fragment), Means({})};
+    RelativeMotion motion(x, v, std::isfinite(dt) ? dt : 0, farthest, fragment);
+    for (const Moments& m : momentsOf(x, v, fragment))
+        motion.frames_.push_back({m.move, m.x, Mat3::Identity(), spinOf(m)});
+    return motion;
 }
 
 RelativeMotion RelativeMotion::gone(std::span<const Vec3> x, std::span<const Vec3> to, double farthest,
                                     std::span<const std::uint32_t> fragment)
 {
-    return {x, to, 1, 1, farthest, Means(to, fragment), Means(x, fragment)};
+    RelativeMotion motion(x, to, 1, farthest, fragment);
+    for (const Moments& m : momentsOf(x, to, fragment))
+        motion.frames_.push_back(
+            {m.move, m.x, fragment.empty() ? Mat3(Mat3::Identity()) : Mat3(turnOf(m).transpose()), Mat3::Identity()});
+    return motion;
+}
+
+std::vector<Vec3> RelativeMotion::ways() const
+{
+    std::vector<Vec3> all(x_.size());
+    parallelChunks(all.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t n = begin; n < end; ++n) all[n] = way(n);
+    });
+    return all;
 }
 
 std::vector<Vec3> RelativeMotion::ends() const
 {
-    std::vector<Vec3> there(x_.size());
+    std::vector<Vec3> there = ways();
     parallelChunks(there.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t n = begin; n < end; ++n) there[n] = (*this)(n);
+        for (std::size_t n = begin; n < end; ++n) there[n] += x_[n];
     });
     return there;
+}
+
+double RelativeMotion::farthestAlongAxis() const
+{
+    return orderedMax(x_.size(), kChunk, 0, [&](std::size_t begin, std::size_t end) {
+        double most = 0;
+        for (std::size_t n = begin; n < end; ++n) most = std::max(most, way(n).cwiseAbs().maxCoeff());
+        return most;
+    });
 }
 
 double RelativeMotion::farthestBeside(const Motion& motion) const
@@ -116,20 +194,15 @@ bool mayMeet(const Motion& motion, std::span<const std::uint32_t> fragment, doub
 
 double farthestMove(std::span<const Vec3> from, std::span<const Vec3> to, std::span<const std::uint32_t> fragment)
 {
-    const Means then(from, fragment), now(to, fragment);
-    return orderedMax(from.size(), kChunk, 0, [&](std::size_t begin, std::size_t end) {
-        double most = 0;
-        for (std::size_t i = begin; i < end; ++i)
-            most = std::max(most, (to[i] - from[i] - (now(i) - then(i))).cwiseAbs().maxCoeff());
-        return most;
-    });
+    return RelativeMotion::gone(from, to, kInfinity, fragment).farthestAlongAxis();
 }
 
 double partFollowed(const Motion& motion, std::span<const std::uint32_t> fragment, double farthest)
 {
     double part = kInfinity;
     if (farthestMove(motion.from, motion.to) <= farthest) return part;
-    const Vec3 common = Means(motion.to)(0) - Means(motion.from)(0);
+    const Moments all = momentsOf(motion.from, motion.to, {})[0];
+    const Vec3 common = all.move - all.x;
     const std::vector<Swept> swept = sweptBy(motion, fragment, common);
     for (std::size_t i = 0; i < swept.size(); ++i)
         for (std::size_t j = 0; j < swept.size() && swept[i].farthest > farthest; ++j)

@@ -1,5 +1,6 @@
 #include <vdbfrac/contact/narrow_phase.h>
 
+#include <vdbfrac/base/infinity.h>
 #include <vdbfrac/base/parallel.h>
 
 #include <algorithm>
@@ -48,10 +49,17 @@ std::vector<Pair> meeting(std::span<const BroadPhase::Candidate> candidates, con
 bool NarrowPhase::find(const ContactSurface& surface, const Targets& targets, const Motion& motion, const Motion& own,
                        double margin)
 {
-    sample_.clear(), target_.clear(), start_.assign(1, 0);
-    if (targets.size() == 0 || surface.size() == 0) return false;
+    if (targets.size() == 0 || surface.size() == 0) return clearPairs(), false;
     const bool hasLooked = between_.find(surface, targets, motion, margin),
                hasLookedWithin = within_.find(surface, targets, own, margin);
+    list(surface, targets, motion, own, margin);
+    return hasLooked || hasLookedWithin;
+}
+
+void NarrowPhase::list(const ContactSurface& surface, const Targets& targets, const Motion& motion, const Motion& own,
+                       double margin)
+{
+    clearPairs();
     std::vector<Pair> pairs = meeting(between_.candidates(), surface, targets, motion, margin);
     const std::vector<Pair> within = meeting(within_.candidates(), surface, targets, own, margin);
     pairs.insert(pairs.end(), within.begin(), within.end());
@@ -64,8 +72,9 @@ bool NarrowPhase::find(const ContactSurface& surface, const Targets& targets, co
         target_.push_back(p.target);
         ++start_.back();
     }
-    return hasLooked || hasLookedWithin;
 }
+
+void NarrowPhase::clearPairs() { sample_.clear(), target_.clear(), start_.assign(1, 0); }
 
 void NarrowPhase::save(const std::string& name, core::Archive& archive) const
 {
@@ -118,31 +127,37 @@ std::vector<double> deepest(std::span<const Penetration> sunk, std::size_t sampl
 }
 
 template <class Between>
-double NarrowPhase::largest(const Targets& targets, const Between& between) const
+double NarrowPhase::largest(const ContactSurface& surface, const Targets& targets, const Between& between) const
 {
     return orderedMax(samples(), kChunk, 0, [&](std::size_t begin, std::size_t end) {
         double most = 0;
         for (std::size_t i = begin; i < end; ++i) {
             const auto toNode = between(sample_[i]);
             for (std::uint32_t t : this->targets(i))
-                for (std::uint32_t n : targets[t].node) most = std::max(most, toNode(n));
+                for (std::uint32_t n : targets[t].node)
+                    most = std::max(most, toNode(n, targets[t].fragment == surface.fragment(sample_[i])));
         }
         return most;
     });
 }
 
-double NarrowPhase::fastest(const ContactSurface& surface, const Targets& targets, std::span<const Vec3> v) const
+double NarrowPhase::fastest(const ContactSurface& surface, const Targets& targets, std::span<const Vec3> x,
+                            std::span<const Vec3> v) const
 {
-    return std::sqrt(largest(targets, [&](std::uint32_t sample) {
-        return [&, own = surface.at(sample, v)](std::uint32_t n) { return (own - v[n]).squaredNorm(); };
+    if (samples() == 0) return 0;
+    const std::vector<Vec3> own = RelativeMotion::ahead(x, v, 1, kInfinity, surface.fragmentOfNode()).ways();
+    return std::sqrt(largest(surface, targets, [&](std::uint32_t sample) {
+        return [&, ofAll = surface.at(sample, v), inIt = surface.at(sample, own)](std::uint32_t n, bool isOwn) {
+            return (isOwn ? Vec3(inIt - own[n]) : Vec3(ofAll - v[n])).squaredNorm();
+        };
     }));
 }
 
 double NarrowPhase::farthest(const ContactSurface& surface, const Targets& targets, std::span<const Vec3> from,
                              std::span<const Vec3> to) const
 {
-    return largest(targets, [&](std::uint32_t sample) {
-        return [&, before = surface.at(sample, from), after = surface.at(sample, to)](std::uint32_t n) {
+    return largest(surface, targets, [&](std::uint32_t sample) {
+        return [&, before = surface.at(sample, from), after = surface.at(sample, to)](std::uint32_t n, bool) {
             const Vec3 gap = from[n] - before, move = after - before - (to[n] - from[n]);
             return gap.isZero() ? move.norm() : move.dot(gap) / gap.norm();
         };

@@ -67,7 +67,7 @@ void Targets::add(const core::Body& body, std::uint16_t number, double depth)
             }
             group.X /= float(group.end - group.first);
             group.outward.stableNormalize();
-            group.size = std::cbrt(target_[group.first].restVolume);
+            group.size = std::max(std::cbrt(target_[group.first].restVolume), float(body.mesh->spacing()));
         }
     });
     inside_.insert(inside_.end(), tets.inside.begin(), tets.inside.end());

@@ -356,7 +356,7 @@ double Contact::largestStep(const solver::State& state, double)
         look(state.x, state.v, longest_);
         if (near().pairs() == 0) ahead = longest_;
     }
-    const double fastest = near().fastest(surface_, targets_, state.v);
+    const double fastest = near().fastest(surface_, targets_, state.x, state.v);
     const double followed =
         ahead * partFollowed({state.x, contact::moved(state.x, state.v, ahead)}, contact::ContactSearch::kFarthest);
     return std::min(

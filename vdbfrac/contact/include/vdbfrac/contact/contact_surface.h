@@ -46,6 +46,12 @@ struct SampleMemory {
         stretch = now > 0 ? slip : Vec3::Zero();
         depth = now;
     }
+    /// Pushes as before where stiffness is `times` what it was.
+    void stiffen(double times)
+    {
+        if (allowance >= 0 && depth > allowance) allowance = depth - (depth - allowance) / times;
+        stretch /= times;
+    }
 };
 
 /// A sample is a point of the cut surface with a reach: it touches what is that near. Forces act where the cut has its

@@ -16,18 +16,6 @@ namespace vdbfrac::contact {
 /// x + dt v.
 std::vector<Vec3> moved(std::span<const Vec3> x, std::span<const Vec3> v, double dt);
 
-/// Of all nodes, or of those of each fragment, where `fragment` has that of each node. Motion is seen from what is
-/// common to them, whatever that is: every eighth has a say, and the first of a fragment.
-class Means {
-public:
-    explicit Means(std::span<const Vec3> values, std::span<const std::uint32_t> fragment = {});
-    const Vec3& operator()(std::size_t node) const { return mean_[fragment_.empty() ? 0 : fragment_[node]]; }
-
-private:
-    std::span<const std::uint32_t> fragment_;
-    std::vector<Vec3> mean_;
-};
-
 /// Of nodes, from their places `from` to `to` [m].
 struct Motion {
     std::span<const Vec3> from, to;
@@ -39,44 +27,47 @@ struct MotionBoxes {
     Motion motion() const { return {low, high}; }
 };
 
-/// Where nodes go, seen from the mean of all, or of those of their fragment: what falls as a whole comes no nearer to
-/// itself. Their ways are cut off where they are longer than `farthest` [m].
+/// Where nodes go, seen from what is common to all: their mean motion; or to those of their fragment: its rigid motion.
+/// What falls and spins as a whole comes no nearer to itself. Ways are cut off where they are longer than `farthest`
+/// [m].
 class RelativeMotion {
 public:
-    /// By themselves in `dt` [s] from x, at the velocities v; nowhere for an infinite dt.
+    /// By themselves in `dt` [s] from x, at the velocities v; nowhere for an infinite dt. `fragment`: of each node, or
+    /// none for all.
     static RelativeMotion ahead(std::span<const Vec3> x, std::span<const Vec3> v, double dt, double farthest,
                                 std::span<const std::uint32_t> fragment = {});
     /// As they have gone from x.
     static RelativeMotion gone(std::span<const Vec3> x, std::span<const Vec3> to, double farthest,
                                std::span<const std::uint32_t> fragment = {});
-    Vec3 operator()(std::size_t node) const
+    Vec3 way(std::size_t node) const
     {
-        const Vec3 way = scale_ * (move_[node] - common_(node)) - startScale_ * (x_[node] - commonStart_(node));
+        const Frame& own = frames_[fragment_.empty() ? 0 : fragment_[node]];
+        const Vec3 way = scale_ * (own.ofMove * (move_[node] - own.move) - own.ofPlace * (x_[node] - own.place));
         const double far = way.squaredNorm() / (farthest_ * farthest_);
-        return x_[node] + (far > 1 ? Vec3(way / std::sqrt(far)) : way);
+        return far > 1 ? Vec3(way / std::sqrt(far)) : way;
     }
+    Vec3 operator()(std::size_t node) const { return x_[node] + way(node); }
+    std::vector<Vec3> ways() const;
     std::vector<Vec3> ends() const;
+    double farthestAlongAxis() const;  ///< m: that a node goes
     /// At most how far [m] along an axis a node ends outside of the box round its way in `motion`.
     double farthestBeside(const Motion& motion) const;
     /// Round the ways in `motion` and its own ends.
     MotionBoxes boxesWith(const Motion& motion) const;
 
 private:
-    RelativeMotion(std::span<const Vec3> x, std::span<const Vec3> move, double scale, double startScale,
-                   double farthest, Means common, Means commonStart)
-        : x_(x),
-          move_(move),
-          scale_(scale),
-          startScale_(startScale),
-          farthest_(farthest),
-          common_(std::move(common)),
-          commonStart_(std::move(commonStart))
-    {
-    }
+    /// From where motion is seen: by these means, and what is subtracted of velocities or places for each place.
+    struct Frame {
+        Vec3 move = Vec3::Zero(), place = Vec3::Zero();
+        Mat3 ofMove = Mat3::Identity(), ofPlace = Mat3::Zero();
+    };
+    RelativeMotion(std::span<const Vec3> x, std::span<const Vec3> move, double scale, double farthest,
+                   std::span<const std::uint32_t> fragment);
+
     std::span<const Vec3> x_, move_;  // velocities, or places
-    double scale_, startScale_;
-    double farthest_;
-    Means common_, commonStart_;
+    double scale_, farthest_;
+    std::span<const std::uint32_t> fragment_;
+    std::vector<Frame> frames_;  // of each fragment, or one for all
 };
 
 using Box = Eigen::AlignedBox3d;

@@ -38,6 +38,9 @@ public:
     /// again.
     bool find(const ContactSurface& surface, const Targets& targets, const Motion& motion, const Motion& own,
               double margin);
+    /// Lists less of what was found on longer ways.
+    void list(const ContactSurface& surface, const Targets& targets, const Motion& motion, const Motion& own,
+              double margin);
     /// Samples and targets are others.
     void clear() { *this = {}; }
     void save(const std::string& name, core::Archive& archive) const;
@@ -51,8 +54,10 @@ public:
     /// Samples that are in what they see, by rising sample.
     std::vector<Penetration> penetrationsAt(const ContactSurface& surface, const Targets& targets,
                                             std::span<const Vec3> x, double reach) const;
-    /// At most that a sample and a node of a target move against each other at the velocities v [m/s].
-    double fastest(const ContactSurface& surface, const Targets& targets, std::span<const Vec3> v) const;
+    /// At most that a sample and a node of a target move against each other at x, at the velocities v [m/s]; of one
+    /// fragment, as seen from it.
+    double fastest(const ContactSurface& surface, const Targets& targets, std::span<const Vec3> x,
+                   std::span<const Vec3> v) const;
     /// At most how much nearer one comes to the other [m].
     double farthest(const ContactSurface& surface, const Targets& targets, std::span<const Vec3> from,
                     std::span<const Vec3> to) const;
@@ -68,9 +73,11 @@ public:
     std::size_t bytes() const;
 
 private:
-    /// Of between(sample)(node) for all samples and the nodes of what they may reach, and 0.
+    void clearPairs();
+    /// Of between(sample)(node, is it of the sample's fragment?) for all samples and the nodes of what they may reach,
+    /// and 0.
     template <class Between>
-    double largest(const Targets& targets, const Between& between) const;
+    double largest(const ContactSurface& surface, const Targets& targets, const Between& between) const;
 
     std::vector<std::uint32_t> sample_, start_, target_;
     BroadPhase between_{BroadPhase::Among::fragments}, within_{BroadPhase::Among::withinFragments};

@@ -45,7 +45,7 @@ public:
         std::uint16_t nodes = 0;
         std::array<std::uint32_t, tetmesh::kCorners> node{};  ///< all that its targets have
         std::span<const std::uint32_t> nodesOfTargets() const { return std::span(node).first(nodes); }
-        float size = 0;  ///< of its cell [m]
+        float size = 0;  ///< m: of its tets, and no less than what is typical of the body
         /// m: its middle at rest, and where out is there (unit length).
         Eigen::Vector3f X = Eigen::Vector3f::Zero(), outward = Eigen::Vector3f::Zero();
     };
