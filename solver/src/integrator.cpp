@@ -85,7 +85,8 @@ public:
 
     std::size_t bytes() const override
     {
-        return Implicit::bytes() + (between_.capacity() + gradient_.capacity() + mean_.capacity()) * sizeof(Vec3);
+        return Implicit::bytes() +
+               (between_.capacity() + gradient_.capacity() + mean_.capacity() + pushes_.capacity()) * sizeof(Vec3);
     }
 
 private:
@@ -99,31 +100,36 @@ private:
         averageForces(origin.state.x, state.x, loads.potentials);
         const Boundary& boundary = loads.boundary(0.5);
         const std::span<const double> mass = elastic_->mass();
+        // What potentials do, which may move, they have told: on free nodes that less what they do on held ones.
         energy_.loss = nodeSum<double>(mean_.size(), [&](std::size_t i) {
-            mean_[i] -= boundary.force[i];
             const double still = 0.5 * mass[i] * origin.state.v[i].squaredNorm();
-            return boundary.fixed[i] ? still : still - mean_[i].dot(state.x[i] - origin.state.x[i]);
+            const Vec3 move = state.x[i] - origin.state.x[i], pull = mean_[i] - boundary.force[i];
+            mean_[i] = pull + pushes_[i];
+            return boundary.fixed[i] ? still + pushes_[i].dot(move) : still - pull.dot(move);
         });
+        for (const EnergyFlow& flow : energy_.flows) energy_.loss += flow.work - flow.dissipated;
         energy_.legs.push_back({origin.state.x, state.x, mean_, 0.5});
         (void)loads.boundary(1);  // loads are told as of the end
     }
 
-    /// Of elasticity and potentials, along the way.
+    /// Of elasticity, and of potentials, along the way.
     void averageForces(std::span<const Vec3> from, std::span<const Vec3> to, std::span<Potential* const> potentials)
     {
-        mean_.assign(from.size(), Vec3::Zero());
+        mean_.assign(from.size(), Vec3::Zero()), pushes_.assign(from.size(), Vec3::Zero());
         between_.resize(from.size());
         for (const auto& [share, weight] : {std::pair(0., 1. / 6), std::pair(0.5, 4. / 6), std::pair(1., 1. / 6)}) {
             gradient_.assign(from.size(), Vec3::Zero());
             eachNode<double>(from.size(), [&](std::size_t i) { between_[i] = from[i] + share * (to[i] - from[i]); });
             (void)elastic_->evaluate(between_, gradient_, nullptr);
-            for (const Potential* p : potentials) (void)p->evaluate(between_, gradient_);
             eachNode<double>(from.size(), [&](std::size_t i) { mean_[i] += weight * gradient_[i]; });
+            gradient_.assign(from.size(), Vec3::Zero());
+            for (const Potential* p : potentials) (void)p->evaluate(between_, gradient_);
+            eachNode<double>(from.size(), [&](std::size_t i) { pushes_[i] += weight * gradient_[i]; });
         }
     }
 
     const ElasticOperator* elastic_;
-    std::vector<Vec3> between_, gradient_, mean_;
+    std::vector<Vec3> between_, gradient_, mean_, pushes_;
 };
 
 /// to = from + factor (to - from).

@@ -168,6 +168,26 @@ TEST(EnergyFlows, OfRigidMotionsAreNone)
     for (const core::StepRecord& step : run.steps) EXPECT_LT(step.unnamedShare, core::kMaxUnnamedShare) << step.time;
 }
 
+/// A press that moves stands elsewhere along a step than at its end: what it does in a step out of balance is what it
+/// tells of itself, and no more than that comes to rest.
+TEST(EnergyFlows, OfStaticStepsUnderAPressAddUp)
+{
+    constexpr double kLeft = 1e-3;  // of the work: means of the forces at both ends leave as much
+    SceneRun run(block(
+        "integrator = \"static\"", "",
+        "[[grip]]\nname = \"hand\"\nbody = \"block\"\nregion = { halfspace = { normal = [0, 0, -1], offset = 0.3 } }\n"
+        "move = { velocity = [0, 0, 0] }\n[[collider]]\nname = \"press\"\nfriction = 0\nshape = { sphere = { radius = "
+        "0.3, "
+        "center = [0, 0, 0.69] } }\nmove = { velocity = [0, 0, -0.5] }\n"));
+    const core::StepRecord& first = run.step();  // not yet in balance
+    const double work = first.energyFlow.at("collider_work");
+    EXPECT_GT(work, 0);
+    EXPECT_LT(std::abs(first.energyFlow.at("integrator")), work);
+    EXPECT_LT(std::abs(first.energyFlow.at("unnamed")), kLeft * work);
+    run.toFrame(11);
+    EXPECT_LT(std::abs(total(run, "unnamed")), kLeft * total(run, "collider_work"));
+}
+
 TEST(EnergyFlows, OfStepsThatAreHardlySolvedAreToldToMiss)
 {
     SceneRun run(block(kBackward, "", "[gravity]\nacceleration = [0, 0, -10]\n" + grip("0.3", "velocity = [0, 0, 0]")),

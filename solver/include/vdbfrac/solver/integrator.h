@@ -55,7 +55,8 @@ struct HeldLeg {
 ///                     b where its second solve sets off
 ///   symplectic Euler  |v1 - v0|_M^2 / 2 + Psi0 - Psi1 + g(x0).D
 ///   forward Euler     the same with - |v1 - v0|_M^2 / 2 of free nodes
-///   static            what forces out of balance do while they come to rest, by Simpson's rule, and T at the start
+///   static            what forces out of balance do while they come to rest, and T at the start: elastic ones by
+///                     Simpson's rule, those of potentials as their flows say
 struct StepEnergy {
     double loss = 0;                ///< J, but for that of potentials
     std::vector<EnergyFlow> flows;  ///< of each potential
