@@ -101,6 +101,8 @@ TEST(Choices, AnExplicitIntegratorWithLongStepsSaysSo)
     } catch (const LimitError& error) {
         EXPECT_NE(std::string(error.what()).find("explicit integrator"), std::string::npos) << error.what();
     }
+    EXPECT_EQ(chosen.steps.front().outcome, core::Outcome::converged);
+    EXPECT_EQ(chosen.steps.back().outcome, core::Outcome::capped);
 }
 
 /// What moves so fast that no step is short enough ends the run, not in a step that takes no time for ever.

@@ -72,7 +72,9 @@ std::string shortcomings(const std::vector<core::StepRecord>& steps, const Ledge
     std::string text;
     if (nothingTore(work)) text += nearestToTearing(steps);
     if (shortest < INFINITY) text += fmt::format("cut back: steps down to {:.2e} s\n", shortest);
-    if (anyCapped(steps))
+    if (anyCapped(steps) && worst == 0)
+        text += "capped: steps flew apart; explicit integrators need shorter ones\n";
+    else if (anyCapped(steps))
         text +=
             fmt::format("capped: relative residuals up to {:.2g}, of the best iterates up to {:.2g}\n", worst, best);
     if (const double share = core::maxUnnamedShare(steps); share > core::kMaxUnnamedShare)
@@ -227,6 +229,19 @@ std::string planText(const scene::Scene& scene, const core::SceneEstimate& estim
                "note: estimated; what thin parts, overlaps and effects have to say is told when the run begins\n";
     for (const std::string& note : simulation->stages().notes) text += "note: " + note + "\n";
     return text;
+}
+
+std::string cappedText(const core::StepRecord& s)
+{
+    if (s.newtonIterations == 0)
+        return fmt::format(
+            "step {}: flies apart: there is a hundred times the energy that was ever put in; explicit "
+            "integrators need shorter steps (time.substeps)",
+            s.step);
+    return fmt::format(
+        "step {}: the solver hit its caps (relative residual {:.2g}, of the best iterate {:.2g}); the last iterate was "
+        "kept",
+        s.step, s.residual, s.minResidual);
 }
 
 std::string stepText(const core::StepRecord& s)

@@ -14,6 +14,8 @@ std::string planText(const scene::Scene& scene, const core::SceneEstimate& estim
                      const core::Simulation* simulation);
 /// One line on a step.
 std::string stepText(const core::StepRecord& step);
+/// What is wrong with a step that is capped.
+std::string cappedText(const core::StepRecord& step);
 bool anyCapped(const std::vector<core::StepRecord>& steps);
 /// The closing summary, with a table of seconds and work counters by stage.
 std::string summaryText(const core::Simulation& simulation, const core::RunFolder& folder, const Ledger& work);

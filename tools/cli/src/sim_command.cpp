@@ -230,11 +230,7 @@ std::string Run::toFrame(int frame, const StopRequest& stop, Progress& progress)
         const core::StepRecord step = simulation_.stepInFrame();
         folder_.addStep(step);
         log_.debug("{}", stepText(step));
-        if (step.outcome == core::Outcome::capped)
-            log_.warn(
-                "step {}: the solver hit its caps (relative residual {:.2g}, of the best iterate {:.2g}); the last "
-                "iterate was kept",
-                step.step, step.residual, step.minResidual);
+        if (step.outcome == core::Outcome::capped) log_.warn("{}", cappedText(step));
         warnOfUnnamed(step), warnOfCreases(step);
         progress.update(frame - first + (simulation_.time() - start) * scene_.time.fps, stepText(step));
         if (isDone()) break;  // what the last step leaves for the frame alone is in no checkpoint
@@ -285,7 +281,8 @@ int Run::end(const std::string& stopped)
             log_.error(
                 "frame {} gets nowhere: too many of its steps were cut back or not solved, the last to {:.2g} s. What "
                 "may help: slower grips, [volume] for what is squeezed or twisted, [damping] stiffness, a looser "
-                "solver.newton_tolerance (0.02), a smaller poisson_ratio, another voxel_size; with a checkpoint it "
+                "solver.newton_tolerance (0.02), shorter steps of an explicit integrator (time.substeps), a smaller "
+                "poisson_ratio, another voxel_size; with a checkpoint it "
                 "stops here, --resume tries on",
                 lastWritten_ + 1, folder_.steps().back().dt);
             return kNotConverged;

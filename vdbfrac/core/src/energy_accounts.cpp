@@ -22,6 +22,9 @@ double energyOfNoise(std::span<const Body> bodies)
     return sum;
 }
 
+/// Of all that was ever put in: whoever has more energy has it from the integrator.
+constexpr double kFlownApart = 100;
+
 }  // namespace
 
 void Simulation::beginEnergy()
@@ -63,6 +66,9 @@ void Simulation::book(StepRecord& record, const solver::StepReport& report)
     flow["unnamed"] = left;
     unnamed_ += left;
     record.unnamedShare = std::abs(unnamed_) / putIn_;
+    // The first step of an explicit scheme moves nothing yet that work could be done on.
+    const bool isFlownApart = steps_ > 1 && record.kineticEnergy + record.elasticEnergy > kFlownApart * putIn_;
+    if (isFlownApart) record.outcome = Outcome::capped;
     elasticEnergy_ = record.elasticEnergy;
 }
 
