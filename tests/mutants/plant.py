@@ -201,6 +201,8 @@ BUGS = [
         "sleep_test", "Sleep.EndsWhereMaterialGetsWeaker"),
     Bug("what is struck as it falls asleep is a wall", EFFECTS + "sleep.cpp", "} else if (isPushed(states[f].push, quiet.push, states[f])) {", "} else if (quiet.known && isPushed(states[f].push, quiet.push, states[f])) {",
         "sleep_test", "Sleep.EndsWithAPushInItsFirstStep"),
+    Bug("fine skin folds over rims that have moved", "tetmesh/skin/src/skin_cut.cpp", "if (!made.empty()) fitKept", "if (made.size() > ~0u) fitKept",
+        "skin_test", "SkinCut.ClosedLipsOfAJaggedCrackHaveSmoothRims"),
     Bug("skin is creased where it is going to tear", CORE + "before_cracks.cpp", "if (frame < p.until) ofPoints", "if (frame + 1 == 0) ofPoints",
         "point_cache_test", "PointCaches.LieInTheMaterialUntilTheCrackComes"),
     Bug("what spins as a whole comes nearer to itself", CONTACT + "motion.cpp", "{m.move, m.x, Mat3::Identity(), spinOf(m)}", "{m.move, m.x, Mat3::Identity(), Mat3::Zero()}",

@@ -193,10 +193,23 @@ TEST(SkinCut, RimsOfTiltedRodsAreSmooth)
             }
 }
 
+/// Of the skin of a solid that is convex round 0: what faces inward [m^2].
+double inwardArea(const Drawn& d)
+{
+    double sum = 0;
+    for (const auto& t : d.outside) {
+        const Vec3 &a = d.points[t[0]], &b = d.points[t[1]], &c = d.points[t[2]];
+        const Vec3 twice = (b - a).cross(c - a);
+        if (twice.dot(a + b + c) < 0) sum += .5 * twice.norm();
+    }
+    return sum;
+}
+
 /// Fronts go by voxels, and cracks with them: none of that is seen where lips are closed.
 TEST(SkinCut, ClosedLipsOfAJaggedCrackHaveSmoothRims)
 {
     constexpr double kRounding = 1e-9, kLost = .004, kFolded = .006;  // of the body, and of its skin
+    constexpr double kInward = .01;  // of the square of a voxel, along rims of eighty of them and more
     for (const int voxels : {20, 40})
         for (const Vec3& normal : {kTilts[0], kTilts[1]}) {
             const double dx = 2. / voxels;
@@ -216,6 +229,7 @@ TEST(SkinCut, ClosedLipsOfAJaggedCrackHaveSmoothRims)
                 EXPECT_NEAR(volume(d) / whole, 1, kLost) << solid.name;
                 const double skin = area(d.points, d.outside) / area(solid.points, solid.triangles);
                 EXPECT_NEAR(skin, 1, kFolded) << solid.name;
+                EXPECT_LT(inwardArea(d), kInward * dx * dx) << solid.name;
                 for (const SkinCut::Point& p : cut.points)
                     if (p.skin != SkinCut::kNoSkin && !isBall) {
                         EXPECT_NEAR(p.X.cwiseAbs().maxCoeff(), 1, kRounding);
@@ -251,7 +265,7 @@ TEST(SkinCut, ClosedLipsStayBelowTheSkin)
         for (const double offset : {.013, .75, .85}) {
             const Plane plane{kTilts[1], offset, 1e9, .45};
             const SkinCut open = cutBy(solid, plane, dx), closed = cutBy(solid, plane, dx, Lips::closed);
-            ASSERT_EQ(open.points.size(), closed.points.size());
+            ASSERT_LE(open.points.size(), closed.points.size());  // corners of the skin that rims pass over are behind
             std::size_t thin = 0;
             for (std::size_t i = 0; i < open.points.size(); ++i) {
                 if (open.points[i].skin != SkinCut::kNoSkin) continue;

@@ -1,6 +1,7 @@
 #include <vdbfrac/skin/skin_cut.h>
 
 #include "crossings.h"
+#include "kept_skin.h"
 #include "lips.h"
 #include "rest_parts.h"
 #include "specks.h"
@@ -190,7 +191,7 @@ SkinCut SkinCutter::cut(const tetmesh::NodeField<float>& rest, const tetmesh::No
     removeSpecks(*topology_, now, dx_, cut);
     std::vector<SkinCut::Point> made;
     if (style.lips == Lips::closed) {
-        if (taken == Taken::kept) made = cut.points;
+        made = cut.points;
         closeLips(*topology_, lattice, cut);
     }
     if (taken == Taken::kept) {
@@ -200,6 +201,7 @@ SkinCut SkinCutter::cut(const tetmesh::NodeField<float>& rest, const tetmesh::No
     } else {
         cut.taken.clear();
     }
+    if (!made.empty()) fitKept(*topology_, dx_, made, triangles_, cut);
     if (style.detail.amplitude > 0) addTornDetail(style.detail, rest, dx_, cut);
     return cut;
 }
