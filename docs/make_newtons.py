@@ -70,9 +70,10 @@ inline constexpr BendingError kBendingErrors[] = {
     %s,
 };
 
-/// Largest errors of notched plates and beams this many lattice cells wide, on all lattices: of the peak load [%%] and
-/// of the slope of the crack [degrees].
+/// Largest errors of notched plates and beams this many cells of a lattice wide: of the peak load [%%] and of the slope
+/// of the crack [degrees].
 struct TearingError {
+    scene::LatticeKind lattice;
     double cells, load, slope;
 };
 inline constexpr TearingError kTearingErrors[] = {
@@ -104,8 +105,9 @@ def data(result):
         return ",\n    ".join(f"{{{', '.join([*key, *(f'{c[key]:.3g}' for c in columns)])}}}" for key in keys)
 
     bars = ", (\\w+), nu = ([\\d.]+), .* (\\d+) cells: error, %"
-    bending = re.sub(r"\{(\w+)", r"{scene::LatticeKind::\1", rows("^EI" + bars, "^GJ" + bars))
-    return DATA % (bending, rows(r" (\d+) cells.*: (?:peak )?load, N", r" (\d+) cells.*: slope, degrees"))
+    torn = "^(\\w+),.* (\\d+) cells.*: "
+    tables = rows("^EI" + bars, "^GJ" + bars), rows(torn + "(?:peak )?load, N", torn + "slope, degrees")
+    return DATA % tuple(re.sub(r"\{(\w+)", r"{scene::LatticeKind::\1", table) for table in tables)
 
 
 def offset(m):

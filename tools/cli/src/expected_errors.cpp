@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <ranges>
 #include <vector>
 
@@ -39,6 +40,15 @@ std::vector<BendingError> barsLike(const scene::Scene& scene, const scene::Body&
     return bars;
 }
 
+/// Plates and beams of the scene's lattice.
+std::vector<TearingError> platesLike(const scene::Scene& scene)
+{
+    std::vector<TearingError> plates;
+    std::ranges::copy_if(kTearingErrors, std::back_inserter(plates),
+                         [&](const TearingError& plate) { return plate.lattice == scene.grid.lattice; });
+    return plates;
+}
+
 /// How wide a body is where it is narrowest [m], at the most.
 double leastWidth(const core::BodyEstimate& e)
 {
@@ -62,6 +72,7 @@ std::string expectedErrors(const scene::Scene& scene, const core::SceneEstimate&
 {
     constexpr double kRounding = 1.05;  // the outline may be as much narrower than the body
     const double h = scene.grid.voxelSize * scene.grid.coarsening;
+    const std::vector<TearingError> plates = tearsAtToughness(scene) ? platesLike(scene) : std::vector<TearingError>();
     std::string text;
     for (const core::BodyEstimate& e : estimate.bodies) {
         const double cells = leastWidth(e) / h;
@@ -75,8 +86,7 @@ std::string expectedErrors(const scene::Scene& scene, const core::SceneEstimate&
         else
             text += bars.empty() ? "; no bars like it were measured"
                                  : fmt::format("; bars of fewer than {:g} cells were not measured", bars.front().cells);
-        const auto* tearing = tearsAtToughness(scene) ? noFiner(kTearingErrors, kRounding * cells) : nullptr;
-        if (tearing)
+        if (const TearingError* tearing = noFiner(plates, kRounding * cells))
             text += fmt::format(
                 "; notched plates and beams of {:g} cells tore within {:.2g} % of the theoretical load and {:.2g} "
                 "degrees of the path",
