@@ -116,7 +116,7 @@ def short(x):
 def error_cell(error):
     if error["error"] is None:
         return error.get("missing") or "ref"
-    return ("~" if error["weak"] else "") + number(100 * error["error"])
+    return ("?" if error.get("by_chance") else "") + ("~" if error["weak"] else "") + number(100 * error["error"])
 
 
 def time_cell(cost):

@@ -41,6 +41,11 @@ TEST(Richardson, UncertaintyIsTheWayFromTheFinestOrHowFarTheLimitMoved)
     for (Level& l : mixed) l.value += l.h * l.h * l.h;
     const auto moved = richardson(mixed);
     EXPECT_GT(moved->uncertainty, std::abs(moved->value - 3));  // it covers the error
+    // Another order than is expected: the limit is no surer than the difference between both.
+    const auto steep = sequence(3, 1, 3, {1, .5, .25, .125});
+    EXPECT_NEAR(richardson(steep, 3)->uncertainty, richardson(steep)->uncertainty, kRounding);
+    const double fine = steep[3].value, toFirst = 2 * fine - steep[2].value;
+    EXPECT_NEAR(richardson(steep, 1)->uncertainty, std::abs(toFirst - 3), kRounding);
 }
 
 TEST(Richardson, RefusesWhatDoesNotConverge)

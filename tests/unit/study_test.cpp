@@ -80,6 +80,20 @@ TEST_F(AnalysisTest, WithoutOneTheReferenceIsExtrapolatedAndNearErrorsAreWeak)
     EXPECT_TRUE(a.errors[5][0].weak);
 }
 
+/// Where errors change their sign, a coarse setting is near by chance: no choice goes by it.
+TEST_F(AnalysisTest, WhatIsNearByChanceIsNotChosen)
+{
+    study_.spec.measures[0].exact = 2;
+    addSeries("h", {{1, 3}, {.5, 2.001}, {.25, 1.8}, {.125, 1.9}});
+    const Analysis a = analyse(study_, 0);
+    EXPECT_FALSE(a.errors[0][0].byChance);
+    EXPECT_TRUE(a.errors[1][0].byChance);
+    EXPECT_FALSE(a.errors[2][0].byChance);
+    EXPECT_EQ(a.errors[1][0].trusted(), a.errors[2][0].value);
+    EXPECT_EQ(cheapestFor(study_, a, 0, .06), 3u);
+    EXPECT_EQ(cheapestFor(study_, a, 0, .2), 1u);
+}
+
 TEST_F(AnalysisTest, OfSeriesOfOneKeyTheSurestLimitIsTheReference)
 {
     addSeries("h", {{1, 4}, {.5, 3.2}, {.25, 2.7}});

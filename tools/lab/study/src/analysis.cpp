@@ -55,6 +55,7 @@ public:
             a_.errors.emplace_back();
             for (std::size_t m = 0; m < measures; ++m) a_.errors.back().push_back(errorOf(i, m));
         }
+        for (std::size_t m = 0; m < measures; ++m) findChances(m);
         for (std::size_t s = 0; s < study_.spec.series.size(); ++s) {
             a_.orders.emplace_back();
             for (std::size_t m = 0; m < measures; ++m) a_.orders.back().push_back(orderOfSeries(s, m));
@@ -192,7 +193,14 @@ private:
         for (const std::size_t i : byResolution(series))
             if (const Value* v = valueOf(i, m); v && (levels.empty() || *a_.h[i] < levels.back().h))
                 levels.push_back({*a_.h[i], v->numbers[0]});
-        return richardson(levels);
+        return richardson(levels, expectedOrder(series, m));
+    }
+
+    std::optional<double> expectedOrder(std::size_t series, std::size_t m) const
+    {
+        const auto& own = study_.spec.measures[m].order;
+        const std::optional<double> order = own ? own : study_.spec.series[series].order;
+        return order == 0. ? std::nullopt : order;
     }
 
     /// What an absolute error is divided by.
@@ -217,6 +225,22 @@ private:
         return {off / scaleOf(m), off < kWeak * r.uncertainty, (off + r.uncertainty) / scaleOf(m)};
     }
 
+    /// Errors that change their sign on the way to the limit are small somewhere: whoever chooses by them is not safe.
+    void findChances(std::size_t m)
+    {
+        constexpr double kMuch = 1.5;
+        for (std::size_t s = 0; s < study_.spec.series.size(); ++s) {
+            const std::vector<std::size_t> settings = byResolution(s);
+            double most = 0;
+            for (auto i = settings.rbegin(); i != settings.rend(); ++i) {
+                Error& e = a_.errors[*i][m];
+                if (!e.value) continue;
+                e.ofFiner = most, e.byChance = most > kMuch * *e.value;
+                most = std::max(most, *e.value);
+            }
+        }
+    }
+
     Order orderOfSeries(std::size_t series, std::size_t m) const
     {
         constexpr double kRounding = 1e-9;  // errors of what holds but for rounding have no order
@@ -227,9 +251,7 @@ private:
                 errors.push_back({*a_.h[i], *e.value});
         Order order;
         if (errors.size() >= 2) order.fit = orderOf(errors), order.last = orderOf(std::span(errors).last(2));
-        order.expected =
-            study_.spec.measures[m].order ? study_.spec.measures[m].order : study_.spec.series[series].order;
-        if (order.expected == 0.) order.expected.reset();
+        order.expected = expectedOrder(series, m);
         if (!isMassList(study_, m))
             if (const auto limit = extrapolated(series, m)) order.own = limit->order;
         return order;
@@ -253,7 +275,7 @@ private:
         for (std::size_t i = 0; i < study_.settings.size(); ++i) {
             const auto c = a_.costOf(study_, i);
             if (!c || !a_.errors[i][a_.by].value || !hasFragmentsOfReference(study_, a_, i)) continue;
-            settings.push_back(i), cost.push_back(*c), error.push_back(*a_.errors[i][a_.by].value);
+            settings.push_back(i), cost.push_back(*c), error.push_back(a_.errors[i][a_.by].trusted());
         }
         for (const std::size_t i : paretoFront(cost, error)) a_.front.push_back(settings[i]);
     }
@@ -288,7 +310,7 @@ std::optional<std::size_t> cheapestFor(const Study& study, const Analysis& a, st
     for (std::size_t i = 0; i < study.settings.size(); ++i) {
         const auto cost = a.costOf(study, i);
         const Error& e = a.errors[i][measure];
-        if (cost && e.value && e.atMost <= error && hasFragmentsOfReference(study, a, i) &&
+        if (cost && e.value && std::max(e.atMost, e.ofFiner) <= error && hasFragmentsOfReference(study, a, i) &&
             (!best || *cost < *a.costOf(study, *best)))
             best = i;
     }

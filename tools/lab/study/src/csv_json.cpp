@@ -38,7 +38,8 @@ std::string headerOf(const Study& study)
 {
     std::string text = "series,setting,run,status";
     for (const auto& m : study.spec.measures)
-        text += "," + csvCell(m.name) + "," + csvCell(m.name + "_error") + "," + csvCell(m.name + "_weak");
+        text += "," + csvCell(m.name) + "," + csvCell(m.name + "_error") + "," + csvCell(m.name + "_weak") + "," +
+                csvCell(m.name + "_by_chance");
     text += ",time_ratio,time_ratio_low,time_ratio_high,seconds_median,peak_bytes,work";
     for (const auto& [what, n] : countsOf(study)) text += "," + what;
     return text + "\n";
@@ -54,7 +55,8 @@ std::string rowOf(const Study& study, const Analysis& a, std::size_t i)
     for (std::size_t m = 0; m < study.spec.measures.size(); ++m) {
         const Error& e = a.errors[i][m];
         text += "," + (m < run.result.values.size() ? valueText(run.result.values[m]) : "") + "," +
-                optionalText(e.value) + "," + (e.value ? e.weak ? "1" : "0" : "");
+                optionalText(e.value) + "," + (e.value ? e.weak ? "1" : "0" : "") + "," +
+                (e.value ? e.byChance ? "1" : "0" : "");
     }
     if (const auto& c = a.cost[i])
         text += "," + numberText(c->median) + "," + numberText(c->low) + "," + numberText(c->high);
@@ -82,7 +84,9 @@ Json settingJson(const Study& study, const Analysis& a, std::size_t i)
     Json errors = Json::array();
     const std::vector<Value>& values = study.result(s).values;
     for (std::size_t m = 0; m < a.errors[i].size(); ++m) {
-        errors.push_back({{"error", optionalJson(a.errors[i][m].value)}, {"weak", a.errors[i][m].weak}});
+        errors.push_back({{"error", optionalJson(a.errors[i][m].value)},
+                          {"weak", a.errors[i][m].weak},
+                          {"by_chance", a.errors[i][m].byChance}});
         if (m < values.size() && !values[m].has()) errors.back()["missing"] = values[m].missing;
     }
     Json json = {{"series", study.spec.series[s.series].name},

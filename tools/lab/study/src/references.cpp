@@ -26,18 +26,24 @@ std::optional<double> orderOfDifferences(const Level& coarse, const Level& middl
     return .5 * (low + high);
 }
 
+/// The limit from two levels at an order.
+double limitAt(double order, const Level& middle, const Level& fine)
+{
+    return fine.value + (fine.value - middle.value) / (std::pow(middle.h / fine.h, order) - 1);
+}
+
 /// The limit from three levels, with how far it is from the finest value.
 std::optional<Extrapolation> limitOf(const Level& coarse, const Level& middle, const Level& fine)
 {
     const auto p = orderOfDifferences(coarse, middle, fine);
     if (!p) return {};
-    const double step = (fine.value - middle.value) / (std::pow(middle.h / fine.h, *p) - 1);
-    return Extrapolation{fine.value + step, *p, std::abs(step)};
+    const double limit = limitAt(*p, middle, fine);
+    return Extrapolation{limit, *p, std::abs(limit - fine.value)};
 }
 
 }  // namespace
 
-std::optional<Extrapolation> richardson(std::span<const Level> levels)
+std::optional<Extrapolation> richardson(std::span<const Level> levels, std::optional<double> expected)
 {
     constexpr double kMinShare = 0.05;  // so that the finest level is not weak where all levels follow one power
     const std::size_t n = levels.size();
@@ -45,9 +51,12 @@ std::optional<Extrapolation> richardson(std::span<const Level> levels)
         std::abs(levels[n - 1].value - levels[n - 2].value) >= std::abs(levels[n - 2].value - levels[n - 3].value))
         return {};
     auto limit = limitOf(levels[n - 3], levels[n - 2], levels[n - 1]);
-    if (!limit || n < 4) return limit;
-    if (const auto before = limitOf(levels[n - 4], levels[n - 3], levels[n - 2]))
-        limit->uncertainty = std::max(kMinShare * limit->uncertainty, std::abs(limit->value - before->value));
+    if (!limit) return limit;
+    const auto before = n < 4 ? std::nullopt : limitOf(levels[n - 4], levels[n - 3], levels[n - 2]);
+    if (before) limit->uncertainty = std::max(kMinShare * limit->uncertainty, std::abs(limit->value - before->value));
+    if (expected)
+        limit->uncertainty =
+            std::max(limit->uncertainty, std::abs(limit->value - limitAt(*expected, levels[n - 2], levels[n - 1])));
     return limit;
 }
 

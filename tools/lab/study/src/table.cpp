@@ -71,7 +71,7 @@ private:
     {
         const Result& r = study_.result(study_.settings[i]);
         const Error& e = a_.errors[i][m];
-        if (e.value) return (e.weak ? "~" : "") + percent(*e.value);
+        if (e.value) return std::string(e.byChance ? "?" : "") + (e.weak ? "~" : "") + percent(*e.value);
         if (a_.references[m].run == study_.settings[i].run) return "ref";
         return m < r.values.size() && !r.values[m].has() ? "n/a" : "-";
     }
@@ -105,6 +105,10 @@ private:
                 t += "; ~ less than ten times what is uncertain of the reference";
                 break;
             }
+        const auto isByChance = [](const auto& row) { return std::ranges::any_of(row, &Error::byChance); };
+        if (std::ranges::any_of(a_.errors, isByChance))
+            t += "; ? near by chance: a finer setting of its series is farther off, and * and the choices below go by "
+                 "that";
         t += "\nwork: tets evaluated and multiplied";
         if (const auto& base = a_.cost[a_.base]) {
             const std::vector<double> seconds = study_.runs[study_.settings[a_.base].run].timed();

@@ -4,6 +4,8 @@
 #include <vdbfrac/lab/study/references.h>
 #include <vdbfrac/lab/study/study.h>
 
+#include <algorithm>
+
 namespace vdbfrac::lab::study {
 
 /// What the errors of a measure are taken from.
@@ -21,6 +23,9 @@ struct Error {
     std::optional<double> value;  ///< none: of the reference itself, of a run that is not sound, of what is missing
     bool weak = false;            ///< not much larger than what is uncertain of the reference
     double atMost = 0;            ///< value, with what is uncertain of the reference
+    bool byChance = false;        ///< a finer setting of its series is much farther off
+    double ofFiner = 0;           ///< the largest value of those
+    double trusted() const { return value ? std::max(*value, ofFiner) : 0; }
 };
 
 /// Order of convergence of a series in a measure.
@@ -52,7 +57,8 @@ struct Analysis {
 /// `by`: the measure that settings are chosen by.
 Analysis analyse(const Study& study, std::size_t by);
 
-/// The cheapest setting whose error in a measure is at most this for sure. Where fragments are counted, those with
+/// The cheapest setting whose error in a measure is at most this for sure, and that of all finer ones of its series.
+/// Where fragments are counted, those with
 /// another number of them are no answer: a body that stays whole is near by chance.
 std::optional<std::size_t> cheapestFor(const Study& study, const Analysis& analysis, std::size_t measure, double error);
 

@@ -22,8 +22,9 @@ struct Extrapolation {
 /// `levels`: the finest last, h falling. None where the last two differences are not of one sign and falling, or where
 /// p is not in [0.3, 8]. The uncertainty is how far the limit moves when the finest level is left out, but at least a
 /// twentieth of what it is away from the finest value; with three levels, or where there is no limit without the
-/// finest, all of that. Compare the grid convergence index: P. J. Roache, Journal of Fluids Engineering 116 (1994).
-std::optional<Extrapolation> richardson(std::span<const Level> levels);
+/// finest, all of that; and no less than it is away from the limit at the order that is `expected`. Compare the grid
+/// convergence index: P. J. Roache, Journal of Fluids Engineering 116 (1994).
+std::optional<Extrapolation> richardson(std::span<const Level> levels, std::optional<double> expected = {});
 
 /// Slope of log(error) over log(h) by least squares; none for fewer than two levels. Errors and h above 0.
 std::optional<double> orderOf(std::span<const Level> errors);
