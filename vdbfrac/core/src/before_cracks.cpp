@@ -3,9 +3,11 @@
 #include "arrivals.h"
 
 #include <vdbfrac/base/by_voxel.h>
+#include <vdbfrac/base/grouping.h>
 #include <vdbfrac/tetmesh/trilinear.h>
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <optional>
 
@@ -15,18 +17,35 @@ namespace {
 
 constexpr double kNear = 0.25;  // voxels: a tet farther away does not carry a point
 
-/// Tets by the voxels that their boxes reach into.
-ByVoxel byVoxel(std::span<const BeforeCracks::Tet> tets, double dx)
+/// A tet, and how a point lies in it or beside it.
+struct In {
+    double outside = 0;  // m
+    std::uint32_t tet = 0;
+    std::array<double, 4> weight{};
+};
+
+/// Of each point the nearest tet: where cracks left two that it lies in, the one that was there for longer.
+std::vector<std::optional<In>> nearestTets(std::span<const BeforeCracks::Tet> tets,
+                                           std::span<const skin::OutsidePoint> points, double dx)
 {
     ByVoxel places;
+    for (std::uint32_t i = 0; i < points.size(); ++i) places.add(tetmesh::floorOf(points[i].X.array() / dx), i);
+    places.sort();
+    std::vector<std::optional<In>> nearest(points.size());
     for (std::uint32_t t = 0; t < tets.size(); ++t) {
         Vec3 low = tets[t].X[0], high = low;
         for (const Vec3& X : tets[t].X) low = low.cwiseMin(X), high = high.cwiseMax(X);
-        forVoxelsOf(tetmesh::floorOf(low.array() / dx - kNear), tetmesh::floorOf(high.array() / dx + kNear),
-                    [&](Coord voxel) { places.add(voxel, t); });
+        const tetmesh::RestTet rest = tetmesh::restTet({}, tets[t].X);
+        places.visit(tetmesh::floorOf(low.array() / dx - kNear), tetmesh::floorOf(high.array() / dx + kNear),
+                     [&](std::uint32_t i) {
+                         const tetmesh::EmbeddedPoint at = rest.embed(points[i].X);
+                         const double out = at.isInTet() ? 0 : rest.outside(at);
+                         const double least =
+                             nearest[i] ? nearest[i]->outside : std::min(points[i].distance, kNear * dx);
+                         if (out < least) nearest[i] = In{out, t, at.weight};
+                     });
     }
-    places.sort();
-    return places;
+    return nearest;
 }
 
 }  // namespace
@@ -35,29 +54,26 @@ BeforeCracks::BeforeCracks(std::span<const Tet> tets, std::span<const skin::Outs
                            const Body& body, double fps)
 {
     constexpr std::uint32_t kNever = std::numeric_limits<std::uint32_t>::max();
-    const double dx = body.phi.voxelSize();
-    const ByVoxel places = byVoxel(tets, dx);
-    const auto firstNode = std::uint32_t(body.mesh->nodeCount());
-    std::vector<tetmesh::RestTet> rest;
-    for (std::uint32_t t = 0; t < tets.size(); ++t) {
-        const std::uint32_t n = firstNode + 4 * t;
-        rest.push_back(tetmesh::restTet({n, n + 1, n + 2, n + 3}, tets[t].X));
-    }
+    const std::vector<std::optional<In>> nearest = nearestTets(tets, outside, body.phi.voxelSize());
+    for (const auto& in : nearest)
+        if (in) used_.push_back(in->tet);
+    sortUnique(used_);
     std::vector<Vec3> X;
-    for (const skin::OutsidePoint& p : outside) {
-        double least = std::min(p.distance, kNear * dx);
-        std::optional<Point> its;
-        const Coord voxel = tetmesh::floorOf(p.X.array() / dx);
-        places.visit(voxel, voxel, [&](std::uint32_t t) {  // the last taken first: where cracks left two, it stayed
-            const tetmesh::EmbeddedPoint at = rest[t].embed(p.X);
-            const double out = at.isInTet() ? 0 : rest[t].outside(at);
-            if (out < least) least = out, its = Point{p.point, tets[t].frame, at};
-        });
-        if (least > 0)
-            if (const auto other = body.mesh->locate(p.X)) its = Point{p.point, kNever, other->point};
-        if (!its) continue;
-        points_.push_back(*its);
+    for (std::size_t i = 0; i < outside.size(); ++i) {
+        const skin::OutsidePoint& p = outside[i];
+        const auto& in = nearest[i];
+        const auto other = in && in->outside == 0 ? std::nullopt : body.mesh->locate(p.X);
+        if (!in && !other) continue;
+        Point& point = points_.emplace_back(Point{p.point, kNever, {}});
         X.push_back(p.X);
+        if (other) {
+            point.in = other->point;
+            continue;
+        }
+        const auto number = std::size_t(std::ranges::lower_bound(used_, in->tet) - used_.begin());
+        const auto first = std::uint32_t(body.mesh->nodeCount() + 4 * number);
+        point.until = tets[in->tet].frame;
+        point.in = {{first, first + 1, first + 2, first + 3}, in->weight};
     }
     const std::vector<float> times = arrivalTimes(stages, body, X);
     for (std::size_t i = 0; i < points_.size(); ++i) {

@@ -37,12 +37,13 @@ PointCache::PointCache(const scene::Scene& scene, const Simulation& simulation, 
                        std::vector<fs::path> motion)
     : scene_(scene), drawing_(drawing), motion_(std::move(motion))
 {
-    const std::vector<std::vector<BeforeCracks::Tet>> tets = traceBack(simulation);
+    const std::vector<std::vector<BeforeCracks::Tet>> tets = takenTets(simulation.bodies().size());
     for (std::size_t b = 0; b < simulation.bodies().size(); ++b) {
         const Body& body = simulation.bodies()[b];
         before_.emplace_back(tets[b], drawing.outside(b), simulation.stages(), body, scene.time.fps);
         taken_.emplace_back(*drawing.topology(b), scene.output.lipsClosed, simulation.stages(), body, scene.time.fps);
     }
+    traceBack(simulation);
     rest_ = frame(0);
     for (const DrawnBody& body : rest_) {
         used_.push_back(tetmesh::usedPoints(body.topology->mesh));
@@ -65,9 +66,21 @@ std::string PointCache::lacks() const
     return text.substr(0, text.size() - std::min<std::size_t>(text.size(), 2));
 }
 
-/// Fills node_: classes of nodes only split, so each was one node in every frame before. Returns the tets of each body
-/// that cracks took, the last first.
-std::vector<std::vector<BeforeCracks::Tet>> PointCache::traceBack(const Simulation& simulation)
+/// The tets of each body that cracks took, the last first.
+std::vector<std::vector<BeforeCracks::Tet>> PointCache::takenTets(std::size_t bodies) const
+{
+    std::vector<std::vector<BeforeCracks::Tet>> tets(bodies);
+    for (std::size_t f = motion_.size(); f-- > 0;) {
+        const Archive archive = Archive::read(motion_[f]);
+        for (std::size_t b = 0; b < bodies; ++b)
+            for (const TakenTet& tet : getTets(archive, keyOf("taken", b)))
+                tets[b].push_back({tet.X, std::uint32_t(f)});
+    }
+    return tets;
+}
+
+/// Fills node_: classes of nodes only split, so each was one node in every frame before.
+void PointCache::traceBack(const Simulation& simulation)
 {
     std::vector<Nodes> now;
     for (const Body& body : simulation.bodies()) {
@@ -76,7 +89,7 @@ std::vector<std::vector<BeforeCracks::Tet>> PointCache::traceBack(const Simulati
         nodes_.push_back(own.size());
         now.push_back(std::make_shared<const std::vector<std::uint32_t>>(std::move(own)));
     }
-    std::vector<std::vector<BeforeCracks::Tet>> tets(now.size());
+    std::vector<std::uint32_t> tets(now.size(), 0);  // of each body, so far
     node_.resize(motion_.size());
     for (std::size_t f = motion_.size(); f-- > 0;) {
         node_[f] = now;
@@ -89,14 +102,12 @@ std::vector<std::vector<BeforeCracks::Tet>> PointCache::traceBack(const Simulati
                 if (n >= before.size()) archive.complain("has too few nodes for the frames after it");
                 were.push_back(before[n]);
             }
-            for (const TakenTet& tet : getTets(archive, keyOf("taken", b))) {
-                were.insert(were.end(), tet.node.begin(), tet.node.end());
-                tets[b].push_back({tet.X, std::uint32_t(f)});
-            }
+            for (const TakenTet& tet : getTets(archive, keyOf("taken", b)))
+                if (std::ranges::binary_search(before_[b].tets(), tets[b]++))
+                    were.insert(were.end(), tet.node.begin(), tet.node.end());
             now[b] = std::make_shared<const std::vector<std::uint32_t>>(std::move(were));
         }
     }
-    return tets;
 }
 
 DrawnFrame PointCache::frame(std::size_t number) const

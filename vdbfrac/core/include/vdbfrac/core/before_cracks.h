@@ -24,15 +24,18 @@ public:
         std::uint32_t frame = 0;
     };
 
-    /// `tets`: those of a body at the end of the run, the last taken first; `outside`: points of its surface that lie
-    /// outside of the tets that carry them.
+    /// `tets`: all that cracks took from a body during the run, the last taken first; `outside`: points of its surface
+    /// that lie outside of the tets that carry them.
     BeforeCracks(std::span<const Tet> tets, std::span<const skin::OutsidePoint> outside, const Stages& stages,
                  const Body& body, double fps);
 
     /// Moves points to which no crack has come in a frame, counted from 0. `ofNodes`: positions [m] or velocities
-    /// [m/s] of the nodes of the body, then of those tets that are there, four of each, in their order. Returns whether
-    /// any moved.
+    /// [m/s] of the nodes of the body, then of those of tets() that are there, four of each, in their order. Returns
+    /// whether any moved.
     bool carry(std::size_t frame, std::span<const Vec3> ofNodes, std::span<Vec3> ofPoints) const;
+
+    /// Numbers of the tets that carry a point, rising.
+    const std::vector<std::uint32_t>& tets() const { return used_; }
 
 private:
     struct Point {
@@ -41,6 +44,7 @@ private:
         tetmesh::EmbeddedPoint in;
     };
     std::vector<Point> points_;
+    std::vector<std::uint32_t> used_;
 };
 
 }  // namespace vdbfrac::core

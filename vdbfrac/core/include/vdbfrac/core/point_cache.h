@@ -42,7 +42,8 @@ public:
 private:
     using Nodes = std::shared_ptr<const std::vector<std::uint32_t>>;
 
-    std::vector<std::vector<BeforeCracks::Tet>> traceBack(const Simulation& simulation);
+    std::vector<std::vector<BeforeCracks::Tet>> takenTets(std::size_t bodies) const;
+    void traceBack(const Simulation& simulation);
     std::vector<tetmesh::CacheFrame> cacheFrame(std::size_t number) const;
     void writeObj(const std::filesystem::path& out) const;
     void writeMdd(const std::filesystem::path& out) const;
@@ -52,7 +53,8 @@ private:
     const Drawing& drawing_;
     std::vector<std::filesystem::path> motion_;
     std::vector<std::size_t> nodes_;  // of each body in the last frame
-    // Of each frame and body: what these nodes were, then those of tets that cracks take later.
+    // Of each frame and body: what these nodes were, then those of tets that cracks take later and
+    // that carry points.
     std::vector<std::vector<Nodes>> node_;
     DrawnFrame rest_;                                             // the first frame
     std::vector<std::vector<std::uint32_t>> used_, usedNormals_;  // points and normals that faces use, of each body

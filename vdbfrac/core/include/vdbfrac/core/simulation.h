@@ -22,7 +22,7 @@ namespace vdbfrac::core {
 /// Energy that no account names is told beyond this share of what was put in.
 inline constexpr double kMaxUnnamedShare = 0.01;
 
-/// A step whose caps are hit is never accepted silently.
+/// A step that is not solved, ends deep in something, or flies apart is capped, and never accepted silently.
 enum class Outcome { converged, cutback, capped };
 
 /// One row of stats.csv.
