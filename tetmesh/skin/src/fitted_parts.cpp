@@ -37,6 +37,7 @@ std::vector<PlaceOnSkin> placesOf(const SkinTopology& skin, std::span<const Skin
                                   const std::function<bool(std::uint32_t place)>& isWanted)
 {
     std::vector<PlaceOnSkin> places;
+    std::vector<std::uint32_t> ends;
     for (const auto& [triangle, corner] : parts)
         for (std::size_t k = 0; k < 3; ++k) {
             const std::uint32_t place = skin.triangles[triangle][k];
@@ -44,8 +45,10 @@ std::vector<PlaceOnSkin> placesOf(const SkinTopology& skin, std::span<const Skin
                 corner, [&](std::uint32_t c) { return c < skin.pointOf.size() && skin.pointOf[c] == place; });
             if (given == corner.end() || !isWanted(place)) continue;
             places.push_back({place, true, triangle, triangle, *given});
-            for (const std::uint32_t e : {skin.edgeOf[triangle][k], skin.edgeOf[triangle][(k + 2) % 3]})
+            for (const std::uint32_t e : {skin.edgeOf[triangle][k], skin.edgeOf[triangle][(k + 2) % 3]}) {
                 if (skin.isSharp[e]) places.push_back({place, false, e, triangle, *given});
+                if (skin.trianglesOf[e].size() == 1) ends.push_back(place);
+            }
         }
     std::ranges::sort(places);
     std::vector<PlaceOnSkin> once;
@@ -54,6 +57,8 @@ std::vector<PlaceOnSkin> placesOf(const SkinTopology& skin, std::span<const Skin
             once.push_back(p);
         else if (!p.isSmooth && std::abs(skin.along(once.back().number).dot(skin.along(p.number))) < kSameFace)
             once.back().isCorner = true;
+    std::ranges::sort(ends);
+    for (PlaceOnSkin& p : once) p.isCorner = p.isCorner || std::ranges::binary_search(ends, p.place);
     return once;
 }
 
@@ -109,14 +114,14 @@ std::vector<Vec3> harmonic(const SkinTopology& skin, std::span<const SkinCut::Pa
     return shift;
 }
 
-bool looksInward(const SkinTopology& skin, std::span<const SkinCut::Point> points, const SkinCut::Part& part)
+double outwardArea(const SkinTopology& skin, std::span<const SkinCut::Point> points, const SkinCut::Part& part)
 {
     const std::size_t given = skin.pointOf.size();
     const auto at = [&](std::size_t k) -> const Vec3& {
         const std::uint32_t c = part.corner[k];
         return c < given ? skin.points[skin.pointOf[c]] : points[c - given].X;
     };
-    return !((at(1) - at(0)).cross(at(2) - at(0)).dot(skin.normal[part.triangle]) > 0);
+    return (at(1) - at(0)).cross(at(2) - at(0)).dot(skin.normal[part.triangle]);
 }
 
 }  // namespace vdbfrac::skin

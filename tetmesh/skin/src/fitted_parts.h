@@ -18,7 +18,7 @@ struct PlaceOnSkin {
     bool isSmooth = false;
     std::uint32_t number = 0, triangle = 0;
     std::uint32_t given = 0;  ///< one of the points that lie there
-    bool isCorner = false;    ///< sharp edges meet there
+    bool isCorner = false;    ///< sharp edges meet there, or the surface ends
     auto operator<=>(const PlaceOnSkin&) const = default;
 };
 
@@ -37,7 +37,7 @@ void copyGiven(const SkinTopology& skin, std::span<const PlaceOnSkin> places, st
 std::vector<Vec3> harmonic(const SkinTopology& skin, std::span<const SkinCut::Part> parts, std::span<const Vec3> X,
                            std::span<const std::uint8_t> isFree, std::vector<Vec3> shift);
 
-/// Does a part look inward, or nowhere?
-bool looksInward(const SkinTopology& skin, std::span<const SkinCut::Point> points, const SkinCut::Part& part);
+/// Twice the area [m^2] of a part that looks outward; below 0 of one that looks inward.
+double outwardArea(const SkinTopology& skin, std::span<const SkinCut::Point> points, const SkinCut::Part& part);
 
 }  // namespace vdbfrac::skin

@@ -21,10 +21,11 @@ using Triangles = std::span<const std::array<std::uint32_t, 3>>;
 /// triangles that are kept, no farther than `reach` [m] from it; kNoSource where there is none.
 std::vector<std::uint32_t> placesNear(const SkinTopology& skin, const SkinCut& cut, double reach)
 {
+    constexpr double kSeen = 1e-4;  // of the square of the reach
     const std::size_t given = skin.pointOf.size();
     std::vector<std::uint32_t> nearest(skin.points.size(), kNoSource), reached;
     for (const SkinCut::Part& part : cut.parts) {
-        if (!looksInward(skin, cut.points, part)) continue;
+        if (!(outwardArea(skin, cut.points, part) < -kSeen * reach * reach)) continue;
         for (const std::uint32_t c : part.corner)
             if (c < given && nearest[skin.pointOf[c]] == kNoSource)
                 nearest[skin.pointOf[c]] = skin.pointOf[c], reached.push_back(skin.pointOf[c]);
@@ -62,6 +63,23 @@ void addWhole(const SkinTopology& skin, std::span<const std::uint32_t> nearest, 
     std::ranges::stable_sort(cut.parts, {}, &SkinCut::Part::triangle);
 }
 
+/// Divides triangles anew that have points from `first` on.
+void redivideTriangles(const SkinTopology& skin, std::uint32_t first, SkinCut& cut)
+{
+    std::vector<std::uint32_t> moved;
+    for (const SkinCut::Part& part : cut.parts)
+        if (std::ranges::any_of(part.corner, [&](std::uint32_t c) { return c >= first; }))
+            moved.push_back(part.triangle);
+    sortUnique(moved);
+    const auto rest = std::ranges::stable_partition(
+        cut.parts, [&](const SkinCut::Part& part) { return !std::ranges::binary_search(moved, part.triangle); });
+    std::vector<SkinCut::Part> parts(rest.begin(), rest.end());
+    cut.parts.erase(rest.begin(), rest.end());
+    redivide(skin, cut.points, parts);
+    cut.parts.insert(cut.parts.end(), parts.begin(), parts.end());
+    std::ranges::stable_sort(cut.parts, {}, &SkinCut::Part::triangle);
+}
+
 }  // namespace
 
 void fitKept(const SkinTopology& skin, double dx, std::span<const SkinCut::Point> made, Triangles given, SkinCut& cut)
@@ -88,7 +106,7 @@ void fitKept(const SkinTopology& skin, double dx, std::span<const SkinCut::Point
     const Slider slider(skin);
     for (std::size_t i = before; i < X.size(); ++i)
         if (isFree[i]) cut.points[i].X = slider.closest(cut.points[i], X[i] + shift[i], cut.points[i].on);
-    redivide(skin, cut.points, cut.parts);
+    redivideTriangles(skin, std::uint32_t(skin.pointOf.size() + before), cut);
 }
 
 }  // namespace vdbfrac::skin

@@ -73,7 +73,7 @@ void fitTaken(const SkinTopology& skin, double dx, std::span<const SkinCut::Poin
     }
     redivide(skin, cut.points, cut.taken);
     // Where lips have passed each other what looks inward lies over others, which look outward.
-    std::erase_if(cut.taken, [&](const SkinCut::Part& part) { return looksInward(skin, cut.points, part); });
+    std::erase_if(cut.taken, [&](const SkinCut::Part& part) { return !(outwardArea(skin, cut.points, part) > 0); });
 }
 
 }  // namespace vdbfrac::skin
