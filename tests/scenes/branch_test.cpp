@@ -129,6 +129,19 @@ TEST(Branch, StiffnessAndDensityChangeEnergiesByTheirFactors)
     EXPECT_EQ(other.step().outcome, core::Outcome::converged);
 }
 
+/// What a stiffer material holds of energy then has been put in: no step is taken for one that flies apart.
+TEST(Branch, StifferExplicitStepsAreSolved)
+{
+    const std::vector<std::string> scheme = {"solver.integrator=\"symplectic_euler\"", "time.substeps=\"auto\""};
+    SceneRun run(bar(), scheme);
+    run.toFrame(9);
+    std::vector<std::string> stiffer = scheme;
+    stiffer.emplace_back("material.m.youngs_modulus=5e7");
+    SceneRun other(bar(), stiffer);
+    other.simulation.branchFrom(saved(run));
+    for (int i = 0; i < 20; ++i) EXPECT_EQ(other.step().outcome, core::Outcome::converged);
+}
+
 TEST(Branch, EffectsThatTheRunDidNotHaveBeginAnewAndOthersEnd)
 {
     SceneRun run(tearingBar(), kNotched);

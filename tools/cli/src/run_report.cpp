@@ -73,7 +73,9 @@ std::string shortcomings(const std::vector<core::StepRecord>& steps, const Ledge
     if (nothingTore(work)) text += nearestToTearing(steps);
     if (shortest < INFINITY) text += fmt::format("cut back: steps down to {:.2e} s\n", shortest);
     if (anyCapped(steps) && worst == 0)
-        text += "capped: steps flew apart; explicit integrators need shorter ones\n";
+        text +=
+            "capped: steps flew apart, or something passed into something else in them; explicit integrators need "
+            "shorter ones (time.substeps)\n";
     else if (anyCapped(steps))
         text +=
             fmt::format("capped: relative residuals up to {:.2g}, of the best iterates up to {:.2g}\n", worst, best);
@@ -235,8 +237,8 @@ std::string cappedText(const core::StepRecord& s)
 {
     if (s.newtonIterations == 0)
         return fmt::format(
-            "step {}: flies apart: there is a hundred times the energy that was ever put in; explicit "
-            "integrators need shorter steps (time.substeps)",
+            "step {}: it flies apart, or something has passed into something else; explicit integrators need shorter "
+            "steps (time.substeps)",
             s.step);
     return fmt::format(
         "step {}: the solver hit its caps (relative residual {:.2g}, of the best iterate {:.2g}); the last iterate was "

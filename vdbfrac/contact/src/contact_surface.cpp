@@ -229,7 +229,11 @@ void ContactSurface::refineFrom(const std::string& name, const core::Refinement&
         const Vec3 c = X / near;
         return Coord{int(std::floor(c.x())), int(std::floor(c.y())), int(std::floor(c.z()))};
     };
-    const double stiffer = wide.bodies[0].mesh->spacing() / bodies_[0].mesh->spacing();  // k = beta E / h
+    const auto stiffer = [&](std::uint16_t b) {  // k = beta E / h
+        const core::Body &then = wide.bodies[b], &now = bodies_[b];
+        return now.material.youngsModulus() / then.material.youngsModulus() * then.mesh->spacing() /
+               now.mesh->spacing();
+    };
     std::map<Coord, std::vector<std::uint32_t>> cells;
     for (std::uint32_t i = 0; i < before.size(); ++i) cells[cellOf(before.restPosition(i))].push_back(i);
     for (std::size_t i = 0; i < size(); ++i) {
@@ -245,7 +249,7 @@ void ContactSurface::refineFrom(const std::string& name, const core::Refinement&
                 least = distance, memory_[i] = before.memory(j);
             }
         }
-        memory_[i].stiffen(stiffer);
+        memory_[i].stiffen(stiffer(body(i)));
     }
 }
 

@@ -40,17 +40,19 @@ struct Moments {
     Mat3 both = Mat3::Zero(), second = Mat3::Zero();  // of move x^T and x x^T
 };
 
+constexpr double kTurns = 4;  // nodes of a fragment that can tell how it turns
+
 /// Of each fragment, or of all where `fragment` is empty.
 std::vector<Moments> momentsOf(std::span<const Vec3> x, std::span<const Vec3> move,
                                std::span<const std::uint32_t> fragment)
 {
-    constexpr std::size_t kEach = 8;  // every eighth has a say, and all of a fragment with none
+    constexpr std::size_t kEach = 8;  // every eighth has a say, and all of a fragment with few of them
     const auto of = [&](std::size_t n) { return fragment.empty() ? 0u : fragment[n]; };
     std::vector<Moments> all(fragment.empty() ? 1 : *std::ranges::max_element(fragment) + std::size_t{1});
     std::vector<std::uint32_t> say;
     for (std::size_t n = 0; n < x.size(); n += kEach) say.push_back(std::uint32_t(n)), ++all[of(n)].count;
     for (std::size_t n = 0; n < fragment.size(); ++n)
-        if (n % kEach != 0 && all[of(n)].count == 0) say.push_back(std::uint32_t(n));
+        if (n % kEach != 0 && all[of(n)].count < kTurns) say.push_back(std::uint32_t(n));
     for (Moments& m : all) m.count = 0;
     for (const std::uint32_t n : say) {
         Moments& m = all[of(n)];
@@ -66,7 +68,6 @@ std::vector<Moments> momentsOf(std::span<const Vec3> x, std::span<const Vec3> mo
     return all;
 }
 
-constexpr double kTurns = 4;        // nodes of a fragment that can tell how it turns
 constexpr double kDefinite = 1e-6;  // of what is fitted: where nodes lie in a line they do not turn about it
 
 /// The angular velocity that velocities fit best, as an operator on places.

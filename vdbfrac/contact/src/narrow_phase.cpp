@@ -156,9 +156,13 @@ double NarrowPhase::fastest(const ContactSurface& surface, const Targets& target
 double NarrowPhase::farthest(const ContactSurface& surface, const Targets& targets, std::span<const Vec3> from,
                              std::span<const Vec3> to) const
 {
+    if (samples() == 0) return 0;
+    const std::vector<Vec3> own = RelativeMotion::gone(from, to, kInfinity, surface.fragmentOfNode()).ends();
     return largest(surface, targets, [&](std::uint32_t sample) {
-        return [&, before = surface.at(sample, from), after = surface.at(sample, to)](std::uint32_t n, bool) {
-            const Vec3 gap = from[n] - before, move = after - before - (to[n] - from[n]);
+        return [&, before = surface.at(sample, from), after = surface.at(sample, to), inIt = surface.at(sample, own)](
+                   std::uint32_t n, bool isOwn) {
+            const Vec3 gap = from[n] - before;
+            const Vec3 move = isOwn ? Vec3(inIt - own[n] + gap) : Vec3(after - to[n] + gap);
             return gap.isZero() ? move.norm() : move.dot(gap) / gap.norm();
         };
     });

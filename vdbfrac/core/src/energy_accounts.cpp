@@ -67,8 +67,8 @@ void Simulation::book(StepRecord& record, const solver::StepReport& report)
     unnamed_ += left;
     record.unnamedShare = std::abs(unnamed_) / putIn_;
     // The first step of an explicit scheme moves nothing yet that work could be done on.
-    const bool isFlownApart = steps_ > 1 && record.kineticEnergy + record.elasticEnergy > kFlownApart * putIn_;
-    if (isFlownApart) record.outcome = Outcome::capped;
+    if (integrator_->isExplicit() && steps_ > 1 && record.kineticEnergy + record.elasticEnergy > kFlownApart * putIn_)
+        record.outcome = Outcome::capped;
     elasticEnergy_ = record.elasticEnergy;
 }
 

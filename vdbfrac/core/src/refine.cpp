@@ -175,7 +175,7 @@ void Simulation::refineFrom(const Simulation& wide, const Archive& archive)
     restoreEffects(archive, [&](Persistent& p) { p.refineFrom(from, bodies_); });
     const Totals now = totals();
     elasticEnergy_ = now.elasticEnergy, kineticEnergy_ = now.kineticEnergy;
-    putIn_ = wide.putIn_, unnamed_ = wide.unnamed_;
+    putIn_ = std::max(wide.putIn_, elasticEnergy_ + kineticEnergy_), unnamed_ = wide.unnamed_;
     balanced_ = false;
 }
 

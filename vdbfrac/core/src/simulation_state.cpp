@@ -242,7 +242,9 @@ void Simulation::branchFrom(const Archive& archive)
     grips_->requireNear(state_.x, time_);
     restoreEffects(archive, [&](Persistent& p) { p.branchFrom(archive, bodies_); });
     if (ancestry_) ancestry_->restoreFrom(archive, bodies_);
-    elasticEnergy_ = totals().elasticEnergy;
+    const Totals now = totals();  // of other materials, maybe
+    elasticEnergy_ = now.elasticEnergy;
+    putIn_ = std::max(putIn_, now.elasticEnergy + now.kineticEnergy);
     balanced_ = false;
 }
 

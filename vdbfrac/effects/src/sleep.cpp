@@ -2,8 +2,9 @@
 //
 // Islands are fragments that contact joins. An island falls asleep when none of its nodes has been faster than v_s for
 // a while; what it still moves with is lost, m v_s^2 / 2 at most. A fragment wakes when the forces on it, their sum or
-// their moments, differ from those in the first step of its sleep, or in that from those before, by more than what
-// would bring it to v_s within a frame, when it is cut again, and when what may tear it gets weaker over time.
+// their moments, differ from those in the first step of its sleep (or, in that first step, from those when it fell
+// asleep) by more than what would bring it to v_s within a frame, when it is cut again, and when what may tear it gets
+// weaker over time. Damping is no push: what lies still has none.
 #include "all.h"
 
 #include <vdbfrac/base/infinity.h>
@@ -120,7 +121,10 @@ std::vector<FragmentState> Sleep::measure(const core::SleepContext& context, std
     for (FragmentState& p : states)
         if (p.mass > 0) p.center /= p.mass;
     std::vector<Vec3> gradient(context.x.size(), Vec3::Zero());
-    for (const solver::Potential* potential : context.potentials) (void)potential->evaluate(context.x, gradient);
+    for (const solver::Potential* potential : context.potentials) {
+        const auto [mass, stiffness] = potential->damping();
+        if (mass == 0 && stiffness == 0) (void)potential->evaluate(context.x, gradient);
+    }
     eachNode(context.bodies, [&](std::size_t n, std::uint32_t f) {
         const Vec3 arm = context.x[n] - states[f].center;
         states[f].push.force -= gradient[n];
@@ -197,9 +201,12 @@ void Sleep::fallAsleep(const core::SleepContext& context, std::span<std::uint8_t
     std::vector<std::uint8_t> awake(asleep.size(), 0);
     for (std::uint32_t f = 0; f < asleep.size(); ++f)
         if (!asleep[f] && quiet_[f].time < after_) awake[islands.find(f)] = 1;
-    const std::vector<FragmentState> states = measure(context, asleep.size(), true);
+    std::vector<std::uint32_t> falling;
     for (std::uint32_t f = 0; f < asleep.size(); ++f)
-        if (!asleep[f] && !awake[islands.find(f)]) asleep[f] = 1, quiet_[f].push = states[f].push;
+        if (!asleep[f] && !awake[islands.find(f)]) falling.push_back(f);
+    if (falling.empty()) return;
+    const std::vector<FragmentState> states = measure(context, asleep.size(), true);
+    for (const std::uint32_t f : falling) asleep[f] = 1, quiet_[f].push = states[f].push;
 }
 
 void Sleep::save(std::span<const core::Body>, core::Archive& archive) const

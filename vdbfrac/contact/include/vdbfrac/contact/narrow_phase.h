@@ -58,7 +58,7 @@ public:
     /// fragment, as seen from it.
     double fastest(const ContactSurface& surface, const Targets& targets, std::span<const Vec3> x,
                    std::span<const Vec3> v) const;
-    /// At most how much nearer one comes to the other [m].
+    /// At most how much nearer one comes to the other [m]; of one fragment, as seen from it.
     double farthest(const ContactSurface& surface, const Targets& targets, std::span<const Vec3> from,
                     std::span<const Vec3> to) const;
 
