@@ -153,6 +153,8 @@ with tempfile.TemporaryDirectory() as temporary:
     expect("the text of a scene alone", ["check", "--quick", good, "--set", 'collider=[{ name = "hill", shape = { mesh = { file = "none.obj" } } }]'], 0, "ok")
     expect("missing file", ["check", folder / "none.toml"], 4, "none.toml")
     expect("no output folder", ["sim", good], 2, "-o")
+    expect("a missing argument", ["sim"], 2, "vdbfrac: error: SCENE is required", "hint: 'vdbfrac sim --help'")
+    expect("an unknown option", ["mesh", "a.obj", "--foo"], 2, "vdbfrac: error: ", "--foo", "hint: 'vdbfrac mesh --help'")
     expect("plan", ["sim", good, "-n", "--measure", "0"], 0, "solve", "fracture", "gravity", "off", "no [gravity] in the scene")
     expect("plan with time and disk", ["sim", good, "-n", "--measure", "1", "-f", "3"], 0, "nodes", "from (", "files: run.json", "time: ", "disk: about", "steps of")
     expect("plan needs no folder and writes none", ["sim", good, "-n", "--measure", "0", "-o", out], 0)

@@ -61,6 +61,11 @@ int run(int argc, char** argv)
         "Exit codes: 0 done, 1 internal error, 2 bad command line, scene or data, 3 not converged (--strict),\n"
         "4 files and disk, 5 memory or another limit, 75 stopped with a checkpoint (sim; continue with --resume).\n"
         "'vdbfrac COMMAND --help' tells more.");
+    app.failure_message([](const CLI::App* all, const CLI::Error& e) {
+        const std::vector<CLI::App*> command = all->get_subcommands();
+        return std::string("vdbfrac: error: ") + e.what() + "\n    hint: 'vdbfrac " +
+               (command.empty() ? "" : command.front()->get_name() + " ") + "--help' tells what there is\n";
+    });
     std::map<std::string, Action> actions;
     actions["sim"] = addSim(app);
     actions["check"] = addCheck(app);
