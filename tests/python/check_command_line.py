@@ -1,4 +1,5 @@
 """The program as a user meets it: help, plan, messages with their places, exit codes, nothing lost on failure."""
+import contextlib
 import csv
 import fcntl
 import json
@@ -70,6 +71,15 @@ def locale_with_commas(folder):
     except OSError:
         made = False
     return {**os.environ, "LC_ALL": "de_DE.UTF-8", "LOCPATH": str(folder)} if made else None
+
+
+@contextlib.contextmanager
+def open_folder(folder):
+    """As a run has it that goes on."""
+    descriptor = os.open(folder, os.O_RDONLY)
+    fcntl.flock(descriptor, fcntl.LOCK_EX)
+    yield
+    os.close(descriptor)
 
 
 with tempfile.TemporaryDirectory() as temporary:
@@ -154,7 +164,7 @@ with tempfile.TemporaryDirectory() as temporary:
     expect("missing file", ["check", folder / "none.toml"], 4, "none.toml")
     expect("no output folder", ["sim", good], 2, "-o")
     expect("a missing argument", ["sim"], 2, "vdbfrac: error: SCENE is required", "hint: 'vdbfrac sim --help'")
-    expect("an unknown option", ["mesh", "a.obj", "--foo"], 2, "vdbfrac: error: ", "--foo", "hint: 'vdbfrac mesh --help'")
+    expect("an unknown option", ["mesh", "a.obj", "-o", "a.vtu", "--foo"], 2, "vdbfrac: error: ", "--foo", "hint: 'vdbfrac mesh --help'")
     expect("plan", ["sim", good, "-n", "--measure", "0"], 0, "solve", "fracture", "gravity", "off", "no [gravity] in the scene")
     expect("plan with time and disk", ["sim", good, "-n", "--measure", "1", "-f", "3"], 0, "nodes", "from (", "files: run.json", "time: ", "disk: about", "steps of")
     expect("plan needs no folder and writes none", ["sim", good, "-n", "--measure", "0", "-o", out], 0)
@@ -328,7 +338,9 @@ with tempfile.TemporaryDirectory() as temporary:
     manifest = json.loads((stopped / "run.json").read_text())
     manifest["frame_range"], manifest["status"] = [1, 9], "running"
     (stopped / "run.json").write_text(json.dumps(manifest))
-    expect("info of a run that was stopped", ["info", stopped], 0, "frames: 1", "frames_missing: 2-9", "status: running")
+    expect("info of a run that was stopped", ["info", stopped], 0, "frames: 1", "frames_missing: 2-9", "status: running, but nothing on this machine writes into it")
+    with open_folder(stopped):
+        expect("info of a run that goes on", ["info", stopped], 0, "status: running\n")
     shutil.copy(ball, folder / "BALL.VDB")
     expect("info of a name in capitals", ["info", folder / "BALL.VDB"], 0, "level set")
     expect("tets of a name in capitals", ["mesh", folder / "BALL.VDB", "-o", folder / "ball.vtu"], 0, "ball.vtu")

@@ -4,6 +4,7 @@
 
 #include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
+#include <vdbfrac/base/folder_lock.h>
 #include <vdbfrac/base/hash.h>
 #include <vdbfrac/base/number_text.h>
 #include <vdbfrac/core/run_folder.h>
@@ -128,6 +129,17 @@ void addCheckpoints(const fs::path& folder, bool verify, RunInfo& info)
     info.json["checkpoints"] = list;
 }
 
+/// Does a program on this machine write into a folder?
+bool isWritten(const fs::path& folder)
+{
+    try {
+        const FolderLock lock(folder);
+        return false;
+    } catch (const FileError&) {
+        return true;
+    }
+}
+
 }  // namespace
 
 RunInfo runInfo(const fs::path& folder, bool verify)
@@ -140,6 +152,8 @@ RunInfo runInfo(const fs::path& folder, bool verify)
         for (const char* key :
              {"creator", "scene", "status", "fps", "voxel_size", "frame_range", "steps", "start_volume", "volume"})
             info.json[key] = manifest.at(key);
+        if (info.json["status"] == "running" && !isWritten(folder))
+            info.json["status"] = "running, but nothing on this machine writes into it: killed, if not on another";
         addFrames(manifest, folder, verify, info);
         addCheckpoints(folder, verify, info);
         info.json["verified"] = !info.sound ? "no, there are flaws"
