@@ -116,20 +116,24 @@ std::string lostText(double lost)
 std::string overlapText(const std::vector<core::StepRecord>& steps, double voxelSize)
 {
     constexpr double kSeen = .2;  // voxels
-    std::string text;
-    for (const auto& [column, what] :
-         {std::pair("contact_depth_m", "in each other"), std::pair("contact_self_depth_m", "in themselves"),
-          std::pair("collider_depth_m", "in colliders")}) {
+    struct Overlap {
+        const char *column, *what, *table;
+    };
+    std::string text, tables;
+    for (const auto& [column, what, table] : {Overlap{"contact_depth_m", "in each other", "[contact]"},
+                                              Overlap{"contact_self_depth_m", "in themselves", "[contact]"},
+                                              Overlap{"collider_depth_m", "in colliders", "[[collider]]"}}) {
         double deepest = 0, time = 0;
         for (const core::StepRecord& s : steps)
             if (const auto depth = s.measured.find(column); depth != s.measured.end() && depth->second > deepest)
                 deepest = depth->second, time = s.time;
-        if (deepest > kSeen * voxelSize)
-            text += fmt::format("{}up to {:.2g} voxels {} (at {:.4g} s)",
-                                text.empty() ? "overlap: surfaces were " : ", ", deepest / voxelSize, what, time);
+        if (!(deepest > kSeen * voxelSize)) continue;
+        if (tables.find(table) == std::string::npos) tables += (tables.empty() ? "" : " and ") + std::string(table);
+        text += fmt::format("{}up to {:.2g} voxels {} (at {:.4g} s)", text.empty() ? "overlap: surfaces were " : ", ",
+                            deepest / voxelSize, what, time);
     }
     if (text.empty()) return text;
-    return text + "; slower motion, or more stiffness of [contact] and [[collider]], reduces most of it\n";
+    return text + "; slower motion, or more stiffness of " + tables + ", reduces most of it\n";
 }
 
 /// Surfaces that renderers would show torn up.
