@@ -51,7 +51,8 @@ std::vector<Moments> momentsOf(std::span<const Vec3> x, std::span<const Vec3> mo
     std::vector<Moments> all(fragment.empty() ? 1 : *std::ranges::max_element(fragment) + std::size_t{1});
     std::vector<std::uint32_t> say;
     for (std::size_t n = 0; n < x.size(); n += kEach) say.push_back(std::uint32_t(n)), ++all[of(n)].count;
-    for (std::size_t n = 0; n < fragment.size(); ++n)
+    const bool areFew = std::ranges::any_of(all, [](const Moments& m) { return m.count < kTurns; });
+    for (std::size_t n = 0; areFew && n < fragment.size(); ++n)
         if (n % kEach != 0 && all[of(n)].count < kTurns) say.push_back(std::uint32_t(n));
     for (Moments& m : all) m.count = 0;
     for (const std::uint32_t n : say) {
@@ -114,6 +115,7 @@ RelativeMotion RelativeMotion::gone(std::span<const Vec3> x, std::span<const Vec
                                     std::span<const std::uint32_t> fragment)
 {
     RelativeMotion motion(x, to, 1, farthest, fragment);
+    motion.ofPlace_ = 1;
     for (const Moments& m : momentsOf(x, to, fragment))
         motion.frames_.push_back(
             {m.move, m.x, fragment.empty() ? Mat3(Mat3::Identity()) : Mat3(turnOf(m).transpose()), Mat3::Identity()});

@@ -42,7 +42,9 @@ public:
     Vec3 way(std::size_t node) const
     {
         const Frame& own = frames_[fragment_.empty() ? 0 : fragment_[node]];
-        const Vec3 way = scale_ * (own.ofMove * (move_[node] - own.move) - own.ofPlace * (x_[node] - own.place));
+        const Vec3 move = move_[node] - own.move, place = x_[node] - own.place;
+        const Vec3 way = scale_ * (fragment_.empty() ? Vec3(move - ofPlace_ * place)
+                                                     : Vec3(own.ofMove * move - own.ofPlace * place));
         const double far = way.squaredNorm() / (farthest_ * farthest_);
         return far > 1 ? Vec3(way / std::sqrt(far)) : way;
     }
@@ -56,7 +58,8 @@ public:
     MotionBoxes boxesWith(const Motion& motion) const;
 
 private:
-    /// From where motion is seen: by these means, and what is subtracted of velocities or places for each place.
+    /// From where motion is seen: by these means, and of a fragment what is subtracted of velocities or places for each
+    /// place.
     struct Frame {
         Vec3 move = Vec3::Zero(), place = Vec3::Zero();
         Mat3 ofMove = Mat3::Identity(), ofPlace = Mat3::Zero();
@@ -65,7 +68,7 @@ private:
                    std::span<const std::uint32_t> fragment);
 
     std::span<const Vec3> x_, move_;  // velocities, or places
-    double scale_, farthest_;
+    double scale_, farthest_, ofPlace_ = 0;
     std::span<const std::uint32_t> fragment_;
     std::vector<Frame> frames_;  // of each fragment, or one for all
 };
