@@ -10,6 +10,8 @@
 #include <chrono>
 #include <csignal>
 #include <map>
+#include <string>
+#include <string_view>
 #include <thread>
 
 #include <unistd.h>
@@ -23,16 +25,15 @@ namespace {
 constexpr int kStopped = 75;  // of 'vdbfrac sim': stopped with a checkpoint
 constexpr std::chrono::milliseconds kLook{50};
 
-/// The last line of a log that says something.
-std::string lastLine(const fs::path& log)
+/// What a log says went wrong: its last error, or else its last line.
+std::string reasonIn(const fs::path& log)
 {
-    std::string text = fs::exists(log) ? readText(log) : "", last;
-    while (!text.empty() && (last.empty() || last.starts_with("Run with --help"))) {
-        const std::size_t begin = text.rfind('\n') + 1;  // 0 where there is no other line
-        last = text.substr(begin);
-        text.resize(begin > 0 ? begin - 1 : 0);
-    }
-    return last;
+    constexpr std::string_view kError = "vdbfrac: error: ", kBlank = " \n";
+    std::string text = fs::exists(log) ? readText(log) : "";
+    text.resize(text.find_last_not_of(kBlank) + 1);  // 0 where there is nothing else
+    const std::size_t error = text.rfind(kError);
+    const std::size_t begin = error != std::string::npos ? error + kError.size() : text.rfind('\n') + 1;
+    return text.substr(begin, text.find('\n', begin) - begin);
 }
 
 /// The exit code of a run, where all were asked to stop: one that had not begun to listen is stopped all the same, and
@@ -86,7 +87,7 @@ private:
             say(*run, code == 0 ? statusOf(settings_.folder, *run)
                       : code == kStopped
                           ? "stopped; the same command goes on"
-                          : fmt::format("ended with {}: {}", code, lastLine(logFile(settings_.folder, *run))));
+                          : fmt::format("ended with {}: {}", code, reasonIn(logFile(settings_.folder, *run))));
             running_.erase(process);
             return true;
         }
