@@ -46,7 +46,7 @@ private:
     int bits_;
 };
 
-constexpr double kBin = 2;  // cells: most groups lie in eight of them or fewer
+constexpr double kBin = 3;  // cells: a group, with its margins, lies in eight of them
 
 /// In which a sample may meet something. One that lives on has room for lips in whatever direction they will feel then.
 Box roomOf(const ContactSurface& surface, std::uint32_t sample, const Motion& motion, double slack)
@@ -55,6 +55,14 @@ Box roomOf(const ContactSurface& surface, std::uint32_t sample, const Motion& mo
     if (slack == 0) return box.extend(surface.probe(sample, motion.from)).extend(surface.probe(sample, motion.to));
     box.extend(surface.at(sample, motion.from)).extend(surface.at(sample, motion.to));
     return wider(box, surface.stretch(sample) * slack + surface.lipGap(sample));
+}
+
+/// What samples of one fragment and groups of another come nearer to each other [m] than their nodes do.
+double roomBetween(const ContactSurface& surface, double margin, double slack)
+{
+    double stretch = 1;
+    for (std::size_t i = 0; slack > 0 && i < surface.size(); ++i) stretch = std::max(stretch, surface.stretch(i));
+    return margin + (1 + stretch) * slack + surface.farthestProbe();
 }
 
 /// Groups of each node; none where nothing has torn.
@@ -145,8 +153,11 @@ std::vector<Box> boxesOf(std::span<const Targets::Group> groups, const Motion& m
     return boxes;
 }
 
-void BroadPhase::search(const ContactSurface& surface, const Targets& targets, const Motion& motion, double margin)
+bool BroadPhase::search(const ContactSurface& surface, const Targets& targets, const Motion& motion, double margin)
 {
+    candidates_.clear();
+    if (among_ == Among::fragments && !mayMeet(motion, surface.fragmentOfNode(), roomBetween(surface, margin, slack_)))
+        return false;
     const std::vector<Box> groups = boxesOf(targets.groups(), motion, margin + slack_);
     const Bins bins(kBin * targets.spacing(), groups.size());
     const Groups inBin = groupItems(bins.count(), [&](const auto& add) {
@@ -154,11 +165,14 @@ void BroadPhase::search(const ContactSurface& surface, const Targets& targets, c
     });
     const Groups ofNode = groupsOfNodes(surface, targets, motion.from.size());
     std::vector<OwnMaterial> ownOfThread(std::size_t(threadSlots()), OwnMaterial(surface, targets, ofNode));
+    std::vector<std::vector<std::uint8_t>> nearOfThread(ownOfThread.size());  // as a group lies in several bins
     const bool isWithin = among_ == Among::withinFragments;
     const auto meet = [&](std::size_t begin, std::size_t end, std::vector<Candidate>& found) {
         std::vector<std::uint32_t> near;
         std::vector<Box> rooms;
         OwnMaterial& own = ownOfThread[std::size_t(threadSlot())];
+        std::vector<std::uint8_t>& isNear = nearOfThread[std::size_t(threadSlot())];
+        isNear.resize(groups.size(), 0);
         for (std::size_t c = begin; c < end; ++c) {
             const auto cluster = surface.cluster(c);
             Box all;
@@ -167,9 +181,9 @@ void BroadPhase::search(const ContactSurface& surface, const Targets& targets, c
             near.clear();
             bins.visit(all, [&](std::size_t bin) {
                 for (std::uint32_t g : inBin[bin])
-                    if (groups[g].intersects(all)) near.push_back(g);
+                    if (!isNear[g] && groups[g].intersects(all)) isNear[g] = 1, near.push_back(g);
             });
-            sortUnique(near);
+            for (std::uint32_t g : near) isNear[g] = 0;
             for (std::size_t s = 0; s < cluster.size(); ++s)
                 for (std::uint32_t g : near)
                     if ((surface.fragment(cluster[s]) == targets.groups()[g].fragment) == isWithin &&
@@ -178,11 +192,13 @@ void BroadPhase::search(const ContactSurface& surface, const Targets& targets, c
         }
     };
     candidates_ = gatherChunks<Candidate>(surface.clusters(), kClusters, meet);
+    return true;
 }
 
 bool BroadPhase::find(const ContactSurface& surface, const Targets& targets, const Motion& motion, double margin)
 {
     constexpr double kSlack = 0.5;  // cells: longer lists, and longer lives of them where little moves
+    if (among_ == Among::fragments && surface.isOneFragment()) return candidates_.clear(), false;
     if (isRestored_ && slack_ > 0) search(surface, targets, {x_, x_}, margin);
     isRestored_ = false;
     const auto frame = among_ == Among::withinFragments ? surface.fragmentOfNode() : std::span<const std::uint32_t>();
@@ -192,24 +208,16 @@ bool BroadPhase::find(const ContactSurface& surface, const Targets& targets, con
     if (slack_ > 0 && move(x_, motion.from) <= slack_ && move(x_, motion.to) <= slack_) return false;
     // Lists live long where steps are short, unless each step tears the surface that they are of.
     const double slack = kSlack * targets.spacing();
-    const bool lives = hasLooked_ && 2 * move(motion.from, motion.to) <= slack;
-    hasLooked_ = true;
-    if (lives) {
-        slack_ = slack;
-        x_.assign(motion.from.begin(), motion.from.end());
-        search(surface, targets, {x_, x_}, margin);
-        return true;
-    }
-    slack_ = 0, x_.clear(), candidates_.clear();
-    if (among_ == Among::fragments && !mayMeet(motion, surface.fragmentOfNode(), margin + surface.farthestProbe()))
-        return false;
-    search(surface, targets, motion, margin);
-    return true;
+    const bool lives = mayLive_ && 2 * move(motion.from, motion.to) <= slack;
+    mayLive_ = true;
+    slack_ = lives ? slack : 0;
+    x_.assign(motion.from.begin(), lives ? motion.from.end() : motion.from.begin());
+    return search(surface, targets, lives ? Motion{x_, x_} : motion, margin);
 }
 
 void BroadPhase::save(const std::string& name, core::Archive& archive) const
 {
-    archive.putOne(name + ".has_looked", std::int64_t{hasLooked_});
+    archive.putOne(name + ".has_looked", std::int64_t{mayLive_});
     archive.put(name + ".looked_at", x_);
     archive.putOne(name + ".slack", slack_);
 }
@@ -217,7 +225,7 @@ void BroadPhase::save(const std::string& name, core::Archive& archive) const
 void BroadPhase::restoreFrom(const std::string& name, const core::Archive& archive, std::size_t nodes)
 {
     clear();
-    hasLooked_ = archive.getOne<std::int64_t>(name + ".has_looked") != 0;
+    mayLive_ = archive.getOne<std::int64_t>(name + ".has_looked") != 0;
     x_ = archive.get<Vec3>(name + ".looked_at");
     slack_ = archive.getOne<double>(name + ".slack");
     isRestored_ = true;

@@ -42,7 +42,7 @@ void ContactSearch::lookBeside(const ContactSurface& surface, const Targets& tar
         return to.farthestBeside(motion) > .5 * kMargin * h_;
     };
     const bool isBesideOwn = strays(own, ownMotion());
-    if (!isBesideOwn && !strays(course, motion())) return;
+    if (!isBesideOwn && (surface.isOneFragment() || !strays(course, motion()))) return;
     MotionBoxes all = course.boxesWith(motion());
     if (!isBesideOwn && !mayMeet(all.motion(), surface.fragmentOfNode(), kMargin * h_ + surface.farthestProbe()))
         return;

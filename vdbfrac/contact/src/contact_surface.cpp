@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
+#include <functional>
 #include <cmath>
 #include <map>
 #include <unordered_map>
@@ -170,6 +171,7 @@ void ContactSurface::settle()
             for (std::uint32_t& n : all_.lip[i].below.node) n += bodies_[b].firstNode;
         body_.resize(size(), std::uint16_t(b));
     }
+    isOneFragment_ = std::ranges::adjacent_find(ofNode_, std::ranges::not_equal_to()) == ofNode_.end();
     cluster_ = clustersOf(all_.point);
 }
 

@@ -46,14 +46,15 @@ constexpr double kTurns = 4;  // nodes of a fragment that can tell how it turns
 std::vector<Moments> momentsOf(std::span<const Vec3> x, std::span<const Vec3> move,
                                std::span<const std::uint32_t> fragment)
 {
-    constexpr std::size_t kEach = 8;  // every eighth has a say, and all of a fragment with few of them
+    constexpr std::size_t kEach = 32;  // these nodes have a say, and all of a fragment with fewer than kFew of them
+    constexpr double kFew = 8;
     const auto of = [&](std::size_t n) { return fragment.empty() ? 0u : fragment[n]; };
     std::vector<Moments> all(fragment.empty() ? 1 : *std::ranges::max_element(fragment) + std::size_t{1});
     std::vector<std::uint32_t> say;
     for (std::size_t n = 0; n < x.size(); n += kEach) say.push_back(std::uint32_t(n)), ++all[of(n)].count;
-    const bool areFew = std::ranges::any_of(all, [](const Moments& m) { return m.count < kTurns; });
+    const bool areFew = std::ranges::any_of(all, [](const Moments& m) { return m.count < kFew; });
     for (std::size_t n = 0; areFew && n < fragment.size(); ++n)
-        if (n % kEach != 0 && all[of(n)].count < kTurns) say.push_back(std::uint32_t(n));
+        if (n % kEach != 0 && all[of(n)].count < kFew) say.push_back(std::uint32_t(n));
     for (Moments& m : all) m.count = 0;
     for (const std::uint32_t n : say) {
         Moments& m = all[of(n)];
@@ -96,29 +97,27 @@ Mat3 turnOf(const Moments& m)
 
 }  // namespace
 
-RelativeMotion::RelativeMotion(std::span<const Vec3> x, std::span<const Vec3> move, double scale, double farthest,
-                               std::span<const std::uint32_t> fragment)
-    : x_(x), move_(move), scale_(scale), farthest_(farthest), fragment_(fragment)
+RelativeMotion::RelativeMotion(std::span<const Vec3> x, std::span<const Vec3> move, double scale, bool isGone,
+                               double farthest, std::span<const std::uint32_t> fragment)
+    : x_(x), move_(move), scale_(scale), farthest_(farthest), isGone_(isGone), fragment_(fragment)
 {
 }
 
 RelativeMotion RelativeMotion::ahead(std::span<const Vec3> x, std::span<const Vec3> v, double dt, double farthest,
                                      std::span<const std::uint32_t> fragment)
 {
-    RelativeMotion motion(x, v, std::isfinite(dt) ? dt : 0, farthest, fragment);
+    RelativeMotion motion(x, v, std::isfinite(dt) ? dt : 0, false, farthest, fragment);
     for (const Moments& m : momentsOf(x, v, fragment))
-        motion.frames_.push_back({m.move, m.x, Mat3::Identity(), spinOf(m)});
+        motion.frames_.push_back({m.move, m.x, fragment.empty() ? Mat3(Mat3::Zero()) : spinOf(m)});
     return motion;
 }
 
 RelativeMotion RelativeMotion::gone(std::span<const Vec3> x, std::span<const Vec3> to, double farthest,
                                     std::span<const std::uint32_t> fragment)
 {
-    RelativeMotion motion(x, to, 1, farthest, fragment);
-    motion.ofPlace_ = 1;
+    RelativeMotion motion(x, to, 1, true, farthest, fragment);
     for (const Moments& m : momentsOf(x, to, fragment))
-        motion.frames_.push_back(
-            {m.move, m.x, fragment.empty() ? Mat3(Mat3::Identity()) : Mat3(turnOf(m).transpose()), Mat3::Identity()});
+        motion.frames_.push_back({m.move, m.x, fragment.empty() ? Mat3::Identity() : Mat3(turnOf(m).transpose())});
     return motion;
 }
 
@@ -133,9 +132,9 @@ std::vector<Vec3> RelativeMotion::ways() const
 
 std::vector<Vec3> RelativeMotion::ends() const
 {
-    std::vector<Vec3> there = ways();
+    std::vector<Vec3> there(x_.size());
     parallelChunks(there.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t n = begin; n < end; ++n) there[n] += x_[n];
+        for (std::size_t n = begin; n < end; ++n) there[n] = (*this)(n);
     });
     return there;
 }

@@ -146,6 +146,7 @@ private:
     bool cameUp(const Penetration& s) const;
     double partFollowed(const contact::Motion& motion, double farthest) const
     {
+        if (surface_.isOneFragment()) return kInfinity;
         return contact::partFollowed(motion, surface_.fragmentOfNode(), farthest * h_);
     }
     double mu_, gap_, untangleSpeed_;

@@ -36,17 +36,22 @@ public:
     /// By rising cluster of samples.
     std::span<const Candidate> candidates() const { return candidates_; }
     /// Samples and targets are others.
-    void clear() { *this = BroadPhase(among_); }
+    void clear()
+    {
+        *this = BroadPhase(among_);
+        mayLive_ = false;
+    }
     /// Where nodes were when it last looked: a run that goes on looks again when this one would.
     void save(const std::string& name, core::Archive& archive) const;
     void restoreFrom(const std::string& name, const core::Archive& archive, std::size_t nodes);
     std::size_t bytes() const { return candidates_.capacity() * sizeof(Candidate) + x_.capacity() * sizeof(Vec3); }
 
 private:
-    void search(const ContactSurface& surface, const Targets& targets, const Motion& motion, double margin);
+    /// False where no two fragments come near each other.
+    bool search(const ContactSurface& surface, const Targets& targets, const Motion& motion, double margin);
 
     Among among_;
-    bool hasLooked_ = false;   // since clear()
+    bool mayLive_ = true;      // what it finds next; not just after clear(), as each step may tear
     double slack_ = 0;         // m; 0: its pairs are of one step only
     std::vector<Vec3> x_;      // m: where nodes were; empty without slack
     bool isRestored_ = false;  // the candidates are still to be found again

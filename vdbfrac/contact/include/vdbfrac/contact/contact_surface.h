@@ -76,6 +76,7 @@ public:
     /// surface.
     double reach(std::size_t i) const { return all_.reach[i]; }
     std::span<const std::uint32_t> fragmentOfNode() const { return ofNode_; }  ///< of the system
+    bool isOneFragment() const { return isOneFragment_; }
     std::size_t body(std::size_t i) const { return body_[i]; }
     std::uint32_t fragment(std::size_t i) const { return fragment_[i]; }
     const Vec3& restPosition(std::size_t i) const { return all_.rest[i].at; }  ///< m
@@ -159,6 +160,7 @@ private:
     Samples all_;  // in nodes of the system, without keys
     std::vector<std::uint16_t> body_;
     std::vector<std::uint32_t> fragment_, ofNode_;
+    bool isOneFragment_ = false;
     std::vector<Vec3> probe_;  // m
     Groups cluster_{{0}, {}};
 };

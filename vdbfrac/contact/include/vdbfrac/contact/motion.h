@@ -43,10 +43,9 @@ public:
     {
         const Frame& own = frames_[fragment_.empty() ? 0 : fragment_[node]];
         const Vec3 move = move_[node] - own.move, place = x_[node] - own.place;
-        const Vec3 way = scale_ * (fragment_.empty() ? Vec3(move - ofPlace_ * place)
-                                                     : Vec3(own.ofMove * move - own.ofPlace * place));
-        const double far = way.squaredNorm() / (farthest_ * farthest_);
-        return far > 1 ? Vec3(way / std::sqrt(far)) : way;
+        const Vec3 way = isGone_ ? Vec3(own.turn * move - place) : Vec3(scale_ * (move - own.turn * place));
+        const double far = way.squaredNorm();
+        return far > farthest_ * farthest_ ? Vec3(way * (farthest_ / std::sqrt(far))) : way;
     }
     Vec3 operator()(std::size_t node) const { return x_[node] + way(node); }
     std::vector<Vec3> ways() const;
@@ -58,17 +57,17 @@ public:
     MotionBoxes boxesWith(const Motion& motion) const;
 
 private:
-    /// From where motion is seen: by these means, and of a fragment what is subtracted of velocities or places for each
-    /// place.
+    /// From where motion is seen: by these means, and by what turns velocities or places back.
     struct Frame {
-        Vec3 move = Vec3::Zero(), place = Vec3::Zero();
-        Mat3 ofMove = Mat3::Identity(), ofPlace = Mat3::Zero();
+        Vec3 move, place;
+        Mat3 turn;  // of velocities: the angular velocity, as an operator on places; of places: a rotation
     };
-    RelativeMotion(std::span<const Vec3> x, std::span<const Vec3> move, double scale, double farthest,
+    RelativeMotion(std::span<const Vec3> x, std::span<const Vec3> move, double scale, bool isGone, double farthest,
                    std::span<const std::uint32_t> fragment);
 
     std::span<const Vec3> x_, move_;  // velocities, or places
-    double scale_, farthest_, ofPlace_ = 0;
+    double scale_, farthest_;
+    bool isGone_;
     std::span<const std::uint32_t> fragment_;
     std::vector<Frame> frames_;  // of each fragment, or one for all
 };
