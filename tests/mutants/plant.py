@@ -211,6 +211,8 @@ BUGS = [
         "fracture_test", "BarOnset.StrengthThatTheGridCannotResolveIsSaid"),
     Bug("cracks end before the edges of solids", "tetmesh/skin/src/crack_field.cpp", "isInside(n) ? tetmesh::trilinearShare(k, t) : 0", "tetmesh::trilinearShare(k, t)",
         "skin_test", "SkinRiders.MayHaveNoMaterialLeft"),
+    Bug("points at one place move apart", "tetmesh/skin/src/skin.cpp", "p < given ? riderAt[cutter_.places()[p]] : riderOf[p]", "riderOf[p]",
+        "skin_test", "SkinPlaces.PointsAtOnePlaceMoveAsOne"),
     Bug("one skin joins parts that are apart at rest", "tetmesh/skin/src/skin_cut.cpp", "fragment, between_);", "fragment, {});",
         "skin_test", "SkinRiders.PartBetweenWhatIsApartAtRest"),
 ]

@@ -182,37 +182,47 @@ void Skin::embed(const Embedding& what)
     const auto& [body, cut, drawn, fragment, fragmentOfNode] = what;
     std::vector<std::uint8_t> isUsed(drawn.mesh.points.size(), 0);
     for (const RenderMesh::Corner& c : drawn.mesh.corners) isUsed[c.point] = 1;
+    // Given points at one place, as along seams and hard edges, move as one.
     std::vector<Rider> riders;
-    std::vector<std::uint32_t> point;
+    std::vector<std::uint32_t> riderOf(isUsed.size(), kNone), riderAt(mesh_.points.size(), kNone);
     const std::size_t given = mesh_.points.size();
     for (std::uint32_t p = 0; p < isUsed.size(); ++p) {
         if (!isUsed[p]) continue;
-        riders.push_back({drawn.mesh.points[p], p < given ? cut.anchor[p] : cut.points[p - given].anchor});
-        point.push_back(p);
+        std::uint32_t& rider = p < given ? riderAt[cutter_.places()[p]] : riderOf[p];
+        if (rider == kNone) {
+            rider = std::uint32_t(riders.size());
+            riders.push_back({drawn.mesh.points[p], p < given ? cut.anchor[p] : cut.points[p - given].anchor});
+        }
+        riderOf[p] = rider;
     }
     const Embedded embedded = embedRiders(body, cut.cracks, riders, fragment, fragmentOfNode);
     work_.far = embedded.far;
-    points_.assign(isUsed.size(), {});
-    for (std::size_t i = 0; i < point.size(); ++i) points_[point[i]] = embedded.points[i];
     outside_ = MeanMotion(body, cut.cracks, riders, embedded, fragment, fragmentOfNode);
+    std::vector<std::uint32_t> numberOf(riders.size(), kNone);
+    for (std::uint32_t n = 0; n < outside_.points().size(); ++n) numberOf[outside_.points()[n].rider] = n;
+    points_.assign(isUsed.size(), {});
     outsidePoint_.clear();
-    for (const MeanMotion::Point& p : outside_.points()) outsidePoint_.push_back(point[p.rider]);
+    for (std::uint32_t p = 0; p < isUsed.size(); ++p) {
+        if (riderOf[p] == kNone) continue;
+        points_[p] = embedded.points[riderOf[p]];
+        if (numberOf[riderOf[p]] != kNone) outsidePoint_.push_back({p, numberOf[riderOf[p]]});
+    }
     outside_.evenOut(outsideEdges(drawn));
 }
 
-/// The edges of faces that join points outside of their tets, by their places among these. Faces that cracks have taken
-/// join sides that part.
+/// The edges of faces that join points outside of their tets, by their numbers in outside_. Faces that cracks have
+/// taken join sides that part.
 std::vector<std::array<std::uint32_t, 2>> Skin::outsideEdges(const tetmesh::DrawnTopology& drawn) const
 {
-    std::vector<std::uint32_t> place(drawn.mesh.points.size(), kNone);
-    for (std::uint32_t i = 0; i < outsidePoint_.size(); ++i) place[outsidePoint_[i]] = i;
+    std::vector<std::uint32_t> number(drawn.mesh.points.size(), kNone);
+    for (const auto& [point, own] : outsidePoint_) number[point] = own;
     std::vector<std::array<std::uint32_t, 2>> edges;
     for (std::size_t f = 0; f < drawn.mesh.faces(); ++f) {
         if (drawn.isTaken(f)) continue;
         const auto corners = drawn.mesh.face(f);
         for (std::size_t k = 0; k < corners.size(); ++k) {
-            const std::uint32_t a = place[corners[k].point], b = place[corners[(k + 1) % corners.size()].point];
-            if (a != kNone && b != kNone) edges.push_back({a, b});
+            const std::uint32_t a = number[corners[k].point], b = number[corners[(k + 1) % corners.size()].point];
+            if (a != kNone && b != kNone && a != b) edges.push_back({a, b});
         }
     }
     return edges;
@@ -226,19 +236,17 @@ std::vector<Vec3> Skin::carried(std::span<const Vec3> ofNodes) const
         for (std::size_t i = begin; i < end; ++i) at[i] = points_[i].at(ofNodes);
     });
     const std::vector<Vec3> outside = outside_.at(ofNodes);
-    for (std::size_t i = 0; i < outside.size(); ++i) {
-        Vec3& p = at[outsidePoint_[i]];
-        p += outside_.points()[i].share * (outside[i] - p);
-    }
+    for (const auto& [point, number] : outsidePoint_)
+        at[point] += outside_.points()[number].share * (outside[number] - at[point]);
     return at;
 }
 
 std::vector<OutsidePoint> Skin::outside() const
 {
     std::vector<OutsidePoint> all;
-    for (std::size_t i = 0; i < outsidePoint_.size(); ++i) {
-        const MeanMotion::Point& p = outside_.points()[i];
-        all.push_back({outsidePoint_[i], p.X, p.distance});
+    for (const auto& [point, number] : outsidePoint_) {
+        const MeanMotion::Point& p = outside_.points()[number];
+        all.push_back({point, p.X, p.distance});
     }
     return all;
 }

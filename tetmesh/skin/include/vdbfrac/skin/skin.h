@@ -74,7 +74,10 @@ private:
     std::shared_ptr<const tetmesh::DrawnTopology> drawn_;
     std::vector<tetmesh::EmbeddedPoint> points_;
     MeanMotion outside_;
-    std::vector<std::uint32_t> outsidePoint_;     // of each of outside_.points(), rising
+    struct Outside {
+        std::uint32_t point, number;  // the latter in outside_.points()
+    };
+    std::vector<Outside> outsidePoint_;           // by rising point; several at one place
     std::size_t givenNormals_ = 0;                // the others are those of torn faces
     std::shared_ptr<const TurnedNormals> given_;  // those of the outer surface
     SkinWork work_;
