@@ -201,7 +201,7 @@ def check_embedded(folder, run, last):
     subsets = {part.split('"')[0]: list(map(int, part.split("indices = [")[1].split("]")[0].split(","))) for part in text.split('def GeomSubset "')[1:]}
     check(".usda binds faces to materials", set(subsets) == {"skin", "end", "inside"} and all([f[4] for f in mesh.faces].count(name) == len(faces) for name, faces in subsets.items()), list(subsets))
     check("each once", sorted(sum(subsets.values(), [])) == list(range(len(mesh.faces))))
-    check(".usda has textures", f"asset inputs:file = @{folder}/weave.png@" in text and "inputs:scale = (2, 2)" in text)
+    check(".usda has textures", f"asset inputs:file = @{folder}/weave.png@" in text and "inputs:scale = (2, 2)" in text and f"float4 inputs:scale = ({int(0.2**2.2 * 1e5) / 1e5}" in text)
     for name in ("obj", "mdd", "mtl", "usda"):
         check(f"the run's own .{name}", (run / f"cache/block.{name}").read_bytes().replace(b"block.mtl", b"e.mtl") == (folder / f"e.{name}").read_bytes())
     check(".usda has boxes round each frame", all(np.abs(box - [p.min(0), p.max(0)]).max() < 1e-6 for box, p in zip(samples(text, "extent"), samples(text, "points"), strict=True)))

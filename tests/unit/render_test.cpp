@@ -125,6 +125,42 @@ TEST(Render, AFloorHasAShadowUnderWhatStandsOnIt)
     EXPECT_GT(darker, 200);
 }
 
+/// A press from above hides nothing and takes no light, from behind nobody sees it, and from in front it is there.
+TEST(Render, BackdropsHideNothing)
+{
+    Subject pressed = subject();
+    pressed.backdrops = {{{.5, 1, .5}, 9 * Vec3::UnitX(), 9 * Vec3::UnitZ(), Colour(0, 0, 1)}};
+    View view = from({0.3, -0.8, -0.6});
+    view.ground = 0;
+    EXPECT_EQ(render(pressed, view).rgb, render(subject(), view).rgb);
+    view.camera = from({0, 0.8, -0.6}).camera;
+    view.ground.reset();
+    const std::array<int, 3> above = pixel(render(pressed, view), 80, 2);
+    EXPECT_GT(above[2], 2 * above[0]);
+    EXPECT_FALSE(isGrey(above));
+}
+
+/// What has flown off far away takes no shadows from the rest.
+TEST(Render, ShadowsStayWhenAPieceIsFarAway)
+{
+    View view = from({0.3, -0.8, -0.6});
+    view.ground = 0;
+    Subject far = subject();
+    const auto first = std::uint32_t(far.points.size());
+    for (const Vec3& p : {Vec3(0, 3e4, 0), Vec3(1, 3e4, 0), Vec3(0, 3e4, 1)}) far.points.push_back(p);
+    far.triangles.push_back({first, first + 1, first + 2});
+    far.normals.push_back({Vec3::UnitY(), Vec3::UnitY(), Vec3::UnitY()});
+    far.colour.push_back(Colour::Ones());
+    const Image with = render(far, view), without = render(subject(), view);
+    int others = 0;
+    for (int j = 0; j < view.height; ++j)
+        for (int i = 0; i < view.width; ++i) {
+            const auto a = pixel(with, i, j), b = pixel(without, i, j);
+            others += std::abs(a[0] - b[0]) > 40;
+        }
+    EXPECT_LT(others, view.width * view.height / 100);
+}
+
 TEST(Render, LooksFromAboveAndIsTheSameForAnyNumberOfThreads)
 {
     const Image many = render(subject(), from({0, -1, 0}));

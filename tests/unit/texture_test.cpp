@@ -189,6 +189,16 @@ TEST_F(TextureFiles, HaveNamesWithBlanksBehindOptions)
     EXPECT_TRUE(maps.at("a").scale.isApprox(Eigen::Array2d(2, 1)));
 }
 
+/// A line names several files, or one with blanks in its name.
+TEST_F(TextureFiles, LibrariesAreThoseThatAreThere)
+{
+    const auto both = write("my wood.mtl", "newmtl a\n");
+    write("x.mtl", "newmtl b\n");
+    const std::vector<std::string> names{"my wood.mtl", "x.mtl y.mtl", "none.mtl"};
+    const std::vector<std::filesystem::path> expected{both, folder_ / "x.mtl", folder_ / "y.mtl", folder_ / "none.mtl"};
+    EXPECT_EQ(tetmesh::libraryFiles(names, folder_), expected);
+}
+
 /// As the format allows; what is no colour is none, and no error.
 TEST(DiffuseColours, MayBeGreyOrMissing)
 {

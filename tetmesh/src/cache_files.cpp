@@ -156,7 +156,8 @@ void addSubsets(TextWriter& out, const DrawnTopology& drawn, const MaterialNames
 }
 
 /// Shaders that give a surface the colours of a texture. `at`: the path of the material.
-void addTexture(TextWriter& out, const std::string& at, const DiffuseMap& map)
+/// `tint`: light that the texture is multiplied by, as renderers do with colours of .mtl files.
+void addTexture(TextWriter& out, const std::string& at, const DiffuseMap& map, const Vec3& tint)
 {
     const char* const mark = map.file.find('@') == std::string::npos ? "@" : "@@@";  // ends a path in USD
     out << "            def Shader \"st\"\n            {\n                uniform token info:id = "
@@ -169,7 +170,8 @@ void addTexture(TextWriter& out, const std::string& at, const DiffuseMap& map)
         << ")\n                float2 outputs:result\n            }\n            def Shader \"texture\"\n            "
            "{\n"
         << "                uniform token info:id = \"UsdUVTexture\"\n                asset inputs:file = " << mark
-        << map.file << mark
+        << map.file << mark << "\n                float4 inputs:scale = (" << tint.x() << ", " << tint.y() << ", "
+        << tint.z() << ", 1)"
         << "\n                token inputs:wrapS = \"repeat\"\n                token inputs:wrapT = \"repeat\"\n"
         << "                float2 inputs:st.connect = <" << at << "/place.outputs:result>\n"
         << "                float3 outputs:rgb\n            }\n";
@@ -195,7 +197,7 @@ void addMaterials(TextWriter& out, const MaterialNames& names, const std::string
         else
             out << " = (" << colour.x() << ", " << colour.y() << ", " << colour.z() << ")";
         out << "\n                float inputs:roughness = 0.6\n                token outputs:surface\n            }\n";
-        if (map != maps.end()) addTexture(out, at, map->second);
+        if (map != maps.end()) addTexture(out, at, map->second, own != colours.end() ? colour : Vec3(Vec3::Ones()));
         out << "        }\n";
     }
     out << "    }\n";

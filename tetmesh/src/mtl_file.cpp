@@ -119,6 +119,21 @@ std::string mtlText(std::string_view more)
 
 void writeMtl(const std::filesystem::path& file, std::string_view more) { writeText(file, mtlText(more)); }
 
+std::vector<std::filesystem::path> libraryFiles(std::span<const std::string> libraries,
+                                                const std::filesystem::path& folder)
+{
+    std::vector<std::filesystem::path> files;
+    for (const std::string& line : libraries) {
+        std::vector<std::filesystem::path> several;
+        std::istringstream words(line);
+        for (std::string word; words >> word;) several.push_back(folder / word);
+        const bool isOne = several.size() < 2 || std::filesystem::is_regular_file(folder / line);
+        if (isOne) several = {folder / line};
+        files.insert(files.end(), several.begin(), several.end());
+    }
+    return files;
+}
+
 std::string readMtl(const std::filesystem::path& file)
 {
     const std::string text = readText(file);

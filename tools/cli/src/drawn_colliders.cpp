@@ -33,20 +33,15 @@ pictures::Subject steel(const tetmesh::RenderMesh& mesh)
 }
 
 /// A square of the plane of a halfspace below or beside all points.
-pictures::Subject square(const Primitive& halfspace, std::span<const Vec3> points, const Vec3& origin)
+pictures::Subject::Backdrop square(const Primitive& halfspace, std::span<const Vec3> points, const Vec3& origin)
 {
     constexpr double kLarge = 4;  // of what is in the picture
     Vec3 lower = points[0], upper = points[0];
     for (const Vec3& p : points) lower = lower.cwiseMin(p), upper = upper.cwiseMax(p);
     const Vec3 n = halfspace.axis, all = 0.5 * (lower + upper) + origin;
     const Vec3 center = all - (n.dot(all) - halfspace.offset) * n;
-    const Vec3 u = kLarge * (upper - lower).norm() * n.unitOrthogonal(), v = n.cross(u);
-    pictures::Subject subject;
-    subject.points = {center - u - v, center + u - v, center + u + v, center - u + v};
-    subject.triangles = {{0, 2, 1}, {0, 3, 2}};
-    subject.normals.assign(2, {-n, -n, -n});
-    subject.colour.assign(2, kSteel);
-    return subject;
+    const Vec3 u = kLarge * (upper - lower).norm() * n.unitOrthogonal();
+    return {center, u, u.cross(n), kSteel};
 }
 
 }  // namespace
@@ -85,8 +80,13 @@ void DrawnColliders::addTo(pictures::Subject& subject, double time, const Vec3& 
     for (const Drawn& d : drawn_) {
         const scene::Placement place = scene::placementAt(d.collider->move, time);
         const auto* const solid = std::get_if<Primitive>(&d.collider->shape);
-        const pictures::Subject own =
-            solid && solid->kind == Primitive::Kind::halfspace ? square(*solid, seen, origin) : d.surface;
+        if (solid && solid->kind == Primitive::Kind::halfspace) {
+            const pictures::Subject::Backdrop at = square(*solid, seen, origin);
+            subject.backdrops.push_back(
+                {place(at.center) - origin, place.turn * at.toSide, place.turn * at.toTop, at.colour});
+            continue;
+        }
+        const pictures::Subject& own = d.surface;
         const std::uint32_t first = std::uint32_t(subject.points.size());
         for (const Vec3& p : own.points) subject.points.push_back(place(p) - origin);
         for (auto t : own.triangles) subject.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});

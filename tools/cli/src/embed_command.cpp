@@ -117,6 +117,7 @@ struct LastState {
         for (const RunFrame& frame : readRunFrames(folder).frames)
             for (const auto& [file, bytes] : frame.files) inputs.push_back(file);
         if (!options.mesh.empty()) replace(options);
+        inputs.insert(inputs.end(), drawing.materialFiles().begin(), drawing.materialFiles().end());
         prepared.simulation.restoreFrom(newestCheckpoint(folder, limit));
         Ledger work;
         drawing.followWhole(prepared.simulation, work);
@@ -135,8 +136,6 @@ private:
         const std::size_t b = options.body.empty() ? 0 : std::size_t(named - bodies.begin());
         tetmesh::RenderMesh mesh = tetmesh::readRenderMesh(options.mesh);
         inputs.push_back(options.mesh);
-        for (const std::string& library : mesh.libraries)
-            inputs.push_back(fs::path(options.mesh).parent_path() / library);
         notePlace(options, bodies[b]);
         if (options.placed) core::moveMesh(mesh, placeOfFile(bodies[b]));
         const tetmesh::SurfaceReport report = tetmesh::examine(tetmesh::soupOf(mesh));
@@ -151,8 +150,9 @@ std::vector<fs::path> motionFiles(const lab::PreparedScene& last, const fs::path
 {
     std::vector<fs::path> files;
     for (int frame = 0; frame <= last.simulation.framesDone(); ++frame) {
-        files.push_back(frameName((folder / "motion" / (last.scene.name + ".####.motion")).string(),
-                                  last.scene.time.firstFrame + frame));
+        // The names of the folder and the scene may hold signs that stand for frames elsewhere.
+        files.push_back(folder / "motion" /
+                        (last.scene.name + frameName(".####.motion", last.scene.time.firstFrame + frame)));
         if (!fs::exists(files.back())) throw FileError(files.back().string(), "is not there, but later frames are");
     }
     return files;

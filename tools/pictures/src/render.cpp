@@ -117,6 +117,7 @@ struct Samples {
 struct Surface {
     Vec3 X, normal, face;  // shading normal, and that of the triangle; both towards the eye
     Colour colour;
+    double distance = 0;  // m, from the eye
 };
 
 class Tracer {
@@ -159,17 +160,13 @@ private:
     std::optional<Surface> surfaceAt(const Vec3& eye, const Vec3& direction) const
     {
         const Target::Hit hit = target_.hit(eye, direction);
-        const double toGround = view_.ground && direction.y() < 0 ? (*view_.ground - eye.y()) / direction.y() : -1;
-        if (toGround > 0 && (hit.distance < 0 || toGround < hit.distance)) {
-            // The floor ends in the background, far from what is on it.
-            const Vec3 X = eye + toGround * direction;
-            return Surface{X, Vec3::UnitY(), Vec3::UnitY(), kGround};
-        }
+        std::optional<Surface> flat = flatAt(eye, direction);
+        if (flat && (hit.distance < 0 || flat->distance < hit.distance)) return flat;
         if (hit.distance < 0) return std::nullopt;
         const auto& t = subject_.triangles[hit.triangle];
         const auto& n = subject_.normals[hit.triangle];
         Surface s;
-        s.X = eye + hit.distance * direction;
+        s.X = eye + hit.distance * direction, s.distance = hit.distance;
         s.face = (subject_.points[t[1]] - subject_.points[t[0]])
                      .cross(subject_.points[t[2]] - subject_.points[t[0]])
                      .stableNormalized();
@@ -185,6 +182,27 @@ private:
         return s;
     }
 
+    /// The nearest of the ground and the backdrops.
+    std::optional<Surface> flatAt(const Vec3& eye, const Vec3& direction) const
+    {
+        std::optional<Surface> nearest;
+        const auto take = [&](const Vec3& middle, const Vec3& front, const Colour& colour, auto&& isOn) {
+            const double facing = front.dot(direction);
+            const double distance = facing < 0 ? front.dot(middle - eye) / facing : -1;
+            const Vec3 X = eye + distance * direction;
+            if (distance > 0 && (!nearest || distance < nearest->distance) && isOn(X))
+                nearest = Surface{X, front, front, colour, distance};
+        };
+        // The floor ends in the background, far from what is on it.
+        if (view_.ground) take({0, *view_.ground, 0}, Vec3::UnitY(), kGround, [](const Vec3&) { return true; });
+        for (const Subject::Backdrop& b : subject_.backdrops)
+            take(b.center, b.toSide.cross(b.toTop).normalized(), b.colour, [&](const Vec3& X) {
+                return std::abs((X - b.center).dot(b.toSide)) <= b.toSide.squaredNorm() &&
+                       std::abs((X - b.center).dot(b.toTop)) <= b.toTop.squaredNorm();
+            });
+        return nearest;
+    }
+
     Colour textureAt(const Target::Hit& hit) const
     {
         using Textured = Subject::Textured;
@@ -197,7 +215,8 @@ private:
     Colour light(const Surface& s, const Vec3& direction, const std::array<double, 2>& sun,
                  const std::array<double, 2>& sky) const
     {
-        const Vec3 from = s.X + 1e-4 * size_ * s.face;
+        // Off the face, by what is seen of it: things far away may be any size.
+        const Vec3 from = s.X + 1e-4 * std::min(size_, s.distance) * s.face;
         const double r = kSunSize * std::sqrt(sun[0]), a = 2 * std::numbers::pi * sun[1];
         const Vec3 toSun = (sun_ + r * std::cos(a) * sunU_ + r * std::sin(a) * sunV_).normalized();
         Colour sum = Colour::Zero();

@@ -93,6 +93,20 @@ tetmesh::RenderMesh outerSurface(const scene::Body& spec, const Body& body, std:
 
 }  // namespace
 
+namespace {
+
+/// Edges of the triangles of a solid in pictures [m]: their number does not depend on the grid.
+double pictureEdge(const Primitive& solid)
+{
+    constexpr double kRound = 8, kLong = 256;  // edges to the smallest radius, and to the largest size
+    const Bounds box = bounds(solid);
+    const double size = (box.upper - box.lower).maxCoeff();
+    if (solid.kind == Primitive::Kind::box) return size;
+    return std::max((solid.kind == Primitive::Kind::torus ? solid.tube : solid.radius) / kRound, size / kLong);
+}
+
+}  // namespace
+
 tetmesh::RenderMesh surfaceOf(const scene::Collider& collider, const scene::Grid& grid)
 {
     constexpr double kLong = 40;  // radii of a cylinder
@@ -101,7 +115,7 @@ tetmesh::RenderMesh surfaceOf(const scene::Collider& collider, const scene::Grid
         Primitive shape = *solid;
         if (shape.kind == Primitive::Kind::halfspace) return {};
         if (shape.kind == Primitive::Kind::cylinder && shape.height == 0) shape.height = kLong * shape.radius;
-        if (auto mesh = solids::solidMesh(shape, {}, grid.voxelSize)) return std::move(*mesh);
+        if (auto mesh = solids::solidMesh(shape, {}, pictureEdge(shape))) return std::move(*mesh);
         return {};
     }
     return levelSetMesh(grid::makeLevelSet(collider, grid, ~std::uint64_t{0}));
@@ -187,6 +201,8 @@ void Drawing::replace(const scene::Scene& scene, const Simulation& simulation, s
     nameMaterials(scene, body, *whole);
     surfaces_[body] = {skin::Skin(std::move(*whole), *own.mesh, styleOf(scene), isInParts(own))};
 }
+
+const std::vector<std::filesystem::path>& Drawing::materialFiles() const { return materials_->files(); }
 
 const std::string& Drawing::materials() const { return materials_->text(); }
 

@@ -20,12 +20,13 @@ std::map<std::string, std::string> DrawnMaterials::add(const tetmesh::RenderMesh
 {
     std::map<std::string, std::string> renamed;
     std::set<std::string> seen{"outside", "inside"};  // names of frames: no face of the mesh has them
-    for (const std::string& library : mesh.libraries) {
-        if (!std::filesystem::is_regular_file(folder / library)) {
-            notes.push_back((folder / library).string() + " is not there: its materials have no colours or textures");
+    for (const std::filesystem::path& library : tetmesh::libraryFiles(mesh.libraries, folder)) {
+        if (!std::filesystem::is_regular_file(library)) {
+            notes.push_back(library.string() + " is not there: its materials have no colours or textures");
             continue;
         }
-        for (const tetmesh::MtlMaterial& material : tetmesh::materialsIn(tetmesh::readMtl(folder / library))) {
+        files_.push_back(library);
+        for (const tetmesh::MtlMaterial& material : tetmesh::materialsIn(tetmesh::readMtl(library))) {
             if (!seen.insert(material.name).second) continue;
             const std::string name = known(material, "_" + body);
             if (name == material.name) continue;

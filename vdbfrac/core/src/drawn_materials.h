@@ -22,6 +22,8 @@ public:
     std::string nameOf(const scene::Material& material);
     /// As a material library.
     const std::string& text() const { return text_; }
+    /// The libraries that were read.
+    const std::vector<std::filesystem::path>& files() const { return files_; }
 
 private:
     /// A name under which this look is known from now on: `name`, unless another has it; then with `suffix`.
@@ -29,6 +31,7 @@ private:
 
     std::map<std::string, std::string> look_;  // by name
     std::string text_;
+    std::vector<std::filesystem::path> files_;
 };
 
 }  // namespace vdbfrac::core

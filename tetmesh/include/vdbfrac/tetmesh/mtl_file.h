@@ -7,6 +7,7 @@
 
 #include <filesystem>
 #include <map>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -19,6 +20,11 @@ std::string mtlMaterial(const std::string& name, const Vec3& colour);
 std::string mtlText(std::string_view more = "");
 /// Writes it. Throws FileError.
 void writeMtl(const std::filesystem::path& file, std::string_view more = "");
+
+/// The files that `libraries` of a mesh name, by their folder. A line may name several, or one with blanks in its name:
+/// it is one where there is such a file.
+std::vector<std::filesystem::path> libraryFiles(std::span<const std::string> libraries,
+                                                const std::filesystem::path& folder);
 
 /// The text of a material library, with the paths of its textures made absolute. Throws FileError.
 std::string readMtl(const std::filesystem::path& file);

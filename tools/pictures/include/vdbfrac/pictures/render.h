@@ -37,6 +37,14 @@ struct Subject {
     };
     std::vector<std::shared_ptr<const Image>> textures;
     std::vector<Textured> textured;  ///< of the first triangles: what their colour is multiplied by
+
+    /// A flat wall, seen from in front only. It casts no shadow: where it stands between the light or the eye and the
+    /// rest, that is seen as if it were not there.
+    struct Backdrop {
+        Vec3 center, toSide, toTop;  ///< m: the last two from the middle to the edges; toSide x toTop is in front
+        Colour colour;
+    };
+    std::vector<Backdrop> backdrops;
 };
 
 /// How a surface is coloured.

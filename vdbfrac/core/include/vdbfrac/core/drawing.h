@@ -44,6 +44,8 @@ public:
 
     /// Material libraries of the bodies' meshes, as one text; those that are not there are left out.
     const std::string& materials() const;
+    /// Files of these.
+    const std::vector<std::filesystem::path>& materialFiles() const;
     /// What the user should know of the surfaces, a sentence each.
     const std::vector<std::string>& notes() const { return notes_; }
 
