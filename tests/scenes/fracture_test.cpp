@@ -262,6 +262,24 @@ TEST(BarOnset, KeysThatAreOneChangeNothing)
     EXPECT_EQ(hash(""), hash("\nkeys = [{ time = 1, scale = 1 }]"));
 }
 
+/// To the bit as where [fracture] says so of all; what it says of others is not for this one.
+TEST(BarOnset, MaterialsMayHaveTheirOwn)
+{
+    const auto hash = [](const std::string& law) {
+        SceneRun run(bar(8, law));
+        run.toFrame(40);
+        return run.simulation.stateHash();
+    };
+    const std::string own = "\n[[fracture.material]]\nname = \"m\"\n";
+    const std::uint64_t weak = hash("kappa = 0.5"), tough = hash("toughness = 20\nstrength = 4e3");
+    EXPECT_NE(weak, tough);
+    EXPECT_EQ(hash("kappa = 0.5" + own + "toughness = 20\nstrength = 4e3"), tough);
+    EXPECT_EQ(hash("toughness = 9" + own + "kappa = 0.5"), weak);
+    for (const char* wrong : {"kappa = 1\ntoughness = 1", "strength = 1", "kappa = 1\nstrength = 1", "kappa = 0"})
+        EXPECT_THROW(SceneRun(bar(8, "kappa = 1" + own + wrong)), InputError) << wrong;
+    EXPECT_THROW(SceneRun(bar(8, "kappa = 1\n[[fracture.material]]\nname = \"n\"\nkappa = 1")), InputError);
+}
+
 TEST(Front, ThatTheStepHoldsBackIsCounted)
 {
     const auto held = [](const char* frontCfl, int fps) {

@@ -76,6 +76,7 @@ public:
           tellsMargin_(std::count(scene.output.vdb.begin(), scene.output.vdb.end(), kMargin) > 0),
           margin_(values.has("grip_margin") ? values.number("grip_margin") : 2 * grid_.coarsening * dx_)
     {
+        for (const scene::Body& body : scene.bodies) keys_[body.name] = fractureKeys(values, body.material);
     }
 
     std::string name() const override { return "fracture"; }
@@ -141,6 +142,7 @@ private:
     bool tellsMargin_;
     double margin_;                             // m, round grips
     std::map<std::string, Tension> tension_;    // by body
+    std::map<std::string, FractureKeys> keys_;  // by body
     std::map<std::string, FractureLaw> laws_;   // by body
     std::map<std::string, Arrivals> arrival_;   // by body
     double limit_ = kInfinity;                  // s
@@ -150,13 +152,8 @@ private:
 
 FractureLaw Fracture::lawOf(const core::Body& body, std::vector<std::string>& notes) const
 {
-    const auto number = [&](const char* key) {
-        return values_.has(key) ? std::optional(values_.number(key)) : std::nullopt;
-    };
-    const FractureKeys keys{number("kappa"), number("toughness"), number("strength"), values_.number("average"),
-                            isTension_};
     const solver::Material& m = body.material;
-    return fractureLaw(keys, grid_, body.name, m.youngsModulus(), m.poissonRatio(), notes);
+    return fractureLaw(keys_.at(body.name), grid_, body.name, m.youngsModulus(), m.poissonRatio(), notes);
 }
 
 Driven Fracture::drivenByTension(const core::GridContext& context, const core::Body& body, const FractureLaw& law)

@@ -2,6 +2,7 @@
 
 #include <vdbfrac/base/infinity.h>
 #include <vdbfrac/base/number_text.h>
+#include <vdbfrac/scene/review.h>
 
 #include <algorithm>
 #include <array>
@@ -14,12 +15,57 @@ namespace {
 using scene::Key;
 using scene::Type;
 
+constexpr const char* kMaterial = "material";
+
+const Key kOfKappa = {
+    "kappa", Type::number, "J/m^3", "fracture resistance; a smooth bar tears at the strain sqrt(2 kappa / E)", "",
+    0,       kInfinity,    true};
+const Key kOfToughness = {
+    "toughness", Type::number, "J/m^2", "energy a crack takes per area, at any resolution; instead of kappa", "",
+    0,           kInfinity,    true};
+const Key kOfStrength = {"strength", Type::number, "Pa", "stress at which an uncracked bar tears; with toughness", "",
+                         0,          kInfinity,    true};
+
+const Key kMaterialKeys[] = {
+    {"name", Type::label, "", "name of a [material.NAME] table", scene::kRequired},
+    kOfKappa,
+    kOfToughness,
+    kOfStrength,
+};
+
+/// What is wrong with how resistances go together, where `table` has them; "" for nothing.
+std::string checkResistance(const scene::Values& v, const std::string& table)
+{
+    if (v.has("kappa") == v.has("toughness")) return table + " needs exactly one of kappa and toughness";
+    if (v.has("strength") && !v.has("toughness")) return table + ".strength goes with toughness, not with kappa";
+    return {};
+}
+
+void completeMaterial(scene::Review& material)
+{
+    std::vector<std::string> names;
+    for (const scene::Material& m : material.scene().materials) names.push_back(m.name);
+    material.requireOneOf("name", names);
+    material.requireNewName(material.parent().tables(kMaterial));
+    if (!material.isSound) return;
+    if (std::string wrong = checkResistance(material.values, material.path()); !wrong.empty())
+        material.complain("", {wrong});
+}
+
+const scene::TableSpec kMaterialSpec = {.name = "fracture.material",
+                                        .doc = "What tears bodies of one material, in place of what all have.",
+                                        .keys = kMaterialKeys,
+                                        .complete = completeMaterial};
+
 const Key kKeys[] = {
-    {"kappa", Type::number, "J/m^3", "fracture resistance; a smooth bar tears at the strain sqrt(2 kappa / E)", "", 0,
-     kInfinity, true},
-    {"toughness", Type::number, "J/m^2", "energy a crack takes per area, at any resolution; instead of kappa", "", 0,
-     kInfinity, true},
-    {"strength", Type::number, "Pa", "stress at which an uncracked bar tears; with toughness", "", 0, kInfinity, true},
+    kOfKappa,
+    kOfToughness,
+    kOfStrength,
+    {.name = kMaterial,
+     .member = Type::tables,
+     .doc = "materials with a resistance of their own, in place of these three",
+     .defaultText = scene::kOptional,
+     .table = &kMaterialSpec},
     {"keys", Type::curve, "",
      "factor on the resistance kappa over time; toughness goes with it, strength with its root", "", 0, kInfinity,
      true},
@@ -90,11 +136,23 @@ std::span<const Key> fractureTable() { return kKeys; }
 
 std::string checkFracture(const scene::Values& v)
 {
-    if (v.has("kappa") == v.has("toughness")) return "fracture needs exactly one of kappa and toughness";
+    if (std::string wrong = checkResistance(v, "fracture"); !wrong.empty()) return wrong;
     if (v.text("nucleation") == "inside" && (v.text("driver") != "tension" || v.number("average") <= 1))
         return "fracture.nucleation = \"inside\" goes with driver = \"tension\" and an average over more than a cell";
-    if (v.has("strength") && !v.has("toughness")) return "fracture.strength goes with toughness, not with kappa";
     return {};
+}
+
+FractureKeys fractureKeys(const scene::Values& values, const std::string& material)
+{
+    const scene::Values* from = &values;
+    if (values.has(kMaterial))
+        for (const scene::Values& own : values.tables(kMaterial))
+            if (own.text("name") == material) from = &own;
+    const auto number = [&](const char* key) {
+        return from->has(key) ? std::optional(from->number(key)) : std::nullopt;
+    };
+    return {number("kappa"), number("toughness"), number("strength"), values.number("average"),
+            values.text("driver") == "tension"};
 }
 
 double tipFactor(bool isTension, scene::LatticeKind lattice, double nu)

@@ -33,6 +33,9 @@ struct FractureKeys {
     bool isTension = true;                             ///< the driver
 };
 
+/// That of bodies of a material.
+FractureKeys fractureKeys(const scene::Values& values, const std::string& material);
+
 /// What tears one body.
 struct FractureLaw {
     double kappa = 0;       ///< J/m^3
