@@ -3,6 +3,7 @@
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/tetmesh/mtl_file.h>
 #include <vdbfrac/tetmesh/obj_file.h>
+#include <vdbfrac/tetmesh/render_mesh.h>
 #include <vdbfrac/tetmesh/surface_input.h>
 
 #include <CGAL/IO/polygon_soup_io.h>
@@ -15,6 +16,7 @@
 #include <cstring>
 #include <filesystem>
 #include <limits>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -206,6 +208,32 @@ TEST_F(SurfaceInput, FacesThatDisagreeAboutTheirSidesAreTold)
 {
     EXPECT_TRUE(examine(read("t.obj", kTetPoints + kTetFaces)).oriented);
     EXPECT_FALSE(examine(read("t.obj", kTetPoints + "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 4 3 2\n")).oriented);
+}
+
+/// By the names that programs write; where a component is missing there are none.
+TEST_F(SurfaceInput, PlyHasTextureCoordinatesAndNormals)
+{
+    const auto read = [&](const std::string& names) {
+        std::string header = "ply\nformat ascii 1.0\nelement vertex 3\n";
+        for (const std::string& name : {std::string("x y z"), names}) {
+            std::istringstream words(name);
+            for (std::string word; words >> word;) header += "property float " + word + "\n";
+        }
+        return readRenderMesh(write("t.ply", header +
+                                                 "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+                                                 "0 0 0 0 0 1 .25 .5\n1 0 0 1 0 0 1 0\n0 1 0 0 1 0 0 1\n3 0 1 2\n"));
+    };
+    for (const char* uv : {"s t", "u v", "texture_u texture_v"}) {
+        const RenderMesh mesh = read(std::string("nx ny nz ") + uv);
+        ASSERT_EQ(mesh.corners.size(), 3u) << uv;
+        EXPECT_EQ(mesh.uvs[mesh.corners[0].uv], Vec3(.25, .5, 0)) << uv;
+        EXPECT_EQ(mesh.uvs[mesh.corners[2].uv], Vec3(0, 1, 0)) << uv;
+        EXPECT_EQ(mesh.normals[mesh.corners[1].normal], Vec3(1, 0, 0)) << uv;
+        EXPECT_EQ(mesh.normals[mesh.corners[2].normal], Vec3(0, 1, 0)) << uv;
+    }
+    const RenderMesh none = read("nx ny mz s vt");
+    EXPECT_TRUE(none.uvs.empty() && none.normals.empty());
+    EXPECT_EQ(none.corners[0].uv, RenderMesh::kNone);
 }
 
 TEST_F(SurfaceInput, ObjQuirksAreRead)

@@ -1,5 +1,6 @@
 #include "text_reader.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
@@ -215,11 +216,40 @@ private:
     std::size_t length_ = 0;
 };
 
-void readElement(const Element& element, Values& values, std::size_t points, PolygonSoup& soup)
+/// Vectors of a vertex, and the names of their components, of each of several sets of names.
+enum Of { place, uv, normal, kVectors };
+struct Component {
+    std::string_view name;
+    Of of;
+    int axis;
+};
+constexpr Component kComponents[] = {{"x", place, 0},   {"y", place, 1},   {"z", place, 2},      {"nx", normal, 0},
+                                     {"ny", normal, 1}, {"nz", normal, 2}, {"s", uv, 0},         {"t", uv, 1},
+                                     {"u", uv, 0},      {"v", uv, 1},      {"texture_u", uv, 0}, {"texture_v", uv, 1}};
+
+const Component* componentOf(const Property& p)
+{
+    const auto found = std::ranges::find(kComponents, std::string_view(p.name), &Component::name);
+    return p.isList || found == std::end(kComponents) ? nullptr : found;
+}
+
+/// Do vertices have all of a vector?
+bool hasVector(const Header& header, Of vector)
+{
+    std::array<bool, 3> found{false, false, vector == uv};
+    for (const Element& e : header.elements)
+        for (const Property& p : e.properties)
+            if (const Component* c = componentOf(p); c && e.name == "vertex" && c->of == vector) found[c->axis] = true;
+    return found[0] && found[1] && found[2];
+}
+
+void readElement(const Element& element, Values& values, std::size_t points, PolygonSoup& soup,
+                 const std::array<std::vector<Vec3>*, kVectors>& vectors)
 {
     const bool isVertex = element.name == "vertex", isFace = element.name == "face",
                isStrip = element.name == "tristrips";
-    Vec3 X = Vec3::Zero();
+    std::array<Vec3, kVectors> own;
+    own.fill(Vec3::Zero());
     values.beginElement();
     for (const Property& p : element.properties) {
         if (p.isList) {
@@ -235,12 +265,13 @@ void readElement(const Element& element, Values& values, std::size_t points, Pol
             addPolygon(soup, std::move(polygon));
         } else {
             const double v = values.next(p.type);
-            if (isVertex && p.name.size() == 1 && p.name[0] >= 'x' && p.name[0] <= 'z') X[p.name[0] - 'x'] = v;
+            if (const Component* c = isVertex ? componentOf(p) : nullptr) own[c->of][c->axis] = v;
         }
     }
     if (!isVertex) return;
-    if (!X.allFinite()) values.fail("a coordinate that is not finite", "finite numbers");
-    soup.points.push_back(X);
+    if (!own[place].allFinite()) values.fail("a coordinate that is not finite", "finite numbers");
+    for (std::size_t k = 0; k < kVectors; ++k)
+        if (vectors[k]) vectors[k]->push_back(own[k]);
 }
 
 std::size_t countOf(const Header& header, std::string_view name)
@@ -250,30 +281,23 @@ std::size_t countOf(const Header& header, std::string_view name)
     return 0;
 }
 
-bool hasCoordinates(const Header& header)
-{
-    int found = 0;
-    for (const Element& e : header.elements)
-        for (const Property& p : e.properties)
-            found += e.name == "vertex" && !p.isList && (p.name == "x" || p.name == "y" || p.name == "z");
-    return found == 3;
-}
-
 }  // namespace
 
 PolygonSoup readPly(std::string_view bytes, const std::string& file)
 {
     TextReader in(bytes, file);
     const Header header = readHeader(in, bytes.size());
-    if (!hasCoordinates(header)) in.fail("the header has no vertex with x, y and z");
+    if (!hasVector(header, place)) in.fail("the header has no vertex with x, y and z");
     TextValues text(in);
     BinaryValues binary(bytes.substr(std::min(in.position(), bytes.size())), header.encoding == Encoding::big, file);
     Values& values = header.encoding == Encoding::text ? static_cast<Values&>(text) : binary;
     const std::size_t points = countOf(header, "vertex");
     PolygonSoup soup;
+    const std::array<std::vector<Vec3>*, kVectors> vectors{&soup.points, hasVector(header, uv) ? &soup.uvs : nullptr,
+                                                           hasVector(header, normal) ? &soup.normals : nullptr};
     for (const Element& element : header.elements) {
         if (element.properties.empty()) continue;
-        for (std::size_t i = 0; i < element.count; ++i) readElement(element, values, points, soup);
+        for (std::size_t i = 0; i < element.count; ++i) readElement(element, values, points, soup, vectors);
     }
     return soup;
 }

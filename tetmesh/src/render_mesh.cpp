@@ -63,11 +63,14 @@ RenderMesh::Corner PartCorners::between(std::uint32_t point)
 RenderMesh renderMesh(const PolygonSoup& soup)
 {
     RenderMesh mesh;
-    mesh.points = soup.points;
+    mesh.points = soup.points, mesh.uvs = soup.uvs, mesh.normals = soup.normals;
+    const auto of = [](const std::vector<Vec3>& values, std::size_t p) {
+        return values.empty() || !values[p].allFinite() ? RenderMesh::kNone : std::uint32_t(p);
+    };
     std::vector<RenderMesh::Corner> corners;
     for (const std::vector<std::size_t>& polygon : soup.polygons) {
         corners.clear();
-        for (std::size_t p : polygon) corners.push_back({std::uint32_t(p), RenderMesh::kNone, RenderMesh::kNone});
+        for (std::size_t p : polygon) corners.push_back({std::uint32_t(p), of(mesh.uvs, p), of(mesh.normals, p)});
         mesh.addFace(corners, RenderMesh::kNone, RenderMesh::kNone);
     }
     return mesh;

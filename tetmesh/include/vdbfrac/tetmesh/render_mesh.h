@@ -70,8 +70,8 @@ PolygonSoup soupOf(const RenderMesh& mesh);
 void setNormals(RenderMesh& mesh, double crease, std::span<const std::uint32_t> part = {});
 
 /// Reads a surface as readSurface does; of an .obj also texture coordinates, normals, groups, materials and the names
-/// of material libraries. Indices of texture coordinates and normals that are not there count as none. Throws as
-/// readSurface does.
+/// of material libraries; of a .ply texture coordinates (s t, u v, or texture_u texture_v) and normals of its points.
+/// Indices of texture coordinates and normals that are not there count as none. Throws as readSurface does.
 RenderMesh readRenderMesh(const std::filesystem::path& file, std::uint64_t memoryLimit = ~std::uint64_t{0});
 
 /// What is drawn of one frame: faces of fragments, some of them torn.

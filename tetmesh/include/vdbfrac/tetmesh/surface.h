@@ -21,6 +21,8 @@ struct Surface {
 struct PolygonSoup {
     std::vector<Vec3> points;                        ///< [m]
     std::vector<std::vector<std::size_t>> polygons;  ///< indices into points
+    /// Texture coordinates (two) and normals of the points, of a file that has some for each; else empty.
+    std::vector<Vec3> uvs = {}, normals = {};
 };
 
 }  // namespace vdbfrac::tetmesh
