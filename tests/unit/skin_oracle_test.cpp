@@ -9,11 +9,14 @@
 #include <CGAL/Polygon_mesh_processing/measure.h>
 #include <CGAL/Polygon_mesh_processing/orientation.h>
 #include <CGAL/Surface_mesh.h>
+#include <CGAL/intersections.h>
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <map>
+#include <random>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -99,6 +102,38 @@ TEST(SkinOracle, KeepsAndRemovesWhatBooleansDo)
                 EXPECT_NEAR(kept + removed, skin, kRounding);
                 EXPECT_GT(removed, .02 * skin);
             }
+}
+
+/// All that a triangle meets, and of one longer than a few voxels hardly any other: of thin ones too, however they lie.
+TEST(SkinOracle, VoxelsOfATriangleAreThoseThatItMeets)
+{
+    using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> anywhere(-1, 1);
+    const auto somewhere = [&] { return Vec3(anywhere(random), anywhere(random), anywhere(random)); };
+    for (int round = 0; round < 300; ++round) {
+        const double size = round % 3 == 0 ? .4 : round % 3 == 1 ? 3 : 12, width = round % 2 == 0 ? size : .01;
+        const Vec3 a = size * somewhere(), b = a + 2 * size * somewhere();
+        const std::array<Vec3, 3> corners{a, b, 0.5 * (a + b) + width * somewhere()};
+        const Kernel::Triangle_3 triangle(pointAt(corners[0]), pointAt(corners[1]), pointAt(corners[2]));
+        std::set<Coord> visited;
+        VoxelsOfTriangle(corners).visit([&](Coord c) { EXPECT_TRUE(visited.insert(c).second); });
+        const Vec3 low = corners[0].cwiseMin(corners[1]).cwiseMin(corners[2]),
+                   high = corners[0].cwiseMax(corners[1]).cwiseMax(corners[2]);
+        const bool isLarge = (high - low).maxCoeff() > 4;
+        for (int z = int(std::floor(low.z())) - 1; z <= high.z() + 1; ++z)
+            for (int y = int(std::floor(low.y())) - 1; y <= high.y() + 1; ++y)
+                for (int x = int(std::floor(low.x())) - 1; x <= high.x() + 1; ++x) {
+                    const auto meets = [&](double more) {
+                        return CGAL::do_intersect(
+                            CGAL::Bbox_3(x - more, y - more, z - more, x + 1 + more, y + 1 + more, z + 1 + more),
+                            triangle);
+                    };
+                    const bool isVisited = visited.contains({x, y, z});
+                    EXPECT_TRUE(isVisited || !meets(0)) << round;
+                    EXPECT_TRUE(!isVisited || !isLarge || meets(1e-4)) << round;
+                }
+    }
 }
 
 }  // namespace

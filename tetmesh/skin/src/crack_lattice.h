@@ -12,6 +12,7 @@
 #include <vdbfrac/tetmesh/node_field.h>
 #include <vdbfrac/tetmesh/stencil.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -75,25 +76,75 @@ private:
     tetmesh::NodeField<std::uint8_t> isMixed_;
 };
 
-/// Calls visit(voxel) for the voxels that a triangle meets, and a few beside it.
+/// The voxels that a triangle meets, and a few beside it. Row by row along x: long triangles pass few of the voxels in
+/// the box round them, or of those in their plane.
+class VoxelsOfTriangle {
+public:
+    /// The corners [voxels].
+    explicit VoxelsOfTriangle(const std::array<Vec3, 3>& p) : from_(p[0])
+    {
+        constexpr double kLarge = 4;  // voxels along an axis: below this edges are not worth a look
+        const Vec3 low = p[0].cwiseMin(p[1]).cwiseMin(p[2]), high = p[0].cwiseMax(p[1]).cwiseMax(p[2]);
+        first_ = low - Vec3::Constant(kMargin), last_ = high + Vec3::Constant(kMargin);
+        addSlab((p[1] - p[0]).cross(p[2] - p[0]), p);
+        // Boxes and triangles that do not meet are apart along one of these (Akenine-Moeller 2001).
+        for (int k = 0; k < 3 && (high - low).maxCoeff() > kLarge; ++k)
+            for (int axis = 0; axis < 3; ++axis)
+                addSlab((p[std::size_t(k + 1) % 3] - p[std::size_t(k)]).cross(Vec3::Unit(axis)), p);
+    }
+
+    /// x fastest.
+    template <class Visit>
+    void visit(const Visit& visit) const
+    {
+        for (int z = floor(first_.z()); z <= floor(last_.z()); ++z)
+            for (int y = floor(first_.y()); y <= floor(last_.y()); ++y) {
+                double from = std::floor(first_.x()), to = std::floor(last_.x());
+                for (int s = 0; s < slabs_ && from <= to; ++s) slab_[std::size_t(s)].cut(y, z, from, to);
+                for (int x = int(from); x <= int(to) && from <= to; ++x) visit(Coord{x, y, z});
+            }
+    }
+
+private:
+    static constexpr double kMargin = 1e-5;  // voxels: more than the nodes of a lattice were moved
+
+    /// Middles of voxels that what lies between two planes can meet.
+    struct Slab {
+        Vec3 normal;
+        double low, high;  // of normal . middle
+        /// Leaves the numbers of the voxels of a row that are in it.
+        void cut(int y, int z, double& from, double& to) const
+        {
+            const double beside = normal.y() * (y + .5) + normal.z() * (z + .5);
+            if (normal.x() == 0) {
+                if (beside < low || beside > high) to = from - 1;
+                return;
+            }
+            const double a = (low - beside) / normal.x() - .5, b = (high - beside) / normal.x() - .5;
+            from = std::max(from, std::ceil(std::min(a, b))), to = std::min(to, std::floor(std::max(a, b)));
+        }
+    };
+    static int floor(double v) { return int(std::floor(v)); }
+    void addSlab(const Vec3& normal, const std::array<Vec3, 3>& p)
+    {
+        const double room = (0.5 + kMargin) * normal.lpNorm<1>(), start = normal.dot(from_);
+        const double b = normal.dot(p[1] - from_), c = normal.dot(p[2] - from_);
+        slab_[std::size_t(slabs_++)] = {normal, start + std::min({0., b, c}) - room,
+                                        start + std::max({0., b, c}) + room};
+    }
+
+    Vec3 from_, first_, last_;
+    std::array<Slab, 10> slab_;
+    int slabs_ = 0;
+};
+
+/// Calls visit(voxel) for these.
 template <class Visit>
 void forVoxels(const SkinTopology& skin, std::uint32_t triangle, const CrackLattice& lattice, const Visit& visit)
 {
-    constexpr double kMargin = 1e-5;  // voxels: more than the nodes were moved
     const auto& t = skin.triangles[triangle];
-    const Vec3 &a = skin.points[t[0]], &b = skin.points[t[1]], &c = skin.points[t[2]];
     const double dx = lattice.voxelSize();
-    const Vec3 low = a.cwiseMin(b).cwiseMin(c) / dx - Vec3::Constant(kMargin);
-    const Vec3 high = a.cwiseMax(b).cwiseMax(c) / dx + Vec3::Constant(kMargin);
-    const Vec3 normal = (b - a).cross(c - a) / dx;
-    const auto floor = [](double v) { return int(std::floor(v)); };
-    for (int z = floor(low.z()); z <= floor(high.z()); ++z)
-        for (int y = floor(low.y()); y <= floor(high.y()); ++y)
-            for (int x = floor(low.x()); x <= floor(high.x()); ++x) {
-                // The plane of the triangle against the voxel.
-                const Vec3 middle = Vec3(x + .5, y + .5, z + .5) - a / dx;
-                if (std::abs(normal.dot(middle)) <= (0.5 + kMargin) * normal.lpNorm<1>()) visit(Coord{x, y, z});
-            }
+    VoxelsOfTriangle({skin.points[t[0]] / dx, skin.points[t[1]] / dx, skin.points[t[2]] / dx}).visit(visit);
 }
 
 }  // namespace vdbfrac::skin
