@@ -155,7 +155,7 @@ Action addPreview(CLI::App& app)
     c->add_option("--samples", o->samples, "Rays a pixel")->check(CLI::Range(1, 64))->capture_default_str();
     c->add_option("--turntable", o->turntable, "Turntable of the last of the frames, with this many pictures")
         ->check(CLI::Range(1, 10000));
-    c->add_option("--colour", o->colour,
+    c->add_option("--colour,--color", o->colour,
                   "What the surface is coloured by: material, fragment; or, with a legend, what frames written with "
                   "output.ply = true have of their points: energy, margin, arrival")
         ->check(CLI::IsMember({"material", "fragment", "energy", "margin", "arrival"}))

@@ -26,7 +26,11 @@ std::map<std::string, std::string> DrawnMaterials::add(const tetmesh::RenderMesh
             continue;
         }
         files_.push_back(library);
-        for (const tetmesh::MtlMaterial& material : tetmesh::materialsIn(tetmesh::readMtl(library))) {
+        const std::string looks = tetmesh::readMtl(library);
+        for (const auto& [material, map] : tetmesh::diffuseMaps(looks))
+            if (!std::filesystem::is_regular_file(map.file))
+                notes.push_back(map.file + " is not there: pictures show '" + material + "' without its texture");
+        for (const tetmesh::MtlMaterial& material : tetmesh::materialsIn(looks)) {
             if (!seen.insert(material.name).second) continue;
             const std::string name = known(material, "_" + body);
             if (name == material.name) continue;
