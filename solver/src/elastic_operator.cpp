@@ -89,6 +89,7 @@ ElasticOperator::ElasticOperator(std::span<const ElementSet> sets, std::size_t n
     for (int thread = 0; thread < threadSlots(); ++thread) {
         d.in.emplace_back(3 * d.p.largestStride);
         d.out.emplace_back(kDiagonalRows * d.p.largestStride);
+        d.psi.emplace_back();
     }
     for (const ElementSet& set : sets) d.elements += set.elements.size();
 }
@@ -117,7 +118,6 @@ void ElasticOperator::setAsleep(std::span<const std::uint8_t> nodes)
     if (nodes.empty()) return;
     d.asleep.resize(d.p.patches.size());
     d.energyAsleep.resize(d.p.patches.size());
-    d.psiAt.clear();
     for (std::size_t i = 0; i < d.p.patches.size(); ++i) {
         const Patch& patch = d.p.patches[i];
         const std::span runs = std::span(d.p.runs).subspan(patch.firstRun, patch.runs);
@@ -161,10 +161,8 @@ double ElasticOperator::evaluate(std::span<const Vec3> x, std::span<Vec3> gradie
         tangent->ofCells_ = false;
         tangent->share_ = share;
     }
-    if (d.keepsDensities) d.keepDensitiesOf(x);
     std::atomic<std::int64_t> robust = 0;
-    d.eachPatch(x, tangent, [&](std::size_t i, PatchData patch, const double* in, double* out) {
-        if (d.keepsDensities) patch.psi = d.densitiesOf(i);
+    d.eachPatch(x, tangent, [&](std::size_t i, const PatchData& patch, const double* in, double* out) {
         const KernelResult r = kernel().evaluate(patch, kRobust, in, out);
         d.patchEnergy[i] = r.energy;
         if (r.robustTets) robust += r.robustTets;
@@ -176,45 +174,35 @@ double ElasticOperator::evaluate(std::span<const Vec3> x, std::span<Vec3> gradie
     return d.totalEnergy() + d.asleepEnergy(x);
 }
 
-void ElasticOperator::keepDensities() { data_->keepsDensities = true; }
-
-/// Those of the pass at x that comes now.
-void ElasticOperator::Data::keepDensitiesOf(std::span<const Vec3> x) const
-{
-    psi.resize(p.batches.size() * tetmesh::kMaxTets * kLanes);
-    psiAt.assign(x.begin(), x.end());
-}
-
 void ElasticOperator::energyDensities(std::span<const Vec3> x, std::vector<double>& density, bool all) const
 {
     const Data& d = *data_;
-    if (all || !std::ranges::equal(x, d.psiAt)) {
-        d.keepDensitiesOf(x);
-        d.eachPatch(x, nullptr, all, [&](std::size_t i, PatchData patch, const double* in, double* out) {
-            patch.psi = d.densitiesOf(i);
-            (void)kernel().evaluate(patch, kRobust, in, out);
-        });
-        d.work.evaluations += 1;
-        d.work.evaluatedTets += all ? d.p.tets : d.tetsAwake();
-    }
     constexpr std::size_t kTets = tetmesh::kMaxTets;
     density.resize(d.elements * kTets);
-    parallelChunks(d.p.patches.size(), 1, [&](std::size_t i, std::size_t) {
-        const Patch& patch = d.p.patches[i];
-        const bool isKnown = all || !d.isAsleep(i);
-        for (std::size_t e = patch.firstElement; e < patch.firstElement + patch.elements; ++e) {
+    d.eachPatch(x, nullptr, all, [&](std::size_t i, PatchData patch, const double* in, double* out) {
+        const Patch& range = d.p.patches[i];
+        std::vector<double>& psi = d.psi[std::size_t(threadSlot())];
+        psi.resize(std::max(psi.size(), range.batches * kTets * kLanes));
+        patch.psi = psi.data();
+        (void)kernel().evaluate(patch, kRobust, in, out);
+        for (std::size_t e = range.firstElement; e < range.firstElement + range.elements; ++e) {
             const std::size_t batch = d.p.laneOfElement[e] / kLanes, lane = d.p.laneOfElement[e] % kLanes;
             for (std::size_t t = 0; t < kTets; ++t)
-                density[e * kTets + t] = isKnown && t < d.p.tetsOf(batch) && d.volumeShare(batch, t, lane) > 0
-                                             ? d.psi[(batch * kTets + t) * kLanes + lane]
+                density[e * kTets + t] = t < d.p.tetsOf(batch) && d.volumeShare(batch, t, lane) > 0
+                                             ? psi[((batch - range.firstBatch) * kTets + t) * kLanes + lane]
                                              : 0;
         }
     });
+    for (std::size_t i = 0; i < d.p.patches.size() && !all; ++i)
+        if (const Patch& patch = d.p.patches[i]; d.isAsleep(i))
+            std::fill_n(density.begin() + std::ptrdiff_t(patch.firstElement * kTets), patch.elements * kTets, 0.);
     std::size_t entry = 0;  // what the kernel has is over the stiffness
     for (const ElementSet& set : d.sets) {
         for (std::size_t i = 0; i < set.stiffness.size(); ++i) density[entry + i] *= double(set.stiffness[i]);
         entry += set.elements.size() * kTets;
     }
+    d.work.evaluations += 1;
+    d.work.evaluatedTets += all ? d.p.tets : d.tetsAwake();
 }
 
 /// Energy of the patches that are left out [J]; it is found once.

@@ -50,9 +50,7 @@ struct ElasticOperator::Data {
     // Scratch, made once: what each patch adds to each of its nodes, and vectors of the patch that a thread works on.
     Scratch slots{0};
     std::vector<Scratch> in, out;
-    bool keepsDensities = false;
-    mutable std::vector<double> psi;  // of the kernel, by batch, tet and lane; made when it is first asked for
-    mutable std::vector<Vec3> psiAt;  // m: x of the pass that psi is of; empty: of none
+    mutable std::vector<std::vector<double>> psi;  // of energyDensities, made when it is first asked for
 
     /// `tangent` may be null.
     PatchData patchData(std::size_t i, const Tangent* tangent) const
@@ -122,11 +120,6 @@ struct ElasticOperator::Data {
         return p.slotStart[node] < p.slotStart[node + 1] ? slots.as<V>() + p.slots[p.slotStart[node]] : nullptr;
     }
 
-    /// For the kernel to write the energy densities of a patch to.
-    double* densitiesOf(std::size_t patch) const
-    {
-        return psi.data() + p.patches[patch].firstBatch * tetmesh::kMaxTets * kLanes;
-    }
     bool isAsleep(std::size_t patch) const { return !asleep.empty() && asleep[patch]; }
     std::int64_t tetsAwake() const { return p.tets - tetsAsleep; }
     template <class Real>
@@ -189,7 +182,6 @@ struct ElasticOperator::Data {
         return {R, law->ofTet(R, shearShare(batch, t, l) * T)};
     }
 
-    void keepDensitiesOf(std::span<const Vec3> x) const;
     double asleepEnergy(std::span<const Vec3> x) const;
     void clearTangents(std::size_t patch, TetTangent* cells) const;
 

@@ -172,7 +172,6 @@ void Simulation::rebuild()
             {body.mesh->elements(), body.mesh->latticeCoords(), body.firstNode, body.material, body.mesh->gradients()});
     }
     elastic_ = std::make_unique<solver::ElasticOperator>(sets, nodes, h_, elasticityOf(solverSettings_));
-    if (!density_.empty()) elastic_->keepDensities();
     if (integrator_)
         integrator_->rebind(*elastic_);
     else
@@ -218,7 +217,6 @@ void Simulation::updateGrid(StepRecord& record)
             const StageTimer timer(record.work, "energy");
             const std::int64_t before = elastic_->work().evaluatedTets;
             elastic_->energyDensities(state_.x, density_);
-            elastic_->keepDensities();
             record.work.count("energy", "tets", elastic_->work().evaluatedTets - before);
             clearAsleep(density_);
             computed = true;

@@ -147,11 +147,7 @@ public:
     /// Energy density of every tet [J/m^3]: entry 6 e + t for tet t of element e (elements counted through all sets); 0
     /// for a tet without material. `density` is given its size. Those of patches that are left out are 0, or what
     /// they are with `all`.
-    /// Costs no pass at the x of the last evaluate() where keepDensities() was called before that.
     void energyDensities(std::span<const Vec3> x, std::vector<double>& density, bool all = false) const;
-
-    /// From now on evaluate() keeps the energy densities that it passes: for who asks for them at each solution.
-    void keepDensities();
 
     /// Makes the tangent positive semidefinite: clamps the twist eigenvalues (Smith et al. 2019, section 4).
     void project(Tangent& tangent) const;
