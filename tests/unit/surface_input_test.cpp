@@ -231,9 +231,15 @@ TEST_F(SurfaceInput, PlyHasTextureCoordinatesAndNormals)
         EXPECT_EQ(mesh.normals[mesh.corners[1].normal], Vec3(1, 0, 0)) << uv;
         EXPECT_EQ(mesh.normals[mesh.corners[2].normal], Vec3(0, 1, 0)) << uv;
     }
-    const RenderMesh none = read("nx ny mz s vt");
-    EXPECT_TRUE(none.uvs.empty() && none.normals.empty());
-    EXPECT_EQ(none.corners[0].uv, RenderMesh::kNone);
+    for (const char* names : {"nx ny mz s v", "a b c u vt"}) {
+        const RenderMesh none = read(names);
+        EXPECT_TRUE(none.uvs.empty() && none.normals.empty());
+        EXPECT_EQ(none.corners[0].uv, RenderMesh::kNone);
+    }
+    EXPECT_TRUE(read("u v w a b").uvs.empty()) << "a velocity";
+    EXPECT_EQ(read("s t nx ny nz").corners[0].normal, 0u);
+    EXPECT_EQ(read("a nx ny b nz").corners[0].normal, 0u);
+    EXPECT_EQ(read("a nx ny b nz").corners[1].normal, RenderMesh::kNone) << "zeros";
 }
 
 TEST_F(SurfaceInput, ObjQuirksAreRead)

@@ -8,6 +8,7 @@
 #include <iterator>
 #include <locale>
 #include <sstream>
+#include <system_error>
 
 namespace vdbfrac::tetmesh {
 
@@ -127,7 +128,8 @@ std::vector<std::filesystem::path> libraryFiles(std::span<const std::string> lib
         std::vector<std::filesystem::path> several;
         std::istringstream words(line);
         for (std::string word; words >> word;) several.push_back(folder / word);
-        const bool isOne = several.size() < 2 || std::filesystem::is_regular_file(folder / line);
+        std::error_code unused;  // as of a line that is too long for a name
+        const bool isOne = several.size() < 2 || std::filesystem::is_regular_file(folder / line, unused);
         if (isOne) several = {folder / line};
         files.insert(files.end(), several.begin(), several.end());
     }

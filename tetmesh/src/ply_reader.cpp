@@ -216,39 +216,39 @@ private:
     std::size_t length_ = 0;
 };
 
-/// Vectors of a vertex, and the names of their components, of each of several sets of names.
-enum Of { place, uv, normal, kVectors };
-struct Component {
-    std::string_view name;
-    Of of;
-    int axis;
-};
-constexpr Component kComponents[] = {{"x", place, 0},   {"y", place, 1},   {"z", place, 2},      {"nx", normal, 0},
-                                     {"ny", normal, 1}, {"nz", normal, 2}, {"s", uv, 0},         {"t", uv, 1},
-                                     {"u", uv, 0},      {"v", uv, 1},      {"texture_u", uv, 0}, {"texture_v", uv, 1}};
+/// What a vertex may have.
+enum Attribute { place, uv, normal, kAttributes };
+/// What a file calls the components of each; none where its vertices have no such attribute.
+using Components = std::array<std::vector<std::string_view>, kAttributes>;
 
-const Component* componentOf(const Property& p)
+bool hasScalar(const Header& header, std::string_view name)
 {
-    const auto found = std::ranges::find(kComponents, std::string_view(p.name), &Component::name);
-    return p.isList || found == std::end(kComponents) ? nullptr : found;
+    return std::ranges::any_of(header.elements, [&](const Element& e) {
+        return e.name == "vertex" &&
+               std::ranges::any_of(e.properties, [&](const Property& p) { return !p.isList && p.name == name; });
+    });
 }
 
-/// Do vertices have all of a vector?
-bool hasVector(const Header& header, Of vector)
+Components componentsIn(const Header& header)
 {
-    std::array<bool, 3> found{false, false, vector == uv};
-    for (const Element& e : header.elements)
-        for (const Property& p : e.properties)
-            if (const Component* c = componentOf(p); c && e.name == "vertex" && c->of == vector) found[c->axis] = true;
-    return found[0] && found[1] && found[2];
+    Components names;
+    const auto take = [&](Attribute attribute, std::vector<std::string_view> all) {
+        if (names[attribute].empty() && std::ranges::all_of(all, [&](auto name) { return hasScalar(header, name); }))
+            names[attribute] = std::move(all);
+    };
+    take(place, {"x", "y", "z"});
+    take(normal, {"nx", "ny", "nz"});
+    take(uv, {"s", "t"});
+    if (!hasScalar(header, "w")) take(uv, {"u", "v"});  // else a velocity
+    take(uv, {"texture_u", "texture_v"});
+    return names;
 }
 
-void readElement(const Element& element, Values& values, std::size_t points, PolygonSoup& soup,
-                 const std::array<std::vector<Vec3>*, kVectors>& vectors)
+void readElement(const Element& element, Values& values, std::size_t points, PolygonSoup& soup, const Components& names)
 {
     const bool isVertex = element.name == "vertex", isFace = element.name == "face",
                isStrip = element.name == "tristrips";
-    std::array<Vec3, kVectors> own;
+    std::array<Vec3, kAttributes> own;
     own.fill(Vec3::Zero());
     values.beginElement();
     for (const Property& p : element.properties) {
@@ -265,13 +265,16 @@ void readElement(const Element& element, Values& values, std::size_t points, Pol
             addPolygon(soup, std::move(polygon));
         } else {
             const double v = values.next(p.type);
-            if (const Component* c = isVertex ? componentOf(p) : nullptr) own[c->of][c->axis] = v;
+            for (std::size_t k = 0; isVertex && k < kAttributes; ++k)
+                if (const auto at = std::ranges::find(names[k], p.name); at != names[k].end())
+                    own[k][at - names[k].begin()] = v;
         }
     }
     if (!isVertex) return;
     if (!own[place].allFinite()) values.fail("a coordinate that is not finite", "finite numbers");
-    for (std::size_t k = 0; k < kVectors; ++k)
-        if (vectors[k]) vectors[k]->push_back(own[k]);
+    soup.points.push_back(own[place]);
+    if (!names[uv].empty()) soup.uvs.push_back(own[uv]);
+    if (!names[normal].empty()) soup.normals.push_back(own[normal]);
 }
 
 std::size_t countOf(const Header& header, std::string_view name)
@@ -287,17 +290,16 @@ PolygonSoup readPly(std::string_view bytes, const std::string& file)
 {
     TextReader in(bytes, file);
     const Header header = readHeader(in, bytes.size());
-    if (!hasVector(header, place)) in.fail("the header has no vertex with x, y and z");
+    const Components names = componentsIn(header);
+    if (names[place].empty()) in.fail("the header has no vertex with x, y and z");
     TextValues text(in);
     BinaryValues binary(bytes.substr(std::min(in.position(), bytes.size())), header.encoding == Encoding::big, file);
     Values& values = header.encoding == Encoding::text ? static_cast<Values&>(text) : binary;
     const std::size_t points = countOf(header, "vertex");
     PolygonSoup soup;
-    const std::array<std::vector<Vec3>*, kVectors> vectors{&soup.points, hasVector(header, uv) ? &soup.uvs : nullptr,
-                                                           hasVector(header, normal) ? &soup.normals : nullptr};
     for (const Element& element : header.elements) {
         if (element.properties.empty()) continue;
-        for (std::size_t i = 0; i < element.count; ++i) readElement(element, values, points, soup, vectors);
+        for (std::size_t i = 0; i < element.count; ++i) readElement(element, values, points, soup, names);
     }
     return soup;
 }

@@ -67,10 +67,13 @@ RenderMesh renderMesh(const PolygonSoup& soup)
     const auto of = [](const std::vector<Vec3>& values, std::size_t p) {
         return values.empty() || !values[p].allFinite() ? RenderMesh::kNone : std::uint32_t(p);
     };
+    const auto normalOf = [&](std::size_t p) {  // some programs write zeros
+        return soup.normals.empty() || soup.normals[p].isZero() ? RenderMesh::kNone : of(soup.normals, p);
+    };
     std::vector<RenderMesh::Corner> corners;
     for (const std::vector<std::size_t>& polygon : soup.polygons) {
         corners.clear();
-        for (std::size_t p : polygon) corners.push_back({std::uint32_t(p), of(mesh.uvs, p), of(mesh.normals, p)});
+        for (std::size_t p : polygon) corners.push_back({std::uint32_t(p), of(soup.uvs, p), normalOf(p)});
         mesh.addFace(corners, RenderMesh::kNone, RenderMesh::kNone);
     }
     return mesh;

@@ -57,13 +57,19 @@ double leastWidth(const core::BodyEstimate& e)
     return std::min((bounds.upper - bounds.lower).minCoeff(), solid ? 2 * halfThickness(*solid) : INFINITY);
 }
 
-/// As a table of the scene has it: only under toughness alone G is what tears.
-bool tearsAtToughness(const scene::Scene& scene)
+/// As tables of the scene have it: only under toughness alone G is what tears.
+bool tearsAtToughness(const scene::Scene& scene, const scene::Body& body)
 {
     const auto table = std::find_if(scene.tables.begin(), scene.tables.end(),
                                     [](const scene::NamedValues& t) { return t.name == "fracture"; });
-    return table != scene.tables.end() && table->values.has("toughness") && !table->values.has("strength") &&
-           table->values.text("driver") == "tension" && table->values.number("average") > 0;
+    if (table == scene.tables.end() || table->values.text("driver") != "tension" ||
+        table->values.number("average") <= 0)
+        return false;
+    const scene::Values* law = &table->values;
+    if (law->has("material"))
+        for (const scene::Values& own : table->values.tables("material"))
+            if (own.text("name") == body.material) law = &own;
+    return law->has("toughness") && !law->has("strength");
 }
 
 }  // namespace
@@ -72,12 +78,13 @@ std::string expectedErrors(const scene::Scene& scene, const core::SceneEstimate&
 {
     constexpr double kRounding = 1.05;  // the outline may be as much narrower than the body
     const double h = scene.grid.voxelSize * scene.grid.coarsening;
-    const std::vector<TearingError> plates = tearsAtToughness(scene) ? platesLike(scene) : std::vector<TearingError>();
     std::string text;
     for (const core::BodyEstimate& e : estimate.bodies) {
         const double cells = leastWidth(e) / h;
         text += fmt::format("expected error: body '{}' is {:.3g} lattice cells across", e.body->name, cells);
         const std::vector<BendingError> bars = barsLike(scene, *e.body);
+        const std::vector<TearingError> plates =
+            tearsAtToughness(scene, *e.body) ? platesLike(scene) : std::vector<TearingError>();
         if (const BendingError* bending = noFiner(bars, kRounding * cells))
             text += fmt::format(
                 "; in tests, bars of {:g} cells and a Poisson's ratio of {:g} were up to {:.2g} % off in bending "

@@ -217,7 +217,7 @@ bool BroadPhase::find(const ContactSurface& surface, const Targets& targets, con
 
 void BroadPhase::save(const std::string& name, core::Archive& archive) const
 {
-    archive.putOne(name + ".has_looked", std::int64_t{mayLive_});
+    archive.putOne(name + ".may_live", std::int64_t{mayLive_});
     archive.put(name + ".looked_at", x_);
     archive.putOne(name + ".slack", slack_);
 }
@@ -225,7 +225,7 @@ void BroadPhase::save(const std::string& name, core::Archive& archive) const
 void BroadPhase::restoreFrom(const std::string& name, const core::Archive& archive, std::size_t nodes)
 {
     clear();
-    mayLive_ = archive.getOne<std::int64_t>(name + ".has_looked") != 0;
+    mayLive_ = archive.getOne<std::int64_t>(name + ".may_live") != 0;
     x_ = archive.get<Vec3>(name + ".looked_at");
     slack_ = archive.getOne<double>(name + ".slack");
     isRestored_ = true;

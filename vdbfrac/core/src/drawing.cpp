@@ -91,10 +91,6 @@ tetmesh::RenderMesh outerSurface(const scene::Body& spec, const Body& body, std:
     return levelSetMesh(body.phi);
 }
 
-}  // namespace
-
-namespace {
-
 /// Edges of the triangles of a solid in pictures [m]: their number does not depend on the grid.
 double pictureEdge(const Primitive& solid)
 {

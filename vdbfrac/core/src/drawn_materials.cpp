@@ -1,6 +1,8 @@
 #include "drawn_materials.h"
 
+#include <algorithm>
 #include <set>
+#include <system_error>
 
 namespace vdbfrac::core {
 
@@ -20,15 +22,20 @@ std::map<std::string, std::string> DrawnMaterials::add(const tetmesh::RenderMesh
 {
     std::map<std::string, std::string> renamed;
     std::set<std::string> seen{"outside", "inside"};  // names of frames: no face of the mesh has them
+    const auto isThere = [](const std::filesystem::path& file) {
+        std::error_code unused;  // as of names that are too long
+        return std::filesystem::is_regular_file(file, unused);
+    };
     for (const std::filesystem::path& library : tetmesh::libraryFiles(mesh.libraries, folder)) {
-        if (!std::filesystem::is_regular_file(library)) {
+        if (!isThere(library)) {
             notes.push_back(library.string() + " is not there: its materials have no colours or textures");
             continue;
         }
-        files_.push_back(library);
+        const bool isNew = std::ranges::find(files_, library) == files_.end();
+        if (isNew) files_.push_back(library);
         const std::string looks = tetmesh::readMtl(library);
         for (const auto& [material, map] : tetmesh::diffuseMaps(looks))
-            if (!std::filesystem::is_regular_file(map.file))
+            if (isNew && std::ranges::find(mesh.materials, material) != mesh.materials.end() && !isThere(map.file))
                 notes.push_back(map.file + " is not there: pictures show '" + material + "' without its texture");
         for (const tetmesh::MtlMaterial& material : tetmesh::materialsIn(looks)) {
             if (!seen.insert(material.name).second) continue;

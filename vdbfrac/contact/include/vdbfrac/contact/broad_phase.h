@@ -47,11 +47,12 @@ public:
     std::size_t bytes() const { return candidates_.capacity() * sizeof(Candidate) + x_.capacity() * sizeof(Vec3); }
 
 private:
-    /// False where no two fragments come near each other.
+    /// False where no two fragments come near each other: then there is no candidate, for as long as there may be.
     bool search(const ContactSurface& surface, const Targets& targets, const Motion& motion, double margin);
 
     Among among_;
-    bool mayLive_ = true;      // what it finds next; not just after clear(), as each step may tear
+    /// May what it finds next serve several steps? Not right after clear(): a body that tears is cut again in each.
+    bool mayLive_ = true;
     double slack_ = 0;         // m; 0: its pairs are of one step only
     std::vector<Vec3> x_;      // m: where nodes were; empty without slack
     bool isRestored_ = false;  // the candidates are still to be found again
