@@ -217,9 +217,9 @@ private:
 };
 
 /// What a vertex may have.
-enum Attribute { place, uv, normal, kAttributes };
+enum Attribute { kPlace, kUv, kNormal, kAttributes };
 /// What a file calls the components of each; none where its vertices have no such attribute.
-using Components = std::array<std::vector<std::string_view>, kAttributes>;
+using AttributeNames = std::array<std::vector<std::string_view>, kAttributes>;
 
 bool hasScalar(const Header& header, std::string_view name)
 {
@@ -229,22 +229,23 @@ bool hasScalar(const Header& header, std::string_view name)
     });
 }
 
-Components componentsIn(const Header& header)
+AttributeNames attributesIn(const Header& header)
 {
-    Components names;
+    AttributeNames names;
     const auto take = [&](Attribute attribute, std::vector<std::string_view> all) {
         if (names[attribute].empty() && std::ranges::all_of(all, [&](auto name) { return hasScalar(header, name); }))
             names[attribute] = std::move(all);
     };
-    take(place, {"x", "y", "z"});
-    take(normal, {"nx", "ny", "nz"});
-    take(uv, {"s", "t"});
-    if (!hasScalar(header, "w")) take(uv, {"u", "v"});  // else a velocity
-    take(uv, {"texture_u", "texture_v"});
+    take(kPlace, {"x", "y", "z"});
+    take(kNormal, {"nx", "ny", "nz"});
+    take(kUv, {"s", "t"});
+    if (!hasScalar(header, "w")) take(kUv, {"u", "v"});  // else a velocity
+    take(kUv, {"texture_u", "texture_v"});
     return names;
 }
 
-void readElement(const Element& element, Values& values, std::size_t points, PolygonSoup& soup, const Components& names)
+void readElement(const Element& element, Values& values, std::size_t points, PolygonSoup& soup,
+                 const AttributeNames& names)
 {
     const bool isVertex = element.name == "vertex", isFace = element.name == "face",
                isStrip = element.name == "tristrips";
@@ -271,10 +272,10 @@ void readElement(const Element& element, Values& values, std::size_t points, Pol
         }
     }
     if (!isVertex) return;
-    if (!own[place].allFinite()) values.fail("a coordinate that is not finite", "finite numbers");
-    soup.points.push_back(own[place]);
-    if (!names[uv].empty()) soup.uvs.push_back(own[uv]);
-    if (!names[normal].empty()) soup.normals.push_back(own[normal]);
+    if (!own[kPlace].allFinite()) values.fail("a coordinate that is not finite", "finite numbers");
+    soup.points.push_back(own[kPlace]);
+    if (!names[kUv].empty()) soup.uvs.push_back(own[kUv]);
+    if (!names[kNormal].empty()) soup.normals.push_back(own[kNormal]);
 }
 
 std::size_t countOf(const Header& header, std::string_view name)
@@ -290,8 +291,8 @@ PolygonSoup readPly(std::string_view bytes, const std::string& file)
 {
     TextReader in(bytes, file);
     const Header header = readHeader(in, bytes.size());
-    const Components names = componentsIn(header);
-    if (names[place].empty()) in.fail("the header has no vertex with x, y and z");
+    const AttributeNames names = attributesIn(header);
+    if (names[kPlace].empty()) in.fail("the header has no vertex with x, y and z");
     TextValues text(in);
     BinaryValues binary(bytes.substr(std::min(in.position(), bytes.size())), header.encoding == Encoding::big, file);
     Values& values = header.encoding == Encoding::text ? static_cast<Values&>(text) : binary;
