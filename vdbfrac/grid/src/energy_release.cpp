@@ -1,5 +1,7 @@
 #include <vdbfrac/grid/energy_release.h>
 
+#include "node_values.h"
+
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/tetmesh/nodes_around.h>
 #include <vdbfrac/tetmesh/trilinear.h>
@@ -17,7 +19,6 @@ namespace {
 
 using tetmesh::BodyMesh;
 using tetmesh::CornerForces;
-using tetmesh::NodeField;
 
 /// What is found of G: the cells next to a tip hold less energy than the material would. Of strips of 10 and 20 cells;
 /// on tets of any shape cracks leave bridges behind them besides, which take some of it.
@@ -62,8 +63,8 @@ Vec3 normalAt(const BodyMesh& mesh, const Vec3& X)
 }
 
 /// Forces of the nodes round some tips, on voxel nodes; on meshes whose nodes are none shared out to those round them.
-NodeField<CornerForces> forcesRound(const BodyMesh& mesh, const ElementForcesOf& forces, std::span<const Coord> tips,
-                                    int reach)
+NodeValues<CornerForces> forcesRound(const BodyMesh& mesh, const ElementForcesOf& forces, std::span<const Coord> tips,
+                                     int reach)
 {
     constexpr std::size_t kTogether = 2048;
     constexpr std::size_t kPlanes = 4;  // a power of two
@@ -73,10 +74,10 @@ NodeField<CornerForces> forcesRound(const BodyMesh& mesh, const ElementForcesOf&
     // A tet with material and a node within reach has material round a voxel node no farther than this from that.
     const int beyond = lattice.empty() ? edge : edge - 1;
     const std::vector<std::uint32_t> elements = elementsRound(mesh, tetmesh::nodesAround(tips, reach + beyond));
-    NodeField<CornerForces> field(mesh.phi().lower(), mesh.phi().upper(), {}, {});
+    NodeValues<CornerForces> field(mesh.phi().lower(), mesh.phi().upper());
     std::vector<Coord> nodes = tetmesh::nodesAround(tips, reach);
     keepIf(nodes, [&](const Coord& c) { return field.contains(c); });
-    field.cover(nodes);
+    field.add(nodes);
     std::vector<tetmesh::ElementForces> of(std::min(kTogether, elements.size()));
     for (std::size_t first = 0; first < elements.size(); first += kTogether) {
         const std::size_t count = std::min(kTogether, elements.size() - first);
@@ -156,8 +157,8 @@ Front frontThrough(const BodyMesh& mesh, const Vec3& X, const Vec3& n, Vec3 J, d
     return front;
 }
 
-Release releaseAt(const BodyMesh& mesh, const NodeField<CornerForces>& forces, const std::vector<Near>& ball, Coord tip,
-                  double radius, const VoxelFilter& isCounted)
+Release releaseAt(const BodyMesh& mesh, const NodeValues<CornerForces>& forces, const std::vector<Near>& ball,
+                  Coord tip, double radius, const VoxelFilter& isCounted)
 {
     constexpr double kShortest = .5;  // radii; what is shorter is a splinter
     Vec3 elastic = Vec3::Zero(), material = Vec3::Zero();
@@ -166,12 +167,12 @@ Release releaseAt(const BodyMesh& mesh, const NodeField<CornerForces>& forces, c
     std::vector<const CornerForces*> of(ball.size());
     for (std::size_t i = 0; i < ball.size(); ++i) {
         const Coord c = tip + ball[i].offset;
-        const CornerForces& node = forces(c);
-        if (node.volume == 0) continue;
-        A += ball[i].q * node.F, volume += ball[i].q * node.volume;
+        const CornerForces* node = forces.find(c);
+        if (!node || node->volume == 0) continue;
+        A += ball[i].q * node->F, volume += ball[i].q * node->volume;
         if (isCounted && !isCounted(c)) continue;
-        of[i] = &node;
-        elastic += ball[i].q * node.elastic, material += ball[i].q * node.material;
+        of[i] = node;
+        elastic += ball[i].q * node->elastic, material += ball[i].q * node->material;
     }
     if (volume == 0) return {};
     A /= volume;
@@ -196,7 +197,7 @@ std::vector<Release> energyRelease(const BodyMesh& mesh, const ElementForcesOf& 
                                    double radius, const VoxelFilter& isCounted)
 {
     const double voxels = radius / mesh.voxelSize();
-    const NodeField<CornerForces> field = forcesRound(mesh, forces, tips, reachWithin(voxels));
+    const NodeValues<CornerForces> field = forcesRound(mesh, forces, tips, reachWithin(voxels));
     std::vector<Release> releases(tips.size());
     parallelChunks(tips.size(), 4, [&, ball = ballOf(voxels)](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i)

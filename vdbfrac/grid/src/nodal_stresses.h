@@ -1,6 +1,8 @@
 // Mean stresses of the material round voxel nodes. Not installed.
 #pragma once
 
+#include "node_values.h"
+
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/grid/tension.h>
 #include <vdbfrac/tetmesh/nodes_around.h>
@@ -12,7 +14,6 @@
 namespace vdbfrac::grid {
 
 struct NodalStress {
-    bool isKnown = false;
     double volume = 0;      // voxels; 0 too where the material does not count
     Mat3 S = Mat3::Zero();  // Pa
     double tension = 0;     // <s1>^2 [Pa^2]
@@ -22,25 +23,29 @@ struct NodalStress {
 class NodalStresses {
 public:
     NodalStresses(const tetmesh::BodyMesh& mesh, const ElementStress& stress, const VoxelFilter& isCounted)
-        : mesh_(mesh), stress_(stress), isCounted_(isCounted), nodes_(mesh.phi().lower(), mesh.phi().upper(), {}, {})
+        : mesh_(mesh), stress_(stress), isCounted_(isCounted), nodes_(mesh.phi().lower(), mesh.phi().upper())
     {
     }
 
     void computeAround(std::span<const Coord> voxels, int reach)
     {
         std::vector<Coord> fresh = tetmesh::nodesAround(voxels, reach);
-        keepIf(fresh, [&](const Coord& c) {
-            return nodes_.contains(c) && !nodes_(c).isKnown && (!isCounted_ || isCounted_(c));
-        });
-        nodes_.cover(fresh);
+        keepIf(fresh,
+               [&](const Coord& c) { return nodes_.contains(c) && !nodes_.find(c) && (!isCounted_ || isCounted_(c)); });
+        nodes_.add(fresh);
         computeElements(fresh);
         parallelChunks(fresh.size(), 64, [&](std::size_t begin, std::size_t end) {
-            for (std::size_t i = begin; i < end; ++i) nodes_.set(fresh[i], at(fresh[i]));
+            for (std::size_t i = begin; i < end; ++i) *nodes_.find(fresh[i]) = at(fresh[i]);
         });
-        count_ += std::int64_t(fresh.size());
     }
-    const NodalStress& operator()(Coord c) const { return nodes_(c); }
-    std::int64_t count() const { return count_; }
+    /// Nothing of nodes that were not computed.
+    const NodalStress& operator()(Coord c) const
+    {
+        static const NodalStress nothing;
+        const NodalStress* node = nodes_.find(c);
+        return node ? *node : nothing;
+    }
+    std::int64_t count() const { return std::int64_t(nodes_.size()); }
 
 private:
     static constexpr std::uint32_t kUnseen = ~0u;
@@ -62,7 +67,6 @@ private:
     NodalStress at(Coord voxel) const
     {
         NodalStress node;
-        node.isKnown = true;
         mesh_.visitTets(voxel, [&](std::uint32_t e, int t, double part) {
             node.volume += part;
             node.S += part * ofElement_[number_[e]][std::size_t(t)];
@@ -78,10 +82,9 @@ private:
     const tetmesh::BodyMesh& mesh_;
     const ElementStress& stress_;
     const VoxelFilter& isCounted_;
-    tetmesh::NodeField<NodalStress> nodes_;
+    NodeValues<NodalStress> nodes_;
     std::vector<std::uint32_t> number_;  // by element, in ofElement_
     std::vector<std::array<Mat3, tetmesh::kMaxTets>> ofElement_;
-    std::int64_t count_ = 0;
 };
 
 }  // namespace vdbfrac::grid
