@@ -49,9 +49,12 @@ def near(a, b, by=1e-4):
 def main(program, source, folder):
     scene, run = source / "data/scenes/notched_block.toml", folder / "run"
     tool = lambda *a: subprocess.run([program, *map(str, a)], check=True, capture_output=True, timeout=300)
-    tool("sim", scene, "-o", run, "-q", "-f", FRAMES, "--set", "output.motion=true", 'output.vdb=["phi","surface","vel"]')
+    tool("sim", scene, "-o", run, "-q", "-f", FRAMES, "--set", "output.motion=true",
+         "--set", 'output.vdb=["phi","surface","vel"]')
     tool("embed", run, "-o", folder / "e.obj")
     tool("embed", run, "-o", folder / "e.####.ply")
+    if not shutil.which("blender"):
+        return None
     script = folder / "inside.py"
     script.write_text(INSIDE_BLENDER)
     said = subprocess.run(["blender", "--background", "--python-exit-code", "3", "--python", script, "--", folder, str(FRAMES)],
@@ -80,11 +83,11 @@ def main(program, source, folder):
     return wrong
 
 
-if not shutil.which("blender"):
-    print("skipped: Blender is not installed (Debian package blender)")
-    sys.exit(77)
 with tempfile.TemporaryDirectory() as name:
     wrong = main(sys.argv[1], Path(sys.argv[2]), Path(name))
+if wrong is None:  # what it imports is made all the same, as nobody would see otherwise that it can't be any more
+    print("skipped: Blender is not installed (Debian package blender)")
+    sys.exit(77)
 for line in wrong:
     print(f"check_blender: {line}")
 sys.exit(bool(wrong))
