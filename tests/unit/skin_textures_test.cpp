@@ -10,17 +10,50 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <set>
 
 namespace vdbfrac {
 namespace {
 
 using namespace test;
 
-class SkinTextures : public Lattices {};
-INSTANTIATE_TEST_SUITE_P(All, SkinTextures, kLattices, nameOfLattice);
-
 /// A texture that changes from voxel to voxel, the same one hundred units on in faces right of x = 0.
 Vec3 textureAt(const Vec3& X) { return {std::sin(31 * X.x() + 17 * X.y()), std::cos(23 * X.y() - 29 * X.z()), 0}; }
+
+constexpr Coord kHalf{6, 6, 3};  // voxels
+
+class SkinTextures : public Lattices {
+protected:
+    /// A box with the texture, `other` units on in faces right of x = 0.
+    static tetmesh::RenderMesh texturedBox(double other)
+    {
+        tetmesh::RenderMesh mesh = voxelBox(kHalf, dx);
+        for (std::size_t f = 0; f < mesh.faces(); ++f) {
+            double x = 0;
+            for (const auto& c : mesh.face(f)) x += mesh.points[c.point].x();
+            const std::size_t end = mesh.faceEnd[f];
+            for (std::size_t c = end - mesh.face(f).size(); c < end; ++c) {
+                mesh.corners[c].uv = std::uint32_t(mesh.uvs.size());
+                mesh.uvs.push_back(textureAt(mesh.points[mesh.corners[c].point]) + (x > 0 ? other : 0) * Vec3::UnitX());
+            }
+        }
+        return mesh;
+    }
+
+    /// What is drawn of it when a crack has gone along x = 0, aslant.
+    tetmesh::DrawnTopology tornBox(const tetmesh::RenderMesh& mesh) const
+    {
+        tetmesh::CutMesh body(GetParam(),
+                              lab::sample({-10, -10, -10}, {10, 10, 10}, dx, boxAt(Vec3::Zero(), dx * kHalf.toVec())));
+        skin::Skin skin(mesh, body, {});
+        body.update(raised(body, {-9, -9, -9}, {9, 9, 9},
+                           [this](const Vec3& p) { return dx - std::abs(p.x() + .3 * p.y() - .2 * dx); }));
+        skin.follow(body, std::vector<std::uint32_t>(body.nodeCount(), 0), skin::Taken::kept);
+        return *skin.topology();
+    }
+};
+INSTANTIATE_TEST_SUITE_P(All, SkinTextures, kLattices, nameOfLattice);
 
 /// A point of a face of the box that looks along `normal`: the texture between corners of the mesh.
 Vec3 textureOf(const tetmesh::RenderMesh& mesh, const tetmesh::Fans& fans, const Vec3& X, const Vec3& normal)
@@ -45,25 +78,9 @@ Vec3 textureOf(const tetmesh::RenderMesh& mesh, const tetmesh::Fans& fans, const
 TEST_P(SkinTextures, AreThoseOfThePlaceAsFarAsTheSeam)
 {
     constexpr double kRounding = 1e-9, kOther = 100;
-    const Coord half{6, 6, 3};
-    tetmesh::RenderMesh mesh = voxelBox(half, dx);
-    for (std::size_t f = 0; f < mesh.faces(); ++f) {
-        double x = 0;
-        for (const auto& c : mesh.face(f)) x += mesh.points[c.point].x();
-        const std::size_t end = mesh.faceEnd[f];
-        for (std::size_t c = end - mesh.face(f).size(); c < end; ++c) {
-            mesh.corners[c].uv = std::uint32_t(mesh.uvs.size());
-            mesh.uvs.push_back(textureAt(mesh.points[mesh.corners[c].point]) + (x > 0 ? kOther : 0) * Vec3::UnitX());
-        }
-    }
+    const tetmesh::RenderMesh mesh = texturedBox(kOther);
     const tetmesh::Fans fans = tetmesh::fansOf(mesh);
-    tetmesh::CutMesh body(GetParam(),
-                          lab::sample({-10, -10, -10}, {10, 10, 10}, dx, boxAt(Vec3::Zero(), dx * half.toVec())));
-    skin::Skin skin(mesh, body, {});
-    body.update(raised(body, {-9, -9, -9}, {9, 9, 9},
-                       [](const Vec3& p) { return dx - std::abs(p.x() + .3 * p.y() - .2 * dx); }));
-    skin.follow(body, std::vector<std::uint32_t>(body.nodeCount(), 0), skin::Taken::kept);
-    const tetmesh::DrawnTopology& now = *skin.topology();
+    const tetmesh::DrawnTopology now = tornBox(mesh);
     int moved = 0, clamped = 0;
     for (std::size_t f = 0; f < now.mesh.faces(); ++f) {
         if (now.torn[f]) continue;
@@ -76,7 +93,7 @@ TEST_P(SkinTextures, AreThoseOfThePlaceAsFarAsTheSeam)
             for (int k = 0; k < 3; ++k)
                 for (const double side : {-1., 1.})
                     if (std::ranges::all_of(face, [&](const auto& other) {
-                            return std::abs(now.mesh.points[other.point][k] - side * dx * half.toVec()[k]) < kRounding;
+                            return std::abs(now.mesh.points[other.point][k] - side * dx * kHalf.toVec()[k]) < kRounding;
                         }))
                         normal[k] = side;
             ASSERT_GT(normal.norm(), 0);
@@ -87,6 +104,20 @@ TEST_P(SkinTextures, AreThoseOfThePlaceAsFarAsTheSeam)
     }
     EXPECT_GT(moved, 100);
     EXPECT_GT(clamped, 10);
+}
+
+/// Files would be several times as large if each part of a triangle had its own.
+TEST_P(SkinTextures, AreGivenOnceForEachPointWithoutSeams)
+{
+    const tetmesh::RenderMesh mesh = texturedBox(0);
+    const tetmesh::DrawnTopology now = tornBox(mesh);
+    std::map<std::uint32_t, std::set<std::uint32_t>> uvsOf;  // of points that the cut made
+    for (std::size_t f = 0; f < now.mesh.faces(); ++f)
+        if (!now.torn[f] && !now.isTaken(f))
+            for (const auto& c : now.mesh.face(f))
+                if (c.point >= mesh.points.size()) uvsOf[c.point].insert(c.uv);
+    EXPECT_GT(uvsOf.size(), 100u);
+    for (const auto& [point, uvs] : uvsOf) EXPECT_EQ(uvs.size(), 1u);
 }
 
 }  // namespace

@@ -56,10 +56,14 @@ void partNormals(RenderMesh& mesh)
 /// Puts the faces of a frame together.
 class Drawer {
 public:
-    Drawer(const RenderMesh& mesh, const tetmesh::Fans& fans, const SkinTopology& skin, const SkinCut& cut)
-        : mesh_(mesh), fans_(fans), cut_(cut), now_(drawn.mesh), corners_(skin, mesh, fans, cut.points, drawn.mesh)
+    Drawer(const GivenSkin& skin, std::span<const std::uint8_t> isSeam, const SkinCut& cut)
+        : mesh_(skin.mesh),
+          fans_(skin.fans),
+          cut_(cut),
+          now_(drawn.mesh),
+          corners_(skin, isSeam, cut.points, drawn.mesh)
     {
-        now_ = mesh;
+        now_ = mesh_;
         now_.corners.clear(), now_.faceEnd.clear(), now_.group.clear(), now_.material.clear();
         for (const SkinCut::Point& p : cut.points) now_.points.push_back(p.X);
         addKept();
@@ -100,11 +104,8 @@ private:
 
     void addParts(std::span<const SkinCut::Part> parts)
     {
-        for (const SkinCut::Part& part : parts) {
-            std::array<Corner, 3> corners;
-            for (std::size_t k = 0; k < 3; ++k) corners[k] = corners_.at(part.triangle, part.corner[k]);
-            addFace(corners, fans_.face[part.triangle], false);
-        }
+        const auto corners = corners_.of(parts);
+        for (std::size_t i = 0; i < parts.size(); ++i) addFace(corners[i], fans_.face[parts[i].triangle], false);
     }
 
     /// Torn faces have the place at rest as texture coordinates, and normals where the surface has any.
@@ -151,6 +152,7 @@ Skin::Skin(RenderMesh mesh, const tetmesh::BodyMesh& body, const CrackStyle& sty
       cutter_(mesh_.points, trianglesOf(mesh_, fans_), body.restPhi(), body.voxelSize(), isInParts)
 {
     partNormals(mesh_);
+    isSeam_ = seamsOf({cutter_.topology(), mesh_, fans_});
 }
 
 void Skin::follow(const tetmesh::BodyMesh& body, std::span<const std::uint32_t> fragmentOfNode, Taken taken)
@@ -158,7 +160,7 @@ void Skin::follow(const tetmesh::BodyMesh& body, std::span<const std::uint32_t> 
     const FragmentAt fragment = fragmentsAt(body, fragmentOfNode);
     SkinCut cut = cutter_.cut(body.restPhi(), body.phi(), style_, fragment, taken);
     if (body.elements().empty()) takeAll(cut);
-    Drawer drawer(mesh_, fans_, cutter_.topology(), cut);
+    Drawer drawer({cutter_.topology(), mesh_, fans_}, isSeam_, cut);
     work_ = {
         cut.mixedVoxels, std::int64_t(cut.parts.size()), std::int64_t(cut.torn.size()), cut.specks, cut.defects, 0, 0};
     givenNormals_ = drawer.givenNormals;

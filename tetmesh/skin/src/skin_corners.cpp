@@ -1,74 +1,179 @@
 #include "skin_corners.h"
 
+#include <vdbfrac/base/grouping.h>
+#include <vdbfrac/base/parallel.h>
 #include <vdbfrac/base/triangle.h>
 
 #include <algorithm>
-#include <limits>
+#include <atomic>
+#include <functional>
+#include <tuple>
 
 namespace vdbfrac::skin {
 
 using tetmesh::RenderMesh;
 
-RenderMesh::Corner SkinCorners::at(std::uint32_t triangle, std::uint32_t point)
+namespace {
+
+using Corner = RenderMesh::Corner;
+
+/// One of what corners have.
+struct Attribute {
+    std::vector<Vec3> RenderMesh::*values;
+    std::uint32_t Corner::*number;
+};
+constexpr Attribute kUv{&RenderMesh::uvs, &Corner::uv}, kNormal{&RenderMesh::normals, &Corner::normal};
+
+/// Do the triangles a and b have different values at the ends of the edge that they share?
+bool jumps(const GivenSkin& skin, std::uint32_t edge, std::uint32_t a, std::uint32_t b, const Attribute& of)
 {
-    if (triangle != triangle_) triangle_ = triangle, made_.clear();
-    for (std::size_t k = 0; k < 3; ++k)
-        if (corner(triangle, k).point == point) return corner(triangle, k);
-    for (const Corner& c : made_)
-        if (c.point == point) return c;
-    const SkinCut::Point& at = points_[point - given_.points.size()];
-    Corner made{point, between(triangle, at, &RenderMesh::uvs, &Corner::uv),
-                between(triangle, at, &RenderMesh::normals, &Corner::normal)};
-    if (made.normal != RenderMesh::kNone) drawn_.normals.back().normalize();
-    return made_.emplace_back(made);
+    const auto at = [&](std::uint32_t triangle, std::uint32_t end) {
+        const auto& t = skin.topology.triangles[triangle];
+        return skin.corner(triangle, std::size_t(std::ranges::find(t, end) - t.begin())).*of.number;
+    };
+    const std::vector<Vec3>& values = skin.mesh.*of.values;
+    return std::ranges::any_of(skin.topology.edges[edge], [&](std::uint32_t end) {
+        const std::uint32_t p = at(a, end), q = at(b, end);
+        if (p == RenderMesh::kNone || q == RenderMesh::kNone) return p != q;
+        return p != q && values[p] != values[q];
+    });
 }
 
-/// Adds the value for a point to what is drawn; none where the triangle has none.
-std::uint32_t SkinCorners::between(std::uint32_t triangle, const SkinCut::Point& point, Values values,
-                                   Number number) const
+/// From triangle to triangle, the nearest first, as long as they are as near to X as what was found.
+/// `mayPass(edge, from, to)`
+template <class MayPass>
+SkinPlace nearest(const SkinTopology& skin, std::uint32_t triangle, const Vec3& X, const MayPass& mayPass)
 {
-    for (std::size_t k = 0; k < 3; ++k)
-        if (corner(triangle, k).*number == RenderMesh::kNone) return RenderMesh::kNone;
-    const Place place = point.on == triangle ? Place{triangle, sharesOf(skin_.corners(triangle), point.X)}
-                                             : nearest(triangle, point.X, values, number);
-    Vec3 value = Vec3::Zero();
-    for (std::size_t k = 0; k < 3; ++k)
-        value += place.shares[int(k)] * (given_.*values)[corner(place.triangle, k).*number];
-    (drawn_.*values).push_back(value);
-    return std::uint32_t((drawn_.*values).size() - 1);
-}
-
-/// From triangle to triangle, as long as they are as near to X as what was found.
-SkinCorners::Place SkinCorners::nearest(std::uint32_t triangle, const Vec3& X, Values values, Number number) const
-{
-    double least = std::numeric_limits<double>::infinity();
-    Place best;
-    std::vector<std::uint32_t> reached{triangle};
-    for (std::size_t i = 0; i < reached.size(); ++i) {
-        const std::uint32_t t = reached[i];
-        const Vec3 at = closestPoint(skin_.corners(t), X).at;
-        const double d = (at - X).squaredNorm();
-        if (d > least) continue;
-        if (d < least) least = d, best = {t, sharesOf(skin_.corners(t), at)};
-        for (const std::uint32_t e : skin_.edgeOf[t])
-            for (const std::uint32_t beside : skin_.trianglesOf[e])
-                if (std::ranges::find(reached, beside) == reached.end() && !isSeam(e, t, beside, values, number))
-                    reached.push_back(beside);
+    struct Reached : SkinPlace {
+        double distance;  // squared
+        bool operator>(const Reached& o) const
+        {
+            return std::tie(distance, triangle) > std::tie(o.distance, o.triangle);
+        }
+    };
+    std::vector<Reached> next;  // a heap
+    std::vector<std::uint32_t> reached;
+    const auto reach = [&](std::uint32_t t) {
+        const Vec3 at = closestPoint(skin.corners(t), X).at;
+        next.push_back({{t, at}, (at - X).squaredNorm()});
+        std::ranges::push_heap(next, std::greater<>());
+        reached.push_back(t);
+    };
+    reach(triangle);
+    Reached best = next.front();
+    while (!next.empty() && next.front().distance <= best.distance) {
+        const Reached now = next.front();
+        if (now.distance < best.distance) best = now;
+        std::ranges::pop_heap(next, std::greater<>());
+        next.pop_back();
+        for (const std::uint32_t e : skin.edgeOf[now.triangle])
+            for (const std::uint32_t beside : skin.trianglesOf[e])
+                if (mayPass(e, now.triangle, beside) && std::ranges::find(reached, beside) == reached.end())
+                    reach(beside);
     }
     return best;
 }
 
-/// Do the triangles a and b have different values at the ends of the edge that they share?
-bool SkinCorners::isSeam(std::uint32_t edge, std::uint32_t a, std::uint32_t b, Values values, Number number) const
+std::uint32_t addTo(std::vector<Vec3>& values, const std::optional<Vec3>& value)
 {
-    const auto at = [&](std::uint32_t triangle, std::uint32_t end) {
-        const auto& t = skin_.triangles[triangle];
-        return corner(triangle, std::size_t(std::ranges::find(t, end) - t.begin())).*number;
-    };
-    return std::ranges::any_of(skin_.edges[edge], [&](std::uint32_t end) {
-        const std::uint32_t p = at(a, end), q = at(b, end);
-        return p == RenderMesh::kNone || q == RenderMesh::kNone || (given_.*values)[p] != (given_.*values)[q];
+    if (!value) return RenderMesh::kNone;
+    values.push_back(*value);
+    return std::uint32_t(values.size() - 1);
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> seamsOf(const GivenSkin& skin)
+{
+    const SkinTopology& topology = skin.topology;
+    std::vector<std::uint8_t> isSeam(topology.points.size(), 0);
+    parallelChunks(topology.edges.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t e = begin; e < end; ++e) {
+            const auto beside = topology.trianglesOf[e];
+            const auto isOther = [&](std::uint32_t t) {
+                return jumps(skin, std::uint32_t(e), beside[0], t, kUv) ||
+                       jumps(skin, std::uint32_t(e), beside[0], t, kNormal);
+            };
+            if (std::ranges::any_of(beside.subspan(1), isOther))
+                for (const std::uint32_t p : topology.edges[e])
+                    std::atomic_ref(isSeam[p]).store(1, std::memory_order_relaxed);
+        }
     });
+    return isSeam;
+}
+
+std::vector<std::array<Corner, 3>> SkinCorners::of(std::span<const SkinCut::Part> parts)
+{
+    const auto given = std::uint32_t(skin_.mesh.points.size());
+    const auto triangleOf = [&](std::uint32_t slot) { return parts[slot / 3].triangle; };
+    const Groups slotsAt = groupItems(points_.size(), [&](const auto& add) {
+        for (std::uint32_t i = 0; i < parts.size(); ++i)
+            for (std::uint32_t k = 0; k < 3; ++k)
+                if (const std::uint32_t p = parts[i].corner[k]; p >= given) add(p - given, 3 * i + k);
+    });
+    std::vector<std::uint32_t> firstAlike(3 * parts.size());
+    std::vector<Made> made(firstAlike.size());
+    parallelChunks(points_.size(), 32, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t p = begin; p < end; ++p) {
+            const auto slots = slotsAt[p];
+            if (slots.empty()) continue;
+            const std::optional<SkinPlace> ofAll = awayFromSeams(triangleOf(slots[0]), points_[p]);
+            std::uint32_t alike = slots[0];
+            for (const std::uint32_t s : slots) {
+                if (!ofAll && triangleOf(s) != triangleOf(alike)) alike = s;
+                firstAlike[s] = alike;
+                if (alike == s) made[s] = madeAt(triangleOf(s), points_[p], ofAll);
+            }
+        }
+    });
+    std::vector<std::array<Corner, 3>> corners(parts.size());
+    for (std::uint32_t i = 0; i < parts.size(); ++i)
+        for (std::uint32_t k = 0; k < 3; ++k) {
+            const std::uint32_t point = parts[i].corner[k], slot = 3 * i + k, alike = firstAlike[slot];
+            if (point < given) {
+                for (std::size_t own = 0; own < 3; ++own)
+                    if (const Corner& c = skin_.corner(parts[i].triangle, own); c.point == point) corners[i][k] = c;
+            } else if (alike == slot) {
+                corners[i][k] = {point, addTo(drawn_.uvs, made[slot].uv), addTo(drawn_.normals, made[slot].normal)};
+            } else {
+                corners[i][k] = corners[alike / 3][alike % 3];
+            }
+        }
+    return corners;
+}
+
+/// Where a point lies that started at a triangle, or on its rim; nothing where the way there comes near a seam.
+std::optional<SkinPlace> SkinCorners::awayFromSeams(std::uint32_t triangle, const SkinCut::Point& point) const
+{
+    bool isClear = true;
+    const SkinPlace place =
+        nearest(skin_.topology, triangle, point.X, [&](std::uint32_t, std::uint32_t from, std::uint32_t) {
+            const auto isSeam = [&](std::uint32_t p) { return isSeam_[p] != 0; };
+            isClear = isClear && std::ranges::none_of(skin_.topology.triangles[from], isSeam);
+            return isClear;
+        });
+    return isClear ? std::optional(place) : std::nullopt;
+}
+
+SkinCorners::Made SkinCorners::madeAt(std::uint32_t triangle, const SkinCut::Point& point,
+                                      const std::optional<SkinPlace>& place) const
+{
+    const auto value = [&](const Attribute& of) -> std::optional<Vec3> {
+        for (std::size_t k = 0; k < 3; ++k)
+            if (skin_.corner(triangle, k).*of.number == RenderMesh::kNone) return {};
+        const auto mayPass = [&](std::uint32_t e, std::uint32_t a, std::uint32_t b) {
+            return !jumps(skin_, e, a, b, of);
+        };
+        const auto [on, at] = place ? *place : nearest(skin_.topology, triangle, point.X, mayPass);
+        const Vec3 shares = sharesOf(skin_.topology.corners(on), at);
+        Vec3 sum = Vec3::Zero();
+        for (std::size_t k = 0; k < 3; ++k)
+            sum += shares[int(k)] * (skin_.mesh.*of.values)[skin_.corner(on, k).*of.number];
+        return sum;
+    };
+    Made made{value(kUv), value(kNormal)};
+    if (made.normal) made.normal->normalize();
+    return made;
 }
 
 }  // namespace vdbfrac::skin
