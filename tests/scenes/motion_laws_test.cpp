@@ -143,6 +143,25 @@ TEST(Damping, OfTheMassSlowsFreeFlightAsEachIntegratorSolvesIt)
     }
 }
 
+/// However small the turn of a step: of stiff and small bodies little of it would be much strain.
+TEST(Damping, OfTheStiffnessLeavesASpinAlone)
+{
+    constexpr double kWithin = 0.02;  // of the kinetic energy
+    constexpr int kSteps = 30;
+    for (const char* scheme : {"backward_euler", "midpoint", "sdirk2"})
+        for (const double rate : {.2, 1., 2.5, 4., 10.}) {  // 1/s: .002 to .1 radians a step
+            const auto left = [&](const char* damping) {
+                const std::string spin = "angular_velocity = [0, 0, " + std::to_string(rate) + "]\n";
+                SceneRun run(box(spin, damping),
+                             {std::string("solver.integrator=\"") + scheme + '"', "material.m.youngs_modulus=1e6"});
+                for (int n = 1; n < kSteps; ++n) run.step();
+                return run.step().kineticEnergy;
+            };
+            const double alone = left("");
+            EXPECT_NEAR(left("[damping]\nstiffness = 0.005\n"), alone, kWithin * alone) << scheme << ", " << rate;
+        }
+}
+
 /// The potentials of a [damping] table, for a solver without a scene's bodies.
 class DampingAlone {
 public:

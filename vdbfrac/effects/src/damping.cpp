@@ -3,9 +3,9 @@
 //
 // Over a step v = (x - x_n) / dt, so it is the gradient of
 //   U(x) = ((x - x_n).a M (x - x_n) + (x - y_n).b K (x - y_n)) / (2 dt)
-// y_n is x_n, and where a fragment turns by much in a step x_n as that turns it: K takes what is left of a large turn
-// for strain, by 1 - cos of its angle. a mass coefficient [1/s]: slows everything, also free flight; b stiffness
-// coefficient [s]: slows deformation only.
+// y_n is x_n as its fragment turns it: K takes what is left of a turn for strain, by 1 - cos of its angle, and what is
+// stiff or small is soon stopped by little of it. a mass coefficient [1/s]: slows everything, also free flight; b
+// stiffness coefficient [s]: slows deformation only.
 #include "all.h"
 
 #include <vdbfrac/base/parallel.h>
@@ -75,20 +75,20 @@ public:
     void begin(const solver::StepStart& start) override
     {
         start_.assign(start.x.begin(), start.x.end());
-        turned_.clear();
-        if (b_ != 0 && std::isfinite(start.dt))
-            for (const core::Body& body : bodies_) turn(body, start);
         inverseDt_ = std::isfinite(start.dt) ? 1 / start.dt : 0;
         elastic_ = &start.elastic;
         if (b_ == 0) return;
-        elastic_->evaluate(unstrained(), {}, &tangent_);
+        turned_ = start_;
+        if (inverseDt_ != 0)
+            for (const core::Body& body : bodies_) turn(body, start);
+        elastic_->evaluate(turned_, {}, &tangent_);
         elastic_->warp(tangent_);
     }
 
     double evaluate(std::span<const Vec3> x, std::span<Vec3> gradient) const override
     {
         const auto mass = elastic_->mass();
-        if (b_ != 0) move(unstrained(), x);
+        if (b_ != 0) move(turned_, x);
         const solver::Product<Vec3> strained =
             b_ == 0 ? solver::Product<Vec3>() : elastic_->multiply<Vec3>(tangent_, moved_);
         const auto way = [&](std::size_t i) { return Vec3(x[i] - start_[i]); };
@@ -109,7 +109,7 @@ public:
     {
         if (inverseDt_ == 0) return {};
         const auto mass = elastic_->mass();
-        if (b_ != 0) move(unstrained(), leg.at);
+        if (b_ != 0) move(turned_, leg.at);
         const solver::Product<solver::Vec3f> strained = b_ == 0 ? solver::Product<solver::Vec3f>() : strainOfMove();
         const double taken = orderedSum(mass.size(), kChunk, [&](std::size_t begin, std::size_t end) {
             double sum = 0;
@@ -133,21 +133,24 @@ public:
     }
 
 private:
-    /// Turns the fragments of a body as their angular momentum does, where that is by much in this step.
+    /// Turns the fragments of a body as their angular momentum does in this step.
     void turn(const core::Body& body, const solver::StepStart& start)
     {
-        constexpr double kMuch = 0.03;  // radians: strains of half its square
         const std::vector<Spin> spins = spinsOf(body, start);
-        for (std::size_t i = 0; i < body.fragments.ofNode().size(); ++i) {
-            const Spin& spin = spins[body.fragments.ofNode()[i]];
+        std::vector<Mat3> rotation;
+        for (const Spin& spin : spins) {
             const Vec3 angle = start.dt * spin.rate;
-            if (!(angle.norm() > kMuch)) continue;
-            if (turned_.empty()) turned_ = start_;
-            Vec3& x = turned_[body.firstNode + i];
-            x = spin.center + Eigen::AngleAxisd(angle.norm(), angle.normalized()) * Vec3(x - spin.center);
+            rotation.push_back(Eigen::AngleAxisd(angle.norm(), angle.stableNormalized()).toRotationMatrix());
         }
+        const std::vector<std::uint32_t>& fragmentOf = body.fragments.ofNode();
+        parallelChunks(fragmentOf.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) {
+                const Vec3& center = spins[fragmentOf[i]].center;
+                Vec3& x = turned_[body.firstNode + i];
+                x = center + rotation[fragmentOf[i]] * (x - center);
+            }
+        });
     }
-    const std::vector<Vec3>& unstrained() const { return turned_.empty() ? start_ : turned_; }
     /// K moved_. It is only reported: single precision halves its cost, a tenth of an evaluation.
     solver::Product<solver::Vec3f> strainOfMove() const
     {
@@ -167,7 +170,7 @@ private:
 
     double a_, b_, inverseDt_ = 0;
     std::span<const core::Body> bodies_;
-    std::vector<Vec3> start_, turned_;           // x_n; y_n, empty where it is x_n
+    std::vector<Vec3> start_, turned_;           // x_n; y_n
     mutable std::vector<Vec3> moved_;            // scratch
     mutable std::vector<solver::Vec3f> single_;  // scratch
     const solver::ElasticOperator* elastic_ = nullptr;
