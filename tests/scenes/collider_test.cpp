@@ -177,6 +177,23 @@ TEST_P(Friction, LetsSlideOnASteeperOne)
     EXPECT_NEAR(acceleration / (kG * (std::sin(angle) - .3 * std::cos(angle))), 1, kWithin);
 }
 
+/// Solids that overlap share what pushes, not what holds.
+TEST(SlidingFriction, IsThatOfOneFloorWhereSeveralOverlap)
+{
+    constexpr double kWithin = 0.01, angle = .5;
+    Sled sled{.frames = 36, .more = "[damping]\nstiffness = 0.01\n"};
+    sled.gravity = onSlope(angle);
+    for (int floors : {2, 3}) {
+        sled.more += "[[collider]]\nfriction = 0.3\nshape = { box = { size = [40, 1, 4], center = [0, -0.5, 0] } }\n";
+        SceneRun run(sled.text());
+        run.toFrame(13);
+        const double early = velocity(run.simulation).x();
+        run.toEnd();
+        const double acceleration = (velocity(run.simulation).x() - early) / 1.;
+        EXPECT_NEAR(acceleration / (kG * (std::sin(angle) - .3 * std::cos(angle))), 1, kWithin) << floors;
+    }
+}
+
 /// What is pulled slowly and sticks slips by its load over the stiffness of its touches, whatever the stages of a step.
 TEST(SlidingFriction, SticksAlikeUnderEachScheme)
 {

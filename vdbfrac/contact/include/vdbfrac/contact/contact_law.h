@@ -15,6 +15,7 @@
 #include <cmath>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace vdbfrac::contact {
@@ -58,6 +59,8 @@ struct FrictionSpring {
     Vec3 stretch;      ///< m: elastic slip from the steps before
 
     Vec3 push() const { return limit * normal; }
+    /// Holds more [N], as stiff as before.
+    void strengthen(double more) { eps *= 1 + more / limit, limit += more; }
     /// Slip along the surface, with what there was; `u`: way since the step began [m].
     Vec3 slip(const Vec3& u) const
     {
@@ -121,14 +124,15 @@ inline FrictionSpring makeFrictionSpring(const Vec3& normal, double limit, doubl
     return {normal, limit, 2 * limit / k, stretch};
 }
 
-/// Adds what a sample rubs on to those that are known, by rising sample: of several the one that holds most.
+/// Adds what a sample rubs on to those that are known, by rising sample: of several the one that holds most, with what
+/// the others hold as far as they push the same way. Solids that overlap share the push.
 template <class FrictionPoint>
-void addStrongest(const FrictionPoint& held, std::vector<FrictionPoint>& all)
+void addStrongest(FrictionPoint held, std::vector<FrictionPoint>& all)
 {
-    if (all.empty() || all.back().sample != held.sample)
-        all.push_back(held);
-    else if (held.spring.limit > all.back().spring.limit)
-        all.back() = held;
+    if (all.empty() || all.back().sample != held.sample) return all.push_back(held);
+    if (held.spring.limit > all.back().spring.limit) std::swap(held, all.back());
+    FrictionSpring& strongest = all.back().spring;
+    strongest.strengthen(held.spring.limit * std::max(0., strongest.normal.dot(held.spring.normal)));
 }
 
 /// Do two lists, by rising sample, differ in what they say of samples by `forceOf`, by so much that it is worth solving
