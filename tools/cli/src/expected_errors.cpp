@@ -65,11 +65,8 @@ bool tearsAtToughness(const scene::Scene& scene, const scene::Body& body)
     if (table == scene.tables.end() || table->values.text("driver") != "tension" ||
         table->values.number("average") <= 0)
         return false;
-    const scene::Values* law = &table->values;
-    if (law->has("material"))
-        for (const scene::Values& own : table->values.tables("material"))
-            if (own.text("name") == body.material) law = &own;
-    return law->has("toughness") && !law->has("strength");
+    const scene::Values& law = table->values.named("material", body.material);
+    return law.has("toughness") && !law.has("strength");
 }
 
 }  // namespace

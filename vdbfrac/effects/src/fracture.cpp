@@ -74,7 +74,8 @@ public:
           resistance_(values.has("keys") ? values.curve("keys") : scene::Curve()),
           fps_(scene.time.fps),
           tellsMargin_(std::count(scene.output.vdb.begin(), scene.output.vdb.end(), kMargin) > 0),
-          margin_(values.has("grip_margin") ? values.number("grip_margin") : 2 * grid_.coarsening * dx_)
+          margin_(values.has("grip_margin") ? values.number("grip_margin") : 2 * grid_.coarsening * dx_),
+          unused_(unusedResistances(values, scene))
     {
         for (const scene::Body& body : scene.bodies) keys_[body.name] = fractureKeys(values, body.material);
     }
@@ -90,6 +91,7 @@ public:
 
     void start(const core::SolvedStep&, std::span<const core::Body> bodies, std::vector<std::string>& notes) override
     {
+        notes.insert(notes.end(), unused_.begin(), unused_.end());
         for (const core::Body& body : bodies) laws_[body.name] = lawOf(body, notes), arrival_.try_emplace(body.name);
     }
     double largestStep(const solver::State&, double) override { return limit_; }
@@ -141,6 +143,7 @@ private:
     double fps_;
     bool tellsMargin_;
     double margin_;                             // m, round grips
+    std::vector<std::string> unused_;           // notes on resistances of no body
     std::map<std::string, Tension> tension_;    // by body
     std::map<std::string, FractureKeys> keys_;  // by body
     std::map<std::string, FractureLaw> laws_;   // by body

@@ -144,15 +144,25 @@ std::string checkFracture(const scene::Values& v)
 
 FractureKeys fractureKeys(const scene::Values& values, const std::string& material)
 {
-    const scene::Values* from = &values;
-    if (values.has(kMaterial))
-        for (const scene::Values& own : values.tables(kMaterial))
-            if (own.text("name") == material) from = &own;
-    const auto number = [&](const char* key) {
-        return from->has(key) ? std::optional(from->number(key)) : std::nullopt;
-    };
+    const scene::Values& own = values.named(kMaterial, material);
+    const auto number = [&](const char* key) { return own.has(key) ? std::optional(own.number(key)) : std::nullopt; };
     return {number("kappa"), number("toughness"), number("strength"), values.number("average"),
             values.text("driver") == "tension"};
+}
+
+std::vector<std::string> unusedResistances(const scene::Values& values, const scene::Scene& scene)
+{
+    if (!values.has(kMaterial)) return {};
+    std::vector<std::string> notes;
+    const auto isOf = [](const std::string& name) { return [&](const scene::Body& b) { return b.material == name; }; };
+    bool isUsed = false;
+    for (const scene::Body& body : scene.bodies) isUsed = isUsed || &values.named(kMaterial, body.material) == &values;
+    if (!isUsed)
+        notes.push_back("what [fracture] gives for all tears no body: each has a fracture.material of its own");
+    for (const scene::Values& own : values.tables(kMaterial))
+        if (std::ranges::none_of(scene.bodies, isOf(own.text("name"))))
+            notes.push_back("fracture.material '" + own.text("name") + "' tears no body: none is made of it");
+    return notes;
 }
 
 double tipFactor(bool isTension, scene::LatticeKind lattice, double nu)

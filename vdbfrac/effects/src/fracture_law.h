@@ -36,6 +36,9 @@ struct FractureKeys {
 /// That of bodies of a material.
 FractureKeys fractureKeys(const scene::Values& values, const std::string& material);
 
+/// Notes on resistances that are of no body: a sentence each.
+std::vector<std::string> unusedResistances(const scene::Values& values, const scene::Scene& scene);
+
 /// What tears one body.
 struct FractureLaw {
     double kappa = 0;       ///< J/m^3

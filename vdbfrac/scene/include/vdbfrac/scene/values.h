@@ -30,6 +30,14 @@ public:
     const std::vector<std::string>& list(const std::string& key) const { return get<std::vector<std::string>>(key); }
     const Curve& curve(const std::string& key) const { return get<Curve>(key); }
     const std::vector<Values>& tables(const std::string& key) const { return get<std::vector<Values>>(key); }
+    /// Of the tables of a key, where there are any, the one with this `name`; else itself.
+    const Values& named(const std::string& key, const std::string& name) const
+    {
+        if (has(key))
+            for (const Values& table : tables(key))
+                if (table.text("name") == name) return table;
+        return *this;
+    }
     void set(const std::string& key, Value value) { values_[key] = std::move(value); }
     /// Adds to the tables of a key.
     void append(const std::string& key, Values table)
