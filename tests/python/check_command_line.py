@@ -161,6 +161,9 @@ with tempfile.TemporaryDirectory() as temporary:
     expect("all errors at once", ["check", bad], 2, "bad.toml:", "did you mean", "voxel_size", "poisson_ratio", "0.5")
     expect("a field that nothing makes", ["check", good, "--set", 'output.vdb=["margin"]', "--set", 'fracture.driver="full"'], 2, "output.vdb", "nothing in this scene makes")
     expect("the text of a scene alone", ["check", "--quick", good, "--set", 'collider=[{ name = "hill", shape = { mesh = { file = "none.obj" } } }]'], 0, "ok")
+    expect("more than there is memory", ["check", good, "--max-memory", "0.001"], 5, "the run needs about", "m long: is that meant")
+    keys = 'move={ keys=[{ time=1 }, { time=48, translate=[0, 1, 0] }] }'
+    expect("keys in frames", ["check", good, "--set", 'grip.top.' + keys], 0, "note: grip 'top'", "48 s", "not in frames")
     expect("missing file", ["check", folder / "none.toml"], 4, "none.toml")
     expect("no output folder", ["sim", good], 2, "-o")
     expect("a missing argument", ["sim"], 2, "vdbfrac: error: SCENE is required", "hint: 'vdbfrac sim --help'")
@@ -223,6 +226,7 @@ with tempfile.TemporaryDirectory() as temporary:
     said = expect("preview of frames, quietly", ["preview", out, "-f", "1-1x2", "-q", "-j", "1", "--width", "64", "--height", "64"], 0)
     if said:
         failures.append(f"preview -q says {said}")
+    expect("preview elsewhere", ["preview", out, "-o", folder / "pictures", "--count", "1", "--width", "64", "--height", "64"], 0, "pictures/contact_sheet.png")
     expect("preview of no list", ["preview", out, "-f", "1,x"], 2, "is no list of frames", "1-96x2")
     expect("preview by values that are not there", ["preview", out, "--colour", "margin"], 2, "--colour", "output.ply = true")
     expect("preview with no colour", ["preview", out, "--torn", "#12345"], 2, "--torn", "#rrggbb")

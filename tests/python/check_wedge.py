@@ -111,6 +111,10 @@ def check_failures(top):
     check("failed", [r["status"] for r in table(folder)] == ["failed (5)"] * 2, f"{table(folder)} {told.stderr}")
     expect("no such option of sim", 2, ["ended with 2: ", "--nonsense"], *command, "--sim=--nonsense")
     expect("one begun again", 0, [], "wedge", "-o", folder, "--run", "1")
+    other = top / "other_queue"
+    expect("laid out", 0, ["2 runs are laid out", f"wedge -o {other} --run K"], "wedge", SCENE, "--prepare", "-o", other, *command[5:])
+    expect("one of another queue", 0, [], "wedge", "-o", other, "--run", "1")
+    check("only what was asked for ran", (other / "0001" / "run.json").exists() and not (other / "0000" / "run.json").exists(), other)
     expect("collected", 0, [], "wedge", "-o", folder, "--collect")
     check("failed and done", [r["status"] for r in table(folder)] == ["failed (2)", "done"], table(folder))
     expect("failing task", 5, [], "wedge", "-o", folder, "--run", "0", "--sim=--max-memory=0.001")
@@ -176,6 +180,8 @@ def check_table(folder):
 def check_bad_input(top, wedge):
     expect("nothing varied", 2, ["nothing is varied", "--vary"], "wedge", SOURCE / "data/scenes/bar.toml", "--list")
     expect("no way to run", 2, [], "wedge", SCENE)
+    expect("no wedge to run one of", 4, ["holds no wedge", "--prepare"], "wedge", SCENE, "--run", "0", "-o", top / "nowhere")
+    expect("no wedge to collect", 4, ["holds no wedge", "--prepare"], "wedge", "--collect", "-o", top / "nowhere")
     expect("bad values of all runs", 2, ["run 0000", "run 0001", "poisson_ratio"], "wedge", SCENE, "--list", "--vary", "material.rubber.poisson_ratio=.6,.7")
     expect("pairs that do not pair", 2, ["has 2 values", "has 3"], "wedge", SCENE, "--list", "--together", "--vary", "time.fps=1,2,3", "--vary", "fracture.toughness=1,2")
     expect("varied twice", 2, ["time.fps is varied twice"], "wedge", SCENE, "--list", "--vary", "time.fps=1,2", "--vary", "time.fps=3")

@@ -27,7 +27,7 @@ const std::map<std::string, PictureOptions::Fit> kFits = {
     {"frames", PictureOptions::Fit::frames}, {"run", PictureOptions::Fit::run}, {"first", PictureOptions::Fit::first}};
 
 struct PreviewOptions {
-    std::string folder, frames;
+    std::string folder, frames, output;
     int count = 12, columns = 4, width = 480, height = 480, samples = 32;
     int turntable = 0;
     std::string colour = "material", torn = "red", fit = "frames";
@@ -36,6 +36,7 @@ struct PreviewOptions {
     bool quiet = false;
     int threads = 0;  // 0: all cores
 
+    fs::path pictures() const { return output.empty() ? fs::path(folder) / "preview" : fs::path(output); }
     void say(const fs::path& file) const
     {
         if (!quiet) std::printf("%s\n", file.c_str());
@@ -78,10 +79,7 @@ std::vector<Vec3> turnedRound(const std::vector<Vec3>& points, int angles)
     return round;
 }
 
-fs::path turnFile(const fs::path& folder, int number)
-{
-    return folder / "preview" / fmt::format("turn.{:04}.png", number);
-}
+fs::path turnFile(const fs::path& folder, int number) { return folder / fmt::format("turn.{:04}.png", number); }
 
 /// Pictures of the last frame from all round what is seen in it. Those of a turn of more pictures go.
 int turn(const Scenery& scenery, const PreviewOptions& options)
@@ -96,12 +94,12 @@ int turn(const Scenery& scenery, const PreviewOptions& options)
         const Vec3 turned(c * direction.x() + s * direction.z(), direction.y(), c * direction.z() - s * direction.x());
         view.camera = pictures::fittingCamera(turned, seen, options.width, options.height, options.angle);
         images.push_back(pictureOf(scenery, scenery.subjects.size() - 1, view));
-        const fs::path file = turnFile(options.folder, i + 1);
+        const fs::path file = turnFile(options.pictures(), i + 1);
         pictures::writePng(file, images.back());
         options.say(file);
     }
-    for (int i = options.turntable + 1; fs::remove(turnFile(options.folder, i)); ++i) {}
-    const fs::path sheet = fs::path(options.folder) / "preview" / "contact_sheet.png";
+    for (int i = options.turntable + 1; fs::remove(turnFile(options.pictures(), i)); ++i) {}
+    const fs::path sheet = options.pictures() / "contact_sheet.png";
     pictures::writePng(sheet, pictures::contactSheet(images, options.columns, 4));
     options.say(sheet);
     return kDone;
@@ -120,16 +118,16 @@ int preview(const PreviewOptions& options)
     const Scenery scenery = sceneryOf(folder, run, frames, how);
     for (const std::string& note : options.quiet ? std::vector<std::string>() : scenery.notes)
         std::fprintf(stderr, "note: %s\n", note.c_str());
-    fs::create_directories(folder / "preview");
+    fs::create_directories(options.pictures());
     if (options.turntable > 0) return turn(scenery, options);
     std::vector<pictures::Image> images;
     for (std::size_t i = 0; i < frames.size(); ++i) {
         images.push_back(pictureOf(scenery, i, scenery.view));
-        const fs::path file = folder / "preview" / fmt::format("{}.{:04}.png", run.scene, frames[i].frame);
+        const fs::path file = options.pictures() / fmt::format("{}.{:04}.png", run.scene, frames[i].frame);
         pictures::writePng(file, images.back());
         options.say(file);
     }
-    const fs::path sheet = folder / "preview" / "contact_sheet.png";
+    const fs::path sheet = options.pictures() / "contact_sheet.png";
     pictures::writePng(sheet, pictures::contactSheet(images, options.columns, 4));
     options.say(sheet);
     return kDone;
@@ -142,6 +140,8 @@ Action addPreview(CLI::App& app)
     auto o = std::make_shared<PreviewOptions>();
     CLI::App* c = app.add_subcommand("preview", "Render PNG pictures of a run and a contact sheet; torn faces are red");
     c->add_option("DIR", o->folder, "Folder that 'vdbfrac sim -o' wrote")->required();
+    c->add_option("-o,--output", o->output, "Folder of the pictures (default: DIR/preview); files of before stay in it")
+        ->type_name("OUT");
     c->add_option("-f,--frames", o->frames,
                   "Frames to render, as 1-96, 1-96x2 or 5,9,12 (default: some spread over the run)");
     c->add_option("--count", o->count, "How many frames to spread over the run")

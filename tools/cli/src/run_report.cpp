@@ -108,8 +108,8 @@ std::string lostText(double lost)
 {
     constexpr double kMuch = 5;  // %
     if (!(lost > kMuch)) return "";
-    return "lost: cracks are a voxel wide or more, and take what is crushed; a smaller grid.voxel_size or a higher "
-           "toughness keeps more\n";
+    return "lost: cracks are a voxel wide or more, and take what is crushed; a higher toughness keeps more, a smaller "
+           "grid.voxel_size where few cracks run, and a notch where a smooth surface tears all at once\n";
 }
 
 /// How deep fragments were in each other and in themselves, where a picture may show it.
@@ -120,6 +120,7 @@ std::string overlapText(const std::vector<core::StepRecord>& steps, double voxel
         const char *column, *what, *table;
     };
     std::string text, tables;
+    bool beganInside = false;
     for (const auto& [column, what, table] : {Overlap{"contact_depth_m", "in each other", "[contact]"},
                                               Overlap{"contact_self_depth_m", "in themselves", "[contact]"},
                                               Overlap{"collider_depth_m", "in colliders", "[[collider]]"}}) {
@@ -128,12 +129,16 @@ std::string overlapText(const std::vector<core::StepRecord>& steps, double voxel
             if (const auto depth = s.measured.find(column); depth != s.measured.end() && depth->second > deepest)
                 deepest = depth->second, time = s.time;
         if (!(deepest > kSeen * voxelSize)) continue;
+        beganInside = beganInside || (table == std::string("[[collider]]") && time == steps.front().time);
         if (tables.find(table) == std::string::npos) tables += (tables.empty() ? "" : " and ") + std::string(table);
         text += fmt::format("{}up to {:.2g} voxels {} (at {:.4g} s)", text.empty() ? "overlap: surfaces were " : ", ",
                             deepest / voxelSize, what, time);
     }
     if (text.empty()) return text;
-    return text + "; slower motion, or more stiffness of " + tables + ", reduces most of it\n";
+    return text + "; slower motion, or more stiffness of " + tables + ", reduces most of it" +
+           (beganInside ? "; what begins in a collider stays there without untangle_speed: is its normal turned round?"
+                        : "") +
+           "\n";
 }
 
 /// Surfaces that renderers would show torn up.
@@ -229,7 +234,7 @@ std::string planText(const scene::Scene& scene, const core::SceneEstimate& estim
                     ? fmt::format("  {:<13} on   joins: {}\n", info.table.name, info.stages)
                     : fmt::format("  {:<13} off  no {} in the scene\n", info.table.name, table);
     }
-    for (const std::string& note : effects::notesOfEffects(scene)) text += "note: " + note + "\n";
+    for (const std::string& note : effects::notesOf(scene)) text += "note: " + note + "\n";
     if (!simulation)
         return text +
                "note: estimated; what thin parts, overlaps and effects have to say is told when the run begins\n";

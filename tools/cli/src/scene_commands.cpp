@@ -3,6 +3,7 @@
 
 #include <vdbfrac/cli/commands.h>
 #include <vdbfrac/core/estimate.h>
+#include <vdbfrac/effects/effects.h>
 #include <vdbfrac/lab/machine/memory.h>
 #include <vdbfrac/lab/scenes/prepared_scene.h>
 #include <vdbfrac/lab/study/study_table.h>
@@ -18,6 +19,7 @@ Action addCheck(CLI::App& app)
         std::string scene;
         std::vector<std::string> set;
         bool quick = false;
+        double maxMemory = 0;  // GiB
     };
     auto options = std::make_shared<Options>();
     CLI::App* command = app.add_subcommand(
@@ -25,14 +27,18 @@ Action addCheck(CLI::App& app)
     command->add_option("SCENE", options->scene, "Scene file (TOML)")->required();
     addSet(*command, options->set, "Change a key first: key=value, as in grid.voxel_size=0.02");
     command->add_flag("--quick", options->quick, "The text alone: read no meshes and no .vdb files");
+    addMaxMemory(*command, options->maxMemory, "a run");
     return [options] {
         scene::Scene s = scene::readScene(options->scene, lab::study::vocabulary(), options->set);
         const std::size_t effects = s.tables.size();
-        if (options->quick)
+        if (options->quick) {
             std::erase_if(s.colliders, [](scene::Collider& c) { return scene::fileOf(c.shape) != nullptr; });
-        else
-            (void)core::estimateScene(s, lab::defaultMemoryLimit());
+        } else {
+            const std::uint64_t limit = memoryLimitOf(options->maxMemory);
+            core::requireMemory(core::estimateScene(s, limit), limit);
+        }
         lab::requireSound(s);
+        for (const std::string& note : effects::notesOf(s)) std::printf("note: %s\n", note.c_str());
         std::printf("%s: ok (%zu %s, frames %d-%d, %zu %s)\n", options->scene.c_str(), s.bodies.size(),
                     s.bodies.size() == 1 ? "body" : "bodies", s.time.firstFrame, s.time.lastFrame, effects,
                     effects == 1 ? "effect" : "effects");

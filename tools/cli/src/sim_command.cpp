@@ -166,7 +166,7 @@ bool Run::takeUp(std::vector<std::string>& notes)
 /// Goes on with an earlier run where that is asked for, and says what runs.
 void Run::begin()
 {
-    std::vector<std::string> notes = effects::notesOfEffects(scene_);
+    std::vector<std::string> notes = effects::notesOf(scene_);
     notes.insert(notes.end(), folder_.notes().begin(), folder_.notes().end());
     const bool resumed = takeUp(notes);
     notes.insert(notes.end(), simulation_.stages().notes.begin(), simulation_.stages().notes.end());
@@ -176,7 +176,9 @@ void Run::begin()
     logToFile(log_, folder_.path() / "run.log");
     log_.info("vdbfrac {}  scene '{}'  {} nodes  {} tets  {}", core::kVersion, scene_.name, simulation_.x().size(),
               simulation_.elastic().tetCount(), counted(threadCount(), "thread"));
-    if (resumed)
+    if (resumed && lastWritten_ >= scene_.time.lastFrame)
+        log_.info("nothing is left to do: the run has all frames to {}", lastWritten_);
+    else if (resumed)
         log_.info("resumes after step {}, {:.6g} s, with frame {}", simulation_.steps(), simulation_.time(),
                   lastWritten_ + 1);
     else if (!options_.resume.empty())

@@ -32,7 +32,7 @@ struct WedgeOptions {
     farm::WedgeInput input;
     std::string folder;
     SlurmOptions slurm;
-    bool list = false, local = false, collect = false;
+    bool list = false, prepare = false, local = false, collect = false;
     int run = -1;
     int sideBySide = 0, threads = 0;  // 0: as the cores allow
     std::vector<std::string> sim;
@@ -121,6 +121,16 @@ int runOnSlurm(const WedgeOptions& o, farm::WedgePlan plan)
     return kDone;
 }
 
+/// For any other queue.
+int prepare(const WedgeOptions& o, farm::WedgePlan plan)
+{
+    const fs::path folder = folderOf(o, plan.wedge.name);
+    farm::layOut(plan, folder);
+    std::printf("%zu runs are laid out; one task each: vdbfrac wedge -o %s --run K, K = 0 to %zu\n",
+                plan.wedge.runs.size(), folder.c_str(), plan.wedge.runs.size() - 1);
+    return kDone;
+}
+
 /// A task: simulates a run, and queues itself again where Slurm told it to stop.
 int runTask(const WedgeOptions& o)
 {
@@ -143,13 +153,15 @@ int wedge(const WedgeOptions& o)
     if (begun && o.folder.empty())
         throw InputError({"vdbfrac wedge", "no folder", "-o DIR, the folder of the wedge", ""});
     if (!begun && o.input.scene.empty()) throw InputError({"vdbfrac wedge", "no scene", "SCENE", ""});
+    if (begun && !fs::exists(fs::path(o.folder) / "wedge.json"))
+        throw FileError(o.folder, "holds no wedge; 'vdbfrac wedge SCENE -o DIR --prepare' lays one out");
     if (o.run >= 0) return runTask(o);
     if (o.collect) {
         std::printf("%s\n", writeReport(o.folder).c_str());
         return kDone;
     }
     const farm::WedgePlan plan = farm::planWedge(o.input);
-    return o.list ? list(plan) : o.slurm.use ? runOnSlurm(o, plan) : runLocal(o, plan);
+    return o.list ? list(plan) : o.prepare ? prepare(o, plan) : o.slurm.use ? runOnSlurm(o, plan) : runLocal(o, plan);
 }
 
 }  // namespace
@@ -162,6 +174,7 @@ Action addWedge(CLI::App& app)
     c->add_option("-o,--output", o->folder, "Folder of the wedge (default: wedge_NAME)")->type_name("DIR");
     auto* how = c->add_option_group("How");
     how->add_flag("--list", o->list, "Only list the runs, with their sizes");
+    how->add_flag("--prepare", o->prepare, "Only lay them out in the folder, for --run by another queue than Slurm");
     how->add_flag("--local", o->local, "Simulate them on this machine; goes on where it was stopped");
     addSlurmOptions(*c, *how, o->slurm);
     how->add_option("--run", o->run, "Simulate this one of the folder's runs, here: what a task of the job does")

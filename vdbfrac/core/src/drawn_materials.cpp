@@ -34,9 +34,14 @@ std::map<std::string, std::string> DrawnMaterials::add(const tetmesh::RenderMesh
         const bool isNew = std::ranges::find(files_, library) == files_.end();
         if (isNew) files_.push_back(library);
         const std::string looks = tetmesh::readMtl(library);
-        for (const auto& [material, map] : tetmesh::diffuseMaps(looks))
-            if (isNew && std::ranges::find(mesh.materials, material) != mesh.materials.end() && !isThere(map.file))
+        for (const auto& [material, map] : tetmesh::diffuseMaps(looks)) {
+            if (!isNew || std::ranges::find(mesh.materials, material) == mesh.materials.end()) continue;
+            if (!isThere(map.file))
                 notes.push_back(map.file + " is not there: pictures show '" + material + "' without its texture");
+            else if (mesh.uvs.empty())
+                notes.push_back("the mesh for body '" + body + "' has no texture coordinates for the texture of '" +
+                                material + "'");
+        }
         for (const tetmesh::MtlMaterial& material : tetmesh::materialsIn(looks)) {
             if (!seen.insert(material.name).second) continue;
             const std::string name = known(material, "_" + body);

@@ -123,6 +123,11 @@ SceneEstimate estimateScene(const scene::Scene& scene, std::uint64_t memoryLimit
 {
     SceneEstimate all;
     all.bytes = kProgram;
+    const auto add = [&](const std::string& what, const BodyEstimate& e, double bytes) {
+        const Bounds bounds = e.bounds();
+        if (bytes > all.largest.bytes) all.largest = {what, (bounds.upper - bounds.lower).maxCoeff(), bytes};
+        all.bytes += bytes;
+    };
     for (const scene::Body& body : scene.bodies) {
         BodyEstimate e = outline(body, scene.grid, memoryLimit);
         e.body = &body;
@@ -130,14 +135,16 @@ SceneEstimate estimateScene(const scene::Scene& scene, std::uint64_t memoryLimit
             if (grip.body == body.name) requireNear(grip, e);
         count(e, scene.grid);
         all.tets += e.tets, all.nodes += e.nodes;
-        all.bytes += bytesOf(e, scene);
+        add("body '" + body.name + "'", e, bytesOf(e, scene));
         all.bodies.push_back(std::move(e));
     }
-    for (const scene::Collider& collider : scene.colliders)
-        if (scene::fileOf(collider.shape))
-            all.colliderBytes +=
-                kPerFilledVoxel * outline(collider, scene.grid, memoryLimit).volume / std::pow(scene.grid.voxelSize, 3);
-    all.bytes += all.colliderBytes;
+    for (const scene::Collider& collider : scene.colliders) {
+        if (!scene::fileOf(collider.shape)) continue;
+        const BodyEstimate e = outline(collider, scene.grid, memoryLimit);
+        const double bytes = kPerFilledVoxel * e.volume / std::pow(scene.grid.voxelSize, 3);
+        add("collider '" + collider.name + "'", e, bytes);
+        all.colliderBytes += bytes;
+    }
     if (scene.solver.linearSolver == scene::LinearSolver::direct) all.bytes += kPerDirect * std::pow(all.nodes, 4. / 3);
     return all;
 }
@@ -145,19 +152,14 @@ SceneEstimate estimateScene(const scene::Scene& scene, std::uint64_t memoryLimit
 void requireMemory(const SceneEstimate& estimate, std::uint64_t limit)
 {
     if (estimate.bytes <= double(limit)) return;
-    const auto lengthOf = [](const BodyEstimate& body) {
-        const Bounds bounds = body.bounds();
-        return (bounds.upper - bounds.lower).maxCoeff();
-    };
-    const auto longest = std::ranges::max_element(estimate.bodies, {}, lengthOf);
     const auto gibi = [](double bytes) { return shortNumber(bytes / kGibi, 3) + " GiB"; };
     const std::string ofColliders =
         estimate.colliderBytes > 0 ? ", " + gibi(estimate.colliderBytes) + " of it for the files of colliders" : "";
     throw LimitError("the run needs about " + gibi(estimate.bytes) + ofColliders + ", the limit is " +
                      gibi(double(limit)) + "; use a coarser grid.voxel_size or --max-memory" +
-                     (longest == estimate.bodies.end()
+                     (estimate.largest.what.empty()
                           ? ""
-                          : "; body '" + longest->body->name + "' is " + shortNumber(lengthOf(*longest), 3) +
+                          : "; " + estimate.largest.what + " is " + shortNumber(estimate.largest.length, 3) +
                                 " m long: is that meant, or is its mesh in other units?"));
 }
 

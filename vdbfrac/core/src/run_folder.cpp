@@ -322,8 +322,8 @@ void RunFolder::takeState(Simulation& simulation, const Resume& how, const Archi
     }
     if (!branch.isFiner) return simulation.branchFrom(archive);
     if (simulation.ancestry())
-        throw InputError({scene_.output.motion ? "output.motion" : "output.point_cache",
-                          "nodes cannot be followed to a finer lattice", "", "leave it out"});
+        throw InputError({"output.motion, output.point_cache", "nodes cannot be followed to a finer lattice", "",
+                          "--set output.motion=false --set output.point_cache=[]"});
     Simulation& wide = how.wider();
     if (hexadecimal(wide.bodiesHash()) != archive.getText("bodies_hash"))
         throw InputError({"--resume", "the bodies with voxels twice as wide are not those of the run", "", ""});

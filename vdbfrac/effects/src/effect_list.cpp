@@ -1,6 +1,7 @@
 #include "all.h"
 
 #include <vdbfrac/core/run_folder.h>
+#include <vdbfrac/scene/notes.h>
 
 #include <algorithm>
 
@@ -55,9 +56,9 @@ bool canTear(const scene::Scene& scene)
                        [&](const EffectInfo& info) { return info.tears && isNamed(info, scene); });
 }
 
-std::vector<std::string> notesOfEffects(const scene::Scene& scene)
+std::vector<std::string> notesOf(const scene::Scene& scene)
 {
-    std::vector<std::string> notes;
+    std::vector<std::string> notes = scene::notesOf(scene);
     for (const EffectInfo& info : effectList())
         if (info.bodiesWithout && scene.bodies.size() > 1 && !isNamed(info, scene)) notes.push_back(info.bodiesWithout);
     return notes;

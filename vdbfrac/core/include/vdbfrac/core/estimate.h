@@ -23,6 +23,11 @@ struct SceneEstimate {
     double tets = 0, nodes = 0;
     double colliderBytes = 0;  ///< of the files of colliders
     double bytes = 0;          ///< peak of a run, with what system and libraries need
+    /// What takes most of it.
+    struct Largest {
+        std::string what;  ///< body or collider
+        double length = 0, bytes = 0;
+    } largest;
 };
 
 /// Reads the files that the scene names. Throws InputError (also for a grip that is far from all material of its body),

@@ -36,8 +36,8 @@ bool isNamed(const EffectInfo& effect, const scene::Scene& scene);
 /// Does the scene name an effect that can take a body apart?
 bool canTear(const scene::Scene& scene);
 
-/// What a scene should know of effects that it does not name: sentences.
-std::vector<std::string> notesOfEffects(const scene::Scene& scene);
+/// What a scene should know of itself, and of effects that it does not name: sentences.
+std::vector<std::string> notesOf(const scene::Scene& scene);
 
 /// Makes the effects that the scene names, and no other.
 std::vector<std::unique_ptr<core::Effect>> makeEffects(const scene::Scene& scene);
