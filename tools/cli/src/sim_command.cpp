@@ -177,7 +177,8 @@ void Run::begin()
     log_.info("vdbfrac {}  scene '{}'  {} nodes  {} tets  {}", core::kVersion, scene_.name, simulation_.x().size(),
               simulation_.elastic().tetCount(), counted(threadCount(), "thread"));
     if (resumed && lastWritten_ >= scene_.time.lastFrame)
-        log_.info("nothing is left to do: the run has all frames to {}", lastWritten_);
+        log_.info("resumes after step {}, {:.6g} s: nothing is left to do, all frames to {} are there",
+                  simulation_.steps(), simulation_.time(), lastWritten_);
     else if (resumed)
         log_.info("resumes after step {}, {:.6g} s, with frame {}", simulation_.steps(), simulation_.time(),
                   lastWritten_ + 1);
