@@ -81,6 +81,14 @@ std::vector<Vec3> turnedRound(const std::vector<Vec3>& points, int angles)
 
 fs::path turnFile(const fs::path& folder, int number) { return folder / fmt::format("turn.{:04}.png", number); }
 
+int writeSheet(const std::vector<pictures::Image>& images, const PreviewOptions& options)
+{
+    const fs::path sheet = options.pictures() / "contact_sheet.png";
+    pictures::writePng(sheet, pictures::contactSheet(images, options.columns, 4));
+    options.say(sheet);
+    return kDone;
+}
+
 /// Pictures of the last frame from all round what is seen in it. Those of a turn of more pictures go.
 int turn(const Scenery& scenery, const PreviewOptions& options)
 {
@@ -99,10 +107,7 @@ int turn(const Scenery& scenery, const PreviewOptions& options)
         options.say(file);
     }
     for (int i = options.turntable + 1; fs::remove(turnFile(options.pictures(), i)); ++i) {}
-    const fs::path sheet = options.pictures() / "contact_sheet.png";
-    pictures::writePng(sheet, pictures::contactSheet(images, options.columns, 4));
-    options.say(sheet);
-    return kDone;
+    return writeSheet(images, options);
 }
 
 int preview(const PreviewOptions& options)
@@ -127,10 +132,7 @@ int preview(const PreviewOptions& options)
         pictures::writePng(file, images.back());
         options.say(file);
     }
-    const fs::path sheet = options.pictures() / "contact_sheet.png";
-    pictures::writePng(sheet, pictures::contactSheet(images, options.columns, 4));
-    options.say(sheet);
-    return kDone;
+    return writeSheet(images, options);
 }
 
 }  // namespace
