@@ -231,7 +231,8 @@ public:
 private:
     void add(const StepReport& first)
     {
-        if (first.status == StepStatus::capped) report_.status = StepStatus::capped;
+        if (first.status == StepStatus::capped && report_.status != StepStatus::capped)
+            report_.status = StepStatus::capped, report_.worstNode = first.worstNode;
         report_.newtonIterations += first.newtonIterations;
         report_.linearIterations += first.linearIterations;
         report_.multigridSystems += first.multigridSystems;

@@ -104,6 +104,25 @@ TEST(SolvedStep, IsHalvedUntilWhatItEndsInHolds)
     EXPECT_EQ(leashed.dt, kWhole / 4);
     EXPECT_EQ(hopeless.cutbacks, 8);  // then it is kept
     EXPECT_EQ(hopeless.outcome, core::Outcome::capped);
+    EXPECT_FALSE(hopeless.measured.contains("unsolved_x_m"));  // its forces were in balance
+}
+
+/// Of two bodies only the one that spins is hard to solve; a point of it is named, where it is at rest.
+TEST(SolvedStep, TellsWhereItWasNotSolved)
+{
+    SceneRun run(
+        "version = 1\nname = \"two\"\n[time]\nframes = [1, 2]\nfps = 24\nsubsteps = 1\n[solver]\n"
+        "newton_iterations = 1\nnewton_tolerance = 1e-9\n[grid]\nvoxel_size = 0.1\n"
+        "[[body]]\nname = \"still\"\nmaterial = \"gel\"\nshape = { box = { size = [0.4, 0.4, 0.4] } }\n"
+        "[[body]]\nname = \"spins\"\nmaterial = \"gel\"\nangular_velocity = [0, 0, 9]\n"
+        "shape = { box = { size = [0.4, 0.4, 0.4], center = [2, 1, 0] } }\n"
+        "[material.gel]\nyoungs_modulus = 1e5\npoisson_ratio = 0.3\ndensity = 1000\n");
+    const core::StepRecord step = run.step();
+    ASSERT_EQ(step.outcome, core::Outcome::capped);
+    const Vec3 at(step.measured.at("unsolved_x_m"), step.measured.at("unsolved_y_m"), step.measured.at("unsolved_z_m"));
+    const Vec3 away = (at - Vec3(2, 1, 0)).cwiseAbs();
+    EXPECT_LE(away.maxCoeff(), .3) << at.transpose();  // its nodes reach to the next voxel
+    for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(at[axis] / .1, std::round(at[axis] / .1), 1e-9) << at.transpose();
 }
 
 }  // namespace

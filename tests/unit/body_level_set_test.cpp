@@ -165,7 +165,9 @@ TEST_F(BodyLevelSet, BadBodiesAreNamed)
     mesh.file = write("nan.obj", "v 0 nan 0\n" + cubeObj());
     EXPECT_NE(complaint<InputError>(bodyOf(mesh)).find("nan.obj:1"), std::string::npos);
     mesh.file = write("range.obj", cubeObj("f 2 4 8 9\n"));
-    EXPECT_NE(complaint<InputError>(bodyOf(mesh)).find("range.obj:14"), std::string::npos);
+    said = complaint<InputError>(bodyOf(mesh));
+    EXPECT_NE(said.find("range.obj:14"), std::string::npos) << said;
+    EXPECT_NE(said.find("scene.toml:7:1: body 'thing': "), std::string::npos) << said;
     mesh.file = folder_ / "none.obj";
     EXPECT_NE(complaint<FileError>(bodyOf(mesh)), "");
     mesh.file = write("cube.obj", cubeObj());

@@ -242,6 +242,13 @@ std::string planText(const scene::Scene& scene, const core::SceneEstimate& estim
     return text;
 }
 
+std::string unsolvedPlace(const core::StepRecord& s)
+{
+    if (!s.measured.contains("unsolved_x_m")) return "";
+    const auto at = [&](const char* axis) { return s.measured.at(std::string("unsolved_") + axis + "_m"); };
+    return fmt::format(", worst at [{:.4g}, {:.4g}, {:.4g}] m at rest", at("x"), at("y"), at("z"));
+}
+
 std::string cappedText(const core::StepRecord& s)
 {
     if (s.newtonIterations == 0)
@@ -250,9 +257,10 @@ std::string cappedText(const core::StepRecord& s)
             "steps (time.substeps)",
             s.step);
     return fmt::format(
-        "step {}: the solver hit its caps (relative residual {:.2g}, of the best iterate {:.2g}); the last iterate was "
+        "step {}: the solver hit its caps (relative residual {:.2g}, of the best iterate {:.2g}){}; the last iterate "
+        "was "
         "kept",
-        s.step, s.residual, s.minResidual);
+        s.step, s.residual, s.minResidual, unsolvedPlace(s));
 }
 
 std::string stepText(const core::StepRecord& s)

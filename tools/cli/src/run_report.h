@@ -14,6 +14,8 @@ std::string planText(const scene::Scene& scene, const core::SceneEstimate& estim
                      const core::Simulation* simulation);
 /// One line on a step.
 std::string stepText(const core::StepRecord& step);
+/// ", worst at [x, y, z] m at rest" of a step that a solve has failed in; empty of others.
+std::string unsolvedPlace(const core::StepRecord& step);
 /// What is wrong with a step that is capped.
 std::string cappedText(const core::StepRecord& step);
 bool anyCapped(const std::vector<core::StepRecord>& steps);

@@ -49,10 +49,10 @@ tetmesh::RenderMesh levelSetMesh(const grid::LevelSet& phi)
 tetmesh::RenderMesh tearable(tetmesh::RenderMesh mesh, const std::string& body, double edge,
                              std::vector<std::string>& notes)
 {
-    const std::size_t faces = mesh.faces(), turned = tetmesh::windShells(mesh);
+    const std::size_t turned = tetmesh::windShells(mesh);
     const std::string own = "the mesh for body '" + body + "'";
-    if (turned > 0 && turned < faces)
-        notes.push_back(own + " has " + std::to_string(turned) + " of " + std::to_string(faces) +
+    if (turned > 0)
+        notes.push_back(own + " has " + std::to_string(turned) + " of " + std::to_string(mesh.faces()) +
                         " faces that look inward: they are turned");
     solids::UnitedMesh united = solids::unitedMesh(mesh, edge);
     if (united.shells == 0) return mesh;

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <string>
 
 namespace vdbfrac::core {
@@ -43,7 +44,9 @@ Simulation::Attempt Simulation::solveOrCutBack(StepRecord& record, double dt, do
         record.projections += now.report->projections;
         record.work.count("solve", "multigrid_systems", now.report->multigridSystems);
         record.work.count("solve", "creases", now.report->creases);
-        now.isSolved = now.report->status == solver::StepStatus::converged && isAdmissible(now.dt);
+        const bool converged = now.report->status == solver::StepStatus::converged;
+        if (!converged) tellUnsolved(now.report->worstNode, record.measured);
+        now.isSolved = converged && isAdmissible(now.dt);
     };
     for (;; now.dt *= 0.5, ++record.cutbacks, state_ = saved_) {
         solveOver();
@@ -87,6 +90,14 @@ void Simulation::solve(StepRecord& record, double until)
     countSolve(record, before, report.couplings);
     if (!stages_.sleep.empty()) putToSleep(record, balanced_);
     takeReports(record);
+}
+
+/// Where, at rest, forces are out of balance most.
+void Simulation::tellUnsolved(std::uint32_t node, std::map<std::string, double>& measured) const
+{
+    const auto body = std::prev(std::ranges::upper_bound(bodies_, std::size_t(node), {}, &Body::firstNode));
+    const Vec3 X = body->mesh->restPosition(node - std::uint32_t(body->firstNode));
+    for (int axis = 0; axis < 3; ++axis) measured[std::string("unsolved_") + "xyz"[axis] + "_m"] = X[axis];
 }
 
 /// What the solve has cost since `before`.

@@ -177,6 +177,15 @@ Build outlined(Build build, const Vec3& lower, const Vec3& upper)
 
 namespace {
 
+/// An error inside a file, with who asks for the file.
+InputError asked(const InputError& error, const Build& build)
+{
+    std::vector<InputError::Detail> details = error.details();
+    for (InputError::Detail& d : details)
+        if (d.place != build.place) d.place = build.place + ": " + build.subject + ": " + d.place;
+    return InputError(details);
+}
+
 LevelSet build(const scene::Body& body, const Build& build)
 {
     const scene::Grid& grid = build.grid;
@@ -187,6 +196,8 @@ LevelSet build(const scene::Body& body, const Build& build)
         phi = std::visit(ShapeVisitor{body, build}, body.shape);
     } catch (const FileError& e) {  // it names the file, but not who asks for it
         throw FileError(build.place + ": " + build.subject, e.what());
+    } catch (const InputError& e) {
+        throw asked(e, build);
     }
     if (!hasMaterial(*phi))
         complain(build, "is empty: no voxel lies inside", "at least one voxel",

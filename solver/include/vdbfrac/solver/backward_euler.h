@@ -65,6 +65,7 @@ struct StepReport {
     std::size_t couplings = 0;    ///< shares of potentials in the tangent at the end
     double residual = 0;          ///< |gradient| at the end, relative to the scale of the tolerance
     double minResidual = 0;       ///< smallest of the iterates: below `residual` where Newton went astray
+    std::uint32_t worstNode = 0;  ///< capped: the free node with the largest gradient
     double elasticEnergy = 0;     ///< J at the end
     double inertialLoss = 0;      ///< J: |v1 - v0|_M^2 / 2
     double elasticWork = 0;       ///< J that the elastic forces of the end take along the way; static: 0

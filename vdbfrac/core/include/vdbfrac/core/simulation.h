@@ -119,6 +119,7 @@ private:
     void setInitialVelocity(const scene::Body& spec, const Body& body);
     struct Attempt;
     Attempt solveOrCutBack(StepRecord& record, double dt, double shortest);
+    void tellUnsolved(std::uint32_t node, std::map<std::string, double>& measured) const;
     void solve(StepRecord& record, double until);
     void countSolve(StepRecord& record, const solver::ElasticWork& before, std::size_t couplings) const;
     void takeReports(StepRecord& record) const;
