@@ -74,7 +74,6 @@ private:
     bool followCrease();
     void combineSides();
     double freeNorm(std::span<const Vec3> gradient) const;
-    std::uint32_t largest(std::span<const Vec3> gradient) const;
     LinearStatus solve(std::span<const Vec3> gradient, std::vector<Vec3>& direction, double tolerance);
     double forcingTerm() const;
     Search lineSearch(std::span<const Vec3> gradient);
@@ -294,17 +293,6 @@ BackwardEuler::Newton::Search BackwardEuler::Newton::lineSearch(std::span<const 
     return Search::failed;
 }
 
-/// Of the free nodes.
-std::uint32_t BackwardEuler::Newton::largest(std::span<const Vec3> gradient) const
-{
-    const std::span<const std::uint8_t> fixed = objective_.fixed();
-    std::uint32_t worst = 0;
-    double most = -1;
-    for (std::uint32_t i = 0; i < gradient.size(); ++i)
-        if (!fixed[i] && gradient[i].squaredNorm() > most) most = gradient[i].squaredNorm(), worst = i;
-    return worst;
-}
-
 void BackwardEuler::Newton::finish(State& state)
 {
     const double dt = objective_.dt();
@@ -317,7 +305,7 @@ void BackwardEuler::Newton::finish(State& state)
     objective_.balanceMomentum(here_);
     report_.residual = crease_ >= 0 ? relative(here_, crease_) : relative(here_);
     report_.minResidual = std::min(report_.minResidual, report_.residual);
-    if (report_.status == StepStatus::capped) report_.worstNode = largest(here_.gradient);
+    if (report_.status == StepStatus::capped) report_.worstNode = objective_.worstNode(here_);
     report_.creases = crease_ >= 0;
     report_.couplings = objective_.couplings().size();
     report_.elasticEnergy = here_.elastic;

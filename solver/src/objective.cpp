@@ -201,6 +201,15 @@ void Objective::hold(Point& p) const
     });
 }
 
+std::uint32_t Objective::worstNode(const Point& p) const
+{
+    const auto size = [&](std::uint32_t i) { return fixed_[i] ? -1 : p.gradient[i].squaredNorm(); };
+    std::uint32_t worst = 0;
+    for (std::uint32_t i = 1; i < p.gradient.size(); ++i)
+        if (size(i) > size(worst)) worst = i;
+    return worst;
+}
+
 double Objective::jump() const
 {
     return orderedMax(predicted_.size(), kChunk, 0, [&](std::size_t begin, std::size_t end) {

@@ -49,6 +49,8 @@ public:
     double elasticWork(std::span<const Vec3> x, std::span<const Vec3> gradient, std::span<const Vec3> from) const;
     /// Takes the held nodes to their targets.
     void hold(Point& p) const;
+    /// The free node with the largest gradient.
+    std::uint32_t worstNode(const Point& p) const;
     /// Farthest that a held node is from where it would have gone by itself [m].
     double jump() const;
     /// Shifts each part without fixed nodes by what zeroes its summed gradient: internal forces cancel in the sum and

@@ -283,11 +283,9 @@ int Run::end(const std::string& stopped)
         if (stopped == kStuck) {
             log_.error(
                 "frame {} gets nowhere: too many of its steps were cut back or not solved, the last to {:.2g} s{}. "
-                "What "
-                "may help: slower grips, [volume] for what is squeezed or twisted, [damping] stiffness, a looser "
+                "What may help: slower grips, [volume] for what is squeezed or twisted, [damping] stiffness, a looser "
                 "solver.newton_tolerance (0.02), shorter steps of an explicit integrator (time.substeps), a smaller "
-                "poisson_ratio, another voxel_size; with a checkpoint it "
-                "stops here, --resume tries on",
+                "poisson_ratio, another voxel_size; with a checkpoint it stops here, --resume tries on",
                 lastWritten_ + 1, folder_.steps().back().dt, unsolvedPlace(folder_.steps().back()));
             return kNotConverged;
         }
