@@ -75,6 +75,45 @@ TEST(Collider, CarriesAWeightAtTheDepthOfItsStiffness)
     }
 }
 
+/// What a collider carries is a weight, and on a slope friction holds the rest; each of two floors its own.
+TEST(Collider, ToldLoadsAreTheWeight)
+{
+    constexpr double kWithin = 1e-3, angle = .2;
+    Sled sled{.frames = 72, .more = "[damping]\nstiffness = 0.02\n"};
+    sled.gravity = onSlope(angle);
+    sled.more += "[[collider]]\nname = \"far\"\nshape = { box = { size = [1, 1, 1], center = [9, 9, 9] } }\n";
+    SceneRun run(sled.text());
+    run.toEnd();
+    const auto load = [&](const std::string& collider) {
+        const auto along = [&](const char* axis) {
+            return run.steps.back().measured.at("collider_load_" + collider + "_" + axis + "_N");
+        };
+        return Vec3(along("x"), along("y"), along("z"));
+    };
+    double mass = 0;
+    for (const double m : run.simulation.elastic().mass()) mass += m;
+    EXPECT_LT((load("floor") + mass * onSlope(angle)).norm(), kWithin * mass * kG) << load("floor").transpose();
+    EXPECT_EQ(load("far"), Vec3::Zero());
+}
+
+/// Colliders that are far away change no bit, and are compared with no sample.
+TEST(Collider, CostsWhatIsNear)
+{
+    Sled sled{.frames = 12};
+    const auto run = [&] {
+        SceneRun run(sled.text());
+        run.toEnd();
+        return std::pair(run.simulation.stateHash(), run.work.countOf("collider", "pairs"));
+    };
+    const auto alone = run();
+    EXPECT_GT(alone.second, 0);
+    for (int i = 0; i < 30; ++i)
+        sled.more += "[[collider]]\nshape = { sphere = { radius = 0.1, center = [" + number(1 + .3 * i) +
+                     ", 0.2, 0] } }\n"
+                     "move = { velocity = [0, 0, 0.1] }\n";
+    EXPECT_EQ(run(), alone);
+}
+
 /// A block falls onto a box, and onto the same box as a mesh.
 TEST(Collider, AMeshCarriesAsTheSolidThatItIsOf)
 {

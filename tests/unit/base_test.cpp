@@ -20,6 +20,15 @@ namespace fs = std::filesystem;
 
 namespace {
 
+TEST(Errors, InputErrorTellsTheFirstOfMany)
+{
+    const InputError error(std::vector<InputError::Detail>(25, {"a.toml:1:1", "is wrong", "", ""}));
+    const std::string said = error.what();
+    EXPECT_EQ(std::ranges::count(said, '\n'), 20) << said;
+    EXPECT_TRUE(said.ends_with("\nand 5 more")) << said;
+    EXPECT_EQ(error.details().size(), 25u);
+}
+
 TEST(Errors, InputErrorSaysPlaceWhatAllowedAndHint)
 {
     const InputError error(std::vector<InputError::Detail>{

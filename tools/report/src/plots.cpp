@@ -106,9 +106,12 @@ private:
 
     void loads()
     {
-        Json series = Json::array();
-        for (const std::string& grip : gripsOf(record_)) series.push_back(curve(grip, time_, loadOf(record_, grip)));
-        add("Loads on grips", "N", std::move(series));
+        for (const char* kind : {"grip", "collider"}) {
+            Json series = Json::array();
+            for (const Loaded& loaded : loadedOf(record_))
+                if (loaded.kind == kind) series.push_back(curve(loaded.name, time_, loadOf(record_, loaded)));
+            add(std::string("Loads on ") + kind + "s", "N", std::move(series));
+        }
     }
 
     void energies()
@@ -160,13 +163,13 @@ Json comparedPlots(const std::vector<Record>& records, const std::vector<std::st
     const auto column = [](const char* name) {
         return [name](const Record& r) { return r.has(name) ? r[name] : Numbers{}; };
     };
-    std::vector<std::string> grips;
+    std::vector<Loaded> all;
     for (const Record& r : records)
-        for (const std::string& grip : gripsOf(r))
-            if (std::find(grips.begin(), grips.end(), grip) == grips.end()) grips.push_back(grip);
-    for (const std::string& grip : grips)
-        add("Load on " + grip, "N",
-            [&](const Record& r) { return r.has("load_" + grip + "_x_N") ? loadOf(r, grip) : Numbers{}; });
+        for (const Loaded& loaded : loadedOf(r))
+            if (std::ranges::find(all, loaded) == all.end()) all.push_back(loaded);
+    for (const Loaded& loaded : all)
+        add("Load on " + loaded.name, "N",
+            [&](const Record& r) { return r.has(loaded.columns + "_x_N") ? loadOf(r, loaded) : Numbers{}; });
     add("Elastic energy", "J", column("elastic_J"));
     add("Kinetic energy", "J", column("kinetic_J"));
     add("Fragments", "", column("fragments"));

@@ -7,8 +7,10 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <sstream>
+#include <utility>
 
 namespace vdbfrac::report {
 
@@ -97,16 +99,20 @@ Record readRecord(const fs::path& folder)
     return record;
 }
 
-std::vector<std::string> gripsOf(const Record& record)
+std::vector<Loaded> loadedOf(const Record& record)
 {
-    std::vector<std::string> grips;
-    for (const std::string& name : record.named("load_", "_x_N")) grips.push_back(name.substr(5, name.size() - 9));
-    return grips;
+    std::vector<Loaded> all;
+    for (const auto& [prefix, kind] : {std::pair("load_", "grip"), {"collider_load_", "collider"}})
+        for (const std::string& column : record.named(prefix, "_x_N")) {
+            const std::string stem = column.substr(0, column.size() - 4);
+            all.push_back({kind, stem.substr(std::strlen(prefix)), stem});
+        }
+    return all;
 }
 
-std::vector<double> loadOf(const Record& record, const std::string& grip)
+std::vector<double> loadOf(const Record& record, const Loaded& loaded)
 {
-    const std::string name = "load_" + grip;
+    const std::string& name = loaded.columns;
     const auto &x = record[name + "_x_N"], &y = record[name + "_y_N"], &z = record[name + "_z_N"];
     std::vector<double> load(x.size());
     for (std::size_t i = 0; i < load.size(); ++i) load[i] = std::hypot(x[i], y[i], z[i]);
@@ -129,8 +135,8 @@ Json numbersOf(const Record& record)
     numbers["Fragments"] = record["fragments"].back();
     const double start = manifest.value("start_volume", 0.), now = manifest.value("volume", start);
     numbers["Material lost [%]"] = start > 0 ? 100 * (1 - now / start) : 0;
-    for (const std::string& grip : gripsOf(record))
-        numbers["Peak load on " + grip + " [N]"] = largest(loadOf(record, grip));
+    for (const Loaded& loaded : loadedOf(record))
+        numbers["Peak load on " + loaded.name + " [N]"] = largest(loadOf(record, loaded));
     numbers["Energy taken by cracks [J]"] = record.sum("removed_J");
     numbers["Energy without account [%]"] = 100 * record["unnamed_share"].back();
     numbers["Steps cut back"] =

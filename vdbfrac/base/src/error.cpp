@@ -1,18 +1,23 @@
 #include <vdbfrac/base/error.h>
 
+#include <algorithm>
+#include <span>
+
 namespace vdbfrac {
 
 namespace {
 
 std::string text(const std::vector<InputError::Detail>& details)
 {
+    constexpr std::size_t kMost = 20;  // a slip in a loop that writes scenes is told often enough
     std::string all;
-    for (const InputError::Detail& d : details) {
+    for (const InputError::Detail& d : std::span(details).first(std::min(details.size(), kMost))) {
         if (!all.empty()) all += '\n';
         all += d.place + ": " + d.what;
         if (!d.allowed.empty()) all += "\n    allowed: " + d.allowed;
         if (!d.hint.empty()) all += "\n    hint: " + d.hint;
     }
+    if (details.size() > kMost) all += "\nand " + std::to_string(details.size() - kMost) + " more";
     return all;
 }
 

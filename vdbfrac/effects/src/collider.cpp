@@ -10,8 +10,9 @@
 // Friction is that of contact/contact_law.h, against the motion of the collider; normal forces and directions are
 // brought up to date where a step is solved.
 #include "all.h"
-#include "collider_obstacles.h"
 #include "collider_contacts.h"
+#include "collider_obstacles.h"
+#include "collider_search.h"
 
 #include <vdbfrac/base/infinity.h>
 #include <vdbfrac/base/parallel.h>
@@ -99,13 +100,18 @@ public:
     }
     std::size_t bytes() const override
     {
-        return surface_.bytes() + friction_.capacity() * sizeof(ColliderFriction) + apart_.capacity() * sizeof(Apart) +
+        return surface_.bytes() + friction_.capacity() * sizeof(ColliderFriction) + begun_.capacity() * sizeof(Vec3) +
                obstacles_.bytes();
     }
 
 private:
-    const Apart& apart(std::size_t i, std::size_t collider) const { return apart_[i * obstacles_.size() + collider]; }
-    std::vector<ColliderContact> contactsAt(std::span<const Vec3> x, const Places& places) const;
+    std::vector<ColliderContact> contactsAt(std::span<const Vec3> x, const Places& places) const
+    {
+        std::int64_t pairs = 0;
+        std::vector<ColliderContact> all = search_.contacts(x, places, pairs);
+        work_.count("collider", "pairs", pairs);
+        return all;
+    }
     /// Of a touch or a push.
     const Penalty& lawOf(const auto& t) const { return law_[surface_.body(t.sample) * obstacles_.size() + t.collider]; }
     double energyOf(const ColliderContact& t) const { return surface_.area(t.sample) * lawOf(t).energy(t.depth); }
@@ -116,17 +122,9 @@ private:
     /// Since the step began, against colliders at their places.
     Vec3 slipOf(const ColliderFriction& h, std::span<const Vec3> x, const Places& places) const
     {
-        return h.spring.slip(surface_.at(h.sample, x) - places[h.collider](apart(h.sample, h.collider).anchor));
+        return h.spring.slip(surface_.at(h.sample, x) - places[h.collider](h.anchor));
     }
-    Obstacles::Nearest nearest(std::size_t point, std::span<const Vec3> x, const Places& places) const
-    {
-        return obstacles_.nearest(surface_.at(point, x), places);
-    }
-    double depthOf(std::size_t point, const Obstacles::Nearest& nearest) const
-    {
-        return std::max(0., surface_.reach(point) - nearest.distance);
-    }
-    void see(bool all);
+    void see(std::span<const Vec3> x, bool all);
     void look(std::span<const Vec3> x, double time);
     std::vector<ColliderPush> pushesAt(std::span<const Vec3> x, const Places& places) const;
     std::vector<ColliderFriction> frictionAt(std::span<const Vec3> x, const Places& places) const;
@@ -135,35 +133,21 @@ private:
     Obstacles obstacles_;
     std::vector<Penalty> law_;  // of each body, with each collider
     contact::EdgedSurface surface_;
+    ColliderSearch search_{surface_, obstacles_};
     double lookedAt_ = kNever;  // s
     bool isChanged_ = false;    // colliders are others than in the last step
 
     // Of the step at hand.
     double begin_ = 0, length_ = 0;           // s
     Places start_, places_;                   // when it begins; when forces are taken
-    std::vector<Apart> apart_;                // of each sample, from each collider
+    Places begunPlaces_;                      // as it began, in whichever stage it is
+    std::vector<Vec3> begun_;                 // of each sample [m]: as it began
     std::vector<ColliderFriction> friction_;  // by rising sample
     double deepest_ = 0;                      // m
     std::size_t active_ = 0;                  // samples that touched in the last step
+    std::vector<Vec3> loads_;                 // N: of each collider, on the material
     mutable Ledger work_;
 };
-
-/// Samples that are deeper than they may be, by rising sample.
-std::vector<ColliderContact> Colliders::contactsAt(std::span<const Vec3> x, const Places& places) const
-{
-    const auto add = [&](std::size_t begin, std::size_t end, std::vector<ColliderContact>& all) {
-        for (std::size_t i = begin; i < end; ++i) {
-            const Vec3 y = surface_.at(i, x);
-            for (std::uint32_t c = 0; c < obstacles_.size(); ++c) {
-                const Vec3 X = places[c].inverse(y);
-                if (!surface_.isOnEdge(i) && apart(i, c).isSafe(X)) continue;
-                const double depth = surface_.reach(i) - obstacles_[c].distance(X) - surface_.allowance(i);
-                if (depth > 0) all.push_back({std::uint32_t(i), c, depth, places[c].turn * obstacles_[c].gradient(X)});
-            }
-        }
-    };
-    return gatherChunks<ColliderContact>(surface_.points(), kChunk, add);
-}
 
 void Colliders::begin(const solver::StepStart& start)
 {
@@ -180,37 +164,31 @@ void Colliders::look(std::span<const Vec3> x, double time)
     const bool isFirst = std::exchange(lookedAt_, time) == kNever;  // since a step was kept
     surface_.settle();
     start_ = obstacles_.placesAt(time);
-    const std::size_t colliders = obstacles_.size();
-    apart_.resize(surface_.size() * colliders);
-    parallelChunks(surface_.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i)
-            for (std::size_t c = 0; c < colliders; ++c) {
-                const Vec3 X = start_[c].inverse(surface_.at(i, x));
-                const double distance = obstacles_[c].distance(X);
-                const double room = (distance - surface_.reach(i)) / obstacles_[c].steepest();
-                apart_[i * colliders + c] = {X, isFirst ? X : apart(i, c).anchor, distance, room};
-            }
-    });
-    see(isFirst && isChanged_);
+    if (isFirst) {
+        begunPlaces_ = start_, begun_.resize(surface_.size());
+        for (std::size_t i = 0; i < begun_.size(); ++i) begun_[i] = surface_.at(i, x);
+    }
+    see(x, isFirst && isChanged_);
+    const std::vector<double> room = search_.room(x, start_);
     surface_.chooseOnEdges(x, dx_, [&](std::uint32_t a, std::uint32_t b, double length) {
-        for (std::size_t c = 0; c < colliders; ++c)
-            if (std::min(apart(a, c).room, apart(b, c).room) < length + dx_) return true;
-        return false;
+        return std::min(room[a], room[b]) < length + dx_;
     });
 }
 
 /// Samples may be as deep as they are where they are new; `all`: and where colliders are others than they were.
-void Colliders::see(bool all)
+void Colliders::see(std::span<const Vec3> x, bool all)
 {
+    const auto see = [&](std::size_t i) {
+        SampleMemory& memory = surface_.memory(i);
+        if (!all && memory.allowance != SampleMemory::kUnseen) return;
+        const Vec3 y = surface_.at(i, x);
+        double depth = 0;
+        for (std::size_t c = 0; c < obstacles_.size(); ++c)
+            depth = std::max(depth, surface_.reach(i) - obstacles_.distance(y, c, start_));
+        memory.see(depth);
+    };
     parallelChunks(surface_.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-            SampleMemory& m = surface_.memory(i);
-            if (!all && m.allowance != SampleMemory::kUnseen) continue;
-            double depth = 0;
-            for (std::size_t c = 0; c < obstacles_.size(); ++c)
-                depth = std::max(depth, surface_.reach(i) - apart(i, c).distance);
-            m.see(depth);
-        }
+        for (std::size_t i = begin; i < end; ++i) see(i);
     });
 }
 
@@ -234,7 +212,8 @@ std::vector<ColliderFriction> Colliders::frictionAt(std::span<const Vec3> x, con
         if (!(friction * push > 0)) continue;
         const contact::FrictionSpring spring = contact::makeFrictionSpring(
             p.force / push, friction * push, surface_.area(p.sample) * lawOf(p).k(), surface_.memory(p.sample).stretch);
-        contact::addStrongest(ColliderFriction{p.sample, p.collider, spring}, all);
+        const Vec3 anchor = begunPlaces_[p.collider].inverse(begun_[p.sample]);
+        contact::addStrongest(ColliderFriction{p.sample, p.collider, anchor, spring}, all);
     }
     return all;
 }
@@ -267,7 +246,7 @@ double Colliders::evaluate(std::span<const Vec3> x, std::span<Vec3> gradient) co
 
 void Colliders::linearize(std::span<const Vec3> x, std::vector<solver::Coupling>& couplings) const
 {
-    if (apart_.empty()) return;  // before the first step nobody has looked
+    if (begun_.empty()) return;  // before the first step nobody has looked
     const StageTimer timer(work_, "collider");
     const auto add = [&](std::uint32_t sample, const Mat3& Q) {
         solver::Coupling c;
@@ -318,16 +297,7 @@ solver::EnergyFlow Colliders::flow(const solver::Leg& leg) const
 bool Colliders::isAdmissible(const solver::WholeStep& way) const
 {
     const StageTimer timer(work_, "collider");
-    const Places from = obstacles_.placesAt(way.begin), to = obstacles_.placesAt(way.end);
-    const auto hasPassed = [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i)
-            for (std::size_t c = 0; c < obstacles_.size(); ++c)
-                if (obstacles_[c].isPassed(from[c].inverse(surface_.at(i, way.from)),
-                                           to[c].inverse(surface_.at(i, way.to))))
-                    return 1.;
-        return 0.;
-    };
-    return orderedMax(surface_.size(), kChunk, 0, hasPassed) == 0;
+    return !search_.isAnyPassed(way);
 }
 
 void Colliders::accept(std::span<const Vec3> x, double time, double dt)
@@ -336,19 +306,19 @@ void Colliders::accept(std::span<const Vec3> x, double time, double dt)
     lookedAt_ = kNever, isChanged_ = false;
     const Places places = obstacles_.placesAt(time);
     std::vector<Vec3> stretch(surface_.size(), Vec3::Zero());
-    std::vector<double> depth(surface_.size());
-    for (const ColliderFriction& h : friction_) stretch[h.sample] = h.spring.kept(slipOf(h, x, places_));
-    parallelChunks(surface_.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-        for (std::uint32_t i = std::uint32_t(begin); i < end; ++i) {
-            const Obstacles::Nearest to = nearest(i, x, places);
-            depth[i] = depthOf(i, to);
-            surface_.memory(i).keep(depth[i], stretch[i], dt * obstacles_[to.collider].collider().untangleSpeed);
-        }
-    });
+    for (const ColliderFriction& h : friction_) stretch[h.sample] = h.spring.kept(slipOf(h, x, places));
+    loads_.assign(obstacles_.size(), Vec3::Zero());
+    for (const ColliderContact& t : contactsAt(x, places)) loads_[t.collider] += forceOf(t);
+    for (const ColliderFriction& h : friction_) loads_[h.collider] += h.spring.force(slipOf(h, x, places));
+    const std::vector<ColliderSearch::Depth> depths = search_.depths(x, places);
     deepest_ = 0, active_ = 0;
-    for (double d : depth) deepest_ = std::max(deepest_, d), active_ += d > 0;
-    for (std::size_t i = surface_.size(); i < surface_.points(); ++i)
-        deepest_ = std::max(deepest_, depthOf(i, nearest(i, x, places)));
+    for (std::size_t i = 0; i < depths.size(); ++i) {
+        const auto& [depth, collider] = depths[i];
+        deepest_ = std::max(deepest_, depth);
+        if (surface_.isOnEdge(i)) continue;
+        active_ += depth > 0;
+        surface_.memory(i).keep(depth, stretch[i], dt * obstacles_[collider].collider().untangleSpeed);
+    }
 }
 
 void Colliders::report(Ledger& work, std::map<std::string, double>& measured)
@@ -357,6 +327,9 @@ void Colliders::report(Ledger& work, std::map<std::string, double>& measured)
     work_.count("collider", "active", std::int64_t(active_));
     work_.count("collider", "edge_points", std::int64_t(surface_.points() - surface_.size()));
     measured["collider_depth_m"] = deepest_;
+    for (std::size_t c = 0; c < loads_.size(); ++c)
+        for (int axis = 0; axis < 3; ++axis)
+            measured["collider_load_" + obstacles_[c].collider().name + "_" + "xyz"[axis] + "_N"] = loads_[c][axis];
     work.add(work_), work_.clear();
 }
 
@@ -366,19 +339,7 @@ double Colliders::largestStep(const solver::State& state, double time)
     const StageTimer timer(work_, "collider");
     look(state.x, time);
     places_ = start_, friction_ = frictionAt(state.x, start_);
-    const std::vector<scene::RigidVelocity> carried = obstacles_.velocitiesAt(time);
-    const double rate = orderedMax(surface_.size(), kChunk, 0, [&](std::size_t begin, std::size_t end) {
-        double most = 0;
-        for (std::uint32_t i = std::uint32_t(begin); i < end; ++i) {
-            const Vec3 y = surface_.at(i, state.x), v = surface_.at(i, state.v);
-            for (std::size_t c = 0; c < obstacles_.size(); ++c) {
-                const double room = obstacles_[c].halfThickness();
-                if (!std::isfinite(room)) continue;
-                most = std::max(most, (v - carried[c](y)).norm() / (room + std::max(0., apart(i, c).distance)));
-            }
-        }
-        return most;
-    });
+    const double rate = search_.fastest(state, start_, time);
     return rate > 0 ? 1 / rate : kInfinity;
 }
 

@@ -11,22 +11,17 @@
 
 namespace vdbfrac::effects {
 
-/// Where a sample is as a stage of a step begins, in the frame of a collider at t = 0, and how far from there it
-/// touches nothing.
-struct Apart {
-    Vec3 at;
-    Vec3 anchor;                    ///< where it was as the step began: from there it slips
-    double distance = 0, room = 0;  ///< m; no room, or less: it may touch at once
-
-    bool isSafe(const Vec3& X) const { return room > 0 && (X - at).squaredNorm() < room * room; }
-};
-
 /// A sample in a collider, or a point of a stretched edge.
 struct ColliderContact {
     std::uint32_t sample = 0, collider = 0;
     double depth = 0;  ///< beyond its allowance [m]
     Vec3 outward;      ///< gradient of the distance
 };
+
+inline bool isBefore(const ColliderContact& a, const ColliderContact& b)
+{
+    return std::pair(a.sample, a.collider) < std::pair(b.sample, b.collider);
+}
 
 /// How a collider pushes a sample.
 struct ColliderPush {
@@ -52,6 +47,7 @@ inline std::vector<ColliderPush> merged(std::vector<ColliderPush> all)
 /// The strongest touch of a sample.
 struct ColliderFriction {
     std::uint32_t sample = 0, collider = 0;
+    Vec3 anchor;  ///< where it was as the step began, in the frame of the collider at t = 0: from there it slips [m]
     contact::FrictionSpring spring;
     mutable contact::Dual dual = spring.dual();
 };

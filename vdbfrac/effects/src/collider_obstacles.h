@@ -85,16 +85,11 @@ public:
     {
         return to[collider](from[collider].inverse(y));
     }
-    struct Nearest {
-        double distance = std::numeric_limits<double>::infinity();  // m
-        std::size_t collider = 0;
-    };
-    Nearest nearest(const Vec3& y, const Places& places) const
+    /// m, at most: how far what is within `radius` [m] of y moves as a collider sees it, by the collider's own motion.
+    double farthest(const Vec3& y, double radius, std::size_t collider, const Places& from, const Places& to) const
     {
-        Nearest nearest;
-        for (std::size_t c = 0; c < all_.size(); ++c)
-            if (const double d = distance(y, c, places); d < nearest.distance) nearest = {d, c};
-        return nearest;
+        const scene::Placement &a = from[collider], &b = to[collider];
+        return (b.inverse(y) - a.inverse(y)).norm() + (b.turn - a.turn).norm() * radius;
     }
     std::size_t bytes() const
     {

@@ -32,10 +32,17 @@ std::filesystem::path manifestIn(const std::filesystem::path& folder);
 /// Throws InputError, FileError. A run without steps has columns without values.
 Record readRecord(const std::filesystem::path& folder);
 
-/// Of a grip's load in each step [N].
-std::vector<double> loadOf(const Record& record, const std::string& grip);
-/// The grips that have one.
-std::vector<std::string> gripsOf(const Record& record);
+/// What puts loads on material.
+struct Loaded {
+    std::string kind;     ///< "grip" or "collider"
+    std::string name;     ///< as the scene has it
+    std::string columns;  ///< what its columns begin with
+
+    bool operator==(const Loaded&) const = default;
+};
+std::vector<Loaded> loadedOf(const Record& record);
+/// In each step [N].
+std::vector<double> loadOf(const Record& record, const Loaded& loaded);
 
 /// What runs are told apart by, by name: frames, steps, time, fragments, peak loads and so on.
 Json numbersOf(const Record& record);

@@ -24,6 +24,7 @@ public:
     };
 
     explicit InputError(Detail detail) : InputError(std::vector<Detail>{std::move(detail)}) {}
+    /// what() tells the first 20.
     explicit InputError(std::vector<Detail> details);
 
     const std::vector<Detail>& details() const { return details_; }

@@ -1,0 +1,186 @@
+#include "collider_search.h"
+
+#include <vdbfrac/base/infinity.h>
+#include <vdbfrac/base/parallel.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <utility>
+
+namespace vdbfrac::effects {
+
+/// Up to kMost points in a row, at some positions of the nodes, and a ball round them.
+class ColliderSearch::Group {
+public:
+    static constexpr std::size_t kMost = 64;
+
+    Group(const contact::EdgedSurface& surface, std::size_t begin, std::size_t end, std::span<const Vec3> x)
+        : begin_(begin), end_(end)
+    {
+        Vec3 lower = surface.at(begin, x), upper = lower;
+        for (std::size_t i = begin; i < end; ++i) {
+            const Vec3 y = at_[i - begin] = surface.at(i, x);
+            lower = lower.cwiseMin(y), upper = upper.cwiseMax(y);
+            reach_ = std::max(reach_, surface.reach(i));
+        }
+        center_ = .5 * (lower + upper);
+        for (std::size_t i = begin; i < end; ++i) radius_ = std::max(radius_, (at(i) - center_).squaredNorm());
+        radius_ = std::sqrt(radius_);
+    }
+    std::size_t begin() const { return begin_; }
+    std::size_t end() const { return end_; }
+    const Vec3& at(std::size_t i) const { return at_[i - begin_]; }  // m
+    const Vec3& center() const { return center_; }                   // m
+    double radius() const { return radius_; }                        // m
+    /// No point is nearer to an obstacle than this [m].
+    double least(const Obstacle& obstacle, const scene::Placement& place) const
+    {
+        return obstacle.distance(place.inverse(center_)) - obstacle.steepest() * radius_;
+    }
+    /// No point is nearer to touching it than this [m].
+    double leastRoom(const Obstacle& obstacle, const scene::Placement& place) const
+    {
+        return (least(obstacle, place) - reach_) / obstacle.steepest();
+    }
+
+private:
+    std::size_t begin_, end_;
+    std::array<Vec3, kMost> at_;
+    Vec3 center_;
+    double radius_ = 0, reach_ = 0;
+};
+
+/// Calls visit(group) for the points from `begin` up to `end`.
+template <class Visit>
+void ColliderSearch::eachGroup(std::size_t begin, std::size_t end, std::span<const Vec3> x, const Visit& visit) const
+{
+    for (; begin < end; begin += Group::kMost) visit(Group(surface_, begin, std::min(end, begin + Group::kMost), x));
+}
+
+std::vector<ColliderContact> ColliderSearch::contacts(std::span<const Vec3> x, const Places& places,
+                                                      std::int64_t& pairs) const
+{
+    std::atomic<std::int64_t> looked = 0;
+    const auto add = [&](std::size_t begin, std::size_t end, std::vector<ColliderContact>& all) {
+        std::int64_t own = 0;
+        eachGroup(begin, end, x, [&](const Group& group) { addContacts(group, places, own, all); });
+        looked += own;
+    };
+    std::vector<ColliderContact> all = gatherChunks<ColliderContact>(surface_.points(), kChunk, add);
+    pairs += looked;
+    return all;
+}
+
+void ColliderSearch::addContacts(const Group& group, const Places& places, std::int64_t& pairs,
+                                 std::vector<ColliderContact>& all) const
+{
+    const std::size_t before = all.size();
+    for (std::uint32_t c = 0; c < obstacles_.size(); ++c) {
+        if (group.leastRoom(obstacles_[c], places[c]) > 0) continue;
+        pairs += std::int64_t(group.end() - group.begin());
+        for (std::size_t i = group.begin(); i < group.end(); ++i) {
+            const Vec3 X = places[c].inverse(group.at(i));
+            const double depth = surface_.reach(i) - obstacles_[c].distance(X) - surface_.allowance(i);
+            if (depth > 0) all.push_back({std::uint32_t(i), c, depth, places[c].turn * obstacles_[c].gradient(X)});
+        }
+    }
+    std::sort(all.begin() + std::ptrdiff_t(before), all.end(), isBefore);
+}
+
+std::vector<ColliderSearch::Depth> ColliderSearch::depths(std::span<const Vec3> x, const Places& places) const
+{
+    std::vector<Depth> depths(surface_.points());
+    const auto measure = [&](const Group& group) {
+        for (std::size_t c = 0; c < obstacles_.size(); ++c) {
+            if (group.leastRoom(obstacles_[c], places[c]) > 0) continue;
+            for (std::size_t i = group.begin(); i < group.end(); ++i) {
+                const double depth = surface_.reach(i) - obstacles_.distance(group.at(i), c, places);
+                if (depth > depths[i].depth) depths[i] = {depth, c};
+            }
+        }
+    };
+    parallelChunks(surface_.points(), kChunk,
+                   [&](std::size_t begin, std::size_t end) { eachGroup(begin, end, x, measure); });
+    return depths;
+}
+
+std::vector<double> ColliderSearch::room(std::span<const Vec3> x, const Places& places) const
+{
+    std::vector<double> room(surface_.size(), kInfinity);
+    parallelChunks(surface_.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+        eachGroup(begin, end, x, [&](const Group& group) { measureRoom(group, places, room); });
+    });
+    return room;
+}
+
+/// The nearest colliders first, until those that are left are farther than any that was found.
+void ColliderSearch::measureRoom(const Group& group, const Places& places, std::vector<double>& room) const
+{
+    std::vector<std::pair<double, std::size_t>> colliders;
+    for (std::size_t c = 0; c < obstacles_.size(); ++c)
+        colliders.emplace_back(group.leastRoom(obstacles_[c], places[c]), c);
+    std::sort(colliders.begin(), colliders.end());
+    double most = kInfinity;
+    for (const auto& [least, c] : colliders) {
+        if (least > most) return;
+        most = 0;
+        for (std::size_t i = group.begin(); i < group.end(); ++i) {
+            const double distance = obstacles_.distance(group.at(i), c, places);
+            room[i] = std::min(room[i], (distance - surface_.reach(i)) / obstacles_[c].steepest());
+            most = std::max(most, room[i]);
+        }
+    }
+}
+
+bool ColliderSearch::isAnyPassed(const solver::WholeStep& way) const
+{
+    const Places from = obstacles_.placesAt(way.begin), to = obstacles_.placesAt(way.end);
+    const auto isPassed = [&](const Group& group) {
+        double farthest = 0;
+        for (std::size_t i = group.begin(); i < group.end(); ++i)
+            farthest = std::max(farthest, (surface_.at(i, way.to) - group.at(i)).norm());
+        for (std::size_t c = 0; c < obstacles_.size(); ++c) {
+            const double own = obstacles_.farthest(group.center(), group.radius(), c, from, to);
+            if (group.least(obstacles_[c], from[c]) > obstacles_[c].steepest() * (farthest + own)) continue;
+            for (std::size_t i = group.begin(); i < group.end(); ++i)
+                if (obstacles_[c].isPassed(from[c].inverse(group.at(i)), to[c].inverse(surface_.at(i, way.to))))
+                    return true;
+        }
+        return false;
+    };
+    return orderedMax(surface_.size(), kChunk, 0, [&](std::size_t begin, std::size_t end) {
+               double any = 0;
+               eachGroup(begin, end, way.from, [&](const Group& group) { any = any > 0 || isPassed(group); });
+               return any;
+           }) > 0;
+}
+
+double ColliderSearch::fastest(const solver::State& state, const Places& places, double time) const
+{
+    const std::vector<scene::RigidVelocity> carried = obstacles_.velocitiesAt(time);
+    const auto raise = [&](const Group& group, double& most) {
+        double speed = 0;
+        for (std::size_t i = group.begin(); i < group.end(); ++i)
+            speed = std::max(speed, surface_.at(i, state.v).norm());
+        for (std::size_t c = 0; c < obstacles_.size(); ++c) {
+            const double half = obstacles_[c].halfThickness();
+            if (!std::isfinite(half)) continue;
+            const double apart = speed + carried[c](group.center()).norm() + carried[c].spin.norm() * group.radius();
+            if (apart <= most * (half + std::max(0., group.least(obstacles_[c], places[c])))) continue;
+            for (std::size_t i = group.begin(); i < group.end(); ++i) {
+                const double distance = std::max(0., obstacles_.distance(group.at(i), c, places));
+                const Vec3 v = surface_.at(i, state.v) - carried[c](group.at(i));
+                most = std::max(most, v.norm() / (half + distance));
+            }
+        }
+    };
+    return orderedMax(surface_.size(), kChunk, 0, [&](std::size_t begin, std::size_t end) {
+        double most = 0;
+        eachGroup(begin, end, state.x, [&](const Group& group) { raise(group, most); });
+        return most;
+    });
+}
+
+}  // namespace vdbfrac::effects
