@@ -76,6 +76,42 @@ TEST_F(PointCaches, LieInTheMaterialUntilTheCrackComes)
     }
 }
 
+/// A ball falls on a block, and both burst: pieces that have parted are joined by no face, wherever the crack has come
+/// last. Arrivals alone leave faces that are stretched over 9 voxels.
+TEST_F(PointCaches, SpanNoGap)
+{
+    constexpr double kLonger = 1.5;  // voxels: of an edge, than twice its length at rest
+    lab::SceneRun run(
+        "version = 1\nname = \"burst\"\ntime = { frames = [1, 24], fps = 24 }\ngrid = { voxel_size = 0.08 }\n"
+        "[[body]]\nname = \"block\"\nshape = { box = { size = [0.78, 0.78, 0.38], center = [0, 0.45, 0] } }\n"
+        "material = \"gel\"\n[[body]]\nname = \"ball\"\nshape = { sphere = { radius = 0.35, center = [0.05, 1.25, 0] } "
+        "}\n"
+        "material = \"flesh\"\nvelocity = [0, -3, 0]\n[material]\n"
+        "gel = { youngs_modulus = 1e5, poisson_ratio = 0.3, density = 1000 }\n"
+        "flesh = { youngs_modulus = 2e5, poisson_ratio = 0.4, density = 1000 }\n[[collider]]\n"
+        "shape = { halfspace = { normal = [0, -1, 0] } }\n[gravity]\n[contact]\n[output]\npoint_cache = [\"mdd\"]\n"
+        "[fracture]\ntoughness = 60\n");
+    const auto motion = runToEnd(run);
+    ASSERT_GT(run.simulation.fragments(), 2u);
+    core::Drawing drawing(run.scene, run.simulation);
+    drawing.followWhole(run.simulation, run.work);
+    const core::PointCache cache(run.scene, run.simulation, drawing, motion);
+    for (std::size_t f = 0; f < motion.size(); ++f) {
+        double most = 0;
+        for (const core::DrawnBody& body : cache.frame(f)) {
+            const tetmesh::RenderMesh& mesh = body.topology->mesh;
+            for (std::size_t i = 0; i < mesh.faces(); ++i)
+                for (std::size_t k = 0; k < mesh.face(i).size(); ++k) {
+                    const std::uint32_t a = mesh.face(i)[k].point,
+                                        b = mesh.face(i)[(k + 1) % mesh.face(i).size()].point;
+                    const double rest = (mesh.points[a] - mesh.points[b]).norm();
+                    most = std::max(most, (body.points[a] - body.points[b]).norm() - 2 * rest);
+                }
+        }
+        EXPECT_LT(most / run.scene.grid.voxelSize, kLonger) << "frame " << f + 1;
+    }
+}
+
 /// In the last frame it is what is drawn of that frame, but for what cracks have taken.
 TEST_F(PointCaches, EndAsTheRunDoes)
 {

@@ -52,9 +52,10 @@ std::vector<std::optional<In>> nearestTets(std::span<const BeforeCracks::Tet> te
 
 BeforeCracks::BeforeCracks(std::span<const Tet> tets, std::span<const skin::OutsidePoint> outside, const Stages& stages,
                            const Body& body, double fps)
+    : dx_(body.phi.voxelSize())
 {
     constexpr std::uint32_t kNever = std::numeric_limits<std::uint32_t>::max();
-    const std::vector<std::optional<In>> nearest = nearestTets(tets, outside, body.phi.voxelSize());
+    const std::vector<std::optional<In>> nearest = nearestTets(tets, outside, dx_);
     for (const auto& in : nearest)
         if (in) used_.push_back(in->tet);
     sortUnique(used_);
@@ -83,6 +84,14 @@ BeforeCracks::BeforeCracks(std::span<const Tet> tets, std::span<const skin::Outs
         else if (until == kNever)
             until = 0;
     }
+}
+
+void BeforeCracks::part(std::size_t frame, std::span<const Vec3> ofNodes, std::span<const Vec3> carried)
+{
+    constexpr double kParted = 1;  // voxels; just before a tear both differ by some tenths of it
+    for (Point& p : points_)
+        if (frame < p.until && (p.in.at(ofNodes) - carried[p.point]).norm() > kParted * dx_)
+            p.until = std::uint32_t(frame);
 }
 
 bool BeforeCracks::carry(std::size_t frame, std::span<const Vec3> ofNodes, std::span<Vec3> ofPoints) const

@@ -41,9 +41,11 @@ PointCache::PointCache(const scene::Scene& scene, const Simulation& simulation, 
     for (std::size_t b = 0; b < simulation.bodies().size(); ++b) {
         const Body& body = simulation.bodies()[b];
         before_.emplace_back(tets[b], drawing.outside(b), simulation.stages(), body, scene.time.fps);
-        taken_.emplace_back(*drawing.topology(b), scene.output.lipsClosed, simulation.stages(), body, scene.time.fps);
     }
-    traceBack(simulation);
+    const std::vector<PartedFaces> parted = traceBack(simulation);
+    for (std::size_t b = 0; b < simulation.bodies().size(); ++b)
+        taken_.emplace_back(*drawing.topology(b), scene.output.lipsClosed, simulation.stages(), simulation.bodies()[b],
+                            scene.time.fps, parted[b]);
     rest_ = frame(0);
     for (const DrawnBody& body : rest_) {
         used_.push_back(tetmesh::usedPoints(body.topology->mesh));
@@ -79,14 +81,29 @@ std::vector<std::vector<BeforeCracks::Tet>> PointCache::takenTets(std::size_t bo
     return tets;
 }
 
-/// Fills node_: classes of nodes only split, so each was one node in every frame before.
-void PointCache::traceBack(const Simulation& simulation)
+/// Values of some nodes of a frame.
+std::vector<Vec3> PointCache::of(const Archive& archive, const std::string& key,
+                                 const std::vector<std::uint32_t>& nodes)
 {
+    const auto all = archive.get<Vec3>(key);
+    std::vector<Vec3> values;
+    for (std::uint32_t n : nodes) {
+        if (n >= all.size()) archive.complain("has too few nodes for the run's last frame");
+        values.push_back(all[n]);
+    }
+    return values;
+}
+
+/// Fills node_: classes of nodes only split, so each was one node in every frame before. Returns what has parted when.
+std::vector<PartedFaces> PointCache::traceBack(const Simulation& simulation)
+{
+    std::vector<PartedFaces> parted;
     std::vector<Nodes> now;
     for (const Body& body : simulation.bodies()) {
         std::vector<std::uint32_t> own(body.mesh->nodeCount());
         std::iota(own.begin(), own.end(), 0u);
         nodes_.push_back(own.size());
+        parted.emplace_back(*drawing_.topology(now.size()), body.phi.voxelSize());
         now.push_back(std::make_shared<const std::vector<std::uint32_t>>(std::move(own)));
     }
     std::vector<std::uint32_t> tets(now.size(), 0);  // of each body, so far
@@ -95,6 +112,11 @@ void PointCache::traceBack(const Simulation& simulation)
         node_[f] = now;
         const Archive archive = Archive::read(motion_[f]);
         for (std::size_t b = 0; b < now.size(); ++b) {
+            if (before_[b].carries() || parted[b].hasAny()) {
+                const std::vector<Vec3> x = of(archive, keyOf("x", b), *now[b]);
+                const std::vector<Vec3> carried = drawing_.carried(b, std::span(x).first(nodes_[b]));
+                before_[b].part(f, x, carried), parted[b].see(std::uint32_t(f), carried);
+            }
             const auto before = archive.get<std::uint32_t>(keyOf("before", b));
             if (before.empty()) continue;
             std::vector<std::uint32_t> were;
@@ -108,6 +130,7 @@ void PointCache::traceBack(const Simulation& simulation)
             now[b] = std::make_shared<const std::vector<std::uint32_t>>(std::move(were));
         }
     }
+    return parted;
 }
 
 DrawnFrame PointCache::frame(std::size_t number) const
@@ -115,12 +138,8 @@ DrawnFrame PointCache::frame(std::size_t number) const
     const Archive archive = Archive::read(motion_[number]);
     DrawnFrame all;
     for (std::size_t b = 0; b < node_[number].size(); ++b) {
-        const auto x = archive.get<Vec3>(keyOf("x", b)), v = archive.get<Vec3>(keyOf("v", b));
-        std::vector<Vec3> atX, atV;
-        for (std::uint32_t n : *node_[number][b]) {
-            if (n >= x.size() || n >= v.size()) archive.complain("has too few nodes for the run's last frame");
-            atX.push_back(x[n]), atV.push_back(v[n]);
-        }
+        const std::vector<Vec3> atX = of(archive, keyOf("x", b), *node_[number][b]),
+                                atV = of(archive, keyOf("v", b), *node_[number][b]);
         const std::size_t own = nodes_[b];
         DrawnBody& drawn = all.emplace_back(drawing_.body(b, std::span(atX).first(own), std::span(atV).first(own)));
         if (before_[b].carry(number, atX, drawn.points)) drawing_.turnNormals(b, drawn);

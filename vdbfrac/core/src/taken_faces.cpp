@@ -134,7 +134,28 @@ DrawnTopology withoutTaken(const DrawnTopology& drawn)
 
 }  // namespace
 
-TakenFaces::TakenFaces(const DrawnTopology& drawn, bool lipsClosed, const Stages& stages, const Body& body, double fps)
+PartedFaces::PartedFaces(const DrawnTopology& drawn, double dx) : drawn_(&drawn), dx_(dx)
+{
+    frame_.assign(drawn.taken[1] - drawn.taken[0], kNever);
+}
+
+void PartedFaces::see(std::uint32_t frame, std::span<const Vec3> carried)
+{
+    constexpr double kLong =
+        2;  // times its length at rest, and a voxel more: material that has not torn stretches less
+    const std::vector<Vec3>& rest = drawn_->mesh.points;
+    const auto isLong = [&](std::uint32_t a, std::uint32_t b) {
+        return (carried[a] - carried[b]).norm() > kLong * (rest[a] - rest[b]).norm() + dx_;
+    };
+    for (std::size_t i = 0; i < frame_.size(); ++i) {
+        const auto c = drawn_->mesh.face(drawn_->taken[0] + i);
+        for (std::size_t k = 0; k < 3; ++k)
+            if (isLong(c[k].point, c[(k + 1) % 3].point)) frame_[i] = frame;
+    }
+}
+
+TakenFaces::TakenFaces(const DrawnTopology& drawn, bool lipsClosed, const Stages& stages, const Body& body, double fps,
+                       const PartedFaces& parted)
 {
     const double dx = body.phi.voxelSize();
     std::vector<std::uint8_t> meets(drawn.mesh.points.size(), 0);
@@ -147,7 +168,7 @@ TakenFaces::TakenFaces(const DrawnTopology& drawn, bool lipsClosed, const Stages
         if (frame == kNever)
             ++unknown_;
         else
-            faces.emplace_back(frame, f);
+            faces.emplace_back(std::min(frame, parted.frameOf(f)), f);
     }
     std::vector<std::pair<std::uint32_t, std::uint32_t>> points;  // frame and number
     for (const auto& [frame, f] : faces)

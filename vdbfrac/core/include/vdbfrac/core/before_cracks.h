@@ -29,10 +29,17 @@ public:
     BeforeCracks(std::span<const Tet> tets, std::span<const skin::OutsidePoint> outside, const Stages& stages,
                  const Body& body, double fps);
 
+    /// Where a point is more than a voxel from where its carrier at the end of the run takes it in a frame, the crack
+    /// has come, whatever the time of its arrival. To be called for all frames, the last first. `ofNodes`: as for
+    /// carry(); `carried`: all points as their carriers take them [m].
+    void part(std::size_t frame, std::span<const Vec3> ofNodes, std::span<const Vec3> carried);
+
     /// Moves points to which no crack has come in a frame, counted from 0. `ofNodes`: positions [m] or velocities
     /// [m/s] of the nodes of the body, then of those of tets() that are there, four of each, in their order. Returns
     /// whether any moved.
     bool carry(std::size_t frame, std::span<const Vec3> ofNodes, std::span<Vec3> ofPoints) const;
+
+    bool carries() const { return !points_.empty(); }  ///< any point
 
     /// Numbers of the tets that carry a point, rising.
     const std::vector<std::uint32_t>& tets() const { return used_; }
@@ -45,6 +52,7 @@ private:
     };
     std::vector<Point> points_;
     std::vector<std::uint32_t> used_;
+    double dx_;  // m
 };
 
 }  // namespace vdbfrac::core

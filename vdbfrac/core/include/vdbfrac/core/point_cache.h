@@ -43,7 +43,9 @@ private:
     using Nodes = std::shared_ptr<const std::vector<std::uint32_t>>;
 
     std::vector<std::vector<BeforeCracks::Tet>> takenTets(std::size_t bodies) const;
-    void traceBack(const Simulation& simulation);
+    std::vector<PartedFaces> traceBack(const Simulation& simulation);
+    static std::vector<Vec3> of(const Archive& archive, const std::string& key,
+                                const std::vector<std::uint32_t>& nodes);
     std::vector<tetmesh::CacheFrame> cacheFrame(std::size_t number) const;
     void writeObj(const std::filesystem::path& out) const;
     void writeMdd(const std::filesystem::path& out) const;
