@@ -204,7 +204,14 @@ with tempfile.TemporaryDirectory() as temporary:
     expect("a run to embed", ["sim", good, "-o", moving, "-f", "2", "-q", "--set", "output.motion=true"], 0)
     shutil.copytree(moving, folder / "take#3 $F %d")
     expect("signs for frames in the name of a folder", ["embed", folder / "take#3 $F %d", "-o", folder / "t.usda", "-q"], 0)
-    expect("frames stay", ["embed", moving, "-o", next(moving.glob("obj/*.0001.obj"))], 2, "would be written over")
+    first = next(moving.glob("obj/*.0001.obj"))
+    frames = first.read_bytes()
+    expect("frames stay", ["embed", moving, "-o", first], 2, "would be written over")
+    expect("frames stay to mesh", ["mesh", moving, "-o", moving / "obj/notched_block.####.obj"], 2, "is a file of the run in", "would be written over")
+    expect("and to relevel", ["relevel", first, "--across", "10", "-o", next(moving.glob("vdb/*.0001.vdb"))], 2, "would be written over")
+    expect("its materials too", ["embed", moving, "-o", moving / "obj/notched_block.obj"], 2, "notched_block.mtl", "would be written over")
+    if first.read_bytes() != frames:
+        failures.append("a frame was written over")
     (folder / "shared.mtl").write_text("newmtl a\nKd 1 0 0\nmap_Kd gone.png\n")
     cube = "".join(f"v {x} {y} {z}\n" for x in (-.5, .5) for y in (-.5, .5) for z in (-.5, .5)) + "f 1 2 4 3\nf 5 7 8 6\nf 1 5 6 2\nf 3 4 8 7\nf 1 3 7 5\nf 2 6 8 4\n"
     (folder / "cube.obj").write_text("mtllib shared.mtl\nusemtl a\n" + cube)

@@ -114,8 +114,6 @@ struct LastState {
             throw InputError(
                 {folder.string(), "holds no positions of nodes", "", "simulate with output.motion = true"});
         inputs = core::inputsOf(prepared.scene);
-        for (const RunFrame& frame : readRunFrames(folder).frames)
-            for (const auto& [file, bytes] : frame.files) inputs.push_back(file);
         if (!options.mesh.empty()) replace(options);
         inputs.insert(inputs.end(), drawing.materialFiles().begin(), drawing.materialFiles().end());
         prepared.simulation.restoreFrom(newestCheckpoint(folder, limit));

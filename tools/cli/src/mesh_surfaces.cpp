@@ -106,6 +106,7 @@ int meshSurfaces(const MeshOptions& options)
              "####, $F4 or %04d in the name", ""});
     for (const Source& source : sources) {
         const std::string file = frameName(out, source.frame);
+        requireApart({file}, {});
         if (isSequence(out)) makeFolderOf(file);
         tetmesh::writeSurface(file, surfaceOf(source, options));
         std::printf("%s\n", file.c_str());

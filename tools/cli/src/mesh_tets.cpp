@@ -170,6 +170,7 @@ TetResult makeTets(const grid::LevelSet& phi, const Input& input, const MeshOpti
 int meshTets(const MeshOptions& options)
 {
     using Clock = StageTimer;  // times what stands behind its comma
+    requireApart({options.out}, {options.in});
     requireApart({options.quality}, {options.in, options.out});
     const auto log = makeLog(options.common);
     requireSolid(options);

@@ -3,6 +3,7 @@
 #include "number_options.h"
 
 #include <vdbfrac/base/error.h>
+#include <vdbfrac/core/run_folder.h>
 #include <vdbfrac/lab/machine/memory.h>
 
 #include <spdlog/sinks/basic_file_sink.h>
@@ -69,6 +70,10 @@ void requireApart(const std::vector<std::filesystem::path>& outputs, const std::
                                     std::filesystem::weakly_canonical(other, isNotThere))
                 throw InputError(
                     {out.string(), "is " + other.string() + ", which would be written over", "another name", ""});
+    for (const std::filesystem::path& out : outputs)
+        if (const std::filesystem::path run = out.empty() ? out : core::runOf(out); !run.empty())
+            throw InputError({out.string(), "is a file of the run in " + run.string() + ", which would be written over",
+                              "another name", ""});
 }
 
 namespace {

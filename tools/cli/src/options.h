@@ -22,7 +22,8 @@ struct CommonOptions {
 };
 void addCommonOptions(CLI::App& command, CommonOptions& options);
 
-/// Throws InputError where one of the files to write is one of those that are read, or that are written too.
+/// Throws InputError where one of the files to write is one of those that are read, or that are written too, or of a
+/// run.
 void requireApart(const std::vector<std::filesystem::path>& outputs, const std::vector<std::filesystem::path>& others);
 
 /// Log to stderr, and to files added later. stdout is for data.

@@ -135,6 +135,7 @@ int run(const RelevelCommand& o)
     const auto log = makeLog(o.common);
     if (!isVdb(o.output))
         throw InputError({"--output", "'" + o.output + "' is not a .vdb file", "a name that ends in .vdb", ""});
+    requireApart({o.output}, {o.input});
     const bool grid = isVdb(o.input);
     if (!grid && o.voxelSize == 0 && o.across == 0)
         throw InputError(

@@ -114,6 +114,21 @@ std::vector<std::string> filesOfEarlierRun(const fs::path& folder, const std::ve
     return patterns;
 }
 
+fs::path runOf(const fs::path& file)
+{
+    const fs::path whole = fs::weakly_canonical(file);
+    const fs::path beside = whole.parent_path();
+    for (const fs::path& folder : {beside, beside.parent_path()}) {
+        if (!fs::exists(whole) || !fs::exists(folder / kManifest)) continue;
+        const auto manifest = manifestOf(folder);
+        if (!manifest.is_object()) continue;
+        const std::string path = whole.lexically_relative(folder).generic_string();
+        for (const auto& pattern : manifest.value("writes", nlohmann::json::array()))
+            if (pattern.is_string() && matches(pattern.get<std::string>(), path)) return folder;
+    }
+    return {};
+}
+
 bool hasFrames(const fs::path& folder)
 {
     const auto manifest = manifestOf(folder);

@@ -56,6 +56,9 @@ scene::Vocabulary::Fields outputFields();
 /// Throws InputError for a field of output.vdb that nothing makes, neither the core nor an effect in the stages.
 void requireSources(const scene::Scene& scene, const Stages& stages);
 
+/// The folder of the run that a file is one of; empty where it is of none.
+std::filesystem::path runOf(const std::filesystem::path& file);
+
 /// What becomes of an earlier run in the folder. `replace` and `keep` take only folders whose run.json is of this
 /// program and none of whose files the scene needs; `replace` removes what that run.json lists, and nothing else.
 enum class ExistingRun { refuse, replace, keep };
