@@ -135,7 +135,10 @@ with tempfile.TemporaryDirectory() as temporary:
         kinetic = [float(r["kinetic_J"]) for r in csv.DictReader(file)]
     check("it throws nothing", max(kinetic[5:]) < 2 * max(kinetic[:5]), kinetic)
 
-    # A finer lattice.
+    # A finer lattice, but no Delaunay mesh.
+    delaunay = ["--set", 'grid.lattice="delaunay"']
+    sim(top / "delaunay", "--keep-checkpoints", base=[*COARSE, *delaunay])
+    sim(top / "finer", "--branch", top / "delaunay", "--at", AT, base=["--set", "grid.voxel_size=0.05", *delaunay], code=2, texts=["Delaunay", "lattice six or five"])
     fine = top / "fine"
     said = sim(fine, "--branch", run, "--at", AT, base=["--set", "grid.voxel_size=0.05", *tough], texts=["grid.voxel_size = 0.05 (was 0.1)"])
     is_whole(fine)

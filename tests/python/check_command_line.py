@@ -427,9 +427,19 @@ with tempfile.TemporaryDirectory() as temporary:
     told = json.loads((limit / "run.json").read_text())
     if told["status"] != "failed" or "cannot be written" not in told.get("error", "") or "failed: " not in (limit / "run.log").read_text().splitlines()[-1]:
         failures.append(f"a run that failed does not say why: {told}")
+    expect("info tells why", ["info", limit], 0, "status: failed", "error: ", "cannot be written")
     left = [str(p) for p in limit.rglob("*") if ".partial" in p.name]
     if left:
         failures.append(f"a limit of file sizes leaves {left}")
+
+    # Steps before an error of the writer are those that led to it.
+    (limit / "obj/notched_block.0003.obj").mkdir(parents=True)
+    expect("a folder in the place of a frame", ["sim", good, "-o", limit, *quick, "-f", "6", "--overwrite", "-v"], 4, "0003.obj")
+    made = sum(": step " in line or " step " in line for line in (limit / "run.log").read_text().splitlines())
+    rows = len((limit / "stats.csv").read_text().splitlines()) - 1
+    told = json.loads((limit / "run.json").read_text())["steps"]
+    if not 0 < made == rows == told:
+        failures.append(f"a run that failed has made {made} steps, {rows} are in stats.csv, {told} in run.json")
 
     # Output where something is: a link leads to what is written, devices and FIFOs stay.
     target, link, pipe, null = folder / "target.vdb", folder / "link.vdb", folder / "pipe.vdb", folder / "null.vdb"

@@ -20,6 +20,21 @@ def shaped(shape):
 
 # A closed cube, 3 m wide, away from the block.
 CRATE = "".join(f"v {x} {y} {z}\n" for z in (3, 6) for y in (-1, 2) for x in (-1, 2)) + "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n"
+FAR = """version = 1
+name = "far"
+time = { frames = [1, 2], fps = 24 }
+grid = { voxel_size = 0.05, lattice = "delaunay" }
+[[body]]
+name = "block"
+shape = { box = { size = [1, 1, 1], center = [250, 250, 250] } }
+material = "gel"
+[material.gel]
+youngs_modulus = 1e5
+poisson_ratio = 0.3
+density = 1000
+[fracture]
+kappa = 1000
+"""
 CASES = [  # name, scene, settings
     ("block", SCENE, ["grid.voxel_size=0.02"]),
     ("finer block", SCENE, ["grid.voxel_size=0.014"]),
@@ -32,6 +47,7 @@ CASES = [  # name, scene, settings
     ("ball", shaped("{ sphere = { radius = 0.55 } }"), ["grid.voxel_size=0.02"]),
     ("plate", shaped("{ box = { size = [2, 1, 0.08] } }"), ["grid.voxel_size=0.014"]),
     ("Delaunay", SCENE, ["grid.voxel_size=0.05", 'grid.lattice="delaunay"']),
+    ("far Delaunay", FAR, []),
     ("collider", SCENE, ["grid.voxel_size=0.02", 'collider=[{ name = "crate", shape = { mesh = { file = "crate.obj" } } }]']),
     ("direct", SCENE, ["grid.voxel_size=0.07", 'solver.linear_solver="direct"']),
 ]

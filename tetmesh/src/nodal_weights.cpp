@@ -102,7 +102,8 @@ NodalWeights::NodalWeights(std::span<const Vec3> points, std::span<const std::ar
         for (std::size_t t = begin; t < end; ++t)
             ofTet[t] = divider.shares({points[tets[t][0]], points[tets[t][1]], points[tets[t][2]], points[tets[t][3]]});
     });
-    Coord lower{}, upper{};
+    const auto some = std::ranges::find_if(ofTet, [](const auto& shares) { return !shares.empty(); });
+    Coord lower = some == ofTet.end() ? Coord{} : some->front().voxel, upper = lower;
     for (const auto& shares : ofTet)
         for (const VoxelVolume& s : shares) {
             lower = {std::min(lower.x, s.voxel.x), std::min(lower.y, s.voxel.y), std::min(lower.z, s.voxel.z)};

@@ -119,7 +119,7 @@ int main(int argc, char** argv)
         const std::string file = e.path1().empty() ? "a file" : e.path1().string();
         return complain((file + ": " + e.code().message()).c_str(), kBadFile);
     } catch (const std::bad_alloc&) {
-        return complain("out of memory; use a coarser grid.voxel_size", kLimit);
+        return complain(kOutOfMemory, kLimit);
     } catch (const std::exception& e) {
         return complain((std::string("internal: ") + e.what()).c_str(), kInternal);
     }

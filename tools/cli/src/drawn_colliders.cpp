@@ -81,9 +81,12 @@ void DrawnColliders::addTo(pictures::Subject& subject, double time, const Vec3& 
         const scene::Placement place = scene::placementAt(d.collider->move, time);
         const auto* const solid = std::get_if<Primitive>(&d.collider->shape);
         if (solid && solid->kind == Primitive::Kind::halfspace) {
-            const pictures::Subject::Backdrop at = square(*solid, seen, origin);
-            subject.backdrops.push_back(
-                {place(at.center) - origin, place.turn * at.toSide, place.turn * at.toTop, at.colour});
+            Primitive moved = *solid;
+            moved.axis = place.turn * solid->axis;
+            moved.offset = moved.axis.dot(place(solid->offset * solid->axis));
+            pictures::Subject::Backdrop at = square(moved, seen, origin);
+            at.center -= origin;
+            subject.backdrops.push_back(at);
             continue;
         }
         const pictures::Subject& own = d.surface;

@@ -1,5 +1,7 @@
 #include "forecast_text.h"
 
+#include "progress.h"
+
 #include <vdbfrac/base/parallel.h>
 
 #include <fmt/format.h>
@@ -32,14 +34,7 @@ std::string sourceText(const lab::Forecast& f)
 
 }  // namespace
 
-std::string durationText(double seconds)
-{
-    constexpr double kMinute = 60, kHour = 3600;
-    if (seconds < kMinute) return fmt::format("{:.2g} s", seconds);
-    if (seconds < kHour)
-        return fmt::format("{:.0f} min {:.0f} s", std::floor(seconds / kMinute), std::fmod(seconds, kMinute));
-    return fmt::format("{:.0f} h {:.0f} min", std::floor(seconds / kHour), std::fmod(seconds, kHour) / kMinute);
-}
+std::string durationText(double seconds) { return seconds < 60 ? fmt::format("{:.2g} s", seconds) : duration(seconds); }
 
 std::string forecastText(const scene::Scene& scene, const lab::Forecast& f)
 {

@@ -154,6 +154,7 @@ RunInfo runInfo(const fs::path& folder, bool verify)
             info.json[key] = manifest.at(key);
         if (info.json["status"] == "running" && !isWritten(folder))
             info.json["status"] = "running, but nothing on this machine writes into it: killed, if not on another";
+        if (const auto error = manifest.find("error"); error != manifest.end()) info.json["error"] = *error;
         addFrames(manifest, folder, verify, info);
         addCheckpoints(folder, verify, info);
         info.json["verified"] = !info.sound ? "no, there are flaws"

@@ -327,7 +327,7 @@ int simulate(const SimOptions& options, const scene::Scene& scene)
     try {
         return run.end(run.toLastFrame(stop));
     } catch (const std::exception& e) {
-        run.fail(e.what());
+        run.fail(dynamic_cast<const std::bad_alloc*>(&e) ? kOutOfMemory : e.what());
         throw;
     }
 }

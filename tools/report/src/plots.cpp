@@ -119,10 +119,15 @@ private:
         Json series = Json::array();
         series.push_back(curve("kinetic", time_, record_["kinetic_J"]));
         series.push_back(curve("elastic", time_, record_["elastic_J"]));
-        std::vector<std::string> works = record_.named("", "_work_J");
+        const auto ofEffects = [&](const char* end) {
+            std::vector<std::string> names = record_.named("", end);
+            std::erase_if(names, [](const std::string& name) { return name.starts_with("work_"); });  // of grips
+            return names;
+        };
+        std::vector<std::string> works = ofEffects("_work_J");
         for (const std::string& grip : record_.named("work_", "_J")) works.push_back(grip);
         series.push_back(curve("work put in", time_, addedColumns(record_, works)));
-        if (const auto lost = record_.named("", "_dissipated_J"); !lost.empty())
+        if (const auto lost = ofEffects("_dissipated_J"); !lost.empty())
             series.push_back(curve("dissipated", time_, addedColumns(record_, lost)));
         if (record_.has("removed_J")) series.push_back(curve("taken by cracks", time_, added(record_["removed_J"])));
         if (record_.has("integrator_J"))

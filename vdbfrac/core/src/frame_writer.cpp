@@ -220,6 +220,7 @@ std::string RunFolder::Writer::writeMotion(const FrameData& data) const
 
 void RunFolder::Writer::write(FrameData& data)
 {
+    addSteps(data.steps);                             // before what may fail: they tell what led to it
     std::vector<std::function<std::string()>> files;  // side by side: each writes one
     if (!scene_.output.vdb.empty()) files.emplace_back([&] { return writeVdb(data); });
     if (scene_.output.obj) files.emplace_back([&] { return writeObj(data); });
@@ -228,7 +229,6 @@ void RunFolder::Writer::write(FrameData& data)
     data.record.files.resize(files.size());
     parallelChunks(files.size(), 1, [&](std::size_t i, std::size_t) { data.record.files[i] = readBack(files[i]()); });
     frames_.push_back(std::move(data.record));
-    addSteps(data.steps);
     state_ = std::move(data.state);
     behind_ = true;
     if (std::chrono::steady_clock::now() - written_ >= took_ / kShareOfTables) writeAll(kRunning);

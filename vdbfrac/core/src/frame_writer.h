@@ -76,6 +76,7 @@ public:
     void keepCheckpoints() { keepsCheckpoints_ = true; }
 
     const std::vector<FrameRecord>& frames() const { return frames_; }
+    std::size_t steps() const { return steps_.size(); }
     /// As PointCache::lacks() says of the one that was written.
     const std::string& pointCacheLacks() const { return pointCacheLacks_; }
 

@@ -8,6 +8,7 @@
 #include "grips.h"
 #include "step_control.h"
 
+#include <vdbfrac/base/error.h>
 #include <vdbfrac/base/number_text.h>
 #include <vdbfrac/grid/phi_nodes.h>
 #include <vdbfrac/skin/riders.h>
@@ -139,6 +140,9 @@ Simulation::Totals Simulation::totals() const
 
 void Simulation::refineFrom(const Simulation& wide, const Archive& archive)
 {
+    if (std::ranges::any_of(bodies_, [](const Body& body) { return body.mesh->latticeCoords().empty(); }))
+        throw InputError(
+            {"grid.voxel_size", "a Delaunay mesh is not made finer in a branch", "lattice six or five", ""});
     std::vector<Vec3> x, v;
     for (std::size_t b = 0; b < bodies_.size(); ++b) {
         Body& body = bodies_[b];

@@ -156,6 +156,17 @@ std::vector<StepRecord> RunFolder::newSteps()
     return steps;
 }
 
+/// After an error of the writer nothing is left in the queue: what it does not know then is handed over again.
+void RunFolder::handOver(std::function<void()> job)
+{
+    try {
+        queue_.push(std::move(job));
+    } catch (...) {
+        handedOver_ = writer_->steps();
+        throw;
+    }
+}
+
 std::string RunFolder::writeFrame(const Simulation& simulation, int frame)
 {
     open();
@@ -172,7 +183,7 @@ std::string RunFolder::writeFrame(const Simulation& simulation, int frame)
         data->record.drawn = boundsOf(data->drawn), data->record.squeeze = squeezeOf(data->drawn);
     }
     const std::string hash = data->record.stateHash;
-    queue_.push([writer = writer_.get(), data = std::move(data)] { writer->write(*data); });
+    handOver([writer = writer_.get(), data = std::move(data)] { writer->write(*data); });
     return hash;
 }
 
@@ -195,7 +206,7 @@ void RunFolder::writeCheckpoint(const Simulation& simulation, const std::string&
         archive->putText("state_hash", hash);
         simulation.save(*archive);
     }
-    queue_.push([writer = writer_.get(), archive = std::move(archive), steps = newSteps()] {
+    handOver([writer = writer_.get(), archive = std::move(archive), steps = newSteps()] {
         writer->writeCheckpoint(*archive, steps);
     });
 }
@@ -369,7 +380,7 @@ void RunFolder::writePointCache(const Simulation& simulation)
 
 void RunFolder::finish(const Simulation& simulation, const std::string& status, const std::string& error)
 {
-    queue_.push([writer = writer_.get(), steps = newSteps(), state = runState(simulation), status, error] {
+    handOver([writer = writer_.get(), steps = newSteps(), state = runState(simulation), status, error] {
         writer->writeTables(steps, state, status, error);
     });
     queue_.finish();

@@ -28,7 +28,9 @@ public:
         for (const auto& [name, amount] : record.energyFlow) {
             if (name == grip_) gripWork_ += amount;
             if (name == "integrator") integrator_ += amount;
-            if (name == "integrator" || name == "removed" || name.ends_with("_dissipated")) dissipated_ += amount;
+            const bool isOfEffect = !name.starts_with("work_");  // not of a grip with such a name
+            if (name == "integrator" || name == "removed" || (isOfEffect && name.ends_with("_dissipated")))
+                dissipated_ += amount;
         }
         turnover_ = std::max(turnover_, record.kineticEnergy + record.elasticEnergy);
     }

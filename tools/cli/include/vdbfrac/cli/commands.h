@@ -18,6 +18,9 @@ enum ExitCode {
     kStopped = 75,      ///< stopped with a checkpoint: run again with --resume
 };
 
+/// What is said where memory ends.
+inline constexpr const char* kOutOfMemory = "out of memory; use a coarser grid.voxel_size";
+
 /// A command: what it does when it was the one that was asked for.
 using Action = std::function<int()>;
 

@@ -122,6 +122,7 @@ private:
     /// Makes the folder ready to be written to, once.
     void open();
     std::vector<StepRecord> newSteps();
+    void handOver(std::function<void()> job);
     std::optional<Found> newestIn(const std::filesystem::path& run, const Resume& how, std::vector<std::string>& notes);
     void goOn(Simulation& simulation, const Resume& how, const Found& found, std::vector<std::string>& notes);
     void takeState(Simulation& simulation, const Resume& how, const Archive& archive, const Branch& branch,
