@@ -52,10 +52,9 @@ std::vector<std::optional<In>> nearestTets(std::span<const BeforeCracks::Tet> te
 
 BeforeCracks::BeforeCracks(std::span<const Tet> tets, std::span<const skin::OutsidePoint> outside, const Stages& stages,
                            const Body& body, double fps)
-    : dx_(body.phi.voxelSize())
 {
     constexpr std::uint32_t kNever = std::numeric_limits<std::uint32_t>::max();
-    const std::vector<std::optional<In>> nearest = nearestTets(tets, outside, dx_);
+    const std::vector<std::optional<In>> nearest = nearestTets(tets, outside, body.phi.voxelSize());
     for (const auto& in : nearest)
         if (in) used_.push_back(in->tet);
     sortUnique(used_);
@@ -86,12 +85,22 @@ BeforeCracks::BeforeCracks(std::span<const Tet> tets, std::span<const skin::Outs
     }
 }
 
-void BeforeCracks::part(std::size_t frame, std::span<const Vec3> ofNodes, std::span<const Vec3> carried)
+bool BeforeCracks::leave(std::size_t frame, std::span<const std::uint32_t> points)
 {
-    constexpr double kParted = 1;  // voxels; just before a tear both differ by some tenths of it
-    for (Point& p : points_)
-        if (frame < p.until && (p.in.at(ofNodes) - carried[p.point]).norm() > kParted * dx_)
-            p.until = std::uint32_t(frame);
+    bool any = false;
+    for (const std::uint32_t p : points) {
+        const auto at = std::ranges::lower_bound(points_, p, {}, &Point::point);
+        if (at == points_.end() || at->point != p || at->until <= frame) continue;
+        at->until = std::uint32_t(frame), any = true;
+    }
+    return any;
+}
+
+std::vector<std::uint8_t> BeforeCracks::carriedPoints(std::size_t points) const
+{
+    std::vector<std::uint8_t> isCarried(points, 0);
+    for (const Point& p : points_) isCarried[p.point] = 1;
+    return isCarried;
 }
 
 bool BeforeCracks::carry(std::size_t frame, std::span<const Vec3> ofNodes, std::span<Vec3> ofPoints) const

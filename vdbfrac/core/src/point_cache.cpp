@@ -42,7 +42,8 @@ PointCache::PointCache(const scene::Scene& scene, const Simulation& simulation, 
         const Body& body = simulation.bodies()[b];
         before_.emplace_back(tets[b], drawing.outside(b), simulation.stages(), body, scene.time.fps);
     }
-    const std::vector<PartedFaces> parted = traceBack(simulation);
+    traceBack(simulation);
+    const std::vector<PartedFaces> parted = part(simulation);
     for (std::size_t b = 0; b < simulation.bodies().size(); ++b)
         taken_.emplace_back(*drawing.topology(b), scene.output.lipsClosed, simulation.stages(), simulation.bodies()[b],
                             scene.time.fps, parted[b]);
@@ -94,16 +95,41 @@ std::vector<Vec3> PointCache::of(const Archive& archive, const std::string& key,
     return values;
 }
 
-/// Fills node_: classes of nodes only split, so each was one node in every frame before. Returns what has parted when.
-std::vector<PartedFaces> PointCache::traceBack(const Simulation& simulation)
+/// Points leave what cracks take where faces would span a gap. Returns when faces that cracks take would.
+std::vector<PartedFaces> PointCache::part(const Simulation& simulation)
 {
     std::vector<PartedFaces> parted;
+    for (std::size_t b = 0; b < before_.size(); ++b) {
+        const tetmesh::DrawnTopology& drawn = *drawing_.topology(b);
+        parted.emplace_back(drawn, before_[b].carriedPoints(drawn.mesh.points.size()),
+                            simulation.bodies()[b].phi.voxelSize());
+    }
+    if (std::ranges::none_of(parted, &PartedFaces::hasAny)) return parted;
+    for (std::size_t f = 0; f < motion_.size(); ++f) {
+        const Archive archive = Archive::read(motion_[f]);
+        for (std::size_t b = 0; b < parted.size(); ++b) {
+            if (!parted[b].hasAny()) continue;
+            const std::vector<Vec3> x = of(archive, keyOf("x", b), *node_[f][b]);
+            const std::vector<Vec3> carried = drawing_.carried(b, std::span(x).first(nodes_[b]));
+            std::vector<Vec3> points;
+            do {  // what leaves may pull at a neighbour that does not
+                points = carried;
+                before_[b].carry(f, x, points);
+            } while (before_[b].leave(f, parted[b].spanning(points)));
+            parted[b].seeTaken(std::uint32_t(f), points);
+        }
+    }
+    return parted;
+}
+
+/// Fills node_: classes of nodes only split, so each was one node in every frame before.
+void PointCache::traceBack(const Simulation& simulation)
+{
     std::vector<Nodes> now;
     for (const Body& body : simulation.bodies()) {
         std::vector<std::uint32_t> own(body.mesh->nodeCount());
         std::iota(own.begin(), own.end(), 0u);
         nodes_.push_back(own.size());
-        parted.emplace_back(*drawing_.topology(now.size()), body.phi.voxelSize());
         now.push_back(std::make_shared<const std::vector<std::uint32_t>>(std::move(own)));
     }
     std::vector<std::uint32_t> tets(now.size(), 0);  // of each body, so far
@@ -112,11 +138,6 @@ std::vector<PartedFaces> PointCache::traceBack(const Simulation& simulation)
         node_[f] = now;
         const Archive archive = Archive::read(motion_[f]);
         for (std::size_t b = 0; b < now.size(); ++b) {
-            if (before_[b].carries() || parted[b].hasAny()) {
-                const std::vector<Vec3> x = of(archive, keyOf("x", b), *now[b]);
-                const std::vector<Vec3> carried = drawing_.carried(b, std::span(x).first(nodes_[b]));
-                before_[b].part(f, x, carried), parted[b].see(std::uint32_t(f), carried);
-            }
             const auto before = archive.get<std::uint32_t>(keyOf("before", b));
             if (before.empty()) continue;
             std::vector<std::uint32_t> were;
@@ -130,7 +151,6 @@ std::vector<PartedFaces> PointCache::traceBack(const Simulation& simulation)
             now[b] = std::make_shared<const std::vector<std::uint32_t>>(std::move(were));
         }
     }
-    return parted;
 }
 
 DrawnFrame PointCache::frame(std::size_t number) const

@@ -134,24 +134,40 @@ DrawnTopology withoutTaken(const DrawnTopology& drawn)
 
 }  // namespace
 
-PartedFaces::PartedFaces(const DrawnTopology& drawn, double dx) : drawn_(&drawn), dx_(dx)
+PartedFaces::PartedFaces(const DrawnTopology& drawn, std::span<const std::uint8_t> isCarried, double dx)
+    : drawn_(&drawn), dx_(dx), frame_(drawn.taken[1] - drawn.taken[0], kNever)
 {
-    frame_.assign(drawn.taken[1] - drawn.taken[0], kNever);
+    const auto mayPart = [&](const RenderMesh::Corner& c) { return isCarried[c.point] != 0; };
+    for (std::uint32_t f = 0; f < drawn.mesh.faces(); ++f)
+        if (!drawn.isTaken(f) && std::ranges::any_of(drawn.mesh.face(f), mayPart)) skin_.push_back(f);
 }
 
-void PartedFaces::see(std::uint32_t frame, std::span<const Vec3> carried)
+bool PartedFaces::isLong(std::size_t face, std::span<const Vec3> points) const
 {
     constexpr double kLong =
         2;  // times its length at rest, and a voxel more: material that has not torn stretches less
     const std::vector<Vec3>& rest = drawn_->mesh.points;
-    const auto isLong = [&](std::uint32_t a, std::uint32_t b) {
-        return (carried[a] - carried[b]).norm() > kLong * (rest[a] - rest[b]).norm() + dx_;
-    };
-    for (std::size_t i = 0; i < frame_.size(); ++i) {
-        const auto c = drawn_->mesh.face(drawn_->taken[0] + i);
-        for (std::size_t k = 0; k < 3; ++k)
-            if (isLong(c[k].point, c[(k + 1) % 3].point)) frame_[i] = frame;
+    const auto corners = drawn_->mesh.face(face);
+    for (std::size_t k = 0; k < corners.size(); ++k) {
+        const std::uint32_t a = corners[k].point, b = corners[(k + 1) % corners.size()].point;
+        if ((points[a] - points[b]).norm() > kLong * (rest[a] - rest[b]).norm() + dx_) return true;
     }
+    return false;
+}
+
+std::vector<std::uint32_t> PartedFaces::spanning(std::span<const Vec3> points) const
+{
+    std::vector<std::uint32_t> corners;
+    for (const std::uint32_t f : skin_)
+        if (isLong(f, points))
+            for (const RenderMesh::Corner& c : drawn_->mesh.face(f)) corners.push_back(c.point);
+    return corners;
+}
+
+void PartedFaces::seeTaken(std::uint32_t frame, std::span<const Vec3> points)
+{
+    for (std::size_t i = 0; i < frame_.size(); ++i)
+        if (frame_[i] == kNever && isLong(drawn_->taken[0] + i, points)) frame_[i] = frame;
 }
 
 TakenFaces::TakenFaces(const DrawnTopology& drawn, bool lipsClosed, const Stages& stages, const Body& body, double fps,

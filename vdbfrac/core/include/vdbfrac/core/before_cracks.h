@@ -29,17 +29,16 @@ public:
     BeforeCracks(std::span<const Tet> tets, std::span<const skin::OutsidePoint> outside, const Stages& stages,
                  const Body& body, double fps);
 
-    /// Where a point is more than a voxel from where its carrier at the end of the run takes it in a frame, the crack
-    /// has come, whatever the time of its arrival. To be called for all frames, the last first. `ofNodes`: as for
-    /// carry(); `carried`: all points as their carriers take them [m].
-    void part(std::size_t frame, std::span<const Vec3> ofNodes, std::span<const Vec3> carried);
-
     /// Moves points to which no crack has come in a frame, counted from 0. `ofNodes`: positions [m] or velocities
     /// [m/s] of the nodes of the body, then of those of tets() that are there, four of each, in their order. Returns
     /// whether any moved.
     bool carry(std::size_t frame, std::span<const Vec3> ofNodes, std::span<Vec3> ofPoints) const;
 
-    bool carries() const { return !points_.empty(); }  ///< any point
+    /// From this frame on these points go with what carries them at the end, whatever the time of arrival. Returns
+    /// whether any did not.
+    bool leave(std::size_t frame, std::span<const std::uint32_t> points);
+    /// Of all points of the surface: does it move any?
+    std::vector<std::uint8_t> carriedPoints(std::size_t points) const;
 
     /// Numbers of the tets that carry a point, rising.
     const std::vector<std::uint32_t>& tets() const { return used_; }
@@ -52,7 +51,6 @@ private:
     };
     std::vector<Point> points_;
     std::vector<std::uint32_t> used_;
-    double dx_;  // m
 };
 
 }  // namespace vdbfrac::core

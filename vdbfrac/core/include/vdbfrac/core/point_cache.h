@@ -43,7 +43,8 @@ private:
     using Nodes = std::shared_ptr<const std::vector<std::uint32_t>>;
 
     std::vector<std::vector<BeforeCracks::Tet>> takenTets(std::size_t bodies) const;
-    std::vector<PartedFaces> traceBack(const Simulation& simulation);
+    void traceBack(const Simulation& simulation);
+    std::vector<PartedFaces> part(const Simulation& simulation);
     static std::vector<Vec3> of(const Archive& archive, const std::string& key,
                                 const std::vector<std::uint32_t>& nodes);
     std::vector<tetmesh::CacheFrame> cacheFrame(std::size_t number) const;

@@ -12,23 +12,28 @@
 
 namespace vdbfrac::core {
 
-/// When the material on both sides of faces that cracks take has moved apart, so that they would span what is open:
-/// some of their corners get no arrival before.
+/// Faces that would span what is open, as their corners go with pieces that have parted: arrivals tell when a crack has
+/// come to a place, not when what is beside it has gone elsewhere.
 class PartedFaces {
 public:
-    /// `drawn` has to live as long. dx: voxel size [m].
-    PartedFaces(const tetmesh::DrawnTopology& drawn, double dx);
-    /// To be called for all frames, counted from 0, the last first. `carried`: the surface's points as they are carried
-    /// at the end of the run [m].
-    void see(std::uint32_t frame, std::span<const Vec3> carried);
-    bool hasAny() const { return !frame_.empty(); }
-    /// The first frame in which a face spans a gap; kNever, the largest number, where it does in none.
+    /// `drawn` has to live as long. `isCarried`: of each point, whether it may go with what cracks take. dx: voxel size
+    /// [m].
+    PartedFaces(const tetmesh::DrawnTopology& drawn, std::span<const std::uint8_t> isCarried, double dx);
+    bool hasAny() const { return !skin_.empty() || !frame_.empty(); }
+    /// Corners of faces that stay, where the surface's points are at `points` [m].
+    std::vector<std::uint32_t> spanning(std::span<const Vec3> points) const;
+    /// To be called for all frames in order.
+    void seeTaken(std::uint32_t frame, std::span<const Vec3> points);
+    /// The first frame in which a face that cracks take spans a gap; the largest number where it does in none.
     std::uint32_t frameOf(std::uint32_t face) const { return frame_[face - drawn_->taken[0]]; }
 
 private:
+    bool isLong(std::size_t face, std::span<const Vec3> points) const;
+
     const tetmesh::DrawnTopology* drawn_;
     double dx_;
-    std::vector<std::uint32_t> frame_;  // of each face that cracks have taken
+    std::vector<std::uint32_t> skin_;   // faces that stay, with a point that may go with what does not
+    std::vector<std::uint32_t> frame_;  // of each face that cracks take
 };
 
 /// Faces that are there until a crack comes to them, and lie in one point from then on. So they have points of their
