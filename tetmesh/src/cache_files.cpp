@@ -7,9 +7,12 @@
 #include <vdbfrac/tetmesh/mtl_file.h>
 
 #include <algorithm>
+#include <array>
+#include <cstdint>
 #include <cstdio>
 #include <fstream>
 #include <set>
+#include <string_view>
 
 namespace vdbfrac::tetmesh {
 
@@ -21,9 +24,10 @@ constexpr int kDigits = 9;  // more than a float holds
 class Stream {
 public:
     explicit Stream(const std::filesystem::path& file) : name_(file.string()), out_(file, std::ios::binary) {}
-    void add(const TextWriter& text)
+    void add(const TextWriter& text) { add(text.text()); }
+    void add(std::string_view text)
     {
-        out_.write(text.text().data(), std::streamsize(text.text().size()));
+        out_.write(text.data(), std::streamsize(text.size()));
         if (!out_) throw FileError(name_, "cannot be written");
     }
     void end()
@@ -203,29 +207,80 @@ void addMaterials(TextWriter& out, const MaterialNames& names, const std::string
     out << "    }\n";
 }
 
-void addSamples(TextWriter& out, const char* name, const std::vector<std::vector<Vec3>>& samples, int firstFrame)
-{
-    out << "        " << name << ".timeSamples = {\n";
-    for (std::size_t f = 0; f < samples.size(); ++f) {
-        out << "            " << firstFrame + int(f) << ": ";
-        addVectors(out, samples[f]);
-        out << ",\n";
+/// Pieces of text on disk until they are put in order: frames come with all that is in them, a USD text has each value
+/// of each body with all frames.
+class Spool {
+public:
+    explicit Spool(std::filesystem::path file)
+        : file_(std::move(file)), stream_(file_, std::ios::in | std::ios::out | std::ios::trunc | std::ios::binary)
+    {
     }
-    out << "        }\n";
-}
+    ~Spool()
+    {
+        std::error_code isGone;
+        std::filesystem::remove(file_, isGone);
+    }
+    Spool(const Spool&) = delete;
+    Spool& operator=(const Spool&) = delete;
 
-/// Lower and upper corner of the box round each sample, as renderers ask for it.
-std::vector<std::vector<Vec3>> extentsOf(const std::vector<std::vector<Vec3>>& samples)
-{
-    std::vector<std::vector<Vec3>> extents;
-    for (const std::vector<Vec3>& points : samples) {
-        if (points.empty()) return {};
-        Vec3 lower = points[0], upper = points[0];
-        for (const Vec3& p : points) lower = lower.cwiseMin(p), upper = upper.cwiseMax(p);
-        extents.push_back({lower, upper});
+    struct Piece {
+        std::uint64_t begin = 0, size = 0;  // bytes
+    };
+    Piece add(const TextWriter& text)
+    {
+        const Piece piece{end_, text.text().size()};
+        stream_.write(text.text().data(), std::streamsize(piece.size));
+        if (!stream_) throw FileError(file_.string(), "cannot be written");
+        end_ += piece.size;
+        return piece;
     }
-    return extents;
-}
+    std::string read(const Piece& piece)
+    {
+        std::string text(piece.size, '\0');
+        stream_.seekg(std::streamoff(piece.begin));
+        stream_.read(text.data(), std::streamsize(piece.size));
+        if (!stream_) throw FileError(file_.string(), "cannot be read back");
+        return text;
+    }
+
+private:
+    std::filesystem::path file_;
+    std::fstream stream_;
+    std::uint64_t end_ = 0;
+};
+
+/// Time samples of a body: a piece a frame of each value; none where there is nothing.
+struct Samples {
+    static constexpr std::array kNames{"point3f[] points", "vector3f[] velocities", "normal3f[] primvars:normals",
+                                       "float3[] extent"};
+    std::array<std::vector<Spool::Piece>, kNames.size()> pieces;
+
+    void add(const CacheFrame& frame, int number, Spool& spool)
+    {
+        std::vector<Vec3> extent;  // lower and upper corner of the box round all, as renderers ask for it
+        if (!frame.points.empty()) extent.assign(2, frame.points[0]);
+        for (const Vec3& p : frame.points) extent[0] = extent[0].cwiseMin(p), extent[1] = extent[1].cwiseMax(p);
+        const std::array<std::span<const Vec3>, kNames.size()> values{frame.points, frame.velocities, frame.normals,
+                                                                      extent};
+        for (std::size_t k = 0; k < values.size(); ++k) {
+            if (values[k].empty() && k >= 2) continue;
+            TextWriter text{kDigits};
+            text << "            " << number << ": ";
+            addVectors(text, values[k]);
+            text << ",\n";
+            pieces[k].push_back(spool.add(text));
+        }
+    }
+    void write(Stream& out, Spool& spool) const
+    {
+        for (std::size_t k = 0; k < pieces.size(); ++k) {
+            if (pieces[k].empty()) continue;
+            out.add(std::string("        ") + kNames[k] + ".timeSamples = {\n");
+            for (const Spool::Piece& piece : pieces[k]) out.add(spool.read(piece));
+            out.add("        }\n");
+        }
+    }
+};
 
 }  // namespace
 
@@ -260,17 +315,13 @@ void writeMdd(const std::filesystem::path& file, std::span<const double> times, 
 void writeUsda(const std::filesystem::path& file, const UsdScene& scene, std::span<const DrawnTopology* const> bodies,
                std::size_t frames, const CacheFrames& give)
 {
-    std::vector<std::vector<std::vector<Vec3>>> points(bodies.size()), velocities(bodies.size()),
-        normals(bodies.size());
-    for (std::size_t f = 0; f < frames; ++f) {
-        std::vector<CacheFrame> frame = give(f);
-        for (std::size_t b = 0; b < bodies.size(); ++b) {
-            points[b].push_back(std::move(frame[b].points));
-            velocities[b].push_back(std::move(frame[b].velocities));
-            normals[b].push_back(std::move(frame[b].normals));
-        }
-    }
     writeAtomically(file, [&](const std::filesystem::path& temporary) {
+        Spool spool(temporary.string() + ".samples");
+        std::vector<Samples> samples(bodies.size());
+        for (std::size_t f = 0; f < frames; ++f) {
+            const std::vector<CacheFrame> frame = give(f);
+            for (std::size_t b = 0; b < bodies.size(); ++b) samples[b].add(frame[b], scene.firstFrame + int(f), spool);
+        }
         Stream out(temporary);
         TextWriter head{kDigits};
         head << "#usda 1.0\n(\n    defaultPrim = \"World\"\n    startTimeCode = " << scene.firstFrame
@@ -289,14 +340,12 @@ void writeUsda(const std::filesystem::path& file, const UsdScene& scene, std::sp
                  << "\" (\n        prepend apiSchemas = [\"MaterialBindingAPI\"]\n    )\n    {\n";
             addTopology(text, *bodies[b]);
             addNormals(text, bodies[b]->mesh);
-            addSamples(text, "point3f[] points", points[b], scene.firstFrame);
-            addSamples(text, "vector3f[] velocities", velocities[b], scene.firstFrame);
-            if (!normals[b].front().empty())
-                addSamples(text, "normal3f[] primvars:normals", normals[b], scene.firstFrame);
-            addSamples(text, "float3[] extent", extentsOf(points[b]), scene.firstFrame);
-            addSubsets(text, *bodies[b], materials);
-            text << "    }\n";
             out.add(text);
+            samples[b].write(out, spool);
+            TextWriter end{kDigits};
+            addSubsets(end, *bodies[b], materials);
+            end << "    }\n";
+            out.add(end);
         }
         TextWriter tail;
         tail << "}\n";
