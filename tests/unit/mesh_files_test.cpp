@@ -1,5 +1,6 @@
 // Files of tets and surfaces: what is refused, and what our own reader finds in surfaces again.
 // (tests/python/check_mesh_files.py reads every format with another program.)
+#include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/tetmesh/cache_files.h>
 #include <vdbfrac/tetmesh/surface_file.h>
@@ -8,9 +9,12 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <filesystem>
+#include <iterator>
 #include <string>
+#include <vector>
 
 using namespace vdbfrac;
 using tetmesh::TetFormat;
@@ -131,4 +135,45 @@ TEST(SurfaceFiles, WhatIsNoSurfaceIsRefused)
     bare.torn.clear();
     for (const tetmesh::Surface& s : {outside, bare}) EXPECT_THROW(tetmesh::writeSurface(file, s), InputError);
     EXPECT_FALSE(std::filesystem::exists(file));
+}
+
+/// Frames are asked for once, in order, and none is kept: what waits for its place in the text lies on disk, and is
+/// gone afterwards, also where a frame cannot be had.
+TEST(UsdFiles, AreWrittenFrameByFrame)
+{
+    constexpr std::size_t kFrames = 5;
+    const std::filesystem::path folder = inTemp("usd_frames");
+    std::filesystem::remove_all(folder);
+    std::filesystem::create_directory(folder);
+    tetmesh::DrawnTopology drawn;
+    drawn.mesh.points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    drawn.mesh.addFace(std::array<tetmesh::RenderMesh::Corner, 3>{{{0}, {1}, {2}}}, 0, tetmesh::RenderMesh::kNone);
+    drawn.fragment = {0}, drawn.torn = {0};
+    const std::array<const tetmesh::DrawnTopology*, 2> bodies{&drawn, &drawn};
+    std::size_t asked = 0;
+    const auto frame = [&](std::size_t f) {
+        EXPECT_EQ(f, asked++);
+        tetmesh::CacheFrame own{drawn.mesh.points, drawn.mesh.points, {}};
+        for (Vec3& p : own.points) p.z() = double(f);
+        return std::vector<tetmesh::CacheFrame>(2, own);
+    };
+    const auto files = [&] {
+        return std::distance(std::filesystem::directory_iterator(folder), std::filesystem::directory_iterator());
+    };
+    tetmesh::writeUsda(folder / "a.usda", {"a", {"one", "two"}, 24, 1001, ""}, bodies, kFrames, frame);
+    EXPECT_EQ(asked, kFrames);
+    EXPECT_EQ(files(), 1);
+    const std::string text = readText(folder / "a.usda");
+    const std::size_t first = text.find("1001: [(0, 0, 0), (1, 0, 0), (0, 1, 0)],"),
+                      last = text.find("1005: [(0, 0, 4)");
+    EXPECT_LT(first, last);
+    EXPECT_NE(text.find("1003: [(0, 0, 2), (1, 1, 2)],"), std::string::npos) << text;  // the box
+    const auto broken = [&](std::size_t f) {
+        if (f == 3) throw FileError("motion", "is gone");
+        return std::vector<tetmesh::CacheFrame>(2, {drawn.mesh.points, drawn.mesh.points, {}});
+    };
+    EXPECT_THROW(tetmesh::writeUsda(folder / "b.usda", {"b", {"one", "two"}, 24, 1, ""}, bodies, kFrames, broken),
+                 FileError);
+    EXPECT_EQ(files(), 1);
+    std::filesystem::remove_all(folder);
 }
