@@ -168,6 +168,8 @@ TEST_F(BodyLevelSet, BadBodiesAreNamed)
     said = complaint<InputError>(bodyOf(mesh));
     EXPECT_NE(said.find("range.obj:14"), std::string::npos) << said;
     EXPECT_NE(said.find("scene.toml:7:1: body 'thing': "), std::string::npos) << said;
+    mesh.file = write("large.obj", "v 0 1e39 0\n" + cubeObj());
+    EXPECT_NE(complaint<InputError>(bodyOf(mesh)).find("'1e39' is too large"), std::string::npos);
     mesh.file = folder_ / "none.obj";
     EXPECT_NE(complaint<FileError>(bodyOf(mesh)), "");
     mesh.file = write("cube.obj", cubeObj());

@@ -273,6 +273,8 @@ void readElement(const Element& element, Values& values, std::size_t points, Pol
     }
     if (!isVertex) return;
     if (!own[kPlace].allFinite()) values.fail("a coordinate that is not finite", "finite numbers");
+    if (own[kPlace].cwiseAbs().maxCoeff() > TextReader::kLargest)
+        values.fail("a coordinate that is too large", "numbers from -1e30 to 1e30");
     soup.points.push_back(own[kPlace]);
     if (!names[kUv].empty()) soup.uvs.push_back(own[kUv]);
     if (!names[kNormal].empty()) soup.normals.push_back(own[kNormal]);

@@ -61,12 +61,16 @@ public:
 
     std::string_view restOfLine() const { return rest_; }
 
+    /// Of coordinates: volumes and moments of larger ones are beyond what a number can hold.
+    static constexpr double kLargest = 1e30;
     /// A finite number from the next word. Throws InputError.
     double number()
     {
         const std::string_view w = word();
         const std::optional<double> value = parse<double>(w.starts_with('+') ? w.substr(1) : w);
         if (!value || !(*value - *value == 0)) fail("'" + shown(w) + "' is not a finite number", "finite numbers");
+        if (*value > kLargest || *value < -kLargest)
+            fail("'" + shown(w) + "' is too large", "numbers from -1e30 to 1e30");
         return *value;
     }
 
