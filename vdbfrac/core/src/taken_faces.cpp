@@ -194,6 +194,7 @@ TakenFaces::TakenFaces(const DrawnTopology& drawn, bool lipsClosed, const Stages
         return std::uint32_t(std::ranges::lower_bound(points, std::pair(frame, point)) - points.begin());
     };
     DrawnTopology now = withoutTaken(drawn);
+    const std::vector<RenderMesh::Corner> left = now.mesh.corners;
     DisjointSets sets(points.size());
     const auto first = std::uint32_t(now.mesh.points.size());
     for (const auto& [frame, f] : faces) {
@@ -206,10 +207,15 @@ TakenFaces::TakenFaces(const DrawnTopology& drawn, bool lipsClosed, const Stages
         now.mesh.addFace(corners, drawn.mesh.group[f], drawn.mesh.material[f]);
         now.torn.push_back(0), now.fragment.push_back(drawn.fragment[f]);
     }
+    // What is gone lies in a point of what stays: others may be carried far away.
+    std::vector<std::uint8_t> stays(first, 0);
+    for (const RenderMesh::Corner& c : left) stays[c.point] = 1;
+    const std::vector<std::uint32_t> nearest = nearestKnown(linksOf(drawn, false), stays, drawn.mesh.points);
     const std::vector<std::uint32_t> piece = std::move(sets).names();
     for (std::size_t i = 0; i < points.size(); ++i) {
+        const std::uint32_t own = points[piece[i]].second;
         now.mesh.points.push_back(now.mesh.points[points[i].second]);
-        points_.push_back({points[i].second, points[i].first, points[piece[i]].second});
+        points_.push_back({points[i].second, points[i].first, nearest[own] != kNoSource ? nearest[own] : own});
     }
     topology_ = std::make_shared<const DrawnTopology>(std::move(now));
 }
