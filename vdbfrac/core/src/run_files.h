@@ -2,6 +2,7 @@
 // installed.
 #pragma once
 
+#include <vdbfrac/base/hash.h>
 #include <vdbfrac/core/run_folder.h>
 
 #include <filesystem>
@@ -26,6 +27,15 @@ bool matches(std::string_view pattern, std::string_view path);
 /// The patterns that the manifest of an earlier run lists. Throws FileError for a folder without a manifest of this
 /// program; where it is lost, missing or no JSON, returns `ifLost` instead if that is not empty.
 std::vector<std::string> filesOfEarlierRun(const std::filesystem::path& folder, const std::vector<std::string>& ifLost);
+
+/// Of what the files of bodies or colliders hold. Throws FileError.
+std::string filesHash(const auto& solids)
+{
+    std::uint64_t hash = 0;
+    for (const auto& solid : solids)
+        if (const std::filesystem::path* file = scene::fileOf(solid.shape)) hash = hashFile(*file, hash);
+    return hexadecimal(hash);
+}
 
 /// Does its manifest list frames?
 bool hasFrames(const std::filesystem::path& folder);

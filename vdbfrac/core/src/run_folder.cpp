@@ -24,15 +24,6 @@ namespace {
 /// most.
 constexpr std::size_t kWaitingFrames = 1;
 
-/// Of what the files of colliders hold.
-std::string collidersHash(const scene::Scene& scene)
-{
-    std::uint64_t hash = 0;
-    for (const scene::Collider& collider : scene.colliders)
-        if (const fs::path* file = scene::fileOf(collider.shape)) hash = hashFile(*file, hash);
-    return hexadecimal(hash);
-}
-
 /// A run that was killed at once has left nothing but a manifest that was not finished.
 bool isEmpty(const fs::path& folder)
 {
@@ -113,7 +104,8 @@ std::vector<fs::path> inputsOf(const scene::Scene& scene)
 RunFolder::RunFolder(fs::path folder, const scene::Scene& scene, const Simulation& simulation, ExistingRun existing)
     : folder_(std::move(folder)),
       scene_(scene),
-      collidersHash_(collidersHash(scene)),
+      bodyFilesHash_(filesHash(scene.bodies)),
+      collidersHash_(filesHash(scene.colliders)),
       writer_(std::make_unique<Writer>(folder_, scene)),
       queue_(kWaitingFrames)
 {
@@ -201,6 +193,7 @@ void RunFolder::writeCheckpoint(const Simulation& simulation, const std::string&
         archive->putText("settings", settings);
         archive->putText("rest_hash", restHash_);
         archive->putText("bodies_hash", bodiesHash_);
+        archive->putText("body_files_hash", bodyFilesHash_);
         archive->putText("colliders_hash", collidersHash_);
         archive->putText("branches", branchesJson(branches_).dump());
         archive->putText("state_hash", hash);
@@ -309,6 +302,8 @@ void RunFolder::goOn(Simulation& simulation, const Resume& how, const Found& fou
     const bool isBranch = !branch.changes.empty();
     if (!isBranch && restHash_ != archive.getText("rest_hash"))
         refuse("the start is not that of the run: the program has changed since");
+    if (bodyFilesHash_ != archive.getText("body_files_hash"))
+        notes.push_back("a mesh has changed since, if not its shape: frames from here on are drawn by it as it is now");
     takeState(simulation, how, archive, branch, notes);
     const auto& frames = found.records.frames;
     steps_ = found.records.steps;

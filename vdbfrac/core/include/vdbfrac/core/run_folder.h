@@ -136,11 +136,11 @@ private:
     bool isOpen_ = false;
     scene::Scene scene_;
     std::vector<StepRecord> steps_;
-    std::size_t handedOver_ = 0;  // steps that the writer knows
-    int checkpointed_ = -1;       // step of the last checkpoint
-    std::string collidersHash_;   // of their files
-    std::string restHash_;        // of the state before the first step
-    std::string bodiesHash_;      // of the bodies then
+    std::size_t handedOver_ = 0;                 // steps that the writer knows
+    int checkpointed_ = -1;                      // step of the last checkpoint
+    std::string bodyFilesHash_, collidersHash_;  // of what the files of their shapes hold
+    std::string restHash_;                       // of the state before the first step
+    std::string bodiesHash_;                     // of the bodies then
     std::vector<BranchRecord> branches_;
     Ledger work_;
     std::unique_ptr<Drawing> drawing_;  // when frames or a point cache hold something drawn
