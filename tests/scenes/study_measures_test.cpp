@@ -87,6 +87,19 @@ TEST(StudyMeasures, AForceDoesWorkOverTheWayOfWhatItPulls)
     EXPECT_LT(numberOf(v[4]), kSolved);
 }
 
+TEST(StudyMeasures, AFloorCarriesWhatItStops)
+{
+    const std::string floor =
+        "[gravity]\nacceleration = [0, -2, 0]\n[damping]\nstiffness = 0.05\n[[collider]]\nname = \"floor\"\n"
+        "shape = { halfspace = { normal = [0, -1, 0], offset = 0.5 } }\n";
+    const auto v = measured(blockScene("", floor),
+                            "{quantity='collider_load_end',axis='y'},{quantity='collider_load_peak',collider='floor'},"
+                            "{quantity='volume'}");
+    const double weight = 1000 * numberOf(v[2]) * 2;
+    EXPECT_NEAR(numberOf(v[0]), weight, .02 * weight);
+    EXPECT_GE(numberOf(v[1]), numberOf(v[0]));
+}
+
 TEST(StudyMeasures, StretchingStoresTheWorkThatIsNotLost)
 {
     std::string grips;

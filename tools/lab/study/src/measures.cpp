@@ -15,12 +15,33 @@ namespace {
 
 using Measure = Spec::Measure;
 
+/// Load of the grip or the collider of a measure in a step [N].
+class LoadOf {
+public:
+    LoadOf(const Measure& measure, const scene::Scene& scene)
+        : measure_(measure), grip_(measure.collider.empty() ? gripIndex(measure, scene) : 0)
+    {
+    }
+    double operator()(const core::StepRecord& s) const
+    {
+        if (measure_.collider.empty()) return componentOf(s.gripLoad[grip_], measure_);
+        const auto along = [&](const char* axis) {
+            return s.measured.at("collider_load_" + measure_.collider + "_" + axis + "_N");
+        };
+        return componentOf({along("x"), along("y"), along("z")}, measure_);
+    }
+
+private:
+    Measure measure_;
+    std::size_t grip_;
+};
+
 class PeakLoad : public Witness {
 public:
-    PeakLoad(const Measure& measure, const scene::Scene& scene) : measure_(measure), grip_(gripIndex(measure, scene)) {}
+    PeakLoad(const Measure& measure, const scene::Scene& scene) : loadOf_(measure, scene) {}
     void step(const core::Simulation&, const core::StepRecord& s) override
     {
-        const double load = componentOf(s.gripLoad[grip_], measure_);
+        const double load = loadOf_(s);
         if (!peak_ || std::abs(load) > std::abs(*peak_)) peak_ = load;
     }
     Value end(const core::Simulation&, const core::StepRecord&) override
@@ -29,22 +50,20 @@ public:
     }
 
 private:
-    Measure measure_;
-    std::size_t grip_;
+    LoadOf loadOf_;
     std::optional<double> peak_;
 };
 
 class EndLoad : public Witness {
 public:
-    EndLoad(const Measure& measure, const scene::Scene& scene) : measure_(measure), grip_(gripIndex(measure, scene)) {}
+    EndLoad(const Measure& measure, const scene::Scene& scene) : loadOf_(measure, scene) {}
     Value end(const core::Simulation&, const core::StepRecord& last) override
     {
-        return last.step > 0 ? number(componentOf(last.gripLoad[grip_], measure_)) : missing("no step");
+        return last.step > 0 ? number(loadOf_(last)) : missing("no step");
     }
 
 private:
-    Measure measure_;
-    std::size_t grip_;
+    LoadOf loadOf_;
 };
 
 /// First time that the level set changes where the cut sees it.
@@ -184,8 +203,8 @@ std::unique_ptr<Witness> makeWitness(const Measure& measure, const scene::Scene&
     const std::string& q = measure.quantity;
     if (auto witness = makeEndWitness(measure)) return witness;
     if (auto witness = makeWorkWitness(measure, scene)) return witness;
-    if (q == "load_peak") return std::make_unique<PeakLoad>(measure, scene);
-    if (q == "load_end") return std::make_unique<EndLoad>(measure, scene);
+    if (q == "load_peak" || q == "collider_load_peak") return std::make_unique<PeakLoad>(measure, scene);
+    if (q == "load_end" || q == "collider_load_end") return std::make_unique<EndLoad>(measure, scene);
     if (q == "onset") return std::make_unique<Onset>();
     if (q == "period" || q == "damping") return std::make_unique<Oscillation>(measure);
     return std::make_unique<MomentumChange>(q == "angular_momentum");

@@ -85,6 +85,8 @@ const Quantity kQuantities[] = {
     {"load_peak", {"grip"}, {"axis"}},
     {"load_end", {"grip"}, {"axis"}},
     {"load_work", {"grip"}},
+    {"collider_load_peak", {"collider"}, {"axis"}},
+    {"collider_load_end", {"collider"}, {"axis"}},
     {"onset", {}},
     {"dissipated", {}},
     {"energy_balance", {}},
@@ -122,6 +124,10 @@ const Key kMeasure[] = {
      .member = &Measure::grip,
      .doc = "Name of the grip; can be left out where there is one.",
      .defaultText = kOptional},
+    {.name = "collider",
+     .member = &Measure::collider,
+     .doc = "Name of the collider; can be left out where there is one.",
+     .defaultText = kOptional},
     {.name = "point", .member = &Measure::point, .unit = "m", .doc = "A point of the body, at rest."},
     {.name = "axis",
      .member = {Type::direction, &Measure::axis},
@@ -158,9 +164,9 @@ bool isIn(const Names& names, const std::string& name)
 /// A quantity has all that it needs, and nothing that would mean nothing.
 void checkNeeds(scene::Review& measure, const Quantity& quantity)
 {
-    for (const std::string key : {"body", "grip", "point", "axis", "rest", "wavelength"}) {
+    for (const std::string key : {"body", "grip", "collider", "point", "axis", "rest", "wavelength"}) {
         const bool given = measure.values.has(key), needed = isIn(quantity.needs, key);
-        const bool filledIn = key == "body" || key == "grip";  // where there is one only
+        const bool filledIn = key == "body" || key == "grip" || key == "collider";  // where there is one only
         if (given && !needed && !isIn(quantity.takes, key))
             measure.complain(
                 key, {fmt::format("{}.{} means nothing to the quantity \"{}\"", measure.path(), key, quantity.name), "",
@@ -171,7 +177,7 @@ void checkNeeds(scene::Review& measure, const Quantity& quantity)
     }
 }
 
-/// Reads the name of a body or a grip; fills in the only one where none is given.
+/// Reads the name of a body, a grip or a collider; fills in the only one where none is given.
 template <class T>
 void refer(scene::Review& measure, const std::string& key, const std::vector<T>& all)
 {
@@ -195,6 +201,7 @@ void checkMeasure(scene::Review& measure)
     checkNeeds(measure, quantity);
     if (isIn(quantity.needs, "body")) refer(measure, "body", measure.scene().bodies);
     if (isIn(quantity.needs, "grip")) refer(measure, "grip", measure.scene().grips);
+    if (isIn(quantity.needs, "collider")) refer(measure, "collider", measure.scene().colliders);
     if (v.has("exact") && v.number("exact") == 0 && !v.has("scale"))
         measure.complain("exact", {measure.path() + ".exact is 0, and no error is relative to it", "",
                                    "give scale, what errors are to be relative to"});

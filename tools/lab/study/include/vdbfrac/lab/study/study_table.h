@@ -29,7 +29,7 @@ struct Spec {
     /// A number that is taken of each run. Which members have a meaning, the quantity says; `body` and `grip` are
     /// filled in where the quantity needs them.
     struct Measure {
-        std::string name, quantity, body, grip;
+        std::string name, quantity, body, grip, collider;
         std::optional<Vec3> point;   ///< m, at rest
         std::optional<Vec3> axis;    ///< of unit length
         std::optional<double> rest;  ///< m: the value that an oscillation is about
