@@ -54,6 +54,10 @@ tetmesh::RenderMesh tearable(tetmesh::RenderMesh mesh, const std::string& body, 
     if (turned > 0)
         notes.push_back(own + " has " + std::to_string(turned) + " of " + std::to_string(mesh.faces()) +
                         " faces that look inward: they are turned");
+    const auto bare = std::ranges::count(mesh.corners, tetmesh::RenderMesh::kNone, &tetmesh::RenderMesh::Corner::uv);
+    if (!mesh.uvs.empty() && bare > 0)
+        notes.push_back(own + " has " + std::to_string(bare) + " of " + std::to_string(mesh.corners.size()) +
+                        " corners of faces without texture coordinates");
     solids::UnitedMesh united = solids::unitedMesh(mesh, edge);
     if (united.shells == 0) return mesh;
     const std::string shells =
