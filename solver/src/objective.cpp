@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 
 #include <algorithm>
+#include <ranges>
 #include <cmath>
 
 namespace vdbfrac::solver {
@@ -203,11 +204,9 @@ void Objective::hold(Point& p) const
 
 std::uint32_t Objective::worstNode(const Point& p) const
 {
-    const auto size = [&](std::uint32_t i) { return fixed_[i] ? -1 : p.gradient[i].squaredNorm(); };
-    std::uint32_t worst = 0;
-    for (std::uint32_t i = 1; i < p.gradient.size(); ++i)
-        if (size(i) > size(worst)) worst = i;
-    return worst;
+    const auto nodes = std::views::iota(std::uint32_t(0), std::uint32_t(p.gradient.size()));
+    return *std::ranges::max_element(nodes, {},
+                                     [&](std::uint32_t i) { return fixed_[i] ? -1 : p.gradient[i].squaredNorm(); });
 }
 
 double Objective::jump() const

@@ -2,13 +2,17 @@
 #include "branching_scenes.h"
 #include "folder_test.h"
 
+#include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/core/drawing.h>
 #include <vdbfrac/core/point_cache.h>
 #include <vdbfrac/lab/scenes/scene_run.h>
 
+#include <Eigen/Geometry>
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <span>
 
 namespace vdbfrac {
 namespace {
@@ -125,6 +129,49 @@ TEST_P(PointCachesOf, SpanNoGap)
         const double out = std::max((boxes[f].lower - box.lower).maxCoeff(), (box.upper - boxes[f].upper).maxCoeff());
         EXPECT_LT(out / dx, kOff) << "frame " << f + 1;
     }
+}
+
+/// A soft bar, of a mesh of long faces, is drawn out far before it tears: until then its skin is whole.
+TEST_F(PointCaches, KeepSkinThatIsStretched)
+{
+    writeText(folder_ / "bar.obj",
+              "v -1 -.3 -.2\nv -1 .3 -.2\nv -1 .3 .2\nv -1 -.3 .2\nv 1 -.3 -.2\nv 1 .3 -.2\nv 1 .3 .2\nv 1 -.3 .2\n"
+              "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 3 4 8 7\nf 2 3 7 6\nf 1 5 8 4\n");
+    lab::SceneRun run(
+        "version = 1\nname = \"stretched\"\ntime = { frames = [1, 13], fps = 24 }\ngrid = { voxel_size = 0.07 }\n"
+        "[[body]]\nname = \"bar\"\nshape = { mesh = \"" +
+        (folder_ / "bar.obj").string() +
+        "\" }\nmaterial = \"gel\"\n[material.gel]\nyoungs_modulus = 1e5\npoisson_ratio = 0.3\ndensity = 1000\n"
+        "[[grip]]\nbody = \"bar\"\nregion.halfspace = { normal = [-1, 0, 0], offset = 0.75 }\nmove.velocity = [0, 0, "
+        "0]\n"
+        "[[grip]]\nbody = \"bar\"\nregion.halfspace = { normal = [1, 0, 0], offset = 0.75 }\nmove.velocity = [6, 0, "
+        "0]\n"
+        "[output]\npoint_cache = [\"mdd\"]\n[fracture]\nkappa = 1.5e5\n");
+    const auto motion = runToEnd(run);
+    ASSERT_GT(run.simulation.bodies()[0].revision, 0);
+    int first = 0;  // the frame after which it tears
+    for (const core::StepRecord& step : run.steps)
+        if (step.work.countOf("cut", "voxels") > 0 && first == 0) first = int(step.time * 24);
+    core::Drawing drawing(run.scene, run.simulation);
+    drawing.followWhole(run.simulation, run.work);
+    const core::PointCache cache(run.scene, run.simulation, drawing, motion);
+    double longest = 0;
+    std::size_t flat = 0, faces = 0;
+    const auto area = [](std::span<const Vec3> at, const auto& c) {
+        return (at[c[1].point] - at[c[0].point]).cross(at[c[2].point] - at[c[0].point]).norm();
+    };
+    const core::DrawnBody body = cache.frame(std::size_t(first))[0];
+    const tetmesh::RenderMesh& mesh = body.topology->mesh;
+    for (std::size_t f = 0; f < mesh.faces(); ++f) {
+        const auto c = mesh.face(f);
+        if (body.topology->torn[f] || area(mesh.points, c) == 0) continue;
+        const double now = (body.points[c[1].point] - body.points[c[0].point]).norm();
+        longest = std::max(longest, now / (mesh.points[c[1].point] - mesh.points[c[0].point]).norm());
+        ++faces, flat += area(body.points, c) == 0;
+    }
+    EXPECT_GT(longest, 2.5);
+    EXPECT_GT(faces, 100u);
+    EXPECT_EQ(flat, 0u) << "of frame " << first + 1;
 }
 
 /// In the last frame it is what is drawn of that frame, but for what cracks have taken.

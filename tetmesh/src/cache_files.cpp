@@ -236,6 +236,7 @@ public:
     }
     std::string read(const Piece& piece)
     {
+        if (!stream_.flush()) throw FileError(file_.string(), "cannot be written");
         std::string text(piece.size, '\0');
         stream_.seekg(std::streamoff(piece.begin));
         stream_.read(text.data(), std::streamsize(piece.size));

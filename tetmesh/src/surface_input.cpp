@@ -58,9 +58,10 @@ PolygonSoup readBinaryStl(std::string_view bytes, const std::string& file)
         for (std::size_t& corner : polygon) {
             Vec3 X;
             for (int a = 0; a < 3; ++a, at += sizeof(float)) X[a] = std::bit_cast<float>(littleEndian32(at));
-            if (!X.allFinite())
-                throw InputError(
-                    {file, "triangle " + std::to_string(t) + " has a corner that is not finite", "finite numbers", ""});
+            if (!(X.cwiseAbs().maxCoeff() <= TextReader::kLargest))
+                throw InputError({file,
+                                  "triangle " + std::to_string(t) + " has a corner that is not finite or too large",
+                                  "numbers from -1e30 to 1e30", ""});
             corner = corners.add(X);
         }
     }

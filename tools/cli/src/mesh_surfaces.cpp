@@ -104,9 +104,9 @@ int meshSurfaces(const MeshOptions& options)
             {"--output",
              "'" + out + "' has no place for the frame, and there are " + std::to_string(sources.size()) + " frames",
              "####, $F4 or %04d in the name", ""});
+    for (const Source& source : sources) requireApart({frameName(out, source.frame)}, {});
     for (const Source& source : sources) {
         const std::string file = frameName(out, source.frame);
-        requireApart({file}, {});
         if (isSequence(out)) makeFolderOf(file);
         tetmesh::writeSurface(file, surfaceOf(source, options));
         std::printf("%s\n", file.c_str());

@@ -9,7 +9,7 @@ namespace {
 
 std::string text(const std::vector<InputError::Detail>& details)
 {
-    constexpr std::size_t kMost = 20;  // a slip in a loop that writes scenes is told often enough
+    constexpr std::size_t kMost = 20;  // one mistake in a script that writes scenes repeats in every table
     std::string all;
     for (const InputError::Detail& d : std::span(details).first(std::min(details.size(), kMost))) {
         if (!all.empty()) all += '\n';

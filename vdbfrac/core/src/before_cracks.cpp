@@ -96,11 +96,11 @@ bool BeforeCracks::leave(std::size_t frame, std::span<const std::uint32_t> point
     return any;
 }
 
-std::vector<std::uint8_t> BeforeCracks::carriedPoints(std::size_t points) const
+std::vector<std::uint8_t> BeforeCracks::moves(std::size_t points) const
 {
-    std::vector<std::uint8_t> isCarried(points, 0);
-    for (const Point& p : points_) isCarried[p.point] = 1;
-    return isCarried;
+    std::vector<std::uint8_t> moves(points, 0);
+    for (const Point& p : points_) moves[p.point] = 1;
+    return moves;
 }
 
 bool BeforeCracks::carry(std::size_t frame, std::span<const Vec3> ofNodes, std::span<Vec3> ofPoints) const

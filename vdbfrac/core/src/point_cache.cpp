@@ -18,6 +18,19 @@ namespace {
 
 std::string keyOf(const char* what, std::size_t body) { return std::string(what) + "_" + std::to_string(body); }
 
+/// Values of some nodes of a frame.
+template <class T>
+std::vector<T> of(const Archive& archive, const std::string& key, const std::vector<std::uint32_t>& nodes)
+{
+    const auto all = archive.get<T>(key);
+    std::vector<T> values;
+    for (std::uint32_t n : nodes) {
+        if (n >= all.size()) archive.complain("has too few nodes for the run's last frame");
+        values.push_back(all[n]);
+    }
+    return values;
+}
+
 }  // namespace
 
 Archive motionOf(const Simulation& simulation)
@@ -82,44 +95,33 @@ std::vector<std::vector<BeforeCracks::Tet>> PointCache::takenTets(std::size_t bo
     return tets;
 }
 
-/// Values of some nodes of a frame.
-std::vector<Vec3> PointCache::of(const Archive& archive, const std::string& key,
-                                 const std::vector<std::uint32_t>& nodes)
-{
-    const auto all = archive.get<Vec3>(key);
-    std::vector<Vec3> values;
-    for (std::uint32_t n : nodes) {
-        if (n >= all.size()) archive.complain("has too few nodes for the run's last frame");
-        values.push_back(all[n]);
-    }
-    return values;
-}
-
 /// Points leave what cracks take where faces would span a gap. Returns when faces that cracks take would.
 std::vector<PartedFaces> PointCache::part(const Simulation& simulation)
 {
     std::vector<PartedFaces> parted;
     for (std::size_t b = 0; b < before_.size(); ++b) {
         const tetmesh::DrawnTopology& drawn = *drawing_.topology(b);
-        parted.emplace_back(drawn, before_[b].carriedPoints(drawn.mesh.points.size()),
-                            simulation.bodies()[b].phi.voxelSize());
+        parted.emplace_back(drawn, before_[b].moves(drawn.mesh.points.size()), simulation.bodies()[b]);
     }
     if (std::ranges::none_of(parted, &PartedFaces::hasAny)) return parted;
     for (std::size_t f = 0; f < motion_.size(); ++f) {
         const Archive archive = Archive::read(motion_[f]);
-        for (std::size_t b = 0; b < parted.size(); ++b) {
-            if (!parted[b].hasAny()) continue;
-            const std::vector<Vec3> x = of(archive, keyOf("x", b), *node_[f][b]);
-            const std::vector<Vec3> carried = drawing_.carried(b, std::span(x).first(nodes_[b]));
-            std::vector<Vec3> points;
-            do {  // what leaves may pull at a neighbour that does not
-                points = carried;
-                before_[b].carry(f, x, points);
-            } while (before_[b].leave(f, parted[b].spanning(points)));
-            parted[b].seeTaken(std::uint32_t(f), points);
-        }
+        for (std::size_t b = 0; b < parted.size(); ++b)
+            if (parted[b].hasAny()) partIn(f, archive, b, parted[b]);
     }
     return parted;
+}
+
+void PointCache::partIn(std::size_t frame, const Archive& archive, std::size_t body, PartedFaces& parted)
+{
+    const auto x = of<Vec3>(archive, keyOf("x", body), *node_[frame][body]);
+    const std::vector<Vec3> carried = drawing_.carried(body, std::span(x).first(nodes_[body]));
+    std::vector<Vec3> at;
+    do {  // what leaves may pull at a neighbour that does not
+        at = carried;
+        before_[body].carry(frame, x, at);
+    } while (before_[body].leave(frame, parted.spanning(at, x)));
+    parted.seeTaken(std::uint32_t(frame), at, x);
 }
 
 /// Fills node_: classes of nodes only split, so each was one node in every frame before.
@@ -158,8 +160,8 @@ DrawnFrame PointCache::frame(std::size_t number) const
     const Archive archive = Archive::read(motion_[number]);
     DrawnFrame all;
     for (std::size_t b = 0; b < node_[number].size(); ++b) {
-        const std::vector<Vec3> atX = of(archive, keyOf("x", b), *node_[number][b]),
-                                atV = of(archive, keyOf("v", b), *node_[number][b]);
+        const auto atX = of<Vec3>(archive, keyOf("x", b), *node_[number][b]),
+                   atV = of<Vec3>(archive, keyOf("v", b), *node_[number][b]);
         const std::size_t own = nodes_[b];
         DrawnBody& drawn = all.emplace_back(drawing_.body(b, std::span(atX).first(own), std::span(atV).first(own)));
         if (before_[b].carry(number, atX, drawn.points)) drawing_.turnNormals(b, drawn);

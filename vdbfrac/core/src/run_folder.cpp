@@ -302,7 +302,7 @@ void RunFolder::goOn(Simulation& simulation, const Resume& how, const Found& fou
     const bool isBranch = !branch.changes.empty();
     if (!isBranch && restHash_ != archive.getText("rest_hash"))
         refuse("the start is not that of the run: the program has changed since");
-    if (bodyFilesHash_ != archive.getText("body_files_hash"))
+    if (archive.has("body_files_hash") && bodyFilesHash_ != archive.getText("body_files_hash"))
         notes.push_back("a mesh has changed since, if not its shape: frames from here on are drawn by it as it is now");
     takeState(simulation, how, archive, branch, notes);
     const auto& frames = found.records.frames;
@@ -370,7 +370,7 @@ void RunFolder::writePointCache(const Simulation& simulation)
         const StageTimer timer(work_, "draw");
         drawing->followWhole(simulation, work_);
     }
-    queue_.push([this, &simulation, drawing] { writer_->writePointCache(simulation, *drawing); });
+    handOver([this, &simulation, drawing] { writer_->writePointCache(simulation, *drawing); });
 }
 
 void RunFolder::finish(const Simulation& simulation, const std::string& status, const std::string& error)

@@ -7,11 +7,13 @@
 #include <vdbfrac/base/nearest_source.h>
 #include <vdbfrac/base/polygon.h>
 #include <vdbfrac/skin/opposite.h>
+#include <vdbfrac/tetmesh/trilinear.h>
 
 #include <Eigen/Geometry>
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -134,40 +136,68 @@ DrawnTopology withoutTaken(const DrawnTopology& drawn)
 
 }  // namespace
 
-PartedFaces::PartedFaces(const DrawnTopology& drawn, std::span<const std::uint8_t> isCarried, double dx)
-    : drawn_(&drawn), dx_(dx), frame_(drawn.taken[1] - drawn.taken[0], kNever)
+PartedFaces::PartedFaces(const DrawnTopology& drawn, std::span<const std::uint8_t> mayRide, const Body& body)
+    : drawn_(&drawn), mesh_(&*body.mesh), dx_(body.phi.voxelSize()), frame_(drawn.taken[1] - drawn.taken[0], kNever)
 {
-    const auto mayPart = [&](const RenderMesh::Corner& c) { return isCarried[c.point] != 0; };
+    const auto rides = [&](const RenderMesh::Corner& c) { return mayRide[c.point] != 0; };
     for (std::uint32_t f = 0; f < drawn.mesh.faces(); ++f)
-        if (!drawn.isTaken(f) && std::ranges::any_of(drawn.mesh.face(f), mayPart)) skin_.push_back(f);
+        if (!drawn.isTaken(f) && std::ranges::any_of(drawn.mesh.face(f), rides)) skin_.push_back(f);
+    if (!hasAny()) return;
+    for (std::uint32_t e = 0; e < mesh_->elements().size(); ++e) {
+        Vec3 middle = Vec3::Zero();
+        for (const std::uint32_t n : mesh_->elements()[e].node) middle += mesh_->restPosition(n) / tetmesh::kCorners;
+        elements_.add(tetmesh::floorOf(middle.array() / mesh_->spacing()), e);
+    }
+    elements_.sort();
 }
 
-bool PartedFaces::isLong(std::size_t face, std::span<const Vec3> points) const
+/// The most that what is left of the material is stretched beside a line at rest; 1 where it is not.
+double PartedFaces::stretchAlong(const Vec3& A, const Vec3& B, std::span<const Vec3> x) const
 {
-    constexpr double kLong =
-        2;  // times its length at rest, and a voxel more: material that has not torn stretches less
+    double most = 1;
+    const auto see = [&](std::uint32_t element) {
+        const auto& node = mesh_->elements()[element].node;
+        for (std::size_t a = 0; a < node.size(); ++a)
+            for (std::size_t b = 0; b < a; ++b) {
+                const double rest = (mesh_->restPosition(node[a]) - mesh_->restPosition(node[b])).norm();
+                if (rest > 0) most = std::max(most, (x[node[a]] - x[node[b]]).norm() / rest);
+            }
+    };
+    const double h = mesh_->spacing();
+    const int steps = int(std::ceil((B - A).norm() / h));
+    for (int s = 0; s <= steps; ++s) {
+        const Vec3 X = A + (steps > 0 ? double(s) / steps : 0) * (B - A);
+        elements_.visit(tetmesh::floorOf(X.array() / h - 1.), tetmesh::floorOf(X.array() / h + 1.), see);
+    }
+    return most;
+}
+
+bool PartedFaces::isLong(std::size_t face, std::span<const Vec3> at, std::span<const Vec3> x) const
+{
+    constexpr double kLong = 2;  // times what the material beside it is, and a voxel more
     const std::vector<Vec3>& rest = drawn_->mesh.points;
     const auto corners = drawn_->mesh.face(face);
     for (std::size_t k = 0; k < corners.size(); ++k) {
         const std::uint32_t a = corners[k].point, b = corners[(k + 1) % corners.size()].point;
-        if ((points[a] - points[b]).norm() > kLong * (rest[a] - rest[b]).norm() + dx_) return true;
+        const double now = (at[a] - at[b]).norm(), then = (rest[a] - rest[b]).norm();
+        if (now > kLong * then + dx_ && now > kLong * stretchAlong(rest[a], rest[b], x) * then + dx_) return true;
     }
     return false;
 }
 
-std::vector<std::uint32_t> PartedFaces::spanning(std::span<const Vec3> points) const
+std::vector<std::uint32_t> PartedFaces::spanning(std::span<const Vec3> at, std::span<const Vec3> x) const
 {
     std::vector<std::uint32_t> corners;
     for (const std::uint32_t f : skin_)
-        if (isLong(f, points))
+        if (isLong(f, at, x))
             for (const RenderMesh::Corner& c : drawn_->mesh.face(f)) corners.push_back(c.point);
     return corners;
 }
 
-void PartedFaces::seeTaken(std::uint32_t frame, std::span<const Vec3> points)
+void PartedFaces::seeTaken(std::uint32_t frame, std::span<const Vec3> at, std::span<const Vec3> x)
 {
     for (std::size_t i = 0; i < frame_.size(); ++i)
-        if (frame_[i] == kNever && isLong(drawn_->taken[0] + i, points)) frame_[i] = frame;
+        if (frame_[i] == kNever && isLong(drawn_->taken[0] + i, at, x)) frame_[i] = frame;
 }
 
 TakenFaces::TakenFaces(const DrawnTopology& drawn, bool lipsClosed, const Stages& stages, const Body& body, double fps,

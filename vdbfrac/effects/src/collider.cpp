@@ -46,6 +46,9 @@ public:
     {
     }
 
+    Colliders(const Colliders&) = delete;
+    Colliders& operator=(const Colliders&) = delete;
+
     std::string name() const override { return "collider"; }
     void join(core::Stages& stages) override
     {
@@ -166,7 +169,9 @@ void Colliders::look(std::span<const Vec3> x, double time)
     start_ = obstacles_.placesAt(time);
     if (isFirst) {
         begunPlaces_ = start_, begun_.resize(surface_.size());
-        for (std::size_t i = 0; i < begun_.size(); ++i) begun_[i] = surface_.at(i, x);
+        parallelChunks(begun_.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) begun_[i] = surface_.at(i, x);
+        });
     }
     see(x, isFirst && isChanged_);
     const std::vector<double> room = search_.room(x, start_);
@@ -178,7 +183,7 @@ void Colliders::look(std::span<const Vec3> x, double time)
 /// Samples may be as deep as they are where they are new; `all`: and where colliders are others than they were.
 void Colliders::see(std::span<const Vec3> x, bool all)
 {
-    const auto see = [&](std::size_t i) {
+    const auto seeOne = [&](std::size_t i) {
         SampleMemory& memory = surface_.memory(i);
         if (!all && memory.allowance != SampleMemory::kUnseen) return;
         const Vec3 y = surface_.at(i, x);
@@ -188,7 +193,7 @@ void Colliders::see(std::span<const Vec3> x, bool all)
         memory.see(depth);
     };
     parallelChunks(surface_.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) see(i);
+        for (std::size_t i = begin; i < end; ++i) seeOne(i);
     });
 }
 

@@ -167,8 +167,8 @@ double ColliderSearch::fastest(const solver::State& state, const Places& places,
         for (std::size_t c = 0; c < obstacles_.size(); ++c) {
             const double half = obstacles_[c].halfThickness();
             if (!std::isfinite(half)) continue;
-            const double apart = speed + carried[c](group.center()).norm() + carried[c].spin.norm() * group.radius();
-            if (apart <= most * (half + std::max(0., group.least(obstacles_[c], places[c])))) continue;
+            const double relative = speed + carried[c](group.center()).norm() + carried[c].spin.norm() * group.radius();
+            if (relative <= most * (half + std::max(0., group.least(obstacles_[c], places[c])))) continue;
             for (std::size_t i = group.begin(); i < group.end(); ++i) {
                 const double distance = std::max(0., obstacles_.distance(group.at(i), c, places));
                 const Vec3 v = surface_.at(i, state.v) - carried[c](group.at(i));

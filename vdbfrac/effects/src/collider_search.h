@@ -35,7 +35,7 @@ public:
     std::vector<double> room(std::span<const Vec3> x, const Places& places) const;
     /// Has a step taken a sample to the other side of a collider?
     bool isAnyPassed(const solver::WholeStep& way) const;
-    /// Most that samples come through half of a collider in a time [1/s].
+    /// The highest rate at which a sample crosses half of a collider's thickness [1/s].
     double fastest(const solver::State& state, const Places& places, double time) const;
 
 private:

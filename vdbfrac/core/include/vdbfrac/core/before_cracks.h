@@ -37,8 +37,8 @@ public:
     /// From this frame on these points go with what carries them at the end, whatever the time of arrival. Returns
     /// whether any did not.
     bool leave(std::size_t frame, std::span<const std::uint32_t> points);
-    /// Of all points of the surface: does it move any?
-    std::vector<std::uint8_t> carriedPoints(std::size_t points) const;
+    /// Of all points of the surface: does it move them in any frame?
+    std::vector<std::uint8_t> moves(std::size_t points) const;
 
     /// Numbers of the tets that carry a point, rising.
     const std::vector<std::uint32_t>& tets() const { return used_; }

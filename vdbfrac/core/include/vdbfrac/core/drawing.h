@@ -62,12 +62,12 @@ public:
     {
         return surfaces_[body].skin.topology();
     }
-    /// Points of a body that ride some way outside of its material, as they did at the last follow().
     /// All points of a body's surface, as body() has them [m].
     std::vector<Vec3> carried(std::size_t body, std::span<const Vec3> x) const
     {
         return surfaces_[body].skin.carried(x);
     }
+    /// Points of a body that ride some way outside of its material, as they did at the last follow().
     std::vector<skin::OutsidePoint> outside(std::size_t body) const { return surfaces_[body].skin.outside(); }
     /// Turns the normals of a body, as body() gave it, after its points have moved.
     void turnNormals(std::size_t body, DrawnBody& drawn) const;

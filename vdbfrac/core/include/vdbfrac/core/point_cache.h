@@ -45,8 +45,7 @@ private:
     std::vector<std::vector<BeforeCracks::Tet>> takenTets(std::size_t bodies) const;
     void traceBack(const Simulation& simulation);
     std::vector<PartedFaces> part(const Simulation& simulation);
-    static std::vector<Vec3> of(const Archive& archive, const std::string& key,
-                                const std::vector<std::uint32_t>& nodes);
+    void partIn(std::size_t frame, const Archive& archive, std::size_t body, PartedFaces& parted);
     std::vector<tetmesh::CacheFrame> cacheFrame(std::size_t number) const;
     void writeObj(const std::filesystem::path& out) const;
     void writeMdd(const std::filesystem::path& out) const;

@@ -1,6 +1,7 @@
 // What cracks of a run take of a body's outer surface, in a surface that is cut by all of them from the first frame on.
 #pragma once
 
+#include <vdbfrac/base/by_voxel.h>
 #include <vdbfrac/core/body.h>
 #include <vdbfrac/core/drawing.h>
 #include <vdbfrac/core/stages.h>
@@ -16,22 +17,26 @@ namespace vdbfrac::core {
 /// come to a place, not when what is beside it has gone elsewhere.
 class PartedFaces {
 public:
-    /// `drawn` has to live as long. `isCarried`: of each point, whether it may go with what cracks take. dx: voxel size
-    /// [m].
-    PartedFaces(const tetmesh::DrawnTopology& drawn, std::span<const std::uint8_t> isCarried, double dx);
+    /// `drawn` and the mesh of the body have to live as long. `mayRide`: of each point, whether it goes with what
+    /// cracks take in any frame.
+    PartedFaces(const tetmesh::DrawnTopology& drawn, std::span<const std::uint8_t> mayRide, const Body& body);
     bool hasAny() const { return !skin_.empty() || !frame_.empty(); }
-    /// Corners of faces that stay, where the surface's points are at `points` [m].
-    std::vector<std::uint32_t> spanning(std::span<const Vec3> points) const;
+    /// Corners of faces that stay and are longer than the material beside them. `at`: of each point; `x`: of each node
+    /// [m].
+    std::vector<std::uint32_t> spanning(std::span<const Vec3> at, std::span<const Vec3> x) const;
     /// To be called for all frames in order.
-    void seeTaken(std::uint32_t frame, std::span<const Vec3> points);
+    void seeTaken(std::uint32_t frame, std::span<const Vec3> at, std::span<const Vec3> x);
     /// The first frame in which a face that cracks take spans a gap; the largest number where it does in none.
     std::uint32_t frameOf(std::uint32_t face) const { return frame_[face - drawn_->taken[0]]; }
 
 private:
-    bool isLong(std::size_t face, std::span<const Vec3> points) const;
+    bool isLong(std::size_t face, std::span<const Vec3> at, std::span<const Vec3> x) const;
+    double stretchAlong(const Vec3& A, const Vec3& B, std::span<const Vec3> x) const;
 
     const tetmesh::DrawnTopology* drawn_;
-    double dx_;
+    const tetmesh::BodyMesh* mesh_;
+    double dx_;                         // m
+    ByVoxel elements_;                  // by their middles, in spacings of the mesh
     std::vector<std::uint32_t> skin_;   // faces that stay, with a point that may go with what does not
     std::vector<std::uint32_t> frame_;  // of each face that cracks take
 };
