@@ -17,6 +17,12 @@
 namespace vdbfrac {
 namespace {
 
+/// Of its first triangle [m^2]; the faces that cracks take have one.
+double areaOf(std::span<const tetmesh::RenderMesh::Corner> face, std::span<const Vec3> at)
+{
+    return .5 * (at[face[1].point] - at[face[0].point]).cross(at[face[2].point] - at[face[0].point]).norm();
+}
+
 class PointCaches : public test::FolderTest {
 protected:
     static std::vector<std::string> settings(const std::string& lattice)
@@ -94,6 +100,7 @@ TEST_P(PointCachesOf, SpanNoGap)
 {
     constexpr double kLonger = 1.5;  // voxels: of an edge, than twice its length at rest
     constexpr double kOff = 1.2;     // voxels, from the box round the frame as it is drawn
+    constexpr double kOpen = 2;      // voxel faces of skin that are gone in frame 5: its lips are closed as it is drawn
     lab::SceneRun run(
         "version = 1\nname = \"burst\"\ntime = { frames = [1, 24], fps = 24 }\ngrid = { voxel_size = 0.08 }\n"
         "[[body]]\nname = \"block\"\nshape = { box = { size = [0.78, 0.78, 0.38], center = [0, 0.45, 0] } }\n"
@@ -112,19 +119,22 @@ TEST_P(PointCachesOf, SpanNoGap)
     drawing.followWhole(run.simulation, run.work);
     const core::PointCache cache(run.scene, run.simulation, drawing, motion);
     for (std::size_t f = 0; f < motion.size(); ++f) {
-        double most = 0;
+        double most = 0, gone = 0;
         for (const core::DrawnBody& body : cache.frame(f)) {
             const tetmesh::RenderMesh& mesh = body.topology->mesh;
-            for (std::size_t i = 0; i < mesh.faces(); ++i)
+            for (std::size_t i = 0; i < mesh.faces(); ++i) {
+                if (areaOf(mesh.face(i), body.points) == 0) gone += areaOf(mesh.face(i), mesh.points);
                 for (std::size_t k = 0; k < mesh.face(i).size(); ++k) {
                     const std::uint32_t a = mesh.face(i)[k].point,
                                         b = mesh.face(i)[(k + 1) % mesh.face(i).size()].point;
                     const double rest = (mesh.points[a] - mesh.points[b]).norm();
                     most = std::max(most, (body.points[a] - body.points[b]).norm() - 2 * rest);
                 }
+            }
         }
         const double dx = run.scene.grid.voxelSize;
         EXPECT_LT(most / dx, kLonger) << "frame " << f + 1;
+        if (f == 4) EXPECT_LT(gone / (dx * dx), kOpen);
         const Bounds box = core::boundsOf(cache.frame(f));
         const double out = std::max((boxes[f].lower - box.lower).maxCoeff(), (box.upper - boxes[f].upper).maxCoeff());
         EXPECT_LT(out / dx, kOff) << "frame " << f + 1;
@@ -157,17 +167,14 @@ TEST_F(PointCaches, KeepSkinThatIsStretched)
     const core::PointCache cache(run.scene, run.simulation, drawing, motion);
     double longest = 0;
     std::size_t flat = 0, faces = 0;
-    const auto area = [](std::span<const Vec3> at, const auto& c) {
-        return (at[c[1].point] - at[c[0].point]).cross(at[c[2].point] - at[c[0].point]).norm();
-    };
     const core::DrawnBody body = cache.frame(std::size_t(first))[0];
     const tetmesh::RenderMesh& mesh = body.topology->mesh;
     for (std::size_t f = 0; f < mesh.faces(); ++f) {
         const auto c = mesh.face(f);
-        if (body.topology->torn[f] || area(mesh.points, c) == 0) continue;
+        if (body.topology->torn[f] || areaOf(c, mesh.points) == 0) continue;
         const double now = (body.points[c[1].point] - body.points[c[0].point]).norm();
         longest = std::max(longest, now / (mesh.points[c[1].point] - mesh.points[c[0].point]).norm());
-        ++faces, flat += area(body.points, c) == 0;
+        ++faces, flat += areaOf(c, body.points) == 0;
     }
     EXPECT_GT(longest, 2.5);
     EXPECT_GT(faces, 100u);

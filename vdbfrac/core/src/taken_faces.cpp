@@ -104,12 +104,21 @@ std::vector<std::uint32_t> nearestKnown(const Groups& links, std::span<const std
 
 /// The first frame in which a crack has come to each point; where none is known to have, that of the nearest point with
 /// one, or kNever.
-std::vector<std::uint32_t> framesOf(const DrawnTopology& drawn, const Stages& stages, const Body& body, double fps)
+std::vector<std::uint32_t> framesOf(const DrawnTopology& drawn, bool lipsClosed, const Stages& stages, const Body& body,
+                                    double fps)
 {
     const std::vector<Vec3>& X = drawn.mesh.points;
     std::vector<std::uint32_t> frame(X.size(), kNever);
-    const std::vector<float> times = arrivalTimes(stages, body, X);
+    std::vector<float> times = arrivalTimes(stages, body, X);
     if (times.empty()) return frame;
+    // Lips that are closed cover a gap until it is a voxel wide on all sides.
+    for (int side = 0; side < 6 && lipsClosed; ++side) {
+        std::vector<Vec3> beside = X;
+        for (Vec3& p : beside) p[side / 2] += (side % 2 ? 1 : -1) * body.phi.voxelSize();
+        const std::vector<float> there = arrivalTimes(stages, body, beside);
+        for (std::size_t p = 0; p < X.size(); ++p)
+            if (times[p] >= 0) times[p] = std::max(times[p], there[p]);
+    }
     const Groups links = linksOf(drawn, true);
     std::vector<std::uint8_t> isKnown(X.size());
     for (std::size_t p = 0; p < X.size(); ++p) isKnown[p] = times[p] >= 0 && !links[p].empty();
@@ -174,13 +183,16 @@ double PartedFaces::stretchAlong(const Vec3& A, const Vec3& B, std::span<const V
 
 bool PartedFaces::isLong(std::size_t face, std::span<const Vec3> at, std::span<const Vec3> x) const
 {
-    constexpr double kLong = 2;  // times what the material beside it is, and a voxel more
+    // Times what the material beside it is, and voxels more. What cracks take covers lips that are closed, and goes as
+    // they part.
+    const double kLong = drawn_->isTaken(face) ? 1.5 : 2, kMore = drawn_->isTaken(face) ? .5 : 1;
     const std::vector<Vec3>& rest = drawn_->mesh.points;
     const auto corners = drawn_->mesh.face(face);
     for (std::size_t k = 0; k < corners.size(); ++k) {
         const std::uint32_t a = corners[k].point, b = corners[(k + 1) % corners.size()].point;
         const double now = (at[a] - at[b]).norm(), then = (rest[a] - rest[b]).norm();
-        if (now > kLong * then + dx_ && now > kLong * stretchAlong(rest[a], rest[b], x) * then + dx_) return true;
+        if (now > kLong * then + kMore * dx_ && now > kLong * stretchAlong(rest[a], rest[b], x) * then + kMore * dx_)
+            return true;
     }
     return false;
 }
@@ -206,7 +218,7 @@ TakenFaces::TakenFaces(const DrawnTopology& drawn, bool lipsClosed, const Stages
     const double dx = body.phi.voxelSize();
     std::vector<std::uint8_t> meets(drawn.mesh.points.size(), 0);
     if (lipsClosed) markRimsThatMeet(drawn, dx, meets);
-    const std::vector<std::uint32_t> frameOf = framesOf(drawn, stages, body, fps);
+    const std::vector<std::uint32_t> frameOf = framesOf(drawn, lipsClosed, stages, body, fps);
     std::vector<std::pair<std::uint32_t, std::uint32_t>> faces;  // frame and number
     for (const std::uint32_t f : facesApart(drawn, meets, dx)) {
         std::uint32_t frame = kNever;  // by the first corner: what went later would hang on rims as a fringe
