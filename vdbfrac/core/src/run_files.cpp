@@ -57,6 +57,15 @@ void removeFile(const fs::path& file)
     if (fs::remove(file, error); error) throw FileError(file.string(), "cannot be removed: " + error.message());
 }
 
+/// What a run writes, as its manifest lists it.
+std::vector<std::string> patternsOf(const nlohmann::json& manifest)
+{
+    std::vector<std::string> patterns;
+    for (const auto& pattern : manifest.value("writes", nlohmann::json::array()))
+        if (pattern.is_string() && liesBelow(pattern.get<std::string>())) patterns.push_back(pattern);
+    return patterns;
+}
+
 }  // namespace
 
 std::vector<std::string> runFiles(const std::string& name)
@@ -105,9 +114,7 @@ std::vector<std::string> filesOfEarlierRun(const fs::path& folder, const std::ve
     const auto creator = manifest.is_object() ? manifest.value("creator", nlohmann::json()) : nlohmann::json();
     if (!creator.is_string() || !creator.get_ref<const std::string&>().starts_with("vdbfrac "))
         throw FileError((folder / kManifest).string(), std::string("is not the manifest of a run: ") + kOther);
-    std::vector<std::string> patterns;
-    for (const auto& pattern : manifest.value("writes", nlohmann::json::array()))
-        if (pattern.is_string() && liesBelow(pattern.get<std::string>())) patterns.push_back(pattern);
+    const std::vector<std::string> patterns = patternsOf(manifest);
     if (patterns.empty())
         throw FileError((folder / kManifest).string(),
                         "does not list what its run writes; use another folder, or remove this one");
@@ -123,8 +130,8 @@ fs::path runOf(const fs::path& file)
         const auto manifest = manifestOf(folder);
         if (!manifest.is_object()) continue;
         const std::string path = whole.lexically_relative(folder).generic_string();
-        for (const auto& pattern : manifest.value("writes", nlohmann::json::array()))
-            if (pattern.is_string() && matches(pattern.get<std::string>(), path)) return folder;
+        for (const std::string& pattern : patternsOf(manifest))
+            if (matches(pattern, path)) return folder;
     }
     return {};
 }

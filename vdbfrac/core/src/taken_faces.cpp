@@ -109,16 +109,18 @@ std::vector<std::uint32_t> framesOf(const DrawnTopology& drawn, bool lipsClosed,
 {
     const std::vector<Vec3>& X = drawn.mesh.points;
     std::vector<std::uint32_t> frame(X.size(), kNever);
-    std::vector<float> times = arrivalTimes(stages, body, X);
-    if (times.empty()) return frame;
     // Lips that are closed cover a gap until it is a voxel wide on all sides.
-    for (int side = 0; side < 6 && lipsClosed; ++side) {
-        std::vector<Vec3> beside = X;
-        for (Vec3& p : beside) p[side / 2] += (side % 2 ? 1 : -1) * body.phi.voxelSize();
-        const std::vector<float> there = arrivalTimes(stages, body, beside);
-        for (std::size_t p = 0; p < X.size(); ++p)
-            if (times[p] >= 0) times[p] = std::max(times[p], there[p]);
-    }
+    std::vector<Vec3> places = X;
+    for (int side = 0; side < 6 && lipsClosed; ++side)
+        for (Vec3 beside : X) {
+            beside[side / 2] += (side % 2 ? 1 : -1) * body.phi.voxelSize();
+            places.push_back(beside);
+        }
+    std::vector<float> times = arrivalTimes(stages, body, places);
+    if (times.empty()) return frame;
+    for (std::size_t i = X.size(); i < places.size(); ++i)
+        if (float& own = times[i % X.size()]; own >= 0) own = std::max(own, times[i]);
+    times.resize(X.size());
     const Groups links = linksOf(drawn, true);
     std::vector<std::uint8_t> isKnown(X.size());
     for (std::size_t p = 0; p < X.size(); ++p) isKnown[p] = times[p] >= 0 && !links[p].empty();
