@@ -115,7 +115,7 @@ TEXTS = {
     "straight across its thinnest part, or, with nu = .49, diagonally from the middle to the upper corner. Here too E decides when: strains go\n"
     "with sqrt(kappa / E). A larger nu thins the middle. But all cracks run straight across, with nu = .49 as well: the load is symmetric. Diagonals\n"
     "are those of the lattice, which nodal energies follow (`average = 0` brings them back). Soft blocks with nu = .49 reach strains near 1 / nu,\n"
-    "beyond which this material has no state: steps are cut back more and more, and these runs were stopped, one by itself and one by hand. The block\n"
+    "beyond which this material has no state: steps are cut back more and more, and of these runs one stopped by itself and one was stopped by hand. The block\n"
     "of E = 50 and nu = .23 was still in one piece when its three minutes were over: what is left of it is stretched to more than twice its length.",
     "kappa": "The report lowers kappa at E = 1000 and nu = .49 until, at 20, a piece breaks off by its own movement (figure 4). Here the peak load falls, a little\n"
     "slower than the root of kappa, and the block stays in two pieces: it is hardly loaded where no crack runs.",

@@ -50,7 +50,7 @@ def line(measured):
 
 
 def section(case):
-    text = f"\n## {case['row']}. {case['case']}\n\nElsewhere: {case['usual']}.\n\n"
+    text = f"\n## {case['row']}. {case['case']}\n\nWhat is usual: {case['usual']}.\n\n"
     if not case["measured"]:
         return text + "Not there yet.\n"
     return text + "| measured | value | limit | holds |\n|---|---|---|---|\n" + "".join(map(line, case["measured"]))

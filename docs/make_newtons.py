@@ -38,7 +38,7 @@ def bound(m):
 
 
 def section(case):
-    text = f"\n## {case['row']}. {case['case']}\n\nElsewhere: {case['usual']}. Reference: {case['reference']}.\n\n"
+    text = f"\n## {case['row']}. {case['case']}\n\nWhat is usual: {case['usual']}. Reference: {case['reference']}.\n\n"
     text += "| measured | value | bound | holds |\n|---|---|---|---|\n"
     for m in case["measured"]:
         text += f"| {m['what']} | {number(m['value'])} | {bound(m)} | {'yes' if m['holds'] else '**no**'} |\n"

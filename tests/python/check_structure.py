@@ -93,7 +93,24 @@ def length_complaints(file, text):
             yield f"{file}:{first}: a function of {length} lines, at most {MOST_IN_A_FUNCTION}"
 
 
+def names_of_base(source):
+    """Of functions in headers of base."""
+    names = set()
+    for path in (source / "vdbfrac/base/include").rglob("*.h"):
+        names |= set(re.findall(r"^[\w:]\S*(?: \S+)*? (\w+)\(", path.read_text(), re.MULTILINE))
+    return names
+
+
+def local_name_complaints(file, text, taken):
+    """Files are compiled together: a local function that is named like one of base would be called in its place by others."""
+    for inner in re.findall(r"^namespace \{$(.*?)^\}  // namespace$", text, re.MULTILINE | re.DOTALL):
+        for name in re.findall(r"^[\w:]\S*(?: \S+)*? (\w+)\(", inner, re.MULTILINE):
+            if name in taken:
+                yield f"{file}: {name}() is a name of base"
+
+
 def complaints(source):
+    taken = names_of_base(source)
     for top in ("vdbfrac", "tetmesh", "solver", "tools", "tests"):
         for path in sorted((source / top).rglob("*")):
             file = path.relative_to(source).as_posix()
@@ -101,6 +118,8 @@ def complaints(source):
                 text = path.read_text()
                 yield from include_complaints(source, file, text)
                 yield from length_complaints(file, text)
+                if top != "tests" and path.suffix == ".cpp" and library_of(file) != "base":
+                    yield from local_name_complaints(file, text, taken)
             elif path.name == "CMakeLists.txt" and top != "tests" and re.search(r"\btests\b|\btest/", path.read_text()):
                 yield f"{file}: names the folder of tests"
 

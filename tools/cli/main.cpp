@@ -58,8 +58,9 @@ int run(int argc, char** argv)
     app.set_version_flag("--version", core::kCreator);
     app.require_subcommand(1);
     app.footer(
-        "Exit codes: 0 done, 1 internal error, 2 bad command line, scene or data, 3 not converged (--strict),\n"
-        "4 files and disk, 5 memory or another limit, 75 stopped with a checkpoint (sim; continue with --resume).\n"
+        "Exit codes: 0 done, 1 internal error, 2 bad command line, scene or data, 3 not converged (sim --strict, or a\n"
+        "frame that gets nowhere) or a limit missed (verify, calibrate, study), 4 files and disk, 5 memory or another\n"
+        "limit, 75 stopped with a checkpoint (sim, wedge; continue with --resume).\n"
         "'vdbfrac COMMAND --help' tells more.");
     app.failure_message([](const CLI::App* all, const CLI::Error& e) {
         const std::vector<CLI::App*> command = all->get_subcommands();

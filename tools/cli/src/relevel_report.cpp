@@ -10,13 +10,13 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::string counted(std::size_t n, const char* what) { return n == 0 ? "" : fmt::format("{} {}, ", n, what); }
+std::string listed(std::size_t n, const char* what) { return n == 0 ? "" : fmt::format("{} {}, ", n, what); }
 
 /// What a repair did, gentlest first.
 std::string repairText(const repair::Repaired& r)
 {
-    std::string did = counted(r.joinedPoints, "points joined") + counted(r.removedFaces, "faces removed") +
-                      counted(r.turnedFaces, "faces turned") + counted(r.filledHoles, "holes filled");
+    std::string did = listed(r.joinedPoints, "points joined") + listed(r.removedFaces, "faces removed") +
+                      listed(r.turnedFaces, "faces turned") + listed(r.filledHoles, "holes filled");
     if (r.filledHoles > 0) did += fmt::format("the widest {:.3g} m, ", r.widestHole);
     if (r.wrapped) did += fmt::format("wrapped{}, ", r.intersectsItself ? " since it intersects itself" : "");
     if (did.empty()) return "repair: none was needed";

@@ -103,13 +103,14 @@ std::string squeezeText(const std::vector<core::FrameRecord>& frames)
         least->frame, 100 * least->squeeze);
 }
 
-/// Cracks are a voxel wide; where material is crushed they take it whole.
+/// Cracks take half a voxel and more; where material is crushed they take it whole.
 std::string lostText(double lost)
 {
     constexpr double kMuch = 5;  // %
     if (!(lost > kMuch)) return "";
-    return "lost: cracks are a voxel wide or more, and take what is crushed; a higher toughness keeps more, a smaller "
-           "grid.voxel_size where few cracks run, and a notch where a smooth surface tears all at once\n";
+    return "lost: cracks take half a voxel and more, and all that is crushed; a higher toughness keeps "
+           "more, a smaller grid.voxel_size where few cracks run, and a notch where a smooth surface tears all at "
+           "once\n";
 }
 
 /// How deep fragments were in each other and in themselves, where a picture may show it.

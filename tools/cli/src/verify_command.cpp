@@ -5,6 +5,7 @@
 
 #include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
+#include <vdbfrac/base/number_text.h>
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/cli/commands.h>
 #include <vdbfrac/core/version.h>
@@ -140,7 +141,9 @@ int run(const VerifyOptions& options)
         if (!options.common.quiet) printCase(c, measured);
         all["cases"].push_back(toJson(c, measured));
     }
-    std::printf("%d cases hold, %d do not, %d are not there yet\n", holding, failing, missing);
+    std::printf("%s %s, %d %s not%s\n", counted(holding, "case").c_str(), holding == 1 ? "holds" : "hold", failing,
+                failing == 1 ? "does" : "do",
+                missing > 0 ? (", " + std::to_string(missing) + " not there yet").c_str() : "");
     if (!options.json.empty()) writeText(options.json, all.dump(1) + "\n");
     return failing == 0 ? kDone : kNotConverged;
 }

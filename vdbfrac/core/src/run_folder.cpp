@@ -344,7 +344,7 @@ void RunFolder::takeState(Simulation& simulation, const Resume& how, const Archi
     notes.push_back("on the finer lattice: " + told("volume", before.volume, now.volume, " m^3") +
                     told("elastic energy", before.elasticEnergy, now.elasticEnergy, " J") +
                     told("kinetic energy", before.kineticEnergy, now.kineticEnergy, " J") +
-                    std::to_string(simulation.fragments()) + " fragments, were " + std::to_string(wide.fragments()));
+                    counted(simulation.fragments(), "fragment") + ", was " + std::to_string(wide.fragments()));
 }
 
 void RunFolder::noteBranch(const Branch& branch, const Found& found, const Simulation& simulation,

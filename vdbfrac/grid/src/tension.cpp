@@ -283,8 +283,8 @@ Candidates findCandidates(double look, double kappa, const Loaded& body, const T
 
 /// The share of the speed at voxel nodes near which Psi exceeds kappa, else 0. `H`, and `R` where ligaments are found
 /// by it: of all they are compared with.
-std::vector<double> sharesOf(const std::vector<Coord>& voxels, const Sparse& psi, const Sparse& H, const Sparse& R,
-                             double kappa)
+std::vector<double> shareOfEach(const std::vector<Coord>& voxels, const Sparse& psi, const Sparse& H, const Sparse& R,
+                                double kappa)
 {
     constexpr double kLigament = 1.5, kMiddle = .9;
     return ofEach(voxels, [&, near = neighboursWithin(kNear + .5)](Coord c) {
@@ -314,7 +314,7 @@ void chooseAmong(const std::vector<Coord>& compared, const Candidates& found, co
         });
     std::vector<double> H, R;
     for (const Passed& p : passed) H.push_back(p.H), R.push_back(p.R);
-    above.share = sharesOf(above.voxels, psi, {body.mesh, compared, H}, {body.mesh, compared, R}, kappa);
+    above.share = shareOfEach(above.voxels, psi, {body.mesh, compared, H}, {body.mesh, compared, R}, kappa);
     keepAbove(0, above.voxels, above.share);
     for (const Coord& c : above.voxels) {
         const auto at = std::lower_bound(compared.begin(), compared.end(), c);  // sorted

@@ -65,7 +65,8 @@ std::string formText(const Key& key)
     case Type::anyShape:
         return "a table with exactly one of box, sphere, cylinder, capsule, torus, halfspace, mesh, vdb";
     case Type::solid: return "a table with exactly one of box, sphere, cylinder, capsule, torus, halfspace";
-    case Type::solids: return "a list of tables, each with one of box, sphere, cylinder, capsule, torus, halfspace";
+    case Type::solids:
+        return "a list of tables, each with one of box, sphere, cylinder, capsule, torus; in cut also halfspace";
     case Type::motion: return "a table with exactly one of velocity, keys, force";
     case Type::path: return "a table with exactly one of velocity, keys";
     case Type::poses: return "a list of tables {time, translate, rotate}, times rising";
