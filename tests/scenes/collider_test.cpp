@@ -236,7 +236,7 @@ TEST(SlidingFriction, IsThatOfOneFloorWhereSeveralOverlap)
 /// What is pulled slowly and sticks slips by its load over the stiffness of its touches, whatever the stages of a step.
 TEST(SlidingFriction, SticksAlikeUnderEachScheme)
 {
-    constexpr double kWithin = 3e-3;
+    constexpr double kWithin = 5e-3;  // the rims of its base, where little presses, slip a little
     const Sled sled{.frames = 48,
                     .more =
                         "[damping]\nstiffness = 0.01\n[[grip]]\nbody = \"block\"\nregion = { halfspace = { normal = "

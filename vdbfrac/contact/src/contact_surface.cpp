@@ -1,5 +1,7 @@
 #include <vdbfrac/contact/contact_surface.h>
 
+#include "sharp_edges.h"
+
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/grid/phi_sampler.h>
 
@@ -17,8 +19,18 @@ namespace {
 
 using tetmesh::EmbeddedPoint;
 
+/// Makes a name of those of three corners.
+constexpr std::uint64_t kOnEdge = 0x9E3779B97F4A7C15;
 /// Voxels that the cut may be off the surface.
 constexpr double kOffSurface = 0.1;
+
+/// In the tet of another point, at X [m] at rest, in that tet or not.
+EmbeddedPoint inTetOf(const EmbeddedPoint& point, const Vec3& X, const tetmesh::BodyMesh& mesh)
+{
+    std::array<Vec3, 4> corner;
+    for (std::size_t a = 0; a < 4; ++a) corner[a] = mesh.restPosition(point.node[a]);
+    return tetmesh::restTet(point.node, corner).embed(X);
+}
 
 Vec3 atRest(const EmbeddedPoint& point, const tetmesh::BodyMesh& mesh)
 {
@@ -82,20 +94,28 @@ ContactSurface::Samples ContactSurface::samplesOf(const core::Body& body) const
 {
     const tetmesh::BodyMesh& mesh = *body.mesh;
     tetmesh::EmbeddedSurface surface = mesh.surface();
-    const std::size_t count = surface.points.size();
+    const std::size_t ofCut = surface.points.size();
     Samples own;
     own.point = std::move(surface.points);
     own.key = std::move(surface.key);
-    own.area.resize(count), own.reach.resize(count), own.rest.resize(count);
-    std::vector<Vec3> X(count), normal(count, Vec3::Zero());
-    parallelChunks(count, kChunk, [&](std::size_t begin, std::size_t end) {
+    std::vector<Vec3> X(ofCut), normal(ofCut, Vec3::Zero());
+    parallelChunks(ofCut, kChunk, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) X[i] = atRest(own.point[i], mesh);
     });
-    own.isTorn.assign(count, 0);
+    const std::vector<EdgePoint> onEdges = keepsEdges_ ? edgePoints(surface, X, body.phi) : std::vector<EdgePoint>();
+    own.isTorn.assign(ofCut + onEdges.size(), 0);
+    auto onEdge = onEdges.begin();
     for (std::size_t f = 0; f < surface.triangles.size(); ++f) {
         const auto& t = surface.triangles[f];
         const Vec3 twice = (X[t[1]] - X[t[0]]).cross(X[t[2]] - X[t[0]]);
-        for (std::uint32_t p : t) normal[p] += twice, own.isTorn[p] |= surface.torn[f];
+        if (onEdge != onEdges.end() && onEdge->triangle == f) {
+            own.point.push_back(inTetOf(own.point[t[0]], onEdge->at, mesh));
+            own.key.push_back(kOnEdge * (own.key[t[0]] + own.key[t[1]] + own.key[t[2]]));
+            X.push_back(onEdge->at), normal.push_back(3 * twice);
+            ++onEdge;
+        } else
+            for (std::uint32_t p : t) normal[p] += twice;
+        for (std::uint32_t p : t) own.isTorn[p] |= surface.torn[f];
         // Closed and wound one way, the surface has each edge once from its lesser end.
         for (std::size_t k : {0, 1, 2})
             if (const Edge edge{t[k], t[(k + 1) % 3]}; keepsEdges_ && edge[0] < edge[1]) own.edge.push_back(edge);
@@ -105,16 +125,28 @@ ContactSurface::Samples ContactSurface::samplesOf(const core::Body& body) const
         for (Vec3& n : out) n.stableNormalize();
         own.lip = lipsOf(body, X, out);
     }
+    findReach(body, ofCut, std::move(X), normal, own);
+    for (std::size_t i = 0; i < own.lip.size(); ++i)
+        if (own.lip[i].gap > 0) own.reach[i] = 0;  // a gap is from cut to cut
+    return own;
+}
+
+/// Areas and reaches of samples at X at rest [m], with `normal` of six times their areas; the first are points of the
+/// cut.
+void ContactSurface::findReach(const core::Body& body, std::size_t ofCut, std::vector<Vec3> X,
+                               std::span<const Vec3> normal, Samples& own) const
+{
+    own.area.resize(X.size()), own.reach.resize(X.size()), own.rest.resize(X.size());
     // The cut takes phi for linear along edges, and so cuts corners off round surfaces.
-    const double farthest = kOffSurface * mesh.voxelSize();
+    const double farthest = kOffSurface * body.phi.voxelSize();
     const auto phi = grid::cubicPhiSampler(body.phi);
-    parallelChunks(count, kChunk, [&](std::size_t begin, std::size_t end) {
-        const std::span<Vec3> at = std::span(X).subspan(begin, end - begin),
-                              out = std::span(normal).subspan(begin, end - begin);
+    parallelChunks(X.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+        const std::span<Vec3> at = std::span(X).subspan(begin, end - begin);
+        const std::span<const Vec3> out = normal.subspan(begin, end - begin);
         std::vector<double> value(at.size());
         phi(at, value);
         for (std::size_t i = 0; i < at.size(); ++i) {
-            const double off = std::clamp(value[i], -farthest, farthest);
+            const double off = begin + i < ofCut ? std::clamp(value[i], -farthest, farthest) : 0;
             own.area[begin + i] = out[i].norm() / 6;
             own.reach[begin + i] = -off;
             own.rest[begin + i] = {at[i], out[i].stableNormalized()};
@@ -124,9 +156,6 @@ ContactSurface::Samples ContactSurface::samplesOf(const core::Body& body) const
         phi(at, value);
         for (std::size_t i = 0; i < at.size(); ++i) own.reach[begin + i] += std::clamp(value[i], 0., gap_);
     });
-    for (std::size_t i = 0; i < own.lip.size(); ++i)
-        if (own.lip[i].gap > 0) own.reach[i] = 0;  // a gap is from cut to cut
-    return own;
 }
 
 void ContactSurface::recut(const core::Body& body)
@@ -221,6 +250,7 @@ void ContactSurface::refineFrom(const std::string& name, const core::Refinement&
 {
     constexpr double kFaces = 0.5;  // cosine between normals of one and the same surface
     ContactSurface before;
+    before.keepsEdges_ = keepsEdges_;
     before.start(wide.bodies, gap_);
     before.restoreFrom(name, wide.archive);
     before.settle();

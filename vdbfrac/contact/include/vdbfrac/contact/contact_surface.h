@@ -56,7 +56,8 @@ struct SampleMemory {
 
 /// A sample is a point of the cut surface with a reach: it touches what is that near. Forces act where the cut has its
 /// point, as tractions on the material do: farther out, at nodes that thin cut tets hardly hold, they would crush
-/// those.
+/// those. Only colliders need sharp edges, to carry what stands on them: of bodies on each other, thin tets at edges
+/// would be crushed.
 class ContactSurface {
 public:
     /// `gap`: m. `closesLips`: those of cracks reach to each other. The bodies have to live as long.
@@ -128,7 +129,7 @@ public:
     std::size_t bytes() const;
 
 protected:
-    bool keepsEdges_ = false;
+    bool keepsEdges_ = false;  ///< between samples; and has samples on sharp edges that the cut takes off
 
 private:
     struct AtRest {
@@ -147,6 +148,8 @@ private:
         std::size_t bytes() const;
     };
     Samples samplesOf(const core::Body& body) const;
+    void findReach(const core::Body& body, std::size_t ofCut, std::vector<Vec3> X, std::span<const Vec3> normal,
+                   Samples& own) const;
     void takeSamples();
     /// Where the memory of a body's samples begins.
     std::size_t firstOf(std::size_t body) const;

@@ -1,4 +1,5 @@
-// Samples of surfaces, and points on edges between them that have grown so long that something narrow would pass.
+// Samples of surfaces with their sharp edges, and points between samples that have come so far apart that something
+// narrow would pass.
 #pragma once
 
 #include <vdbfrac/contact/contact_surface.h>
