@@ -153,6 +153,8 @@ BUGS = [
         "laws_test", "Steps.AfterACutBackNoneIsTriedThatIsLongerThanTheLastOrTwiceAsLongAfterEachThatWasSolved"),
     Bug("no points on stretched edges", "vdbfrac/contact/include/vdbfrac/contact/edged_surface.h", "kLong = 1.5;", "kLong = 1e9;",
         "collider_test", "Collider.OfTwoVoxelsDoesNotPassBetweenSamples"),
+    Bug("nodes that weigh next to nothing keep fragments awake", EFFECTS + "sleep.cpp", "context.mass[n] * context.v[n].squaredNorm()",
+        "states[f].heaviest * context.v[n].squaredNorm()", "sleep_test", "Sleep.IsNotKeptOffByWhatWeighsNextToNothing"),
     Bug("bodies stand on a base without its edges", CONTACT + "contact_surface.cpp", "keepsEdges_ ? edgePoints(", "false ? edgePoints(",
         "collider_test", "Collider.ABlockStandsOnAllOfItsBase"),
     Bug("steps through a collider are kept", EFFECTS + "collider.cpp", "return !search_.isAnyPassed(way);", "return true;",

@@ -76,6 +76,30 @@ TEST(Sleep, HundredPiecesAtRestAreNotEvaluated)
 }
 
 /// No more than what the speed limit says is lost, and it is in the accounts.
+/// A node of thin cut tets may tremble; one that weighs as much as others, and moves as fast, keeps its fragment awake.
+TEST(Sleep, IsNotKeptOffByWhatWeighsNextToNothing)
+{
+    constexpr double kSpeed = .01, kAfter = .5, kFast = 3;  // m/s, s, of the speed
+    const auto sleepsWhile = [&](bool isHeavy) {
+        SceneRun run(scene(block("a", "[0.013, 1, 0.007]"), "[sleep]\nspeed = 0.01\n"));
+        const core::Simulation& s = run.simulation;
+        const std::span<const double> mass = s.elastic().mass();
+        const auto [lightest, heaviest] = std::ranges::minmax_element(mass);
+        EXPECT_LT(*lightest * kFast * kFast, .5 * *heaviest);
+        std::vector<Vec3> v(mass.size(), Vec3::Zero());
+        v[std::size_t((isHeavy ? heaviest : lightest) - mass.begin())] = {0, kFast * kSpeed, 0};
+        const std::vector<std::uint8_t> held(1, 0);
+        core::SleepContext context;
+        context.x = s.x(), context.dt = 2 * kAfter, context.bodies = s.bodies(), context.v = v, context.mass = mass;
+        context.held = held, context.converged = true;
+        std::vector<std::uint8_t> asleep(1, 0);
+        s.stages().sleep.at(0)->decide(context, asleep);
+        return asleep[0] == 1;
+    };
+    EXPECT_TRUE(sleepsWhile(false));
+    EXPECT_FALSE(sleepsWhile(true));
+}
+
 TEST(Sleep, TakesOnlyTheEnergyOfSlowMotion)
 {
     const double limit = .01 * std::sqrt(9.81 * kH), mass = 1000 * .31 * .31 * .31;

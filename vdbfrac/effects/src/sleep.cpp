@@ -1,10 +1,11 @@
 // Sleep: fragments that lie still are no longer solved for, until something pushes them.
 //
-// Islands are fragments that contact joins. An island falls asleep when none of its nodes has been faster than v_s for
-// a while; what it still moves with is lost, m v_s^2 / 2 at most. A fragment wakes when the forces on it, their sum or
-// their moments, differ from those in the first step of its sleep (or, in that first step, from those when it fell
-// asleep) by more than what would bring it to v_s within a frame, when it is cut again, and when what may tear it gets
-// weaker over time. Damping is no push: what lies still has none.
+// Islands are fragments that contact joins. An island falls asleep when none of its nodes has had more kinetic energy
+// for a while than its heaviest node has at v_s: nodes of thin cut tets, which weigh next to nothing, may tremble. What
+// it still moves with is lost. A fragment wakes when the forces on it, their sum or their moments, differ from those in
+// the first step of its sleep (or, in that first step, from those when it fell asleep) by more than what would bring it
+// to v_s within a frame, when it is cut again, and when what may tear it gets weaker over time. Damping is no push:
+// what lies still has none.
 #include "all.h"
 
 #include <vdbfrac/base/infinity.h>
@@ -63,7 +64,8 @@ struct Quiet {
 
 /// What a fragment is at the end of a step.
 struct FragmentState {
-    double mass = 0, fastest2 = 0, inertia = 0;  // kg, m^2/s^2, kg m^2
+    double mass = 0, inertia = 0;        // kg, kg m^2
+    double heaviest = 0, liveliest = 0;  // of its nodes: kg; m v^2, kg m^2/s^2
     Vec3 center = Vec3::Zero();
     Push push;
 };
@@ -115,7 +117,8 @@ std::vector<FragmentState> Sleep::measure(const core::SleepContext& context, std
     eachNode(context.bodies, [&](std::size_t n, std::uint32_t f) {
         states[f].mass += context.mass[n];
         states[f].center += context.mass[n] * context.x[n];
-        states[f].fastest2 = std::max(states[f].fastest2, context.v[n].squaredNorm());
+        states[f].heaviest = std::max(states[f].heaviest, context.mass[n]);
+        states[f].liveliest = std::max(states[f].liveliest, context.mass[n] * context.v[n].squaredNorm());
     });
     if (!pushes) return states;
     for (FragmentState& p : states)
@@ -140,7 +143,8 @@ void Sleep::decide(const core::SleepContext& context, std::span<std::uint8_t> as
     const std::vector<FragmentState> states = measure(context, asleep.size(), false);
     bool canSleep = false;
     for (std::size_t f = 0; f < asleep.size(); ++f) {
-        const bool slow = states[f].mass > 0 && states[f].fastest2 < speed_ * speed_ && !context.held[f];
+        const FragmentState& s = states[f];
+        const bool slow = s.mass > 0 && s.liveliest < s.heaviest * speed_ * speed_ && !context.held[f];
         quiet_[f].time = slow && context.converged ? quiet_[f].time + context.dt : 0;
         canSleep = canSleep || (!asleep[f] && quiet_[f].time >= after_);
     }
