@@ -24,12 +24,20 @@ constexpr std::uint64_t kOnEdge = 0x9E3779B97F4A7C15;
 /// Voxels that the cut may be off the surface.
 constexpr double kOffSurface = 0.1;
 
-/// In the tet of another point, at X [m] at rest, in that tet or not.
-EmbeddedPoint inTetOf(const EmbeddedPoint& point, const Vec3& X, const tetmesh::BodyMesh& mesh)
+/// At X [m] at rest, in the tet of one of some points that it lies in, or is least far outside of.
+EmbeddedPoint inTetOf(std::span<const std::uint32_t> some, std::span<const EmbeddedPoint> points, const Vec3& X,
+                      const tetmesh::BodyMesh& mesh)
 {
-    std::array<Vec3, 4> corner;
-    for (std::size_t a = 0; a < 4; ++a) corner[a] = mesh.restPosition(point.node[a]);
-    return tetmesh::restTet(point.node, corner).embed(X);
+    EmbeddedPoint best;
+    double least = std::numeric_limits<double>::infinity();
+    for (const std::uint32_t p : some) {
+        std::array<Vec3, 4> corner;
+        for (std::size_t a = 0; a < 4; ++a) corner[a] = mesh.restPosition(points[p].node[a]);
+        const tetmesh::RestTet tet = tetmesh::restTet(points[p].node, corner);
+        const EmbeddedPoint at = tet.embed(X);
+        if (const double outside = tet.outside(at); outside < least) least = outside, best = at;
+    }
+    return best;
 }
 
 Vec3 atRest(const EmbeddedPoint& point, const tetmesh::BodyMesh& mesh)
@@ -109,8 +117,9 @@ ContactSurface::Samples ContactSurface::samplesOf(const core::Body& body) const
         const auto& t = surface.triangles[f];
         const Vec3 twice = (X[t[1]] - X[t[0]]).cross(X[t[2]] - X[t[0]]);
         if (onEdge != onEdges.end() && onEdge->triangle == f) {
-            own.point.push_back(inTetOf(own.point[t[0]], onEdge->at, mesh));
+            own.point.push_back(inTetOf(t, own.point, onEdge->at, mesh));
             own.key.push_back(kOnEdge * (own.key[t[0]] + own.key[t[1]] + own.key[t[2]]));
+            own.sharp.push_back({std::uint32_t(X.size()), t, (onEdge->at - (X[t[0]] + X[t[1]] + X[t[2]]) / 3).norm()});
             X.push_back(onEdge->at), normal.push_back(3 * twice);
             ++onEdge;
         } else
@@ -128,6 +137,7 @@ ContactSurface::Samples ContactSurface::samplesOf(const core::Body& body) const
     findReach(body, ofCut, std::move(X), normal, own);
     for (std::size_t i = 0; i < own.lip.size(); ++i)
         if (own.lip[i].gap > 0) own.reach[i] = 0;  // a gap is from cut to cut
+    for (Sharp& s : own.sharp) s.reach = own.reach[s.sample];
     return own;
 }
 
@@ -191,6 +201,11 @@ void ContactSurface::settle()
         }
         const auto first = std::uint32_t(all_.area.size());
         for (const Edge& e : own_[b].edge) all_.edge.push_back({first + e[0], first + e[1]});
+        for (Sharp s : own_[b].sharp) {
+            s.sample += first;
+            for (std::uint32_t& c : s.corner) c += first;
+            all_.sharp.push_back(s);
+        }
         append(all_.area, own_[b].area);
         append(all_.reach, own_[b].reach);
         append(all_.rest, own_[b].rest);
@@ -202,6 +217,16 @@ void ContactSurface::settle()
     }
     isOneFragment_ = std::ranges::adjacent_find(ofNode_, std::ranges::not_equal_to()) == ofNode_.end();
     cluster_ = clustersOf(all_.point);
+}
+
+void ContactSurface::leaveOutLoose(std::span<const Vec3> x)
+{
+    constexpr double kLoose = 1.5;  // of how far it was at rest
+    for (const Sharp& s : all_.sharp) {
+        const Vec3 middle = (at(s.corner[0], x) + at(s.corner[1], x) + at(s.corner[2], x)) / 3;
+        const bool isLoose = (at(s.sample, x) - middle).norm() > kLoose * s.far;
+        all_.reach[s.sample] = isLoose ? -std::numeric_limits<double>::infinity() : s.reach;
+    }
 }
 
 double ContactSurface::farthestProbe() const
@@ -289,7 +314,7 @@ std::size_t ContactSurface::Samples::bytes() const
 {
     return point.capacity() * sizeof(EmbeddedPoint) + (area.capacity() + reach.capacity()) * sizeof(double) +
            rest.capacity() * sizeof(AtRest) + isTorn.capacity() + key.capacity() * sizeof(std::uint64_t) +
-           lip.capacity() * sizeof(Lip) + edge.capacity() * sizeof(Edge);
+           lip.capacity() * sizeof(Lip) + edge.capacity() * sizeof(Edge) + sharp.capacity() * sizeof(Sharp);
 }
 
 std::size_t ContactSurface::bytes() const

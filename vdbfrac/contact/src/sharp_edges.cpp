@@ -15,11 +15,13 @@ namespace vdbfrac::contact {
 
 namespace {
 
-// Voxels. The cut may be this far below a smooth surface, and below an edge by more than a voxel.
-constexpr double kBelow = 0.12, kFarthest = 1.5;
+// Voxels. The cut may be this far below a smooth surface, and below an edge by up to a voxel.
+constexpr double kBelow = 0.12, kFarthest = 1;
+constexpr double kAbove =
+    0.2;  // voxels: what is farther out of the surface, as phi tells it a voxel outside, is no edge
 constexpr double kNear = 2.5;   // voxels: faces this near meet
-constexpr double kFit = 0.1;    // voxels: faces that miss the point where they meet by more than this are round
-constexpr double kTurn = 0.05;  // of the largest eigenvalue: faces that differ by less than 25 degrees are one
+constexpr double kFit = 0.05;   // voxels: faces that miss the point where they meet by more than this are round
+constexpr double kTurn = 0.15;  // of the largest eigenvalue: faces that differ by less than 40 degrees are one
 
 struct Triangle {
     Vec3 centre, normal;
@@ -152,7 +154,8 @@ std::vector<EdgePoint> edgePoints(const tetmesh::EmbeddedSurface& cut, std::span
         for (std::size_t i = begin; i < end; ++i) {
             const Triangle t = triangleOf(cut, below[i], X);
             const Vec3 at = meetingPoint(t.centre, near.round(t), dx);
-            if ((at - t.centre).dot(t.normal) > kBelow * dx) all.push_back({below[i], at});
+            const bool isOut = (at - t.centre).dot(t.normal) > kBelow * dx;
+            if (isOut && phi(at + dx * t.normal) < (1 + kAbove) * dx) all.push_back({below[i], at});
         }
     });
 }

@@ -168,6 +168,7 @@ void Colliders::look(std::span<const Vec3> x, double time)
     surface_.settle();
     start_ = obstacles_.placesAt(time);
     if (isFirst) {
+        surface_.leaveOutLoose(x);
         begunPlaces_ = start_, begun_.resize(surface_.size());
         parallelChunks(begun_.size(), kChunk, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) begun_[i] = surface_.at(i, x);

@@ -129,11 +129,21 @@ public:
     std::size_t bytes() const;
 
 protected:
+    /// Where a step begins: samples on sharp edges that have come much farther from their triangles than at rest touch
+    /// nothing in it. They go with tets that are crushed.
+    void leaveOutLoose(std::span<const Vec3> x);
+
     bool keepsEdges_ = false;  ///< between samples; and has samples on sharp edges that the cut takes off
 
 private:
     struct AtRest {
         Vec3 at, normal;
+    };
+    /// A sample where faces meet, off a triangle of the cut.
+    struct Sharp {
+        std::uint32_t sample = 0;
+        std::array<std::uint32_t, 3> corner{};  // samples
+        double far = 0, reach = 0;              // m: at rest, from the middle of the triangle; of the sample
     };
     /// The samples of one body, in its own nodes, or of all of them.
     struct Samples {
@@ -143,6 +153,7 @@ private:
         std::vector<std::uint8_t> isTorn;  // on a lip
         std::vector<std::uint64_t> key;    // names the place at rest
         std::vector<Edge> edge;
+        std::vector<Sharp> sharp;
         std::vector<Lip> lip;  // none: lips do not close
 
         std::size_t bytes() const;
