@@ -98,6 +98,7 @@ def names_of_base(source):
     names = set()
     for path in (source / "vdbfrac/base/include").rglob("*.h"):
         names |= set(re.findall(r"^[\w:]\S*(?: \S+)*? (\w+)\(", path.read_text(), re.MULTILINE))
+    assert "counted" in names, "names of base are not found"
     return names
 
 

@@ -75,7 +75,6 @@ TEST(Sleep, HundredPiecesAtRestAreNotEvaluated)
     EXPECT_TRUE(std::equal(x.begin(), x.end(), run.simulation.x().begin()));
 }
 
-/// No more than what the speed limit says is lost, and it is in the accounts.
 /// A node of thin cut tets may tremble; one that weighs as much as others, and moves as fast, keeps its fragment awake.
 TEST(Sleep, IsNotKeptOffByWhatWeighsNextToNothing)
 {
@@ -100,6 +99,7 @@ TEST(Sleep, IsNotKeptOffByWhatWeighsNextToNothing)
     EXPECT_FALSE(sleepsWhile(true));
 }
 
+/// Of a block that lies, no more than what the speed limit says is lost, and it is in the accounts.
 TEST(Sleep, TakesOnlyTheEnergyOfSlowMotion)
 {
     const double limit = .01 * std::sqrt(9.81 * kH), mass = 1000 * .31 * .31 * .31;

@@ -8,8 +8,8 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
-#include <functional>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <unordered_map>
 
@@ -106,7 +106,7 @@ ContactSurface::Samples ContactSurface::samplesOf(const core::Body& body) const
     Samples own;
     own.point = std::move(surface.points);
     own.key = std::move(surface.key);
-    std::vector<Vec3> X(ofCut), normal(ofCut, Vec3::Zero());
+    std::vector<Vec3> X(ofCut), normal(ofCut, Vec3::Zero()), area(ofCut, Vec3::Zero());  // six times
     parallelChunks(ofCut, kChunk, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) X[i] = atRest(own.point[i], mesh);
     });
@@ -116,14 +116,15 @@ ContactSurface::Samples ContactSurface::samplesOf(const core::Body& body) const
     for (std::size_t f = 0; f < surface.triangles.size(); ++f) {
         const auto& t = surface.triangles[f];
         const Vec3 twice = (X[t[1]] - X[t[0]]).cross(X[t[2]] - X[t[0]]);
-        if (onEdge != onEdges.end() && onEdge->triangle == f) {
+        const bool isSharp = onEdge != onEdges.end() && onEdge->triangle == f;
+        if (isSharp) {
+            own.sharp.push_back({std::uint32_t(X.size()), t});
             own.point.push_back(inTetOf(t, own.point, onEdge->at, mesh));
             own.key.push_back(kOnEdge * (own.key[t[0]] + own.key[t[1]] + own.key[t[2]]));
-            own.sharp.push_back({std::uint32_t(X.size()), t, (onEdge->at - (X[t[0]] + X[t[1]] + X[t[2]]) / 3).norm()});
-            X.push_back(onEdge->at), normal.push_back(3 * twice);
+            X.push_back(onEdge->at), normal.push_back(3 * twice), area.push_back(3 * twice);
             ++onEdge;
-        } else
-            for (std::uint32_t p : t) normal[p] += twice;
+        }
+        for (std::uint32_t p : t) normal[p] += twice, area[p] += isSharp ? Vec3(Vec3::Zero()) : twice;
         for (std::uint32_t p : t) own.isTorn[p] |= surface.torn[f];
         // Closed and wound one way, the surface has each edge once from its lesser end.
         for (std::size_t k : {0, 1, 2})
@@ -134,19 +135,18 @@ ContactSurface::Samples ContactSurface::samplesOf(const core::Body& body) const
         for (Vec3& n : out) n.stableNormalize();
         own.lip = lipsOf(body, X, out);
     }
+    for (const Vec3& six : area) own.area.push_back(six.norm() / 6);
     findReach(body, ofCut, std::move(X), normal, own);
     for (std::size_t i = 0; i < own.lip.size(); ++i)
         if (own.lip[i].gap > 0) own.reach[i] = 0;  // a gap is from cut to cut
-    for (Sharp& s : own.sharp) s.reach = own.reach[s.sample];
     return own;
 }
 
-/// Areas and reaches of samples at X at rest [m], with `normal` of six times their areas; the first are points of the
-/// cut.
+/// Reaches of samples at X at rest [m], with normals of any length; the first are points of the cut.
 void ContactSurface::findReach(const core::Body& body, std::size_t ofCut, std::vector<Vec3> X,
                                std::span<const Vec3> normal, Samples& own) const
 {
-    own.area.resize(X.size()), own.reach.resize(X.size()), own.rest.resize(X.size());
+    own.reach.resize(X.size()), own.rest.resize(X.size());
     // The cut takes phi for linear along edges, and so cuts corners off round surfaces.
     const double farthest = kOffSurface * body.phi.voxelSize();
     const auto phi = grid::cubicPhiSampler(body.phi);
@@ -157,7 +157,6 @@ void ContactSurface::findReach(const core::Body& body, std::size_t ofCut, std::v
         phi(at, value);
         for (std::size_t i = 0; i < at.size(); ++i) {
             const double off = begin + i < ofCut ? std::clamp(value[i], -farthest, farthest) : 0;
-            own.area[begin + i] = out[i].norm() / 6;
             own.reach[begin + i] = -off;
             own.rest[begin + i] = {at[i], out[i].stableNormalized()};
             at[i] += (gap_ - off) * own.rest[begin + i].normal;
@@ -204,6 +203,7 @@ void ContactSurface::settle()
         for (Sharp s : own_[b].sharp) {
             s.sample += first;
             for (std::uint32_t& c : s.corner) c += first;
+            s.point = all_.point[s.sample];
             all_.sharp.push_back(s);
         }
         append(all_.area, own_[b].area);
@@ -219,14 +219,30 @@ void ContactSurface::settle()
     cluster_ = clustersOf(all_.point);
 }
 
-void ContactSurface::leaveOutLoose(std::span<const Vec3> x)
+void ContactSurface::placeOnEdges(std::span<const Vec3> x)
 {
-    constexpr double kLoose = 1.5;  // of how far it was at rest
-    for (const Sharp& s : all_.sharp) {
-        const Vec3 middle = (at(s.corner[0], x) + at(s.corner[1], x) + at(s.corner[2], x)) / 3;
-        const bool isLoose = (at(s.sample, x) - middle).norm() > kLoose * s.far;
-        all_.reach[s.sample] = isLoose ? -std::numeric_limits<double>::infinity() : s.reach;
+    constexpr double kStrained = 1.5;  // times as far from its triangle as at rest, beyond what that is stretched by
+    const auto middle = [](const auto& corner) { return Vec3((corner(0) + corner(1) + corner(2)) / 3); };
+    const auto size = [&](const auto& corner) {
+        double most = 0;
+        for (int k : {0, 1, 2}) most = std::max(most, (corner(k) - corner((k + 1) % 3)).norm());
+        return most;
+    };
+    for (Sharp& s : all_.sharp) {
+        const auto rest = [&](int k) { return restPosition(s.corner[std::size_t(k)]); };
+        const auto now = [&](int k) { return at(s.corner[std::size_t(k)], x); };
+        const double far = (restPosition(s.sample) - middle(rest)).norm(),
+                     stretch = std::max(1., size(now) / size(rest));
+        s.isStrained = !((s.point.at(x) - middle(now)).norm() <= kStrained * stretch * far);
+        all_.point[s.sample] = s.isStrained ? all_.point[s.corner[0]] : s.point;
+        if (s.isStrained) memory_[s.sample] = {};
     }
+}
+
+void ContactSurface::forgetStrained()
+{
+    for (const Sharp& s : all_.sharp)
+        if (s.isStrained) memory_[s.sample] = {};
 }
 
 double ContactSurface::farthestProbe() const

@@ -43,11 +43,10 @@ Triangle triangleOf(const tetmesh::EmbeddedSurface& cut, std::size_t t, std::spa
     return {(X[a] + X[b] + X[c]) / 3, twice.stableNormalized(), .5 * twice.norm()};
 }
 
-/// Is the surface nearer than a voxel to what is a voxel outside of a triangle? There, no thin wall bends phi.
+/// Is a point one voxel outside of a triangle nearer to the surface than that? Inside, a thin wall would bend phi.
 bool isBelow(const Triangle& t, const Phi& phi, double dx) { return phi(t.centre + dx * t.normal) < (1 - kBelow) * dx; }
 
-/// The face that a triangle lies on, as phi has it a voxel outside; without weight where
-/// the surface is not flat.
+/// The face that a triangle lies on, as phi has it a voxel outside; without weight where the surface is not flat.
 Face faceOf(const Triangle& t, const Phi& phi, double dx)
 {
     constexpr double kSteep = 0.003, kAlong = 0.7;

@@ -17,9 +17,10 @@ struct EdgePoint {
     Vec3 at;  ///< at rest [m]
 };
 
-/// Of each triangle of the cut that lies below the surface, because phi is taken for linear along the edges of tets
-/// where two or three flat faces meet: where those meet. By rising triangle. `X`: of the points of the cut at rest [m].
+/// Of each triangle of the cut that lies below the surface, as phi is taken for linear along the edges of tets: the
+/// nearest point where the flat faces round it meet; on the face, where only one counts. By rising triangle. `X`: of
+/// the points of the cut at rest [m].
 std::vector<EdgePoint> edgePoints(const tetmesh::EmbeddedSurface& cut, std::span<const Vec3> X,
-                                  const grid::LevelSet& phi);
+                                  const grid::LevelSet& level);
 
 }  // namespace vdbfrac::contact

@@ -168,7 +168,7 @@ void Colliders::look(std::span<const Vec3> x, double time)
     surface_.settle();
     start_ = obstacles_.placesAt(time);
     if (isFirst) {
-        surface_.leaveOutLoose(x);
+        surface_.placeOnEdges(x);
         begunPlaces_ = start_, begun_.resize(surface_.size());
         parallelChunks(begun_.size(), kChunk, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i) begun_[i] = surface_.at(i, x);
@@ -214,10 +214,11 @@ std::vector<ColliderFriction> Colliders::frictionAt(std::span<const Vec3> x, con
 {
     std::vector<ColliderFriction> all;
     for (const ColliderPush& p : pushesAt(x, places)) {
-        const double push = p.force.norm(), friction = obstacles_[p.collider].collider().friction;
-        if (!(friction * push > 0)) continue;
-        const contact::FrictionSpring spring = contact::makeFrictionSpring(
-            p.force / push, friction * push, surface_.area(p.sample) * lawOf(p).k(), surface_.memory(p.sample).stretch);
+        const double push = p.force.norm(), friction = obstacles_[p.collider].collider().friction,
+                     k = surface_.area(p.sample) * lawOf(p).k();
+        if (!(friction * push > 0) || !(k > 0)) continue;  // ends of edges between sharp triangles have no area
+        const contact::FrictionSpring spring =
+            contact::makeFrictionSpring(p.force / push, friction * push, k, surface_.memory(p.sample).stretch);
         const Vec3 anchor = begunPlaces_[p.collider].inverse(begun_[p.sample]);
         contact::addStrongest(ColliderFriction{p.sample, p.collider, anchor, spring}, all);
     }
@@ -325,6 +326,7 @@ void Colliders::accept(std::span<const Vec3> x, double time, double dt)
         active_ += depth > 0;
         surface_.memory(i).keep(depth, stretch[i], dt * obstacles_[collider].collider().untangleSpeed);
     }
+    surface_.forgetStrained();
 }
 
 void Colliders::report(Ledger& work, std::map<std::string, double>& measured)

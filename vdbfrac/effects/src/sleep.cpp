@@ -1,11 +1,11 @@
 // Sleep: fragments that lie still are no longer solved for, until something pushes them.
 //
-// Islands are fragments that contact joins. An island falls asleep when none of its nodes has had more kinetic energy
-// for a while than its heaviest node has at v_s: nodes of thin cut tets, which weigh next to nothing, may tremble. What
-// it still moves with is lost. A fragment wakes when the forces on it, their sum or their moments, differ from those in
-// the first step of its sleep (or, in that first step, from those when it fell asleep) by more than what would bring it
-// to v_s within a frame, when it is cut again, and when what may tear it gets weaker over time. Damping is no push:
-// what lies still has none.
+// Islands are fragments that contact joins. An island falls asleep when in each of its fragments no node has had, for a
+// while, more kinetic energy than the heaviest has at v_s: nodes of thin cut tets, which weigh next to nothing, may
+// tremble. What it still moves with is lost. A fragment wakes when the forces on it, their sum or their moments, differ
+// from those in the first step of its sleep (or, in that first step, from those when it fell asleep) by more than what
+// would bring it to v_s within a frame, when it is cut again, and when what may tear it gets weaker over time. Damping
+// is no push: what lies still has none.
 #include "all.h"
 
 #include <vdbfrac/base/infinity.h>

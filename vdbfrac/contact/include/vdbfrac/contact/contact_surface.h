@@ -56,8 +56,8 @@ struct SampleMemory {
 
 /// A sample is a point of the cut surface with a reach: it touches what is that near. Forces act where the cut has its
 /// point, as tractions on the material do: farther out, at nodes that thin cut tets hardly hold, they would crush
-/// those. Only colliders need sharp edges, to carry what stands on them: of bodies on each other, thin tets at edges
-/// would be crushed.
+/// those. Surfaces that touch colliders have samples on sharp edges too, off the cut, so that bodies stand on all of
+/// their base; between bodies those would crush thin tets at edges.
 class ContactSurface {
 public:
     /// `gap`: m. `closesLips`: those of cracks reach to each other. The bodies have to live as long.
@@ -71,7 +71,8 @@ public:
 
     std::size_t size() const { return all_.point.size(); }
     const tetmesh::EmbeddedPoint& point(std::size_t i) const { return all_.point[i]; }  ///< in nodes of the system
-    /// At rest [m^2]: a third of the triangles round it, added up as vectors.
+    /// At rest [m^2]: a third of the triangles round it, added up as vectors, less those that have a sample on a sharp
+    /// edge; of that, its triangle.
     double area(std::size_t i) const { return all_.area[i]; }
     /// m: the gap that touching surfaces keep, where there is as much room at rest, and what the cut is off the
     /// surface.
@@ -122,6 +123,11 @@ public:
             coupling.node[a] = all_.point[i].node[a], coupling.weight[a] = float(all_.point[i].weight[a]);
     }
 
+    /// Where a step begins: puts samples on sharp edges there, or, where their tet is so strained that it says nothing
+    /// of what lies outside of it, on the cut. There they keep nothing from step to step.
+    void placeOnEdges(std::span<const Vec3> x);
+    void forgetStrained();
+
     void save(const std::string& name, core::Archive& archive) const;
     void restoreFrom(const std::string& name, const core::Archive& archive);
     /// Each sample keeps what the nearest one of the wide lattice did, where one is within two of its voxels.
@@ -129,10 +135,6 @@ public:
     std::size_t bytes() const;
 
 protected:
-    /// Where a step begins: samples on sharp edges that have come much farther from their triangles than at rest touch
-    /// nothing in it. They go with tets that are crushed.
-    void leaveOutLoose(std::span<const Vec3> x);
-
     bool keepsEdges_ = false;  ///< between samples; and has samples on sharp edges that the cut takes off
 
 private:
@@ -143,7 +145,8 @@ private:
     struct Sharp {
         std::uint32_t sample = 0;
         std::array<std::uint32_t, 3> corner{};  // samples
-        double far = 0, reach = 0;              // m: at rest, from the middle of the triangle; of the sample
+        bool isStrained = false;
+        tetmesh::EmbeddedPoint point{};  // where faces meet, in nodes of the system
     };
     /// The samples of one body, in its own nodes, or of all of them.
     struct Samples {

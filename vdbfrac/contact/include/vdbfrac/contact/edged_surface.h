@@ -21,7 +21,6 @@ public:
     using IsNear = std::function<bool(std::uint32_t a, std::uint32_t b, double length)>;
     /// Chooses anew, where a step begins: on edges kLong times as long in x as at rest, and as `spacing` [m].
     void chooseOnEdges(std::span<const Vec3> x, double spacing, const IsNear& isNear);
-    using ContactSurface::leaveOutLoose;
     /// Samples and points on edges.
     std::size_t points() const { return size() + onEdge_.size(); }
     bool isOnEdge(std::size_t i) const { return i >= size(); }
