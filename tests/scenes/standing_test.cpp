@@ -62,7 +62,7 @@ struct Block {
 /// As high as wide: it topples where the slope is steeper than 45 degrees, less what its edge gives way.
 TEST(Collider, ABlockStandsOnAllOfItsBase)
 {
-    constexpr double kStands = 42, kTopples = 50, kStill = 3, kFallen = 6, kInPlace = .5;  // degrees, voxels
+    constexpr double kStands = 42, kTopples = 48, kStill = 3, kInPlace = .5, kAway = 6;  // degrees, voxels
     for (const Block& block : {Block{}, Block{.lattice = "five"}, Block{.coarsening = 2}, Block{.offPlanes = .3},
                                Block{.offPlanes = .5}, Block{.lattice = "five", .offPlanes = .3}}) {
         const std::string name = block.lattice + ", coarsening " + std::to_string(block.coarsening) + ", " +
@@ -73,7 +73,7 @@ TEST(Collider, ABlockStandsOnAllOfItsBase)
         EXPECT_LT(turned, kStill) << name;
         EXPECT_LT(way, kInPlace) << name;
         tilted.degrees = kTopples;
-        EXPECT_GT(tilted.moved().first, kFallen) << name;
+        EXPECT_GT(tilted.moved().second, kAway) << name;  // it rolls on
     }
 }
 
