@@ -90,6 +90,7 @@ TEST(Branch, AnAddedEffectNotesWhatItFindsThen)
     EXPECT_EQ(noted().find("'lid'"), std::string::npos) << noted();
     branch.simulation.branchFrom(saved(run));
     EXPECT_NE(noted().find("begins up to 0.08"), std::string::npos) << noted();
+    EXPECT_NE(noted().find(" m deep in collider 'lid'"), std::string::npos) << noted();
     EXPECT_EQ(noted().find("'gone'"), std::string::npos) << noted();
 }
 

@@ -110,8 +110,12 @@ ContactSurface::Samples ContactSurface::samplesOf(const core::Body& body) const
     parallelChunks(ofCut, kChunk, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) X[i] = atRest(own.point[i], mesh);
     });
-    const std::vector<EdgePoint> onEdges = keepsEdges_ ? edgePoints(surface, X, body.phi) : std::vector<EdgePoint>();
-    own.isTorn.assign(ofCut + onEdges.size(), 0);
+    own.isTorn.assign(ofCut, 0);
+    for (std::size_t f = 0; f < surface.triangles.size(); ++f)
+        for (std::uint32_t p : surface.triangles[f]) own.isTorn[p] |= surface.torn[f];
+    const std::vector<EdgePoint> onEdges =
+        keepsEdges_ ? edgePoints(surface, X, own.isTorn, body.phi) : std::vector<EdgePoint>();
+    own.isTorn.resize(ofCut + onEdges.size(), 0);
     auto onEdge = onEdges.begin();
     for (std::size_t f = 0; f < surface.triangles.size(); ++f) {
         const auto& t = surface.triangles[f];
@@ -125,7 +129,6 @@ ContactSurface::Samples ContactSurface::samplesOf(const core::Body& body) const
             ++onEdge;
         }
         for (std::uint32_t p : t) normal[p] += twice, area[p] += isSharp ? Vec3(Vec3::Zero()) : twice;
-        for (std::uint32_t p : t) own.isTorn[p] |= surface.torn[f];
         // Closed and wound one way, the surface has each edge once from its lesser end.
         for (std::size_t k : {0, 1, 2})
             if (const Edge edge{t[k], t[(k + 1) % 3]}; keepsEdges_ && edge[0] < edge[1]) own.edge.push_back(edge);

@@ -17,8 +17,7 @@ namespace {
 
 // Voxels. The cut may be this far below a smooth surface, and below an edge by up to a voxel.
 constexpr double kBelow = 0.12, kFarthest = 1;
-constexpr double kAbove =
-    0.2;  // voxels: what is farther out of the surface, as phi tells it a voxel outside, is no edge
+constexpr double kAbove = 0.2;  // voxels: what is farther out, as phi tells it a voxel outside, is no edge
 constexpr double kNear = 2.5;   // voxels: faces this near meet
 constexpr double kFit = 0.05;   // voxels: faces that miss the point where they meet by more than this are round
 constexpr double kTurn = 0.15;  // of the largest eigenvalue: faces that differ by less than 40 degrees are one
@@ -123,15 +122,12 @@ Vec3 meetingPoint(const Vec3& at, std::span<const Face> faces, double dx)
 }  // namespace
 
 std::vector<EdgePoint> edgePoints(const tetmesh::EmbeddedSurface& cut, std::span<const Vec3> X,
-                                  const grid::LevelSet& level)
+                                  std::span<const std::uint8_t> isTorn, const grid::LevelSet& level)
 {
     const double dx = level.voxelSize();
     const Phi phi = grid::phiSampler(level);
     const std::size_t count = cut.triangles.size();
     // Beside a crack nothing holds what lies outside of the cut.
-    std::vector<std::uint8_t> isTorn(X.size(), 0);
-    for (std::size_t t = 0; t < count; ++t)
-        for (const std::uint32_t p : cut.triangles[t]) isTorn[p] |= cut.torn[t];
     const auto isWhole = [&](std::size_t t) {
         return std::ranges::none_of(cut.triangles[t], [&](std::uint32_t p) { return isTorn[p] != 0; });
     };

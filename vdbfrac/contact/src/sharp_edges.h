@@ -18,9 +18,9 @@ struct EdgePoint {
 };
 
 /// Of each triangle of the cut that lies below the surface, as phi is taken for linear along the edges of tets: the
-/// nearest point where the flat faces round it meet; on the face, where only one counts. By rising triangle. `X`: of
-/// the points of the cut at rest [m].
+/// nearest point where the flat faces round it meet; on the face, where only one counts. By rising triangle. Of the
+/// points of the cut, `X`: at rest [m]; `isTorn`: on a face that a crack has made, where no triangle has any.
 std::vector<EdgePoint> edgePoints(const tetmesh::EmbeddedSurface& cut, std::span<const Vec3> X,
-                                  const grid::LevelSet& level);
+                                  std::span<const std::uint8_t> isTorn, const grid::LevelSet& level);
 
 }  // namespace vdbfrac::contact
