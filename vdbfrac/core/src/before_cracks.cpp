@@ -103,12 +103,10 @@ std::vector<std::uint8_t> BeforeCracks::moves(std::size_t points) const
     return moves;
 }
 
-bool BeforeCracks::carry(std::size_t frame, std::span<const Vec3> ofNodes, std::span<Vec3> ofPoints) const
+void BeforeCracks::carry(std::size_t frame, std::span<const Vec3> ofNodes, std::span<Vec3> ofPoints) const
 {
-    bool any = false;
     for (const Point& p : points_)
-        if (frame < p.until) ofPoints[p.point] = p.in.at(ofNodes), any = true;
-    return any;
+        if (frame < p.until) ofPoints[p.point] = p.in.at(ofNodes);
 }
 
 }  // namespace vdbfrac::core

@@ -236,13 +236,12 @@ void Drawing::cut(const Body& body, skin::Taken taken, Surface& surface, Ledger&
 DrawnBody Drawing::body(std::size_t body, std::span<const Vec3> x, std::span<const Vec3> v) const
 {
     const skin::Skin& skin = surfaces_[body].skin;
-    DrawnBody drawn{skin.topology(), skin.carried(x), {}, skin.carried(v)};
-    drawn.normals = skin.normals(drawn.points);
-    return drawn;
+    return {skin.topology(), skin.carried(x), {}, skin.carried(v)};
 }
 
-void Drawing::turnNormals(std::size_t body, DrawnBody& drawn) const
+void Drawing::finish(std::size_t body, const Stages& stages, double time, DrawnBody& drawn) const
 {
+    for (const DrawStage* stage : stages.draw) stage->place(time, drawn.points, drawn.velocity);
     drawn.normals = surfaces_[body].skin.normals(drawn.points);
 }
 
@@ -253,6 +252,7 @@ DrawnFrame Drawing::frame(const Simulation& simulation) const
         const Body& own = simulation.bodies()[b];
         frame.push_back(body(b, simulation.x().subspan(own.firstNode, own.mesh->nodeCount()),
                              simulation.v().subspan(own.firstNode, own.mesh->nodeCount())));
+        finish(b, simulation.stages(), simulation.time(), frame.back());
     }
     return frame;
 }

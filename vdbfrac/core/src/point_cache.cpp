@@ -48,7 +48,7 @@ Archive motionOf(const Simulation& simulation)
 
 PointCache::PointCache(const scene::Scene& scene, const Simulation& simulation, const Drawing& drawing,
                        std::vector<fs::path> motion)
-    : scene_(scene), drawing_(drawing), motion_(std::move(motion))
+    : scene_(scene), stages_(simulation.stages()), drawing_(drawing), motion_(std::move(motion))
 {
     const std::vector<std::vector<BeforeCracks::Tet>> tets = takenTets(simulation.bodies().size());
     for (std::size_t b = 0; b < simulation.bodies().size(); ++b) {
@@ -164,8 +164,8 @@ DrawnFrame PointCache::frame(std::size_t number) const
                    atV = of<Vec3>(archive, keyOf("v", b), *node_[number][b]);
         const std::size_t own = nodes_[b];
         DrawnBody& drawn = all.emplace_back(drawing_.body(b, std::span(atX).first(own), std::span(atV).first(own)));
-        if (before_[b].carry(number, atX, drawn.points)) drawing_.turnNormals(b, drawn);
-        before_[b].carry(number, atV, drawn.velocity);
+        before_[b].carry(number, atX, drawn.points), before_[b].carry(number, atV, drawn.velocity);
+        drawing_.finish(b, stages_, double(number) / scene_.time.fps, drawn);
         taken_[b].addTo(number, drawn);
     }
     return all;

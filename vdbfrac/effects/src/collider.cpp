@@ -11,6 +11,7 @@
 // brought up to date where a step is solved.
 #include "all.h"
 #include "collider_contacts.h"
+#include "collider_drawing.h"
 #include "collider_obstacles.h"
 #include "collider_search.h"
 
@@ -39,10 +40,14 @@ class Colliders : public core::Effect,
                   public core::StepLimit,
                   public core::Reporter,
                   public core::RecutStage,
+                  public core::DrawStage,
                   public core::Persistent {
 public:
     explicit Colliders(const scene::Scene& scene)
-        : dx_(scene.grid.voxelSize), h_(scene.grid.coarsening * dx_), obstacles_(scene)
+        : dx_(scene.grid.voxelSize),
+          h_(scene.grid.coarsening * dx_),
+          isMovedOut_(scene.output.movedOut),
+          obstacles_(scene)
     {
     }
 
@@ -56,6 +61,7 @@ public:
         stages.limits.push_back(this);
         stages.reporters.push_back(this);
         stages.recut.push_back(this);
+        if (isMovedOut_) stages.draw.push_back(this);
         stages.persistent.push_back(this);
     }
     void start(const core::SolvedStep& now, std::span<const core::Body> bodies,
@@ -83,6 +89,10 @@ public:
     void report(Ledger& work, std::map<std::string, double>& measured) override;
 
     void recut(const core::Body& body, const tetmesh::CutUpdate&) override { surface_.recut(body); }
+    void place(double time, std::span<Vec3> points, std::span<Vec3> velocity) const override
+    {
+        moveOut(obstacles_, time, dx_, points, velocity);
+    }
     void save(std::span<const core::Body>, core::Archive& archive) const override
     {
         surface_.save("collider", archive);
@@ -132,7 +142,8 @@ private:
     std::vector<ColliderPush> pushesAt(std::span<const Vec3> x, const Places& places) const;
     std::vector<ColliderFriction> frictionAt(std::span<const Vec3> x, const Places& places) const;
 
-    double dx_, h_;  // m
+    double dx_, h_;    // m
+    bool isMovedOut_;  // in what is drawn
     Obstacles obstacles_;
     std::vector<Penalty> law_;  // of each body, with each collider
     contact::EdgedSurface surface_;

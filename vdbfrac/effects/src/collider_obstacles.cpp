@@ -6,6 +6,16 @@
 
 namespace vdbfrac::effects {
 
+Ball::Ball(std::span<const Vec3> points) : center(Vec3::Zero())
+{
+    if (points.empty()) return;
+    Vec3 lower = points.front(), upper = lower;
+    for (const Vec3& y : points) lower = lower.cwiseMin(y), upper = upper.cwiseMax(y);
+    center = .5 * (lower + upper);
+    for (const Vec3& y : points) radius = std::max(radius, (y - center).squaredNorm());
+    radius = std::sqrt(radius);
+}
+
 bool Obstacle::isPassed(const Vec3& A, const Vec3& B) const
 {
     constexpr int kPlaces = 64;

@@ -16,6 +16,14 @@
 
 namespace vdbfrac::effects {
 
+/// A ball round some points.
+struct Ball {
+    Vec3 center;
+    double radius = 0;  // m
+
+    explicit Ball(std::span<const Vec3> points);
+};
+
 /// A collider as it is at t = 0.
 class Obstacle {
 public:
@@ -37,6 +45,11 @@ public:
     }
     /// Most that the distance changes by over a way, over the length of the way.
     double steepest() const { return field_ ? field_->steepest() : 1; }
+    /// Nothing in a ball is nearer to it than this [m], where it is at a place.
+    double least(const Ball& ball, const scene::Placement& place) const
+    {
+        return distance(place.inverse(ball.center)) - steepest() * ball.radius;
+    }
     /// Does a way lead from A outside through it and to the other side?
     bool isPassed(const Vec3& A, const Vec3& B) const;
     double thinShare() const { return field_ ? field_->thinShare() : 0; }  ///< as DistanceField's; 0 of a solid
@@ -85,11 +98,11 @@ public:
     {
         return to[collider](from[collider].inverse(y));
     }
-    /// m, at most: how far what is within `radius` [m] of y moves as a collider sees it, by the collider's own motion.
-    double farthest(const Vec3& y, double radius, std::size_t collider, const Places& from, const Places& to) const
+    /// m, at most: how far what is in a ball moves as a collider sees it, by the collider's own motion.
+    double farthest(const Ball& ball, std::size_t collider, const Places& from, const Places& to) const
     {
         const scene::Placement &a = from[collider], &b = to[collider];
-        return (b.inverse(y) - a.inverse(y)).norm() + (b.turn - a.turn).norm() * radius;
+        return (b.inverse(ball.center) - a.inverse(ball.center)).norm() + (b.turn - a.turn).norm() * ball.radius;
     }
     std::size_t bytes() const
     {

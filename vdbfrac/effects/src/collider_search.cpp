@@ -17,39 +17,34 @@ public:
     static constexpr std::size_t kMost = 64;
 
     Group(const contact::EdgedSurface& surface, std::size_t begin, std::size_t end, std::span<const Vec3> x)
-        : begin_(begin), end_(end)
+        : begin_(begin), end_(end), at_(positions(surface, begin, end, x)), ball_(std::span(at_).first(end - begin))
     {
-        Vec3 lower = surface.at(begin, x), upper = lower;
-        for (std::size_t i = begin; i < end; ++i) {
-            const Vec3 y = at_[i - begin] = surface.at(i, x);
-            lower = lower.cwiseMin(y), upper = upper.cwiseMax(y);
-            reach_ = std::max(reach_, surface.reach(i));
-        }
-        center_ = .5 * (lower + upper);
-        for (std::size_t i = begin; i < end; ++i) radius_ = std::max(radius_, (at(i) - center_).squaredNorm());
-        radius_ = std::sqrt(radius_);
+        for (std::size_t i = begin; i < end; ++i) reach_ = std::max(reach_, surface.reach(i));
     }
     std::size_t begin() const { return begin_; }
     std::size_t end() const { return end_; }
     const Vec3& at(std::size_t i) const { return at_[i - begin_]; }  // m
-    const Vec3& center() const { return center_; }                   // m
-    double radius() const { return radius_; }                        // m
-    /// No point is nearer to an obstacle than this [m].
-    double least(const Obstacle& obstacle, const scene::Placement& place) const
-    {
-        return obstacle.distance(place.inverse(center_)) - obstacle.steepest() * radius_;
-    }
+    const Ball& ball() const { return ball_; }
     /// No point is nearer to touching it than this [m].
     double leastRoom(const Obstacle& obstacle, const scene::Placement& place) const
     {
-        return (least(obstacle, place) - reach_) / obstacle.steepest();
+        return (obstacle.least(ball_, place) - reach_) / obstacle.steepest();
     }
 
 private:
+    using Positions = std::array<Vec3, kMost>;
+    static Positions positions(const contact::EdgedSurface& surface, std::size_t begin, std::size_t end,
+                               std::span<const Vec3> x)
+    {
+        Positions at;
+        for (std::size_t i = begin; i < end; ++i) at[i - begin] = surface.at(i, x);
+        return at;
+    }
+
     std::size_t begin_, end_;
-    std::array<Vec3, kMost> at_;
-    Vec3 center_;
-    double radius_ = 0, reach_ = 0;
+    Positions at_;
+    Ball ball_;
+    double reach_ = 0;
 };
 
 /// Calls visit(group) for the points from `begin` up to `end`.
@@ -142,8 +137,8 @@ bool ColliderSearch::isAnyPassed(const solver::WholeStep& way) const
         for (std::size_t i = group.begin(); i < group.end(); ++i)
             farthest = std::max(farthest, (surface_.at(i, way.to) - group.at(i)).norm());
         for (std::size_t c = 0; c < obstacles_.size(); ++c) {
-            const double own = obstacles_.farthest(group.center(), group.radius(), c, from, to);
-            if (group.least(obstacles_[c], from[c]) > obstacles_[c].steepest() * (farthest + own)) continue;
+            const double own = obstacles_.farthest(group.ball(), c, from, to);
+            if (obstacles_[c].least(group.ball(), from[c]) > obstacles_[c].steepest() * (farthest + own)) continue;
             for (std::size_t i = group.begin(); i < group.end(); ++i)
                 if (obstacles_[c].isPassed(from[c].inverse(group.at(i)), to[c].inverse(surface_.at(i, way.to))))
                     return true;
@@ -167,8 +162,9 @@ double ColliderSearch::fastest(const solver::State& state, const Places& places,
         for (std::size_t c = 0; c < obstacles_.size(); ++c) {
             const double half = obstacles_[c].halfThickness();
             if (!std::isfinite(half)) continue;
-            const double relative = speed + carried[c](group.center()).norm() + carried[c].spin.norm() * group.radius();
-            if (relative <= most * (half + std::max(0., group.least(obstacles_[c], places[c])))) continue;
+            const double relative =
+                speed + carried[c](group.ball().center).norm() + carried[c].spin.norm() * group.ball().radius;
+            if (relative <= most * (half + std::max(0., obstacles_[c].least(group.ball(), places[c])))) continue;
             for (std::size_t i = group.begin(); i < group.end(); ++i) {
                 const double distance = std::max(0., obstacles_.distance(group.at(i), c, places));
                 const Vec3 v = surface_.at(i, state.v) - carried[c](group.at(i));

@@ -1,8 +1,6 @@
 // The tables of the scene itself; a new key is one line here.
 #include "tables.h"
 
-#include "complaints.h"
-
 #include <algorithm>
 
 namespace vdbfrac::scene::tables {
@@ -279,55 +277,6 @@ const TableSpec kGripSpec = {"grip", "Holds or pulls a part of a body; any numbe
 const TableSpec kColliderSpec = {"collider", "A solid that bodies bump into; any number of tables.", kCollider};
 const TableSpec kSolverSpec = {"solver", "How time steps are made, and when one counts as solved.", kSolver};
 
-std::vector<Key> outputKeys(const Vocabulary::Fields& fields)
-{
-    std::vector<Choice> all(fields.rest.begin(), fields.rest.end());
-    all.insert(all.end(), fields.deformed.begin(), fields.deformed.end());
-    return {
-        {.name = "vdb",
-         .member = {Type::choices, &scene::Output::vdb},
-         .doc = "Grids written each frame: " + joined(fields.rest, "and") + " at rest, " +
-                joined(fields.deformed, "and") + " as deformed.",
-         .choices = all},
-        {.name = "obj",
-         .member = &scene::Output::obj,
-         .doc = "Whether the deformed surface is written as .obj each frame."},
-        {.name = "ply",
-         .member = &scene::Output::ply,
-         .doc = "Whether it is written as .ply each frame, with velocities, places at rest, and the value of each grid "
-                "of vdb that is one at rest."},
-        {.name = "motion",
-         .member = &scene::Output::motion,
-         .doc = "Whether the positions of all nodes are written each frame, for 'vdbfrac embed'."},
-        {.name = "point_cache",
-         .member = {Type::choices, &scene::Output::pointCache},
-         .doc =
-             "After the last frame, the surface with one topology over all frames, as 'vdbfrac embed' makes it: mdd, "
-             "an .obj with an .mdd and an .mtl, or usda. Writes the positions of nodes too.",
-         .choices = {Choice("mdd"), Choice("usda")}},
-        {.name = "lips",
-         .member = {Type::choice, &scene::Output::lipsClosed},
-         .doc = "Where both sides of a crack are drawn: closed, at the middle of the gap that the crack has made, "
-                "so that it opens from nothing; or as_simulated, with the gap.",
-         .choices = {{"closed", true}, {"as_simulated", false}}},
-        {.name = "torn_detail",
-         .member = &scene::Output::tornDetail,
-         .unit = "m",
-         .doc =
-             "How far torn faces are moved by noise, as roughness that the voxels do not resolve; none at their rims.",
-         .min = 0},
-        {.name = "torn_detail_size",
-         .member = &scene::Output::tornDetailSize,
-         .unit = "m",
-         .doc = "Size of the largest features of that noise; 0 takes three voxels.",
-         .min = 0},
-        {.name = "torn_detail_seed",
-         .member = &scene::Output::tornDetailSeed,
-         .doc = "Another number gives other noise.",
-         .min = 0,
-         .max = 1e9}};
-}
-
 /// The name of an enum's value, by the key that takes it.
 const std::string& nameOf(const TableSpec& spec, std::string_view key, long long value)
 {
@@ -345,11 +294,6 @@ const TableSpec& material() { return kMaterialSpec; }
 const TableSpec& grip() { return kGripSpec; }
 const TableSpec& collider() { return kColliderSpec; }
 const TableSpec& solver() { return kSolverSpec; }
-
-Output::Output(const Vocabulary::Fields& fields)
-    : keys_(outputKeys(fields)), spec_{"output", "What is written each frame.", keys_}
-{
-}
 
 std::vector<Section> sections(const Output& output, const Vocabulary& vocabulary)
 {

@@ -30,9 +30,8 @@ public:
                  const Body& body, double fps);
 
     /// Moves points to which no crack has come in a frame, counted from 0. `ofNodes`: positions [m] or velocities
-    /// [m/s] of the nodes of the body, then of those of tets() that are there, four of each, in their order. Returns
-    /// whether any moved.
-    bool carry(std::size_t frame, std::span<const Vec3> ofNodes, std::span<Vec3> ofPoints) const;
+    /// [m/s] of the nodes of the body, then of those of tets() that are there, four of each, in their order.
+    void carry(std::size_t frame, std::span<const Vec3> ofNodes, std::span<Vec3> ofPoints) const;
 
     /// From this frame on these points go with what carries them at the end, whatever the time of arrival. Returns
     /// whether any did not.

@@ -55,8 +55,10 @@ public:
     void followWhole(const Simulation& simulation, Ledger& work);
     /// The state of the simulation, on the bodies as they were at the last follow().
     DrawnFrame frame(const Simulation& simulation) const;
-    /// The same for positions [m] and velocities [m/s] of the nodes of a body.
+    /// The points of a body for positions [m] and velocities [m/s] of its nodes, where these carry them.
     DrawnBody body(std::size_t body, std::span<const Vec3> x, std::span<const Vec3> v) const;
+    /// Puts such points where they are seen at a time [s], and gives them their normals.
+    void finish(std::size_t body, const Stages& stages, double time, DrawnBody& drawn) const;
     /// As the last follow() left it.
     std::shared_ptr<const tetmesh::DrawnTopology> topology(std::size_t body) const
     {
@@ -69,8 +71,6 @@ public:
     }
     /// Points of a body that ride some way outside of its material, as they did at the last follow().
     std::vector<skin::OutsidePoint> outside(std::size_t body) const { return surfaces_[body].skin.outside(); }
-    /// Turns the normals of a body, as body() gave it, after its points have moved.
-    void turnNormals(std::size_t body, DrawnBody& drawn) const;
 
 private:
     struct Surface {

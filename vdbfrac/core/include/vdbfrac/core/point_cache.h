@@ -52,6 +52,7 @@ private:
     void writeUsd(const std::filesystem::path& out) const;
 
     const scene::Scene& scene_;
+    const Stages& stages_;
     const Drawing& drawing_;
     std::vector<std::filesystem::path> motion_;
     std::vector<std::size_t> nodes_;  // of each body in the last frame

@@ -124,6 +124,14 @@ public:
     virtual FrameGrid take(const Body& body, const std::string& field) const = 0;
 };
 
+/// Moves what frames draw of a body, not the body.
+class DrawStage {
+public:
+    virtual ~DrawStage() = default;
+    /// Points [m] of a surface at a time [s], and their velocities [m/s].
+    virtual void place(double time, std::span<Vec3> points, std::span<Vec3> velocity) const = 0;
+};
+
 /// What a state on a finer lattice comes from.
 struct Refinement {
     const Archive& archive;        ///< of the wide lattice
@@ -154,6 +162,7 @@ struct Stages {
     std::vector<SleepStage*> sleep;
     std::vector<RecutStage*> recut;
     std::vector<FrameSource*> frames;
+    std::vector<const DrawStage*> draw;
     std::vector<Persistent*> persistent;
     std::vector<std::string> notes;  ///< what the user should know before the run, a sentence each
 

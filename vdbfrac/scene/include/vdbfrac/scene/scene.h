@@ -170,6 +170,7 @@ struct Output {
     double tornDetail = 0, tornDetailSize = 0;  ///< m: roughness of torn faces, and of its features; size 0: 3 voxels
     int tornDetailSeed = 0;
     bool lipsClosed = true;  ///< lips = "closed"; false is "as_simulated"
+    bool movedOut = true;    ///< in_colliders = "moved_out"; false is "as_simulated"
 
     bool followsNodes() const { return motion || !pointCache.empty(); }
 };

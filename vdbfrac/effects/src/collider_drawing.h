@@ -1,0 +1,17 @@
+// Where surfaces are drawn against colliders. Contact gives way by a part of a voxel, and closed lips, and skin that
+// rides on strained tets, are drawn outside of the material that touches: all of that would be seen inside of
+// colliders.
+#pragma once
+
+#include "collider_obstacles.h"
+
+#include <span>
+
+namespace vdbfrac::effects {
+
+/// Moves points [m] that are inside of colliders at a time [s] to their surface, where they are no deeper than two
+/// voxels dx [m]; deeper ones by less, and none that are four deep. What is moved goes with the collider across its
+/// surface, also by its velocity [m/s].
+void moveOut(const Obstacles& obstacles, double time, double dx, std::span<Vec3> points, std::span<Vec3> velocity);
+
+}  // namespace vdbfrac::effects
