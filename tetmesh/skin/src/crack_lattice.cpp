@@ -1,6 +1,7 @@
 #include "crack_lattice.h"
 
 #include <vdbfrac/tetmesh/cell.h>
+#include <vdbfrac/tetmesh/noise.h>
 #include <vdbfrac/tetmesh/trilinear.h>
 
 #include <algorithm>
@@ -28,14 +29,6 @@ std::array<std::array<std::uint8_t, 4>, 6> chains()
 
 }  // namespace
 
-std::uint64_t mixedBits(std::uint64_t z)
-{
-    z += 0x9e3779b97f4a7c15u;
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-    return z ^ (z >> 31);
-}
-
 CrackLattice::CrackLattice(const tetmesh::NodeField<float>& c, const tetmesh::NodeField<float>& now, double dx)
     : c_(c), now_(now), dx_(dx), lower_(c.lower() - Coord{1, 1, 1}), isMixed_(c.lower(), c.upper(), 0, 0)
 {
@@ -53,7 +46,7 @@ CrackLattice::CrackLattice(const tetmesh::NodeField<float>& c, const tetmesh::No
 Vec3 CrackLattice::position(Coord n) const
 {
     constexpr double kMoved = 1e-6, kUnit = 1. / double(1 << 20);  // voxels; of 20 bits
-    const std::uint64_t bits = mixedBits(nodeKey(n));
+    const std::uint64_t bits = tetmesh::mixedBits(nodeKey(n));
     const auto part = [&](int k) { return kMoved * (kUnit * double(bits >> (20 * k) & 0xfffff) - 0.5); };
     return dx_ * (n.toVec() + Vec3(part(0), part(1), part(2)));
 }

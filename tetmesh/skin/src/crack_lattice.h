@@ -38,9 +38,6 @@ void forNeighbours(Coord n, const Visit& visit)
         for (const int sign : {1, -1}) visit(n + sign * tetmesh::cornerOffset(mask));
 }
 
-/// Well mixed bits of a number (the finalizer of SplitMix64: Steele et al. 2014).
-std::uint64_t mixedBits(std::uint64_t z);
-
 class CrackLattice {
 public:
     /// c [m]; `now`: phi [m] at present; dx: voxel size [m].

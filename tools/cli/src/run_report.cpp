@@ -109,8 +109,8 @@ std::string lostText(double lost)
     constexpr double kMuch = 5;  // %
     if (!(lost > kMuch)) return "";
     return "lost: cracks take half a voxel and more, and all that is crushed; a higher toughness keeps "
-           "more, a smaller grid.voxel_size where few cracks run, and a notch where a smooth surface tears all at "
-           "once\n";
+           "more, a smaller grid.voxel_size where few cracks run, and a notch or fracture.scatter where a smooth "
+           "surface tears all at once\n";
 }
 
 /// How deep fragments were in each other and in themselves, where a picture may show it.

@@ -6,6 +6,7 @@
 #include "all.h"
 #include "fracture_arrivals.h"
 #include "fracture_law.h"
+#include "fracture_places.h"
 
 #include <vdbfrac/base/infinity.h>
 #include <vdbfrac/base/error.h>
@@ -75,6 +76,7 @@ public:
           fps_(scene.time.fps),
           tellsMargin_(std::count(scene.output.vdb.begin(), scene.output.vdb.end(), kMargin) > 0),
           margin_(values.has("grip_margin") ? values.number("grip_margin") : 2 * grid_.coarsening * dx_),
+          places_(values, grid_.coarsening * dx_),
           unused_(unusedResistances(values, scene))
     {
         for (const scene::Body& body : scene.bodies) keys_[body.name] = fractureKeys(values, body.material);
@@ -142,7 +144,8 @@ private:
     scene::Curve resistance_;  // factor on kappa
     double fps_;
     bool tellsMargin_;
-    double margin_;                             // m, round grips
+    double margin_;  // m, round grips
+    FracturePlaces places_;
     std::vector<std::string> unused_;           // notes on resistances of no body
     std::map<std::string, Tension> tension_;    // by body
     std::map<std::string, FractureKeys> keys_;  // by body
@@ -170,8 +173,9 @@ Driven Fracture::drivenByTension(const core::GridContext& context, const core::B
         return phi < 0 && phi >= deepest && isFree(c);
     };
     const auto stress = [&](std::uint32_t e) { return context.elementStress(body, e); };
-    grid::TensionAverage average{law.radius, body.material.youngsModulus(), body.material.poissonRatio(), isFree,
-                                 law.perRelease};
+    const solver::Material& m = body.material;
+    grid::TensionAverage average{law.radius,     m.youngsModulus(),     m.poissonRatio(), isFree,
+                                 law.perRelease, places_.onVoxels(dx_), places_.least()};
     const grid::CrackPath path = pathOf(arrival_[body.name], body.mesh->phi());
     const grid::Loaded loaded{*body.mesh,
                               ownEnergy(context, body),
@@ -214,8 +218,8 @@ Driven Fracture::driven(const core::GridContext& context, const core::Body& body
 {
     if (isTension_) return drivenByTension(context, body, law);
     const std::span<const double> own = ownEnergy(context, body);
-    std::vector<Coord> voxels =
-        tetmesh::nodesAround(body.mesh->voxelsAbove(own, law.kappa), grid::reachWithin(law.radius / dx_));
+    std::vector<Coord> voxels = tetmesh::nodesAround(body.mesh->voxelsAbove(own, places_.least() * law.kappa),
+                                                     grid::reachWithin(law.radius / dx_));
     const grid::VoxelFilter isFree = freeMaterial(context, body);
     std::erase_if(voxels, [&](const Coord& c) { return body.mesh->phi()(c) >= 0 || !isFree(c); });
     Driven driven{grid::sampleBand(body.phi, voxels), {}, {}, {}, 0, {}};
@@ -225,6 +229,7 @@ Driven Fracture::driven(const core::GridContext& context, const core::Body& body
     const auto energy = [&](std::uint32_t e, int t) { return own[tetmesh::tetEntry(e, std::size_t(t))]; };
     driven.psi = law.radius > 0 ? grid::averagedEnergy(*body.mesh, energy, voxels, law.radius, isFree)
                                 : grid::nodalEnergy(*body.mesh, energy, voxels);
+    for (std::size_t i = 0; i < voxels.size(); ++i) driven.psi[i] /= places_.factor(dx_ * voxels[i].toVec());
     driven.share.assign(voxels.size(), 1);
     return driven;
 }

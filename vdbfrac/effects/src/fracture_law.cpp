@@ -1,5 +1,7 @@
 #include "fracture_law.h"
 
+#include "fracture_places.h"
+
 #include <vdbfrac/base/infinity.h>
 #include <vdbfrac/base/number_text.h>
 #include <vdbfrac/scene/review.h>
@@ -132,7 +134,16 @@ std::string rough(double v) { return shortNumber(v, 3); }
 
 }  // namespace
 
-std::span<const Key> fractureTable() { return kKeys; }
+std::span<const Key> fractureTable()
+{
+    static const std::vector<Key> all = [] {
+        std::vector<Key> keys(std::begin(kKeys), std::end(kKeys));
+        const std::span<const Key> places = fracturePlaceKeys();
+        keys.insert(keys.end(), places.begin(), places.end());
+        return keys;
+    }();
+    return all;
+}
 
 std::string checkFracture(const scene::Values& v)
 {

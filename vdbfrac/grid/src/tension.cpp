@@ -238,17 +238,28 @@ void keepAcross(const BodyMesh& mesh, const Driving& driving, std::vector<Coord>
     });
 }
 
+/// f.
+double factorAt(const TensionAverage& average, Coord voxel) { return average.factor ? average.factor(voxel) : 1; }
+
+void divideByFactor(const TensionAverage& average, const std::vector<Coord>& voxels, std::vector<double>& psi)
+{
+    if (!average.factor) return;
+    for (std::size_t i = 0; i < psi.size(); ++i) psi[i] /= average.factor(voxels[i]);
+}
+
 /// Without an average: of the mean stress at each voxel node.
 TensionAbove nodalTensionAbove(double kappa, const Loaded& body, const TensionAverage& average)
 {
     TensionAbove above;
-    above.voxels = body.mesh.voxelsAbove(body.energy, minEnergyUnder(kappa, average.poissonRatio));
+    above.voxels =
+        body.mesh.voxelsAbove(body.energy, minEnergyUnder(average.leastFactor * kappa, average.poissonRatio));
     std::erase_if(above.voxels, [&](const Coord& c) { return !body.isFront(c); });
     if (above.voxels.empty()) return above;
     NodalStresses nodes(body.mesh, body.stress, average.isCounted);
     nodes.computeAround(above.voxels, 0);
     above.stresses = nodes.count();
     for (const Coord& c : above.voxels) above.psi.push_back(nodes(c).tension / (2 * average.youngsModulus));
+    divideByFactor(average, above.voxels, above.psi);
     keepAbove(kappa, above.voxels, above.psi);
     above.share.assign(above.voxels.size(), 1);
     for (const Coord& c : above.voxels) above.points.push_back(c.toVec());
@@ -310,7 +321,8 @@ void chooseAmong(const std::vector<Coord>& compared, const Candidates& found, co
             const Opening opening = openingAt(nodes, neighbours, c, average.poissonRatio);
             const Passing passing = isOneWay ? passingAt(c, opening.across, *body.path, found.R ? *found.R : psi, near)
                                              : Passing{c.toVec()};
-            return Passed{opening.H * passing.weight, found.R ? passing.weight * (*found.R)(c) : 0, passing.point};
+            const double weight = passing.weight / factorAt(average, c);
+            return Passed{opening.H * weight, found.R ? weight * (*found.R)(c) : 0, passing.point};
         });
     std::vector<double> H, R;
     for (const Passed& p : passed) H.push_back(p.H), R.push_back(p.R);
@@ -335,7 +347,8 @@ TensionAbove tensionAbove(double kappa, const Loaded& body, const TensionAverage
     constexpr double kSteady = .8, kLower = .3, kFar = .1;
     double look = expected > 0 ? std::min(kappa, kSteady * expected) : kappa;
     for (;; look *= kLower) {
-        found = findCandidates(look, kappa, body, average, nodes);
+        found = findCandidates(average.leastFactor * look, average.leastFactor * kappa, body, average, nodes);
+        divideByFactor(average, found.voxels, found.driving.psi);
         for (std::size_t i = 0; i < found.voxels.size(); ++i)
             if (found.driving.psi[i] > above.largest)
                 above.largest = found.driving.psi[i], above.where = found.voxels[i];
@@ -360,13 +373,13 @@ TensionAbove tensionAbove(double kappa, const Loaded& body, const TensionAverage
 VoxelValues tensionAtFront(const Loaded& body, const TensionAverage& average, double little)
 {
     VoxelValues values;
-    values.coords = whereItMayExceed(little, body, average);
+    values.coords = whereItMayExceed(average.leastFactor * little, body, average);
     std::erase_if(values.coords, [&](const Coord& c) { return !body.isFront(c); });
     NodalStresses nodes(body.mesh, body.stress, average.isCounted);
     const double radius = average.radius / body.mesh.voxelSize();
     const std::vector<double> R = tensions(nodes, values.coords, radius, average.youngsModulus);
-    const std::vector<double> psi =
-        average.perRelease > 0 ? drivenBy(values.coords, body, average, values.coords, R).psi : R;
+    std::vector<double> psi = average.perRelease > 0 ? drivenBy(values.coords, body, average, values.coords, R).psi : R;
+    divideByFactor(average, values.coords, psi);
     values.scalars.assign(psi.begin(), psi.end());
     return values;
 }

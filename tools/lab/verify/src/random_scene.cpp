@@ -234,6 +234,7 @@ void Generator::fracture(const Body& b)
     if (dice_.chance(.2)) text_ += "average = 0\n";
     if (dice_.chance(.3)) text_ += format("front_speed = %.3g\n", dice_.decades(.1, 3));
     if (dice_.chance(.2)) text_ += "grip_margin = 0\n";
+    if (dice_.chance(.2)) text_ += format("scatter = %.3g\n", dice_.uniform(.1, .9));
 }
 
 void Generator::solver()

@@ -1,0 +1,78 @@
+#include "fracture_places.h"
+
+#include <vdbfrac/base/infinity.h>
+#include <vdbfrac/tetmesh/noise.h>
+
+#include <algorithm>
+
+namespace vdbfrac::effects {
+
+namespace {
+
+using scene::Key;
+using scene::Type;
+
+constexpr double kCells = 6;  // size of the scatter where the scene gives none
+
+const Key kSpotKeys[] = {
+    {"center", Type::vector, "m", "of the spot, at rest", scene::kRequired},
+    {"radius", Type::number, "m", "of the spot; the factor falls to 1 there", scene::kRequired, 0, kInfinity, true},
+    {"factor", Type::number, "", "on the resistance in its middle; below 1: weaker", scene::kRequired, 0, kInfinity,
+     true},
+};
+const scene::TableSpec kSpotSpec = {
+    .name = "fracture.spots", .doc = "A ball that is weaker or stronger than what is round it.", .keys = kSpotKeys};
+
+const Key kPlaceKeys[] = {
+    {"scatter", Type::number, "",
+     "how much the resistance varies from place to place: by up to this share, smoothly; bodies without a notch then "
+     "tear where they are weakest, not everywhere at once",
+     "0", 0, .9},
+    {"scatter_size", Type::number, "m", "size of what is weaker or stronger; left out: six lattice cells", "", 0,
+     kInfinity, true},
+    {"scatter_seed", Type::integer, "", "another number puts it elsewhere", "0", 0, 1e9},
+    {.name = "spots",
+     .member = Type::entries,
+     .doc = "balls that are weaker or stronger",
+     .defaultText = scene::kOptional,
+     .table = &kSpotSpec},
+};
+
+}  // namespace
+
+std::span<const Key> fracturePlaceKeys() { return kPlaceKeys; }
+
+FracturePlaces::FracturePlaces(const scene::Values& values, double h)
+    : scatter_(values.number("scatter")),
+      size_(values.has("scatter_size") ? values.number("scatter_size") : kCells * h),
+      seed_(std::uint64_t(values.integer("scatter_seed")))
+{
+    if (!values.has("spots")) return;
+    for (const scene::Values& spot : values.tables("spots"))
+        spots_.push_back({spot.vector("center"), spot.number("radius"), spot.number("factor")});
+}
+
+double FracturePlaces::factor(const Vec3& X) const
+{
+    double factor = scatter_ > 0 ? 1 + scatter_ * tetmesh::noise(X / size_, seed_) : 1;
+    for (const Spot& spot : spots_) {
+        const double inside = std::max(0., 1 - (X - spot.center).squaredNorm() / (spot.radius * spot.radius));
+        factor *= 1 + (spot.factor - 1) * inside * inside;
+    }
+    return factor;
+}
+
+double FracturePlaces::least() const
+{
+    double least = 1 - scatter_;
+    for (const Spot& spot : spots_) least *= std::min(1., spot.factor);  // they may overlap
+    return least;
+}
+
+std::function<double(Coord)> FracturePlaces::onVoxels(double dx) const
+{
+    if (scatter_ == 0 && spots_.empty()) return {};
+    return [this, dx](Coord c) { return factor(dx * c.toVec()); };
+}
+
+}  // namespace vdbfrac::effects
