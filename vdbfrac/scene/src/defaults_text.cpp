@@ -100,7 +100,7 @@ std::string innerTables(const std::vector<TableSpec>& brought)
 std::string defaultsText(const Vocabulary& vocabulary)
 {
     std::string text = kPreamble + std::string("\n") + keysOf(tables::root(), false);
-    const tables::Output output(vocabulary.fields);
+    const tables::Output output(vocabulary);
     for (const tables::Section& section : tables::sections(output, vocabulary)) text += sectionText(section);
     const std::vector<TableSpec> brought = vocabulary.all();
     for (const TableSpec& spec : brought) text += optionalText(spec);

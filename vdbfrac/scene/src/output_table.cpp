@@ -6,11 +6,12 @@ namespace vdbfrac::scene::tables {
 
 namespace {
 
-std::vector<Key> outputKeys(const Vocabulary::Fields& fields)
+std::vector<Key> outputKeys(const Vocabulary& vocabulary)
 {
+    const Vocabulary::Fields& fields = vocabulary.fields;
     std::vector<Choice> all(fields.rest.begin(), fields.rest.end());
     all.insert(all.end(), fields.deformed.begin(), fields.deformed.end());
-    return {
+    std::vector<Key> keys = {
         {.name = "vdb",
          .member = {Type::choices, &scene::Output::vdb},
          .doc = "Grids written each frame: " + joined(fields.rest, "and") + " at rest, " +
@@ -37,11 +38,6 @@ std::vector<Key> outputKeys(const Vocabulary::Fields& fields)
          .doc = "Where both sides of a crack are drawn: closed, at the middle of the gap that the crack has made, "
                 "so that it opens from nothing; or as_simulated, with the gap.",
          .choices = {{"closed", true}, {"as_simulated", false}}},
-        {.name = "in_colliders",
-         .member = {Type::choice, &scene::Output::movedOut},
-         .doc = "Where surfaces are drawn that are inside of colliders: moved_out, on the surface of the collider, "
-                "where they are no deeper than two voxels; or as_simulated.",
-         .choices = {{"moved_out", true}, {"as_simulated", false}}},
         {.name = "torn_detail",
          .member = &scene::Output::tornDetail,
          .unit = "m",
@@ -58,12 +54,20 @@ std::vector<Key> outputKeys(const Vocabulary::Fields& fields)
          .doc = "Another number gives other noise.",
          .min = 0,
          .max = 1e9}};
+    if (vocabulary.colliders)
+        keys.push_back(
+            {.name = "in_colliders",
+             .member = {Type::choice, &scene::Output::movedOut},
+             .doc = "Where surfaces are drawn that are inside of colliders: moved_out, on the surface of the collider, "
+                    "where they are no deeper than two voxels; or as_simulated.",
+             .choices = {{"moved_out", true}, {"as_simulated", false}}});
+    return keys;
 }
 
 }  // namespace
 
-Output::Output(const Vocabulary::Fields& fields)
-    : keys_(outputKeys(fields)), spec_{"output", "What is written each frame.", keys_}
+Output::Output(const Vocabulary& vocabulary)
+    : keys_(outputKeys(vocabulary)), spec_{"output", "What is written each frame.", keys_}
 {
 }
 

@@ -214,7 +214,7 @@ std::string schemaText(const Vocabulary& vocabulary)
     schema.update(tableSchema(tables::root()));
     schema["description"] = "A scene: SI units, y up.";
     Json& properties = schema["properties"];
-    const tables::Output output(vocabulary.fields);
+    const tables::Output output(vocabulary);
     for (const tables::Section& section : tables::sections(output, vocabulary)) {
         properties[section.spec.name] = sectionSchema(section);
         if (section.required) schema["required"].push_back(section.spec.name);

@@ -18,7 +18,7 @@ class SectionReader {
 
 public:
     SectionReader(const Node& root, const Vocabulary& vocabulary, Context& context)
-        : root_{root, ""}, table_(*root.table()), vocabulary_(vocabulary), output_(vocabulary.fields), context_(context)
+        : root_{root, ""}, table_(*root.table()), vocabulary_(vocabulary), output_(vocabulary), context_(context)
     {
     }
 

@@ -34,7 +34,7 @@ const TableSpec& solver();
 /// The table whose choices the vocabulary brings.
 class Output {
 public:
-    explicit Output(const Vocabulary::Fields& fields);
+    explicit Output(const Vocabulary& vocabulary);
     Output(const Output&) = delete;
     Output& operator=(const Output&) = delete;
     const TableSpec& spec() const { return spec_; }

@@ -64,7 +64,7 @@ std::string writeScene(const Scene& scene, const Vocabulary& vocabulary)
     for (const Grip& g : scene.grips) text += tableText("[[grip]]", tables::grip(), g, partTexts(g));
     for (const Collider& c : scene.colliders) text += tableText("[[collider]]", tables::collider(), c, partTexts(c));
     text += tableText("[solver]", tables::solver(), scene.solver);
-    text += tableText("[output]", tables::Output(vocabulary.fields).spec(), scene.output);
+    text += tableText("[output]", tables::Output(vocabulary).spec(), scene.output);
     return text + broughtText(scene.tables, vocabulary.tables) + broughtText(scene.notes, vocabulary.notes);
 }
 
