@@ -1,4 +1,5 @@
 // The outer surface cut by cracks: closed, on the surface that was given, and along a smooth rim.
+#include "crack_lattice.h"
 #include "torn_solids.h"
 
 #include <vdbfrac/base/disjoint_sets.h>
@@ -30,6 +31,18 @@ TEST(SkinCut, ClosesEveryPartOfATornBody)
                     EXPECT_EQ(cut.defects, 0);
                     EXPECT_GT(cut.torn.size(), 100u);
                 }
+}
+
+/// Fields are kept in blocks of 8 nodes along an edge; a crack may end in one, beside others that are not there.
+TEST(CrackLattice, SeesAllVoxelsRoundANodeAtTheCornerOfABlock)
+{
+    for (const Coord& node : {Coord{0, 0, 0}, Coord{7, 7, 7}, Coord{8, 3, 0}}) {
+        tetmesh::NodeField<float> c({-16, -16, -16}, {16, 16, 16}, -1, -1), now = c;
+        c.set(node, .1f);
+        const CrackLattice lattice(c, now, .1);
+        EXPECT_EQ(lattice.mixedVoxels().size(), 8u);
+        for (int k = 0; k < 8; ++k) EXPECT_TRUE(lattice.isMixed(node - tetmesh::cornerOffset(k)));
+    }
 }
 
 /// A finer mesh that rides on a body has bumps that phi knows nothing of.

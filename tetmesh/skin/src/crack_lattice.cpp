@@ -32,14 +32,20 @@ std::array<std::array<std::uint8_t, 4>, 6> chains()
 CrackLattice::CrackLattice(const tetmesh::NodeField<float>& c, const tetmesh::NodeField<float>& now, double dx)
     : c_(c), now_(now), dx_(dx), lower_(c.lower() - Coord{1, 1, 1}), isMixed_(c.lower(), c.upper(), 0, 0)
 {
+    const auto addIfMixed = [&](Coord v) {
+        int open = 0;
+        for (int k = 0; k < 8; ++k) open += c_(v + tetmesh::cornerOffset(k)) > 0;
+        if (open == 0 || open == 8 || !isMixed_.contains(v) || isMixed_(v)) return;
+        mixed_.push_back(v);
+        isMixed_.set(v, 1);
+    };
+    using Field = tetmesh::NodeField<float>;
+    c.forEachBlock([&](Coord low) { Field::forEachNode(low, addIfMixed); });
+    // A voxel may have its upper corners in a block, and its lowest where there is none.
     c.forEachBlock([&](Coord low) {
-        tetmesh::NodeField<float>::forEachNode(low, [&](Coord v) {
-            int open = 0;
-            for (int k = 0; k < 8; ++k) open += c_(v + tetmesh::cornerOffset(k)) > 0;
-            if (open == 0 || open == 8 || !isMixed_.contains(v)) return;
-            mixed_.push_back(v);
-            isMixed_.set(v, 1);
-        });
+        for (int z = -1; z < Field::kEdge; ++z)
+            for (int y = -1; y < Field::kEdge; ++y)
+                for (int x = -1; x < (z < 0 || y < 0 ? Field::kEdge : 0); ++x) addIfMixed(low + Coord{x, y, z});
     });
 }
 

@@ -7,6 +7,7 @@
 #include <vdbfrac/core/drawing.h>
 #include <vdbfrac/lab/scenes/scene_run.h>
 #include <vdbfrac/lab/verify/energy_witness.h>
+#include <vdbfrac/tetmesh/surface_input.h>
 
 #include <fmt/format.h>
 
@@ -52,6 +53,7 @@ public:
         outcome_.startVolume = outcome_.volume = volume_;
         requireFragments();
         drawing_.follow(run_.simulation, drawn_);
+        isClosed_ = openEdges() == 0;
         requireNoBridges();
         if (run_.simulation.fragments() == 1)
             requireAtMost("torn faces before anything tears", double(drawn_.countOf("draw", "torn_faces")), 0);
@@ -76,12 +78,20 @@ public:
     {
         drawing_.follow(run_.simulation, drawn_);
         requireAtMost("gaps in what is drawn", double(drawn_.countOf("draw", "defects")), 0);
+        if (isClosed_) requireAtMost("open edges of what is drawn", double(openEdges()), 0);
         requireNoBridges();
     }
 
     std::uint64_t hash() const { return run_.simulation.stateHash(); }
 
 private:
+    std::size_t openEdges() const
+    {
+        std::size_t open = 0;
+        for (std::size_t b = 0; b < run_.scene.bodies.size(); ++b)
+            open += tetmesh::examine(tetmesh::soupOf(drawing_.topology(b)->mesh)).openEdges;
+        return open;
+    }
     void requireNoBridges() const
     {
         requireAtMost("drawn faces between fragments", double(drawn_.countOf("draw", "bridges")), 0);
@@ -150,6 +160,7 @@ private:
     SceneRun run_;
     core::Drawing drawing_;
     Ledger drawn_;
+    bool isClosed_ = false;  // what is drawn, at the start
     SceneOutcome& outcome_;
     double volume_;
     std::int64_t tets_ = 0, iterations_ = 0;
