@@ -62,14 +62,17 @@ TEST(DrawnContact, IsMovedOutOfCollidersAndTheStateIsNot)
         const double floor = kRise * seen.simulation.time();
         EXPECT_GE(lowest(drawn), floor - kExact);
         deepest = std::max(deepest, (floor - lowest(all)) / kDx);
+        std::int64_t own = 0;
         for (std::size_t i = 0; i < drawn[0].points.size(); ++i) {
             const Vec3 &was = all[0].points[i], &is = drawn[0].points[i];
             const bool isIn = was.y() < floor;
             EXPECT_LT((is - (isIn ? Vec3(was.x(), floor, was.z()) : was)).norm(), isIn * kExact + 1e-300);
             const Vec3 &flew = all[0].velocity[i], &flies = drawn[0].velocity[i];
             EXPECT_LT((flies - (isIn ? Vec3(flew.x(), kRise, flew.z()) : flew)).norm(), isIn * kExact + 1e-300);
-            moved += isIn;
+            moved += isIn, own += isIn;
         }
+        EXPECT_EQ(drawn[0].moved, own);
+        EXPECT_EQ(all[0].moved, 0);
     }
     EXPECT_GT(deepest, kDeep);
     EXPECT_GT(moved, 100u);
@@ -91,7 +94,7 @@ TEST(DrawnContact, LiesOnWhatMoves)
         const double r = .5 - depth * kDx;
         std::vector<Vec3> point{Vec3(center(kTime) + r * way)}, velocity{Vec3(1, 2, 3)};
         const Vec3 at = point[0];
-        stages[0]->place(kTime, point, velocity);
+        EXPECT_EQ(stages[0]->place(kTime, point, velocity), depth > 0 && depth < 4) << depth;
         EXPECT_LT((point[0] - at).cross(way).norm(), kExact) << depth;
         const double is = (.5 - (point[0] - center(kTime)).norm()) / kDx;
         if (depth <= 0 || depth >= 4) {

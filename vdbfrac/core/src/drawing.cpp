@@ -236,12 +236,12 @@ void Drawing::cut(const Body& body, skin::Taken taken, Surface& surface, Ledger&
 DrawnBody Drawing::body(std::size_t body, std::span<const Vec3> x, std::span<const Vec3> v) const
 {
     const skin::Skin& skin = surfaces_[body].skin;
-    return {skin.topology(), skin.carried(x), {}, skin.carried(v)};
+    return {skin.topology(), skin.carried(x), {}, skin.carried(v), 0};
 }
 
 void Drawing::finish(std::size_t body, const Stages& stages, double time, DrawnBody& drawn) const
 {
-    for (const DrawStage* stage : stages.draw) stage->place(time, drawn.points, drawn.velocity);
+    for (const DrawStage* stage : stages.draw) drawn.moved += stage->place(time, drawn.points, drawn.velocity);
     drawn.normals = surfaces_[body].skin.normals(drawn.points);
 }
 

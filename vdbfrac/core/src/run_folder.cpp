@@ -172,6 +172,7 @@ std::string RunFolder::writeFrame(const Simulation& simulation, int frame)
         const StageTimer timer(work_, "draw");
         drawing_->follow(simulation, work_);
         data->drawn = drawing_->frame(simulation);
+        for (const DrawnBody& body : data->drawn) work_.count("draw", "moved_points", body.moved);
         data->record.drawn = boundsOf(data->drawn), data->record.squeeze = squeezeOf(data->drawn);
     }
     const std::string hash = data->record.stateHash;

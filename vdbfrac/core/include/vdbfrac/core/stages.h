@@ -128,8 +128,8 @@ public:
 class DrawStage {
 public:
     virtual ~DrawStage() = default;
-    /// Points [m] of a surface at a time [s], and their velocities [m/s].
-    virtual void place(double time, std::span<Vec3> points, std::span<Vec3> velocity) const = 0;
+    /// Points [m] of a surface at a time [s], and their velocities [m/s]. Returns how many it moved.
+    virtual std::int64_t place(double time, std::span<Vec3> points, std::span<Vec3> velocity) const = 0;
 };
 
 /// What a state on a finer lattice comes from.
