@@ -1,5 +1,6 @@
 #include <vdbfrac/contact/contact_surface.h>
 
+#include "near_points.h"
 #include "sharp_edges.h"
 
 #include <vdbfrac/base/parallel.h>
@@ -10,7 +11,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <unordered_map>
 
 namespace vdbfrac::contact {
@@ -301,30 +301,21 @@ void ContactSurface::refineFrom(const std::string& name, const core::Refinement&
     takeSamples();
     settle();
     const double near = 2 * wide.bodies[0].phi.voxelSize();  // m; samples of the wide surface lie a voxel apart
-    const auto cellOf = [&](const Vec3& X) {
-        const Vec3 c = X / near;
-        return Coord{int(std::floor(c.x())), int(std::floor(c.y())), int(std::floor(c.z()))};
-    };
-    const auto stiffer = [&](std::uint16_t b) {  // k = beta E / h
+    const auto stiffer = [&](std::uint16_t b) {              // k = beta E / h
         const core::Body &then = wide.bodies[b], &now = bodies_[b];
         return now.material.youngsModulus() / then.material.youngsModulus() * then.mesh->spacing() /
                now.mesh->spacing();
     };
-    std::map<Coord, std::vector<std::uint32_t>> cells;
-    for (std::uint32_t i = 0; i < before.size(); ++i) cells[cellOf(before.restPosition(i))].push_back(i);
+    NearPoints<std::uint32_t> samples(near);
+    for (std::uint32_t i = 0; i < before.size(); ++i) samples.add(before.restPosition(i), i);
     for (std::size_t i = 0; i < size(); ++i) {
         double least = near;
-        for (int k = 0; k < 27; ++k) {
-            const auto found = cells.find(cellOf(restPosition(i)) + Coord{k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1});
-            if (found == cells.end()) continue;
-            for (const std::uint32_t j : found->second) {
-                const double distance = (before.restPosition(j) - restPosition(i)).norm();
-                if (before.body(j) != body(i) || before.restNormal(j).dot(restNormal(i)) < kFaces ||
-                    !(distance < least))
-                    continue;
-                least = distance, memory_[i] = before.memory(j);
-            }
-        }
+        samples.visitNear(restPosition(i), [&](std::uint32_t j) {
+            const double distance = (before.restPosition(j) - restPosition(i)).norm();
+            if (before.body(j) != body(i) || before.restNormal(j).dot(restNormal(i)) < kFaces || !(distance < least))
+                return;
+            least = distance, memory_[i] = before.memory(j);
+        });
         memory_[i].stiffen(stiffer(body(i)));
     }
 }

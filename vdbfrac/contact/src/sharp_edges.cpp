@@ -1,5 +1,7 @@
 #include "sharp_edges.h"
 
+#include "near_points.h"
+
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/grid/phi_sampler.h>
 
@@ -9,7 +11,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <map>
 
 namespace vdbfrac::contact {
 
@@ -60,45 +61,16 @@ Face faceOf(const Triangle& t, const Phi& phi, double dx)
     return {above - phi(above) * normal, normal, isFlat ? t.area : 0};
 }
 
-/// Faces in cells as wide as they are looked for far off, and only in those in which they are.
-class FacesNear {
-public:
-    explicit FacesNear(double width) : width_(width) {}
-    void lookRound(const Vec3& at)
-    {
-        visitRound(at, [&](const Coord& cell) { faces_[cell]; });
-    }
-    bool isLookedFor(const Vec3& at) const { return faces_.contains(cellOf(at)); }
-    void add(const Face& face)
-    {
-        if (const auto cell = faces_.find(cellOf(face.at)); cell != faces_.end()) cell->second.push_back(face);
-    }
-    /// Those near a triangle that turn the same way; the other side of a wall does not.
-    std::vector<Face> round(const Triangle& t) const
-    {
-        constexpr double kFacing = 0.3;  // cosine
-        std::vector<Face> all;
-        visitRound(t.centre, [&](const Coord& cell) {
-            for (const Face& f : faces_.at(cell))
-                if ((f.at - t.centre).norm() < width_ && f.normal.dot(t.normal) > kFacing) all.push_back(f);
-        });
-        return all;
-    }
-
-private:
-    Coord cellOf(const Vec3& at) const
-    {
-        const auto cell = [&](double x) { return int(std::floor(x / width_)); };
-        return {cell(at.x()), cell(at.y()), cell(at.z())};
-    }
-    void visitRound(const Vec3& at, const auto& visit) const
-    {
-        const Coord cell = cellOf(at);
-        for (int k = 0; k < 27; ++k) visit(cell + Coord{k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1});
-    }
-    double width_;
-    std::map<Coord, std::vector<Face>> faces_;
-};
+/// Those near a triangle that turn the same way; the other side of a wall does not.
+std::vector<Face> facesNear(const NearPoints<Face>& faces, const Triangle& t, double width)
+{
+    constexpr double kFacing = 0.3;  // cosine
+    std::vector<Face> all;
+    faces.visitNear(t.centre, [&](const Face& f) {
+        if ((f.at - t.centre).norm() < width && f.normal.dot(t.normal) > kFacing) all.push_back(f);
+    });
+    return all;
+}
 
 /// The nearest point to `at` where faces meet, by least squares; `at` where they do not.
 Vec3 meetingPoint(const Vec3& at, std::span<const Face> faces, double dx)
@@ -135,20 +107,21 @@ std::vector<EdgePoint> edgePoints(const tetmesh::EmbeddedSurface& cut, std::span
         for (std::size_t t = begin; t < end; ++t)
             if (isWhole(t) && isBelow(triangleOf(cut, t, X), phi, dx)) all.push_back(std::uint32_t(t));
     });
-    FacesNear near(kNear * dx);
-    for (const std::uint32_t t : below) near.lookRound(triangleOf(cut, t, X).centre);
+    NearPoints<Face> near(kNear * dx);
+    for (const std::uint32_t t : below) near.openNear(triangleOf(cut, t, X).centre);
     const auto faces = gatherChunks<Face>(count, kChunk, [&](std::size_t begin, std::size_t end, auto& all) {
         for (std::size_t t = begin; t < end; ++t) {
             const Triangle triangle = triangleOf(cut, t, X);
-            if (cut.torn[t] || !near.isLookedFor(triangle.centre) || std::ranges::binary_search(below, t)) continue;
+            if (cut.torn[t] || !near.isOpen(triangle.centre) || std::ranges::binary_search(below, t)) continue;
             if (const Face face = faceOf(triangle, phi, dx); face.weight > 0) all.push_back(face);
         }
     });
-    for (const Face& f : faces) near.add(f);
+    for (const Face& f : faces)
+        if (near.isOpen(f.at)) near.add(f.at, f);
     return gatherChunks<EdgePoint>(below.size(), kChunk, [&](std::size_t begin, std::size_t end, auto& all) {
         for (std::size_t i = begin; i < end; ++i) {
             const Triangle t = triangleOf(cut, below[i], X);
-            const Vec3 at = meetingPoint(t.centre, near.round(t), dx);
+            const Vec3 at = meetingPoint(t.centre, facesNear(near, t, kNear * dx), dx);
             const bool isOut = (at - t.centre).dot(t.normal) > kBelow * dx;
             if (isOut && phi(at + dx * t.normal) < (1 + kAbove) * dx) all.push_back({below[i], at});
         }
