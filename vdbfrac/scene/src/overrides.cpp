@@ -89,7 +89,8 @@ void apply(Node& root, const std::string& text, const Place& place, Complaints& 
     const std::size_t equals = text.find('=');
     const std::vector<std::string> path = splitPath(std::string_view(text).substr(0, equals));
     if (equals == std::string::npos || path.empty()) {
-        complaints.add(place, {describe({{}, text}) + " sets nothing", "key.path=value"});
+        complaints.add(place, {describe({{}, text}) + " sets nothing",
+                               "key.path=value, with entries of lists by index (from 0) or name: grip.0.until=2"});
         return;
     }
     Node* at = &root;
