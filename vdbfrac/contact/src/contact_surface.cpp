@@ -301,7 +301,8 @@ void ContactSurface::refineFrom(const std::string& name, const core::Refinement&
     takeSamples();
     settle();
     const double near = 2 * wide.bodies[0].phi.voxelSize();  // m; samples of the wide surface lie a voxel apart
-    const auto stiffer = [&](std::uint16_t b) {              // k = beta E / h
+    // Of k = beta E / h.
+    const auto stiffer = [&](std::uint16_t b) {
         const core::Body &then = wide.bodies[b], &now = bodies_[b];
         return now.material.youngsModulus() / then.material.youngsModulus() * then.mesh->spacing() /
                now.mesh->spacing();

@@ -241,7 +241,15 @@ DrawnBody Drawing::body(std::size_t body, std::span<const Vec3> x, std::span<con
 
 void Drawing::finish(std::size_t body, const Stages& stages, double time, DrawnBody& drawn) const
 {
-    for (const DrawStage* stage : stages.draw) drawn.moved += stage->place(time, drawn.points, drawn.velocity);
+    for (const DrawStage* stage : stages.draw) {
+        // Those of no face are nowhere.
+        const std::vector<std::uint32_t> used = tetmesh::usedPoints(drawn.topology->mesh);
+        std::vector<Vec3> points, velocity;
+        for (const std::uint32_t p : used) points.push_back(drawn.points[p]), velocity.push_back(drawn.velocity[p]);
+        drawn.moved += stage->place(time, points, velocity);
+        for (std::size_t i = 0; i < used.size(); ++i)
+            drawn.points[used[i]] = points[i], drawn.velocity[used[i]] = velocity[i];
+    }
     drawn.normals = surfaces_[body].skin.normals(drawn.points);
 }
 

@@ -374,7 +374,10 @@ bool inScene(const scene::Scene& scene) { return !scene.colliders.empty(); }
 
 EffectInfo collider()
 {
-    return {.table = {"collider", "", {}}, .stages = "solve, limit on the time step", .make = make, .inScene = inScene};
+    return {.table = {"collider", "", {}},
+            .stages = "solve, limit on the time step, what frames draw",
+            .make = make,
+            .inScene = inScene};
 }
 
 }  // namespace vdbfrac::effects
