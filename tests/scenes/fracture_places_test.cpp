@@ -81,7 +81,7 @@ TEST(FracturePlaces, ScatterByPlaceAndSeed)
 {
     constexpr double kFloat = 1e-6;
     const auto factors = [](const std::string& seed, int perVoxel) {
-        const std::string scatter = "scatter = 0.4\nscatter_size = 0.25\nscatter_seed = " + seed + "\n";
+        const std::string scatter = "scatter = 0.4\nscatter_size = 0.125\nscatter_seed = " + seed + "\n";
         const auto plain = margins("", perVoxel);
         std::map<Coord, double> factors;
         for (const auto& [voxel, margin] : margins(scatter, perVoxel)) factors[voxel] = plain.at(voxel) / margin;
@@ -90,7 +90,7 @@ TEST(FracturePlaces, ScatterByPlaceAndSeed)
     const auto wide = factors("3", 1), other = factors("4", 1), fine = factors("3", 2);
     double least = 1, most = 1, apart = 0;
     for (const auto& [voxel, factor] : wide) {
-        least = std::min(least, factor), most = std::max(most, factor);
+        least = std::min({least, factor, other.at(voxel)}), most = std::max({most, factor, other.at(voxel)});
         apart = std::max(apart, std::abs(other.at(voxel) - factor));
     }
     EXPECT_GT(least, .6 - kFloat);
@@ -120,6 +120,57 @@ TEST(FracturePlaces, TearWhereTheyAreWeakest)
         ASSERT_FALSE(arrival.coords.empty()) << law;
         for (const Coord& c : arrival.coords) EXPECT_LT(factorOfSpot(.0625 * c.toVec()), .5) << law;
     }
+}
+
+/// Under a toughness too, at tips and at smooth faces: a spot of .25 that holds the body is a quarter of the toughness.
+TEST(FracturePlaces, AreLikeAnotherToughnessWhereTheyHoldAll)
+{
+    constexpr const char* kHold = "spots = [{ center = [0, 0, 0], radius = 1e9, factor = 0.25 }]\n";
+    const auto arrivals = [](const std::string& resistance) {
+        std::string text = bar("");
+        text.replace(text.find("kappa = "), std::string::npos, resistance);
+        text.insert(text.find("material = "),
+                    "cut = [{ box = { size = [0.2, 0.0625, 1], center = [0.125, 0, 0] } }]\n");
+        SceneRun run(text);
+        run.toEnd();
+        return lab::fieldOf(run, "arrival");
+    };
+    const grid::VoxelValues held = arrivals("toughness = 40\n" + std::string(kHold)),
+                            weak = arrivals("toughness = 10\n");
+    ASSERT_GT(weak.coords.size(), 5u);
+    EXPECT_EQ(held.coords, weak.coords);
+    EXPECT_EQ(held.scalars, weak.scalars);
+}
+
+/// Few voxels are looked at where the load is low, however many spots there are elsewhere.
+TEST(FracturePlaces, CostNothingWhereTheLoadIsLow)
+{
+    const auto looked = [](int spots) {
+        std::string list = "spots = [";
+        for (int i = 0; i < spots; ++i)
+            list += "{ center = [0, " + std::to_string(.07 * i - .7) + ", 0], radius = 0.06, factor = 0.3 }, ";
+        SceneRun run(bar(list + "]\n"));
+        run.toFrame(10);
+        return run.work.countOf("fracture", "voxels");
+    };
+    EXPECT_EQ(looked(20), looked(1));
+}
+
+/// What does nothing, or what the user did not choose, is told.
+TEST(FracturePlaces, TellWhatTheyDoNotDo)
+{
+    const auto notes = [](const std::string& more) {
+        std::string all;
+        const SceneRun run(bar(more));
+        for (const std::string& note : run.simulation.stages().notes) all += note + "\n";
+        return all;
+    };
+    EXPECT_NE(notes("scatter = 0.4\n").find("scatter_size is 0.375 m here"), std::string::npos);
+    EXPECT_NE(notes("scatter = 0.4\nscatter_size = 0.01\n").find("counts as a lattice cell, 0.0625 m"),
+              std::string::npos);
+    EXPECT_NE(notes("spots = [{ center = [9, 0, 0], radius = 1, factor = 0.5 }]\n").find("spots[0] is in no body"),
+              std::string::npos);
+    EXPECT_EQ(notes("scatter = 0.4\nscatter_size = 0.3\n" + std::string(kSpot)), notes(""));
 }
 
 /// A smooth bar that is pulled apart tears at all of its surface at once. One that is not the same everywhere tears at

@@ -22,10 +22,9 @@ void addTornDetail(const TornDetail& detail, const tetmesh::NodeField<float>& re
             Vec3 moved = Vec3::Zero();
             for (int octave = 0; octave < kOctaves; ++octave)
                 for (int k = 0; k < 3; ++k)
-                    moved[k] +=
-                        std::ldexp(tetmesh::noise(std::ldexp(1 / detail.size, octave) * p.X,
-                                                  tetmesh::mixedBits(detail.seed + std::uint64_t(3 * octave + k))),
-                                   -octave);
+                    moved[k] += std::ldexp(tetmesh::noise(std::ldexp(1 / detail.size, octave) * p.X,
+                                                          detail.seed + std::uint64_t(3 * octave + k)),
+                                           -octave);
             p.X += fade * detail.amplitude * moved;
         }
     });

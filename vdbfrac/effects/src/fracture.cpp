@@ -94,7 +94,13 @@ public:
     void start(const core::SolvedStep&, std::span<const core::Body> bodies, std::vector<std::string>& notes) override
     {
         notes.insert(notes.end(), unused_.begin(), unused_.end());
-        for (const core::Body& body : bodies) laws_[body.name] = lawOf(body, notes), arrival_.try_emplace(body.name);
+        places_.note(bodies, dx_, notes);
+        for (const core::Body& body : bodies) {
+            FractureLaw& law = laws_[body.name];
+            law = fractureLaw(keys_.at(body.name), grid_, body.name, body.material, notes);
+            law.leastFactor = places_.leastOf(*body.mesh, dx_);
+            arrival_.try_emplace(body.name);
+        }
     }
     double largestStep(const solver::State&, double) override { return limit_; }
     grid::PhiChanges update(const core::GridContext& context, const core::Body& body, grid::LevelSet& phi) override;
@@ -116,7 +122,6 @@ public:
     void refineFrom(const core::Refinement& wide, std::span<const core::Body> bodies) override;
 
 private:
-    FractureLaw lawOf(const core::Body& body, std::vector<std::string>& notes) const;
     /// Material that no grip holds: the rest neither tears nor counts in averages.
     grid::VoxelFilter freeMaterial(const core::GridContext& context, const core::Body& body) const
     {
@@ -156,12 +161,6 @@ private:
     std::map<std::string, long long> updates_;  // by body: times the front was moved
 };
 
-FractureLaw Fracture::lawOf(const core::Body& body, std::vector<std::string>& notes) const
-{
-    const solver::Material& m = body.material;
-    return fractureLaw(keys_.at(body.name), grid_, body.name, m.youngsModulus(), m.poissonRatio(), notes);
-}
-
 Driven Fracture::drivenByTension(const core::GridContext& context, const core::Body& body, const FractureLaw& law)
 {
     const grid::VoxelFilter isFree = freeMaterial(context, body);
@@ -173,9 +172,8 @@ Driven Fracture::drivenByTension(const core::GridContext& context, const core::B
         return phi < 0 && phi >= deepest && isFree(c);
     };
     const auto stress = [&](std::uint32_t e) { return context.elementStress(body, e); };
-    const solver::Material& m = body.material;
-    grid::TensionAverage average{law.radius,     m.youngsModulus(),     m.poissonRatio(), isFree,
-                                 law.perRelease, places_.onVoxels(dx_), places_.least()};
+    const double E = body.material.youngsModulus(), nu = body.material.poissonRatio();
+    grid::TensionAverage average{law.radius, E, nu, isFree, law.perRelease, places_.onVoxels(dx_), law.leastFactor};
     const grid::CrackPath path = pathOf(arrival_[body.name], body.mesh->phi());
     const grid::Loaded loaded{*body.mesh,
                               ownEnergy(context, body),
@@ -218,7 +216,7 @@ Driven Fracture::driven(const core::GridContext& context, const core::Body& body
 {
     if (isTension_) return drivenByTension(context, body, law);
     const std::span<const double> own = ownEnergy(context, body);
-    std::vector<Coord> voxels = tetmesh::nodesAround(body.mesh->voxelsAbove(own, places_.least() * law.kappa),
+    std::vector<Coord> voxels = tetmesh::nodesAround(body.mesh->voxelsAbove(own, law.leastFactor * law.kappa),
                                                      grid::reachWithin(law.radius / dx_));
     const grid::VoxelFilter isFree = freeMaterial(context, body);
     std::erase_if(voxels, [&](const Coord& c) { return body.mesh->phi()(c) >= 0 || !isFree(c); });

@@ -186,11 +186,12 @@ double tipFactor(bool isTension, scene::LatticeKind lattice, double nu)
     return std::lerp(row->A[i], row->A[i + 1], (at - kRatios[i]) / (kRatios[i + 1] - kRatios[i]));
 }
 
-FractureLaw fractureLaw(const FractureKeys& keys, const scene::Grid& grid, const std::string& body, double E, double nu,
-                        std::vector<std::string>& notes)
+FractureLaw fractureLaw(const FractureKeys& keys, const scene::Grid& grid, const std::string& body,
+                        const solver::Material& material, std::vector<std::string>& notes)
 {
     constexpr double kMaxRadius = 24;  // voxels; the cost of an average goes with the cube
-    const double dx = grid.voxelSize, h = grid.coarsening * dx, A = tipFactor(keys.isTension, grid.lattice, nu);
+    const double dx = grid.voxelSize, h = grid.coarsening * dx, E = material.youngsModulus();
+    const double A = tipFactor(keys.isTension, grid.lattice, material.poissonRatio());
     FractureLaw law;
     law.radius = keys.average * h;
     if (law.radius <= dx) law.radius = 0;                                            // no other voxel is within it

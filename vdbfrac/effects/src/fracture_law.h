@@ -14,6 +14,7 @@
 #include <vdbfrac/scene/key.h>
 #include <vdbfrac/scene/scene.h>
 #include <vdbfrac/scene/values.h>
+#include <vdbfrac/solver/material.h>
 
 #include <optional>
 #include <span>
@@ -41,14 +42,15 @@ std::vector<std::string> unusedResistances(const scene::Values& values, const sc
 
 /// What tears one body.
 struct FractureLaw {
-    double kappa = 0;       ///< J/m^3
-    double radius = 0;      ///< m, of the average; 0: none
-    double perRelease = 0;  ///< A / l [1/m], where Psi is that of G; else 0
+    double kappa = 0;        ///< J/m^3
+    double radius = 0;       ///< m, of the average; 0: none
+    double perRelease = 0;   ///< A / l [1/m], where Psi is that of G; else 0
+    double leastFactor = 1;  ///< on kappa, anywhere in it (fracture_places.h)
 };
 
 /// `notes`: what the user should know of it, a sentence each.
-FractureLaw fractureLaw(const FractureKeys& keys, const scene::Grid& grid, const std::string& body, double E, double nu,
-                        std::vector<std::string>& notes);
+FractureLaw fractureLaw(const FractureKeys& keys, const scene::Grid& grid, const std::string& body,
+                        const solver::Material& material, std::vector<std::string>& notes);
 
 /// A.
 double tipFactor(bool isTension, scene::LatticeKind lattice, double nu);

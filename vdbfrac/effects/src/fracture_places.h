@@ -7,12 +7,14 @@
 #pragma once
 
 #include <vdbfrac/base/vec.h>
+#include <vdbfrac/core/body.h>
 #include <vdbfrac/scene/key.h>
 #include <vdbfrac/scene/values.h>
 
 #include <cstdint>
 #include <functional>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace vdbfrac::effects {
@@ -24,8 +26,11 @@ class FracturePlaces {
 public:
     /// h: lattice spacing [m].
     FracturePlaces(const scene::Values& values, double h);
-    double factor(const Vec3& X) const;  ///< f, at X [m]
-    double least() const;                ///< above 0; f is nowhere less
+    double factor(const Vec3& X) const;  ///< f, at X [m]; above 0
+    /// f is no less at any node of a body's material, or next to it. dx: voxel size [m].
+    double leastOf(const tetmesh::BodyMesh& body, double dx) const;
+    /// What the user should know of them, where voxels have this size [m], a sentence each.
+    void note(std::span<const core::Body> bodies, double dx, std::vector<std::string>& notes) const;
     /// f at voxel nodes, which refers to this; none where it is 1 everywhere. dx: voxel size [m].
     std::function<double(Coord)> onVoxels(double dx) const;
 
@@ -34,7 +39,11 @@ private:
         Vec3 center;  // m
         double radius, factor;
     };
-    double scatter_, size_;  // m
+    bool isAlike() const { return scatter_ == 0 && spots_.empty(); }
+
+    double scatter_;
+    bool isSizeGiven_;
+    double size_, cell_;  // m
     std::uint64_t seed_;
     std::vector<Spot> spots_;
 };

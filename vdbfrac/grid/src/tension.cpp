@@ -110,13 +110,17 @@ std::vector<Coord> bandOf(const Loaded& body)
 /// places at tips, at faces and beside grips Psi was a third less than this, and more only where this is kSqueezed.
 double mostPsi(double fall) { return std::clamp(2 * fall - 1.5, kSmooth, kSqueezed); }
 
-/// Voxel nodes of the band whose Psi may exceed `look`.
+/// f.
+double factorAt(const TensionAverage& average, Coord voxel) { return average.factor ? average.factor(voxel) : 1; }
+
+/// Voxel nodes of the band whose Psi / f may exceed `look`.
 std::vector<Coord> whereItMayExceed(double look, const Loaded& body, const TensionAverage& average)
 {
     constexpr double kRounding = 1e-9;
     const double enough = (1 - kRounding) * minEnergyUnder(look, average.poissonRatio);
     const double most = average.perRelease > 0 ? kSqueezed : 1;
-    if (std::none_of(body.energy.begin(), body.energy.end(), [&](double psi) { return most * psi >= enough; }))
+    const double least = average.leastFactor * enough;
+    if (std::none_of(body.energy.begin(), body.energy.end(), [&](double psi) { return most * psi >= least; }))
         return {};
     std::vector<Coord> voxels = bandOf(body);
     // Energy is convex in stress: its average is no less than that of an average of stresses.
@@ -128,11 +132,11 @@ std::vector<Coord> whereItMayExceed(double look, const Loaded& body, const Tensi
     std::vector<Neighbour> far = neighboursWithin(kNear + .5);
     std::erase_if(far, [](const Neighbour& n) { return n.offset.toVec().norm() < kNear - .5; });
     keepIf(voxels, [&](const Coord& c) {
-        const double own = psi(c);
-        if (!isTold || own == 0 || most * own < enough) return most * own >= enough;
+        const double own = psi(c), enoughHere = factorAt(average, c) * enough;
+        if (!isTold || own == 0 || most * own < enoughHere) return most * own >= enoughHere;
         double least = own;
         for (const Neighbour& n : far) least = std::min(least, psi(c + n.offset));
-        return mostPsi(own / least) * own >= enough;
+        return mostPsi(own / least) * own >= enoughHere;
     });
     return voxels;
 }
@@ -153,17 +157,18 @@ void keepAbove(double least, std::vector<Coord>& voxels, std::vector<double>& va
     voxels.resize(count), values.resize(count);
 }
 
-/// R of voxel nodes, from stresses round them that are computed where they are not known.
+/// R / f of voxel nodes, from stresses round them that are computed where they are not known. `radius`: of the average
+/// [voxels].
 std::vector<double> tensions(NodalStresses& nodes, const std::vector<Coord>& voxels, double radius,
-                             double youngsModulus)
+                             const TensionAverage& average)
 {
     nodes.computeAround(voxels, reachWithin(kNarrow * radius));
     return ofEach(voxels, [&, neighbours = neighboursWithin(kNarrow * radius)](Coord c) {
-        return tensionAt(nodes, neighbours, c) / (2 * youngsModulus);
+        return tensionAt(nodes, neighbours, c) / (2 * average.youngsModulus * factorAt(average, c));
     });
 }
 
-/// R of the material, 0 in the gap.
+/// R / f of the material, 0 in the gap.
 Sparse ofMaterial(const BodyMesh& mesh, const std::vector<Coord>& voxels, std::vector<double> R)
 {
     for (std::size_t i = 0; i < voxels.size(); ++i)
@@ -171,15 +176,15 @@ Sparse ofMaterial(const BodyMesh& mesh, const std::vector<Coord>& voxels, std::v
     return {mesh, voxels, R};
 }
 
-/// Psi of voxel nodes, and the fronts of the tips whose G it comes from.
+/// Psi / f of voxel nodes, and the fronts of the tips whose G it comes from.
 struct Driving {
     std::vector<double> psi;
     std::vector<Coord> tips;
     std::vector<Vec3> along;
 };
 
-/// Where G is worth knowing: where R is near the largest round it, and enough for a Psi of kappa. Where none is, a few
-/// of the largest say how far the load is.
+/// Where G is worth knowing: where R / f is near the largest round it, and enough for a Psi / f of kappa. Where none
+/// is, a few of the largest say how far the load is.
 std::vector<Coord> tipsAmong(const Sparse& R, const std::vector<Coord>& voxels, double kappa)
 {
     constexpr double kTip = .85;
@@ -199,15 +204,17 @@ std::vector<Coord> tipsAmong(const Sparse& R, const std::vector<Coord>& voxels, 
     return tips;
 }
 
-/// Psi of voxel nodes with these R; that of G at the tips.
+/// Psi / f of voxel nodes with these R / f; that of G at the tips.
 Driving drivenBy(std::vector<Coord> tips, const Loaded& body, const TensionAverage& average,
                  const std::vector<Coord>& voxels, const std::vector<double>& R)
 {
     Driving driving;
-    std::vector<double> G;
+    std::vector<double> G;  // / f
     for (const Release& release :
-         energyRelease(body.mesh, body.forces, tips, kRelease * average.radius, average.isCounted))
-        G.push_back(release.G), driving.along.push_back(release.along);
+         energyRelease(body.mesh, body.forces, tips, kRelease * average.radius, average.isCounted)) {
+        G.push_back(release.G / factorAt(average, tips[G.size()]));
+        driving.along.push_back(release.along);
+    }
     const Sparse ofTips(body.mesh, tips, G);
     for (std::size_t i = 0; i < R.size(); ++i)
         driving.psi.push_back(std::clamp(average.perRelease * ofTips(voxels[i]), kSmooth * R[i], kSqueezed * R[i]));
@@ -238,15 +245,6 @@ void keepAcross(const BodyMesh& mesh, const Driving& driving, std::vector<Coord>
     });
 }
 
-/// f.
-double factorAt(const TensionAverage& average, Coord voxel) { return average.factor ? average.factor(voxel) : 1; }
-
-void divideByFactor(const TensionAverage& average, const std::vector<Coord>& voxels, std::vector<double>& psi)
-{
-    if (!average.factor) return;
-    for (std::size_t i = 0; i < psi.size(); ++i) psi[i] /= average.factor(voxels[i]);
-}
-
 /// Without an average: of the mean stress at each voxel node.
 TensionAbove nodalTensionAbove(double kappa, const Loaded& body, const TensionAverage& average)
 {
@@ -258,30 +256,29 @@ TensionAbove nodalTensionAbove(double kappa, const Loaded& body, const TensionAv
     NodalStresses nodes(body.mesh, body.stress, average.isCounted);
     nodes.computeAround(above.voxels, 0);
     above.stresses = nodes.count();
-    for (const Coord& c : above.voxels) above.psi.push_back(nodes(c).tension / (2 * average.youngsModulus));
-    divideByFactor(average, above.voxels, above.psi);
+    for (const Coord& c : above.voxels)
+        above.psi.push_back(nodes(c).tension / (2 * average.youngsModulus * factorAt(average, c)));
     keepAbove(kappa, above.voxels, above.psi);
     above.share.assign(above.voxels.size(), 1);
     for (const Coord& c : above.voxels) above.points.push_back(c.toVec());
     return above;
 }
 
-/// Voxel nodes at the front, and in the gap beside it, with Psi; where it is that of G, R of the material too.
+/// Voxel nodes at the front, and in the gap beside it, with Psi / f; where it is that of G, R / f of the material too.
 struct Candidates {
     std::vector<Coord> voxels;
     Driving driving;
     std::optional<Sparse> R;
 };
 
-/// All whose Psi may be above `look`.
+/// All whose Psi / f may be above `look`.
 Candidates findCandidates(double look, double kappa, const Loaded& body, const TensionAverage& average,
                           NodalStresses& nodes)
 {
     const double least = average.perRelease > 0 ? look / kSqueezed : look;
     Candidates found;
     found.voxels = whereItMayExceed(look, body, average);
-    std::vector<double> R =
-        tensions(nodes, found.voxels, average.radius / body.mesh.voxelSize(), average.youngsModulus);
+    std::vector<double> R = tensions(nodes, found.voxels, average.radius / body.mesh.voxelSize(), average);
     if (average.perRelease == 0) {
         found.driving.psi = std::move(R);
         return found;
@@ -321,8 +318,8 @@ void chooseAmong(const std::vector<Coord>& compared, const Candidates& found, co
             const Opening opening = openingAt(nodes, neighbours, c, average.poissonRatio);
             const Passing passing = isOneWay ? passingAt(c, opening.across, *body.path, found.R ? *found.R : psi, near)
                                              : Passing{c.toVec()};
-            const double weight = passing.weight / factorAt(average, c);
-            return Passed{opening.H * weight, found.R ? weight * (*found.R)(c) : 0, passing.point};
+            return Passed{opening.H * passing.weight / factorAt(average, c),
+                          found.R ? passing.weight * (*found.R)(c) : 0, passing.point};
         });
     std::vector<double> H, R;
     for (const Passed& p : passed) H.push_back(p.H), R.push_back(p.R);
@@ -347,8 +344,7 @@ TensionAbove tensionAbove(double kappa, const Loaded& body, const TensionAverage
     constexpr double kSteady = .8, kLower = .3, kFar = .1;
     double look = expected > 0 ? std::min(kappa, kSteady * expected) : kappa;
     for (;; look *= kLower) {
-        found = findCandidates(average.leastFactor * look, average.leastFactor * kappa, body, average, nodes);
-        divideByFactor(average, found.voxels, found.driving.psi);
+        found = findCandidates(look, kappa, body, average, nodes);
         for (std::size_t i = 0; i < found.voxels.size(); ++i)
             if (found.driving.psi[i] > above.largest)
                 above.largest = found.driving.psi[i], above.where = found.voxels[i];
@@ -373,13 +369,13 @@ TensionAbove tensionAbove(double kappa, const Loaded& body, const TensionAverage
 VoxelValues tensionAtFront(const Loaded& body, const TensionAverage& average, double little)
 {
     VoxelValues values;
-    values.coords = whereItMayExceed(average.leastFactor * little, body, average);
+    values.coords = whereItMayExceed(little, body, average);
     std::erase_if(values.coords, [&](const Coord& c) { return !body.isFront(c); });
     NodalStresses nodes(body.mesh, body.stress, average.isCounted);
     const double radius = average.radius / body.mesh.voxelSize();
-    const std::vector<double> R = tensions(nodes, values.coords, radius, average.youngsModulus);
-    std::vector<double> psi = average.perRelease > 0 ? drivenBy(values.coords, body, average, values.coords, R).psi : R;
-    divideByFactor(average, values.coords, psi);
+    const std::vector<double> R = tensions(nodes, values.coords, radius, average);
+    const std::vector<double> psi =
+        average.perRelease > 0 ? drivenBy(values.coords, body, average, values.coords, R).psi : R;
     values.scalars.assign(psi.begin(), psi.end());
     return values;
 }

@@ -17,7 +17,7 @@
 // which also holds where l is not small against the specimen. R keeps what is squeezed from tearing, and tears smooth
 // faces. Where R is largest and above 3/2 kappa the front moves whatever H says: across a ligament nothing pulls.
 //
-// Where material is weaker or stronger than the rest by f, Psi / f and H / f stand for Psi and H.
+// Where material is weaker or stronger than the rest by f, Psi / f, R / f and H / f stand for Psi, R and H.
 // H, and R where it is compared, are less by .3 d^2 at voxel nodes d <= 1 voxel off the way of a crack (crack_path.h).
 #pragma once
 
@@ -46,7 +46,7 @@ struct TensionAverage {
     double perRelease = 0;       ///< A / l [1/m]: Psi of a G of 1; 0: Psi is R
     /// f at voxel nodes: kappa is f times what is given; all Psi and H are over it. None: 1.
     std::function<double(Coord)> factor = {};
-    double leastFactor = 1;  ///< f is nowhere less
+    double leastFactor = 1;  ///< f is no less at any voxel node of the body, or in the gap beside it
 };
 
 /// A body under load.
