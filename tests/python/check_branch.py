@@ -126,10 +126,12 @@ with tempfile.TemporaryDirectory() as temporary:
         floors[name] = top / name / "s.toml"
         floors[name].write_text(SCENE.read_text().replace("[fracture]", '[[collider]]\nshape = { mesh = "floor.obj" }\n[fracture]'))
     def on_floor(name, *more):
-        return subprocess.run([PROGRAM, "sim", floors[name], "-o", top / f"on_{name}", "-f", "8", *COARSE, *map(str, more)], capture_output=True, text=True)
+        return subprocess.run([PROGRAM, "sim", floors[name], "-o", top / f"on_{name}", "-f", "8", *COARSE, "--set", "output.motion=true", *map(str, more)],
+                              capture_output=True, text=True)
     check("on a floor", on_floor("low", "--keep-checkpoints").returncode == 0)
     went = on_floor("high", "--branch", top / "on_low", "--at", 5)
     check("another floor is told", went.returncode == 0 and "hash of the files of colliders = " in went.stdout + went.stderr, went.stdout + went.stderr)
+    check("also for point caches", "drawn against these colliders in the frames before the branch too" in went.stdout + went.stderr, went.stdout + went.stderr)
     check("and kept", [c["key"] for c in manifest(top / "on_high")["branches"][0]["changes"]] == ["hash of the files of colliders"], manifest(top / "on_high")["branches"])
     with open(top / "on_high/stats.csv", newline="") as file:
         kinetic = [float(r["kinetic_J"]) for r in csv.DictReader(file)]

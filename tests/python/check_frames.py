@@ -271,7 +271,7 @@ def check_run(folder):
     require(objs == (expected if scene["output"]["obj"] else 0), f"{objs} .obj frames of {expected}")
     if last_vdb:
         check_with_vdb_print(last_vdb, scene)
-    return f"{vdbs} .vdb and {objs} .obj frames are sound"
+    return f"{vdbs} .vdb frames are sound, and {objs} .obj frames there, of which {len(read)} were read"
 
 
 def main():

@@ -3,6 +3,8 @@
 #include <vdbfrac/core/point_cache.h>
 #include <vdbfrac/lab/scenes/scene_run.h>
 #include <vdbfrac/scene/placement.h>
+#include <vdbfrac/solids/solid_mesh.h>
+#include <vdbfrac/tetmesh/surface_file.h>
 
 #include <gtest/gtest.h>
 
@@ -52,7 +54,7 @@ TEST(DrawnContact, IsMovedOutOfCollidersAndTheStateIsNot)
     constexpr double kDeep = .8;  // voxels, at least: what is simulated
     SceneRun seen(fallingBall(kColliders)), raw(fallingBall(kColliders, "in_colliders = \"as_simulated\"\n"));
     core::Drawing drawing(seen.scene, seen.simulation), asSimulated(raw.scene, raw.simulation);
-    double deepest = 0;
+    double deepest = 0, squeeze = 1;
     std::size_t moved = 0;
     for (int frame = 2; frame <= seen.scene.time.lastFrame; ++frame) {
         seen.toFrame(frame), raw.toFrame(frame);
@@ -73,8 +75,12 @@ TEST(DrawnContact, IsMovedOutOfCollidersAndTheStateIsNot)
         }
         EXPECT_EQ(drawn[0].moved, own);
         EXPECT_EQ(all[0].moved, 0);
+        // What the material bears is not what the picture hides.
+        EXPECT_EQ(core::squeezeOf(drawn), core::squeezeOf(all));
+        squeeze = std::min(squeeze, core::squeezeOf(drawn));
     }
     EXPECT_GT(deepest, kDeep);
+    EXPECT_LT(squeeze, .99);
     EXPECT_GT(moved, 100u);
 }
 
@@ -113,6 +119,85 @@ TEST(DrawnContact, LiesOnWhatMoves)
         EXPECT_GE(is, std::min(before, depth) - 1e-9) << depth;
         before = std::max(is, before);
     }
+}
+
+/// Where points are drawn at the start.
+std::vector<Vec3> movedOut(const SceneRun& run, std::vector<Vec3> points)
+{
+    std::vector<Vec3> velocity(points.size(), Vec3::Zero());
+    run.simulation.stages().draw.at(0)->place(0, points, velocity);
+    return points;
+}
+
+/// The way out of one collider may lead into the next: what is in a groove ends on both of its sides.
+TEST(DrawnContact, LiesInAGroove)
+{
+    constexpr double kTouching = 1e-6;  // voxels
+    // Sides that rise by 60 degrees from the z axis.
+    const SceneRun run(
+        fallingBall("[[collider]]\nshape = { halfspace = { normal = [0.8660254037844386, -0.5, 0] } }\n"
+                    "[[collider]]\nshape = { halfspace = { normal = [-0.8660254037844386, -0.5, 0] } }\n"));
+    std::vector<Vec3> points;
+    for (double x = -1; x <= 1; x += .1)
+        for (double y = -1; y <= 2; y += .1) points.push_back(kDx * Vec3(x, y, 0));
+    std::size_t inBoth = 0;
+    for (const Vec3& p : movedOut(run, points))
+        for (double side : {1., -1.}) {
+            const double depth = (side * .8660254037844386 * p.x() - .5 * p.y()) / kDx;
+            EXPECT_LT(depth, kTouching) << p.transpose() / kDx;
+            inBoth += depth > -kTouching;
+        }
+    EXPECT_GT(inBoth, points.size() / 2);  // all that are below both lie where they meet
+}
+
+/// What comes near to the middle of something thin stays there: beyond it the way out is another.
+TEST(DrawnContact, IsNotThrownThroughWhatIsThin)
+{
+    constexpr double kHalf = 1;  // voxels
+    const SceneRun run(fallingBall("[[collider]]\nshape = { box = { size = [5, 0.1, 5], center = [0, -1, 0] } }\n"));
+    std::vector<Vec3> points;
+    for (double y = -1.5; y <= 1.5; y += .01) points.push_back(Vec3(.01, kDx * y - 1, .02));
+    const std::vector<Vec3> are = movedOut(run, points);
+    for (std::size_t i = 0; i < are.size(); ++i) {
+        const double was = (points[i].y() + 1) / kDx, is = (are[i].y() + 1) / kDx;
+        EXPECT_LE(std::abs(is), std::max(std::abs(was), kHalf + 1e-9)) << was;
+        EXPECT_GE(std::abs(is), std::min(std::abs(was), kHalf)) << was;
+        if (i == 0) continue;
+        EXPECT_GE(is, (are[i - 1].y() + 1) / kDx - 1e-9) << was;
+        EXPECT_LT(is - (are[i - 1].y() + 1) / kDx, .035) << was;  // three times as far as before, at most
+    }
+    EXPECT_NEAR(are[80].y(), -1 - kDx, 1e-9);  // .3 voxels deep
+}
+
+/// Distances round a surface from a file are told between voxels, not exactly.
+TEST(DrawnContact, LiesOnASurfaceFromAFile)
+{
+    constexpr double kTouching = 1e-6;  // voxels
+    const std::filesystem::path file =
+        std::filesystem::temp_directory_path() / ("vdbfrac_drawn_contact_" + std::to_string(::getpid()) + ".obj");
+    const auto ball = solids::solidMesh({.kind = Primitive::Kind::sphere, .radius = .4}, {}, .08);
+    ASSERT_TRUE(ball);
+    tetmesh::Surface surface;
+    surface.points = ball->points;
+    for (std::size_t f = 0; f < ball->faces(); ++f) {
+        const auto face = ball->face(f);
+        surface.triangles.push_back({face[0].point, face[1].point, face[2].point});
+    }
+    surface.fragment.assign(surface.triangles.size(), 0), surface.torn.assign(surface.triangles.size(), 0);
+    tetmesh::writeSurface(file, surface);
+    const SceneRun run(
+        fallingBall("[[collider]]\nshape = { mesh = { file = \"" + file.string() + "\", translate = [0, -1, 0] } }\n"));
+    std::vector<Vec3> points;
+    for (int i = 0; i < 300; ++i) {
+        const Vec3 way = Vec3(std::sin(i), std::cos(1.3 * i), std::sin(2.1 * i + 1)).normalized();
+        points.push_back(Vec3(0, -1, 0) + (.38 - .06 * (i % 2)) * way);
+    }
+    const std::vector<Vec3> once = movedOut(run, points), twice = movedOut(run, once);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        EXPECT_LT((twice[i] - once[i]).norm() / kDx, kTouching) << i;
+        EXPECT_NEAR((once[i] - Vec3(0, -1, 0)).norm(), .4, .1 * kDx) << i;
+    }
+    std::filesystem::remove(file);
 }
 
 TEST(DrawnContact, IsTheSameInAPointCache)

@@ -236,7 +236,7 @@ void Drawing::cut(const Body& body, skin::Taken taken, Surface& surface, Ledger&
 DrawnBody Drawing::body(std::size_t body, std::span<const Vec3> x, std::span<const Vec3> v) const
 {
     const skin::Skin& skin = surfaces_[body].skin;
-    return {skin.topology(), skin.carried(x), {}, skin.carried(v), 0};
+    return {skin.topology(), skin.carried(x), {}, skin.carried(v)};
 }
 
 void Drawing::finish(std::size_t body, const Stages& stages, double time, DrawnBody& drawn) const
@@ -253,6 +253,28 @@ void Drawing::finish(std::size_t body, const Stages& stages, double time, DrawnB
     drawn.normals = surfaces_[body].skin.normals(drawn.points);
 }
 
+namespace {
+
+/// In a closed surface [m^3], at some places of its points.
+double volumeIn(const tetmesh::RenderMesh& mesh, std::span<const Vec3> at)
+{
+    double volume = 0;
+    for (std::size_t f = 0; f < mesh.faces(); ++f) {
+        const auto face = mesh.face(f);
+        volume += volumeBelow(face.size(), [&](std::size_t k) -> const Vec3& { return at[face[k].point]; });
+    }
+    return volume;
+}
+
+/// Of a closed surface: its volume over that at rest.
+double squeezeOf(const tetmesh::RenderMesh& mesh, std::span<const Vec3> at)
+{
+    const double rest = volumeIn(mesh, mesh.points);
+    return rest > 0 ? volumeIn(mesh, at) / rest : 1;
+}
+
+}  // namespace
+
 DrawnFrame Drawing::frame(const Simulation& simulation) const
 {
     DrawnFrame frame;
@@ -260,7 +282,9 @@ DrawnFrame Drawing::frame(const Simulation& simulation) const
         const Body& own = simulation.bodies()[b];
         frame.push_back(body(b, simulation.x().subspan(own.firstNode, own.mesh->nodeCount()),
                              simulation.v().subspan(own.firstNode, own.mesh->nodeCount())));
-        finish(b, simulation.stages(), simulation.time(), frame.back());
+        DrawnBody& drawn = frame.back();
+        drawn.squeeze = squeezeOf(drawn.topology->mesh, drawn.points);
+        finish(b, simulation.stages(), simulation.time(), drawn);
     }
     return frame;
 }
@@ -278,29 +302,10 @@ Bounds boundsOf(const DrawnFrame& frame)
     return box;
 }
 
-namespace {
-
-/// In a closed surface [m^3], at some places of its points.
-double volumeIn(const tetmesh::RenderMesh& mesh, std::span<const Vec3> at)
-{
-    double volume = 0;
-    for (std::size_t f = 0; f < mesh.faces(); ++f) {
-        const auto face = mesh.face(f);
-        volume += volumeBelow(face.size(), [&](std::size_t k) -> const Vec3& { return at[face[k].point]; });
-    }
-    return volume;
-}
-
-}  // namespace
-
 double squeezeOf(const DrawnFrame& frame)
 {
     double least = 1;
-    for (const DrawnBody& body : frame) {
-        const tetmesh::RenderMesh& mesh = body.topology->mesh;
-        if (const double rest = volumeIn(mesh, mesh.points); rest > 0)
-            least = std::min(least, volumeIn(mesh, body.points) / rest);
-    }
+    for (const DrawnBody& body : frame) least = std::min(least, body.squeeze);
     return least;
 }
 

@@ -359,6 +359,10 @@ void RunFolder::noteBranch(const Branch& branch, const Found& found, const Simul
                     (other ? " of " + found.run.string() : "") +
                     (branch.changes.empty() ? "; nothing is changed" : ":"));
     for (const scene::Change& change : branch.changes) notes.push_back("  " + changeText(change));
+    const bool isOther = std::ranges::any_of(
+        branch.changes, [](const scene::Change& change) { return change.key.find("collider") != std::string::npos; });
+    if (isOther && simulation.ancestry())
+        notes.push_back("a point cache is drawn against these colliders in the frames before the branch too");
 }
 
 void RunFolder::keepCheckpoints() { writer_->keepCheckpoints(); }

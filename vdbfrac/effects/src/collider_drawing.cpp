@@ -3,19 +3,78 @@
 #include <vdbfrac/base/parallel.h>
 
 #include <algorithm>
-#include <array>
+#include <vector>
 
 namespace vdbfrac::effects {
 
 namespace {
 
-/// Of the way to the surface, which a point at some depth [voxels] is moved. What is far inside has passed through, and
-/// would smear over the surface. Deeper points stay deeper.
-double shareMoved(double depth)
-{
-    constexpr double kAll = 2, kNone = 4;
-    return std::clamp((kNone - depth) / (kNone - kAll), 0., 1.);
-}
+/// Points and their velocities against colliders, at one time.
+class MovingOut {
+public:
+    MovingOut(const Obstacles& obstacles, double time, double dx)
+        : obstacles_(obstacles), dx_(dx), places_(obstacles.placesAt(time)), carried_(obstacles.velocitiesAt(time))
+    {
+    }
+
+    /// Colliders that points in a ball may be in, or get into as they are moved.
+    std::vector<std::size_t> near(const Ball& ball) const
+    {
+        std::vector<std::size_t> near;
+        for (std::size_t c = 0; c < obstacles_.size(); ++c)
+            if (obstacles_[c].least(ball, places_[c]) <= kDeepest * dx_) near.push_back(c);
+        return near;
+    }
+
+    /// Moves a point out of some colliders, one after the other until it is in none: the way out of one may lead into
+    /// the next, and distances round a surface from a file are not exact. Was it moved?
+    bool move(const std::vector<std::size_t>& near, Vec3& point, Vec3& velocity) const
+    {
+        constexpr int kRounds = 16;  // in a groove of 60 degrees each leaves a sixteenth
+        bool isMoved = false, isInOne = true;
+        for (int round = 0; round < kRounds && isInOne; ++round) {
+            isInOne = false;
+            for (const std::size_t c : near) {
+                const double share = moveOutOf(c, point, velocity);
+                isMoved = isMoved || share > 0, isInOne = isInOne || share == 1;
+            }
+        }
+        return isMoved;
+    }
+
+private:
+    static constexpr double kDeepest = 2;      // voxels that points are moved all the way to the surface
+    static constexpr double kTouching = 1e-9;  // voxels
+
+    /// The share of its way to the surface by which it was moved.
+    double moveOutOf(std::size_t c, Vec3& point, Vec3& velocity) const
+    {
+        const Obstacle& obstacle = obstacles_[c];
+        const Vec3 X = places_[c].inverse(point);
+        const double depth = -obstacle.distance(X);
+        if (!(depth > kTouching * dx_)) return 0;
+        const Vec3 gradient = places_[c].turn * obstacle.gradient(X);
+        if (!(gradient.norm() > 0)) return 0;  // deeper than the distances round a surface from a file reach
+        const Vec3 outward = gradient.normalized();
+        const double share = shareMoved(depth, obstacle.halfThickness());
+        velocity -= share * (velocity - carried_[c](point)).dot(outward) * outward;
+        point += share * depth * outward;
+        return share;
+    }
+
+    /// What is far inside has passed through, and would smear over the surface. Deeper points stay deeper, and in the
+    /// middle of what is thin none is moved: on its other side the way out is another.
+    double shareMoved(double depth, double halfThickness) const
+    {
+        const double all = std::min(kDeepest * dx_, halfThickness / 2), none = 2 * all;
+        return std::clamp((none - depth) / (none - all), 0., 1.);
+    }
+
+    const Obstacles& obstacles_;
+    double dx_;  // m
+    Places places_;
+    std::vector<scene::RigidVelocity> carried_;
+};
 
 }  // namespace
 
@@ -23,27 +82,12 @@ std::int64_t moveOut(const Obstacles& obstacles, double time, double dx, std::sp
                      std::span<Vec3> velocity)
 {
     constexpr std::size_t kTogether = 128;  // points, looked at as one
-    const Places places = obstacles.placesAt(time);
-    const std::vector<scene::RigidVelocity> carried = obstacles.velocitiesAt(time);
-    const auto moveOne = [&](std::size_t i, std::size_t c) {
-        const Vec3 X = places[c].inverse(points[i]);
-        const double depth = -obstacles[c].distance(X);
-        if (!(depth > 0)) return false;
-        const Vec3 gradient = places[c].turn * obstacles[c].gradient(X);
-        if (!(gradient.norm() > 0)) return false;  // deeper than the distances round a surface from a file reach
-        const Vec3 outward = gradient.normalized();
-        const double share = shareMoved(depth / dx);
-        velocity[i] -= share * (velocity[i] - carried[c](points[i])).dot(outward) * outward;
-        points[i] += share * depth * outward;
-        return share > 0;
-    };
+    const MovingOut out(obstacles, time, dx);
     return std::int64_t(orderedSum(points.size(), kTogether, [&](std::size_t begin, std::size_t end) {
-        std::array<bool, kTogether> isMoved{};
-        for (std::size_t c = 0; c < obstacles.size(); ++c) {
-            if (obstacles[c].least(Ball(points.subspan(begin, end - begin)), places[c]) > 0) continue;
-            for (std::size_t i = begin; i < end; ++i) isMoved[i - begin] |= moveOne(i, c);
-        }
-        return double(std::ranges::count(isMoved, true));
+        const std::vector<std::size_t> near = out.near(Ball(points.subspan(begin, end - begin)));
+        double moved = 0;
+        for (std::size_t i = begin; i < end && !near.empty(); ++i) moved += out.move(near, points[i], velocity[i]);
+        return moved;
     }));
 }
 

@@ -22,6 +22,7 @@ struct DrawnBody {
     std::shared_ptr<const tetmesh::DrawnTopology> topology;
     std::vector<Vec3> points, normals;  ///< m
     std::vector<Vec3> velocity;         ///< m/s, of points
+    double squeeze = 1;                 ///< volume over that at rest, where the material carries its points
     std::int64_t moved = 0;             ///< points that are not where the material carries them
 };
 using DrawnFrame = std::vector<DrawnBody>;
