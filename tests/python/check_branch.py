@@ -90,7 +90,7 @@ with tempfile.TemporaryDirectory() as temporary:
     check("branched once", len(manifest(killed)["branches"]) == 1, manifest(killed)["branches"])
 
     # In the folder itself: later frames and their checkpoints go.
-    sim(branch, f"--resume={AT - 2}", "--set", "fracture.toughness=2500", code=4, texts=["no whole checkpoint up to frame"])
+    sim(branch, f"--resume={AT - 2}", "--set", "fracture.toughness=2500", code=4, texts=["no whole checkpoint up to frame", "; the first is of frame "])
     sim(run, f"--resume={AT}", *tough, texts=["fracture.toughness = 4000 (was 2500)"])
     is_whole(run)
     check("in its own folder", states(run) == states(branch), "other states")

@@ -174,6 +174,7 @@ with tempfile.TemporaryDirectory() as temporary:
     expect("time limit", command(stopped, "--time-limit", f"{whole_seconds / 3:.3f}s", "--checkpoint-every", "0"), 75, "stopped by --time-limit")
     expect("without --resume", command(stopped), 4, "--resume", "--overwrite")
     expect("resume of another scene", command(stopped, "--resume", "--set", "solver.newton_tolerance=0.5"), 2, "newton_tolerance", "--overwrite")
+    expect("resume of a run of another name", command(stopped, "--resume", "--set", 'name="other"'), 2, 'was \'name = "', "--overwrite")
     expect("no checkpoint so early", command(whole, "--resume=3"), 4, "no whole checkpoint up to frame 3")
     expect("resume what", command(stopped, "--resume=soon"), 2, "soon")
     expect("resume and overwrite", command(stopped, "--resume", "--overwrite"), 2, "--overwrite")

@@ -42,6 +42,29 @@ std::string fallingBall(const std::string& colliders, const std::string& more = 
            colliders + "[output]\nvdb = []\nmotion = true\n" + more;
 }
 
+/// A surface as a frame draws it.
+struct Drawn {
+    tetmesh::DrawnTopology topology;
+    std::vector<std::uint32_t> used;
+    std::vector<Vec3> points, velocity;
+    std::vector<std::uint8_t> isMoved;
+
+    explicit Drawn(std::vector<Vec3> at) : points(std::move(at))
+    {
+        for (std::uint32_t p = 0; p < points.size(); ++p) used.push_back(p);
+        velocity.assign(points.size(), Vec3::Zero()), isMoved.assign(points.size(), 0);
+    }
+    explicit Drawn(const tetmesh::Surface& surface) : Drawn(surface.points)
+    {
+        topology = tetmesh::drawnTopology(surface);
+    }
+    void place(const SceneRun& run, double time)
+    {
+        std::vector<core::DrawnSurface> all{{topology, used, points, velocity, isMoved}};
+        run.simulation.stages().draw.at(0)->place(time, all);
+    }
+};
+
 double lowest(const core::DrawnFrame& frame)
 {
     double least = 1;
@@ -98,9 +121,12 @@ TEST(DrawnContact, LiesOnWhatMoves)
     double before = -1;
     for (double depth = -.45; depth < 6; depth += .1) {
         const double r = .5 - depth * kDx;
-        std::vector<Vec3> point{Vec3(center(kTime) + r * way)}, velocity{Vec3(1, 2, 3)};
-        const Vec3 at = point[0];
-        EXPECT_EQ(stages[0]->place(kTime, point, velocity), depth > 0 && depth < 4) << depth;
+        Drawn drawn(std::vector<Vec3>{Vec3(center(kTime) + r * way)});
+        drawn.velocity[0] = Vec3(1, 2, 3);
+        const Vec3 at = drawn.points[0];
+        const std::vector<Vec3>&point = drawn.points, &velocity = drawn.velocity;
+        drawn.place(run, kTime);
+        EXPECT_EQ(drawn.isMoved[0], depth > 0 && depth < 4) << depth;
         EXPECT_LT((point[0] - at).cross(way).norm(), kExact) << depth;
         const double is = (.5 - (point[0] - center(kTime)).norm()) / kDx;
         if (depth <= 0 || depth >= 4) {
@@ -124,9 +150,9 @@ TEST(DrawnContact, LiesOnWhatMoves)
 /// Where points are drawn at the start.
 std::vector<Vec3> movedOut(const SceneRun& run, std::vector<Vec3> points)
 {
-    std::vector<Vec3> velocity(points.size(), Vec3::Zero());
-    run.simulation.stages().draw.at(0)->place(0, points, velocity);
-    return points;
+    Drawn drawn(std::move(points));
+    drawn.place(run, 0);
+    return drawn.points;
 }
 
 /// The way out of one collider may lead into the next: what is in a groove ends on both of its sides.
@@ -228,6 +254,125 @@ TEST(DrawnContact, IsTheSameInAPointCache)
         EXPECT_LT(off, kExact) << f;
     }
     std::filesystem::remove_all(folder);
+}
+
+/// A box of triangles `edge` [voxels] long, added to a surface as a fragment of its own.
+void addBox(const Vec3& center, const Vec3& size, double edge, tetmesh::Surface& surface)
+{
+    const auto box = solids::solidMesh({.kind = Primitive::Kind::box, .center = center, .size = size}, {}, edge * kDx);
+    ASSERT_TRUE(box);
+    const auto first = std::uint32_t(surface.points.size());
+    const std::uint32_t fragment = surface.fragment.empty() ? 0 : surface.fragment.back() + 1;
+    surface.points.insert(surface.points.end(), box->points.begin(), box->points.end());
+    for (const auto& t : tetmesh::fansOf(*box).corners) {
+        surface.triangles.push_back({});
+        for (std::size_t k = 0; k < 3; ++k) surface.triangles.back()[k] = first + box->corners[t[k]].point;
+    }
+    surface.fragment.resize(surface.triangles.size(), fragment), surface.torn.resize(surface.triangles.size(), 0);
+}
+
+SceneRun touching(const std::string& more = "") { return SceneRun(fallingBall("[contact]\n" + more)); }
+
+/// Two boxes, one on the other, `depth` [voxels] in each other, of triangles as long as `lower` and `upper`.
+struct Stacked {
+    tetmesh::Surface surface;
+    std::size_t first = 0;  // point of the upper one
+
+    Stacked(double depth, double lower, double upper)
+    {
+        addBox(Vec3(0, -.5, 0), Vec3(1, 1, 1), lower, surface);
+        first = surface.points.size();
+        addBox(Vec3(.03, .3 - depth * kDx, .02), Vec3(.6, .6, .6), upper, surface);
+    }
+};
+
+/// Both go half of the way where both have points; where one has none, the other goes all of it.
+TEST(DrawnContact, IsDrawnApartWhereAskedFor)
+{
+    constexpr double kDepth = 1.4, kOff = .05;  // voxels
+    const SceneRun run = touching("drawn = \"apart\"\n");
+    const auto ends = [&](double lower, double upper) {
+        const Stacked stacked(kDepth, lower, upper);
+        Drawn drawn(stacked.surface);
+        drawn.place(run, 0);
+        double top = -1, bottom = 1;  // below the middle of the upper box
+        for (std::size_t p = 0; p < drawn.points.size(); ++p) {
+            const Vec3 &was = stacked.surface.points[p], &is = drawn.points[p];
+            EXPECT_EQ(drawn.isMoved[p] != 0, is != was) << p;
+            if (std::max(std::abs(was.x()), std::abs(was.z())) > .16) continue;  // a side is nearer
+            EXPECT_LT(std::hypot(is.x() - was.x(), is.z() - was.z()), kExact) << p;
+            if (p < stacked.first && was.y() > -.1) top = std::max(top, is.y() / kDx);
+            if (p >= stacked.first && was.y() < .1) bottom = std::min(bottom, is.y() / kDx);
+        }
+        return std::pair(top, bottom);
+    };
+    const auto [top, bottom] = ends(2, 2);
+    EXPECT_NEAR(top, -kDepth / 2, kOff);
+    EXPECT_NEAR(bottom, -kDepth / 2, kOff);
+    EXPECT_NEAR(ends(1000, 2).second, 0, kOff);
+    EXPECT_NEAR(ends(2, 1000).first, -kDepth / 2, kOff);  // the upper one's corners are in the lower one
+}
+
+/// What lies on each other like closed lips, what has passed through, and what a piece that is inside out would push,
+/// stays where it is.
+TEST(DrawnContact, DrawsApartOnlyWhatTouches)
+{
+    const SceneRun run = touching("drawn = \"apart\"\n");
+    const auto moved = [&](const tetmesh::Surface& surface) {
+        Drawn drawn(surface);
+        drawn.place(run, 0);
+        EXPECT_EQ(drawn.points == surface.points, std::ranges::count(drawn.isMoved, 1) == 0);
+        return std::ranges::count(drawn.isMoved, 1);
+    };
+    EXPECT_EQ(moved(Stacked(0, 2, 2).surface), 0);
+    EXPECT_EQ(moved(Stacked(.009, 2, 2).surface), 0);
+    EXPECT_EQ(moved(Stacked(-.5, 2, 2).surface), 0);
+    EXPECT_GT(moved(Stacked(1, 2, 2).surface), 20);
+    // Three voxels and more from any face of the other one.
+    tetmesh::Surface inside;
+    addBox(Vec3::Zero(), Vec3(1, 1, 1), 2, inside);
+    addBox(Vec3::Zero(), Vec3(.6, .6, .6), 2, inside);
+    EXPECT_EQ(moved(inside), 0);
+    // The upper one inside out, and the lower one without points that are in it.
+    Stacked turned(1, 1000, 2);
+    for (std::size_t t = 0; t < turned.surface.triangles.size(); ++t)
+        if (turned.surface.fragment[t] == 0) std::swap(turned.surface.triangles[t][0], turned.surface.triangles[t][1]);
+    EXPECT_EQ(moved(turned.surface), 0);
+}
+
+/// Bodies that are pressed on each other: what is simulated does not know how they are drawn.
+TEST(DrawnContact, DrawsPressedBodiesApart)
+{
+    const auto pressed = [](const std::string& drawn) {
+        std::string text = fallingBall("[contact]\nstiffness = 1\n" + drawn);
+        text.insert(text.find("[material"),
+                    "[[body]]\nname = \"other\"\nshape = { sphere = { radius = 0.3, center = "
+                    "[0.02, -0.3, 0.01] } }\nvelocity = [0, 2, 0]\nmaterial = \"jelly\"\n");
+        return text;
+    };
+    SceneRun run(pressed("drawn = \"apart\"\n")), raw(pressed(""));
+    run.toFrame(4), raw.toFrame(4);
+    ASSERT_EQ(run.simulation.stateHash(), raw.simulation.stateHash());
+    EXPECT_TRUE(raw.simulation.stages().draw.empty());
+    core::Drawing drawing(run.scene, run.simulation), asSimulated(raw.scene, raw.simulation);
+    drawing.follow(run.simulation, run.work), asSimulated.follow(raw.simulation, raw.work);
+    const core::DrawnFrame apart = drawing.frame(run.simulation), all = asSimulated.frame(raw.simulation);
+    // Voxels that points still have to go.
+    const auto left = [&](core::DrawnFrame frame) {
+        double most = 0;
+        std::vector<Drawn> drawn;
+        for (const core::DrawnBody& body : frame) drawn.emplace_back(body.points).topology = *body.topology;
+        std::vector<core::DrawnSurface> all;
+        for (Drawn& d : drawn) all.push_back({d.topology, d.used, d.points, d.velocity, d.isMoved});
+        run.simulation.stages().draw.at(0)->place(0, all);
+        for (std::size_t b = 0; b < frame.size(); ++b)
+            for (std::size_t p = 0; p < frame[b].points.size(); ++p)
+                most = std::max(most, (drawn[b].points[p] - frame[b].points[p]).norm() / kDx);
+        return most;
+    };
+    EXPECT_GT(left(all), .3);
+    EXPECT_LT(left(apart), .1);
+    EXPECT_GT(apart[0].moved + apart[1].moved, 5);
 }
 
 /// Nothing is asked of where there is no collider, or the scene does not want it.

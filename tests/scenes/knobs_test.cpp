@@ -73,6 +73,27 @@ TEST(Choices, StaticStepsSayWhatTheyLeaveWhereItIs)
     EXPECT_EQ(notes(force, "backward_euler").find("static"), std::string::npos);
 }
 
+/// What weighs more than it can bear is told, by all that says so: most often a unit is another.
+TEST(Choices, WhatItsWeightFlattensIsNoted)
+{
+    const auto notes = [](const std::string& height, const std::string& density, const std::string& gravity) {
+        lab::SceneRun run(
+            "version = 1\n[time]\nframes = [1, 2]\n[grid]\nvoxel_size = 0.1\n[material.m]\n"
+            "youngs_modulus = 1e4\npoisson_ratio = 0.3\ndensity = " +
+            density + "\n[[body]]\nname = \"b\"\nmaterial = \"m\"\nshape = { box = { size = [0.5, " + height +
+            ", 0.5] } }\n[gravity]\nacceleration = " + gravity + "\n");
+        std::string all;
+        for (const std::string& note : run.simulation.stages().notes) all += note + "\n";
+        return all;
+    };
+    EXPECT_NE(notes("2", "1000", "[0, -10, 0]").find("'b' is flattened by its own weight"), std::string::npos);
+    EXPECT_NE(notes("2", "1000", "[0, -10, 0]").find("is 2 times its Young's modulus"), std::string::npos);
+    EXPECT_EQ(notes("0.5", "1000", "[0, -10, 0]").find("weight"), std::string::npos);
+    EXPECT_EQ(notes("2", "400", "[0, -10, 0]").find("weight"), std::string::npos);
+    EXPECT_EQ(notes("2", "1000", "[0, 0, 0]").find("weight"), std::string::npos);
+    EXPECT_EQ(notes("2", "1000", "[-10, 0, 0]").find("weight"), std::string::npos);  // it is .5 m wide
+}
+
 /// What a tet at a time takes goes altogether: its lips, however closed, are drawn no more, and the run goes on.
 TEST(Choices, WhatIsEatenUpIsDrawnNoMore)
 {

@@ -239,18 +239,22 @@ DrawnBody Drawing::body(std::size_t body, std::span<const Vec3> x, std::span<con
     return {skin.topology(), skin.carried(x), {}, skin.carried(v)};
 }
 
-void Drawing::finish(std::size_t body, const Stages& stages, double time, DrawnBody& drawn) const
+void Drawing::finish(const Stages& stages, double time, DrawnFrame& frame) const
 {
-    for (const DrawStage* stage : stages.draw) {
-        // Those of no face are nowhere.
-        const std::vector<std::uint32_t> used = tetmesh::usedPoints(drawn.topology->mesh);
-        std::vector<Vec3> points, velocity;
-        for (const std::uint32_t p : used) points.push_back(drawn.points[p]), velocity.push_back(drawn.velocity[p]);
-        drawn.moved += stage->place(time, points, velocity);
-        for (std::size_t i = 0; i < used.size(); ++i)
-            drawn.points[used[i]] = points[i], drawn.velocity[used[i]] = velocity[i];
+    if (!stages.draw.empty()) {
+        std::vector<std::vector<std::uint32_t>> used;
+        std::vector<std::vector<std::uint8_t>> isMoved;
+        for (const DrawnBody& body : frame) {
+            used.push_back(tetmesh::usedPoints(body.topology->mesh));
+            isMoved.emplace_back(body.points.size(), 0);
+        }
+        std::vector<DrawnSurface> surfaces;
+        for (std::size_t b = 0; b < frame.size(); ++b)
+            surfaces.push_back({*frame[b].topology, used[b], frame[b].points, frame[b].velocity, isMoved[b]});
+        for (const DrawStage* stage : stages.draw) stage->place(time, surfaces);
+        for (std::size_t b = 0; b < frame.size(); ++b) frame[b].moved = std::ranges::count(isMoved[b], 1);
     }
-    drawn.normals = surfaces_[body].skin.normals(drawn.points);
+    for (std::size_t b = 0; b < frame.size(); ++b) frame[b].normals = surfaces_[b].skin.normals(frame[b].points);
 }
 
 namespace {
@@ -284,8 +288,8 @@ DrawnFrame Drawing::frame(const Simulation& simulation) const
                              simulation.v().subspan(own.firstNode, own.mesh->nodeCount())));
         DrawnBody& drawn = frame.back();
         drawn.squeeze = squeezeOf(drawn.topology->mesh, drawn.points);
-        finish(b, simulation.stages(), simulation.time(), drawn);
     }
+    finish(simulation.stages(), simulation.time(), frame);
     return frame;
 }
 

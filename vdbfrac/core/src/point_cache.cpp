@@ -165,9 +165,9 @@ DrawnFrame PointCache::frame(std::size_t number) const
         const std::size_t own = nodes_[b];
         DrawnBody& drawn = all.emplace_back(drawing_.body(b, std::span(atX).first(own), std::span(atV).first(own)));
         before_[b].carry(number, atX, drawn.points), before_[b].carry(number, atV, drawn.velocity);
-        drawing_.finish(b, stages_, double(number) / scene_.time.fps, drawn);
-        taken_[b].addTo(number, drawn);
     }
+    drawing_.finish(stages_, double(number) / scene_.time.fps, all);
+    for (std::size_t b = 0; b < all.size(); ++b) taken_[b].addTo(number, all[b]);
     return all;
 }
 

@@ -225,19 +225,20 @@ std::optional<RunFolder::Found> RunFolder::newestIn(const fs::path& run, const R
         throw FileError(run.string(),
                         "holds frames but no checkpoint; use --overwrite to start again, or another folder");
     }
-    std::string passed;
+    std::string passed, later;
     for (std::reverse(checkpoints.begin(), checkpoints.end()); const fs::path& file : checkpoints) {
         Found found{run, file, {}, {}};
         try {
             found.archive = Archive::read(file, how.memoryLimit);
-            found.records = run == folder_ ? writer_->readRecords(found.archive) : recordsOf(file, found.archive);
+            const bool isOwn = run == folder_ && file.stem().stem() == scene_.name;
+            found.records = isOwn ? writer_->readRecords(found.archive) : recordsOf(file, found.archive);
         } catch (const FileError& e) {
             passed += std::string("; ") + e.what();
             continue;
         }
         if (const auto& frames = found.records.frames; !frames.empty() && frames.back().frame > how.lastFrame) {
-            if (how.mayBranch) continue;
             const std::string there = std::to_string(frames.back().frame), asked = std::to_string(how.lastFrame);
+            if (later = "; the first is of frame " + there; how.mayBranch) continue;
             throw InputError({"--resume", "the run has frames up to " + there + ", the scene ends at " + asked,
                               "frames up to " + there + " or later",
                               "--resume=" + asked + " goes back, and removes the frames behind"});
@@ -246,7 +247,7 @@ std::optional<RunFolder::Found> RunFolder::newestIn(const fs::path& run, const R
         return found;
     }
     throw FileError((run / kCheckpointFolder).string(),
-                    "has no whole checkpoint up to frame " + std::to_string(how.lastFrame) +
+                    "has no whole checkpoint up to frame " + std::to_string(how.lastFrame) + later +
                         " (with --keep-checkpoints a run keeps all that it writes)" + passed);
 }
 
@@ -359,9 +360,8 @@ void RunFolder::noteBranch(const Branch& branch, const Found& found, const Simul
                     (other ? " of " + found.run.string() : "") +
                     (branch.changes.empty() ? "; nothing is changed" : ":"));
     for (const scene::Change& change : branch.changes) notes.push_back("  " + changeText(change));
-    const bool isOther = std::ranges::any_of(
-        branch.changes, [](const scene::Change& change) { return change.key.find("collider") != std::string::npos; });
-    if (isOther && simulation.ancestry())
+    const auto isOther = [](const scene::Change& c) { return c.key.find("collider") != std::string::npos; };
+    if (simulation.ancestry() && std::ranges::any_of(branch.changes, isOther))
         notes.push_back("a point cache is drawn against these colliders in the frames before the branch too");
 }
 

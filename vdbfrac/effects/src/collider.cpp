@@ -89,9 +89,9 @@ public:
     void report(Ledger& work, std::map<std::string, double>& measured) override;
 
     void recut(const core::Body& body, const tetmesh::CutUpdate&) override { surface_.recut(body); }
-    std::int64_t place(double time, std::span<Vec3> points, std::span<Vec3> velocity) const override
+    void place(double time, std::span<core::DrawnSurface> surfaces) const override
     {
-        return moveOut(obstacles_, time, dx_, points, velocity);
+        for (core::DrawnSurface& surface : surfaces) moveOut(obstacles_, time, dx_, surface);
     }
     void save(std::span<const core::Body>, core::Archive& archive) const override
     {

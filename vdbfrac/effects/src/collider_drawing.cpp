@@ -78,17 +78,20 @@ private:
 
 }  // namespace
 
-std::int64_t moveOut(const Obstacles& obstacles, double time, double dx, std::span<Vec3> points,
-                     std::span<Vec3> velocity)
+void moveOut(const Obstacles& obstacles, double time, double dx, core::DrawnSurface& surface)
 {
     constexpr std::size_t kTogether = 128;  // points, looked at as one
     const MovingOut out(obstacles, time, dx);
-    return std::int64_t(orderedSum(points.size(), kTogether, [&](std::size_t begin, std::size_t end) {
-        const std::vector<std::size_t> near = out.near(Ball(points.subspan(begin, end - begin)));
-        double moved = 0;
-        for (std::size_t i = begin; i < end && !near.empty(); ++i) moved += out.move(near, points[i], velocity[i]);
-        return moved;
-    }));
+    parallelChunks(surface.used.size(), kTogether, [&](std::size_t begin, std::size_t end) {
+        std::vector<Vec3> some;
+        for (std::size_t i = begin; i < end; ++i) some.push_back(surface.points[surface.used[i]]);
+        const std::vector<std::size_t> near = out.near(Ball(some));
+        if (near.empty()) return;
+        for (std::size_t i = begin; i < end; ++i) {
+            const std::uint32_t p = surface.used[i];
+            if (out.move(near, surface.points[p], surface.velocity[p])) surface.isMoved[p] = 1;
+        }
+    });
 }
 
 }  // namespace vdbfrac::effects

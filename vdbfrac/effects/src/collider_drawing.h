@@ -5,15 +5,13 @@
 
 #include "collider_obstacles.h"
 
-#include <cstdint>
-#include <span>
+#include <vdbfrac/core/stages.h>
 
 namespace vdbfrac::effects {
 
-/// Moves points [m] that are inside of colliders at a time [s] to their surface, where they are no deeper than two
-/// voxels dx [m], or a quarter of what is thinner than eight; deeper ones by less, and none that are twice as deep.
-/// What is moved goes with the collider across its surface, also by its velocity [m/s]. Returns how many were moved.
-std::int64_t moveOut(const Obstacles& obstacles, double time, double dx, std::span<Vec3> points,
-                     std::span<Vec3> velocity);
+/// Moves points of a surface that are inside of colliders at a time [s] to the surface of these, where they are no
+/// deeper than two voxels dx [m], or a quarter of what is thinner than eight; deeper ones by less, and none that are
+/// twice as deep. What is moved goes with the collider across its surface, also by its velocity.
+void moveOut(const Obstacles& obstacles, double time, double dx, core::DrawnSurface& surface);
 
 }  // namespace vdbfrac::effects

@@ -59,7 +59,8 @@ void noteSizes(const Obstacles& obstacles, double dx, std::vector<std::string>& 
         const std::string own = "collider '" + obstacles[c].collider().name + "' is ";
         if (const double thickness = 2 * obstacles[c].halfThickness(); thickness < kThin * dx)
             notes.push_back(own + shortNumber(thickness, 3) +
-                            " m thick, less than two voxels: soft material may pass it");
+                            " m thick, less than two voxels: soft material may pass it; voxels of " +
+                            shortNumber(thickness / kThin, 2) + " m hold it");
         else if (const double thin = obstacles[c].thinShare(); thin > kMuch)
             notes.push_back(own + "less than two voxels thick behind " + shortNumber(100 * thin, 2) +
                             " % of its surface, as a blade is at its edge: soft material may pass it there");

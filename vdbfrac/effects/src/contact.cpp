@@ -13,6 +13,7 @@
 // space; where the solution lies in others, those are taken and it is solved on. Normal forces of friction are brought
 // up to date with them.
 #include "all.h"
+#include "contact_drawing.h"
 #include "contact_points.h"
 
 #include <vdbfrac/base/parallel.h>
@@ -38,6 +39,7 @@ class Contact : public core::Effect,
                 public core::StepLimit,
                 public core::Reporter,
                 public core::RecutStage,
+                public core::DrawStage,
                 public core::Persistent {
 public:
     Contact(const scene::Values& values, const scene::Scene& scene)
@@ -45,6 +47,7 @@ public:
           gap_(values.number("gap")),
           untangleSpeed_(values.number("untangle_speed")),
           closesLips_(values.text("lips") == "closed"),
+          drawsApart_(values.text("drawn") == "apart"),
           dx_(scene.grid.voxelSize),
           h_(scene.grid.coarsening * dx_),
           longest_(1 / (scene.time.fps * std::max(1, scene.time.substeps))),
@@ -60,6 +63,8 @@ public:
         stages.limits.push_back(this);
         stages.reporters.push_back(this);
         stages.recut.push_back(this);
+        // Colliders have the last word.
+        if (drawsApart_) stages.draw.insert(stages.draw.begin(), this);
         stages.persistent.push_back(this);
     }
     void start(const core::SolvedStep& now, std::span<const core::Body> bodies, std::vector<std::string>&) override
@@ -86,6 +91,7 @@ public:
         surface_.recut(body), forget();
         isChanged_ |= closesLips_;
     }
+    void place(double, std::span<core::DrawnSurface> surfaces) const override { drawApart(surfaces, dx_); }
     void save(std::span<const core::Body>, core::Archive& archive) const override
     {
         surface_.save("contact", archive), search_.save("contact", archive);
@@ -150,7 +156,7 @@ private:
         return contact::partFollowed(motion, surface_.fragmentOfNode(), farthest * h_);
     }
     double mu_, gap_, untangleSpeed_;
-    bool closesLips_;
+    bool closesLips_, drawsApart_;
     double dx_, h_;            // m
     double longest_;           // s: that a step can be
     double last_ = kInfinity;  // s: how long the last step was

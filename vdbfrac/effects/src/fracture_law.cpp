@@ -209,6 +209,9 @@ FractureLaw fractureLaw(const FractureKeys& keys, const scene::Grid& grid, const
     if (keys.isTension && law.radius > 0) tough.perRelease = perToughness;
     if (!keys.strength) return tough;
     const double strength = *keys.strength, radius = 2 * A * E * Gc / (strength * strength);
+    if (strength >= E)
+        note("a strength of " + rough(strength) + " Pa is " + rough(strength / E) +
+             " times Young's modulus, more than any soft solid has: check units");
     const double narrowest = law.radius > 0 ? law.radius : std::max(2 * h, 8 * dx);  // a crack is up to two voxels wide
     if (radius < narrowest) {
         constexpr double kSmooth = 1.5;  // of kappa: what smooth faces hold on fine lattices (docs/physics.md)

@@ -1,7 +1,9 @@
 // Gravity: U(x) = -sum m g.x.
 #include "all.h"
 
+#include <vdbfrac/base/number_text.h>
 #include <vdbfrac/base/parallel.h>
+#include <vdbfrac/grid/phi_sampler.h>
 
 namespace vdbfrac::effects {
 
@@ -19,6 +21,10 @@ public:
     explicit Gravity(const Vec3& g) : g_(g) {}
     std::string name() const override { return "gravity"; }
     void join(core::Stages& stages) override { stages.solve.push_back(this); }
+    void start(const core::SolvedStep&, std::span<const core::Body> bodies, std::vector<std::string>& notes) override
+    {
+        for (const core::Body& body : bodies) noteWeight(body, notes);
+    }
     void begin(const solver::StepStart& start) override { mass_ = start.elastic.mass(); }
 
     double evaluate(std::span<const Vec3> x, std::span<Vec3> gradient) const override
@@ -42,6 +48,19 @@ public:
     }
 
 private:
+    /// At the foot of what stands, weight strains the material by as much.
+    void noteWeight(const core::Body& body, std::vector<std::string>& notes) const
+    {
+        constexpr double kFlat = 1;
+        const Bounds box = grid::materialBox(body.phi);
+        const double pressure = body.material.rho * g_.cwiseAbs().dot(box.upper - box.lower);
+        const double strain = pressure / body.material.youngsModulus();
+        if (strain < kFlat) return;
+        notes.push_back("body '" + body.name +
+                        "' is flattened by its own weight: density times gravity times its height is " +
+                        shortNumber(strain, 2) + " times its Young's modulus; are all units m, kg and Pa?");
+    }
+
     Vec3 g_;
     std::span<const double> mass_;
 };

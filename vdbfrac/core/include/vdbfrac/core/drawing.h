@@ -59,8 +59,8 @@ public:
     DrawnFrame frame(const Simulation& simulation) const;
     /// The points of a body for positions [m] and velocities [m/s] of its nodes, where these carry them.
     DrawnBody body(std::size_t body, std::span<const Vec3> x, std::span<const Vec3> v) const;
-    /// Puts such points where they are seen at a time [s], and gives them their normals.
-    void finish(std::size_t body, const Stages& stages, double time, DrawnBody& drawn) const;
+    /// Puts such points of all bodies where they are seen at a time [s], and gives them their normals.
+    void finish(const Stages& stages, double time, DrawnFrame& frame) const;
     /// As the last follow() left it.
     std::shared_ptr<const tetmesh::DrawnTopology> topology(std::size_t body) const
     {

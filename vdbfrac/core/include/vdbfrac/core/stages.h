@@ -10,6 +10,7 @@
 #include <vdbfrac/solver/backward_euler.h>
 #include <vdbfrac/solver/potential.h>
 #include <vdbfrac/tetmesh/element_forces.h>
+#include <vdbfrac/tetmesh/render_mesh.h>
 
 #include <array>
 #include <functional>
@@ -124,12 +125,20 @@ public:
     virtual FrameGrid take(const Body& body, const std::string& field) const = 0;
 };
 
-/// Moves what frames draw of a body, not the body.
+/// What a frame draws of a body.
+struct DrawnSurface {
+    const tetmesh::DrawnTopology& topology;
+    std::span<const std::uint32_t> used;  ///< the points of faces, rising; others are nowhere
+    std::span<Vec3> points, velocity;     ///< m, m/s; of all points
+    std::span<std::uint8_t> isMoved;      ///< of all points
+};
+
+/// Moves what frames draw of the bodies, not the bodies.
 class DrawStage {
 public:
     virtual ~DrawStage() = default;
-    /// Points [m] of a surface at a time [s], and their velocities [m/s]. Returns how many it moved.
-    virtual std::int64_t place(double time, std::span<Vec3> points, std::span<Vec3> velocity) const = 0;
+    /// `surfaces`: of all bodies, at a time [s]. Marks the points that it moves.
+    virtual void place(double time, std::span<DrawnSurface> surfaces) const = 0;
 };
 
 /// What a state on a finer lattice comes from.
