@@ -256,10 +256,11 @@ TEST(DrawnContact, IsTheSameInAPointCache)
     std::filesystem::remove_all(folder);
 }
 
-/// A box of triangles `edge` [voxels] long, added to a surface as a fragment of its own.
-void addBox(const Vec3& center, const Vec3& size, double edge, tetmesh::Surface& surface)
+/// A box of triangles `edge` [voxels] long, turned [degrees], added to a surface as a fragment of its own.
+void addBox(const Vec3& center, const Vec3& size, double edge, tetmesh::Surface& surface, double aboutZ = 0)
 {
-    const auto box = solids::solidMesh({.kind = Primitive::Kind::box, .center = center, .size = size}, {}, edge * kDx);
+    const auto box = solids::solidMesh(
+        {.kind = Primitive::Kind::box, .center = center, .size = size, .rotate = Vec3(0, 0, aboutZ)}, {}, edge * kDx);
     ASSERT_TRUE(box);
     const auto first = std::uint32_t(surface.points.size());
     const std::uint32_t fragment = surface.fragment.empty() ? 0 : surface.fragment.back() + 1;
@@ -333,11 +334,14 @@ TEST(DrawnContact, DrawsApartOnlyWhatTouches)
     addBox(Vec3::Zero(), Vec3(1, 1, 1), 2, inside);
     addBox(Vec3::Zero(), Vec3(.6, .6, .6), 2, inside);
     EXPECT_EQ(moved(inside), 0);
-    // The upper one inside out, and the lower one without points that are in it.
-    Stacked turned(1, 1000, 2);
-    for (std::size_t t = 0; t < turned.surface.triangles.size(); ++t)
-        if (turned.surface.fragment[t] == 0) std::swap(turned.surface.triangles[t][0], turned.surface.triangles[t][1]);
-    EXPECT_EQ(moved(turned.surface), 0);
+    // Two voxels above the side of a box that stands on an edge: to one that is inside out that is within.
+    tetmesh::Surface beside;
+    addBox(Vec3(0, -.5, 0), Vec3(1, 1, 1), 1000, beside, 45);
+    const std::size_t turned = beside.triangles.size();
+    addBox(Vec3(.4, .25, 0), Vec3(.3, .3, .3), 2, beside);
+    EXPECT_EQ(moved(beside), 0);
+    for (std::size_t t = 0; t < turned; ++t) std::swap(beside.triangles[t][0], beside.triangles[t][1]);
+    EXPECT_EQ(moved(beside), 0);
 }
 
 /// Bodies that are pressed on each other: what is simulated does not know how they are drawn.

@@ -145,15 +145,15 @@ TEST(FracturePlaces, AreLikeAnotherToughnessWhereTheyHoldAll)
 /// Few voxels are looked at where the load is low, however many spots there are elsewhere.
 TEST(FracturePlaces, CostNothingWhereTheLoadIsLow)
 {
-    const auto looked = [](int spots) {
-        std::string list = "spots = [";
+    const auto looked = [](const std::string& law, int spots) {
+        std::string list = law + "spots = [";
         for (int i = 0; i < spots; ++i)
             list += "{ center = [0, " + std::to_string(.07 * i - .7) + ", 0], radius = 0.06, factor = 0.3 }, ";
         SceneRun run(bar(list + "]\n"));
         run.toFrame(10);
         return run.work.countOf("fracture", "voxels");
     };
-    EXPECT_EQ(looked(20), looked(1));
+    for (const char* law : {"", "driver = \"full\"\n"}) EXPECT_EQ(looked(law, 20), looked(law, 1)) << law;
 }
 
 /// What does nothing, or what the user did not choose, is told.
