@@ -98,6 +98,8 @@ with tempfile.TemporaryDirectory() as temporary:
     study("no such key", [BAR, "-o", folder / "no_key", "--vary", "no_such=1,2"], 2, "--vary", "no_such")
     grid = ["--grid", "--vary", "time.substeps=1,2", "--vary", "material.gel.poisson_ratio=0.3,0.5", "--rounds", "0"]
     study("one of a grid is refused", [BAR, "-o", folder / "grid", *grid], 0, "0.5")
+    study("what is no question of accuracy", [BAR, "-o", folder / "looks", "--vary", "material.gel.density=1000,1100", "--rounds", "0"], 0,
+          "material.gel.density says what is simulated, not how exactly", "vdbfrac wedge")
     # What is handed to a queue is a copy, under a name of its own.
     own = folder / "own"
     own.mkdir()

@@ -57,12 +57,13 @@ core::Archive newestCheckpoint(const fs::path& folder, std::uint64_t limit)
 }
 
 /// What of a mesh is likely a mistake, or is one.
-void noteInput(const EmbedOptions& options, const tetmesh::SurfaceReport& report, const core::Body& body)
+void noteInput(const EmbedOptions& options, const tetmesh::SurfaceReport& report, const core::Body& body, bool isOfFile)
 {
     constexpr double kAlike = 2, kMost = 10;  // sizes; beyond the last it is another unit
     Vec3 lower = body.mesh->restPosition(0), upper = lower;
     for (const Vec3& X : tetmesh::restPositions(*body.mesh)) lower = lower.cwiseMin(X), upper = upper.cwiseMax(X);
-    const std::string placed = options.placed ? "" : "--placed moves it as the scene moves the body's own file";
+    const bool mayMove = isOfFile && !options.placed;
+    const std::string placed = mayMove ? "--placed moves it as the scene moves the body's own file" : "";
     const double times = (report.upper - report.lower).maxCoeff() / (upper - lower).maxCoeff();
     if ((report.lower.array() > upper.array()).any() || (report.upper.array() < lower.array()).any())
         throw InputError(
@@ -74,7 +75,7 @@ void noteInput(const EmbedOptions& options, const tetmesh::SurfaceReport& report
     if (!(times <= kAlike && times >= 1 / kAlike))
         std::fprintf(stderr, "note: %s is %.3g times as large as body '%s' at rest%s\n", options.mesh.c_str(), times,
                      body.name.c_str(),
-                     options.placed ? "" : "; should it be moved as the scene moves the body's own (--placed)?");
+                     mayMove ? "; should it be moved as the scene moves the body's own (--placed)?" : "");
     if (!report.closed)
         std::fprintf(stderr, "note: %s has %zu open edges, and what is made of it will be open there\n",
                      options.mesh.c_str(), report.openEdges);
@@ -88,10 +89,11 @@ scene::FilePlace placeOfFile(const scene::Body& body)
     throw InputError({"--placed", "body '" + body.name + "' is of no file that the scene moves", "", "leave it out"});
 }
 
+bool isOfFile(const scene::Body& body) { return !std::holds_alternative<Primitive>(body.shape); }
+
 void notePlace(const EmbedOptions& options, const scene::Body& body)
 {
-    const bool isFile = !std::holds_alternative<Primitive>(body.shape);
-    if (isFile && !options.placed && placeOfFile(body).isMoved())
+    if (isOfFile(body) && !options.placed && placeOfFile(body).isMoved())
         std::fprintf(stderr,
                      "note: the scene moves the file of body '%s'; %s is taken to lie where that is moved to "
                      "(--placed moves it too)\n",
@@ -138,7 +140,7 @@ private:
         if (options.placed) core::moveMesh(mesh, placeOfFile(bodies[b]));
         const tetmesh::SurfaceReport report = tetmesh::examine(tetmesh::soupOf(mesh));
         isClosed = report.closed;
-        noteInput(options, report, prepared.simulation.bodies()[b]);
+        noteInput(options, report, prepared.simulation.bodies()[b], isOfFile(bodies[b]));
         drawing.replace(prepared.scene, prepared.simulation, b, std::move(mesh), fs::path(options.mesh).parent_path());
     }
 };

@@ -52,8 +52,9 @@ private:
     void noteWeight(const core::Body& body, std::vector<std::string>& notes) const
     {
         constexpr double kFlat = 1;
-        const Bounds box = grid::materialBox(body.phi);
-        const double pressure = body.material.rho * g_.cwiseAbs().dot(box.upper - box.lower);
+        const Bounds box = grid::materialBox(body.phi);  // two voxels wider than all that is inside
+        const Vec3 size = (box.upper - box.lower).array() - 2 * body.phi.voxelSize();
+        const double pressure = body.material.rho * g_.cwiseAbs().dot(size);
         const double strain = pressure / body.material.youngsModulus();
         if (strain < kFlat) return;
         notes.push_back("body '" + body.name +

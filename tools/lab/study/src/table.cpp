@@ -116,7 +116,21 @@ private:
                              medianOf(seconds).median, seconds.size());
             if (base->confidence > 0) t += fmt::format(" [where it lies with {:.0f} %]", 100 * base->confidence);
         }
+        for (const Spec::Series& series : study_.spec.series)
+            if (saysWhatIsSimulated(series.key))
+                t += fmt::format(
+                    "\n{} says what is simulated, not how exactly: numbers of '{}' are differences, not "
+                    "errors; 'vdbfrac wedge' compares such settings",
+                    series.key, series.name);
         return t + "\n" + missingText();
+    }
+
+    static bool saysWhatIsSimulated(const std::string& key)
+    {
+        constexpr const char* kTables[] = {"body.", "material.", "grip.", "collider.", "gravity."};
+        constexpr const char* kKeys[] = {"fracture.toughness", "fracture.kappa", "fracture.strength"};
+        return std::ranges::any_of(kTables, [&](const char* table) { return key.starts_with(table); }) ||
+               std::ranges::any_of(kKeys, [&](const char* own) { return key == own; });
     }
 
     std::string baseText() const
