@@ -1,4 +1,6 @@
 // What is drawn of bodies that touch colliders: on their surface, not inside.
+#include "drawn_surface.h"
+
 #include <vdbfrac/core/drawing.h>
 #include <vdbfrac/core/point_cache.h>
 #include <vdbfrac/lab/scenes/scene_run.h>
@@ -17,6 +19,7 @@
 
 using namespace vdbfrac;
 using lab::SceneRun;
+using test::Drawn;
 
 namespace {
 
@@ -41,29 +44,6 @@ std::string fallingBall(const std::string& colliders, const std::string& more = 
            "[material.jelly]\nyoungs_modulus = 3e4\npoisson_ratio = 0.4\ndensity = 1000\n" +
            colliders + "[output]\nvdb = []\nmotion = true\n" + more;
 }
-
-/// A surface as a frame draws it.
-struct Drawn {
-    tetmesh::DrawnTopology topology;
-    std::vector<std::uint32_t> used;
-    std::vector<Vec3> points, velocity;
-    std::vector<std::uint8_t> isMoved;
-
-    explicit Drawn(std::vector<Vec3> at) : points(std::move(at))
-    {
-        for (std::uint32_t p = 0; p < points.size(); ++p) used.push_back(p);
-        velocity.assign(points.size(), Vec3::Zero()), isMoved.assign(points.size(), 0);
-    }
-    explicit Drawn(const tetmesh::Surface& surface) : Drawn(surface.points)
-    {
-        topology = tetmesh::drawnTopology(surface);
-    }
-    void place(const SceneRun& run, double time)
-    {
-        std::vector<core::DrawnSurface> all{{topology, used, points, velocity, isMoved}};
-        run.simulation.stages().draw.at(0)->place(time, all);
-    }
-};
 
 double lowest(const core::DrawnFrame& frame)
 {
@@ -174,6 +154,15 @@ TEST(DrawnContact, LiesInAGroove)
             inBoth += depth > -kTouching;
         }
     EXPECT_GT(inBoth, points.size() / 2);  // all that are below both lie where they meet
+    // What is deep in one stays as deep as it would without the other.
+    for (const double depth : {2.5, 3., 3.5}) {
+        const Vec3 out(-.8660254037844386, .5, 0), along(.5, .8660254037844386, 0);
+        const auto depthAt = [&](double up) {
+            return -movedOut(run, {kDx * (up * along - depth * out)})[0].dot(out) / kDx;
+        };
+        EXPECT_NEAR(depthAt(9), depth * (1 - (4 - depth) / 2), 1e-9);
+        EXPECT_GT(depthAt(.7), .9 * depthAt(9)) << depth;
+    }
 }
 
 /// What comes near to the middle of something thin stays there: beyond it the way out is another.
@@ -254,129 +243,6 @@ TEST(DrawnContact, IsTheSameInAPointCache)
         EXPECT_LT(off, kExact) << f;
     }
     std::filesystem::remove_all(folder);
-}
-
-/// A box of triangles `edge` [voxels] long, turned [degrees], added to a surface as a fragment of its own.
-void addBox(const Vec3& center, const Vec3& size, double edge, tetmesh::Surface& surface, double aboutZ = 0)
-{
-    const auto box = solids::solidMesh(
-        {.kind = Primitive::Kind::box, .center = center, .size = size, .rotate = Vec3(0, 0, aboutZ)}, {}, edge * kDx);
-    ASSERT_TRUE(box);
-    const auto first = std::uint32_t(surface.points.size());
-    const std::uint32_t fragment = surface.fragment.empty() ? 0 : surface.fragment.back() + 1;
-    surface.points.insert(surface.points.end(), box->points.begin(), box->points.end());
-    for (const auto& t : tetmesh::fansOf(*box).corners) {
-        surface.triangles.push_back({});
-        for (std::size_t k = 0; k < 3; ++k) surface.triangles.back()[k] = first + box->corners[t[k]].point;
-    }
-    surface.fragment.resize(surface.triangles.size(), fragment), surface.torn.resize(surface.triangles.size(), 0);
-}
-
-SceneRun touching(const std::string& more = "") { return SceneRun(fallingBall("[contact]\n" + more)); }
-
-/// Two boxes, one on the other, `depth` [voxels] in each other, of triangles as long as `lower` and `upper`.
-struct Stacked {
-    tetmesh::Surface surface;
-    std::size_t first = 0;  // point of the upper one
-
-    Stacked(double depth, double lower, double upper)
-    {
-        addBox(Vec3(0, -.5, 0), Vec3(1, 1, 1), lower, surface);
-        first = surface.points.size();
-        addBox(Vec3(.03, .3 - depth * kDx, .02), Vec3(.6, .6, .6), upper, surface);
-    }
-};
-
-/// Both go half of the way where both have points; where one has none, the other goes all of it.
-TEST(DrawnContact, IsDrawnApartWhereAskedFor)
-{
-    constexpr double kDepth = 1.4, kOff = .05;  // voxels
-    const SceneRun run = touching("drawn = \"apart\"\n");
-    const auto ends = [&](double lower, double upper) {
-        const Stacked stacked(kDepth, lower, upper);
-        Drawn drawn(stacked.surface);
-        drawn.place(run, 0);
-        double top = -1, bottom = 1;  // below the middle of the upper box
-        for (std::size_t p = 0; p < drawn.points.size(); ++p) {
-            const Vec3 &was = stacked.surface.points[p], &is = drawn.points[p];
-            EXPECT_EQ(drawn.isMoved[p] != 0, is != was) << p;
-            if (std::max(std::abs(was.x()), std::abs(was.z())) > .16) continue;  // a side is nearer
-            EXPECT_LT(std::hypot(is.x() - was.x(), is.z() - was.z()), kExact) << p;
-            if (p < stacked.first && was.y() > -.1) top = std::max(top, is.y() / kDx);
-            if (p >= stacked.first && was.y() < .1) bottom = std::min(bottom, is.y() / kDx);
-        }
-        return std::pair(top, bottom);
-    };
-    const auto [top, bottom] = ends(2, 2);
-    EXPECT_NEAR(top, -kDepth / 2, kOff);
-    EXPECT_NEAR(bottom, -kDepth / 2, kOff);
-    EXPECT_NEAR(ends(1000, 2).second, 0, kOff);
-    EXPECT_NEAR(ends(2, 1000).first, -kDepth / 2, kOff);  // the upper one's corners are in the lower one
-}
-
-/// What lies on each other like closed lips, what has passed through, and what a piece that is inside out would push,
-/// stays where it is.
-TEST(DrawnContact, DrawsApartOnlyWhatTouches)
-{
-    const SceneRun run = touching("drawn = \"apart\"\n");
-    const auto moved = [&](const tetmesh::Surface& surface) {
-        Drawn drawn(surface);
-        drawn.place(run, 0);
-        EXPECT_EQ(drawn.points == surface.points, std::ranges::count(drawn.isMoved, 1) == 0);
-        return std::ranges::count(drawn.isMoved, 1);
-    };
-    EXPECT_EQ(moved(Stacked(0, 2, 2).surface), 0);
-    EXPECT_EQ(moved(Stacked(.009, 2, 2).surface), 0);
-    EXPECT_EQ(moved(Stacked(-.5, 2, 2).surface), 0);
-    EXPECT_GT(moved(Stacked(1, 2, 2).surface), 20);
-    // Three voxels and more from any face of the other one.
-    tetmesh::Surface inside;
-    addBox(Vec3::Zero(), Vec3(1, 1, 1), 2, inside);
-    addBox(Vec3::Zero(), Vec3(.6, .6, .6), 2, inside);
-    EXPECT_EQ(moved(inside), 0);
-    // Two voxels above the side of a box that stands on an edge: to one that is inside out that is within.
-    tetmesh::Surface beside;
-    addBox(Vec3(0, -.5, 0), Vec3(1, 1, 1), 1000, beside, 45);
-    const std::size_t turned = beside.triangles.size();
-    addBox(Vec3(.4, .25, 0), Vec3(.3, .3, .3), 2, beside);
-    EXPECT_EQ(moved(beside), 0);
-    for (std::size_t t = 0; t < turned; ++t) std::swap(beside.triangles[t][0], beside.triangles[t][1]);
-    EXPECT_EQ(moved(beside), 0);
-}
-
-/// Bodies that are pressed on each other: what is simulated does not know how they are drawn.
-TEST(DrawnContact, DrawsPressedBodiesApart)
-{
-    const auto pressed = [](const std::string& drawn) {
-        std::string text = fallingBall("[contact]\nstiffness = 1\n" + drawn);
-        text.insert(text.find("[material"),
-                    "[[body]]\nname = \"other\"\nshape = { sphere = { radius = 0.3, center = "
-                    "[0.02, -0.3, 0.01] } }\nvelocity = [0, 2, 0]\nmaterial = \"jelly\"\n");
-        return text;
-    };
-    SceneRun run(pressed("drawn = \"apart\"\n")), raw(pressed(""));
-    run.toFrame(4), raw.toFrame(4);
-    ASSERT_EQ(run.simulation.stateHash(), raw.simulation.stateHash());
-    EXPECT_TRUE(raw.simulation.stages().draw.empty());
-    core::Drawing drawing(run.scene, run.simulation), asSimulated(raw.scene, raw.simulation);
-    drawing.follow(run.simulation, run.work), asSimulated.follow(raw.simulation, raw.work);
-    const core::DrawnFrame apart = drawing.frame(run.simulation), all = asSimulated.frame(raw.simulation);
-    // Voxels that points still have to go.
-    const auto left = [&](core::DrawnFrame frame) {
-        double most = 0;
-        std::vector<Drawn> drawn;
-        for (const core::DrawnBody& body : frame) drawn.emplace_back(body.points).topology = *body.topology;
-        std::vector<core::DrawnSurface> all;
-        for (Drawn& d : drawn) all.push_back({d.topology, d.used, d.points, d.velocity, d.isMoved});
-        run.simulation.stages().draw.at(0)->place(0, all);
-        for (std::size_t b = 0; b < frame.size(); ++b)
-            for (std::size_t p = 0; p < frame[b].points.size(); ++p)
-                most = std::max(most, (drawn[b].points[p] - frame[b].points[p]).norm() / kDx);
-        return most;
-    };
-    EXPECT_GT(left(all), .3);
-    EXPECT_LT(left(apart), .1);
-    EXPECT_GT(apart[0].moved + apart[1].moved, 5);
 }
 
 /// Nothing is asked of where there is no collider, or the scene does not want it.

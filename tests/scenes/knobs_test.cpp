@@ -86,7 +86,7 @@ TEST(Choices, WhatItsWeightFlattensIsNoted)
         for (const std::string& note : run.simulation.stages().notes) all += note + "\n";
         return all;
     };
-    EXPECT_NE(notes("2", "1000", "[0, -10, 0]").find("'b' is flattened by its own weight"), std::string::npos);
+    EXPECT_NE(notes("2", "1000", "[0, -10, 0]").find("'b' would be flattened by its own weight"), std::string::npos);
     EXPECT_NE(notes("2", "1000", "[0, -10, 0]").find("is 2 times its Young's modulus"), std::string::npos);
     EXPECT_EQ(notes("0.5", "1000", "[0, -10, 0]").find("weight"), std::string::npos);
     EXPECT_EQ(notes("2", "400", "[0, -10, 0]").find("weight"), std::string::npos);

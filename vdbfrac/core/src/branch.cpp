@@ -2,6 +2,7 @@
 
 #include <vdbfrac/base/error.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 
@@ -52,6 +53,13 @@ Branch branchBetween(const std::string& before, const std::string& after)
     }
     if (!refused.empty()) throw InputError(refused);
     return branch;
+}
+
+bool hasOtherColliders(const Branch& branch)
+{
+    return std::ranges::any_of(branch.changes, [](const scene::Change& c) {
+        return c.key.starts_with("collider") || c.key.ends_with("colliders");  // the hash of their files too
+    });
 }
 
 std::string changeText(const scene::Change& change)

@@ -360,8 +360,7 @@ void RunFolder::noteBranch(const Branch& branch, const Found& found, const Simul
                     (other ? " of " + found.run.string() : "") +
                     (branch.changes.empty() ? "; nothing is changed" : ":"));
     for (const scene::Change& change : branch.changes) notes.push_back("  " + changeText(change));
-    const auto isOther = [](const scene::Change& c) { return c.key.find("collider") != std::string::npos; };
-    if (simulation.ancestry() && std::ranges::any_of(branch.changes, isOther))
+    if (simulation.ancestry() && !simulation.stages().draw.empty() && hasOtherColliders(branch))
         notes.push_back("a point cache is drawn against these colliders in the frames before the branch too");
 }
 

@@ -3,6 +3,7 @@
 #include <vdbfrac/base/parallel.h>
 
 #include <algorithm>
+#include <optional>
 #include <vector>
 
 namespace vdbfrac::effects {
@@ -30,13 +31,16 @@ public:
     /// the next, and distances round a surface from a file are not exact. Was it moved?
     bool move(const std::vector<std::size_t>& near, Vec3& point, Vec3& velocity) const
     {
-        constexpr int kRounds = 16;  // in a groove of 60 degrees each leaves a sixteenth
-        bool isMoved = false, isInOne = true;
-        for (int round = 0; round < kRounds && isInOne; ++round) {
+        constexpr int kRounds = 16;  // in a groove of 60 degrees each leaves a quarter
+        bool isMoved = false, isInOne = true, isDeep = false;
+        for (int round = 0; round < kRounds && isInOne && !isDeep; ++round) {
             isInOne = false;
             for (const std::size_t c : near) {
-                const double share = moveOutOf(c, point, velocity);
-                isMoved = isMoved || share > 0, isInOne = isInOne || share == 1;
+                const std::optional<double> share = moveOutOf(c, point, velocity);
+                if (!share) continue;
+                isInOne = true;
+                isMoved = isMoved || *share > 0;
+                isDeep = isDeep || *share < 1;  // what is left of its way is to be left
             }
         }
         return isMoved;
@@ -46,15 +50,15 @@ private:
     static constexpr double kDeepest = 2;      // voxels that points are moved all the way to the surface
     static constexpr double kTouching = 1e-9;  // voxels
 
-    /// The share of its way to the surface by which it was moved.
-    double moveOutOf(std::size_t c, Vec3& point, Vec3& velocity) const
+    /// The share of its way to the surface by which it was moved; none where it is not inside.
+    std::optional<double> moveOutOf(std::size_t c, Vec3& point, Vec3& velocity) const
     {
         const Obstacle& obstacle = obstacles_[c];
         const Vec3 X = places_[c].inverse(point);
         const double depth = -obstacle.distance(X);
-        if (!(depth > kTouching * dx_)) return 0;
+        if (!(depth > kTouching * dx_)) return {};
         const Vec3 gradient = places_[c].turn * obstacle.gradient(X);
-        if (!(gradient.norm() > 0)) return 0;  // deeper than the distances round a surface from a file reach
+        if (!(gradient.norm() > 0)) return {};  // deeper than the distances round a surface from a file reach
         const Vec3 outward = gradient.normalized();
         const double share = shareMoved(depth, obstacle.halfThickness());
         velocity -= share * (velocity - carried_[c](point)).dot(outward) * outward;

@@ -54,13 +54,14 @@ void noteDepths(const contact::ContactSurface& surface, const core::SolvedStep& 
 void noteSizes(const Obstacles& obstacles, double dx, std::vector<std::string>& notes)
 {
     constexpr double kThin = 2, kLong = 1000;  // voxels
+    constexpr double kLess = .95;              // so that two digits are not too many
     constexpr double kMuch = .005;             // of the surface
     for (std::size_t c = 0; c < obstacles.size(); ++c) {
         const std::string own = "collider '" + obstacles[c].collider().name + "' is ";
         if (const double thickness = 2 * obstacles[c].halfThickness(); thickness < kThin * dx)
             notes.push_back(own + shortNumber(thickness, 3) +
                             " m thick, less than two voxels: soft material may pass it; voxels of " +
-                            shortNumber(thickness / kThin, 2) + " m hold it");
+                            shortNumber(kLess * thickness / kThin, 2) + " m are small enough to hold it back");
         else if (const double thin = obstacles[c].thinShare(); thin > kMuch)
             notes.push_back(own + "less than two voxels thick behind " + shortNumber(100 * thin, 2) +
                             " % of its surface, as a blade is at its edge: soft material may pass it there");

@@ -3,7 +3,6 @@
 #include <vdbfrac/base/by_voxel.h>
 #include <vdbfrac/base/infinity.h>
 #include <vdbfrac/base/parallel.h>
-#include <vdbfrac/base/polygon.h>
 #include <vdbfrac/base/primitive.h>
 #include <vdbfrac/base/triangle.h>
 #include <vdbfrac/tetmesh/trilinear.h>
@@ -27,6 +26,12 @@ using Corners = std::array<Vec3, 3>;
 
 constexpr double kDeepest = 2, kPassed = 3;  // voxels: as deep is moved all the way, and not at all
 constexpr double kTouching = .01;            // voxels: what closed lips may be off each other
+
+/// A point's way out of a piece that it is in [m], and how much of it the point is to go.
+struct Out {
+    Vec3 way = Vec3::Zero();
+    double share = 0;
+};
 
 const Bounds kNowhere{Vec3::Constant(kInfinity), Vec3::Constant(-kInfinity)};
 
@@ -58,8 +63,10 @@ struct Piece {
     {
         box = kNowhere, volume = 0;
         for (const std::uint32_t p : points) include(surface->points[p], box);
-        for (const auto& t : triangles)
-            volume += volumeBelow(3, [&](std::size_t k) -> const Vec3& { return surface->points[t[k]]; });
+        for (const auto& t : triangles) {
+            const auto [a, b, c] = corners(t);
+            volume += (a - box.lower).dot((b - a).cross(c - a)) / 6;
+        }
     }
 };
 
@@ -101,33 +108,27 @@ public:
             const Vec3 area = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
             if (!meet(own, box) || !(area.norm() > 0)) continue;
             const Bounds part = common(own, box);
-            forVoxelsOf(cellOf(part.lower), cellOf(part.upper),
-                        [&](Coord cell) { byCell_.add(cell, std::uint32_t(all_.size())); });
-            all_.push_back({corners, own, area.normalized()});
+            const Vec3 normal = area.normalized();
+            forVoxelsOf(cellOf(part.lower), cellOf(part.upper), [&](Coord cell) {
+                const Vec3 middle = reach_ * (cell.toVec().array() + .5);
+                if (std::abs((middle - corners[0]).dot(normal)) < reach_)  // half of a diagonal is less
+                    byCell_.add(cell, std::uint32_t(all_.size()));
+            });
+            all_.push_back({corners, own, normal});
         }
         byCell_.sort();
     }
 
-    /// The way [m] from a point inside to the surface, where that is no longer than kPassed voxels.
-    std::optional<Vec3> wayOut(const Vec3& X) const
+    /// The way out of a point inside, where that is no longer than kPassed voxels. What is deeper than kDeepest goes
+    /// less of it, and what comes near to the middle of something thin: beyond that the way out is another.
+    std::optional<Out> out(const Vec3& X) const
     {
-        constexpr double kSame = 1e-9;  // relative: at an edge the triangles on both sides are as near
-        double nearest = reach_ * reach_, steepest = 0;
-        Vec3 way = Vec3::Zero();
-        bool isInside = false;
-        const Coord one{1, 1, 1}, cell = cellOf(X);
-        byCell_.visit(cell - one, cell + one, [&](std::uint32_t number) {
-            const Triangle& t = all_[number];
-            const Vec3 gap = (t.box.lower - X).cwiseMax(X - t.box.upper).cwiseMax(0);
-            if (gap.squaredNorm() > nearest * (1 + kSame)) return;
-            const Vec3 to = closestPoint(t.corners, X).at - X;
-            const double square = to.squaredNorm(), in = to.dot(t.normal);
-            if (square > nearest * (1 + kSame)) return;
-            if (square < nearest * (1 - kSame)) steepest = 0;
-            if (std::abs(in) >= steepest) steepest = std::abs(in), isInside = in > 0;
-            if (square < nearest) nearest = square, way = to;
-        });
-        return isInside ? std::optional(way) : std::nullopt;
+        const Vec3 way = wayOut(X);
+        const double depth = way.norm();
+        if (depth <= kTouching * reach_ / kPassed) return {};
+        const double deep = (reach_ - depth) / (reach_ * (1 - kDeepest / kPassed));
+        const double thin = 4 * (.5 - depth / (depth + behind(X, -way / depth)));
+        return Out{way, std::clamp(std::min(deep, thin), 0., 1.)};
     }
 
 private:
@@ -137,14 +138,53 @@ private:
         Vec3 normal;
     };
     Coord cellOf(const Vec3& X) const { return tetmesh::floorOf(X / reach_); }
+    /// All triangles that are no farther from X than reach_, and others.
+    template <class Visit>
+    void visitNear(const Vec3& X, const Visit& visit) const
+    {
+        const Coord one{1, 1, 1}, cell = cellOf(X);
+        byCell_.visit(cell - one, cell + one, [&](std::uint32_t number) { visit(all_[number]); });
+    }
+
+    /// From a point inside to the surface [m]; 0 where it is not inside, or deeper than reach_.
+    Vec3 wayOut(const Vec3& X) const
+    {
+        constexpr double kSame = 1e-9;  // relative: at an edge the triangles on both sides are as near
+        double nearest = reach_ * reach_, steepest = 0;
+        Vec3 way = Vec3::Zero();
+        bool isInside = false;
+        visitNear(X, [&](const Triangle& t) {
+            const Vec3 gap = (t.box.lower - X).cwiseMax(X - t.box.upper).cwiseMax(0);
+            if (gap.squaredNorm() > nearest * (1 + kSame)) return;
+            const Vec3 to = closestPoint(t.corners, X).at - X;
+            const double square = to.squaredNorm(), in = to.dot(t.normal);
+            if (square > nearest * (1 + kSame)) return;
+            if (square < nearest * (1 - kSame)) steepest = 0;
+            if (std::abs(in) >= steepest) steepest = std::abs(in), isInside = in > 0;
+            if (square < nearest) nearest = square, way = to;
+        });
+        return isInside ? way : Vec3::Zero();
+    }
+    /// From a point inside along a way of length 1 to the surface [m]; infinity where that is farther than reach_.
+    double behind(const Vec3& X, const Vec3& along) const
+    {
+        double nearest = kInfinity;
+        visitNear(X, [&](const Triangle& t) {
+            const double slope = along.dot(t.normal), s = (t.corners[0] - X).dot(t.normal) / slope;
+            if (!(slope > 0 && s > 0 && s < std::min(nearest, reach_))) return;
+            const Vec3 shares = sharesOf(t.corners, X + s * along);
+            if (shares.minCoeff() >= 0) nearest = s;
+        });
+        return nearest;
+    }
 
     double reach_;  // m
     std::vector<Triangle> all_;
     ByVoxel byCell_;
 };
 
-/// Adds where points of `piece` go, to be out of `other`: the longest way of each.
-void addWays(const Piece& piece, const Piece& other, const NearSurface& surface, double dx, std::vector<Vec3>& ways)
+/// Adds the ways of points of `piece` out of `other`: the longest of each.
+void addWays(const Piece& piece, const Piece& other, const NearSurface& surface, std::vector<Out>& ways)
 {
     const Bounds box = common(piece.box, other.box);
     parallelChunks(piece.points.size(), 256, [&](std::size_t begin, std::size_t end) {
@@ -152,12 +192,34 @@ void addWays(const Piece& piece, const Piece& other, const NearSurface& surface,
             const std::uint32_t p = piece.points[i];
             const Vec3& X = piece.surface->points[p];
             if (!meet({X, X}, box)) continue;
-            const std::optional<Vec3> way = surface.wayOut(X);
-            if (!way || way->norm() <= kTouching * dx) continue;
-            const double share = std::clamp((kPassed - way->norm() / dx) / (kPassed - kDeepest), 0., 1.);
-            if (Vec3 own = share * *way; own.squaredNorm() > ways[p].squaredNorm()) ways[p] = own;
+            const std::optional<Out> out = surface.out(X);
+            if (out && out->way.squaredNorm() > ways[p].way.squaredNorm()) ways[p] = *out;
         }
     });
+}
+
+/// The ways of all points out of other pieces, by surface.
+std::vector<std::vector<Out>> waysOut(std::span<DrawnSurface> surfaces, std::vector<Piece>& pieces, double dx)
+{
+    std::vector<std::vector<Out>> ways;
+    for (const DrawnSurface& s : surfaces) ways.emplace_back(s.points.size());
+    for (Piece& piece : pieces) piece.measure();
+    for (const Piece& other : pieces) {
+        if (!(other.volume > 0)) continue;  // it would push the wrong way
+        std::vector<const Piece*> guests;
+        Bounds box = kNowhere;
+        for (const Piece& piece : pieces)
+            if (&piece != &other && meet(piece.box, other.box)) {
+                guests.push_back(&piece);
+                const Bounds shared = common(piece.box, other.box);
+                include(shared.lower, box), include(shared.upper, box);
+            }
+        if (guests.empty()) continue;
+        const NearSurface surface(other, box, dx);
+        for (const Piece* guest : guests)
+            addWays(*guest, other, surface, ways[std::size_t(guest->surface - surfaces.data())]);
+    }
+    return ways;
 }
 
 }  // namespace
@@ -166,29 +228,22 @@ void drawApart(std::span<DrawnSurface> surfaces, double dx)
 {
     std::vector<Piece> pieces = piecesOf(surfaces);
     if (pieces.size() < 2) return;
-    // First both sides go half of the way; then what is left, where only one of them has points.
-    for (const double part : {.5, 1.}) {
-        for (Piece& piece : pieces) piece.measure();
-        std::map<const DrawnSurface*, std::vector<Vec3>> ways;
-        for (const DrawnSurface& s : surfaces) ways[&s].assign(s.points.size(), Vec3::Zero());
-        for (const Piece& other : pieces) {
-            if (!(other.volume > 0)) continue;
-            std::vector<const Piece*> guests;
-            Bounds box = kNowhere;
-            for (const Piece& piece : pieces)
-                if (&piece != &other && meet(piece.box, other.box)) {
-                    guests.push_back(&piece);
-                    const Bounds shared = common(piece.box, other.box);
-                    include(shared.lower, box), include(shared.upper, box);
-                }
-            if (guests.empty()) continue;
-            const NearSurface surface(other, box, dx);
-            for (const Piece* guest : guests) addWays(*guest, other, surface, dx, ways[guest->surface]);
-        }
-        for (DrawnSurface& s : surfaces) {
-            const std::vector<Vec3>& way = ways[&s];
-            for (std::size_t p = 0; p < way.size(); ++p)
-                if (!way[p].isZero(0)) s.points[p] += part * way[p], s.isMoved[p] = 1;
+    // First each side goes half of its way; then what is left of that where the other side has no points to move. Where
+    // points were deep, some is to be left.
+    std::vector<std::vector<double>> rest;  // m
+    for (const bool isFirst : {true, false}) {
+        const std::vector<std::vector<Out>> ways = waysOut(surfaces, pieces, dx);
+        for (std::size_t b = 0; b < surfaces.size(); ++b) {
+            DrawnSurface& s = surfaces[b];
+            if (isFirst) rest.emplace_back(s.points.size(), 0);
+            for (std::size_t p = 0; p < s.points.size(); ++p) {
+                const auto& [way, share] = ways[b][p];
+                const double depth = way.norm();
+                if (depth == 0) continue;
+                if (isFirst) rest[b][p] = depth * (1 - share);
+                const double far = isFirst ? .5 * share * depth : std::min(share * depth, depth - rest[b][p]);
+                if (far > 0) s.points[p] += far / depth * way, s.isMoved[p] = 1;
+            }
         }
     }
 }

@@ -10,7 +10,8 @@ namespace vdbfrac::effects {
 
 /// Moves points of pieces that are in another piece to the surface of that, by half of the way where both have points
 /// to move, as long as they are no deeper than two voxels dx [m]; deeper ones by less, and none that are three deep.
-/// Lips that lie on each other stay. Pieces that are inside out push nothing. Velocities stay.
+/// Lips that lie on each other stay. Pieces that are inside out push nothing, and thin ones not what is in their
+/// middle: on the other side of that the way out is another. Velocities stay.
 void drawApart(std::span<core::DrawnSurface> surfaces, double dx);
 
 }  // namespace vdbfrac::effects

@@ -57,9 +57,10 @@ private:
         const double pressure = body.material.rho * g_.cwiseAbs().dot(size);
         const double strain = pressure / body.material.youngsModulus();
         if (strain < kFlat) return;
-        notes.push_back("body '" + body.name +
-                        "' is flattened by its own weight: density times gravity times its height is " +
-                        shortNumber(strain, 2) + " times its Young's modulus; are all units m, kg and Pa?");
+        notes.push_back(
+            "body '" + body.name +
+            "' would be flattened by its own weight where it stands: density times gravity times its height is " +
+            shortNumber(strain, 2) + " times its Young's modulus; are all units m, kg and Pa?");
     }
 
     Vec3 g_;

@@ -128,7 +128,9 @@ private:
     static bool saysWhatIsSimulated(const std::string& key)
     {
         constexpr const char* kTables[] = {"body.", "material.", "grip.", "collider.", "gravity."};
-        constexpr const char* kKeys[] = {"fracture.toughness", "fracture.kappa", "fracture.strength"};
+        constexpr const char* kKeys[] = {"fracture.toughness", "fracture.kappa",        "fracture.strength",
+                                         "fracture.scatter",   "fracture.scatter_size", "fracture.scatter_seed",
+                                         "fracture.spots",     "fracture.front_speed",  "contact.friction"};
         return std::ranges::any_of(kTables, [&](const char* table) { return key.starts_with(table); }) ||
                std::ranges::any_of(kKeys, [&](const char* own) { return key == own; });
     }

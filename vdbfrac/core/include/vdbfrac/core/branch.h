@@ -24,6 +24,9 @@ struct BranchRecord {
     std::vector<scene::Change> changes;
 };
 
+/// Are the colliders others, or how what is in them is drawn?
+bool hasOtherColliders(const Branch& branch);
+
 /// "fracture.toughness = 50 (was 100)".
 std::string changeText(const scene::Change& change);
 

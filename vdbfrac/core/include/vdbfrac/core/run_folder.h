@@ -37,7 +37,7 @@ struct FrameRecord {
     std::string stateHash;
     std::vector<WrittenFile> files;
     Bounds drawn{Vec3::Zero(), Vec3::Zero()};  ///< box round what is drawn [m]; of no size where nothing is
-    double squeeze = 1;                        ///< least volume of a body over that at rest, as its surface is carried
+    double squeeze = 1;  ///< least volume of a body over that at rest, before drawing moves points
 };
 
 /// From which checkpoints a run may go on, and how.
