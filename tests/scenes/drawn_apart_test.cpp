@@ -16,26 +16,17 @@
 using namespace vdbfrac;
 using lab::SceneRun;
 using test::Drawn;
+using test::fallingBall;
+using test::kDx;
 
 namespace {
 
-constexpr double kDx = .05;  // m
 constexpr double kExact = 1e-12;
 
-/// Balls of jelly, one above another if `pair`, that fly at each other. `more`: of [contact].
-std::string balls(const std::string& more, bool pair)
-{
-    std::string text =
-        "version = 1\nname = \"balls\"\ntime = { frames = [1, 8], fps = 24 }\n"
-        "grid = { voxel_size = 0.05 }\n[material.jelly]\nyoungs_modulus = 3e4\npoisson_ratio = 0.4\n"
-        "density = 1000\n[[body]]\nname = \"ball\"\nshape = { sphere = { radius = 0.3, center = "
-        "[0, 0.32, 0] } }\nvelocity = [0, -2, 0]\nmaterial = \"jelly\"\n";
-    if (pair)
-        text +=
-            "[[body]]\nname = \"other\"\nshape = { sphere = { radius = 0.3, center = [0.02, -0.3, 0.01] } }\n"
-            "velocity = [0, 2, 0]\nmaterial = \"jelly\"\n";
-    return text + "[contact]\n" + more + "[output]\nvdb = []\n";
-}
+/// What flies at the ball from below.
+constexpr const char* kOther =
+    "[[body]]\nname = \"other\"\nshape = { sphere = { radius = 0.3, center = [0.02, -0.3, 0.01] } }\n"
+    "velocity = [0, 2, 0]\nmaterial = \"jelly\"\n";
 
 /// A box of triangles `edge` [voxels] long, turned [degrees], added to a surface as a fragment of its own.
 void addBox(const Vec3& center, const Vec3& size, double edge, tetmesh::Surface& surface, double aboutZ = 0)
@@ -43,17 +34,17 @@ void addBox(const Vec3& center, const Vec3& size, double edge, tetmesh::Surface&
     const auto box = solids::solidMesh(
         {.kind = Primitive::Kind::box, .center = center, .size = size, .rotate = Vec3(0, 0, aboutZ)}, {}, edge * kDx);
     ASSERT_TRUE(box);
-    const auto first = std::uint32_t(surface.points.size());
-    const std::uint32_t fragment = surface.fragment.empty() ? 0 : surface.fragment.back() + 1;
-    surface.points.insert(surface.points.end(), box->points.begin(), box->points.end());
-    for (const auto& t : tetmesh::fansOf(*box).corners) {
-        surface.triangles.push_back({});
-        for (std::size_t k = 0; k < 3; ++k) surface.triangles.back()[k] = first + box->corners[t[k]].point;
+    const tetmesh::Surface own = test::surfaceOf(*box, surface.fragment.empty() ? 0 : surface.fragment.back() + 1);
+    for (auto t : own.triangles) {
+        for (std::uint32_t& p : t) p += std::uint32_t(surface.points.size());
+        surface.triangles.push_back(t);
     }
-    surface.fragment.resize(surface.triangles.size(), fragment), surface.torn.resize(surface.triangles.size(), 0);
+    surface.points.insert(surface.points.end(), own.points.begin(), own.points.end());
+    surface.fragment.insert(surface.fragment.end(), own.fragment.begin(), own.fragment.end());
+    surface.torn.insert(surface.torn.end(), own.torn.begin(), own.torn.end());
 }
 
-SceneRun touching(const std::string& more) { return SceneRun(balls(more, false)); }
+SceneRun touching(const std::string& more) { return SceneRun(fallingBall("[contact]\n" + more)); }
 
 /// Two boxes, one on the other, `depth` [voxels] in each other, of triangles as long as `lower` and `upper`.
 struct Stacked {
@@ -180,7 +171,9 @@ TEST(DrawnPieces, AreDrawnApartLessWhereTheyAreDeep)
 /// Bodies that are pressed on each other: what is simulated does not know how they are drawn.
 TEST(DrawnPieces, OfBodiesThatArePressedAreApart)
 {
-    const auto pressed = [](const std::string& drawn) { return balls("stiffness = 1\n" + drawn, true); };
+    const auto pressed = [](const std::string& drawn) {
+        return fallingBall(kOther + ("[contact]\nstiffness = 1\n" + drawn));
+    };
     SceneRun run(pressed("drawn = \"apart\"\n")), raw(pressed(""));
     run.toFrame(4), raw.toFrame(4);
     ASSERT_EQ(run.simulation.stateHash(), raw.simulation.stateHash());

@@ -20,10 +20,11 @@
 using namespace vdbfrac;
 using lab::SceneRun;
 using test::Drawn;
+using test::fallingBall;
+using test::kDx;
 
 namespace {
 
-constexpr double kDx = .05;  // m
 constexpr double kExact = 1e-12;
 
 constexpr double kRise = .1;  // m/s
@@ -34,16 +35,6 @@ constexpr const char* kColliders =
     "[[collider]]\nname = \"moving\"\nshape = { sphere = { radius = 0.5, center = [2, 2, 0] } }\n"
     "move = { keys = [{ time = 0 }, { time = 1, translate = [0.4, 0, 0.2], rotate = [0, 0, 90] }], "
     "pivot = [2.3, 2, 0] }\n";
-
-/// A soft ball that falls on the floor. `more`: of [output].
-std::string fallingBall(const std::string& colliders, const std::string& more = "")
-{
-    return "version = 1\nname = \"fall\"\ntime = { frames = [1, 8], fps = 24 }\ngrid = { voxel_size = 0.05 }\n"
-           "[[body]]\nname = \"ball\"\nshape = { sphere = { radius = 0.3, center = [0, 0.32, 0] } }\n"
-           "velocity = [0, -2, 0]\nmaterial = \"jelly\"\n"
-           "[material.jelly]\nyoungs_modulus = 3e4\npoisson_ratio = 0.4\ndensity = 1000\n" +
-           colliders + "[output]\nvdb = []\nmotion = true\n" + more;
-}
 
 double lowest(const core::DrawnFrame& frame)
 {
@@ -192,14 +183,7 @@ TEST(DrawnContact, LiesOnASurfaceFromAFile)
         std::filesystem::temp_directory_path() / ("vdbfrac_drawn_contact_" + std::to_string(::getpid()) + ".obj");
     const auto ball = solids::solidMesh({.kind = Primitive::Kind::sphere, .radius = .4}, {}, .08);
     ASSERT_TRUE(ball);
-    tetmesh::Surface surface;
-    surface.points = ball->points;
-    for (std::size_t f = 0; f < ball->faces(); ++f) {
-        const auto face = ball->face(f);
-        surface.triangles.push_back({face[0].point, face[1].point, face[2].point});
-    }
-    surface.fragment.assign(surface.triangles.size(), 0), surface.torn.assign(surface.triangles.size(), 0);
-    tetmesh::writeSurface(file, surface);
+    tetmesh::writeSurface(file, test::surfaceOf(*ball, 0));
     const SceneRun run(
         fallingBall("[[collider]]\nshape = { mesh = { file = \"" + file.string() + "\", translate = [0, -1, 0] } }\n"));
     std::vector<Vec3> points;

@@ -1,4 +1,4 @@
-// A surface as a frame draws it, for the stages that move what is drawn.
+// Tests of the stages that move what is drawn.
 #pragma once
 
 #include <vdbfrac/core/stages.h>
@@ -6,10 +6,31 @@
 #include <vdbfrac/tetmesh/render_mesh.h>
 
 #include <cstdint>
+#include <string>
 #include <utility>
 #include <vector>
 
 namespace vdbfrac::test {
+
+constexpr double kDx = .05;  // m
+
+/// A soft ball that falls. `others`: more tables; `more`: of [output].
+inline std::string fallingBall(const std::string& others, const std::string& more = "")
+{
+    return "version = 1\nname = \"fall\"\ntime = { frames = [1, 8], fps = 24 }\ngrid = { voxel_size = 0.05 }\n"
+           "[[body]]\nname = \"ball\"\nshape = { sphere = { radius = 0.3, center = [0, 0.32, 0] } }\n"
+           "velocity = [0, -2, 0]\nmaterial = \"jelly\"\n"
+           "[material.jelly]\nyoungs_modulus = 3e4\npoisson_ratio = 0.4\ndensity = 1000\n" +
+           others + "[output]\nvdb = []\nmotion = true\n" + more;
+}
+
+/// The triangles of a mesh, of one fragment.
+inline tetmesh::Surface surfaceOf(const tetmesh::RenderMesh& mesh, std::uint32_t fragment)
+{
+    const std::size_t faces = mesh.faces();
+    return tetmesh::triangleSurface({mesh, std::vector(faces, fragment), std::vector<std::uint8_t>(faces, 0)},
+                                    mesh.points);
+}
 
 /// A surface as a frame draws it.
 struct Drawn {

@@ -8,8 +8,8 @@
 
 #include <vdbfrac/base/by_voxel.h>
 #include <vdbfrac/base/grouping.h>
+#include <vdbfrac/base/nearest_triangle.h>
 #include <vdbfrac/base/parallel.h>
-#include <vdbfrac/base/triangle.h>
 #include <vdbfrac/tetmesh/trilinear.h>
 
 #include <Eigen/Geometry>
@@ -40,53 +40,29 @@ public:
     /// How deep X lies below the surface [m], up to `most`; 0 outside of it.
     double depth(const Vec3& X, double most) const
     {
-        const std::optional<Foot> foot = closest(X);
-        if (!foot) return most;
-        return foot->isOutside ? 0 : std::min(most, (X - foot->at).norm());
+        const NearestTriangle skin = closest(X);
+        if (!skin.isSeen()) return most;
+        return skin.isOutside() ? 0 : std::min(most, (X - skin.at()).norm());
     }
     /// X, or a point near to it that is no less deep than this [m].
     Vec3 inside(const Vec3& X, double depth) const
     {
-        const std::optional<Foot> foot = closest(X);
-        if (!foot || (!foot->isOutside && (X - foot->at).norm() >= depth)) return X;
-        return foot->at - depth * foot->normal;
+        const NearestTriangle skin = closest(X);
+        if (!skin.isSeen() || (!skin.isOutside() && (X - skin.at()).norm() >= depth)) return X;
+        return skin.at() - depth * skin.normal();
     }
 
 private:
-    struct Foot {
-        Vec3 at, normal;  // of the surface there
-        bool isOutside;   // is X?
-    };
-
-    /// The closest point of the surface, if it is near.
-    std::optional<Foot> closest(const Vec3& X) const
+    /// Of the surface, if it is near.
+    NearestTriangle closest(const Vec3& X) const
     {
-        constexpr double kSame = 1e-9;  // relative: at an edge the triangles on both sides are as near
-        Foot foot{X, Vec3::Zero(), false};
-        double nearest = std::numeric_limits<double>::infinity(), most = 0;
-        forNear(X, [&](std::uint32_t t) {
-            if (leastSquare(t, X) > nearest * (1 + kSame)) return;
-            const Vec3 p = closestPoint(skin_.corners(t), X).at;
-            const double d = (p - X).squaredNorm(), out = (X - p).dot(skin_.normal[t]);
-            if (d > nearest * (1 + kSame)) return;
-            if (d < nearest * (1 - kSame)) most = 0;
-            if (std::abs(out) >= most) most = std::abs(out), foot.isOutside = out > 0, foot.normal = skin_.normal[t];
-            if (d < nearest) nearest = d, foot.at = p;
-        });
-        return nearest < std::numeric_limits<double>::infinity() ? std::optional(foot) : std::nullopt;
-    }
-    template <class Visit>
-    void forNear(const Vec3& X, const Visit& visit) const
-    {
+        NearestTriangle nearest(X, std::numeric_limits<double>::infinity());
         const Coord middle = tetmesh::floorOf(X / dx_), one{1, 1, 1};
-        byVoxel_.visit(middle - one, middle + one, visit);
-    }
-    /// No point of a triangle is nearer to X than this; squared.
-    double leastSquare(std::uint32_t t, const Vec3& X) const
-    {
-        const auto [p, q, r] = skin_.corners(t);
-        const Vec3 gap = (p.cwiseMin(q).cwiseMin(r) - X).cwiseMax(X - p.cwiseMax(q).cwiseMax(r)).cwiseMax(0);
-        return gap.squaredNorm();
+        byVoxel_.visit(middle - one, middle + one, [&](std::uint32_t t) {
+            const auto corners = skin_.corners(t);
+            nearest.see(corners, triangleBox(corners), skin_.normal[t]);
+        });
+        return nearest;
     }
     const SkinTopology& skin_;
     double dx_;

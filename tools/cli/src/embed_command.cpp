@@ -56,13 +56,16 @@ core::Archive newestCheckpoint(const fs::path& folder, std::uint64_t limit)
     throw FileError(folder.string(), "holds no whole checkpoint" + passed);
 }
 
+bool isOfFile(const scene::Body& body) { return !std::holds_alternative<Primitive>(body.shape); }
+
 /// What of a mesh is likely a mistake, or is one.
-void noteInput(const EmbedOptions& options, const tetmesh::SurfaceReport& report, const core::Body& body, bool isOfFile)
+void noteInput(const EmbedOptions& options, const tetmesh::SurfaceReport& report, const core::Body& body,
+               const scene::Body& spec)
 {
     constexpr double kAlike = 2, kMost = 10;  // sizes; beyond the last it is another unit
     Vec3 lower = body.mesh->restPosition(0), upper = lower;
     for (const Vec3& X : tetmesh::restPositions(*body.mesh)) lower = lower.cwiseMin(X), upper = upper.cwiseMax(X);
-    const bool mayMove = isOfFile && !options.placed;
+    const bool mayMove = isOfFile(spec) && !options.placed;
     const std::string placed = mayMove ? "--placed moves it as the scene moves the body's own file" : "";
     const double times = (report.upper - report.lower).maxCoeff() / (upper - lower).maxCoeff();
     if ((report.lower.array() > upper.array()).any() || (report.upper.array() < lower.array()).any())
@@ -88,8 +91,6 @@ scene::FilePlace placeOfFile(const scene::Body& body)
     if (const auto* vdb = std::get_if<scene::VdbFile>(&body.shape)) return scene::placeOf(*vdb);
     throw InputError({"--placed", "body '" + body.name + "' is of no file that the scene moves", "", "leave it out"});
 }
-
-bool isOfFile(const scene::Body& body) { return !std::holds_alternative<Primitive>(body.shape); }
 
 void notePlace(const EmbedOptions& options, const scene::Body& body)
 {
@@ -140,7 +141,7 @@ private:
         if (options.placed) core::moveMesh(mesh, placeOfFile(bodies[b]));
         const tetmesh::SurfaceReport report = tetmesh::examine(tetmesh::soupOf(mesh));
         isClosed = report.closed;
-        noteInput(options, report, prepared.simulation.bodies()[b], isOfFile(bodies[b]));
+        noteInput(options, report, prepared.simulation.bodies()[b], bodies[b]);
         drawing.replace(prepared.scene, prepared.simulation, b, std::move(mesh), fs::path(options.mesh).parent_path());
     }
 };

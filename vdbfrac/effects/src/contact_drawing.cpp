@@ -1,10 +1,11 @@
 #include "contact_drawing.h"
 
 #include <vdbfrac/base/by_voxel.h>
+#include <vdbfrac/base/grouping.h>
 #include <vdbfrac/base/infinity.h>
+#include <vdbfrac/base/nearest_triangle.h>
 #include <vdbfrac/base/parallel.h>
-#include <vdbfrac/base/primitive.h>
-#include <vdbfrac/base/triangle.h>
+#include <vdbfrac/base/polygon.h>
 #include <vdbfrac/tetmesh/trilinear.h>
 
 #include <Eigen/Geometry>
@@ -22,6 +23,7 @@ namespace vdbfrac::effects {
 namespace {
 
 using core::DrawnSurface;
+using Box = Eigen::AlignedBox3d;
 using Corners = std::array<Vec3, 3>;
 
 constexpr double kDeepest = 2, kPassed = 3;  // voxels: as deep is moved all the way, and not at all
@@ -33,26 +35,12 @@ struct Out {
     double share = 0;
 };
 
-const Bounds kNowhere{Vec3::Constant(kInfinity), Vec3::Constant(-kInfinity)};
-
-void include(const Vec3& point, Bounds& box)
-{
-    box.lower = box.lower.cwiseMin(point), box.upper = box.upper.cwiseMax(point);
-}
-
-bool meet(const Bounds& a, const Bounds& b)
-{
-    return (a.lower.array() <= b.upper.array()).all() && (b.lower.array() <= a.upper.array()).all();
-}
-
-Bounds common(const Bounds& a, const Bounds& b) { return {a.lower.cwiseMax(b.lower), a.upper.cwiseMin(b.upper)}; }
-
 /// A fragment as it is drawn.
 struct Piece {
     DrawnSurface* surface;
     std::vector<std::uint32_t> points;                    // rising
     std::vector<std::array<std::uint32_t, 3>> triangles;  // of points of the surface
-    Bounds box = kNowhere;
+    Box box;
     double volume = 0;  // m^3; below 0 where it is inside out
 
     Corners corners(const std::array<std::uint32_t, 3>& t) const
@@ -61,12 +49,10 @@ struct Piece {
     }
     void measure()
     {
-        box = kNowhere, volume = 0;
-        for (const std::uint32_t p : points) include(surface->points[p], box);
-        for (const auto& t : triangles) {
-            const auto [a, b, c] = corners(t);
-            volume += (a - box.lower).dot((b - a).cross(c - a)) / 6;
-        }
+        box.setEmpty(), volume = 0;
+        for (const std::uint32_t p : points) box.extend(surface->points[p]);
+        for (const auto& t : triangles)
+            volume += volumeBelow(3, [&](std::size_t k) { return Vec3(surface->points[t[k]] - box.min()); });
     }
 };
 
@@ -80,14 +66,13 @@ std::vector<Piece> piecesOf(std::span<DrawnSurface> surfaces)
         std::map<std::uint32_t, Piece> own;  // by fragment
         for (std::size_t t = 0; t < fans.face.size(); ++t) {
             if (drawn.isTaken(fans.face[t])) continue;
-            Piece& piece = own.try_emplace(drawn.fragment[fans.face[t]], Piece{&surface, {}, {}}).first->second;
+            Piece& piece = own.try_emplace(drawn.fragment[fans.face[t]], Piece{&surface, {}, {}, {}}).first->second;
             auto& triangle = piece.triangles.emplace_back();
             for (std::size_t k = 0; k < 3; ++k)
                 piece.points.push_back(triangle[k] = drawn.mesh.corners[fans.corners[t][k]].point);
         }
         for (auto& [fragment, piece] : own) {
-            std::sort(piece.points.begin(), piece.points.end());
-            piece.points.erase(std::unique(piece.points.begin(), piece.points.end()), piece.points.end());
+            sortUnique(piece.points);
             pieces.push_back(std::move(piece));
         }
     }
@@ -98,18 +83,17 @@ std::vector<Piece> piecesOf(std::span<DrawnSurface> surfaces)
 class NearSurface {
 public:
     /// `box`: what points that are asked for lie in.
-    NearSurface(const Piece& piece, Bounds box, double dx) : reach_(kPassed * dx)
+    NearSurface(const Piece& piece, Box box, double dx) : reach_(kPassed * dx)
     {
-        box.lower.array() -= reach_, box.upper.array() += reach_;
+        box.min().array() -= reach_, box.max().array() += reach_;
         for (const auto& t : piece.triangles) {
             const Corners corners = piece.corners(t);
-            Bounds own = kNowhere;
-            for (const Vec3& corner : corners) include(corner, own);
+            const Box own = triangleBox(corners);
             const Vec3 area = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
-            if (!meet(own, box) || !(area.norm() > 0)) continue;
-            const Bounds part = common(own, box);
+            if (!own.intersects(box) || !(area.norm() > 0)) continue;
+            const Box part = own.intersection(box);
             const Vec3 normal = area.normalized();
-            forVoxelsOf(cellOf(part.lower), cellOf(part.upper), [&](Coord cell) {
+            forVoxelsOf(cellOf(part.min()), cellOf(part.max()), [&](Coord cell) {
                 const Vec3 middle = reach_ * (cell.toVec().array() + .5);
                 if (std::abs((middle - corners[0]).dot(normal)) < reach_)  // half of a diagonal is less
                     byCell_.add(cell, std::uint32_t(all_.size()));
@@ -134,7 +118,7 @@ public:
 private:
     struct Triangle {
         Corners corners;
-        Bounds box;
+        Box box;
         Vec3 normal;
     };
     Coord cellOf(const Vec3& X) const { return tetmesh::floorOf(X / reach_); }
@@ -149,21 +133,9 @@ private:
     /// From a point inside to the surface [m]; 0 where it is not inside, or deeper than reach_.
     Vec3 wayOut(const Vec3& X) const
     {
-        constexpr double kSame = 1e-9;  // relative: at an edge the triangles on both sides are as near
-        double nearest = reach_ * reach_, steepest = 0;
-        Vec3 way = Vec3::Zero();
-        bool isInside = false;
-        visitNear(X, [&](const Triangle& t) {
-            const Vec3 gap = (t.box.lower - X).cwiseMax(X - t.box.upper).cwiseMax(0);
-            if (gap.squaredNorm() > nearest * (1 + kSame)) return;
-            const Vec3 to = closestPoint(t.corners, X).at - X;
-            const double square = to.squaredNorm(), in = to.dot(t.normal);
-            if (square > nearest * (1 + kSame)) return;
-            if (square < nearest * (1 - kSame)) steepest = 0;
-            if (std::abs(in) >= steepest) steepest = std::abs(in), isInside = in > 0;
-            if (square < nearest) nearest = square, way = to;
-        });
-        return isInside ? way : Vec3::Zero();
+        NearestTriangle nearest(X, reach_);
+        visitNear(X, [&](const Triangle& t) { nearest.see(t.corners, t.box, t.normal); });
+        return nearest.isSeen() && !nearest.isOutside() ? Vec3(nearest.at() - X) : Vec3::Zero();
     }
     /// From a point inside along a way of length 1 to the surface [m]; infinity where that is farther than reach_.
     double behind(const Vec3& X, const Vec3& along) const
@@ -186,12 +158,12 @@ private:
 /// Adds the ways of points of `piece` out of `other`: the longest of each.
 void addWays(const Piece& piece, const Piece& other, const NearSurface& surface, std::vector<Out>& ways)
 {
-    const Bounds box = common(piece.box, other.box);
-    parallelChunks(piece.points.size(), 256, [&](std::size_t begin, std::size_t end) {
+    const Box box = piece.box.intersection(other.box);
+    parallelChunks(piece.points.size(), kChunk / 16, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             const std::uint32_t p = piece.points[i];
             const Vec3& X = piece.surface->points[p];
-            if (!meet({X, X}, box)) continue;
+            if (!box.contains(X)) continue;
             const std::optional<Out> out = surface.out(X);
             if (out && out->way.squaredNorm() > ways[p].way.squaredNorm()) ways[p] = *out;
         }
@@ -207,12 +179,11 @@ std::vector<std::vector<Out>> waysOut(std::span<DrawnSurface> surfaces, std::vec
     for (const Piece& other : pieces) {
         if (!(other.volume > 0)) continue;  // it would push the wrong way
         std::vector<const Piece*> guests;
-        Bounds box = kNowhere;
+        Box box;
         for (const Piece& piece : pieces)
-            if (&piece != &other && meet(piece.box, other.box)) {
+            if (&piece != &other && piece.box.intersects(other.box)) {
                 guests.push_back(&piece);
-                const Bounds shared = common(piece.box, other.box);
-                include(shared.lower, box), include(shared.upper, box);
+                box.extend(piece.box.intersection(other.box));
             }
         if (guests.empty()) continue;
         const NearSurface surface(other, box, dx);
