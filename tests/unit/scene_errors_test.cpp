@@ -57,6 +57,9 @@ TEST(SceneReader, DuplicateKeysAndSyntaxErrorsNameTheirPlace)
     const Details broken = errorsOf(with("fps = 25", "fps = "));
     ASSERT_EQ(broken.size(), 1u);
     EXPECT_TRUE(broken[0].place.starts_with("dir/s.toml:5:")) << broken[0].place;
+    EXPECT_EQ(broken[0].hint, "");
+    const auto lines = onlyError(with("size = [1, 2, 1]", "size = [1, 2, 1],\n"), "dir/s.toml:10:36");
+    EXPECT_TRUE(contains(lines.hint, "ends on the line it begins on")) << lines.hint;
 }
 
 TEST(SceneReader, WrongTypesTellValueAndWhatIsAllowed)

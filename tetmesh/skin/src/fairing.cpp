@@ -7,6 +7,7 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -20,6 +21,7 @@ constexpr double kSpacing = 0.5;  // voxels: about how far points of a torn face
 struct Surroundings {
     std::vector<std::uint32_t> start{0}, point;
     std::vector<double> weight;
+    std::vector<std::uint8_t> isEnd;  // of each point: is it at an end of a crack, where the rim turns back?
 
     void add(std::uint32_t p, double w) { point.push_back(p), weight.push_back(w); }
     void end()
@@ -58,6 +60,7 @@ public:
     {
         Surroundings all;
         for (std::uint32_t i = 0; i < points_.size(); ++i) {
+            all.isEnd.push_back(isRim(i) && turnsBack(i));
             if (isRim(i))
                 for (const std::uint32_t next : next_[i]) addAlong(i, next, all);
             else
@@ -79,21 +82,43 @@ private:
         return std::min(1., length / (kSpacing * dx_));
     }
 
-    /// The points of a rim from one on, on the side of `next`; together they count for 1.
+    /// Calls visit(point) for the points of a rim from one on, on the side of `next`: for that, and as far as `reach`.
+    /// Returns the length of the way [m].
+    template <class Visit>
+    double goAlong(std::uint32_t from, std::uint32_t next, double reach, const Visit& visit) const
+    {
+        std::uint32_t before = from;
+        double length = distance(from, next);
+        while (true) {
+            visit(next);
+            if (next_[next].size() != 2) return length;
+            const std::uint32_t after = next_[next][next_[next][0] == before];
+            const double further = length + distance(next, after);
+            if (after == from || further > reach) return length;
+            length = further;
+            before = next, next = after;
+        }
+    }
+
+    /// The points of a rim from one on; together they count for 1.
     void addAlong(std::uint32_t from, std::uint32_t next, Surroundings& all) const
     {
         const double reach = kSpacing * std::sqrt(3.) * dx_;  // of the same variance as two points a spacing away
         const std::size_t first = all.point.size();
-        std::uint32_t before = from;
-        for (double length = distance(from, next); all.point.size() == first || length <= reach;) {
-            all.add(next, 1);
-            if (next_[next].size() != 2) break;
-            const std::uint32_t after = next_[next][next_[next][0] == before];
-            if (after == from) break;
-            length += distance(next, after);
-            before = next, next = after;
-        }
+        goAlong(from, next, reach, [&](std::uint32_t p) { all.add(p, 1); });
         for (std::size_t k = first; k < all.point.size(); ++k) all.weight[k] = 1. / double(all.point.size() - first);
+    }
+
+    /// Do the two ways along the rim end beside each other? Both lips have been moved to their middle.
+    bool turnsBack(std::uint32_t from) const
+    {
+        constexpr double kWay = 2, kBeside = 0.07;  // voxels; of the length of both, .7 at a right angle
+        if (next_[from].size() != 2) return false;
+        std::array<std::uint32_t, 2> end{};
+        double length = 0;
+        for (std::size_t k = 0; k < 2; ++k)
+            length += goAlong(from, next_[from][k], kWay * dx_, [&](std::uint32_t p) { end[k] = p; });
+        return distance(end[0], end[1]) < kBeside * length;
     }
 
     const std::vector<SkinCut::Point>& points_;
@@ -110,6 +135,17 @@ Groups neighboursOf(const SkinCut& cut, std::uint32_t firstPoint)
     });
 }
 
+namespace {
+
+/// The point on the way from one to another that is no farther than this.
+Vec3 within(double farthest, const Vec3& from, const Vec3& to)
+{
+    const double way = (to - from).norm();
+    return way > farthest ? Vec3(from + farthest / way * (to - from)) : to;
+}
+
+}  // namespace
+
 /// Each point goes towards the mean of those round it, and in torn faces away from it again, which evens what is short
 /// and keeps what is long (Taubin 1995); rims would keep their small loops.
 void fair(const SkinTopology& skin, const Groups& neighbours, double dx, std::vector<SkinCut::Point>& points)
@@ -117,9 +153,11 @@ void fair(const SkinTopology& skin, const Groups& neighbours, double dx, std::ve
     constexpr int kRounds = 15;  // with points half a voxel apart: .02 is left of what is 2 voxels long, .8 of 4
     constexpr double kTowards = 0.5, kAway = -0.53;
     constexpr double kLeastLoop = 0.02;  // voxels: rims of cracks that have just begun do not shrink to points
+    constexpr double kDrawnBack = 0.25;  // voxels: the end of a crack stays where the material parts
     const Surroundings round = SurroundingsOf(points, neighbours, dx).make();
     const Slider slider(skin);
-    std::vector<Vec3> moved(points.size());
+    std::vector<Vec3> moved(points.size()), start(points.size());
+    for (std::size_t i = 0; i < start.size(); ++i) start[i] = points[i].X;
     for (int half = 0; half < 2 * kRounds; ++half) {
         const double inFace = half % 2 == 0 ? kTowards : kAway;
         parallelChunks(points.size(), kChunk / 16, [&](std::size_t begin, std::size_t end) {
@@ -136,6 +174,7 @@ void fair(const SkinTopology& skin, const Groups& neighbours, double dx, std::ve
                     }
                     if (isRim && farthest < kLeastLoop * kLeastLoop * dx * dx) continue;
                     moved[i] += (isRim ? kTowards : inFace) * (mean - points[i].X);
+                    if (round.isEnd[i]) moved[i] = within(kDrawnBack * dx, start[i], moved[i]);
                 }
                 if (isRim) moved[i] = slider.closest(points[i], moved[i], points[i].on);
             }

@@ -59,16 +59,24 @@ bool isStraightWay(Coord a, Coord b, const IsMaterial& isMaterial)
            (a.z != b.z && goesOn({a.x, a.y, a.z + step(a.z, b.z)}));
 }
 
-/// Does material near two nodes, which have some, join them?
+/// Does an edge join two nodes, which have material, or a short way of that kind?
+template <class IsMaterial>
+bool areStraightJoined(Coord a, Coord b, const IsMaterial& isMaterial)
+{
+    constexpr int kFew = 5;  // edges of ways that are tried one by one
+    const Coord way = b - a;
+    bool isBeside = a == b;
+    forNeighbours(a, [&](Coord m) { isBeside = isBeside || m == b; });
+    return isBeside ||
+           (std::abs(way.x) + std::abs(way.y) + std::abs(way.z) <= kFew && isStraightWay(a, b, isMaterial));
+}
+
+/// Does material near two nodes, which have some, join them? A way round the front of a crack counts beside it only.
 template <class IsMaterial>
 bool areJoined(Coord a, Coord b, const IsMaterial& isMaterial)
 {
-    constexpr int kRound = 2, kFew = 5;  // edges of ways that are tried one by one: most are as straight
-    const Coord way = b - a;
-    bool isBeside = false;
-    forNeighbours(a, [&](Coord m) { isBeside = isBeside || m == b; });
-    if (isBeside) return true;
-    if (std::abs(way.x) + std::abs(way.y) + std::abs(way.z) <= kFew && isStraightWay(a, b, isMaterial)) return true;
+    constexpr int kRound = 1;
+    if (areStraightJoined(a, b, isMaterial)) return true;
     const auto isBetween = [](int m, int p, int q) {
         return std::min(p, q) - kRound <= m && m <= std::max(p, q) + kRound;
     };

@@ -2,11 +2,13 @@
 
 #include "carrier.h"
 #include "crack_lattice.h"
+#include "node_search.h"
 
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/base/grouping.h>
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/tetmesh/cut_mesh.h>
+#include <vdbfrac/tetmesh/trilinear.h>
 
 #include <algorithm>
 #include <set>
@@ -59,6 +61,13 @@ struct Found {
     tetmesh::EmbeddedPoint point;
     double least = -1e300;  // smallest weight: below 0 outside of the tet
     double outside = 0;     // m
+
+    void see(const tetmesh::RestTet& tet, const Vec3& X)
+    {
+        const tetmesh::EmbeddedPoint at = tet.embed(X);
+        if (const double weight = at.leastWeight(); weight > least)
+            point = at, least = weight, outside = point.isInTet() ? 0 : tet.outside(point);
+    }
 };
 
 std::vector<std::uint32_t> nodesOf(std::span<const tetmesh::RestTet> tets)
@@ -69,25 +78,71 @@ std::vector<std::uint32_t> nodesOf(std::span<const tetmesh::RestTet> tets)
     return nodes;
 }
 
-/// X in one of these tets, in one that has a node of theirs, or as near to one of them as can be. `nodes`: theirs,
-/// which are found when they are needed.
-Found nearest(const tetmesh::BodyMesh& body, std::span<const tetmesh::RestTet> tets, std::vector<std::uint32_t>& nodes,
-              const Vec3& X)
-{
-    constexpr double kSurely = 1e-9;  // least weight of what is in a tet and, whatever the rounding, in no other
-    Found best;
-    const tetmesh::RestTet* its = nullptr;
-    for (const tetmesh::RestTet& tet : tets) {
-        const tetmesh::EmbeddedPoint point = tet.embed(X);
-        if (const double least = point.leastWeight(); least > best.least) best = {point, least, 0}, its = &tet;
-        if (best.least > kSurely) break;
+/// What carries the riders of one anchor.
+class Anchored {
+public:
+    Anchored(const Carrier& carrier, const CrackField& cracks, const Reached& reached)
+        : carrier_(carrier), cracks_(cracks), at_(reached.at)
+    {
+        for (const tetmesh::TetShare& tet : reached.tets) tets_.push_back(restTet(tet));
     }
-    if (its) best.outside = its->outside(best.point);
-    if (tets.empty() || best.point.isInTet()) return best;
-    if (nodes.empty()) nodes = nodesOf(tets);
-    const auto beside = body.locate(X, nodes);
-    return beside ? Found{beside->point, beside->point.leastWeight(), 0} : best;
-}
+
+    /// X in a tet at the anchor, in one beside these, or as near to one of the anchor's as can be.
+    Found nearest(const Vec3& X)
+    {
+        constexpr double kSurely = 1e-9;  // least weight of what is in a tet and, whatever the rounding, in no other
+        Found best;
+        for (const tetmesh::RestTet& tet : tets_) {
+            best.see(tet, X);
+            if (best.least > kSurely) break;
+        }
+        if (tets_.empty() || best.point.isInTet()) return best;
+        const Found beside = isBesideCrack(X) ? onThisSide(X) : withSharedNodes(X);
+        return beside.least > best.least && beside.point.isInTet() ? beside : best;
+    }
+
+private:
+    tetmesh::RestTet restTet(const tetmesh::TetShare& tet) const
+    {
+        return carrier_.body.restTet(tet.element, std::uint32_t(tet.tet));
+    }
+    template <class Visit>
+    void forCorners(const Vec3& X, const Visit& visit) const
+    {
+        const Coord low = tetmesh::floorOf(X / carrier_.body.voxelSize());
+        for (int k = 0; k < tetmesh::kCorners; ++k) visit(low + tetmesh::cornerOffset(k));
+    }
+    bool isBesideCrack(const Vec3& X) const
+    {
+        bool any = false;
+        forCorners(X, [&](Coord n) { any = any || cracks_.c(n) > 0; });
+        return any;
+    }
+    /// At the front of a crack tets of both lips share nodes: there only those count that are at a corner of X's voxel
+    /// to which a straight way leads.
+    Found onThisSide(const Vec3& X) const
+    {
+        const auto isMaterial = [&](Coord n) { return carrier_.hasMaterial(n) && !(cracks_.c(n) > 0); };
+        Found best;
+        forCorners(X, [&](Coord n) {
+            if (n == at_ || !isMaterial(n) || !areStraightJoined(at_, n, isMaterial)) return;
+            for (const tetmesh::TetShare& tet : carrier_.tetsAt(n)) best.see(restTet(tet), X);
+        });
+        return best;
+    }
+    Found withSharedNodes(const Vec3& X)
+    {
+        if (nodes_.empty()) nodes_ = nodesOf(tets_);
+        const auto beside = carrier_.body.locate(X, nodes_);
+        return beside ? Found{beside->point, beside->point.leastWeight(), 0} : Found();
+    }
+
+    const Carrier& carrier_;
+    const CrackField& cracks_;
+    Coord at_;
+    std::vector<tetmesh::RestTet> tets_;
+    std::vector<std::uint32_t> nodes_;  // theirs, once they are needed
+};
 
 }  // namespace
 
@@ -143,14 +198,11 @@ Embedded embedRiders(const tetmesh::BodyMesh& body, const CrackField& cracks, st
     embedded.points.resize(riders.size()), embedded.from.resize(riders.size()), embedded.outside.resize(riders.size());
     /// Puts riders of one anchor, in `order` from begin to end, into what was reached; counts those that are far out.
     const auto put = [&](std::size_t begin, std::size_t end, const Reached& reached) {
-        std::vector<tetmesh::RestTet> tets;
-        for (const tetmesh::TetShare& tet : reached.tets)
-            tets.push_back(body.restTet(tet.element, std::uint32_t(tet.tet)));
-        std::vector<std::uint32_t> nodes;
+        Anchored anchored(carrier, cracks, reached);
         std::int64_t far = 0;
         for (std::size_t i = begin; i < end; ++i) {
             const std::uint32_t rider = order[i].second;
-            const Found found = nearest(body, tets, nodes, riders[rider].X);
+            const Found found = anchored.nearest(riders[rider].X);
             embedded.points[rider] = found.point;
             embedded.from[rider] = reached.at;
             embedded.outside[rider] = found.outside;

@@ -21,14 +21,21 @@ fs::path folderOf(const fs::path& file)
     return none ? file.parent_path() : absolute.parent_path();
 }
 
+/// What helps with mistakes that are made often.
+std::string hintOf(const SyntaxError& error)
+{
+    if (error.what.find("redefine") != std::string::npos) return "it is there twice; give each key and table once";
+    if (error.what.find("inline table") != std::string::npos && error.what.find("'\\n'") != std::string::npos)
+        return "a table in braces ends on the line it begins on; [name] begins one of several lines";
+    return "";
+}
+
 Node parse(std::string_view text, const Complaints& complaints)
 {
     try {
         return parseDocument(text);
     } catch (const SyntaxError& e) {
-        const bool twice = e.what.find("redefine") != std::string::npos;
-        throw InputError({complaints.placeText(e.place), "this is not TOML: " + e.what, "",
-                          twice ? "it is there twice; give each key and table once" : ""});
+        throw InputError({complaints.placeText(e.place), "this is not TOML: " + e.what, "", hintOf(e)});
     }
 }
 
