@@ -251,6 +251,25 @@ TEST(SkinCut, ClosedLipsOfAJaggedCrackHaveSmoothRims)
         }
 }
 
+/// A rim turns back where its crack ends. Made fair it would shrink from there, and skin that the material has parted
+/// under would be drawn whole, from lip to lip.
+TEST(SkinCut, ClosedLipsEndWhereTheCrackDoes)
+{
+    constexpr double dx = .1, kDrawnBack = .5;  // voxels: a quarter, and what each lip goes to meet the other
+    const auto endOf = [](const SkinCut& cut) {
+        double end = -1e9;
+        for (const SkinCut::Point& p : cut.points)
+            if (p.skin != SkinCut::kNoSkin) end = std::max(end, p.X.x());
+        return end;
+    };
+    for (const Solid& solid : {box(1, 1), box(1, 23), ball(1, 40)})
+        for (const double half : {.3, 1.}) {
+            const Plane plane{kTilts[1], .013, .2, 0, half};
+            EXPECT_GT(endOf(cutBy(solid, plane, dx, Lips::closed)), endOf(cutBy(solid, plane, dx)) - kDrawnBack * dx)
+                << solid.name << ", half " << half;
+        }
+}
+
 /// Area of the torn faces that look against those round one of their corners, over that of all.
 double foldedShare(const Drawn& d)
 {

@@ -67,8 +67,7 @@ bool areStraightJoined(Coord a, Coord b, const IsMaterial& isMaterial)
     const Coord way = b - a;
     bool isBeside = a == b;
     forNeighbours(a, [&](Coord m) { isBeside = isBeside || m == b; });
-    return isBeside ||
-           (std::abs(way.x) + std::abs(way.y) + std::abs(way.z) <= kFew && isStraightWay(a, b, isMaterial));
+    return isBeside || (std::abs(way.x) + std::abs(way.y) + std::abs(way.z) <= kFew && isStraightWay(a, b, isMaterial));
 }
 
 /// Does material near two nodes, which have some, join them? A way round the front of a crack counts beside it only.
