@@ -127,6 +127,8 @@ BUGS = [
         "skin_test", "SkinRiders.GoLittleFartherThanTheNodesThatCarryThem"),
     Bug("lips go along with each other round the front", "tetmesh/skin/src/mean_motion.cpp", "search.steps() <= edgesTo(n - from)", "search.steps() <= 99",
         "skin_test", "SkinLips.PartFromTheFrontOn"),
+    Bug("point caches take nodes between two frames for those of the last", "vdbfrac/core/src/point_cache.cpp", "putWayTo(int(frame), simulation, archive);", "",
+        "point_cache_test", "PointCaches.BeginAtRestWhereverTheRunStops"),
     Bug("ends of rims shrink", "tetmesh/skin/src/fairing.cpp", "if (round.isEnd[i]) moved[i]", "if (false) moved[i]",
         "skin_test", "SkinCut.ClosedLipsEndWhereTheCrackDoes"),
     Bug("points ride on the other lip where both share nodes", "tetmesh/skin/src/riders.cpp", "isBesideCrack(X) ? onThisSide(X)", "false ? onThisSide(X)",

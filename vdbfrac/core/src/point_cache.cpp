@@ -31,6 +31,15 @@ std::vector<T> of(const Archive& archive, const std::string& key, const std::vec
     return values;
 }
 
+/// What nodes were a frame ago, and what cracks took since, on the way to a frame.
+void putWayTo(int frame, const Simulation& simulation, Archive& archive)
+{
+    for (std::size_t b = 0; b < simulation.bodies().size(); ++b) {
+        archive.put(keyOf("before", b), simulation.ancestry()->before(b, frame));
+        putTets(archive, keyOf("taken", b), simulation.ancestry()->taken(b, frame));
+    }
+}
+
 }  // namespace
 
 Archive motionOf(const Simulation& simulation)
@@ -40,9 +49,8 @@ Archive motionOf(const Simulation& simulation)
         const Body& body = simulation.bodies()[b];
         archive.put(keyOf("x", b), simulation.x().subspan(body.firstNode, body.mesh->nodeCount()));
         archive.put(keyOf("v", b), simulation.v().subspan(body.firstNode, body.mesh->nodeCount()));
-        archive.put(keyOf("before", b), simulation.ancestry()->before(b, simulation.framesDone()));
-        putTets(archive, keyOf("taken", b), simulation.ancestry()->taken(b, simulation.framesDone()));
     }
+    putWayTo(simulation.framesDone(), simulation, archive);
     return archive;
 }
 
@@ -50,7 +58,7 @@ PointCache::PointCache(const scene::Scene& scene, const Simulation& simulation, 
                        std::vector<fs::path> motion)
     : scene_(scene), stages_(simulation.stages()), drawing_(drawing), motion_(std::move(motion))
 {
-    const std::vector<std::vector<BeforeCracks::Tet>> tets = takenTets(simulation.bodies().size());
+    const std::vector<std::vector<BeforeCracks::Tet>> tets = takenTets(simulation);
     for (std::size_t b = 0; b < simulation.bodies().size(); ++b) {
         const Body& body = simulation.bodies()[b];
         before_.emplace_back(tets[b], drawing.outside(b), simulation.stages(), body, scene.time.fps);
@@ -82,13 +90,22 @@ std::string PointCache::lacks() const
     return text.substr(0, text.size() - std::min<std::size_t>(text.size(), 2));
 }
 
-/// The tets of each body that cracks took, the last first.
-std::vector<std::vector<BeforeCracks::Tet>> PointCache::takenTets(std::size_t bodies) const
+/// As the file of a frame has it; after the last of them, on the way to where the simulation is now.
+Archive PointCache::wayTo(std::size_t frame, const Simulation& simulation) const
 {
-    std::vector<std::vector<BeforeCracks::Tet>> tets(bodies);
-    for (std::size_t f = motion_.size(); f-- > 0;) {
-        const Archive archive = Archive::read(motion_[f]);
-        for (std::size_t b = 0; b < bodies; ++b)
+    if (frame < motion_.size()) return Archive::read(motion_[frame]);
+    Archive archive;
+    putWayTo(int(frame), simulation, archive);
+    return archive;
+}
+
+/// The tets of each body that cracks took, the last first.
+std::vector<std::vector<BeforeCracks::Tet>> PointCache::takenTets(const Simulation& simulation) const
+{
+    std::vector<std::vector<BeforeCracks::Tet>> tets(simulation.bodies().size());
+    for (std::size_t f = motion_.size() + 1; f-- > 0;) {
+        const Archive archive = wayTo(f, simulation);
+        for (std::size_t b = 0; b < tets.size(); ++b)
             for (const TakenTet& tet : getTets(archive, keyOf("taken", b)))
                 tets[b].push_back({tet.X, std::uint32_t(f)});
     }
@@ -136,9 +153,9 @@ void PointCache::traceBack(const Simulation& simulation)
     }
     std::vector<std::uint32_t> tets(now.size(), 0);  // of each body, so far
     node_.resize(motion_.size());
-    for (std::size_t f = motion_.size(); f-- > 0;) {
-        node_[f] = now;
-        const Archive archive = Archive::read(motion_[f]);
+    for (std::size_t f = motion_.size() + 1; f-- > 0;) {
+        if (f < motion_.size()) node_[f] = now;
+        const Archive archive = wayTo(f, simulation);
         for (std::size_t b = 0; b < now.size(); ++b) {
             const auto before = archive.get<std::uint32_t>(keyOf("before", b));
             if (before.empty()) continue;

@@ -23,8 +23,8 @@ Archive motionOf(const Simulation& simulation);
 
 class PointCache {
 public:
-    /// `drawing` follows `simulation` whole, which is at the last of the frames; both have to live as long. `motion`:
-    /// the file of each frame. Throws FileError.
+    /// `drawing` follows `simulation` whole, which is at the last of the frames or on the way to the next; both have to
+    /// live as long. `motion`: the file of each frame. Throws FileError.
     PointCache(const scene::Scene& scene, const Simulation& simulation, const Drawing& drawing,
                std::vector<std::filesystem::path> motion);
 
@@ -42,7 +42,8 @@ public:
 private:
     using Nodes = std::shared_ptr<const std::vector<std::uint32_t>>;
 
-    std::vector<std::vector<BeforeCracks::Tet>> takenTets(std::size_t bodies) const;
+    Archive wayTo(std::size_t frame, const Simulation& simulation) const;
+    std::vector<std::vector<BeforeCracks::Tet>> takenTets(const Simulation& simulation) const;
     void traceBack(const Simulation& simulation);
     std::vector<PartedFaces> part(const Simulation& simulation);
     void partIn(std::size_t frame, const Archive& archive, std::size_t body, PartedFaces& parted);
@@ -55,7 +56,7 @@ private:
     const Stages& stages_;
     const Drawing& drawing_;
     std::vector<std::filesystem::path> motion_;
-    std::vector<std::size_t> nodes_;  // of each body in the last frame
+    std::vector<std::size_t> nodes_;  // of each body now
     // Of each frame and body: what these nodes were, then those of tets that cracks take later and
     // that carry points.
     std::vector<std::vector<Nodes>> node_;
