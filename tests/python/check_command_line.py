@@ -105,7 +105,7 @@ with tempfile.TemporaryDirectory() as temporary:
     if not re.search(r"^12 frames, (\d+) steps: \1 converged, 0 cut back, 0 capped\n1 fragment; ", said, re.MULTILINE):
         failures.append(f"the summary of a run: {said}")
     expect("grips on all", ["sim", folder / "example.toml", "-o", folder / "held", "-f", "1", "--set", "grip.0.region.halfspace.offset=-1"], 0,
-           "'top' holds all of body 'block'", "'top' and 'bottom' both hold")
+           "'top' holds all of body 'block'", "'top' and 'bottom' both have")
     kept = (folder / "example.toml").read_bytes()
     expect("a scene is no log", ["sim", folder / "example.toml", "-o", folder / "logged", "-f", "1", "--log-file", folder / "example.toml"], 2, "is no log")
     expect("nor a page", ["report", folder / "whole", "-o", folder / "example.toml"], 2, ".html")

@@ -109,4 +109,18 @@ TEST(Forecast, CountsAllCheckpointsWhereAllAreKept)
     EXPECT_DOUBLE_EQ(all.checkpointBytes, 6 * two.checkpointBytes);
 }
 
+/// Distances are known to a depth, so a large collider takes memory by its surface.
+TEST(Estimate, CollidersOfFilesTakeMemoryByTheirSurfaceWhereTheyAreDeep)
+{
+    const std::string mesh = std::string(VDBFRAC_SOURCE) + "/data/meshes/gingerbread_man.obj";
+    const auto bytes = [&](int scale) {
+        const std::string shape = "{ mesh = { file = \"" + mesh + "\", scale = " + std::to_string(scale) + " } }";
+        const scene::Scene scene =
+            shipped("notched_block", {"grid.voxel_size=0.05", "collider=[{ name = \"man\", shape = " + shape + " }]"});
+        return core::estimateScene(scene, ~std::uint64_t{0}).colliderBytes;
+    };
+    EXPECT_NEAR(bytes(80) / bytes(40), 4, .1);
+    EXPECT_GT(bytes(2) / bytes(1), 6);  // by its volume
+}
+
 }  // namespace

@@ -3,6 +3,7 @@
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/base/number_text.h>
 #include <vdbfrac/grid/body_level_set.h>
+#include <vdbfrac/grid/distance_field.h>
 #include <vdbfrac/grid/phi_nodes.h>
 #include <vdbfrac/grid/phi_sampler.h>
 #include <vdbfrac/grid/relevel.h>
@@ -141,7 +142,9 @@ SceneEstimate estimateScene(const scene::Scene& scene, std::uint64_t memoryLimit
     for (const scene::Collider& collider : scene.colliders) {
         if (!scene::fileOf(collider.shape)) continue;
         const BodyEstimate e = outline(collider, scene.grid, memoryLimit);
-        const double bytes = kPerFilledVoxel * e.volume / std::pow(scene.grid.voxelSize, 3);
+        const double dx = scene.grid.voxelSize;
+        const double filled = std::min(e.volume, e.area * grid::DistanceField::kDeepest * dx) / (dx * dx * dx);
+        const double bytes = kPerFilledVoxel * filled;
         add("collider '" + collider.name + "'", e, bytes);
         all.colliderBytes += bytes;
     }

@@ -158,6 +158,20 @@ void noteRestState(const scene::Scene& scene, std::span<const Body> bodies, doub
     for (const scene::Grip& grip : scene.grips) noteSpeed(grip, bodies, notes);
 }
 
+namespace {
+
+std::string inBoth(const scene::Grip& earlier, const scene::Grip& later, std::size_t nodes)
+{
+    const std::string text =
+        "grips '" + earlier.name + "' and '" + later.name + "' both have " + counted(nodes, "node");
+    if (isForce(earlier) && isForce(later)) return text + ": their forces add up there";
+    if (!isForce(earlier) && !isForce(later)) return text + ": these go with '" + later.name + "', the later one";
+    const auto &holds = isForce(earlier) ? later : earlier, &pulls = isForce(earlier) ? earlier : later;
+    return text + ": '" + holds.name + "' holds them, and bears what of its force '" + pulls.name + "' has there";
+}
+
+}  // namespace
+
 void noteGrips(const scene::Scene& scene, std::span<const Body> bodies, const GripNodes& nodesOf,
                std::vector<std::string>& notes)
 {
@@ -173,12 +187,7 @@ void noteGrips(const scene::Scene& scene, std::span<const Body> bodies, const Gr
         for (std::size_t other = 0; other < g; ++other) {
             std::vector<std::uint32_t> both;
             std::ranges::set_intersection(nodes, nodesOf(other), std::back_inserter(both));
-            if (!both.empty())
-                notes.push_back("grips '" + grips[other].name + "' and '" + grips[g].name + "' both hold " +
-                                std::to_string(both.size()) + " nodes" +
-                                (isForce(grips[g]) || isForce(grips[other])
-                                     ? ""
-                                     : ": these go with '" + grips[g].name + "', the later one"));
+            if (!both.empty()) notes.push_back(inBoth(grips[other], grips[g], both.size()));
         }
     }
 }

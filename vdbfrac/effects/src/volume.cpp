@@ -17,6 +17,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
+#include <array>
 #include <cmath>
 
 namespace vdbfrac::effects {
@@ -59,59 +60,88 @@ public:
                           std::vector<solver::ScalarCoupling>& couplings) const override;
     void accept(std::span<const Vec3> x, double, double) override
     {
-        count_ = std::int64_t(squeezed(x, *elastic_).size());
+        const StageTimer timer(work_, "volume");
+        work_.count("volume", "squeezed", std::int64_t(squeezed(x, *elastic_).size()));
     }
     /// Becomes the column volume_work_J.
     solver::EnergyFlow flow(const solver::Leg& leg) const override { return solver::storedFlow(*this, leg); }
-    void report(Ledger& work, std::map<std::string, double>&) override { work.count("volume", "squeezed", count_); }
+    void report(Ledger& work, std::map<std::string, double>&) override { work.add(work_), work_.clear(); }
 
 private:
     std::vector<Squeezed> squeezed(std::span<const Vec3> x, const solver::ElasticOperator& elastic) const;
 
     double least_, stiffness_;
     const solver::ElasticOperator* elastic_ = nullptr;  // of the step at hand
-    std::int64_t count_ = 0;                            // elements, when the last step had ended
+    mutable Ledger work_;
 };
 
-/// Means over the material of element e [1/h], 0 for a corner that no tet of it has; returns its volume [h^3].
-double meanGradients(const solver::ElementSet& set, std::size_t e, Corners& gradN)
+/// Means over the material of an element.
+struct Means {
+    Corners gradN = Corners::Zero();  ///< 1/h; 0 for a corner that no tet of it has
+    double volume = 0;                ///< h^3, times the factor on its stiffness
+};
+
+Means meansOf(const solver::ElementSet& set, std::size_t e)
 {
     const tetmesh::CellElement& element = set.elements[e];
     const tetmesh::CellTets& tets = tetmesh::cellTets(element.shape);
-    double volume = 0;
-    gradN.setZero();
+    Means means;
     for (std::size_t t = 0; t < std::size_t(tets.count); ++t) {
         double V = tets.volume[t] * element.fraction[t];
         if (V == 0) continue;
         if (!set.stiffness.empty()) V *= double(set.stiffness[tetmesh::tetEntry(e, t)]);
-        volume += V;
+        means.volume += V;
         for (std::size_t a = 1; a < 4; ++a) {
             const auto& own = set.gradients.empty() ? tets.gradient[t][a] : set.gradients[e][a - 1];
             const Vec3 part = V * Eigen::Map<const Vec3>(own.data());
-            gradN.col(tets.corner[t][a]) += part, gradN.col(tets.corner[t][0]) -= part;
+            means.gradN.col(tets.corner[t][a]) += part, means.gradN.col(tets.corner[t][0]) -= part;
         }
     }
-    if (volume > 0) gradN /= volume;
-    return volume;
+    if (means.volume > 0) means.gradN /= means.volume;
+    return means;
+}
+
+/// Those of whole cells of a shape, which most elements of a lattice are.
+Means meansOfWhole(tetmesh::CellShape shape)
+{
+    tetmesh::CellElement whole;
+    whole.shape = shape;
+    whole.fraction.fill(1);
+    solver::ElementSet set;
+    set.elements = std::span(&whole, 1);
+    return meansOf(set, 0);
+}
+
+bool isWhole(const solver::ElementSet& set, std::size_t e)
+{
+    if (!set.gradients.empty()) return false;
+    const tetmesh::CellElement& element = set.elements[e];
+    for (std::size_t t = 0; t < std::size_t(tetmesh::cellTets(element.shape).count); ++t)
+        if (element.fraction[t] != 1 || (!set.stiffness.empty() && set.stiffness[tetmesh::tetEntry(e, t)] != 1))
+            return false;
+    return true;
 }
 
 std::vector<Squeezed> Volume::squeezed(std::span<const Vec3> x, const solver::ElasticOperator& elastic) const
 {
     constexpr std::size_t kElements = 1024;
+    using Shape = tetmesh::CellShape;
+    static const std::array<Means, 3> kWhole{meansOfWhole(Shape::six), meansOfWhole(Shape::fiveEven),
+                                             meansOfWhole(Shape::fiveOdd)};
     const double h = elastic.h();
     std::vector<Squeezed> all;
     for (const solver::ElementSet& set : elastic.sets()) {
         const auto add = [&](std::size_t begin, std::size_t end, std::vector<Squeezed>& list) {
             for (std::size_t e = begin; e < end; ++e) {
-                Squeezed s;
-                s.volume = h * h * h * meanGradients(set, e, s.gradN);
-                s.gradN /= h;
-                s.node = set.elements[e].node.data(), s.firstNode = set.firstNode;
+                const tetmesh::CellElement& element = set.elements[e];
+                const Means means = isWhole(set, e) ? kWhole[std::size_t(element.shape)] : meansOf(set, e);
                 Corners corners;
-                for (int a = 0; a < tetmesh::kCorners; ++a) corners.col(a) = x[s.firstNode + s.node[a]];
-                s.F = corners * s.gradN.transpose();
-                s.k = stiffness_ * set.material.youngsModulus();
-                if (s.volume > 0 && s.F.determinant() < least_) list.push_back(s);
+                for (std::size_t a = 0; a < element.node.size(); ++a)
+                    corners.col(int(a)) = x[set.firstNode + element.node[a]];
+                const Mat3 F = corners * means.gradN.transpose() / h;
+                if (means.volume > 0 && F.determinant() < least_)
+                    list.push_back({element.node.data(), set.firstNode, means.gradN / h, F, h * h * h * means.volume,
+                                    stiffness_ * set.material.youngsModulus()});
             }
         };
         const std::vector<Squeezed> own = gatherChunks<Squeezed>(set.elements.size(), kElements, add);
@@ -130,6 +160,7 @@ Mat3 cofactors(const Mat3& F)
 
 double Volume::evaluate(std::span<const Vec3> x, std::span<Vec3> gradient) const
 {
+    const StageTimer timer(work_, "volume");
     double energy = 0;
     for (const Squeezed& s : squeezed(x, *elastic_)) {
         const double missing = least_ - s.F.determinant();
@@ -143,6 +174,7 @@ double Volume::evaluate(std::span<const Vec3> x, std::span<Vec3> gradient) const
 void Volume::linearizeScalars(std::span<const Vec3> x, const solver::ElasticOperator& elastic,
                               std::vector<solver::ScalarCoupling>& couplings) const
 {
+    const StageTimer timer(work_, "volume");
     for (const Squeezed& s : squeezed(x, elastic)) {
         const Corners gradient = std::sqrt(s.volume * s.k) * cofactors(s.F) * s.gradN;
         solver::ScalarCoupling& c = couplings.emplace_back();

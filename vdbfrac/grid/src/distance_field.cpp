@@ -24,9 +24,8 @@ namespace {
 /// Carries phi on from its band to the middle, or as deep as nothing gets in a step, by fast sweeping.
 openvdb::FloatGrid::Ptr filled(const openvdb::FloatGrid& band)
 {
-    constexpr int kDeepest = 32;  // voxels
     const openvdb::Coord across = materialVoxels(band).dim();
-    const int halfAcross = std::min({across.x() / 2, across.y() / 2, across.z() / 2, kDeepest}) + 1;
+    const int halfAcross = std::min({across.x() / 2, across.y() / 2, across.z() / 2, DistanceField::kDeepest}) + 1;
     return openvdb::tools::dilateSdf(band, halfAcross, openvdb::tools::NN_FACE, 1,
                                      openvdb::tools::FastSweepingDomain::SWEEP_LESS_THAN_ISOVALUE);
 }

@@ -17,6 +17,9 @@ struct DistanceSample {
 /// Owner of a level set whose band reaches through the whole inside, or 32 voxels deep; below, nothing changes.
 class DistanceField {
 public:
+    /// Voxels inside to which distances are known; what lies deeper is as deep as that.
+    static constexpr int kDeepest = 32;
+
     /// Of a collider that is a mesh or a level set, in the voxels of the scene. Errors as makeLevelSet().
     DistanceField(const scene::Collider& collider, const scene::Grid& grid, std::uint64_t memoryLimit);
     DistanceField(DistanceField&&) noexcept;
