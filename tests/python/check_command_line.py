@@ -106,6 +106,19 @@ with tempfile.TemporaryDirectory() as temporary:
         failures.append(f"the summary of a run: {said}")
     expect("grips on all", ["sim", folder / "example.toml", "-o", folder / "held", "-f", "1", "--set", "grip.0.region.halfspace.offset=-1"], 0,
            "'top' holds all of body 'block'", "'top' and 'bottom' both have")
+    crush = folder / "crush.toml"
+    crush.write_text('grid = { voxel_size = 0.1 }\ntime = { frames = [1, 4] }\noutput = { obj = false }\n[material.m]\nyoungs_modulus = 1e3\npoisson_ratio = 0.45\n'
+                     'density = 1000\n[[body]]\nname = "b"\nmaterial = "m"\nshape = { box = { size = [0.8, 0.8, 0.8] } }\n[[grip]]\nname = "foot"\nbody = "b"\n'
+                     'region = { halfspace = { normal = "y", offset = -0.3 } }\nmove = { force = [0, 1, 0] }\n'
+                     '[[collider]]\nname = "floor"\nshape = { halfspace = { normal = [0, -1, 0], offset = 0.45 } }\n'
+                     '[[collider]]\nname = "plate"\nshape = { box = { size = [0.5, 0.4, 0.5], center = [0, 0.65, 0] } }\nmove = { velocity = [0, -5, 0] }\n')
+    expect("what is crushed", ["sim", crush, "-o", folder / "crushed"], 0, " steps, down to ", "where something is crushed, [volume] takes fewer")
+    both = ['--set', 'grip=[{ name = "foot", body = "b", region = { halfspace = { normal = "y", offset = -0.3 } }, move = { velocity = [0, 0, 0] } }, '
+            '{ name = "push", body = "b", region = { halfspace = { normal = "y", offset = 0 } }, move = { force = [0, 9, 0] } }]']
+    said = expect("[volume] helps, and a force on what is held", ["sim", crush, "-o", folder / "crushed", "--overwrite", "--set", "volume.least=0.9", *both], 0,
+                  "'foot' and 'push' both have ", "'foot' holds them, and bears what of its force 'push' has there")
+    if "[volume] takes fewer" in said:
+        failures.append(f"advice that was followed: {said}")
     kept = (folder / "example.toml").read_bytes()
     expect("a scene is no log", ["sim", folder / "example.toml", "-o", folder / "logged", "-f", "1", "--log-file", folder / "example.toml"], 2, "is no log")
     expect("nor a page", ["report", folder / "whole", "-o", folder / "example.toml"], 2, ".html")

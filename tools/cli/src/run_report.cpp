@@ -60,18 +60,35 @@ std::string nearestToTearing(const std::vector<core::StepRecord>& steps)
                     : std::string("nothing tore\n");
 }
 
+/// Steps that were cut back, and what takes fewer of them where something is crushed.
+std::string cutBackText(const std::vector<core::StepRecord>& steps, const Ledger& work)
+{
+    constexpr double kMany = .03;  // of the steps
+    double shortest = INFINITY;
+    std::size_t count = 0;
+    for (const core::StepRecord& s : steps)
+        if (s.cutbacks > 0) ++count, shortest = std::min(shortest, s.dt);
+    if (count == 0) return "";
+    const auto has = [&](const char* stage) {
+        return std::ranges::any_of(work.stages(), [&](const StageWork& s) { return s.name == stage; });
+    };
+    const bool isCrushed =
+        double(count) > kMany * double(steps.size()) && (has("contact") || has("collider")) && !has("volume");
+    return fmt::format("cut back: {} of {}, down to {:.2e} s{}\n", count, counted(steps.size(), "step"), shortest,
+                       isCrushed ? "; where something is crushed, [volume] takes fewer" : "");
+}
+
 /// What did not go as it should: steps that were cut back or are not solved, cracks that were held back. A line each.
 std::string shortcomings(const std::vector<core::StepRecord>& steps, const Ledger& work)
 {
-    double shortest = INFINITY, worst = 0, best = 0;
+    double worst = 0, best = 0;
     for (const core::StepRecord& s : steps) {
-        if (s.cutbacks > 0) shortest = std::min(shortest, s.dt);
         if (s.outcome != core::Outcome::capped) continue;
         worst = std::max(worst, s.residual), best = std::max(best, s.minResidual);
     }
     std::string text;
     if (nothingTore(work)) text += nearestToTearing(steps);
-    if (shortest < INFINITY) text += fmt::format("cut back: steps down to {:.2e} s\n", shortest);
+    text += cutBackText(steps, work);
     if (anyCapped(steps) && worst == 0)
         text +=
             "capped: steps flew apart, or something passed into something else in them; explicit integrators need "
