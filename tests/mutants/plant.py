@@ -129,6 +129,8 @@ BUGS = [
         "skin_test", "SkinLips.PartFromTheFrontOn"),
     Bug("point caches take nodes between two frames for those of the last", "vdbfrac/core/src/point_cache.cpp", "putWayTo(int(frame), simulation, archive);", "",
         "point_cache_test", "PointCaches.BeginAtRestWhereverTheRunStops"),
+    Bug("what contact gives back was put in", "vdbfrac/core/src/energy_accounts.cpp", "> kFlownApart * mostIn_", "> kFlownApart * putIn_",
+        "knobs_test", "Choices.StepsThatFlyApartOnAColliderSaySo"),
     Bug("ends of rims shrink", "tetmesh/skin/src/fairing.cpp", "if (round.isEnd[i]) moved[i]", "if (false) moved[i]",
         "skin_test", "SkinCut.ClosedLipsEndWhereTheCrackDoes"),
     Bug("points ride on the other lip where both share nodes", "tetmesh/skin/src/riders.cpp", "isBesideCrack(X) ? onThisSide(X)", "false ? onThisSide(X)",

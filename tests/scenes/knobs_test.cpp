@@ -126,6 +126,34 @@ TEST(Choices, AnExplicitIntegratorWithLongStepsSaysSo)
     EXPECT_EQ(chosen.steps.back().outcome, core::Outcome::capped);
 }
 
+/// Contact stores energy and gives it back in each bounce; that is no work that was put in, whatever it adds up to.
+TEST(Choices, StepsThatFlyApartOnAColliderSaySo)
+{
+    lab::SceneRun run(R"(
+grid = { voxel_size = 0.1 }
+time = { frames = [1, 40] }
+solver = { integrator = "forward_euler" }
+gravity = {}
+[material.rubber]
+youngs_modulus = 5e4
+poisson_ratio = 0.3
+density = 1000
+[[body]]
+name = "ball"
+material = "rubber"
+shape = { sphere = { radius = 0.4, center = [0, 0.6, 0] } }
+[[collider]]
+shape = { halfspace = { normal = [0, -1, 0] } }
+)");
+    const double fall = .2 * 9.81 * 1000 * run.simulation.startVolume();  // J
+    while (!run.atEnd() && run.steps.size() < 20000) {
+        run.step();
+        if (run.steps.back().outcome == core::Outcome::capped) return;
+        ASSERT_LT(run.steps.back().kineticEnergy + run.steps.back().elasticEnergy, 200 * fall) << run.steps.back().time;
+    }
+    FAIL() << "forward Euler should have gained energy";
+}
+
 /// What moves so fast that no step is short enough ends the run, not in a step that takes no time for ever.
 TEST(Choices, StepsThatTakeNoTimeAreRefused)
 {

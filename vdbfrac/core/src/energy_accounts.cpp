@@ -22,7 +22,8 @@ double energyOfNoise(std::span<const Body> bodies)
     return sum;
 }
 
-/// Of all that was ever put in: whoever has more energy has it from the integrator.
+/// Of the most that was in it by all works: whoever has more energy has it from the integrator. What stores energy and
+/// gives it back, as contact does, has put in nothing.
 constexpr double kFlownApart = 100;
 
 }  // namespace
@@ -30,7 +31,7 @@ constexpr double kFlownApart = 100;
 void Simulation::beginEnergy()
 {
     kineticEnergy_ = kineticEnergy(state_.v);
-    putIn_ = kineticEnergy_ + energyOfNoise(bodies_);
+    putIn_ = netIn_ = mostIn_ = kineticEnergy_ + energyOfNoise(bodies_);
     // At rest, and nothing pulls yet.
     const auto& force = grips_->boundary(0).force;
     balanced_ = stages_.solve.empty() && kineticEnergy_ == 0 &&
@@ -66,8 +67,10 @@ void Simulation::book(StepRecord& record, const solver::StepReport& report)
     flow["unnamed"] = left;
     unnamed_ += left;
     record.unnamedShare = std::abs(unnamed_) / putIn_;
+    netIn_ += in;
+    mostIn_ = std::max(mostIn_, netIn_);
     // The first step of an explicit scheme moves nothing yet that work could be done on.
-    if (integrator_->isExplicit() && steps_ > 1 && record.kineticEnergy + record.elasticEnergy > kFlownApart * putIn_)
+    if (integrator_->isExplicit() && steps_ > 1 && record.kineticEnergy + record.elasticEnergy > kFlownApart * mostIn_)
         record.outcome = Outcome::capped;
     elasticEnergy_ = record.elasticEnergy;
 }

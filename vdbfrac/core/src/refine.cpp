@@ -179,7 +179,8 @@ void Simulation::refineFrom(const Simulation& wide, const Archive& archive)
     restoreEffects(archive, [&](Persistent& p) { p.refineFrom(from, bodies_); });
     const Totals now = totals();
     elasticEnergy_ = now.elasticEnergy, kineticEnergy_ = now.kineticEnergy;
-    putIn_ = std::max(wide.putIn_, elasticEnergy_ + kineticEnergy_), unnamed_ = wide.unnamed_;
+    netIn_ = elasticEnergy_ + kineticEnergy_, unnamed_ = wide.unnamed_;
+    putIn_ = std::max(wide.putIn_, netIn_), mostIn_ = std::max(wide.mostIn_, netIn_);
     balanced_ = false;
 }
 

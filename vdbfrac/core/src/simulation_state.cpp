@@ -135,7 +135,7 @@ void Simulation::save(Archive& archive) const
     archive.put("time", std::vector<double>{time_, stepControl_->trusted()});
     archive.putOne<std::int64_t>("step", steps_);
     archive.putOne("next_fragment", nextFragment_);
-    archive.put("energy", std::vector<double>{elasticEnergy_, putIn_, unnamed_});
+    archive.put("energy", std::vector<double>{elasticEnergy_, putIn_, unnamed_, netIn_, mostIn_});
     archive.putOne<std::int64_t>("balanced", balanced_);
     if (!asleep_.empty()) archive.put("asleep", std::vector<std::uint32_t>(asleep_.begin(), asleep_.end()));
     grips_->save(archive);
@@ -193,10 +193,10 @@ void Simulation::restoreProgress(const Archive& archive)
         archive.complain("its time, step number or time step is out of range");
     time_ = time[0], steps_ = int(step);
     stepControl_->restoreTrusted(time[1]);
-    const std::vector<double> energy = archive.get<double>("energy", 3);
+    const std::vector<double> energy = archive.get<double>("energy", 5);
     for (double value : energy)
         if (!std::isfinite(value)) archive.complain("an energy is not a number");
-    elasticEnergy_ = energy[0], putIn_ = energy[1], unnamed_ = energy[2];
+    elasticEnergy_ = energy[0], putIn_ = energy[1], unnamed_ = energy[2], netIn_ = energy[3], mostIn_ = energy[4];
     kineticEnergy_ = kineticEnergy(state_.v);
     grips_->restoreFrom(archive);
     letGoOfGrips();
@@ -244,7 +244,8 @@ void Simulation::branchFrom(const Archive& archive)
     if (ancestry_) ancestry_->restoreFrom(archive, bodies_);
     const Totals now = totals();  // of other materials, maybe
     elasticEnergy_ = now.elasticEnergy;
-    putIn_ = std::max(putIn_, now.elasticEnergy + now.kineticEnergy);
+    netIn_ = now.elasticEnergy + now.kineticEnergy;
+    putIn_ = std::max(putIn_, netIn_), mostIn_ = std::max(mostIn_, netIn_);
     balanced_ = false;
 }
 

@@ -169,6 +169,7 @@ private:
     std::unique_ptr<Ancestry> ancestry_;
     double elasticEnergy_ = 0, kineticEnergy_ = 0;  // J
     double putIn_ = 0, unnamed_ = 0;                // J since the start
+    double netIn_ = 0, mostIn_ = 0;                 // J: less what was taken out or dissipated; the most of it so far
     bool balanced_ = false;                         // the state solves the equations of the last step, on this mesh
     double time_ = 0;
     int steps_ = 0;
