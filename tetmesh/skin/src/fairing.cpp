@@ -126,17 +126,6 @@ private:
     Groups next_;  // of each point; of one on a rim only those along it
 };
 
-}  // namespace
-
-Groups neighboursOf(const SkinCut& cut, std::uint32_t firstPoint)
-{
-    return pointsBeside(cut.points.size(), [&](const auto& visit) {
-        for (const auto& [a, b, c] : cut.torn) visit(std::array{a - firstPoint, b - firstPoint, c - firstPoint});
-    });
-}
-
-namespace {
-
 /// The point on the way from one to another that is no farther than this.
 Vec3 within(double farthest, const Vec3& from, const Vec3& to)
 {
@@ -145,6 +134,13 @@ Vec3 within(double farthest, const Vec3& from, const Vec3& to)
 }
 
 }  // namespace
+
+Groups neighboursOf(const SkinCut& cut, std::uint32_t firstPoint)
+{
+    return pointsBeside(cut.points.size(), [&](const auto& visit) {
+        for (const auto& [a, b, c] : cut.torn) visit(std::array{a - firstPoint, b - firstPoint, c - firstPoint});
+    });
+}
 
 /// Each point goes towards the mean of those round it, and in torn faces away from it again, which evens what is short
 /// and keeps what is long (Taubin 1995); rims would keep their small loops.

@@ -69,9 +69,7 @@ std::string cutBackText(const std::vector<core::StepRecord>& steps, const Ledger
     for (const core::StepRecord& s : steps)
         if (s.cutbacks > 0) ++count, shortest = std::min(shortest, s.dt);
     if (count == 0) return "";
-    const auto has = [&](const char* stage) {
-        return std::ranges::any_of(work.stages(), [&](const StageWork& s) { return s.name == stage; });
-    };
+    const auto has = [&](const char* stage) { return work.countOf(stage, "calls") > 0; };
     const bool isCrushed =
         double(count) > kMany * double(steps.size()) && (has("contact") || has("collider")) && !has("volume");
     return fmt::format("cut back: {} of {}, down to {:.2e} s{}\n", count, counted(steps.size(), "step"), shortest,

@@ -112,6 +112,17 @@ void noteSpeed(const scene::Grip& grip, std::span<const Body> bodies, std::vecto
 
 bool isForce(const scene::Grip& grip) { return std::holds_alternative<scene::Force>(grip.move); }
 
+/// What becomes of nodes that two grips have.
+std::string inBoth(const scene::Grip& earlier, const scene::Grip& later, std::size_t nodes)
+{
+    const std::string text =
+        "grips '" + earlier.name + "' and '" + later.name + "' both have " + counted(nodes, "node");
+    if (isForce(earlier) && isForce(later)) return text + ": their forces add up there";
+    if (!isForce(earlier) && !isForce(later)) return text + ": these go with '" + later.name + "', the later one";
+    const auto &holds = isForce(earlier) ? later : earlier, &pulls = isForce(earlier) ? earlier : later;
+    return text + ": '" + holds.name + "' holds them, and bears what of its force '" + pulls.name + "' has there";
+}
+
 /// Static steps leave a body where it is unless a grip moves or holds it.
 void noteUnheld(const scene::Scene& scene, std::vector<std::string>& notes)
 {
@@ -157,20 +168,6 @@ void noteRestState(const scene::Scene& scene, std::span<const Body> bodies, doub
     if (scene.solver.integrator == scene::Integrator::statics) return noteUnheld(scene, notes);
     for (const scene::Grip& grip : scene.grips) noteSpeed(grip, bodies, notes);
 }
-
-namespace {
-
-std::string inBoth(const scene::Grip& earlier, const scene::Grip& later, std::size_t nodes)
-{
-    const std::string text =
-        "grips '" + earlier.name + "' and '" + later.name + "' both have " + counted(nodes, "node");
-    if (isForce(earlier) && isForce(later)) return text + ": their forces add up there";
-    if (!isForce(earlier) && !isForce(later)) return text + ": these go with '" + later.name + "', the later one";
-    const auto &holds = isForce(earlier) ? later : earlier, &pulls = isForce(earlier) ? earlier : later;
-    return text + ": '" + holds.name + "' holds them, and bears what of its force '" + pulls.name + "' has there";
-}
-
-}  // namespace
 
 void noteGrips(const scene::Scene& scene, std::span<const Body> bodies, const GripNodes& nodesOf,
                std::vector<std::string>& notes)

@@ -14,7 +14,7 @@ struct DistanceSample {
     Vec3 gradient;
 };
 
-/// Owner of a level set whose band reaches through the whole inside, or 32 voxels deep; below, nothing changes.
+/// Owner of a level set whose band reaches through the whole inside, or kDeepest voxels deep; below, nothing changes.
 class DistanceField {
 public:
     /// Voxels inside to which distances are known; what lies deeper is as deep as that.
