@@ -1,12 +1,12 @@
 #include "weld.h"
 
 #include <vdbfrac/base/disjoint_sets.h>
+#include <vdbfrac/base/key_table.h>
 #include <vdbfrac/base/parallel.h>
 
 #include <Eigen/Geometry>
 
 #include <algorithm>
-#include <bit>
 #include <numeric>
 #include <set>
 
@@ -14,19 +14,13 @@ namespace vdbfrac::tetmesh {
 
 namespace {
 
-/// The first corner with the same key, of each corner: a table with open addresses, half full at most.
+/// The first corner with the same key, of each corner.
 std::vector<std::uint32_t> firstOfKey(const std::vector<std::uint64_t>& key)
 {
-    constexpr std::uint32_t kFree = ~0u;
-    const int bits = std::bit_width(2 * key.size() + 1);
-    const std::size_t mask = (std::size_t{1} << bits) - 1;
-    std::vector<std::uint32_t> table(mask + 1, kFree), first(key.size());
-    for (std::size_t c = 0; c < key.size(); ++c) {
-        std::size_t at = std::size_t(key[c] * 0x9e3779b97f4a7c15u >> (64 - bits));
-        while (table[at] != kFree && key[table[at]] != key[c]) at = (at + 1) & mask;
-        if (table[at] == kFree) table[at] = std::uint32_t(c);
-        first[c] = table[at];
-    }
+    KeyTable corners(key);
+    std::vector<std::uint32_t> first;
+    first.reserve(key.size());
+    for (std::uint32_t c = 0; c < key.size(); ++c) first.push_back(corners.add(c));
     return first;
 }
 

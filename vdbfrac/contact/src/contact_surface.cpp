@@ -1,8 +1,8 @@
 #include <vdbfrac/contact/contact_surface.h>
 
 #include "near_points.h"
-#include "sharp_edges.h"
 
+#include <vdbfrac/base/key_table.h>
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/grid/phi_sampler.h>
 
@@ -11,41 +11,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <unordered_map>
 
 namespace vdbfrac::contact {
 
 namespace {
 
 using tetmesh::EmbeddedPoint;
-
-/// Makes a name of those of three corners.
-constexpr std::uint64_t kOnEdge = 0x9E3779B97F4A7C15;
-/// Voxels that the cut may be off the surface.
-constexpr double kOffSurface = 0.1;
-
-/// At X [m] at rest, in the tet of one of some points that it lies in, or is least far outside of.
-EmbeddedPoint inTetOf(std::span<const std::uint32_t> some, std::span<const EmbeddedPoint> points, const Vec3& X,
-                      const tetmesh::BodyMesh& mesh)
-{
-    EmbeddedPoint best;
-    double least = std::numeric_limits<double>::infinity();
-    for (const std::uint32_t p : some) {
-        std::array<Vec3, 4> corner;
-        for (std::size_t a = 0; a < 4; ++a) corner[a] = mesh.restPosition(points[p].node[a]);
-        const tetmesh::RestTet tet = tetmesh::restTet(points[p].node, corner);
-        const EmbeddedPoint at = tet.embed(X);
-        if (const double outside = tet.outside(at); outside < least) least = outside, best = at;
-    }
-    return best;
-}
-
-Vec3 atRest(const EmbeddedPoint& point, const tetmesh::BodyMesh& mesh)
-{
-    Vec3 X = Vec3::Zero();
-    for (std::size_t a = 0; a < 4; ++a) X += point.weight[a] * mesh.restPosition(point.node[a]);
-    return X;
-}
 
 /// By their first node: the tets of a cell of the lattice share it.
 Groups clustersOf(std::span<const EmbeddedPoint> points)
@@ -66,8 +37,15 @@ Groups clustersOf(std::span<const EmbeddedPoint> points)
 void ContactSurface::start(std::span<const core::Body> bodies, double gap, bool closesLips)
 {
     bodies_ = bodies;
-    gap_ = gap, closesLips_ = closesLips;
-    takeSamples();
+    sampling_.gap = gap, sampling_.closesLips = closesLips;
+    findPlaces(), takeSamples();
+}
+
+void ContactSurface::findPlaces()
+{
+    places_.assign(bodies_.size(), {});
+    if (!sampling_.keepsEdges) return;
+    for (std::size_t b = 0; b < bodies_.size(); ++b) places_[b] = sharpPlaces(bodies_[b]);
 }
 
 /// Of the bodies as they are; nobody has looked at any of them.
@@ -76,8 +54,16 @@ void ContactSurface::takeSamples()
     isSettled_ = false;
     all_ = {};
     own_.clear();
-    for (const core::Body& body : bodies_) own_.push_back(samplesOf(body));
+    for (std::size_t b = 0; b < bodies_.size(); ++b)
+        own_.push_back(resample(bodies_[b], sampling_, places_[b], {}).samples);
     memory_.assign(firstOf(own_.size()), {});
+}
+
+void ContactSurface::leave()
+{
+    isSettled_ = false;
+    all_ = {};
+    own_.clear(), memory_.clear();
 }
 
 void ContactSurface::bury(double depth)
@@ -98,98 +84,26 @@ std::size_t ContactSurface::firstOf(std::size_t body) const
     return first;
 }
 
-ContactSurface::Samples ContactSurface::samplesOf(const core::Body& body) const
-{
-    const tetmesh::BodyMesh& mesh = *body.mesh;
-    tetmesh::EmbeddedSurface surface = mesh.surface();
-    const std::size_t ofCut = surface.points.size();
-    Samples own;
-    own.point = std::move(surface.points);
-    own.key = std::move(surface.key);
-    std::vector<Vec3> X(ofCut), normal(ofCut, Vec3::Zero()), area(ofCut, Vec3::Zero());  // six times
-    parallelChunks(ofCut, kChunk, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) X[i] = atRest(own.point[i], mesh);
-    });
-    own.isTorn.assign(ofCut, 0);
-    for (std::size_t f = 0; f < surface.triangles.size(); ++f)
-        for (std::uint32_t p : surface.triangles[f]) own.isTorn[p] |= surface.torn[f];
-    const std::vector<EdgePoint> onEdges =
-        keepsEdges_ ? edgePoints(surface, X, own.isTorn, body.phi) : std::vector<EdgePoint>();
-    own.isTorn.resize(ofCut + onEdges.size(), 0);
-    auto onEdge = onEdges.begin();
-    for (std::size_t f = 0; f < surface.triangles.size(); ++f) {
-        const auto& t = surface.triangles[f];
-        const Vec3 twice = (X[t[1]] - X[t[0]]).cross(X[t[2]] - X[t[0]]);
-        const bool isSharp = onEdge != onEdges.end() && onEdge->triangle == f;
-        if (isSharp) {
-            own.sharp.push_back({std::uint32_t(X.size()), t});
-            own.point.push_back(inTetOf(t, own.point, onEdge->at, mesh));
-            own.key.push_back(kOnEdge * (own.key[t[0]] + own.key[t[1]] + own.key[t[2]]));
-            X.push_back(onEdge->at), normal.push_back(3 * twice), area.push_back(3 * twice);
-            ++onEdge;
-        }
-        for (std::uint32_t p : t) normal[p] += twice, area[p] += isSharp ? Vec3(Vec3::Zero()) : twice;
-        // Closed and wound one way, the surface has each edge once from its lesser end.
-        for (std::size_t k : {0, 1, 2})
-            if (const Edge edge{t[k], t[(k + 1) % 3]}; keepsEdges_ && edge[0] < edge[1]) own.edge.push_back(edge);
-    }
-    if (closesLips_) {
-        std::vector<Vec3> out(normal);
-        for (Vec3& n : out) n.stableNormalize();
-        own.lip = lipsOf(body, X, out);
-    }
-    for (const Vec3& six : area) own.area.push_back(six.norm() / 6);
-    findReach(body, ofCut, std::move(X), normal, own);
-    for (std::size_t i = 0; i < own.lip.size(); ++i)
-        if (own.lip[i].gap > 0) own.reach[i] = 0;  // a gap is from cut to cut
-    return own;
-}
-
-/// Reaches of samples at X at rest [m], with normals of any length; the first are points of the cut.
-void ContactSurface::findReach(const core::Body& body, std::size_t ofCut, std::vector<Vec3> X,
-                               std::span<const Vec3> normal, Samples& own) const
-{
-    own.reach.resize(X.size()), own.rest.resize(X.size());
-    // The cut takes phi for linear along edges, and so cuts corners off round surfaces.
-    const double farthest = kOffSurface * body.phi.voxelSize();
-    const auto phi = grid::cubicPhiSampler(body.phi);
-    parallelChunks(X.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-        const std::span<Vec3> at = std::span(X).subspan(begin, end - begin);
-        const std::span<const Vec3> out = normal.subspan(begin, end - begin);
-        std::vector<double> value(at.size());
-        phi(at, value);
-        for (std::size_t i = 0; i < at.size(); ++i) {
-            const double off = begin + i < ofCut ? std::clamp(value[i], -farthest, farthest) : 0;
-            own.reach[begin + i] = -off;
-            own.rest[begin + i] = {at[i], out[i].stableNormalized()};
-            at[i] += (gap_ - off) * own.rest[begin + i].normal;
-        }
-        if (gap_ == 0) return;
-        phi(at, value);
-        for (std::size_t i = 0; i < at.size(); ++i) own.reach[begin + i] += std::clamp(value[i], 0., gap_);
-    });
-}
-
 void ContactSurface::recut(const core::Body& body)
 {
+    if (own_.empty()) return;
     isSettled_ = false;
     all_ = {};  // nodes are numbered anew
     const std::size_t b = std::size_t(&body - bodies_.data());
-    const std::vector<std::uint64_t> before = std::move(own_[b].key);
-    own_[b] = samplesOf(body);
-    std::unordered_map<std::uint64_t, std::uint32_t> numberOf;
-    numberOf.reserve(before.size());
-    for (std::uint32_t i = 0; i < before.size(); ++i) numberOf.emplace(before[i], i);
-    const auto first = memory_.begin() + std::ptrdiff_t(firstOf(b));
-    std::vector<SampleMemory> memory(own_[b].key.size());
+    const auto first = memory_.begin() + std::ptrdiff_t(firstOf(b)),
+               last = first + std::ptrdiff_t(own_[b].point.size());
+    Resampled now = resample(body, sampling_, places_[b], own_[b]);
+    std::vector<SampleMemory> memory(now.before.size());
     for (std::size_t i = 0; i < memory.size(); ++i)
-        if (const auto it = numberOf.find(own_[b].key[i]); it != numberOf.end()) memory[i] = first[it->second];
-    memory_.insert(memory_.erase(first, first + std::ptrdiff_t(before.size())), memory.begin(), memory.end());
+        if (now.before[i] != KeyTable::kNone) memory[i] = first[now.before[i]];
+    memory_.insert(memory_.erase(first, last), memory.begin(), memory.end());
+    own_[b] = std::move(now.samples);
 }
 
 void ContactSurface::settle()
 {
     if (isSettled_) return;
+    if (own_.empty()) takeSamples();
     isSettled_ = true;
     all_ = {};
     probe_.clear(), body_.clear(), fragment_.clear(), ofNode_.clear();
@@ -202,7 +116,7 @@ void ContactSurface::settle()
             all_.point.push_back(p);
         }
         const auto first = std::uint32_t(all_.area.size());
-        for (const Edge& e : own_[b].edge) all_.edge.push_back({first + e[0], first + e[1]});
+        for (const Samples::Edge& e : own_[b].edge) all_.edge.push_back({first + e[0], first + e[1]});
         for (Sharp s : own_[b].sharp) {
             s.sample += first;
             for (std::uint32_t& c : s.corner) c += first;
@@ -266,39 +180,74 @@ void ContactSurface::aimProbes(std::span<const Vec3> x)
 
 void ContactSurface::save(const std::string& name, core::Archive& archive) const
 {
-    std::vector<double> allowance, depth;
-    std::vector<Vec3> stretch;
-    for (const SampleMemory& m : memory_) {
+    std::vector<double> allowance, depth, reach;
+    std::vector<Vec3> stretch, place;
+    std::vector<std::uint64_t> key;
+    std::vector<std::int64_t> places;
+    for (const SampleMemory& m : memory_)
         allowance.push_back(m.allowance), stretch.push_back(m.stretch), depth.push_back(m.depth);
+    for (const Samples& own : own_) reach.insert(reach.end(), own.reach.begin(), own.reach.end());
+    for (const SharpPlaces& p : places_) {
+        places.push_back(std::int64_t(p.key.size()));
+        key.insert(key.end(), p.key.begin(), p.key.end());
+        place.insert(place.end(), p.at.begin(), p.at.end());
     }
     archive.put(name + ".allowance", allowance);
     archive.put(name + ".depth", depth);
     archive.put(name + ".stretch", stretch);
+    archive.put(name + ".reach", reach);
+    archive.put(name + ".sharp_places", places);
+    archive.put(name + ".sharp_key", key);
+    archive.put(name + ".sharp_at", place);
+}
+
+void ContactSurface::restorePlaces(const std::string& name, const core::Archive& archive)
+{
+    const auto places = archive.get<std::int64_t>(name + ".sharp_places", bodies_.size());
+    const auto key = archive.get<std::uint64_t>(name + ".sharp_key");
+    const auto at = archive.get<Vec3>(name + ".sharp_at", key.size());
+    places_.assign(bodies_.size(), {});
+    std::size_t first = 0;
+    for (std::size_t b = 0; b < bodies_.size(); ++b) {
+        const auto count = std::size_t(places[b]);
+        if (count > key.size() - first) archive.complain("places of sharp edges for " + name + " are missing");
+        for (std::size_t i = first; i < first + count; ++i) {
+            if (!at[i].allFinite()) archive.complain("a sharp edge for " + name + " is out of range");
+            places_[b].key.push_back(key[i]), places_[b].at.push_back(at[i]);
+        }
+        first += count;
+    }
 }
 
 void ContactSurface::restoreFrom(const std::string& name, const core::Archive& archive)
 {
+    restorePlaces(name, archive);
+    if (archive.get<double>(name + ".allowance").empty()) return leave();  // nothing was near
     takeSamples();
     const auto allowance = archive.get<double>(name + ".allowance", memory_.size());
     const auto depth = archive.get<double>(name + ".depth", memory_.size());
     const auto stretch = archive.get<Vec3>(name + ".stretch", memory_.size());
-    for (std::size_t i = 0; i < memory_.size(); ++i) {
-        if (!(allowance[i] >= 0 || allowance[i] == SampleMemory::kUnseen) || !(depth[i] >= 0) ||
-            !stretch[i].allFinite())
-            archive.complain("what a sample of the surface keeps for " + name + " is out of range");
-        memory_[i] = {allowance[i], stretch[i], depth[i]};
-    }
+    const auto reach = archive.get<double>(name + ".reach", memory_.size());
+    std::size_t i = 0;
+    for (Samples& own : own_)
+        for (double& r : own.reach) {
+            if (!(allowance[i] >= 0 || allowance[i] == SampleMemory::kUnseen) || !(depth[i] >= 0) ||
+                !stretch[i].allFinite() || !std::isfinite(reach[i]))
+                archive.complain("what a sample of the surface keeps for " + name + " is out of range");
+            memory_[i] = {allowance[i], stretch[i], depth[i]};
+            r = reach[i++];
+        }
 }
 
 void ContactSurface::refineFrom(const std::string& name, const core::Refinement& wide)
 {
     constexpr double kFaces = 0.5;  // cosine between normals of one and the same surface
     ContactSurface before;
-    before.keepsEdges_ = keepsEdges_;
-    before.start(wide.bodies, gap_);
+    before.sampling_ = sampling_, before.sampling_.closesLips = false;
+    before.bodies_ = wide.bodies;
     before.restoreFrom(name, wide.archive);
     before.settle();
-    takeSamples();
+    findPlaces(), takeSamples();
     settle();
     const double near = 2 * wide.bodies[0].phi.voxelSize();  // m; samples of the wide surface lie a voxel apart
     // Of k = beta E / h.
@@ -319,13 +268,6 @@ void ContactSurface::refineFrom(const std::string& name, const core::Refinement&
         });
         memory_[i].stiffen(stiffer(body(i)));
     }
-}
-
-std::size_t ContactSurface::Samples::bytes() const
-{
-    return point.capacity() * sizeof(EmbeddedPoint) + (area.capacity() + reach.capacity()) * sizeof(double) +
-           rest.capacity() * sizeof(AtRest) + isTorn.capacity() + key.capacity() * sizeof(std::uint64_t) +
-           lip.capacity() * sizeof(Lip) + edge.capacity() * sizeof(Edge) + sharp.capacity() * sizeof(Sharp);
 }
 
 std::size_t ContactSurface::bytes() const

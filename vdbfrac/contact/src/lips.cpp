@@ -44,20 +44,21 @@ Vec3 deepBelow(const Vec3& X, const Vec3& normal, double depth, const Phi& phi, 
 
 }  // namespace
 
-std::vector<Lip> lipsOf(const core::Body& body, std::span<const Vec3> X, std::span<const Vec3> normal)
+std::vector<Lip> lipsOf(const core::Body& body, std::span<const AtRest> points)
 {
     constexpr double kTorn = 0.5, kDeep = 3;  // voxels below the skin; cells
     const tetmesh::BodyMesh& mesh = *body.mesh;
     const double dx = mesh.voxelSize();
-    std::vector<Lip> lips(X.size());
-    parallelChunks(X.size(), 64, [&](std::size_t begin, std::size_t end) {
+    std::vector<Lip> lips(points.size());
+    parallelChunks(lips.size(), 64, [&](std::size_t begin, std::size_t end) {
         const Phi phi = grid::phiSampler(body.phi);
         for (std::size_t i = begin; i < end; ++i) {
-            if (tetmesh::trilinear(mesh.restPhi(), X[i] / dx) > -kTorn * dx) continue;
-            const double gap = gapAlong(X[i], normal[i], phi, dx);
+            const auto& [X, normal] = points[i];
+            if (tetmesh::trilinear(mesh.restPhi(), X / dx) > -kTorn * dx) continue;
+            const double gap = gapAlong(X, normal, phi, dx);
             if (!(gap > 0)) continue;
-            const Vec3 deep = deepBelow(X[i], normal[i], kDeep * mesh.spacing(), phi, dx);
-            if (const auto found = deep != X[i] ? mesh.locate(deep) : std::nullopt) lips[i] = {gap, found->point};
+            const Vec3 deep = deepBelow(X, normal, kDeep * mesh.spacing(), phi, dx);
+            if (const auto found = deep != X ? mesh.locate(deep) : std::nullopt) lips[i] = {gap, found->point};
         }
     });
     return lips;

@@ -21,7 +21,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::string_view kMagic("vdbfrac\2", 8);
+constexpr std::string_view kMagic("vdbfrac\3", 8);
 constexpr std::size_t kFixed = 24;  // bytes: magic, checksum, length of the directory
 
 /// Bytes of a value; 0 for a type that does not exist.

@@ -46,6 +46,7 @@ public:
     explicit Colliders(const scene::Scene& scene)
         : dx_(scene.grid.voxelSize),
           h_(scene.grid.coarsening * dx_),
+          frame_(1 / scene.time.fps),
           isMovedOut_(scene.output.movedOut),
           obstacles_(scene)
     {
@@ -113,8 +114,8 @@ public:
     }
     std::size_t bytes() const override
     {
-        return surface_.bytes() + friction_.capacity() * sizeof(ColliderFriction) + begun_.capacity() * sizeof(Vec3) +
-               obstacles_.bytes();
+        return surface_.bytes() + friction_.capacity() * sizeof(ColliderFriction) +
+               (begun_.capacity() + from_.capacity()) * sizeof(Vec3) + obstacles_.bytes();
     }
 
 private:
@@ -138,24 +139,28 @@ private:
         return h.spring.slip(surface_.at(h.sample, x) - places[h.collider](h.anchor));
     }
     void see(std::span<const Vec3> x, bool all);
-    void look(std::span<const Vec3> x, double time);
+    void look(std::span<const Vec3> x, std::span<const Vec3> v, double time);
     std::vector<ColliderPush> pushesAt(std::span<const Vec3> x, const Places& places) const;
     std::vector<ColliderFriction> frictionAt(std::span<const Vec3> x, const Places& places) const;
 
-    double dx_, h_;    // m
-    bool isMovedOut_;  // in what is drawn
+    double dx_, h_;             // m
+    double frame_;              // s: no step is longer
+    double outside_ = 2 * dx_;  // m: samples on sharp edges lie up to a voxel off the cut, and reach out
+    bool isMovedOut_;           // in what is drawn
     Obstacles obstacles_;
     std::vector<Penalty> law_;  // of each body, with each collider
     contact::EdgedSurface surface_;
     ColliderSearch search_{surface_, obstacles_};
-    double lookedAt_ = kNever;  // s
-    bool isChanged_ = false;    // colliders are others than in the last step
+    double lookedAt_ = kNever;          // s
+    mutable bool hasComeNear_ = false;  // what was far has, in the step at hand
+    bool isChanged_ = false;            // colliders are others than in the last step
 
     // Of the step at hand.
     double begin_ = 0, length_ = 0;           // s
     Places start_, places_;                   // when it begins; when forces are taken
     Places begunPlaces_;                      // as it began, in whichever stage it is
     std::vector<Vec3> begun_;                 // of each sample [m]: as it began
+    std::vector<Vec3> from_;                  // of each node [m]: as its solve began, far from all
     std::vector<ColliderFriction> friction_;  // by rising sample
     double deepest_ = 0;                      // m
     std::size_t active_ = 0;                  // samples that touched in the last step
@@ -167,18 +172,24 @@ void Colliders::begin(const solver::StepStart& start)
 {
     const StageTimer timer(work_, "collider");
     begin_ = start.begin, length_ = start.time - start.begin;
-    look(start.x, begin_);
+    look(start.x, start.v, begin_);
+    if (surface_.size() == 0) from_.assign(start.x.begin(), start.x.end());
     places_ = obstacles_.placesAt(start.time), friction_ = frictionAt(start.x, start_);
 }
 
-/// Where everything is as a step begins, or a stage of one; once, unless a step has been kept since.
-void Colliders::look(std::span<const Vec3> x, double time)
+/// Where everything is as a step begins, or a stage of one; once, unless a step has been kept since. Where nothing is
+/// expected to come near within a frame there are no samples: a body that tears far from all colliders makes none.
+void Colliders::look(std::span<const Vec3> x, std::span<const Vec3> v, double time)
 {
+    if (hasComeNear_) lookedAt_ = kNever;
     if (lookedAt_ == time) return;
     const bool isFirst = std::exchange(lookedAt_, time) == kNever;  // since a step was kept
-    surface_.settle();
     start_ = obstacles_.placesAt(time);
     if (isFirst) {
+        if (std::exchange(hasComeNear_, false) || search_.mayTouch({x, v, time, frame_, outside_}, start_))
+            surface_.settle();
+        else
+            surface_.leave();
         surface_.placeOnEdges(x);
         begunPlaces_ = start_, begun_.resize(surface_.size());
         parallelChunks(begun_.size(), kChunk, [&](std::size_t begin, std::size_t end) {
@@ -239,6 +250,8 @@ std::vector<ColliderFriction> Colliders::frictionAt(std::span<const Vec3> x, con
 bool Colliders::refresh(std::span<const Vec3> x)
 {
     const StageTimer timer(work_, "collider");
+    hasComeNear_ = surface_.size() == 0 && search_.mayHaveTouched({from_, x, begin_, begin_ + length_}, outside_);
+    if (hasComeNear_) return look(from_, {}, begin_), true;
     std::vector<ColliderFriction> held = frictionAt(x, places_);
     const bool slips = contact::haveChanged<ColliderFriction>(
         friction_, held, [](const ColliderFriction& h) { return h.spring.push(); });
@@ -315,7 +328,8 @@ solver::EnergyFlow Colliders::flow(const solver::Leg& leg) const
 bool Colliders::isAdmissible(const solver::WholeStep& way) const
 {
     const StageTimer timer(work_, "collider");
-    return !search_.isAnyPassed(way);
+    hasComeNear_ = surface_.size() == 0 && search_.mayHaveTouched(way, outside_);  // where a scheme never refreshes
+    return !hasComeNear_ && !search_.isAnyPassed(way);
 }
 
 void Colliders::accept(std::span<const Vec3> x, double time, double dt)
@@ -356,7 +370,7 @@ void Colliders::report(Ledger& work, std::map<std::string, double>& measured)
 double Colliders::largestStep(const solver::State& state, double time)
 {
     const StageTimer timer(work_, "collider");
-    look(state.x, time);
+    look(state.x, state.v, time);
     places_ = start_, friction_ = frictionAt(state.x, start_);
     const double rate = search_.fastest(state, start_, time);
     return rate > 0 ? 1 / rate : kInfinity;

@@ -54,6 +54,50 @@ void ColliderSearch::eachGroup(std::size_t begin, std::size_t end, std::span<con
     for (; begin < end; begin += Group::kMost) visit(Group(surface_, begin, std::min(end, begin + Group::kMost), x));
 }
 
+/// Is a group of nodes nearer to a collider than the way(begin, end, ball, collider) [m] they may go towards it?
+template <class Way>
+bool ColliderSearch::isAnyNear(std::span<const Vec3> x, const Places& places, double outside, const Way& way) const
+{
+    constexpr double kStretched = .5;  // of the ball round nodes: what is outside of a stretched tet goes with it
+    const auto isNear = [&](std::size_t begin, std::size_t end) {
+        const Ball ball(x.subspan(begin, end - begin));
+        for (std::size_t c = 0; c < obstacles_.size(); ++c) {
+            const double room = obstacles_[c].least(ball, places[c]) / obstacles_[c].steepest();
+            if (!(room > outside + kStretched * ball.radius + way(begin, end, ball, c))) return true;
+        }
+        return false;
+    };
+    return orderedMax(x.size(), kChunk, 0, [&](std::size_t begin, std::size_t end) {
+               bool isAny = false;
+               for (; !isAny && begin < end; begin += Group::kMost)
+                   isAny = isNear(begin, std::min(end, begin + Group::kMost));
+               return double(isAny);
+           }) > 0;
+}
+
+bool ColliderSearch::mayTouch(const Outlook& outlook, const Places& places) const
+{
+    constexpr double kFaster = 2;
+    const std::vector<scene::RigidVelocity> carried = obstacles_.velocitiesAt(outlook.time);
+    return isAnyNear(outlook.x, places, outlook.outside,
+                     [&](std::size_t begin, std::size_t end, const Ball& ball, std::size_t c) {
+                         double speed = 0;
+                         for (std::size_t n = begin; n < end; ++n) speed = std::max(speed, outlook.v[n].norm());
+                         speed += carried[c](ball.center).norm() + carried[c].spin.norm() * ball.radius;
+                         return kFaster * speed * outlook.duration;
+                     });
+}
+
+bool ColliderSearch::mayHaveTouched(const solver::WholeStep& way, double outside) const
+{
+    const Places from = obstacles_.placesAt(way.begin), to = obstacles_.placesAt(way.end);
+    return isAnyNear(way.from, from, outside, [&](std::size_t begin, std::size_t end, const Ball& ball, std::size_t c) {
+        double farthest = 0;
+        for (std::size_t n = begin; n < end; ++n) farthest = std::max(farthest, (way.to[n] - way.from[n]).norm());
+        return farthest + obstacles_.farthest(ball, c, from, to);
+    });
+}
+
 std::vector<ColliderContact> ColliderSearch::contacts(std::span<const Vec3> x, const Places& places,
                                                       std::int64_t& pairs) const
 {

@@ -2,12 +2,11 @@
 #pragma once
 
 #include <vdbfrac/base/grouping.h>
-#include <vdbfrac/contact/lips.h>
+#include <vdbfrac/contact/samples.h>
 #include <vdbfrac/core/archive.h>
 #include <vdbfrac/core/body.h>
 #include <vdbfrac/core/stages.h>
 #include <vdbfrac/solver/coupling.h>
-#include <vdbfrac/tetmesh/embedded_surface.h>
 
 #include <algorithm>
 #include <cmath>
@@ -68,6 +67,8 @@ public:
     /// again after settle().
     void recut(const core::Body& body);
     void settle();
+    /// Nothing is near: there are no samples until settle() is called, and those that it makes keep nothing of before.
+    void leave();
 
     std::size_t size() const { return all_.point.size(); }
     const tetmesh::EmbeddedPoint& point(std::size_t i) const { return all_.point[i]; }  ///< in nodes of the system
@@ -106,8 +107,7 @@ public:
     std::size_t clusters() const { return cluster_.start.size() - 1; }
     std::span<const std::uint32_t> cluster(std::size_t c) const { return cluster_[c]; }
     /// Of the triangles between the samples, each once; none where keepsEdges_ is false.
-    using Edge = std::array<std::uint32_t, 2>;
-    std::span<const Edge> edges() const { return all_.edge; }
+    std::span<const Samples::Edge> edges() const { return all_.edge; }
     SampleMemory& memory(std::size_t i) { return memory_[i]; }
     const SampleMemory& memory(std::size_t i) const { return memory_[i]; }
 
@@ -135,46 +135,21 @@ public:
     std::size_t bytes() const;
 
 protected:
-    bool keepsEdges_ = false;  ///< between samples; and has samples on sharp edges that the cut takes off
+    Sampling sampling_;
 
 private:
-    struct AtRest {
-        Vec3 at, normal;
-    };
-    /// A sample where faces meet, off a triangle of the cut.
-    struct Sharp {
-        std::uint32_t sample = 0;
-        std::array<std::uint32_t, 3> corner{};  // samples
-        bool isStrained = false;
-        tetmesh::EmbeddedPoint point{};  // where faces meet, in nodes of the system
-    };
-    /// The samples of one body, in its own nodes, or of all of them.
-    struct Samples {
-        std::vector<tetmesh::EmbeddedPoint> point;
-        std::vector<double> area, reach;
-        std::vector<AtRest> rest;
-        std::vector<std::uint8_t> isTorn;  // on a lip
-        std::vector<std::uint64_t> key;    // names the place at rest
-        std::vector<Edge> edge;
-        std::vector<Sharp> sharp;
-        std::vector<Lip> lip;  // none: lips do not close
-
-        std::size_t bytes() const;
-    };
-    Samples samplesOf(const core::Body& body) const;
-    void findReach(const core::Body& body, std::size_t ofCut, std::vector<Vec3> X, std::span<const Vec3> normal,
-                   Samples& own) const;
+    void findPlaces();
+    void restorePlaces(const std::string& name, const core::Archive& archive);
     void takeSamples();
     /// Where the memory of a body's samples begins.
     std::size_t firstOf(std::size_t body) const;
 
     std::span<const core::Body> bodies_;
-    double gap_ = 0;
-    bool closesLips_ = false;
-    std::vector<Samples> own_;          // of each body
+    std::vector<SharpPlaces> places_;   // of each body
+    std::vector<Samples> own_;          // of each body; none where nothing is near
     std::vector<SampleMemory> memory_;  // of all
     bool isSettled_ = false;
-    Samples all_;  // in nodes of the system, without keys
+    Samples all_;  // in nodes of the system, without keys; none until it is settled
     std::vector<std::uint16_t> body_;
     std::vector<std::uint32_t> fragment_, ofNode_;
     bool isOneFragment_ = false;

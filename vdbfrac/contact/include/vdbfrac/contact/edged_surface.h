@@ -16,11 +16,12 @@ namespace vdbfrac::contact {
 /// may.
 class EdgedSurface : public ContactSurface {
 public:
-    EdgedSurface() { keepsEdges_ = true; }
+    EdgedSurface() { sampling_.keepsEdges = true; }
     /// Is a point of an edge between two samples, `length` [m] long, near anything?
     using IsNear = std::function<bool(std::uint32_t a, std::uint32_t b, double length)>;
     /// Chooses anew, where a step begins: on edges kLong times as long in x as at rest, and as `spacing` [m].
     void chooseOnEdges(std::span<const Vec3> x, double spacing, const IsNear& isNear);
+    void leave() { onEdge_.clear(), ContactSurface::leave(); }
     /// Samples and points on edges.
     std::size_t points() const { return size() + onEdge_.size(); }
     bool isOnEdge(std::size_t i) const { return i >= size(); }

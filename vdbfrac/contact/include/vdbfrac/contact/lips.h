@@ -16,8 +16,12 @@ struct Lip {
     tetmesh::EmbeddedPoint below;  ///< in nodes of the body
 };
 
-/// Of points X [m, at rest] of a body's cut surface with these normals of unit length. A gap was material before the
-/// body tore, and is no wider than what a crack takes.
-std::vector<Lip> lipsOf(const core::Body& body, std::span<const Vec3> X, std::span<const Vec3> normal);
+/// A point of a surface [m] and its normal.
+struct AtRest {
+    Vec3 at, normal;
+};
+
+/// Of points of a body's cut surface. A gap was material before the body tore, and is no wider than what a crack takes.
+std::vector<Lip> lipsOf(const core::Body& body, std::span<const AtRest> points);
 
 }  // namespace vdbfrac::contact

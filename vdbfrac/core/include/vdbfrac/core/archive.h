@@ -1,6 +1,6 @@
 // Named arrays of numbers, in memory and as a file: what a checkpoint is made of.
 //
-// The file, little-endian: "vdbfrac\1", the checksum (8 bytes), the length of the directory (8 bytes), the directory,
+// The file, little-endian: "vdbfrac\3", the checksum (8 bytes), the length of the directory (8 bytes), the directory,
 // the arrays one behind the other. The directory is JSON: [[name, type, values], ...] in the order of the arrays; types
 // are "f8", "f4", "i8", "i4", "u8", "u4", "c1" as in NumPy, with "3" before them for vectors. The checksum is XXH3 of
 // the directory and of each array, each seeded with the one before.
