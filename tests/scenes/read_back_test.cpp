@@ -14,6 +14,7 @@
 #include <cmath>
 #include <filesystem>
 #include <sstream>
+#include <tuple>
 
 #include <unistd.h>
 
@@ -186,6 +187,28 @@ TEST(ObjFaces, AreInsideInAKerfAndOutsideOnTheOldSkin)
         EXPECT_GT(kerf, 200u) << lattice;
         EXPECT_GT(skin, 500u) << lattice;
     }
+}
+
+/// Torn faces of a body whose material has a colour for them have a material of their own, and are read as torn.
+TEST(ObjFaces, AreOfTheTornColourOfTheirBody)
+{
+    lab::Saw saw(0, kHalfKerf);
+    const auto sawn = [&](const std::vector<std::string>& more) {
+        SceneRun run(block("six"), more, &saw);
+        run.step();
+        const Written files(run);
+        return std::tuple(readText(files.obj()), readText(files.obj().parent_path() / "block.mtl"),
+                          tetmesh::readObjFrame(files.obj()).torn);
+    };
+    auto [plainObj, plainMtl, plainTorn] = sawn({});
+    const auto [obj, mtl, torn] = sawn({"material.m.torn_colour=[1, 0.9, 0.5]"});
+    EXPECT_EQ(torn, plainTorn);
+    EXPECT_EQ(std::ranges::count(torn, 1) > 0, true);
+    EXPECT_NE(mtl.find("newmtl inside_m\nKa 0 0 0\nKd 1 0.9 0.5\n"), std::string::npos) << mtl;
+    EXPECT_EQ(plainMtl.find("inside_m"), std::string::npos);
+    for (std::size_t at = 0; (at = plainObj.find("usemtl inside\n", at)) != std::string::npos; ++at)
+        plainObj.insert(at + 13, "_m");
+    EXPECT_EQ(obj, plainObj);
 }
 
 /// Closed lips lie in the middle of the gap, all over: nothing is missing.

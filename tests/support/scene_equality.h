@@ -73,6 +73,7 @@ void expectEqualMotion(const Motion& a, const Motion& b)
     if (const auto* m = std::get_if<scene::Keys>(&a)) {
         const scene::Keys& other = std::get<scene::Keys>(b);
         EXPECT_EQ(m->pivot, other.pivot);
+        EXPECT_EQ(m->isSmooth, other.isSmooth);
         ASSERT_EQ(m->keys.size(), other.keys.size());
         for (std::size_t i = 0; i < m->keys.size(); ++i) {
             EXPECT_EQ(m->keys[i].time, other.keys[i].time);
@@ -157,6 +158,7 @@ inline void expectEqual(const scene::Scene& a, const scene::Scene& b)
         EXPECT_EQ(a.materials[i].poissonRatio, b.materials[i].poissonRatio);
         EXPECT_EQ(a.materials[i].density, b.materials[i].density);
         EXPECT_EQ(a.materials[i].colour, b.materials[i].colour);
+        EXPECT_EQ(a.materials[i].tornColour, b.materials[i].tornColour);
     }
     expectEqual(a.tables, b.tables);
     expectEqual(a.notes, b.notes);

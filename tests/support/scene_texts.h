@@ -89,13 +89,14 @@ youngs_modulus = 9223372036854775807
 poisson_ratio = -0.999
 density = 1e-3
 [material.a]
+torn_colour = [1, 0.9, 0.5]
 youngs_modulus = 1
 poisson_ratio = 0.499999
 density = 1
 [[grip]]
 body = "c"
 region = { sphere = { radius = 1 } }
-move = { keys = [{ time = 0 }, { time = 0.5, rotate = [0, 90, 0], translate = [0, 0.1, 0] }], pivot = [0, 1, 0] }
+move = { keys = [{ time = 0 }, { time = 0.5, rotate = [0, 90, 0], translate = [0, 0.1, 0] }], pivot = [0, 1, 0], interpolation = "smooth" }
 [[grip]]
 name = "pull"
 body = "d"

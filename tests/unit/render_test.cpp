@@ -186,6 +186,14 @@ TEST(Render, TornFacesHaveTheColourOfChoice)
     paint.materials = {{"skin", {0, .6, 0}}, {"inside", {.6, 0, 0}}};
     const auto green = pixel(render(subjectOf(run, run.mesh.points, paint), from({0, 0, -1})), 80, 60);
     EXPECT_GT(green[1], 2 * green[0]);
+    // Or one that the scene has given a colour, unless another is chosen.
+    run.mesh.materials[1] = "inside_skin";
+    paint.materials = {{"skin", {.6, 0, 0}}, {"inside_skin", {0, .6, 0}}};
+    paint.torn = Paint().torn;
+    const auto own = pixel(render(subjectOf(run, run.mesh.points, paint), from({0, 0, -1})), 80, 60);
+    EXPECT_GT(own[1], 2 * own[0]);
+    paint.keepsOwnTorn = false;
+    EXPECT_TRUE(isRed(pixel(render(subjectOf(run, run.mesh.points, paint), from({0, 0, -1})), 80, 60)));
     paint.torn = Colour(0, 0, .6f);
     const auto blue = middle(paint);
     EXPECT_GT(blue[2], 2 * blue[0]);

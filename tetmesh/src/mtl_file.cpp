@@ -103,19 +103,41 @@ void visitMaterials(const std::string& mtl, const Visit& visit)
 
 }  // namespace
 
-std::string mtlMaterial(const std::string& name, const Vec3& colour)
+namespace {
+
+constexpr std::string_view kTorn = "inside", kOfTorn = "inside_";
+const Vec3 kTornColour(0.80, 0.10, 0.07);
+
+struct Gloss {
+    double specular, exponent;
+};
+constexpr Gloss kDull{.04, 20}, kWet{.1, 60};
+
+std::string materialText(std::string_view name, const Vec3& colour, const Gloss& gloss)
 {
     std::ostringstream text;
     text.imbue(std::locale::classic());
-    text << "newmtl " << name << "\nKa 0 0 0\nKd " << colour.x() << " " << colour.y() << " " << colour.z()
-         << "\nKs 0.04 0.04 0.04\nNs 20\nillum 2\n";
+    text << "newmtl " << name << "\nKa 0 0 0\nKd " << colour.x() << " " << colour.y() << " " << colour.z() << "\nKs "
+         << gloss.specular << " " << gloss.specular << " " << gloss.specular << "\nNs " << gloss.exponent
+         << "\nillum 2\n";
     return text.str();
 }
 
+}  // namespace
+
+std::string mtlMaterial(const std::string& name, const Vec3& colour) { return materialText(name, colour, kDull); }
+
+std::string tornMaterial(const std::string& of, const Vec3& colour)
+{
+    return materialText(std::string(kOfTorn) + of, colour, kWet);
+}
+
+bool isTornMaterial(std::string_view name) { return name == kTorn || name.starts_with(kOfTorn); }
+
 std::string mtlText(std::string_view more)
 {
-    return mtlMaterial("outside", {0.72, 0.71, 0.68}) + "\n" +
-           "newmtl inside\nKa 0 0 0\nKd 0.80 0.10 0.07\nKs 0.10 0.10 0.10\nNs 60\nillum 2\n" + std::string(more);
+    return mtlMaterial("outside", {0.72, 0.71, 0.68}) + "\n" + materialText(kTorn, kTornColour, kWet) +
+           std::string(more);
 }
 
 void writeMtl(const std::filesystem::path& file, std::string_view more) { writeText(file, mtlText(more)); }

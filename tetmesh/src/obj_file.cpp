@@ -4,6 +4,7 @@
 #include "text_writer.h"
 
 #include <vdbfrac/base/atomic_file.h>
+#include <vdbfrac/tetmesh/mtl_file.h>
 
 #include <algorithm>
 #include <cassert>
@@ -18,7 +19,7 @@ namespace {
 
 constexpr int kDigits = 9;  // of a coordinate: more than a float holds, which is what programs make of it
 constexpr std::uint32_t kUnused = std::numeric_limits<std::uint32_t>::max();
-constexpr std::string_view kObject = "fragment_";
+constexpr std::string_view kObject = "fragment_", kTornGroup = "_inside";
 
 std::string objectName(std::uint32_t fragment)
 {
@@ -98,7 +99,7 @@ private:
         bool begun = false;
         for (std::uint32_t f : faces) {
             if (!drawn_.torn[f]) continue;
-            if (!begun) text_ << "g " << name << "_inside\nusemtl inside\n";
+            if (!begun) text_ << "g " << name << kTornGroup << "\nusemtl " << materialOf(drawn_, f) << "\n";
             begun = true;
             addFace(f);
         }
@@ -194,6 +195,18 @@ void writeObj(const std::filesystem::path& file, const Surface& surface, const s
     writeObjFrame(file, {&body, 1}, mtlName);
 }
 
+namespace {
+
+/// Is a face of a frame torn? By its group, and, as an outer surface can have groups of any name, by its material.
+bool isTorn(const RenderMesh& frame, std::size_t face)
+{
+    const std::uint32_t group = frame.group[face], material = frame.material[face];
+    return group != RenderMesh::kNone && frame.groups[group].ends_with(kTornGroup) && material != RenderMesh::kNone &&
+           isTornMaterial(frame.materials[material]);
+}
+
+}  // namespace
+
 DrawnTopology readDrawnObj(const std::filesystem::path& file)
 {
     ObjObjects all = readObjObjects(readText(file), file.string());
@@ -202,9 +215,9 @@ DrawnTopology readDrawnObj(const std::filesystem::path& file)
     DrawnTopology drawn;
     drawn.mesh = std::move(all.mesh);
     for (std::size_t f = 0; f < drawn.mesh.faces(); ++f) {
-        const std::uint32_t object = all.objectOfFace[f], material = drawn.mesh.material[f];
+        const std::uint32_t object = all.objectOfFace[f];
         drawn.fragment.push_back(object == RenderMesh::kNone ? 0 : ids[object]);
-        drawn.torn.push_back(material != RenderMesh::kNone && drawn.mesh.materials[material] == "inside");
+        drawn.torn.push_back(isTorn(drawn.mesh, f));
     }
     return drawn;
 }

@@ -135,7 +135,7 @@ void setNormals(RenderMesh& mesh, double crease, std::span<const std::uint32_t> 
 
 std::string_view materialOf(const DrawnTopology& drawn, std::size_t face)
 {
-    if (drawn.torn[face] != 0) return "inside";
+    if (drawn.torn[face] != 0) return drawn.mesh.torn;
     const std::uint32_t own = drawn.mesh.material[face];
     return own == RenderMesh::kNone ? std::string_view("outside") : drawn.mesh.materials[own];
 }

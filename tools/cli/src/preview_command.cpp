@@ -30,7 +30,7 @@ struct PreviewOptions {
     std::string folder, frames, output;
     int count = 12, columns = 4, width = 480, height = 480, samples = 32;
     int turntable = 0;
-    std::string colour = "material", torn = "red", fit = "frames";
+    std::string colour = "material", torn = "material", fit = "frames";
     std::vector<double> direction = {-0.55, -0.35, -1}, eye, lookAt;
     double angle = 45;  // degrees
     bool quiet = false;
@@ -162,7 +162,10 @@ Action addPreview(CLI::App& app)
                   "output.ply = true have of their points: energy, margin, arrival")
         ->check(CLI::IsMember({"material", "fragment", "energy", "margin", "arrival"}))
         ->capture_default_str();
-    c->add_option("--torn", o->torn, "Colour of torn faces: red, as_others, or #rrggbb")->capture_default_str();
+    c->add_option("--torn", o->torn,
+                  "Colour of torn faces: material (torn_colour of the body's material; red without one), red, "
+                  "as_others, or #rrggbb")
+        ->capture_default_str();
     auto* fit =
         c->add_option(
              "--fit", o->fit,

@@ -98,7 +98,7 @@ pictures::Colour colourOf(const std::string& text)
     unsigned rgb = 0;
     char rest = 0;
     if (text.size() != 7 || std::sscanf(text.c_str(), "#%6x%c", &rgb, &rest) != 1)
-        throw InputError({"--torn", "'" + text + "' is no colour", "red, as_others or #rrggbb", ""});
+        throw InputError({"--torn", "'" + text + "' is no colour", "material, red, as_others or #rrggbb", ""});
     return pictures::colourOnScreen(rgb);
 }
 
@@ -115,8 +115,11 @@ pictures::Paint paintOf(const PictureOptions& options, const fs::path& mtl, std:
         }
     }
     if (options.colour == "fragment") paint.by = pictures::ColourBy::fragment;
-    if (options.torn == "as_others") paint.torn.reset();
-    if (options.torn != "as_others" && options.torn != "red") paint.torn = colourOf(options.torn);
+    paint.keepsOwnTorn = options.torn == "material";
+    if (options.torn == "as_others")
+        paint.torn.reset();
+    else if (options.torn != "material" && options.torn != "red")
+        paint.torn = colourOf(options.torn);
     return paint;
 }
 

@@ -15,7 +15,7 @@ struct PictureOptions {
     int width = 480, height = 480, samples = 16;  ///< pixels, rays a pixel
     Vec3 direction = Vec3(-0.55, -0.35, -1);      ///< of looking
     std::string colour = "material";              ///< or fragment, energy, margin, arrival
-    std::string torn = "red";                     ///< or as_others, or #rrggbb
+    std::string torn = "material";                ///< or red, as_others, or #rrggbb
     enum class Fit { frames, run, first };
     Fit fit = Fit::frames;  ///< the camera sees all that is in the pictures, in the run, or in the run's first frame
     std::optional<Vec3> eye = {}, target = {};  ///< m: where the camera is, and what it looks at

@@ -36,6 +36,14 @@ Colour materialColour(const tetmesh::RenderMesh& mesh, std::uint32_t material, c
     return tetmesh::lightOf(found->second).cast<float>();
 }
 
+/// Of torn faces of a material.
+Colour tornColour(const tetmesh::RenderMesh& mesh, std::uint32_t material, const Paint& paint)
+{
+    const bool isNamed = material != tetmesh::RenderMesh::kNone && tetmesh::isTornMaterial(mesh.materials[material]) &&
+                         mesh.materials[material] != mesh.torn;
+    return isNamed && paint.keepsOwnTorn ? materialColour(mesh, material, paint) : *paint.torn;
+}
+
 /// Of each fragment the material that most of its faces have which are not torn.
 std::map<std::uint32_t, std::uint32_t> materialsOf(const tetmesh::DrawnTopology& drawn)
 {
@@ -113,9 +121,11 @@ Subject subjectOf(const tetmesh::DrawnTopology& drawn, std::span<const Vec3> poi
         subject.triangles.push_back({at(0).point, at(1).point, at(2).point});
         subject.normals.push_back({mesh.normals[at(0).normal], mesh.normals[at(1).normal], mesh.normals[at(2).normal]});
         const std::uint32_t f = fans.face[t];
-        const Colour outside =
-            paint.by == ColourBy::fragment ? hueOf(drawn.fragment[f]) : materialColour(mesh, materialOf(f), paint);
-        subject.colour.push_back(drawn.torn[f] && paint.torn ? *paint.torn : outside);
+        if (drawn.torn[f] && paint.torn)
+            subject.colour.push_back(tornColour(mesh, mesh.material[f], paint));
+        else
+            subject.colour.push_back(paint.by == ColourBy::fragment ? hueOf(drawn.fragment[f])
+                                                                    : materialColour(mesh, materialOf(f), paint));
         texturing.add(f, c);
     }
     return subject;

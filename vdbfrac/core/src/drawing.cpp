@@ -167,8 +167,10 @@ Drawing::Drawing(const scene::Scene& scene, const Simulation& simulation)
         if (const auto* file = std::get_if<scene::MeshFile>(&scene.bodies[b].shape))
             renamed_[b] = materials_->add(meshes.back(), file->file.parent_path(), body.name, notes_);
     }
-    for (const scene::Material& m : scene.materials)
-        if (m.hasColour()) colours_[m.name] = materials_->nameOf(m);
+    for (const scene::Material& m : scene.materials) {
+        if (m.hasColour()) colours_[m.name] = materials_->ofScene(tetmesh::mtlMaterial(m.name, m.colour));
+        if (m.hasTornColour()) tornColours_[m.name] = materials_->ofScene(tetmesh::tornMaterial(m.name, m.tornColour));
+    }
     for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
         const Body& body = simulation.bodies()[b];
         nameMaterials(scene, b, meshes[b]);
@@ -177,12 +179,14 @@ Drawing::Drawing(const scene::Scene& scene, const Simulation& simulation)
 }
 
 /// Gives the materials of a body's mesh the names that frames have for them. Faces without one have that of the body,
-/// if it has a colour.
+/// if it has a colour, and torn faces if it has one for them.
 void Drawing::nameMaterials(const scene::Scene& scene, std::size_t body, tetmesh::RenderMesh& mesh) const
 {
     for (std::string& name : mesh.materials)
         if (const auto other = renamed_[body].find(name); other != renamed_[body].end()) name = other->second;
-    const auto colour = colours_.find(scene.materialOf(scene.bodies[body]).name);
+    const std::string& material = scene.materialOf(scene.bodies[body]).name;
+    if (const auto torn = tornColours_.find(material); torn != tornColours_.end()) mesh.torn = torn->second;
+    const auto colour = colours_.find(material);
     if (colour == colours_.end()) return;
     const auto own = std::uint32_t(mesh.materials.size());
     mesh.materials.push_back(colour->second);

@@ -54,9 +54,8 @@ std::map<std::string, std::string> DrawnMaterials::add(const tetmesh::RenderMesh
     return renamed;
 }
 
-std::string DrawnMaterials::nameOf(const scene::Material& material)
+std::string DrawnMaterials::ofScene(const std::string& text)
 {
-    const std::string text = tetmesh::mtlMaterial(material.name, material.colour);
     return known(tetmesh::materialsIn(text).front(), "_scene");
 }
 

@@ -1,7 +1,6 @@
 // The materials of all that is drawn, each name once. Not installed.
 #pragma once
 
-#include <vdbfrac/scene/scene.h>
 #include <vdbfrac/tetmesh/mtl_file.h>
 #include <vdbfrac/tetmesh/render_mesh.h>
 
@@ -18,8 +17,8 @@ public:
     /// materials whose names others have for something else.
     std::map<std::string, std::string> add(const tetmesh::RenderMesh& mesh, const std::filesystem::path& folder,
                                            const std::string& body, std::vector<std::string>& notes);
-    /// The name of a material of the scene that has a colour.
-    std::string nameOf(const scene::Material& material);
+    /// Adds a material of the scene, as .mtl files have it. Returns the name that frames have for it.
+    std::string ofScene(const std::string& text);
     /// As a material library.
     const std::string& text() const { return text_; }
     /// The libraries that were read.

@@ -137,6 +137,11 @@ const Key kKeys[] = {
      .doc = "Poses over time, held before the first and after the last.",
      .defaultText = kRequired},
     {.name = "pivot", .member = &Keys::pivot, .unit = "m", .doc = "Point the rotations turn about."},
+    {.name = "interpolation",
+     .member = {Type::choice, &Keys::isSmooth},
+     .doc = "Between keys: linear, with a jump of velocity at each; or smooth, which starts and ends at rest and goes "
+            "through the keys between without a jump and never past them.",
+     .choices = {{"linear", false}, {"smooth", true}}},
 };
 const Key kForce[] = {
     {.name = "force",

@@ -135,6 +135,12 @@ const Key kMaterial[] = {
             "material of its own.",
      .min = 0,
      .max = 1},
+    {.name = "torn_colour",
+     .member = &Material::tornColour,
+     .doc = "The same of torn faces: in the .mtl and in pictures they have a material of their own then, "
+            "inside_NAME.",
+     .min = 0,
+     .max = 1},
 };
 
 const Key kGrip[] = {

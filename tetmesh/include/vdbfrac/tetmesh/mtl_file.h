@@ -16,6 +16,10 @@ namespace vdbfrac::tetmesh {
 
 /// A material of a library that is a little glossy; `colour`: Kd.
 std::string mtlMaterial(const std::string& name, const Vec3& colour);
+/// The same of torn faces of what is called so: its name is not only that.
+std::string tornMaterial(const std::string& of, const Vec3& colour);
+/// Is this a name of torn faces: "inside", or one that tornMaterial() gives?
+bool isTornMaterial(std::string_view name);
 /// The material library of the frames: "outside" neutral, "inside" red, and what `more` defines.
 std::string mtlText(std::string_view more = "");
 /// Writes it. Throws FileError.

@@ -27,6 +27,7 @@ struct RenderMesh {
     std::vector<std::uint32_t> faceEnd;          ///< of each face: the end of its corners
     std::vector<std::uint32_t> group, material;  ///< of each face: which name, or kNone
     std::vector<std::string> groups, materials, libraries;
+    std::string torn = "inside";  ///< the material of faces that fracture makes of it
 
     std::size_t faces() const { return faceEnd.size(); }
     std::span<const Corner> face(std::size_t f) const
@@ -84,7 +85,7 @@ struct DrawnTopology {
     bool isTaken(std::size_t face) const { return face >= taken[0] && face < taken[1]; }
 };
 
-/// The name of a face's material: "inside" where it is torn, its own, or "outside" where it has none.
+/// The name of a face's material: that of torn faces where it is torn, its own, or "outside" where it has none.
 std::string_view materialOf(const DrawnTopology& drawn, std::size_t face);
 
 /// A body of a frame, as it is deformed.

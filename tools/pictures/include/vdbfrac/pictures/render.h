@@ -65,6 +65,7 @@ struct Paint {
     MaterialTextures textures;  ///< of faces by their material that are not torn
     ColourBy by = ColourBy::material;
     std::optional<Colour> torn = Colour(0.62f, 0.035f, 0.025f);  ///< red; none: as other faces are
+    bool keepsOwnTorn = true;  ///< torn faces whose body has a material for them show that
 };
 
 /// A frame: smooth between creases; faces by their material or their fragment, but for torn ones. Throws Error for

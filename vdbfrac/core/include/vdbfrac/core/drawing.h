@@ -85,7 +85,7 @@ private:
     std::vector<Surface> surfaces_;
     // Names that frames have: for materials of the scene that have a colour, and for those of each body's mesh that
     // are another's in other bodies.
-    std::map<std::string, std::string> colours_;
+    std::map<std::string, std::string> colours_, tornColours_;
     std::vector<std::map<std::string, std::string>> renamed_;
     std::shared_ptr<DrawnMaterials> materials_;
     std::vector<std::string> notes_;

@@ -91,9 +91,11 @@ struct Material {
     double poissonRatio = 0;   ///< nu
     double density = 0;        ///< rho [kg/m^3]
     Vec3 colour = kGrey;       ///< red, green, blue: what is drawn where a body's own surface has no material
+    Vec3 tornColour = kRed;    ///< of faces that fracture makes
 
-    static inline const Vec3 kGrey{0.72, 0.71, 0.68};
+    static inline const Vec3 kGrey{0.72, 0.71, 0.68}, kRed{0.8, 0.1, 0.07};
     bool hasColour() const { return colour != kGrey; }
+    bool hasTornColour() const { return tornColour != kRed; }
 };
 
 struct PoseKey {
@@ -108,6 +110,7 @@ struct Velocity {
 struct Keys {
     std::vector<PoseKey> keys;  ///< at least one, times strictly rising; held before the first and after the last
     Vec3 pivot = Vec3::Zero();  ///< m
+    bool isSmooth = false;      ///< between keys: without jumps of velocity
 };
 struct Force {
     Vec3 force = Vec3::Zero();  ///< total on the region [N]
