@@ -137,6 +137,21 @@ with tempfile.TemporaryDirectory() as temporary:
         kinetic = [float(r["kinetic_J"]) for r in csv.DictReader(file)]
     check("it throws nothing", max(kinetic[5:]) < 2 * max(kinetic[:5]), kinetic)
 
+    # What frames hold changes nothing else: pieces that lie on each other in a floor go on with the same bits.
+    pile = top / "pile.toml"
+    box = '[[body]]\nname = "{}"\nmaterial = "gel"\nshape = {{ box = {{ size = [0.4, 0.3, 0.4], center = [0, {}, 0] }} }}\n'
+    pile.write_text('version = 1\nname = "pile"\n[time]\nframes = [1, 24]\n[grid]\nvoxel_size = 0.1\n' + box.format("lower", .2) + box.format("upper", .6) +
+                    "[material.gel]\nyoungs_modulus = 2e4\npoisson_ratio = 0.3\ndensity = 1000\n[gravity]\nacceleration = [1, -9.81, 0]\n"
+                    "[contact]\nfriction = 0.4\n[[collider]]\nshape = { halfspace = { normal = [0, -1, 0] } }\n[output]\nvdb = []\n")
+    def piled(folder, *more):
+        went = subprocess.run([PROGRAM, "sim", pile, "-o", top / folder, *map(str, more)], capture_output=True, text=True)
+        check(f"pile {more}", went.returncode == 0, went.stdout + went.stderr)
+        return states(top / folder)
+    whole = piled("pile", "--keep-checkpoints")
+    for k, drawn in enumerate(["output.ply=true", "material.gel.colour=[1, 0, 0]", "contact.drawn=apart", 'output.lips="as_simulated"']):
+        check(f"states with {drawn}", piled(f"pile_{k}", "--branch", top / "pile", "--at", 16, "--set", drawn) == whole)
+    check("states with other friction", piled("pile_rough", "--branch", top / "pile", "--at", 16, "--set", "contact.friction=0.5") != whole)
+
     # A finer lattice, but no Delaunay mesh.
     delaunay = ["--set", 'grid.lattice="delaunay"']
     sim(top / "delaunay", "--keep-checkpoints", base=[*COARSE, *delaunay])

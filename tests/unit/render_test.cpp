@@ -140,6 +140,21 @@ TEST(Render, BackdropsHideNothing)
     EXPECT_FALSE(isGrey(above));
 }
 
+/// Of a shot: what goes and comes in it does not change the light on the floor far from it.
+TEST(Render, AFloorIsLitAlikeInAllPicturesOfAShot)
+{
+    View view = from({0, -1, -1});
+    view.ground = 0;
+    // Crumbs, which shade next to nothing.
+    Subject near = subject(), far = subject();
+    for (Vec3& p : near.points) p *= .01;
+    for (Vec3& p : far.points) p = .01 * p + Vec3(0, 2, 0) * (p.x() > .5);
+    const auto corner = [&](const Subject& s) { return pixel(render(s, view), 2, 118)[0]; };
+    EXPECT_GT(std::abs(corner(near) - corner(far)), 4);
+    view.stage.emplace(far.points);
+    EXPECT_LE(std::abs(corner(near) - corner(far)), 2);
+}
+
 /// What has flown off far away takes no shadows from the rest.
 TEST(Render, ShadowsStayWhenAPieceIsFarAway)
 {

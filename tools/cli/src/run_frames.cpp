@@ -43,7 +43,9 @@ RunFrames readRunFrames(const std::filesystem::path& folder)
 
 int frameWithin(const std::filesystem::path& run, int frame, const char* option)
 {
-    if (const int last = readRunFrames(run).lastFrame; frame > last)
+    const RunFrames all = readRunFrames(run);
+    const int last = all.frames.empty() ? all.lastFrame : all.frames.back().frame;
+    if (frame > last)
         throw InputError({option, run.string() + " ends at frame " + std::to_string(last), "a frame up to there", ""});
     return frame;
 }

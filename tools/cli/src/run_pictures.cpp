@@ -49,6 +49,7 @@ pictures::View viewOf(const std::vector<Vec3>& seen, const PictureOptions& optio
     else
         view.camera = pictures::fittingCamera(direction, seen, options.width, options.height, options.angle);
     view.width = options.width, view.height = options.height, view.samples = options.samples;
+    view.stage.emplace(seen);
     return view;
 }
 

@@ -132,8 +132,7 @@ public:
         // From the upper left behind the camera.
         sun_ = (-0.9 * right_ + 1.5 * Vec3::UnitY() - 0.8 * ahead_).normalized();
         sunU_ = sun_.unitOrthogonal(), sunV_ = sun_.cross(sunU_);
-        middle_ = subject.points.empty() ? view.camera.eye : subject.points[0];
-        for (const Vec3& p : subject.points) size_ = std::max(size_, (p - middle_).norm());
+        size_ = std::max(size_, Stage(subject.points).size);
     }
 
     Colour pixel(int i, int j) const
@@ -231,7 +230,7 @@ private:
         const Vec3 up = rho * std::cos(b) * u + rho * std::sin(b) * v + std::sqrt(1 - sky[0]) * s.normal;
         if (!target_.isBlocked(from, up)) sum += kSkyLight * s.colour * float(0.65 + 0.35 * up.y());
         if (s.normal != Vec3::UnitY() || !view_.ground || s.X.y() > *view_.ground + 1e-9 * size_) return sum;
-        const double away = (s.X - middle_).norm() / (3 * size_);
+        const double away = (s.X - stage_.middle).norm() / (3 * stage_.size);
         const float fade = float(std::clamp(away - 0.4, 0., 1.));
         return (1 - fade) * sum + fade * kSkyBottom;
     }
@@ -240,7 +239,7 @@ private:
     const View& view_;
     Target target_;
     Vec3 ahead_, right_, up_, sun_, sunU_, sunV_;
-    Vec3 middle_;  // of the lit ground
+    Stage stage_ = view_.stage.value_or(Stage(subject_.points));
     double slope_ = 0, size_ = 1e-9;
 };
 

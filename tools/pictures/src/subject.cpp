@@ -131,6 +131,13 @@ Subject subjectOf(const tetmesh::DrawnTopology& drawn, std::span<const Vec3> poi
     return subject;
 }
 
+Stage::Stage(std::span<const Vec3> points) : middle(points.empty() ? Vec3(Vec3::Zero()) : points[0])
+{
+    constexpr double kLeast = 1e-9;  // m
+    size = kLeast;
+    for (const Vec3& p : points) size = std::max(size, (p - middle).norm());
+}
+
 Camera fittingCamera(const Vec3& direction, std::span<const Vec3> points, int width, int height, double angle)
 {
     constexpr double kMargin = 0.06;  // of the picture on each side

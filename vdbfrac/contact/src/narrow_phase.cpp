@@ -87,15 +87,18 @@ void NarrowPhase::restoreFrom(const std::string& name, const core::Archive& arch
 }
 
 std::vector<Pair> NarrowPhase::seenAt(const ContactSurface& surface, const Targets& targets, std::span<const Vec3> x,
-                                      double reach) const
+                                      double reach, std::span<const Pair> held) const
 {
+    constexpr double kOut = 0.2;  // in barycentric coordinates: farther outside of what holds it, it is held no more
     return gatherChunks<Pair>(samples(), kSamples, [&](std::size_t begin, std::size_t end, std::vector<Pair>& seen) {
         for (std::size_t i = begin; i < end; ++i) {
             const Vec3 y = surface.probe(sample_[i], x);
+            const auto own = std::ranges::equal_range(held, sample_[i], {}, &Pair::sample);
             std::uint32_t fragment = ~0u;
             double best = 0;
             for (std::uint32_t t : this->targets(i)) {
-                const double least = targets.locate(t, y, x).least;
+                double least = targets.locate(t, y, x).least;
+                if (least >= -kOut && std::ranges::find(own, t, &Pair::target) != own.end()) least = kInfinity;
                 const bool next = targets[t].fragment != fragment;
                 if (least < -reach || (!next && least <= best)) continue;
                 if (next) seen.push_back({sample_[i], t});

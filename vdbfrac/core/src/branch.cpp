@@ -55,6 +55,13 @@ Branch branchBetween(const std::string& before, const std::string& after)
     return branch;
 }
 
+bool isDrawnOtherwiseOnly(const Branch& branch)
+{
+    return std::ranges::all_of(branch.changes, [](const scene::Change& c) {
+        return c.key.starts_with("output.") || c.key.ends_with("colour") || c.key.ends_with(".drawn");
+    });
+}
+
 bool hasOtherColliders(const Branch& branch)
 {
     return std::ranges::any_of(branch.changes, [](const scene::Change& c) {

@@ -322,7 +322,7 @@ void RunFolder::goOn(Simulation& simulation, const Resume& how, const Found& fou
 void RunFolder::takeState(Simulation& simulation, const Resume& how, const Archive& archive, const Branch& branch,
                           std::vector<std::string>& notes)
 {
-    if (branch.changes.empty()) {
+    if (isDrawnOtherwiseOnly(branch)) {
         simulation.restoreFrom(archive);
         if (archive.getText("state_hash") != hexadecimal(simulation.stateHash()))
             archive.complain("the state it leads to is not the one that was saved");

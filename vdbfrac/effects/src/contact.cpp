@@ -20,6 +20,7 @@
 #include <vdbfrac/contact/contact_law.h>
 #include <vdbfrac/contact/contact_surface.h>
 #include <vdbfrac/contact/contact_search.h>
+#include <vdbfrac/contact/trembling.h>
 #include <vdbfrac/scene/friction.h>
 
 #include <algorithm>
@@ -95,6 +96,7 @@ public:
     void save(std::span<const core::Body>, core::Archive& archive) const override
     {
         surface_.save("contact", archive), search_.save("contact", archive);
+        trembling_.save("contact", archive);
         archive.putOne("contact.step", last_);
         archive.putOne("contact.changed", std::int64_t{isChanged_});
     }
@@ -102,6 +104,7 @@ public:
     {
         surface_.restoreFrom("contact", archive), restoreStep(archive);
         search_.restoreFrom("contact", archive, bodies_.back().firstNode + bodies_.back().mesh->nodeCount());
+        settle(), trembling_.restoreFrom("contact", archive, surface_.size(), targets_.size());
     }
     void branchFrom(const core::Archive& archive, std::span<const core::Body> bodies) override
     {
@@ -111,7 +114,10 @@ public:
     {
         surface_.refineFrom("contact", wide), restoreStep(wide.archive);
     }
-    std::size_t bytes() const override { return surface_.bytes() + targets_.bytes() + search_.bytes(); }
+    std::size_t bytes() const override
+    {
+        return surface_.bytes() + targets_.bytes() + search_.bytes() + trembling_.bytes();
+    }
 
 private:
     void restoreStep(const core::Archive& archive)
@@ -125,20 +131,23 @@ private:
     void forget()
     {
         isSettled_ = false;
-        search_.clear(), before_.clear(), pairs_.clear(), friction_.clear(), anchor_.clear();
+        search_.clear(), before_.clear(), pairs_.clear(), friction_.clear(), anchor_.clear(), trembling_.clear();
+    }
+    void settle()
+    {
+        if (!isSettled_) surface_.settle(), targets_.set(bodies_, kDepth * dx_), isSettled_ = true;
     }
     void look(std::span<const Vec3> x, std::span<const Vec3> v, double dt);
     /// Where nodes were as the step began: a later stage sets off from elsewhere.
     std::span<const Vec3> anchor() const { return anchor_.empty() ? search_.start() : std::span<const Vec3>(anchor_); }
-    std::vector<Pair> pairsAt(std::span<const Vec3> x) const;
+    std::vector<Pair> pairsAt(std::span<const Vec3> x, std::span<const Pair> held = {}) const;
     double depthAtStart(const Pair& p) const
     {
         const Vec3 y = surface_.probe(p.sample, search_.start());
         return surface_.reach(p.sample) - targets_.locate(p.target, y, search_.start()).phi;
     }
     void take(std::vector<Pair> pairs);
-    std::vector<ContactPoint> contactsAt(std::span<const Pair> pairs, std::span<const Vec3> x) const;
-    std::vector<ContactPoint> contactsAt(std::span<const Vec3> x) const { return contactsAt(pairs_, x); }
+    std::vector<ContactPoint> contactsAt(std::span<const Vec3> x) const { return forces_.contacts(pairs_, x); }
     double energyAt(std::span<const Vec3> x) const;
     std::vector<FrictionPoint> frictionAt(std::span<const Vec3> x) const
     {
@@ -169,6 +178,7 @@ private:
     bool isChanged_ = false;  // gaps of lips, or settings, are others than in the last step
     // Of the step at hand.
     contact::ContactSearch search_;
+    contact::Trembling trembling_;
     std::vector<Pair> pairs_;                   // by rising sample
     std::vector<FrictionPoint> friction_;       // by rising sample
     std::vector<Vec3> anchor_;                  // m: as anchor(), once there was a second begin()
@@ -177,23 +187,10 @@ private:
     mutable Ledger work_;
 };
 
-/// Samples that are deeper than they may be, by rising sample.
-std::vector<ContactPoint> Contact::contactsAt(std::span<const Pair> pairs, std::span<const Vec3> x) const
-{
-    const auto add = [&](std::size_t begin, std::size_t end, std::vector<ContactPoint>& all) {
-        for (const Pair& p : pairs.subspan(begin, end - begin)) {
-            const InTarget in = targets_.locate(p.target, surface_.probe(p.sample, x), x);
-            const double depth = surface_.reach(p.sample) - in.phi - surface_.memory(p.sample).allowance;
-            if (depth > 0) all.push_back({p.sample, p.target, depth, in.share, in.outward});
-        }
-    };
-    return gatherChunks<ContactPoint>(pairs.size(), kChunk, add);
-}
-
 /// What is seen at x, but for targets that would throw a sample out.
-std::vector<Pair> Contact::pairsAt(std::span<const Vec3> x) const
+std::vector<Pair> Contact::pairsAt(std::span<const Vec3> x, std::span<const Pair> held) const
 {
-    std::vector<Pair> pairs = near().seenAt(surface_, targets_, x, kReach);
+    std::vector<Pair> pairs = near().seenAt(surface_, targets_, x, kReach, held);
     std::erase_if(pairs, [&](const Pair& p) {
         return depthAtStart(p) > knownDepth(p.sample, surface_, before_) + kThrown * dx_;
     });
@@ -215,14 +212,16 @@ void Contact::take(std::vector<Pair> pairs)
 /// Finds what may touch within `dt` [s] from x, and what does so at first.
 void Contact::look(std::span<const Vec3> x, std::span<const Vec3> v, double dt)
 {
-    if (!isSettled_) surface_.settle(), targets_.set(bodies_, kDepth * dx_), isSettled_ = true;
+    settle();
     if (search_.look(surface_, targets_, x, v, dt)) {
         before_ = contact::deepest(penetrationsAt(x), surface_.size());
         for (std::size_t i = 0; i < surface_.size(); ++i)
             if (isFirst_ || surface_.memory(i).allowance == SampleMemory::kUnseen)
                 surface_.memory(i).see(before_[i], isChanged_ ? 0 : kThrown * dx_);
     }
-    take(pairsAt(search_.ahead()));
+    std::vector<Pair> pairs = pairsAt(search_.ahead(), trembling_.held());
+    if (trembling_.look(pairs, targets_)) pairs = pairsAt(search_.ahead(), trembling_.held());
+    take(std::move(pairs));
     friction_ = frictionAt(x);
 }
 
@@ -238,8 +237,8 @@ bool Contact::refresh(std::span<const Vec3> x)
 {
     const StageTimer timer(work_, "contact");
     search_.lookBeside(surface_, targets_, x);
-    std::vector<Pair> pairs = contact::withKnown(pairsAt(x), pairs_, surface_, targets_, x);
-    const std::vector<ContactPoint> seen = contactsAt(x), all = contactsAt(pairs, x);
+    std::vector<Pair> pairs = contact::withKnown(pairsAt(x, trembling_.held()), pairs_, surface_, targets_, x);
+    const std::vector<ContactPoint> seen = contactsAt(x), all = forces_.contacts(pairs, x);
     const bool moved = contact::haveChanged<ContactPoint>(seen, all, [&](auto& t) { return forces_.force(t); }) ||
                        hidesDeep(seen, all, kHidden * dx_);
     if (moved) take(std::move(pairs));
@@ -280,7 +279,7 @@ void Contact::linearize(std::span<const Vec3> x, std::vector<solver::Coupling>& 
 double Contact::energyAt(std::span<const Vec3> x) const
 {
     double energy = 0;
-    for (const ContactPoint& t : contactsAt(pairsAt(x), x)) energy += forces_.energy(t);
+    for (const ContactPoint& t : forces_.contacts(pairsAt(x), x)) energy += forces_.energy(t);
     return energy;
 }
 
@@ -349,6 +348,7 @@ void Contact::accept(std::span<const Vec3> x, double, double dt)
             surface_.memory(p.sample).allowance = SampleMemory::kBuried;
     // What has come out is touched no more: whoever asks for the energy now asks for that of what is.
     std::erase_if(pairs_, [&](const Pair& p) { return depth[p.sample] == 0; });
+    trembling_.keep(pairs_);
 }
 
 /// No sample comes nearer to a target than three quarters of the depth in which samples are found, in one step, and

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <vdbfrac/base/infinity.h>
+#include <vdbfrac/base/parallel.h>
 #include <vdbfrac/base/vec.h>
 #include <vdbfrac/contact/contact_law.h>
 #include <vdbfrac/contact/narrow_phase.h>
@@ -75,6 +76,18 @@ public:
     }
     void start(std::span<const core::Body> bodies) { bodies_ = bodies; }
 
+    /// Samples that are deeper than they may be, by rising sample, as `pairs` are.
+    std::vector<ContactPoint> contacts(std::span<const contact::Pair> pairs, std::span<const Vec3> x) const
+    {
+        const auto add = [&](std::size_t begin, std::size_t end, std::vector<ContactPoint>& all) {
+            for (const contact::Pair& p : pairs.subspan(begin, end - begin)) {
+                const contact::InTarget in = targets_.locate(p.target, surface_.probe(p.sample, x), x);
+                const double depth = surface_.reach(p.sample) - in.phi - surface_.memory(p.sample).allowance;
+                if (depth > 0) all.push_back({p.sample, p.target, depth, in.share, in.outward});
+            }
+        };
+        return gatherChunks<ContactPoint>(pairs.size(), kChunk, add);
+    }
     double energy(const ContactPoint& t) const { return area(t) * law(t).energy(t.depth); }             ///< J
     Vec3 force(const ContactPoint& t) const { return area(t) * law(t).pressure(t.depth) * t.outward; }  ///< N
     double k(const ContactPoint& t) const { return area(t) * law(t).k(); }                              ///< N/m, deep

@@ -95,11 +95,21 @@ struct Camera {
 /// The nearest place from which all points are seen, with a margin.
 Camera fittingCamera(const Vec3& direction, std::span<const Vec3> points, int width, int height, double angle = 45);
 
+/// What is lit of an endless floor, before it fades.
+struct Stage {
+    Vec3 middle;
+    double size = 0;  ///< m: from the middle to the farthest of what stands there
+
+    /// Round some points.
+    explicit Stage(std::span<const Vec3> points);
+};
+
 struct View {
     Camera camera;
     int width = 640, height = 480;
     int samples = 32;              ///< rays a pixel
     std::optional<double> ground;  ///< height of a floor [m]
+    std::optional<Stage> stage;    ///< the same for all pictures of a shot; none: round what is seen
 };
 
 /// The same picture for any number of threads. Throws Error for a view without size and values that are not finite.

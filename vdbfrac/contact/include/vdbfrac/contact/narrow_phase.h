@@ -47,9 +47,10 @@ public:
     void restoreFrom(const std::string& name, const core::Archive& archive, std::size_t nodes);
 
     /// In each fragment the target that a sample lies in, or nearest to which it is: no farther outside than `reach`,
-    /// in barycentric coordinates. By rising sample.
+    /// in barycentric coordinates. By rising sample. What is `held`, by rising sample, is so until a sample is well
+    /// outside.
     std::vector<Pair> seenAt(const ContactSurface& surface, const Targets& targets, std::span<const Vec3> x,
-                             double reach) const;
+                             double reach, std::span<const Pair> held = {}) const;
 
     /// Samples that are in what they see, by rising sample.
     std::vector<Penetration> penetrationsAt(const ContactSurface& surface, const Targets& targets,

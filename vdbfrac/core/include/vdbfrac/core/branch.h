@@ -24,6 +24,9 @@ struct BranchRecord {
     std::vector<scene::Change> changes;
 };
 
+/// Does nothing change but what frames hold? Then what is simulated has the bits of the run.
+bool isDrawnOtherwiseOnly(const Branch& branch);
+
 /// Are the colliders others, or how what is in them is drawn?
 bool hasOtherColliders(const Branch& branch);
 

@@ -1,0 +1,114 @@
+// Samples that two targets push into each other by turns.
+#include <vdbfrac/contact/trembling.h>
+#include <vdbfrac/core/archive.h>
+#include <vdbfrac/base/error.h>
+#include <vdbfrac/lab/scenes/scene_run.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <vector>
+
+using namespace vdbfrac;
+using contact::Pair;
+using contact::Trembling;
+
+namespace {
+
+constexpr double kDx = 0.05;  // m
+
+/// Two slabs that lie in each other by half a voxel.
+struct Slabs {
+    lab::SceneRun run{
+        "version = 1\nname = \"slabs\"\n[grid]\nvoxel_size = 0.05\n[[body]]\nname = \"low\"\nmaterial = \"gel\"\n"
+        "shape = { box = { size = [0.5, 0.2, 0.5] } }\n[[body]]\nname = \"high\"\nmaterial = \"gel\"\n"
+        "shape = { box = { size = [0.3, 0.2, 0.3], center = [0.01, 0.175, 0.02], rotate = [3, 8, 5] } }\n"
+        "[material.gel]\nyoungs_modulus = 1e5\npoisson_ratio = 0.3\ndensity = 1000\n[contact]\n"};
+    contact::ContactSurface surface;
+    contact::Targets targets;
+    contact::NarrowPhase near;
+    std::vector<Vec3> x{run.simulation.x().begin(), run.simulation.x().end()};
+
+    Slabs()
+    {
+        surface.start(run.simulation.bodies(), 0);
+        surface.settle();
+        targets.set(run.simulation.bodies(), 2 * kDx);
+        near.find(surface, targets, {x, x}, {x, x}, kDx);
+    }
+};
+
+bool operator==(const Pair& a, const Pair& b) { return a.sample == b.sample && a.target == b.target; }
+
+TEST(Trembling, IsWhatGoesBackToWhereItHasJustComeFrom)
+{
+    const Slabs slabs;
+    const auto isOf = [&](std::uint32_t t, std::uint32_t other) {
+        return slabs.targets[t].fragment == slabs.targets[other].fragment;
+    };
+    const std::uint32_t a = 0, b = 1, other = std::uint32_t(slabs.targets.size() - 1);
+    ASSERT_TRUE(isOf(a, b) && !isOf(a, other));
+    const auto held = [&](const std::vector<Pair>& older, const std::vector<Pair>& last,
+                          const std::vector<Pair>& seen) {
+        Trembling trembling;
+        trembling.keep(older), trembling.keep(last);
+        const bool isFound = trembling.look(seen, slabs.targets);
+        EXPECT_EQ(isFound, !trembling.held().empty());
+        EXPECT_FALSE(trembling.look(seen, slabs.targets));  // again
+        return std::vector<Pair>(trembling.held().begin(), trembling.held().end());
+    };
+    EXPECT_TRUE(std::ranges::equal(held({{5, a}, {7, a}}, {{5, b}, {7, a}}, {{5, a}, {7, b}}),
+                                   std::vector<Pair>{{5, b}}, [](const Pair& p, const Pair& q) { return p == q; }));
+    EXPECT_TRUE(held({{5, a}}, {{5, b}}, {{5, b}}).empty());                  // stays
+    EXPECT_TRUE(held({{5, a}}, {{5, b}}, {{5, b + 1}}).empty());              // goes on
+    EXPECT_TRUE(held({{5, a}}, {{6, b}}, {{5, a}}).empty());                  // was out
+    EXPECT_TRUE(held({{5, other}}, {{5, b}}, {{5, b}, {5, other}}).empty());  // in two pieces
+}
+
+TEST(Trembling, EndsWhereASampleHasLeft)
+{
+    const Slabs slabs;
+    Trembling trembling;
+    trembling.keep({{{5, 0}}}), trembling.keep({{{5, 1}}});
+    ASSERT_TRUE(trembling.look({{{5, 0}}}, slabs.targets));
+    trembling.keep({{{5, 1}, {6, 2}}});
+    EXPECT_EQ(trembling.held().size(), 1u);
+    core::Archive archive;
+    trembling.save("t", archive);
+    Trembling restored;
+    restored.restoreFrom("t", archive, 7, 3);
+    EXPECT_EQ(restored.held().size(), 1u);
+    EXPECT_THROW(restored.restoreFrom("t", archive, 6, 3), FileError);
+    EXPECT_THROW(restored.restoreFrom("t", archive, 7, 2), FileError);
+    trembling.keep({{{6, 2}}});
+    EXPECT_TRUE(trembling.held().empty());
+}
+
+/// What is held is seen a little outside of its tet too, though a sample lies in another.
+TEST(Trembling, HoldsWhatASampleIsALittleOutsideOf)
+{
+    constexpr double kReach = .1, kHeld = .2;
+    const Slabs s;
+    int held = 0, left = 0;
+    const std::vector<Pair> pairs = s.near.seenAt(s.surface, s.targets, s.x, kReach);
+    for (const Pair& p : std::span(pairs).first(std::min<std::size_t>(pairs.size(), 8))) {
+        const Vec3 y = s.surface.probe(p.sample, s.x);
+        for (std::uint32_t t = 0; t < s.targets.size(); ++t) {
+            const double least = s.targets.locate(t, y, s.x).least;
+            if (t == p.target || s.targets[t].fragment != s.targets[p.target].fragment || least < -5 * kHeld) continue;
+            const Pair other{p.sample, t};
+            const auto seen = s.near.seenAt(s.surface, s.targets, s.x, kReach, std::span(&other, 1));
+            const auto now = std::ranges::find(seen, p.sample, &Pair::sample);
+            ASSERT_NE(now, seen.end());
+            if (now->target == t) {
+                EXPECT_GT(least, -kHeld - 1e-9);
+                ++held;
+            }
+            left += now->target != t && least < -kHeld;
+        }
+    }
+    EXPECT_GT(held, 10);
+    EXPECT_GT(left, 10);
+}
+
+}  // namespace

@@ -1,0 +1,34 @@
+// Samples that go to and fro between two targets.
+#pragma once
+
+#include <vdbfrac/contact/narrow_phase.h>
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace vdbfrac::contact {
+
+/// At an edge of a coarse surface two targets can push a sample into each other, step by step, for ever. Where it
+/// would go back to that which it has just come from, it is held by the one that it is in.
+class Trembling {
+public:
+    /// What a step would begin with: does anything go back? Then that is held from now on.
+    bool look(std::span<const Pair> seen, const Targets& targets);
+    /// By rising sample: as seenAt() takes them.
+    std::span<const Pair> held() const { return held_; }
+    /// What a step has ended with, by rising sample, then fragment. What a sample has left is held no more.
+    void keep(std::span<const Pair> pairs);
+    void clear() { *this = {}; }
+
+    void save(const std::string& name, core::Archive& archive) const;
+    void restoreFrom(const std::string& name, const core::Archive& archive, std::size_t samples, std::size_t targets);
+    std::size_t bytes() const;
+
+private:
+    std::vector<Pair> last_, older_;  // of the last step, and the one before
+    std::vector<Pair> held_;
+};
+
+}  // namespace vdbfrac::contact
