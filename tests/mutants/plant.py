@@ -217,6 +217,8 @@ BUGS = [
         "contact_test", "Trembling.EndsWhereASampleHasLeft"),
     Bug("what is held is not seen", CONTACT + "narrow_phase.cpp", "least = kInfinity;", ";",
         "contact_test", "Trembling.HoldsWhatASampleIsALittleOutsideOf"),
+    Bug("points are drawn out of their own piece", EFFECTS + "contact_drawing.cpp", "            out->share *= shareBack(out->way, normals[p]);", "",
+        "collider_test", "DrawnPieces.AreNotThrownThroughThinOnes"),
     Bug("samples are made for what is far", EFFECTS + "collider.cpp", "            surface_.leave();", "            surface_.settle();",
         "collider_test", "FarCollider.CostsATearNoSamplesAndNoBit"),
     Bug("sharp edges are found anew after a resume", CONTACT + "contact_surface.cpp", "    restorePlaces(name, archive);\n    if", "    findPlaces();\n    if",

@@ -134,7 +134,7 @@ def check_obj_text(path):
             require(name is not None and rest, f"{where}: group '{rest}'")
             group = rest
         elif key == "usemtl":
-            require(group is not None and (rest == "inside") == group.endswith("_inside"),
+            require(group is not None and (rest == "inside" or rest.startswith("inside_")) == group.endswith("_inside"),
                     f"{where}: material '{rest}' in group '{group}'")
             material = rest
         elif key == "f":

@@ -117,7 +117,7 @@ TEST(DrawnPieces, StayWhereTheyOnlyTouch)
 }
 
 /// A plate a voxel thick that sinks into a box: points of the box that come to its middle do not jump to its other
-/// side.
+/// side, and are not drawn out of the box to where that is nearer.
 TEST(DrawnPieces, AreNotThrownThroughThinOnes)
 {
     const SceneRun run = touching("drawn = \"apart\"\n");
@@ -141,7 +141,7 @@ TEST(DrawnPieces, AreNotThrownThroughThinOnes)
         before = now;
     }
     EXPECT_LT(moved(.35), -.05);
-    EXPECT_GT(moved(-.35), .05);
+    EXPECT_EQ(moved(-.35), 0);  // that way out leads out of the box
 }
 
 /// Between two voxels, where all of the overlap goes, and three, where all of it stays, some of it does.

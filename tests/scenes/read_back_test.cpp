@@ -192,8 +192,8 @@ TEST(ObjFaces, AreInsideInAKerfAndOutsideOnTheOldSkin)
 /// Torn faces of a body whose material has a colour for them have a material of their own, and are read as torn.
 TEST(ObjFaces, AreOfTheTornColourOfTheirBody)
 {
-    lab::Saw saw(0, kHalfKerf);
     const auto sawn = [&](const std::vector<std::string>& more) {
+        lab::Saw saw(0, kHalfKerf);
         SceneRun run(block("six"), more, &saw);
         run.step();
         const Written files(run);
@@ -203,7 +203,7 @@ TEST(ObjFaces, AreOfTheTornColourOfTheirBody)
     auto [plainObj, plainMtl, plainTorn] = sawn({});
     const auto [obj, mtl, torn] = sawn({"material.m.torn_colour=[1, 0.9, 0.5]"});
     EXPECT_EQ(torn, plainTorn);
-    EXPECT_EQ(std::ranges::count(torn, 1) > 0, true);
+    EXPECT_GT(std::ranges::count(torn, 1), 0);
     EXPECT_NE(mtl.find("newmtl inside_m\nKa 0 0 0\nKd 1 0.9 0.5\n"), std::string::npos) << mtl;
     EXPECT_EQ(plainMtl.find("inside_m"), std::string::npos);
     for (std::size_t at = 0; (at = plainObj.find("usemtl inside\n", at)) != std::string::npos; ++at)

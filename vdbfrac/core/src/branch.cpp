@@ -71,7 +71,11 @@ bool hasOtherColliders(const Branch& branch)
 
 std::string changeText(const scene::Change& change)
 {
-    const auto value = [](const std::string& text) { return text.empty() ? std::string("not there") : text; };
+    constexpr std::size_t kLong = 100;  // a whole table, with all that it leaves out
+    const auto value = [](const std::string& text) {
+        if (text.empty()) return std::string("not there");
+        return text.size() > kLong ? text.substr(0, kLong) + " ..." : text;
+    };
     return change.key + " = " + value(change.after) + " (was " + value(change.before) + ")";
 }
 

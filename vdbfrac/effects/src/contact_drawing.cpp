@@ -155,8 +155,32 @@ private:
     ByVoxel byCell_;
 };
 
+/// Of length 1, of the points of a surface; 0 where nothing is known.
+std::vector<Vec3> normalsOf(const DrawnSurface& surface, std::span<const Piece> pieces)
+{
+    std::vector<Vec3> normals(surface.points.size(), Vec3::Zero());
+    for (const Piece& piece : pieces)
+        for (const auto& t : piece.triangles) {
+            if (piece.surface != &surface) break;
+            const auto& [a, b, c] = piece.corners(t);
+            for (const std::uint32_t p : t) normals[p] += (b - a).cross(c - a);
+        }
+    for (Vec3& n : normals) n.stableNormalize();
+    return normals;
+}
+
+/// Of a way out of another piece, how much a point of a piece may go that has this normal. Where surfaces touch that is
+/// back into its own piece. Where the other one is folded, the nearest of its faces may lie across a crack: points
+/// would be drawn out of their own piece to there.
+double shareBack(const Vec3& way, const Vec3& normal)
+{
+    constexpr double kBack = .25;  // cosine: from here on all of it
+    return std::clamp(-normal.dot(way.normalized()) / kBack, 0., 1.);
+}
+
 /// Adds the ways of points of `piece` out of `other`: the longest of each.
-void addWays(const Piece& piece, const Piece& other, const NearSurface& surface, std::vector<Out>& ways)
+void addWays(const Piece& piece, const Piece& other, const NearSurface& surface, std::span<const Vec3> normals,
+             std::vector<Out>& ways)
 {
     const Box box = piece.box.intersection(other.box);
     parallelChunks(piece.points.size(), kChunk / 16, [&](std::size_t begin, std::size_t end) {
@@ -164,8 +188,10 @@ void addWays(const Piece& piece, const Piece& other, const NearSurface& surface,
             const std::uint32_t p = piece.points[i];
             const Vec3& X = piece.surface->points[p];
             if (!box.contains(X)) continue;
-            const std::optional<Out> out = surface.out(X);
-            if (out && out->way.squaredNorm() > ways[p].way.squaredNorm()) ways[p] = *out;
+            std::optional<Out> out = surface.out(X);
+            if (!out || !(out->way.squaredNorm() > ways[p].way.squaredNorm())) continue;
+            out->share *= shareBack(out->way, normals[p]);
+            ways[p] = *out;
         }
     });
 }
@@ -176,6 +202,8 @@ std::vector<std::vector<Out>> waysOut(std::span<DrawnSurface> surfaces, std::vec
     std::vector<std::vector<Out>> ways;
     for (const DrawnSurface& s : surfaces) ways.emplace_back(s.points.size());
     for (Piece& piece : pieces) piece.measure();
+    std::vector<std::vector<Vec3>> normals;
+    for (const DrawnSurface& s : surfaces) normals.push_back(normalsOf(s, pieces));
     for (const Piece& other : pieces) {
         if (!(other.volume > 0)) continue;  // it would push the wrong way
         std::vector<const Piece*> guests;
@@ -187,8 +215,10 @@ std::vector<std::vector<Out>> waysOut(std::span<DrawnSurface> surfaces, std::vec
             }
         if (guests.empty()) continue;
         const NearSurface surface(other, box, dx);
-        for (const Piece* guest : guests)
-            addWays(*guest, other, surface, ways[std::size_t(guest->surface - surfaces.data())]);
+        for (const Piece* guest : guests) {
+            const auto b = std::size_t(guest->surface - surfaces.data());
+            addWays(*guest, other, surface, normals[b], ways[b]);
+        }
     }
     return ways;
 }

@@ -30,7 +30,7 @@ bool isDrawnOtherwiseOnly(const Branch& branch);
 /// Are the colliders others, or how what is in them is drawn?
 bool hasOtherColliders(const Branch& branch);
 
-/// "fracture.toughness = 50 (was 100)".
+/// "fracture.toughness = 50 (was 100)"; what is long is cut short.
 std::string changeText(const scene::Change& change);
 
 }  // namespace vdbfrac::core
