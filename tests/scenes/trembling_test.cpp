@@ -1,4 +1,4 @@
-// Samples that two targets push into each other by turns.
+// What holds the samples of a surface, from step to step and in a solve.
 #include <vdbfrac/contact/trembling.h>
 #include <vdbfrac/core/archive.h>
 #include <vdbfrac/base/error.h>
@@ -109,6 +109,27 @@ TEST(Trembling, HoldsWhatASampleIsALittleOutsideOf)
     }
     EXPECT_GT(held, 10);
     EXPECT_GT(left, 10);
+}
+
+/// What a solve has pushed out of a tet is not forgotten, or it could come back deep, unseen; but what has long left
+/// is.
+TEST(NarrowPhase, KeepsWhatASolveHasPushedOut)
+{
+    const Slabs s;
+    const std::vector<Pair> seen = s.near.seenAt(s.surface, s.targets, s.x, .1);
+    ASSERT_GT(seen.size(), 20u);
+    const auto kept = [&](std::span<const Pair> now, double way) {
+        std::vector<Vec3> x = s.x;
+        for (std::size_t n = s.run.simulation.bodies()[1].firstNode; n < x.size(); ++n) x[n].y() += way;
+        return contact::withKnown(now, seen, s.surface, s.targets, x);
+    };
+    const auto same = [](const std::vector<Pair>& a, std::span<const Pair> b) {
+        return std::ranges::equal(a, b, [](const Pair& p, const Pair& q) { return p == q; });
+    };
+    EXPECT_TRUE(same(kept({}, 0), seen));
+    EXPECT_TRUE(same(kept(std::span(seen).first(7), 0), seen));
+    EXPECT_TRUE(same(kept({}, .5 * kDx), seen));
+    EXPECT_TRUE(kept({}, 10 * kDx).empty());
 }
 
 }  // namespace
