@@ -106,11 +106,13 @@ TEST(DrawnPieces, StayWhereTheyOnlyTouch)
     addBox(Vec3::Zero(), Vec3(1, 1, 1), 2, inside);
     addBox(Vec3::Zero(), Vec3(.6, .6, .6), 2, inside);
     EXPECT_EQ(moved(inside), 0);
-    // Two voxels above the side of a box that stands on an edge: to one that is inside out that is within.
+    // The far side of a plate is two voxels above the side of a box that stands on an edge: to one that is inside out
+    // that is within, and the way out leads back into the plate.
     tetmesh::Surface beside;
     addBox(Vec3(0, -.5, 0), Vec3(1, 1, 1), 1000, beside, 45);
     const std::size_t turned = beside.triangles.size();
-    addBox(Vec3(.4, .25, 0), Vec3(.3, .3, .3), 2, beside);
+    const Vec3 out = Vec3(1, 1, 0).normalized();
+    addBox(Vec3(0, -.5, 0) + (.5 + 1.5 * kDx) * out, Vec3(3, kDx, 3), 2, beside, -45);
     EXPECT_EQ(moved(beside), 0);
     for (std::size_t t = 0; t < turned; ++t) std::swap(beside.triangles[t][0], beside.triangles[t][1]);
     EXPECT_EQ(moved(beside), 0);
@@ -142,6 +144,27 @@ TEST(DrawnPieces, AreNotThrownThroughThinOnes)
     }
     EXPECT_LT(moved(.35), -.05);
     EXPECT_EQ(moved(-.35), 0);  // that way out leads out of the box
+}
+
+/// A crumb that sinks into a body is drawn beside it less and less, and stays where it is when most of it is in there.
+TEST(DrawnPieces, StayWhereACrumbLiesInABody)
+{
+    const SceneRun run = touching("drawn = \"apart\"\n");
+    const auto most = [&](double above) {
+        tetmesh::Surface surface;
+        addBox(Vec3(0, -.5, 0), Vec3(1, 1, 1), 2, surface);
+        addBox(Vec3(.013, above * kDx, .017), 3 * kDx * Vec3::Ones(), .5, surface);
+        Drawn drawn(surface);
+        drawn.place(run, 0);
+        double far = 0;
+        for (std::size_t p = 0; p < drawn.points.size(); ++p)
+            far = std::max(far, (drawn.points[p] - surface.points[p]).norm() / kDx);
+        return far;
+    };
+    EXPECT_GT(most(1.2), .1);
+    EXPECT_GT(most(.5), .5);
+    EXPECT_LT(most(-1.2), .2);
+    EXPECT_LT(most(-1.6), kExact);
 }
 
 /// Between two voxels, where all of the overlap goes, and three, where all of it stays, some of it does.

@@ -178,32 +178,44 @@ double shareBack(const Vec3& way, const Vec3& normal)
     return std::clamp(-normal.dot(way.normalized()) / kBack, 0., 1.);
 }
 
-/// Adds the ways of points of `piece` out of `other`: the longest of each.
-void addWays(const Piece& piece, const Piece& other, const NearSurface& surface, std::span<const Vec3> normals,
-             std::vector<Out>& ways)
-{
-    const Box box = piece.box.intersection(other.box);
-    parallelChunks(piece.points.size(), kChunk / 16, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-            const std::uint32_t p = piece.points[i];
-            const Vec3& X = piece.surface->points[p];
-            if (!box.contains(X)) continue;
-            std::optional<Out> out = surface.out(X);
-            if (!out || !(out->way.squaredNorm() > ways[p].way.squaredNorm())) continue;
-            out->share *= shareBack(out->way, normals[p]);
-            ways[p] = *out;
-        }
-    });
-}
+/// Points of a piece that are in another one, and their ways out.
+struct Meeting {
+    const Piece *piece, *other;
+    struct Way {
+        std::uint32_t point;
+        Out out;
+    };
+    std::vector<Way> ways;  // by rising point
 
-/// The ways of all points out of other pieces, by surface.
-std::vector<std::vector<Out>> waysOut(std::span<DrawnSurface> surfaces, std::vector<Piece>& pieces, double dx)
+    Meeting(const Piece& of, const Piece& in, const NearSurface& surface, std::span<const Vec3> normals)
+        : piece(&of), other(&in)
+    {
+        const Box box = of.box.intersection(in.box);
+        const auto add = [&](std::size_t begin, std::size_t end, std::vector<Way>& all) {
+            for (const std::uint32_t p : std::span(of.points).subspan(begin, end - begin)) {
+                const Vec3& X = of.surface->points[p];
+                std::optional<Out> out = box.contains(X) ? surface.out(X) : std::nullopt;
+                if (!out) continue;
+                out->share *= shareBack(out->way, normals[p]);
+                all.push_back({p, *out});
+            }
+        };
+        ways = gatherChunks<Way>(of.points.size(), kChunk / 16, add);
+    }
+    /// Of the ways: a crumb that lies in a body with most of its points is not beside it, and stays where it is.
+    double shareBeside() const
+    {
+        constexpr double kBeside = .5, kWithin = .8;  // of its points
+        return std::clamp((kWithin - double(ways.size()) / double(piece->points.size())) / (kWithin - kBeside), 0., 1.);
+    }
+};
+
+/// Of all pieces that are in others.
+std::vector<Meeting> meetingsOf(std::span<DrawnSurface> surfaces, std::span<const Piece> pieces, double dx)
 {
-    std::vector<std::vector<Out>> ways;
-    for (const DrawnSurface& s : surfaces) ways.emplace_back(s.points.size());
-    for (Piece& piece : pieces) piece.measure();
     std::vector<std::vector<Vec3>> normals;
     for (const DrawnSurface& s : surfaces) normals.push_back(normalsOf(s, pieces));
+    std::vector<Meeting> all;
     for (const Piece& other : pieces) {
         if (!(other.volume > 0)) continue;  // it would push the wrong way
         std::vector<const Piece*> guests;
@@ -215,11 +227,30 @@ std::vector<std::vector<Out>> waysOut(std::span<DrawnSurface> surfaces, std::vec
             }
         if (guests.empty()) continue;
         const NearSurface surface(other, box, dx);
-        for (const Piece* guest : guests) {
-            const auto b = std::size_t(guest->surface - surfaces.data());
-            addWays(*guest, other, surface, normals[b], ways[b]);
-        }
+        for (const Piece* guest : guests)
+            all.emplace_back(*guest, other, surface, normals[std::size_t(guest->surface - surfaces.data())]);
     }
+    return all;
+}
+
+/// The ways of all points out of other pieces, by surface: the longest of each.
+std::vector<std::vector<Out>> waysOut(std::span<DrawnSurface> surfaces, std::vector<Piece>& pieces, double dx)
+{
+    for (Piece& piece : pieces) piece.measure();
+    const std::vector<Meeting> meetings = meetingsOf(surfaces, pieces, dx);
+    std::map<std::pair<const Piece*, const Piece*>, double> beside;  // both ways
+    for (const Meeting& m : meetings) {
+        const auto [at, isNew] = beside.try_emplace(std::minmax(m.piece, m.other), 1.);
+        at->second = std::min(at->second, m.shareBeside());
+    }
+    std::vector<std::vector<Out>> ways;
+    for (const DrawnSurface& s : surfaces) ways.emplace_back(s.points.size());
+    for (const Meeting& m : meetings)
+        for (const auto& [point, out] : m.ways) {
+            Out& longest = ways[std::size_t(m.piece->surface - surfaces.data())][point];
+            if (!(out.way.squaredNorm() > longest.way.squaredNorm())) continue;
+            longest = {out.way, out.share * beside.at(std::minmax(m.piece, m.other))};
+        }
     return ways;
 }
 
