@@ -215,8 +215,10 @@ TEST(Branch, AnotherGapThrowsNothing)
     const double calm = before.simulation.totals().kineticEnergy;
     SceneRun branch(stack("[contact]\ngap = 1\n"));
     branch.simulation.branchFrom(saved(before));
+    const core::Archive archive = saved(branch);
+    EXPECT_NE(archive.get<double>("contact.reach"), saved(before).get<double>("contact.reach"));
     SceneRun again(stack("[contact]\ngap = 1\n"));  // from a checkpoint that the branch starts with
-    again.simulation.restoreFrom(saved(branch));
+    again.simulation.restoreFrom(archive);
     for (int i = 0; i < 5; ++i) {
         EXPECT_LT(branch.step().kineticEnergy, calm + .1);  // J; thrown it had thousands
         again.step();

@@ -197,12 +197,13 @@ void writeObj(const std::filesystem::path& file, const Surface& surface, const s
 
 namespace {
 
-/// Is a face of a frame torn? By its group, and, as an outer surface can have groups of any name, by its material.
-bool isTorn(const RenderMesh& frame, std::size_t face)
+/// Is a face of a frame torn? By its group, that of its fragment; and by its material, as a surface that was itself a
+/// frame may have groups of such names.
+bool isTorn(const RenderMesh& frame, std::size_t face, const std::string& fragment)
 {
     const std::uint32_t group = frame.group[face], material = frame.material[face];
-    return group != RenderMesh::kNone && frame.groups[group].ends_with(kTornGroup) && material != RenderMesh::kNone &&
-           isTornMaterial(frame.materials[material]);
+    return group != RenderMesh::kNone && frame.groups[group] == fragment + std::string(kTornGroup) &&
+           material != RenderMesh::kNone && isTornMaterial(frame.materials[material]);
 }
 
 }  // namespace
@@ -217,7 +218,7 @@ DrawnTopology readDrawnObj(const std::filesystem::path& file)
     for (std::size_t f = 0; f < drawn.mesh.faces(); ++f) {
         const std::uint32_t object = all.objectOfFace[f];
         drawn.fragment.push_back(object == RenderMesh::kNone ? 0 : ids[object]);
-        drawn.torn.push_back(isTorn(drawn.mesh, f));
+        drawn.torn.push_back(object != RenderMesh::kNone && isTorn(drawn.mesh, f, all.objects[object]));
     }
     return drawn;
 }

@@ -49,7 +49,6 @@ pictures::View viewOf(const std::vector<Vec3>& seen, const PictureOptions& optio
     else
         view.camera = pictures::fittingCamera(direction, seen, options.width, options.height, options.angle);
     view.width = options.width, view.height = options.height, view.samples = options.samples;
-    view.stage.emplace(seen);
     return view;
 }
 
@@ -217,6 +216,9 @@ Scenery sceneryOf(const fs::path& folder, const RunFrames& run, const std::vecto
     scenery.view = viewOf(seen, options, from);
     scenery.seen = scenery.subjects.back().points;
     addColliders(scenery, run, frames, folder, from);
+    std::vector<Vec3> lit = seen;
+    for (const pictures::Subject& s : scenery.subjects) lit.insert(lit.end(), s.points.begin(), s.points.end());
+    scenery.view.stage.emplace(lit);
     return scenery;
 }
 

@@ -217,13 +217,14 @@ void ContactSurface::restorePlaces(const std::string& name, const core::Archive&
         }
         first += count;
     }
+    if (first != key.size()) archive.complain("sharp edges for " + name + " are of no body");
 }
 
-void ContactSurface::restoreFrom(const std::string& name, const core::Archive& archive)
+void ContactSurface::restoreFrom(const std::string& name, const core::Archive& archive, bool keepsReaches)
 {
     restorePlaces(name, archive);
-    if (archive.get<double>(name + ".allowance").empty()) return leave();  // nothing was near
-    takeSamples();
+    const bool wasAway = sampling_.keepsEdges && archive.get<double>(name + ".allowance").empty();
+    wasAway ? leave() : takeSamples();
     const auto allowance = archive.get<double>(name + ".allowance", memory_.size());
     const auto depth = archive.get<double>(name + ".depth", memory_.size());
     const auto stretch = archive.get<Vec3>(name + ".stretch", memory_.size());
@@ -235,7 +236,8 @@ void ContactSurface::restoreFrom(const std::string& name, const core::Archive& a
                 !stretch[i].allFinite() || !std::isfinite(reach[i]))
                 archive.complain("what a sample of the surface keeps for " + name + " is out of range");
             memory_[i] = {allowance[i], stretch[i], depth[i]};
-            r = reach[i++];
+            if (keepsReaches) r = reach[i];
+            ++i;
         }
 }
 
@@ -277,6 +279,8 @@ std::size_t ContactSurface::bytes() const
                       (fragment_.capacity() + ofNode_.capacity()) * sizeof(std::uint32_t) +
                       probe_.capacity() * sizeof(Vec3);
     for (const Samples& own : own_) sum += own.bytes();
+    for (const SharpPlaces& p : places_)
+        sum += p.key.capacity() * sizeof(std::uint64_t) + p.at.capacity() * sizeof(Vec3);
     return sum;
 }
 

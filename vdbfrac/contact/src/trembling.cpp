@@ -28,7 +28,8 @@ std::vector<Pair> restored(const std::string& name, const core::Archive& archive
 {
     const auto numbers = archive.get<std::uint32_t>(name);
     std::vector<Pair> pairs;
-    for (std::size_t i = 0; i + 1 < numbers.size(); i += 2) {
+    if (numbers.size() % 2 != 0) archive.complain("'" + name + "' lacks a number");
+    for (std::size_t i = 0; i < numbers.size(); i += 2) {
         pairs.push_back({numbers[i], numbers[i + 1]});
         if (numbers[i] >= samples || numbers[i + 1] >= targets) archive.complain("'" + name + "' is out of range");
     }

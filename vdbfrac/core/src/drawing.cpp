@@ -123,7 +123,7 @@ tetmesh::RenderMesh surfaceOf(const scene::Collider& collider, const scene::Grid
 
 namespace {
 
-/// Frames have materials of these names: "outside" is none, and by "inside" readers tell what is torn.
+/// Frames have materials of these names: "outside" is none, and "inside" are torn faces.
 tetmesh::RenderMesh withOwnNames(tetmesh::RenderMesh mesh, const std::string& body, std::vector<std::string>& notes)
 {
     for (const char* name : {"outside", "inside"}) {

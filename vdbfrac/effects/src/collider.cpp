@@ -52,9 +52,6 @@ public:
     {
     }
 
-    Colliders(const Colliders&) = delete;
-    Colliders& operator=(const Colliders&) = delete;
-
     std::string name() const override { return "collider"; }
     void join(core::Stages& stages) override
     {
@@ -140,6 +137,7 @@ private:
     }
     void see(std::span<const Vec3> x, bool all);
     void look(std::span<const Vec3> x, std::span<const Vec3> v, double time);
+    bool lookLate(std::span<const Vec3> x, double time);
     std::vector<ColliderPush> pushesAt(std::span<const Vec3> x, const Places& places) const;
     std::vector<ColliderFriction> frictionAt(std::span<const Vec3> x, const Places& places) const;
 
@@ -156,15 +154,15 @@ private:
     bool isChanged_ = false;            // colliders are others than in the last step
 
     // Of the step at hand.
-    double begin_ = 0, length_ = 0;           // s
-    Places start_, places_;                   // when it begins; when forces are taken
-    Places begunPlaces_;                      // as it began, in whichever stage it is
-    std::vector<Vec3> begun_;                 // of each sample [m]: as it began
-    std::vector<Vec3> from_;                  // of each node [m]: as its solve began, far from all
-    std::vector<ColliderFriction> friction_;  // by rising sample
-    double deepest_ = 0;                      // m
-    std::size_t active_ = 0;                  // samples that touched in the last step
-    std::vector<Vec3> loads_;                 // N: of each collider, on the material
+    double begin_ = 0, length_ = 0, fromTime_ = 0;  // s; of from_
+    Places start_, places_;                         // when it begins; when forces are taken
+    Places begunPlaces_;                            // as it began, in whichever stage it is
+    std::vector<Vec3> begun_;                       // of each sample [m]: as it began
+    std::vector<Vec3> from_;                        // of each node [m]: as it began, far from all
+    std::vector<ColliderFriction> friction_;        // by rising sample
+    double deepest_ = 0;                            // m
+    std::size_t active_ = 0;                        // samples that touched in the last step
+    std::vector<Vec3> loads_;                       // N: of each collider, on the material
     mutable Ledger work_;
 };
 
@@ -173,7 +171,6 @@ void Colliders::begin(const solver::StepStart& start)
     const StageTimer timer(work_, "collider");
     begin_ = start.begin, length_ = start.time - start.begin;
     look(start.x, start.v, begin_);
-    if (surface_.size() == 0) from_.assign(start.x.begin(), start.x.end());
     places_ = obstacles_.placesAt(start.time), friction_ = frictionAt(start.x, start_);
 }
 
@@ -189,7 +186,7 @@ void Colliders::look(std::span<const Vec3> x, std::span<const Vec3> v, double ti
         if (std::exchange(hasComeNear_, false) || search_.mayTouch({x, v, time, frame_, outside_}, start_))
             surface_.settle();
         else
-            surface_.leave();
+            surface_.leave(), from_.assign(x.begin(), x.end()), fromTime_ = time;
         surface_.placeOnEdges(x);
         begunPlaces_ = start_, begun_.resize(surface_.size());
         parallelChunks(begun_.size(), kChunk, [&](std::size_t begin, std::size_t end) {
@@ -203,20 +200,26 @@ void Colliders::look(std::span<const Vec3> x, std::span<const Vec3> v, double ti
     });
 }
 
+/// Where a step has come near what it was far from as it began: its samples, as they were there. Has it?
+bool Colliders::lookLate(std::span<const Vec3> x, double time)
+{
+    const bool isLate = surface_.size() == 0 && search_.mayHaveTouched({from_, x, fromTime_, time}, outside_);
+    if (isLate) hasComeNear_ = true, look(from_, {}, fromTime_), start_ = obstacles_.placesAt(lookedAt_ = begin_);
+    return isLate;
+}
+
 /// Samples may be as deep as they are where they are new; `all`: and where colliders are others than they were.
 void Colliders::see(std::span<const Vec3> x, bool all)
 {
-    const auto seeOne = [&](std::size_t i) {
-        SampleMemory& memory = surface_.memory(i);
-        if (!all && memory.allowance != SampleMemory::kUnseen) return;
-        const Vec3 y = surface_.at(i, x);
-        double depth = 0;
-        for (std::size_t c = 0; c < obstacles_.size(); ++c)
-            depth = std::max(depth, surface_.reach(i) - obstacles_.distance(y, c, start_));
-        memory.see(depth);
-    };
     parallelChunks(surface_.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) seeOne(i);
+        for (std::size_t i = begin; i < end; ++i) {
+            SampleMemory& memory = surface_.memory(i);
+            if (!all && memory.allowance != SampleMemory::kUnseen) continue;
+            double depth = 0;
+            for (std::size_t c = 0; c < obstacles_.size(); ++c)
+                depth = std::max(depth, surface_.reach(i) - obstacles_.distance(surface_.at(i, x), c, start_));
+            memory.see(depth);
+        }
     });
 }
 
@@ -250,8 +253,7 @@ std::vector<ColliderFriction> Colliders::frictionAt(std::span<const Vec3> x, con
 bool Colliders::refresh(std::span<const Vec3> x)
 {
     const StageTimer timer(work_, "collider");
-    hasComeNear_ = surface_.size() == 0 && search_.mayHaveTouched({from_, x, begin_, begin_ + length_}, outside_);
-    if (hasComeNear_) return look(from_, {}, begin_), true;
+    if (lookLate(x, begin_ + length_)) return true;
     std::vector<ColliderFriction> held = frictionAt(x, places_);
     const bool slips = contact::haveChanged<ColliderFriction>(
         friction_, held, [](const ColliderFriction& h) { return h.spring.push(); });
@@ -328,20 +330,23 @@ solver::EnergyFlow Colliders::flow(const solver::Leg& leg) const
 bool Colliders::isAdmissible(const solver::WholeStep& way) const
 {
     const StageTimer timer(work_, "collider");
-    hasComeNear_ = surface_.size() == 0 && search_.mayHaveTouched(way, outside_);  // where a scheme never refreshes
+    hasComeNear_ = surface_.size() == 0 && search_.mayHaveTouched(way, outside_);  // schemes that never refresh
     return !hasComeNear_ && !search_.isAnyPassed(way);
 }
 
 void Colliders::accept(std::span<const Vec3> x, double time, double dt)
 {
     const StageTimer timer(work_, "collider");
-    lookedAt_ = kNever, isChanged_ = false;
+    (void)lookLate(x, time);  // a step that is kept unsolved: nobody has asked yet
+    lookedAt_ = kNever, isChanged_ = hasComeNear_ = false;
     const Places places = obstacles_.placesAt(time);
     std::vector<Vec3> stretch(surface_.size(), Vec3::Zero());
-    for (const ColliderFriction& h : friction_) stretch[h.sample] = h.spring.kept(slipOf(h, x, places));
     loads_.assign(obstacles_.size(), Vec3::Zero());
     for (const ColliderContact& t : contactsAt(x, places)) loads_[t.collider] += forceOf(t);
-    for (const ColliderFriction& h : friction_) loads_[h.collider] += h.spring.force(slipOf(h, x, places));
+    for (const ColliderFriction& h : friction_) {
+        const Vec3 slip = slipOf(h, x, places);
+        stretch[h.sample] = h.spring.kept(slip), loads_[h.collider] += h.spring.force(slip);
+    }
     const std::vector<ColliderSearch::Depth> depths = search_.depths(x, places);
     deepest_ = 0, active_ = 0;
     for (std::size_t i = 0; i < depths.size(); ++i) {
@@ -382,8 +387,6 @@ std::unique_ptr<core::Effect> make(const scene::Values&, const scene::Scene& sce
     return std::make_unique<Colliders>(scene);
 }
 
-bool inScene(const scene::Scene& scene) { return !scene.colliders.empty(); }
-
 }  // namespace
 
 EffectInfo collider()
@@ -391,7 +394,7 @@ EffectInfo collider()
     return {.table = {"collider", "", {}},
             .stages = "solve, limit on the time step, what frames draw",
             .make = make,
-            .inScene = inScene};
+            .inScene = [](const scene::Scene& scene) { return !scene.colliders.empty(); }};
 }
 
 }  // namespace vdbfrac::effects

@@ -95,20 +95,14 @@ public:
     void place(double, std::span<core::DrawnSurface> surfaces) const override { drawApart(surfaces, dx_); }
     void save(std::span<const core::Body>, core::Archive& archive) const override
     {
-        surface_.save("contact", archive), search_.save("contact", archive);
-        trembling_.save("contact", archive);
+        surface_.save("contact", archive), search_.save("contact", archive), trembling_.save("contact", archive);
         archive.putOne("contact.step", last_);
         archive.putOne("contact.changed", std::int64_t{isChanged_});
     }
-    void restoreFrom(const core::Archive& archive, std::span<const core::Body>) override
+    void restoreFrom(const core::Archive& archive, std::span<const core::Body>) override { restore(archive, true); }
+    void branchFrom(const core::Archive& archive, std::span<const core::Body>) override
     {
-        surface_.restoreFrom("contact", archive), restoreStep(archive);
-        search_.restoreFrom("contact", archive, bodies_.back().firstNode + bodies_.back().mesh->nodeCount());
-        settle(), trembling_.restoreFrom("contact", archive, surface_.size(), targets_.size());
-    }
-    void branchFrom(const core::Archive& archive, std::span<const core::Body> bodies) override
-    {
-        restoreFrom(archive, bodies), search_.clear(), isChanged_ = true;
+        restore(archive, false), search_.clear(), isChanged_ = true;
     }
     void refineFrom(const core::Refinement& wide, std::span<const core::Body>) override
     {
@@ -120,6 +114,13 @@ public:
     }
 
 private:
+    /// `keepsReaches`: the settings are those of the run.
+    void restore(const core::Archive& archive, bool keepsReaches)
+    {
+        surface_.restoreFrom("contact", archive, keepsReaches), restoreStep(archive);
+        search_.restoreFrom("contact", archive, bodies_.back().firstNode + bodies_.back().mesh->nodeCount());
+        settle(), trembling_.restoreFrom("contact", archive, surface_.size(), targets_.size());
+    }
     void restoreStep(const core::Archive& archive)
     {
         last_ = archive.getOne<double>("contact.step");
@@ -376,8 +377,7 @@ void Contact::report(Ledger& work, std::map<std::string, double>& measured)
     work_.count("contact", "searches", search_.takeSearches());
     work_.count("contact", "listed", std::int64_t(near().pairs()));
     work_.count("contact", "active", std::int64_t(pairs_.size()));
-    measured["contact_depth_m"] = deepest_;
-    measured["contact_self_depth_m"] = deepestInItself_;
+    measured["contact_depth_m"] = deepest_, measured["contact_self_depth_m"] = deepestInItself_;
     work.add(work_), work_.clear();
 }
 

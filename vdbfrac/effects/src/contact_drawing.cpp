@@ -171,11 +171,14 @@ std::vector<Vec3> normalsOf(const DrawnSurface& surface, std::span<const Piece> 
 
 /// Of a way out of another piece, how much a point of a piece may go that has this normal. Where surfaces touch that is
 /// back into its own piece. Where the other one is folded, the nearest of its faces may lie across a crack: points
-/// would be drawn out of their own piece to there.
-double shareBack(const Vec3& way, const Vec3& normal)
+/// would be drawn far out of their own piece to there.
+double shareBack(const Vec3& way, const Vec3& normal, double dx)
 {
-    constexpr double kBack = .25;  // cosine: from here on all of it
-    return std::clamp(-normal.dot(way.normalized()) / kBack, 0., 1.);
+    constexpr double kBack = .25;            // cosine: from here on all of it
+    constexpr double kShort = .5, kFar = 1;  // voxels: as far any point may go, and none out of its piece
+    const double depth = way.norm(), back = -normal.dot(way) / depth / kBack,
+                 near = (kFar - depth / dx) / (kFar - kShort);
+    return std::clamp(std::max(back, near), 0., 1.);
 }
 
 /// Points of a piece that are in another one, and their ways out.
@@ -187,7 +190,7 @@ struct Meeting {
     };
     std::vector<Way> ways;  // by rising point
 
-    Meeting(const Piece& of, const Piece& in, const NearSurface& surface, std::span<const Vec3> normals)
+    Meeting(const Piece& of, const Piece& in, const NearSurface& surface, std::span<const Vec3> normals, double dx)
         : piece(&of), other(&in)
     {
         const Box box = of.box.intersection(in.box);
@@ -196,7 +199,7 @@ struct Meeting {
                 const Vec3& X = of.surface->points[p];
                 std::optional<Out> out = box.contains(X) ? surface.out(X) : std::nullopt;
                 if (!out) continue;
-                out->share *= shareBack(out->way, normals[p]);
+                out->share *= shareBack(out->way, normals[p], dx);
                 all.push_back({p, *out});
             }
         };
@@ -228,12 +231,12 @@ std::vector<Meeting> meetingsOf(std::span<DrawnSurface> surfaces, std::span<cons
         if (guests.empty()) continue;
         const NearSurface surface(other, box, dx);
         for (const Piece* guest : guests)
-            all.emplace_back(*guest, other, surface, normals[std::size_t(guest->surface - surfaces.data())]);
+            all.emplace_back(*guest, other, surface, normals[std::size_t(guest->surface - surfaces.data())], dx);
     }
     return all;
 }
 
-/// The ways of all points out of other pieces, by surface: the longest of each.
+/// The ways of all points out of other pieces, by surface: of each that which it goes farthest.
 std::vector<std::vector<Out>> waysOut(std::span<DrawnSurface> surfaces, std::vector<Piece>& pieces, double dx)
 {
     for (Piece& piece : pieces) piece.measure();
@@ -248,8 +251,8 @@ std::vector<std::vector<Out>> waysOut(std::span<DrawnSurface> surfaces, std::vec
     for (const Meeting& m : meetings)
         for (const auto& [point, out] : m.ways) {
             Out& longest = ways[std::size_t(m.piece->surface - surfaces.data())][point];
-            if (!(out.way.squaredNorm() > longest.way.squaredNorm())) continue;
-            longest = {out.way, out.share * beside.at(std::minmax(m.piece, m.other))};
+            const double share = out.share * beside.at(std::minmax(m.piece, m.other));
+            if (share * out.way.norm() > longest.share * longest.way.norm()) longest = {out.way, share};
         }
     return ways;
 }

@@ -106,7 +106,7 @@ public:
     /// Samples that lie near each other: most of those in a cell.
     std::size_t clusters() const { return cluster_.start.size() - 1; }
     std::span<const std::uint32_t> cluster(std::size_t c) const { return cluster_[c]; }
-    /// Of the triangles between the samples, each once; none where keepsEdges_ is false.
+    /// Of the triangles between the samples, each once; none where they are not kept.
     std::span<const Samples::Edge> edges() const { return all_.edge; }
     SampleMemory& memory(std::size_t i) { return memory_[i]; }
     const SampleMemory& memory(std::size_t i) const { return memory_[i]; }
@@ -129,7 +129,8 @@ public:
     void forgetStrained();
 
     void save(const std::string& name, core::Archive& archive) const;
-    void restoreFrom(const std::string& name, const core::Archive& archive);
+    /// `keepsReaches`: of samples; else they are those of the gap and the lips as they are set now.
+    void restoreFrom(const std::string& name, const core::Archive& archive, bool keepsReaches = true);
     /// Each sample keeps what the nearest one of the wide lattice did, where one is within two of its voxels.
     void refineFrom(const std::string& name, const core::Refinement& wide);
     std::size_t bytes() const;
