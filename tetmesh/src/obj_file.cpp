@@ -202,8 +202,10 @@ namespace {
 bool isTorn(const RenderMesh& frame, std::size_t face, const std::string& fragment)
 {
     const std::uint32_t group = frame.group[face], material = frame.material[face];
-    return group != RenderMesh::kNone && frame.groups[group] == fragment + std::string(kTornGroup) &&
-           material != RenderMesh::kNone && isTornMaterial(frame.materials[material]);
+    if (group == RenderMesh::kNone || material == RenderMesh::kNone) return false;
+    const std::string& name = frame.groups[group];
+    return name.size() == fragment.size() + kTornGroup.size() && name.starts_with(fragment) &&
+           name.ends_with(kTornGroup) && isTornMaterial(frame.materials[material]);
 }
 
 }  // namespace

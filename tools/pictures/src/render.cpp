@@ -132,7 +132,6 @@ public:
         // From the upper left behind the camera.
         sun_ = (-0.9 * right_ + 1.5 * Vec3::UnitY() - 0.8 * ahead_).normalized();
         sunU_ = sun_.unitOrthogonal(), sunV_ = sun_.cross(sunU_);
-        size_ = std::max(size_, Stage(subject.points).size);
     }
 
     Colour pixel(int i, int j) const
@@ -215,7 +214,7 @@ private:
                  const std::array<double, 2>& sky) const
     {
         // Off the face, by what is seen of it: things far away may be any size.
-        const Vec3 from = s.X + 1e-4 * std::min(size_, s.distance) * s.face;
+        const Vec3 from = s.X + 1e-4 * std::min(own_.size, s.distance) * s.face;
         const double r = kSunSize * std::sqrt(sun[0]), a = 2 * std::numbers::pi * sun[1];
         const Vec3 toSun = (sun_ + r * std::cos(a) * sunU_ + r * std::sin(a) * sunV_).normalized();
         Colour sum = Colour::Zero();
@@ -229,7 +228,7 @@ private:
         const double rho = std::sqrt(sky[0]), b = 2 * std::numbers::pi * sky[1];
         const Vec3 up = rho * std::cos(b) * u + rho * std::sin(b) * v + std::sqrt(1 - sky[0]) * s.normal;
         if (!target_.isBlocked(from, up)) sum += kSkyLight * s.colour * float(0.65 + 0.35 * up.y());
-        if (s.normal != Vec3::UnitY() || !view_.ground || s.X.y() > *view_.ground + 1e-9 * size_) return sum;
+        if (s.normal != Vec3::UnitY() || !view_.ground || s.X.y() > *view_.ground + 1e-9 * own_.size) return sum;
         const double away = (s.X - stage_.middle).norm() / (3 * stage_.size);
         const float fade = float(std::clamp(away - 0.4, 0., 1.));
         return (1 - fade) * sum + fade * kSkyBottom;
@@ -239,8 +238,8 @@ private:
     const View& view_;
     Target target_;
     Vec3 ahead_, right_, up_, sun_, sunU_, sunV_;
-    Stage stage_ = view_.stage.value_or(Stage(subject_.points));
-    double slope_ = 0, size_ = 1e-9;
+    Stage own_{subject_.points}, stage_ = view_.stage.value_or(own_);
+    double slope_ = 0;
 };
 
 void check(const Subject& subject, const View& view)

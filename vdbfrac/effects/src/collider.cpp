@@ -158,7 +158,7 @@ private:
     Places start_, places_;                         // when it begins; when forces are taken
     Places begunPlaces_;                            // as it began, in whichever stage it is
     std::vector<Vec3> begun_;                       // of each sample [m]: as it began
-    std::vector<Vec3> from_;                        // of each node [m]: as it began, far from all
+    std::vector<Vec3> from_;                        // of each node [m]: as it began, far from all; none near
     std::vector<ColliderFriction> friction_;        // by rising sample
     double deepest_ = 0;                            // m
     std::size_t active_ = 0;                        // samples that touched in the last step
@@ -184,7 +184,7 @@ void Colliders::look(std::span<const Vec3> x, std::span<const Vec3> v, double ti
     start_ = obstacles_.placesAt(time);
     if (isFirst) {
         if (std::exchange(hasComeNear_, false) || search_.mayTouch({x, v, time, frame_, outside_}, start_))
-            surface_.settle();
+            surface_.settle(), from_.clear();
         else
             surface_.leave(), from_.assign(x.begin(), x.end()), fromTime_ = time;
         surface_.placeOnEdges(x);
@@ -203,9 +203,9 @@ void Colliders::look(std::span<const Vec3> x, std::span<const Vec3> v, double ti
 /// Where a step has come near what it was far from as it began: its samples, as they were there. Has it?
 bool Colliders::lookLate(std::span<const Vec3> x, double time)
 {
-    const bool isLate = surface_.size() == 0 && search_.mayHaveTouched({from_, x, fromTime_, time}, outside_);
-    if (isLate) hasComeNear_ = true, look(from_, {}, fromTime_), start_ = obstacles_.placesAt(lookedAt_ = begin_);
-    return isLate;
+    if (from_.empty() || !search_.mayHaveTouched({from_, x, fromTime_, time}, outside_)) return false;
+    hasComeNear_ = true, look(std::exchange(from_, {}), {}, fromTime_);
+    return start_ = obstacles_.placesAt(lookedAt_ = begin_), true;
 }
 
 /// Samples may be as deep as they are where they are new; `all`: and where colliders are others than they were.
@@ -330,7 +330,7 @@ solver::EnergyFlow Colliders::flow(const solver::Leg& leg) const
 bool Colliders::isAdmissible(const solver::WholeStep& way) const
 {
     const StageTimer timer(work_, "collider");
-    hasComeNear_ = surface_.size() == 0 && search_.mayHaveTouched(way, outside_);  // schemes that never refresh
+    hasComeNear_ = !from_.empty() && search_.mayHaveTouched(way, outside_);  // schemes that never refresh
     return !hasComeNear_ && !search_.isAnyPassed(way);
 }
 
