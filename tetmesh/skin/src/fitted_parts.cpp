@@ -124,4 +124,9 @@ double outwardArea(const SkinTopology& skin, std::span<const SkinCut::Point> poi
     return (at(1) - at(0)).cross(at(2) - at(0)).dot(skin.normal[part.triangle]);
 }
 
+void dropInward(const SkinTopology& skin, std::span<const SkinCut::Point> points, std::vector<SkinCut::Part>& parts)
+{
+    std::erase_if(parts, [&](const SkinCut::Part& part) { return !(outwardArea(skin, points, part) > 0); });
+}
+
 }  // namespace vdbfrac::skin

@@ -40,4 +40,7 @@ std::vector<Vec3> harmonic(const SkinTopology& skin, std::span<const SkinCut::Pa
 /// Twice the area [m^2] of a part that looks outward; below 0 of one that looks inward.
 double outwardArea(const SkinTopology& skin, std::span<const SkinCut::Point> points, const SkinCut::Part& part);
 
+/// Where lips have passed each other parts that look inward lie over others, which look outward. Takes the former out.
+void dropInward(const SkinTopology& skin, std::span<const SkinCut::Point> points, std::vector<SkinCut::Part>& parts);
+
 }  // namespace vdbfrac::skin

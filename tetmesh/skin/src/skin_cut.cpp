@@ -4,6 +4,7 @@
 #include "kept_skin.h"
 #include "lips.h"
 #include "rest_parts.h"
+#include "slivers.h"
 #include "specks.h"
 #include "taken_skin.h"
 #include "torn_detail.h"
@@ -201,7 +202,10 @@ SkinCut SkinCutter::cut(const tetmesh::NodeField<float>& rest, const tetmesh::No
     } else {
         cut.taken.clear();
     }
-    if (!made.empty()) fitKept(*topology_, dx_, made, triangles_, cut);
+    if (!made.empty()) {
+        fitKept(*topology_, dx_, made, triangles_, cut);
+        removeSlivers(*topology_, dx_, cut);
+    }
     if (style.detail.amplitude > 0) addTornDetail(style.detail, rest, dx_, cut);
     return cut;
 }

@@ -72,8 +72,7 @@ void fitTaken(const SkinTopology& skin, double dx, std::span<const SkinCut::Poin
         if (i < before || !places[i - before].isCorner) point.X = slider.closest(point, point.X + shift[i], point.on);
     }
     redivide(skin, cut.points, cut.taken);
-    // Where lips have passed each other what looks inward lies over others, which look outward.
-    std::erase_if(cut.taken, [&](const SkinCut::Part& part) { return !(outwardArea(skin, cut.points, part) > 0); });
+    dropInward(skin, cut.points, cut.taken);
 }
 
 }  // namespace vdbfrac::skin
