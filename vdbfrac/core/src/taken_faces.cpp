@@ -2,7 +2,6 @@
 
 #include "arrivals.h"
 
-#include <vdbfrac/base/disjoint_sets.h>
 #include <vdbfrac/base/grouping.h>
 #include <vdbfrac/base/nearest_source.h>
 #include <vdbfrac/base/polygon.h>
@@ -230,46 +229,57 @@ TakenFaces::TakenFaces(const DrawnTopology& drawn, bool lipsClosed, const Stages
         else
             faces.emplace_back(std::min(frame, parted.frameOf(f)), f);
     }
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> points;  // frame and number
-    for (const auto& [frame, f] : faces)
-        for (const RenderMesh::Corner& c : drawn.mesh.face(f)) points.emplace_back(frame, c.point);
-    sortUnique(points);
-    const auto numberOf = [&](std::uint32_t frame, std::uint32_t point) {
-        return std::uint32_t(std::ranges::lower_bound(points, std::pair(frame, point)) - points.begin());
+    const auto patchOf = [&](std::uint32_t frame, std::uint32_t f) {
+        Vec3 middle = Vec3::Zero();
+        for (const RenderMesh::Corner& c : drawn.mesh.face(f)) middle += drawn.mesh.points[c.point] / 3;
+        const Coord voxel = tetmesh::floorOf(middle.array() / dx);
+        return std::array<std::int64_t, 4>{frame, voxel.x, voxel.y, voxel.z};
     };
+    using Own = std::pair<std::array<std::int64_t, 4>, std::uint32_t>;  // patch and number
+    std::vector<Own> points;
+    for (const auto& [frame, f] : faces)
+        for (const RenderMesh::Corner& c : drawn.mesh.face(f)) points.emplace_back(patchOf(frame, f), c.point);
+    sortUnique(points);
     DrawnTopology now = withoutTaken(drawn);
-    const std::vector<RenderMesh::Corner> left = now.mesh.corners;
-    DisjointSets sets(points.size());
     const auto first = std::uint32_t(now.mesh.points.size());
+    // What is gone lies in a point of what stays: others may be carried far away.
+    std::vector<std::uint8_t> stays(first, 0);
+    for (const RenderMesh::Corner& c : now.mesh.corners) stays[c.point] = 1;
     for (const auto& [frame, f] : faces) {
         std::array<RenderMesh::Corner, 3> corners;
         for (std::size_t k = 0; k < 3; ++k) {
             corners[k] = drawn.mesh.face(f)[k];
-            corners[k].point = first + numberOf(frame, corners[k].point);
-            sets.join(corners[0].point - first, corners[k].point - first);
+            const auto own = std::ranges::lower_bound(points, Own(patchOf(frame, f), corners[k].point));
+            corners[k].point = first + std::uint32_t(own - points.begin());
         }
         now.mesh.addFace(corners, drawn.mesh.group[f], drawn.mesh.material[f]);
         now.torn.push_back(0), now.fragment.push_back(drawn.fragment[f]);
     }
-    // What is gone lies in a point of what stays: others may be carried far away.
-    std::vector<std::uint8_t> stays(first, 0);
-    for (const RenderMesh::Corner& c : left) stays[c.point] = 1;
     const std::vector<std::uint32_t> nearest = nearestKnown(linksOf(drawn, false), stays, drawn.mesh.points);
-    const std::vector<std::uint32_t> piece = std::move(sets).names();
+    std::size_t patch = 0;  // the first point of it
     for (std::size_t i = 0; i < points.size(); ++i) {
-        const std::uint32_t own = points[piece[i]].second;
+        if (points[i].first != points[patch].first) patch = i;
+        const std::uint32_t all = points[patch].second;
         now.mesh.points.push_back(now.mesh.points[points[i].second]);
-        points_.push_back({points[i].second, points[i].first, nearest[own] != kNoSource ? nearest[own] : own});
+        points_.push_back(
+            {points[i].second, std::uint32_t(points[i].first[0]), all, nearest[all] != kNoSource ? nearest[all] : all});
     }
     topology_ = std::make_shared<const DrawnTopology>(std::move(now));
 }
 
-void TakenFaces::addTo(std::size_t frame, DrawnBody& drawn) const
+bool TakenFaces::goesIn(std::size_t frame) const
+{
+    return std::ranges::any_of(points_, [&](const Point& point) { return point.frame == frame; });
+}
+
+void TakenFaces::addTo(std::size_t frame, std::span<const Vec3> before, DrawnBody& drawn) const
 {
     drawn.topology = topology_;
     for (const Point& point : points_) {
+        const bool goesNow = frame == point.frame && frame > 0;
         const std::uint32_t at = frame < point.frame ? point.from : point.goesTo;
-        drawn.points.push_back(drawn.points[at]), drawn.velocity.push_back(drawn.velocity[at]);
+        drawn.points.push_back(goesNow ? before[point.patch] : drawn.points[at]);
+        drawn.velocity.push_back(drawn.velocity[at]);
     }
 }
 

@@ -29,7 +29,7 @@ public:
                std::vector<std::filesystem::path> motion);
 
     std::size_t frames() const { return motion_.size(); }
-    /// What the first frame lacks of the surface, a sentence, or nothing.
+    /// What frames lack of the surface, a sentence, or nothing.
     std::string lacks() const;
     /// All bodies of a frame, counted from 0. Throws FileError.
     DrawnFrame frame(std::size_t number) const;
@@ -48,6 +48,8 @@ private:
     std::vector<PartedFaces> part(const Simulation& simulation);
     void partIn(std::size_t frame, const Archive& archive, std::size_t body, PartedFaces& parted);
     std::vector<tetmesh::CacheFrame> cacheFrame(std::size_t number) const;
+    DrawnFrame surface(std::size_t number) const;
+    const std::vector<std::vector<Vec3>>& placesIn(std::size_t number) const;
     void writeObj(const std::filesystem::path& out) const;
     void writeMdd(const std::filesystem::path& out) const;
     void writeUsd(const std::filesystem::path& out) const;
@@ -60,10 +62,18 @@ private:
     // Of each frame and body: what these nodes were, then those of tets that cracks take later and
     // that carry points.
     std::vector<std::vector<Nodes>> node_;
+    double lost_ = 0;                                             // of the material by the last frame
     DrawnFrame rest_;                                             // the first frame
     std::vector<std::vector<std::uint32_t>> used_, usedNormals_;  // points and normals that faces use, of each body
     std::vector<BeforeCracks> before_;                            // of each body
     std::vector<TakenFaces> taken_;                               // of each body
+    /// Points of all bodies in one frame, without those of taken_: frames are asked for one after the other, and each
+    /// looks back at the one before.
+    struct Places {
+        std::size_t frame = 0;
+        std::vector<std::vector<Vec3>> points;  // m; none before the first
+    };
+    mutable Places last_;
 };
 
 }  // namespace vdbfrac::core

@@ -41,8 +41,9 @@ private:
     std::vector<std::uint32_t> frame_;  // of each face that cracks take
 };
 
-/// Faces that are there until a crack comes to them, and lie in one point from then on. So they have points of their
-/// own: one for all that go in the same frame.
+/// Faces that are there until a crack comes to them, and lie in one point from then on: at first where they were, so
+/// that motion blur sees them shrink on the spot, then in a point of what stays. So they have points of their own: one
+/// for all that go in the same frame and voxel.
 class TakenFaces {
 public:
     /// Of a body as Drawing::followWhole draws it at the end of a run. Between lips that are closed there are no faces
@@ -50,15 +51,19 @@ public:
     TakenFaces(const tetmesh::DrawnTopology& drawn, bool lipsClosed, const Stages& stages, const Body& body, double fps,
                const PartedFaces& parted);
 
-    /// Gives a body as it is drawn in a frame, counted from 0, the faces' own points.
-    void addTo(std::size_t frame, DrawnBody& drawn) const;
+    /// Gives a body as it is drawn in a frame, counted from 0, the faces' own points. `before`: the body's other points
+    /// in the frame before [m]; may be empty unless goesIn(frame).
+    void addTo(std::size_t frame, std::span<const Vec3> before, DrawnBody& drawn) const;
+    /// Does any face go in this frame?
+    bool goesIn(std::size_t frame) const;
     /// Faces that are never there, as no crack is known to have come to them.
     std::size_t unknown() const { return unknown_; }
 
 private:
     struct Point {
         std::uint32_t from = 0;   // the point of the surface that it lies on
-        std::uint32_t frame = 0;  // from this one on it lies on `goesTo`
+        std::uint32_t frame = 0;  // in this one it lies where `patch` was, from then on on `goesTo`
+        std::uint32_t patch = 0;
         std::uint32_t goesTo = 0;
     };
 
