@@ -2,7 +2,6 @@
 #include "crack_lattice.h"
 #include "torn_solids.h"
 
-#include <vdbfrac/base/disjoint_sets.h>
 #include <vdbfrac/skin/skin_cut.h>
 
 #include <gtest/gtest.h>
@@ -11,7 +10,6 @@
 #include <cmath>
 #include <map>
 #include <numbers>
-#include <set>
 
 namespace vdbfrac::skin {
 namespace {
@@ -59,47 +57,6 @@ TEST(SkinCut, ClosesWhatLiesBesideTheSurfaceOfPhi)
                 EXPECT_EQ(Edges(drawn(solid, cut)).bad(), 0) << voxels << ", " << normal.transpose() << ", " << k;
             }
     }
-}
-
-/// Points of each piece that is drawn.
-std::map<std::uint32_t, std::vector<std::uint32_t>> piecesOf(const Drawn& d)
-{
-    DisjointSets sets(d.points.size());
-    std::set<std::uint32_t> used;
-    for (const auto* faces : {&d.outside, &d.torn})
-        for (const auto& t : *faces) sets.join(t[0], t[1]), sets.join(t[0], t[2]), used.insert(t.begin(), t.end());
-    std::map<std::uint32_t, std::vector<std::uint32_t>> pieces;
-    for (const std::uint32_t p : used) pieces[sets.find(p)].push_back(p);
-    return pieces;
-}
-
-/// A crack cuts off what a skin bulges out from between its nodes. What has no material is not drawn, as it would hang
-/// in the air.
-TEST(SkinCut, LeavesNoSpecksWithoutMaterial)
-{
-    constexpr double dx = .1;
-    std::int64_t specks = 0;
-    for (const Solid& solid : {ball(1, 12), rod(Vec3(.3, .2, 1).normalized(), 24), box(.97, 7)})
-        for (const Vec3& normal : kTilts)
-            for (int k = 0; k < 10; ++k) {
-                const Plane plane{normal, .9 - .02 * k};
-                const SkinCut cut = cutBy(solid, plane, dx);
-                const Drawn d = drawn(solid, cut);
-                EXPECT_EQ(Edges(d).bad(), 0);
-                for (const auto& [first, points] : piecesOf(d)) {
-                    Eigen::AlignedBox3d box;
-                    bool hasMaterial = false;
-                    for (const std::uint32_t p : points) {
-                        box.extend(d.points[p]);
-                        if (p < solid.points.size()) continue;
-                        const Vec3 node = dx * cut.points[p - solid.points.size()].anchor.toVec();
-                        hasMaterial = hasMaterial || std::max(solid.phi(node), plane.c(node, dx)) < 0;
-                    }
-                    EXPECT_TRUE(hasMaterial || box.sizes().maxCoeff() >= dx) << solid.name << ", " << k;
-                }
-                specks += cut.specks;
-            }
-    EXPECT_GT(specks, 0);
 }
 
 /// Where the surface is no 2-manifold, what is left has no gaps either: by their places, as many faces go along an edge

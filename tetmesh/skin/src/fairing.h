@@ -7,6 +7,7 @@
 #include <vdbfrac/skin/skin_cut.h>
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace vdbfrac::skin {
@@ -16,7 +17,9 @@ Groups neighboursOf(const SkinCut& cut, std::uint32_t firstPoint);
 
 /// Moves the points of a cut with these neighbours: in torn faces to even them, along rims on the smooth face, or the
 /// sharp edge, of the outer surface that they are on. The outer surface may have any number of triangles to a voxel.
-void fair(const SkinTopology& skin, const Groups& neighbours, double dx, std::vector<SkinCut::Point>& points);
+/// Points that are fixed stay, but those on a rim come back to it.
+void fair(const SkinTopology& skin, const Groups& neighbours, double dx, std::span<const std::uint8_t> isFixed,
+          std::vector<SkinCut::Point>& points);
 
 /// Moves points of torn faces that look against those round them to the middle of their neighbours, but not along rims.
 /// Returns them, rising.

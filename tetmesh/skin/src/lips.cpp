@@ -1,5 +1,6 @@
 #include "lips.h"
 
+#include "cut_pieces.h"
 #include "fairing.h"
 #include "redivide.h"
 #include "slider.h"
@@ -116,6 +117,16 @@ std::vector<std::optional<Vec3>> evened(const std::vector<std::optional<Vec3>>& 
     return result;
 }
 
+/// Points of closed pieces that made fair would shrink to nothing: what is evened out is up to two voxels long.
+std::vector<std::uint8_t> smallPieces(const SkinTopology& skin, double dx, const SkinCut& cut)
+{
+    constexpr double kSmall = 3;  // voxels
+    const CutPieces pieces(skin, cut, kSmall * dx);
+    std::vector<std::uint8_t> isSmall(cut.points.size());
+    for (std::size_t i = 0; i < isSmall.size(); ++i) isSmall[i] = pieces.isSmall(pieces.ofMade(i));
+    return isSmall;
+}
+
 /// Moves points of torn faces and rims to the middle between them and the lip opposite, as each lip has been made fair
 /// by itself: rims, which are seen before the crack opens, until they lie on each other.
 void meet(const SkinTopology& skin, double dx, SkinCut& cut)
@@ -167,7 +178,7 @@ void closeLips(const SkinTopology& skin, const CrackLattice& lattice, SkinCut& c
     for (int round = 0; round < kRounds; ++round) way = evened(way, neighbours);
     for (std::size_t i = 0; i < way.size(); ++i)
         if (way[i]) cut.points[i].X += *way[i];
-    fair(skin, neighbours, lattice.voxelSize(), cut.points);
+    fair(skin, neighbours, lattice.voxelSize(), smallPieces(skin, lattice.voxelSize(), cut), cut.points);
     meet(skin, lattice.voxelSize(), cut);
     std::vector<std::uint32_t> moved;
     for (std::uint32_t i = 0; i < cut.points.size(); ++i)

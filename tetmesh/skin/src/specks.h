@@ -1,4 +1,4 @@
-// Specks of the outer surface that cracks have cut off where there is no material. Not installed.
+// Pieces of what is drawn that are too small to be seen, or have no material. Not installed.
 #pragma once
 
 #include "skin_topology.h"
@@ -9,8 +9,12 @@
 namespace vdbfrac::skin {
 
 /// Takes out closed pieces smaller than a voxel that no material is at: what a crack leaves of a skin that bulges out
-/// from between its nodes. They would hang in the air. Those that whole triangles are part of stay. `now`: phi [m]; dx:
+/// from between its nodes. They would hang in the air. `now`: phi [m]; dx:
 /// voxel size [m]. Counts them in `cut`.
 void removeSpecks(const SkinTopology& skin, const tetmesh::NodeField<float>& now, double dx, SkinCut& cut);
+
+/// Takes out closed pieces without size, a quarter of a voxel: hollows that a crack a node wide left in the material
+/// before its lips were closed, and dust. Counts them in `cut`.
+void removeClosed(const SkinTopology& skin, double dx, SkinCut& cut);
 
 }  // namespace vdbfrac::skin
