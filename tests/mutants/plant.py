@@ -125,6 +125,8 @@ BUGS = [
         "skin_test", "SkinCut.ClosedLipsHaveNoSliversAlongRims"),
     Bug("joining points of rims leaves holes", "tetmesh/skin/src/slivers.cpp", "!staysSurface(edge) || ", "",
         "skin_test", "SkinCut.ClosedLipsHaveNoSliversAlongRims"),
+    Bug("textures are smeared over seams", "tetmesh/skin/src/skin_corners.cpp", "if (isBeyond(seams_.uvIsland)) home.uv = there;", "",
+        "skin_test", "SkinTextures.AreThoseOfThePlaceAsFarAsTheSeam"),
     Bug("crumbs are drawn as points", "tetmesh/skin/src/lips.cpp", "isSmall[i] = pieces.isSmall(pieces.ofMade(i));", "isSmall[i] = 0;",
         "skin_test", "SkinCut.ClosedLipsLeaveCrumbsTheirSize"),
     Bug("crumbs with whole triangles are taken for more", "tetmesh/skin/src/cut_pieces.cpp", "} else if (pieces_.isSmall(sets_.find(own))) {", "} else if (pieces_.box_[sets_.find(own)].extend(boxOf(skin_, t)).extend(Vec3::Constant(1e9)), false) {",

@@ -73,8 +73,8 @@ Vec3 textureOf(const tetmesh::RenderMesh& mesh, const tetmesh::Fans& fans, const
     return texture;
 }
 
-/// Rims that have moved have the texture of the place where they are, but none from beyond a seam: there it is that of
-/// the nearest place on their own side.
+/// Rims that have moved have the texture of the place where they are; a face over a seam has that of the side where its
+/// middle lies, and corners beyond the seam that of the nearest place on it.
 TEST_P(SkinTextures, AreThoseOfThePlaceAsFarAsTheSeam)
 {
     constexpr double kRounding = 1e-9, kOther = 100;
@@ -86,6 +86,9 @@ TEST_P(SkinTextures, AreThoseOfThePlaceAsFarAsTheSeam)
         if (now.torn[f]) continue;
         const auto face = now.mesh.face(f);
         const bool isRight = now.mesh.uvs[face[0].uv].x() > .5 * kOther;
+        double middle = 0;  // along x
+        for (const auto& c : face) middle += now.mesh.points[c.point].x() / 3;
+        EXPECT_TRUE(isRight == (middle > 0) || std::abs(middle) < kRounding);
         for (const auto& c : face) {
             Vec3 X = now.mesh.points[c.point];
             moved += c.point >= mesh.points.size();

@@ -1,5 +1,6 @@
 #include "skin_corners.h"
 
+#include <vdbfrac/base/disjoint_sets.h>
 #include <vdbfrac/base/grouping.h>
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/base/triangle.h>
@@ -8,6 +9,7 @@
 #include <atomic>
 #include <functional>
 #include <tuple>
+#include <utility>
 
 namespace vdbfrac::skin {
 
@@ -83,33 +85,47 @@ std::uint32_t addTo(std::vector<Vec3>& values, const std::optional<Vec3>& value)
 
 }  // namespace
 
-std::vector<std::uint8_t> seamsOf(const GivenSkin& skin)
+Seams seamsOf(const GivenSkin& skin)
 {
     const SkinTopology& topology = skin.topology;
-    std::vector<std::uint8_t> isSeam(topology.points.size(), 0);
+    Seams seams{std::vector<std::uint8_t>(topology.points.size(), 0), {}, {}};
+    std::array<std::vector<std::uint8_t>, 2> jumpsAt;  // at each edge: texture coordinates, normals
+    jumpsAt.fill(std::vector<std::uint8_t>(topology.edges.size(), 0));
     parallelChunks(topology.edges.size(), kChunk, [&](std::size_t begin, std::size_t end) {
         for (std::size_t e = begin; e < end; ++e) {
             const auto beside = topology.trianglesOf[e];
-            const auto isOther = [&](std::uint32_t t) {
-                return jumps(skin, std::uint32_t(e), beside[0], t, kUv) ||
-                       jumps(skin, std::uint32_t(e), beside[0], t, kNormal);
-            };
-            if (std::ranges::any_of(beside.subspan(1), isOther))
+            for (const auto& [of, isSeam] : {std::pair(&kUv, &jumpsAt[0]), std::pair(&kNormal, &jumpsAt[1])})
+                (*isSeam)[e] = std::ranges::any_of(beside.subspan(1), [&](std::uint32_t t) {
+                    return jumps(skin, std::uint32_t(e), beside[0], t, *of);
+                });
+            if (jumpsAt[0][e] || jumpsAt[1][e])
                 for (const std::uint32_t p : topology.edges[e])
-                    std::atomic_ref(isSeam[p]).store(1, std::memory_order_relaxed);
+                    std::atomic_ref(seams.isAt[p]).store(1, std::memory_order_relaxed);
         }
     });
-    return isSeam;
+    const auto islands = [&](const std::vector<std::uint8_t>& isSeam) -> std::vector<std::uint32_t> {
+        if (std::ranges::none_of(isSeam, [](std::uint8_t is) { return is; })) return {};
+        DisjointSets sets(topology.triangles.size());
+        for (std::size_t e = 0; e < isSeam.size(); ++e)
+            for (const std::uint32_t t : topology.trianglesOf[e])
+                if (!isSeam[e]) sets.join(topology.trianglesOf[e][0], t);
+        return std::move(sets).names();
+    };
+    seams.uvIsland = islands(jumpsAt[0]), seams.normalIsland = islands(jumpsAt[1]);
+    return seams;
 }
 
 std::vector<std::array<Corner, 3>> SkinCorners::of(std::span<const SkinCut::Part> parts)
 {
     const auto given = std::uint32_t(skin_.mesh.points.size());
-    const auto triangleOf = [&](std::uint32_t slot) { return parts[slot / 3].triangle; };
     const Groups slotsAt = groupItems(points_.size(), [&](const auto& add) {
         for (std::uint32_t i = 0; i < parts.size(); ++i)
             for (std::uint32_t k = 0; k < 3; ++k)
                 if (const std::uint32_t p = parts[i].corner[k]; p >= given) add(p - given, 3 * i + k);
+    });
+    std::vector<Home> home(parts.size());
+    parallelChunks(parts.size(), 32, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) home[i] = homeOf(parts[i]);
     });
     std::vector<std::uint32_t> firstAlike(3 * parts.size());
     std::vector<Made> made(firstAlike.size());
@@ -117,12 +133,13 @@ std::vector<std::array<Corner, 3>> SkinCorners::of(std::span<const SkinCut::Part
         for (std::size_t p = begin; p < end; ++p) {
             const auto slots = slotsAt[p];
             if (slots.empty()) continue;
-            const std::optional<SkinPlace> ofAll = awayFromSeams(triangleOf(slots[0]), points_[p]);
+            const Vec3& X = points_[p].X;
+            const std::optional<SkinPlace> ofAll = awayFromSeams(parts[slots[0] / 3].triangle, X);
             std::uint32_t alike = slots[0];
             for (const std::uint32_t s : slots) {
-                if (!ofAll && triangleOf(s) != triangleOf(alike)) alike = s;
+                if (!ofAll && home[s / 3] != home[alike / 3]) alike = s;
                 firstAlike[s] = alike;
-                if (alike == s) made[s] = madeAt(triangleOf(s), points_[p], ofAll);
+                if (alike == s) made[s] = madeAt(home[s / 3], X, ofAll);
             }
         }
     });
@@ -130,48 +147,79 @@ std::vector<std::array<Corner, 3>> SkinCorners::of(std::span<const SkinCut::Part
     for (std::uint32_t i = 0; i < parts.size(); ++i)
         for (std::uint32_t k = 0; k < 3; ++k) {
             const std::uint32_t point = parts[i].corner[k], slot = 3 * i + k, alike = firstAlike[slot];
-            if (point < given) {
-                for (std::size_t own = 0; own < 3; ++own)
-                    if (const Corner& c = skin_.corner(parts[i].triangle, own); c.point == point) corners[i][k] = c;
-            } else if (alike == slot) {
+            if (point < given)
+                corners[i][k] = this->given(parts[i], point, home[i]);
+            else if (alike == slot)
                 corners[i][k] = {point, addTo(drawn_.uvs, made[slot].uv), addTo(drawn_.normals, made[slot].normal)};
-            } else {
+            else
                 corners[i][k] = corners[alike / 3][alike % 3];
-            }
         }
     return corners;
 }
 
+const Vec3& SkinCorners::place(std::uint32_t point) const
+{
+    const std::size_t given = skin_.mesh.points.size();
+    return point < given ? skin_.mesh.points[point] : points_[point - given].X;
+}
+
+/// The triangle that the part is of, or where its middle lies if that is on another side of a seam.
+SkinCorners::Home SkinCorners::homeOf(const SkinCut::Part& part) const
+{
+    Home home{part.triangle, part.triangle};
+    if (seams_.uvIsland.empty() && seams_.normalIsland.empty()) return home;
+    const Vec3 middle = (place(part.corner[0]) + place(part.corner[1]) + place(part.corner[2])) / 3;
+    const auto anyway = [](std::uint32_t, std::uint32_t, std::uint32_t) { return true; };
+    const std::uint32_t there = nearest(skin_.topology, part.triangle, middle, anyway).triangle;
+    const auto isBeyond = [&](const std::vector<std::uint32_t>& island) {
+        return !island.empty() && island[there] != island[part.triangle];
+    };
+    if (isBeyond(seams_.uvIsland)) home.uv = there;
+    if (isBeyond(seams_.normalIsland)) home.normal = there;
+    return home;
+}
+
+/// A corner of the surface as it was given has what the part's triangle has there, unless the part has gone elsewhere.
+Corner SkinCorners::given(const SkinCut::Part& part, std::uint32_t point, const Home& home)
+{
+    Corner corner;
+    for (std::size_t own = 0; own < 3; ++own)
+        if (const Corner& c = skin_.corner(part.triangle, own); c.point == point) corner = c;
+    if (home == Home{part.triangle, part.triangle}) return corner;
+    const Made made = madeAt(home, place(point), {});
+    if (home.uv != part.triangle) corner.uv = addTo(drawn_.uvs, made.uv);
+    if (home.normal != part.triangle) corner.normal = addTo(drawn_.normals, made.normal);
+    return corner;
+}
+
 /// Where a point lies that started at a triangle, or on its rim; nothing where the way there comes near a seam.
-std::optional<SkinPlace> SkinCorners::awayFromSeams(std::uint32_t triangle, const SkinCut::Point& point) const
+std::optional<SkinPlace> SkinCorners::awayFromSeams(std::uint32_t triangle, const Vec3& X) const
 {
     bool isClear = true;
-    const SkinPlace place =
-        nearest(skin_.topology, triangle, point.X, [&](std::uint32_t, std::uint32_t from, std::uint32_t) {
-            const auto isSeam = [&](std::uint32_t p) { return isSeam_[p] != 0; };
-            isClear = isClear && std::ranges::none_of(skin_.topology.triangles[from], isSeam);
-            return isClear;
-        });
+    const SkinPlace place = nearest(skin_.topology, triangle, X, [&](std::uint32_t, std::uint32_t from, std::uint32_t) {
+        const auto isSeam = [&](std::uint32_t p) { return seams_.isAt[p] != 0; };
+        isClear = isClear && std::ranges::none_of(skin_.topology.triangles[from], isSeam);
+        return isClear;
+    });
     return isClear ? std::optional(place) : std::nullopt;
 }
 
-SkinCorners::Made SkinCorners::madeAt(std::uint32_t triangle, const SkinCut::Point& point,
-                                      const std::optional<SkinPlace>& place) const
+SkinCorners::Made SkinCorners::madeAt(const Home& home, const Vec3& X, const std::optional<SkinPlace>& place) const
 {
-    const auto value = [&](const Attribute& of) -> std::optional<Vec3> {
+    const auto value = [&](const Attribute& of, std::uint32_t triangle) -> std::optional<Vec3> {
         for (std::size_t k = 0; k < 3; ++k)
             if (skin_.corner(triangle, k).*of.number == RenderMesh::kNone) return {};
         const auto mayPass = [&](std::uint32_t e, std::uint32_t a, std::uint32_t b) {
             return !jumps(skin_, e, a, b, of);
         };
-        const auto [on, at] = place ? *place : nearest(skin_.topology, triangle, point.X, mayPass);
+        const auto [on, at] = place ? *place : nearest(skin_.topology, triangle, X, mayPass);
         const Vec3 shares = sharesOf(skin_.topology.corners(on), at);
         Vec3 sum = Vec3::Zero();
         for (std::size_t k = 0; k < 3; ++k)
             sum += shares[int(k)] * (skin_.mesh.*of.values)[skin_.corner(on, k).*of.number];
         return sum;
     };
-    Made made{value(kUv), value(kNormal)};
+    Made made{value(kUv, home.uv), value(kNormal, home.normal)};
     if (made.normal) made.normal->normalize();
     return made;
 }

@@ -25,6 +25,7 @@ struct SkinWork {
 };
 
 class TurnedNormals;
+struct Seams;
 
 /// A point outside of the tet that carries it.
 struct OutsidePoint {
@@ -71,7 +72,7 @@ private:
     tetmesh::RenderMesh mesh_;
     tetmesh::Fans fans_;
     SkinCutter cutter_;
-    std::vector<std::uint8_t> isSeam_;  // at each place of the cutter's topology
+    std::shared_ptr<const Seams> seams_;
     std::shared_ptr<const tetmesh::DrawnTopology> drawn_;
     std::vector<tetmesh::EmbeddedPoint> points_;
     MeanMotion outside_;
