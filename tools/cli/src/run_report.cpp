@@ -123,8 +123,9 @@ std::string lostText(double lost)
 {
     constexpr double kMuch = 5;  // %
     if (!(lost > kMuch)) return "";
-    return "lost: cracks take half a voxel and more, and all that is crushed; a higher toughness keeps "
-           "more, a smaller grid.voxel_size where few cracks run, and a notch or fracture.scatter where a smooth "
+    return "lost: cracks take half a voxel and more, and all that is crushed; a higher toughness, or factor of "
+           "fracture.keys, keeps more, a smaller grid.voxel_size where few cracks run, and a notch or fracture.scatter "
+           "where a smooth "
            "surface tears all at once\n";
 }
 
