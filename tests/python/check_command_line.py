@@ -180,6 +180,9 @@ with tempfile.TemporaryDirectory() as temporary:
     expect("the text of a scene alone", ["check", "--quick", good, "--set", 'collider=[{ name = "hill", shape = { mesh = { file = "none.obj" } } }]'], 0, "ok")
     expect("more than there is memory", ["check", good, "--max-memory", "0.001"], 5, "the run needs about", "m long: is that meant")
     keys = 'move={ keys=[{ time=1 }, { time=48, translate=[0, 1, 0] }] }'
+    expect("a grip between nodes", ["check", good, "--set", "grip.top.region={ box={ size=[1e-4, 1e-4, 1e-4], center=[0.0123, 0.0123, 0.0123] } }"], 2, "grip 'top' holds nothing of body")
+    expect("a toughness in other units", ["check", good, "--set", "fracture.toughness=1e7"], 0, "a smooth bar tears at", "times its length", "check units")
+    expect("a stiffness in other units", ["check", good, "--set", "material.gel.youngs_modulus=0.1"], 0, "faster than sound", "check its units")
     expect("keys in frames", ["check", good, "--set", 'grip.top.' + keys], 0, "note: grip 'top'", "48 s", "not in frames")
     expect("missing file", ["check", folder / "none.toml"], 4, "none.toml")
     expect("no output folder", ["sim", good], 2, "-o")

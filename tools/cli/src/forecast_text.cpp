@@ -41,8 +41,8 @@ std::string forecastText(const scene::Scene& scene, const lab::Forecast& f)
     const int frames = scene.time.lastFrame - scene.time.firstFrame + 1, threads = threadCount();
     constexpr double kHalf = .5;
     return fmt::format("time: {}{} on {} thread{}, {:.0f} steps of {:.2g} s; from {}\n",
-                       f.simulatedShare < kHalf ? "a third to three times " : "about ", durationText(f.seconds), threads,
-                       threads == 1 ? "" : "s", f.steps, f.seconds / std::max(1., f.steps), sourceText(f)) +
+                       f.simulatedShare < kHalf ? "a third to three times " : "about ", durationText(f.seconds),
+                       threads, threads == 1 ? "" : "s", f.steps, f.seconds / std::max(1., f.steps), sourceText(f)) +
            fmt::format("disk: about {}: {} frames of {}, checkpoints of {}\n", bytesText(f.bytes), frames,
                        bytesText(f.frameBytes), bytesText(f.checkpointBytes));
 }

@@ -1,5 +1,6 @@
 // vdbfrac check, vdbfrac scene.
 #include "options.h"
+#include "sim_plan.h"
 
 #include <vdbfrac/cli/commands.h>
 #include <vdbfrac/core/estimate.h>
@@ -13,6 +14,22 @@
 
 namespace vdbfrac::cli {
 
+namespace {
+
+/// What there is to say of bodies, grips and effects as a run begins. Throws as the run would.
+std::vector<std::string> notesOfStart(const scene::Scene& scene, std::uint64_t memoryLimit)
+{
+    const core::SceneEstimate estimate = core::estimateScene(scene, memoryLimit);
+    core::requireMemory(estimate, memoryLimit);
+    if (isQuicklyMade(scene, estimate)) return lab::PreparedScene(scene, memoryLimit).simulation.stages().notes;
+    lab::requireSound(scene);
+    return {
+        "the bodies are too large to be made here: what grips hold, and what thin parts and overlaps have to say, "
+        "is told when the run begins"};
+}
+
+}  // namespace
+
 Action addCheck(CLI::App& app)
 {
     struct Options {
@@ -23,7 +40,8 @@ Action addCheck(CLI::App& app)
     };
     auto options = std::make_shared<Options>();
     CLI::App* command = app.add_subcommand(
-        "check", "Validate a scene and the files it names: all errors of the text at once, each with its place");
+        "check",
+        "Validate a scene and the files it names: all errors of the text at once, each with its place; then its start");
     command->add_option("SCENE", options->scene, "Scene file (TOML)")->required();
     addSet(*command, options->set, "Change a key first: key=value, as in grid.voxel_size=0.02");
     command->add_flag("--quick", options->quick, "The text alone: read no meshes and no .vdb files");
@@ -31,14 +49,15 @@ Action addCheck(CLI::App& app)
     return [options] {
         scene::Scene s = scene::readScene(options->scene, lab::study::vocabulary(), options->set);
         const std::size_t effects = s.tables.size();
+        std::vector<std::string> notes = effects::notesOf(s);
         if (options->quick) {
             std::erase_if(s.colliders, [](scene::Collider& c) { return scene::fileOf(c.shape) != nullptr; });
+            lab::requireSound(s);
         } else {
-            const std::uint64_t limit = memoryLimitOf(options->maxMemory);
-            core::requireMemory(core::estimateScene(s, limit), limit);
+            const std::vector<std::string> more = notesOfStart(s, memoryLimitOf(options->maxMemory));
+            notes.insert(notes.end(), more.begin(), more.end());
         }
-        lab::requireSound(s);
-        for (const std::string& note : effects::notesOf(s)) std::printf("note: %s\n", note.c_str());
+        for (const std::string& note : notes) std::printf("note: %s\n", note.c_str());
         std::printf("%s: ok (%zu %s, frames %d-%d, %zu %s)\n", options->scene.c_str(), s.bodies.size(),
                     s.bodies.size() == 1 ? "body" : "bodies", s.time.firstFrame, s.time.lastFrame, effects,
                     effects == 1 ? "effect" : "effects");

@@ -13,15 +13,19 @@
 
 namespace vdbfrac::cli {
 
+bool isQuicklyMade(const scene::Scene& scene, const core::SceneEstimate& estimate)
+{
+    constexpr double kQuick = 1e6;  // tets
+    return estimate.tets <= kQuick && scene.grid.lattice != scene::LatticeKind::delaunay;
+}
+
 void printPlan(const scene::Scene& scene, const core::SceneEstimate& estimate, const std::string& accuracy,
                const lab::ForecastSettings& how)
 {
-    constexpr double kQuick = 1e6;  // tets: bodies are only made where that is quick
     if (!accuracy.empty()) std::printf("%s\n", accuracyText(scene, accuracy).c_str());
     std::optional<lab::PreparedScene> prepared;
     const bool fits = estimate.bytes <= double(how.memoryLimit);
-    const bool quick = estimate.tets <= kQuick && scene.grid.lattice != scene::LatticeKind::delaunay;
-    if (fits && quick)
+    if (fits && isQuicklyMade(scene, estimate))
         prepared.emplace(scene, how.memoryLimit);
     else if (fits)
         lab::requireSound(scene);

@@ -9,6 +9,9 @@
 
 namespace vdbfrac::cli {
 
+/// Are bodies made in a few seconds?
+bool isQuicklyMade(const scene::Scene& scene, const core::SceneEstimate& estimate);
+
 /// Prints what would run; then its time and disk, measured as `how` says, not at all for 0 s. `accuracy`: the level
 /// that the scene was brought to, or empty. Throws InputError, FileError; LimitError where the run would need more
 /// memory than there may be.
