@@ -183,6 +183,10 @@ with tempfile.TemporaryDirectory() as temporary:
     expect("a grip between nodes", ["check", good, "--set", "grip.top.region={ box={ size=[1e-4, 1e-4, 1e-4], center=[0.0123, 0.0123, 0.0123] } }"], 2, "grip 'top' holds nothing of body")
     expect("a toughness in other units", ["check", good, "--set", "fracture.toughness=1e7"], 0, "a smooth bar tears at", "times its length", "check units")
     expect("a stiffness in other units", ["check", good, "--set", "material.gel.youngs_modulus=0.1"], 0, "faster than sound", "check its units")
+    two = folder / "two.toml"
+    box = '[[body]]\nname = "%s"\nshape = { box = { size = [0.4, 0.4, 0.4], center = [%g, 0, 0] } }\nmaterial = "gel"\n'
+    two.write_text('name = "two"\ntime = { frames = [1, 3] }\ngrid = { voxel_size = 0.05 }\n[contact]\n[material.gel]\nyoungs_modulus = 1e5\npoisson_ratio = 0.3\ndensity = 1000\n' + box % ("a", 0) + box % ("b", 0.25))
+    expect("bodies that begin in each other", ["sim", two, "-o", folder / "two"], 0, "overlap at rest", "overlap: surfaces were up to", "begin in each other stay so", "not joined")
     expect("keys in frames", ["check", good, "--set", 'grip.top.' + keys], 0, "note: grip 'top'", "48 s", "not in frames")
     expect("missing file", ["check", folder / "none.toml"], 4, "none.toml")
     expect("no output folder", ["sim", good], 2, "-o")

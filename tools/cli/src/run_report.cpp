@@ -132,30 +132,31 @@ std::string lostText(double lost)
 /// How deep fragments were in each other and in themselves, where a picture may show it.
 std::string overlapText(const std::vector<core::StepRecord>& steps, double voxelSize)
 {
-    constexpr double kSeen = .2;  // voxels
+    constexpr double kSeen = .2, kBegan = .5;  // voxels; share of it that was there in the first step
     struct Overlap {
         const char *column, *what, *table;
     };
-    std::string text, tables;
-    bool beganInside = false;
+    std::string text, tables, began;
     for (const auto& [column, what, table] : {Overlap{"contact_depth_m", "in each other", "[contact]"},
                                               Overlap{"contact_self_depth_m", "in themselves", "[contact]"},
                                               Overlap{"collider_depth_m", "in colliders", "[[collider]]"}}) {
-        double deepest = 0, time = 0;
-        for (const core::StepRecord& s : steps)
-            if (const auto depth = s.measured.find(column); depth != s.measured.end() && depth->second > deepest)
-                deepest = depth->second, time = s.time;
+        const auto depthIn = [column](const core::StepRecord& s) {
+            const auto depth = s.measured.find(column);
+            return depth != s.measured.end() ? depth->second : 0;
+        };
+        const auto most = std::ranges::max_element(steps, {}, depthIn);
+        const double deepest = most != steps.end() ? depthIn(*most) : 0;
         if (!(deepest > kSeen * voxelSize)) continue;
-        beganInside = beganInside || (table == std::string("[[collider]]") && time == steps.front().time);
+        if (depthIn(steps.front()) >= kBegan * deepest)
+            began = table == std::string("[[collider]]")
+                        ? "; what begins in a collider stays there without untangle_speed: is its normal turned round?"
+                        : "; bodies that begin in each other stay so without untangle_speed, and are not joined";
         if (tables.find(table) == std::string::npos) tables += (tables.empty() ? "" : " and ") + std::string(table);
         text += fmt::format("{}up to {:.2g} voxels {} (at {:.4g} s)", text.empty() ? "overlap: surfaces were " : ", ",
-                            deepest / voxelSize, what, time);
+                            deepest / voxelSize, what, most->time);
     }
     if (text.empty()) return text;
-    return text + "; slower motion, or more stiffness of " + tables + ", reduces most of it" +
-           (beganInside ? "; what begins in a collider stays there without untangle_speed: is its normal turned round?"
-                        : "") +
-           "\n";
+    return text + "; slower motion, or more stiffness of " + tables + ", reduces most of it" + began + "\n";
 }
 
 /// Surfaces that renderers would show torn up.
