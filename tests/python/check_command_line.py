@@ -175,6 +175,7 @@ with tempfile.TemporaryDirectory() as temporary:
     bad.write_text(SCENE.replace("poisson_ratio = 0.3", "poisson_ratio = 0.5").replace("voxel_size", "voxel_siz"))
     expect("all errors at once", ["check", bad], 2, "bad.toml:", "did you mean", "voxel_size", "poisson_ratio", "0.5")
     expect("a field that nothing makes", ["check", good, "--set", 'output.vdb=["margin"]', "--set", 'fracture.driver="full"'], 2, "output.vdb", "nothing in this scene makes")
+    expect("the same in a plan", ["sim", good, "-n", "--measure", "0", "--set", 'output.vdb=["margin"]', "--set", 'fracture.driver="full"'], 2, "output.vdb", "nothing in this scene makes")
     expect("an index in brackets", ["check", good, "--set", "body[0].velocity=[1,0,0]"], 2, '"body[0].velocity=[1,0,0]" sets nothing', "by index (from 0) or name")
     expect("an entry that is not there", ["check", good, "--set", "body.none.velocity=[1,0,0]"], 2, '"none" leads nowhere', "a list of 1")
     expect("the text of a scene alone", ["check", "--quick", good, "--set", 'collider=[{ name = "hill", shape = { mesh = { file = "none.obj" } } }]'], 0, "ok")

@@ -21,8 +21,8 @@ std::vector<std::string> notesOfStart(const scene::Scene& scene, std::uint64_t m
 {
     const core::SceneEstimate estimate = core::estimateScene(scene, memoryLimit);
     core::requireMemory(estimate, memoryLimit);
-    lab::requireSound(scene);
     if (isQuicklyMade(scene, estimate)) return lab::PreparedScene(scene, memoryLimit).simulation.stages().notes;
+    lab::requireSound(scene);
     return {
         "the bodies are too large to be made here: what grips hold, and what thin parts and overlaps have to say, "
         "is told when the run begins"};

@@ -24,6 +24,7 @@ PreparedScene::PreparedScene(scene::Scene what, std::uint64_t memoryLimit, core:
       effects(effects::makeEffects(scene)),
       simulation(scene, pointers(effects, witness), memoryLimit)
 {
+    core::requireSources(scene, simulation.stages());
 }
 
 void requireSound(const scene::Scene& scene)

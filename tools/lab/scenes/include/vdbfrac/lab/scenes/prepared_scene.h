@@ -17,7 +17,8 @@ struct PreparedScene {
     std::vector<std::unique_ptr<core::Effect>> effects;
     core::Simulation simulation;
 
-    /// `memoryLimit` in bytes. `witness`: an effect that joins last; it must live as long.
+    /// `memoryLimit` in bytes. `witness`: an effect that joins last; it must live as long. Throws InputError also where
+    /// nothing in the scene makes a field of output.vdb.
     PreparedScene(scene::Scene what, std::uint64_t memoryLimit, core::Effect* witness = nullptr);
 
     /// Is the last frame of the scene done?
