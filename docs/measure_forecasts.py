@@ -36,7 +36,7 @@ def sum_of(text):
 
 
 def foretold(said):
-    line = re.search(r"time: (?:about|a third to three times) (.*) on \d+ threads?, (\d+) steps of .*; from (.*)\n.*disk: about (.*?):", said)
+    line = re.search(r"time: (?:about|between .* and) (.*) on \d+ threads?, (\d+) steps of .*; from (.*)\n.*disk: about (.*?):", said)
     return sum_of(line[1]), int(line[2]), sum_of(line[4]), line[3]
 
 

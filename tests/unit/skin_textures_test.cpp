@@ -11,6 +11,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numbers>
 #include <set>
 
 namespace vdbfrac {
@@ -107,6 +108,39 @@ TEST_P(SkinTextures, AreThoseOfThePlaceAsFarAsTheSeam)
     }
     EXPECT_GT(moved, 100);
     EXPECT_GT(clamped, 10);
+}
+
+/// A seam that only cuts a tube open has the same chart on both sides, round the back: a face takes the side where its
+/// middle lies all the same.
+TEST_P(SkinTextures, AreThoseOfTheSideOfASeamThatCutsATubeOpen)
+{
+    constexpr double kOther = 100, kTurn = 2 * std::numbers::pi;
+    tetmesh::RenderMesh mesh = texturedBox(0);
+    const auto round = [](const Vec3& X, bool isLeft) {  // 0 to 1, from right of x = 0 at the top, clockwise
+        const double angle = std::atan2(X.x(), X.z());
+        return (angle < 0 || (angle == 0 && isLeft) ? angle + kTurn : angle) / kTurn;
+    };
+    for (std::size_t f = 0; f < mesh.faces(); ++f) {
+        double x = 0;
+        for (const auto& c : mesh.face(f)) x += mesh.points[c.point].x();
+        for (const auto& c : mesh.face(f)) mesh.uvs[c.uv].x() += kOther * round(mesh.points[c.point], x < 0);
+    }
+    const tetmesh::DrawnTopology now = tornBox(mesh);
+    int nearSeam = 0;
+    for (std::size_t f = 0; f < now.mesh.faces(); ++f) {
+        const auto face = now.mesh.face(f);
+        const auto isAtTop = [&](const auto& c) {
+            const Vec3& X = now.mesh.points[c.point];
+            return std::abs(X.z() - dx * kHalf.z) < 1e-9 && std::abs(X.x()) < 2 * dx;
+        };
+        if (now.torn[f] || !std::ranges::all_of(face, isAtTop)) continue;
+        double middle = 0;  // along x
+        for (const auto& c : face) middle += now.mesh.points[c.point].x() / 3;
+        if (std::abs(middle) < 1e-9) continue;
+        ++nearSeam;
+        for (const auto& c : face) EXPECT_EQ(now.mesh.uvs[c.uv].x() > .5 * kOther, middle < 0);
+    }
+    EXPECT_GT(nearSeam, 50);
 }
 
 /// Files would be several times as large if each part of a triangle had its own.

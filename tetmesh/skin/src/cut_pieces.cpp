@@ -22,7 +22,7 @@ Eigen::AlignedBox3d boxOf(const SkinTopology& skin, std::uint32_t triangle)
 
 }  // namespace
 
-/// From parts over triangles that are whole, as far as a small piece could go.
+/// From parts over triangles that are whole: small pieces as far as they can go, others to the first.
 class CutPieces::Grower {
 public:
     Grower(CutPieces& pieces, const SkinCut& cut, DisjointSets& sets)
@@ -53,8 +53,10 @@ private:
             if (cut_.fate[t] != SkinCut::Fate::kept) continue;
             if (ownerOf_[t] != kNone) {
                 unite(ownerOf_[t], own);
-            } else if (pieces_.isSmall(sets_.find(own))) {
-                ownerOf_[t] = own;
+                continue;
+            }
+            ownerOf_[t] = own;
+            if (pieces_.isSmall(sets_.find(own))) {
                 pieces_.box_[sets_.find(own)].extend(boxOf(skin_, t));
                 pieces_.whole_.emplace_back(t, own), reached_.push_back(t);
             }
@@ -92,8 +94,7 @@ CutPieces::CutPieces(const SkinTopology& skin, const SkinCut& cut, double small)
     for (std::uint32_t i = 0; i < box_.size(); ++i)
         box_[sets.find(i)].extend(i < points_ ? cut.points[i].X : skin.points[corners_[i - points_]]);
     Grower grower(*this, cut, sets);
-    for (const SkinCut::Part& part : cut.parts)
-        if (isSmall(sets.find(number(part.corner[0])))) grower.grow(part);
+    for (const SkinCut::Part& part : cut.parts) grower.grow(part);
     name_ = std::move(sets).names();
 }
 

@@ -22,11 +22,10 @@ public:
 
     /// Of a point, numbered as SkinCut::Part has them, that a torn face or a part has.
     std::uint32_t of(std::uint32_t point) const { return name_[number(point)]; }
-    std::uint32_t ofMade(std::size_t i) const { return name_[i]; }  ///< of point i of the cut
+    std::uint32_t ofCutPoint(std::size_t i) const { return name_[i]; }  ///< of SkinCut::points[i]
     bool isSmall(std::uint32_t piece) const { return size(piece) < small_; }
     double size(std::uint32_t piece) const { return box_[piece].sizes().maxCoeff(); }  ///< m; of the box round it
-    std::size_t end() const { return name_.size(); }                                   ///< behind all numbers
-    bool is(std::size_t number) const { return name_[number] == number; }              ///< of a piece
+    std::size_t numbers() const { return name_.size(); }                               ///< all are less
     /// Whole triangles of small pieces, each with its piece.
     std::vector<std::pair<std::uint32_t, std::uint32_t>> whole() const;
 

@@ -144,7 +144,7 @@ Groups neighboursOf(const SkinCut& cut, std::uint32_t firstPoint)
 
 /// Each point goes towards the mean of those round it, and in torn faces away from it again, which evens what is short
 /// and keeps what is long (Taubin 1995); rims would keep their small loops.
-void fair(const SkinTopology& skin, const Groups& neighbours, double dx, std::span<const std::uint8_t> isFixed,
+void fair(const SkinTopology& skin, const Groups& neighbours, double dx, std::span<const double> share,
           std::vector<SkinCut::Point>& points)
 {
     constexpr int kRounds = 15;  // with points half a voxel apart: .02 is left of what is 2 voxels long, .8 of 4
@@ -161,7 +161,7 @@ void fair(const SkinTopology& skin, const Groups& neighbours, double dx, std::sp
             for (std::size_t i = begin; i < end; ++i) {
                 const bool isRim = points[i].skin != SkinCut::kNoSkin;
                 moved[i] = points[i].X;
-                if (!isFixed[i] && round.start[i + 1] > round.start[i]) {
+                if (share[i] > 0 && round.start[i + 1] > round.start[i]) {
                     Vec3 mean = Vec3::Zero();
                     double farthest = 0;
                     for (std::uint32_t k = round.start[i]; k < round.start[i + 1]; ++k) {
@@ -170,7 +170,7 @@ void fair(const SkinTopology& skin, const Groups& neighbours, double dx, std::sp
                         farthest = std::max(farthest, (X - points[i].X).squaredNorm());
                     }
                     if (isRim && farthest < kLeastLoop * kLeastLoop * dx * dx) continue;
-                    moved[i] += (isRim ? kTowards : inFace) * (mean - points[i].X);
+                    moved[i] += share[i] * (isRim ? kTowards : inFace) * (mean - points[i].X);
                     if (round.isEnd[i]) moved[i] = within(kDrawnBack * dx, start[i], moved[i]);
                 }
                 if (isRim) moved[i] = slider.closest(points[i], moved[i], points[i].on);

@@ -17,8 +17,8 @@ Groups neighboursOf(const SkinCut& cut, std::uint32_t firstPoint);
 
 /// Moves the points of a cut with these neighbours: in torn faces to even them, along rims on the smooth face, or the
 /// sharp edge, of the outer surface that they are on. The outer surface may have any number of triangles to a voxel.
-/// Points that are fixed stay, but those on a rim come back to it.
-void fair(const SkinTopology& skin, const Groups& neighbours, double dx, std::span<const std::uint8_t> isFixed,
+/// `share`: of each point, of its moves; on a rim it comes back to the surface in any case.
+void fair(const SkinTopology& skin, const Groups& neighbours, double dx, std::span<const double> share,
           std::vector<SkinCut::Point>& points);
 
 /// Moves points of torn faces that look against those round them to the middle of their neighbours, but not along rims.

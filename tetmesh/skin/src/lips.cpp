@@ -117,14 +117,16 @@ std::vector<std::optional<Vec3>> evened(const std::vector<std::optional<Vec3>>& 
     return result;
 }
 
-/// Points of closed pieces that made fair would shrink to nothing: what is evened out is up to two voxels long.
-std::vector<std::uint8_t> smallPieces(const SkinTopology& skin, double dx, const SkinCut& cut)
+/// How far each point is made fair, from 0 to 1: closed pieces as long as what is evened out would shrink to nothing.
+std::vector<double> fairness(const SkinTopology& skin, double dx, const SkinCut& cut)
 {
-    constexpr double kSmall = 3;  // voxels
-    const CutPieces pieces(skin, cut, kSmall * dx);
-    std::vector<std::uint8_t> isSmall(cut.points.size());
-    for (std::size_t i = 0; i < isSmall.size(); ++i) isSmall[i] = pieces.isSmall(pieces.ofMade(i));
-    return isSmall;
+    constexpr double kNot = 2, kWholly = 4;  // voxels: size of pieces
+    const CutPieces pieces(skin, cut, kWholly * dx);
+    std::vector<double> share(cut.points.size(), 1);
+    for (std::size_t i = 0; i < share.size(); ++i)
+        if (const std::uint32_t piece = pieces.ofCutPoint(i); pieces.isSmall(piece))
+            share[i] = std::max(0., (pieces.size(piece) / dx - kNot) / (kWholly - kNot));
+    return share;
 }
 
 /// Moves points of torn faces and rims to the middle between them and the lip opposite, as each lip has been made fair
@@ -178,7 +180,7 @@ void closeLips(const SkinTopology& skin, const CrackLattice& lattice, SkinCut& c
     for (int round = 0; round < kRounds; ++round) way = evened(way, neighbours);
     for (std::size_t i = 0; i < way.size(); ++i)
         if (way[i]) cut.points[i].X += *way[i];
-    fair(skin, neighbours, lattice.voxelSize(), smallPieces(skin, lattice.voxelSize(), cut), cut.points);
+    fair(skin, neighbours, lattice.voxelSize(), fairness(skin, lattice.voxelSize(), cut), cut.points);
     meet(skin, lattice.voxelSize(), cut);
     std::vector<std::uint32_t> moved;
     for (std::uint32_t i = 0; i < cut.points.size(); ++i)

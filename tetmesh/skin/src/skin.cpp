@@ -56,8 +56,12 @@ void partNormals(RenderMesh& mesh)
 /// Puts the faces of a frame together.
 class Drawer {
 public:
-    Drawer(const GivenSkin& skin, const Seams& seams, const SkinCut& cut)
-        : mesh_(skin.mesh), fans_(skin.fans), cut_(cut), now_(drawn.mesh), corners_(skin, seams, cut.points, drawn.mesh)
+    Drawer(const GivenSkin& skin, std::span<const std::uint8_t> isSeam, const SkinCut& cut)
+        : mesh_(skin.mesh),
+          fans_(skin.fans),
+          cut_(cut),
+          now_(drawn.mesh),
+          corners_(skin, isSeam, cut.points, drawn.mesh)
     {
         now_ = mesh_;
         now_.corners.clear(), now_.faceEnd.clear(), now_.group.clear(), now_.material.clear();
@@ -148,7 +152,7 @@ Skin::Skin(RenderMesh mesh, const tetmesh::BodyMesh& body, const CrackStyle& sty
       cutter_(mesh_.points, trianglesOf(mesh_, fans_), body.restPhi(), body.voxelSize(), isInParts)
 {
     partNormals(mesh_);
-    seams_ = std::make_shared<const Seams>(seamsOf({cutter_.topology(), mesh_, fans_}));
+    isSeam_ = seamsOf({cutter_.topology(), mesh_, fans_});
 }
 
 void Skin::follow(const tetmesh::BodyMesh& body, std::span<const std::uint32_t> fragmentOfNode, Taken taken)
@@ -156,7 +160,7 @@ void Skin::follow(const tetmesh::BodyMesh& body, std::span<const std::uint32_t> 
     const FragmentAt fragment = fragmentsAt(body, fragmentOfNode);
     SkinCut cut = cutter_.cut(body.restPhi(), body.phi(), style_, fragment, taken);
     if (body.elements().empty()) takeAll(cut);
-    Drawer drawer({cutter_.topology(), mesh_, fans_}, *seams_, cut);
+    Drawer drawer({cutter_.topology(), mesh_, fans_}, isSeam_, cut);
     work_ = {
         cut.mixedVoxels, std::int64_t(cut.parts.size()), std::int64_t(cut.torn.size()), cut.specks, cut.defects, 0, 0};
     givenNormals_ = drawer.givenNormals;

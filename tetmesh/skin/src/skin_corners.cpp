@@ -1,6 +1,5 @@
 #include "skin_corners.h"
 
-#include <vdbfrac/base/disjoint_sets.h>
 #include <vdbfrac/base/grouping.h>
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/base/triangle.h>
@@ -9,7 +8,6 @@
 #include <atomic>
 #include <functional>
 #include <tuple>
-#include <utility>
 
 namespace vdbfrac::skin {
 
@@ -85,34 +83,23 @@ std::uint32_t addTo(std::vector<Vec3>& values, const std::optional<Vec3>& value)
 
 }  // namespace
 
-Seams seamsOf(const GivenSkin& skin)
+std::vector<std::uint8_t> seamsOf(const GivenSkin& skin)
 {
     const SkinTopology& topology = skin.topology;
-    Seams seams{std::vector<std::uint8_t>(topology.points.size(), 0), {}, {}};
-    std::array<std::vector<std::uint8_t>, 2> jumpsAt;  // at each edge: texture coordinates, normals
-    jumpsAt.fill(std::vector<std::uint8_t>(topology.edges.size(), 0));
+    std::vector<std::uint8_t> isSeam(topology.points.size(), 0);
     parallelChunks(topology.edges.size(), kChunk, [&](std::size_t begin, std::size_t end) {
         for (std::size_t e = begin; e < end; ++e) {
             const auto beside = topology.trianglesOf[e];
-            for (const auto& [of, isSeam] : {std::pair(&kUv, &jumpsAt[0]), std::pair(&kNormal, &jumpsAt[1])})
-                (*isSeam)[e] = std::ranges::any_of(beside.subspan(1), [&](std::uint32_t t) {
-                    return jumps(skin, std::uint32_t(e), beside[0], t, *of);
-                });
-            if (jumpsAt[0][e] || jumpsAt[1][e])
+            const auto isOther = [&](std::uint32_t t) {
+                return jumps(skin, std::uint32_t(e), beside[0], t, kUv) ||
+                       jumps(skin, std::uint32_t(e), beside[0], t, kNormal);
+            };
+            if (std::ranges::any_of(beside.subspan(1), isOther))
                 for (const std::uint32_t p : topology.edges[e])
-                    std::atomic_ref(seams.isAt[p]).store(1, std::memory_order_relaxed);
+                    std::atomic_ref(isSeam[p]).store(1, std::memory_order_relaxed);
         }
     });
-    const auto islands = [&](const std::vector<std::uint8_t>& isSeam) -> std::vector<std::uint32_t> {
-        if (std::ranges::none_of(isSeam, [](std::uint8_t is) { return is; })) return {};
-        DisjointSets sets(topology.triangles.size());
-        for (std::size_t e = 0; e < isSeam.size(); ++e)
-            for (const std::uint32_t t : topology.trianglesOf[e])
-                if (!isSeam[e]) sets.join(topology.trianglesOf[e][0], t);
-        return std::move(sets).names();
-    };
-    seams.uvIsland = islands(jumpsAt[0]), seams.normalIsland = islands(jumpsAt[1]);
-    return seams;
+    return isSeam;
 }
 
 std::vector<std::array<Corner, 3>> SkinCorners::of(std::span<const SkinCut::Part> parts)
@@ -123,10 +110,11 @@ std::vector<std::array<Corner, 3>> SkinCorners::of(std::span<const SkinCut::Part
             for (std::uint32_t k = 0; k < 3; ++k)
                 if (const std::uint32_t p = parts[i].corner[k]; p >= given) add(p - given, 3 * i + k);
     });
-    std::vector<Home> home(parts.size());
+    std::vector<Chart> chart(parts.size());
     parallelChunks(parts.size(), 32, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) home[i] = homeOf(parts[i]);
+        for (std::size_t i = begin; i < end; ++i) chart[i] = chartOf(parts[i]);
     });
+    const auto isOwn = [&](std::uint32_t i) { return chart[i] == Chart{parts[i].triangle, parts[i].triangle}; };
     std::vector<std::uint32_t> firstAlike(3 * parts.size());
     std::vector<Made> made(firstAlike.size());
     parallelChunks(points_.size(), 32, [&](std::size_t begin, std::size_t end) {
@@ -135,11 +123,13 @@ std::vector<std::array<Corner, 3>> SkinCorners::of(std::span<const SkinCut::Part
             if (slots.empty()) continue;
             const Vec3& X = points_[p].X;
             const std::optional<SkinPlace> ofAll = awayFromSeams(parts[slots[0] / 3].triangle, X);
-            std::uint32_t alike = slots[0];
+            std::uint32_t away = RenderMesh::kNone, near = away;  // the first slot of those that are alike
             for (const std::uint32_t s : slots) {
-                if (!ofAll && home[s / 3] != home[alike / 3]) alike = s;
+                const bool isAway = ofAll && isOwn(s / 3);
+                std::uint32_t& alike = isAway ? away : near;
+                if (alike == RenderMesh::kNone || (!isAway && chart[s / 3] != chart[alike / 3])) alike = s;
                 firstAlike[s] = alike;
-                if (alike == s) made[s] = madeAt(home[s / 3], X, ofAll);
+                if (alike == s) made[s] = madeAt(chart[s / 3], X, isAway ? ofAll : std::nullopt);
             }
         }
     });
@@ -148,7 +138,7 @@ std::vector<std::array<Corner, 3>> SkinCorners::of(std::span<const SkinCut::Part
         for (std::uint32_t k = 0; k < 3; ++k) {
             const std::uint32_t point = parts[i].corner[k], slot = 3 * i + k, alike = firstAlike[slot];
             if (point < given)
-                corners[i][k] = this->given(parts[i], point, home[i]);
+                corners[i][k] = givenCorner(parts[i], point, chart[i]);
             else if (alike == slot)
                 corners[i][k] = {point, addTo(drawn_.uvs, made[slot].uv), addTo(drawn_.normals, made[slot].normal)};
             else
@@ -163,32 +153,43 @@ const Vec3& SkinCorners::place(std::uint32_t point) const
     return point < given ? skin_.mesh.points[point] : points_[point - given].X;
 }
 
-/// The triangle that the part is of, or where its middle lies if that is on another side of a seam.
-SkinCorners::Home SkinCorners::homeOf(const SkinCut::Part& part) const
+/// The triangle that the part is of, or where its middle lies if a seam is between.
+SkinCorners::Chart SkinCorners::chartOf(const SkinCut::Part& part) const
 {
-    Home home{part.triangle, part.triangle};
-    if (seams_.uvIsland.empty() && seams_.normalIsland.empty()) return home;
-    const Vec3 middle = (place(part.corner[0]) + place(part.corner[1]) + place(part.corner[2])) / 3;
-    const auto anyway = [](std::uint32_t, std::uint32_t, std::uint32_t) { return true; };
-    const std::uint32_t there = nearest(skin_.topology, part.triangle, middle, anyway).triangle;
-    const auto isBeyond = [&](const std::vector<std::uint32_t>& island) {
-        return !island.empty() && island[there] != island[part.triangle];
+    constexpr double kFarther = 1e-9;  // of the part: rounding
+    Chart chart{part.triangle, part.triangle};
+    const auto& isAtSeam = [&](std::uint32_t p) { return isSeam_[p] != 0; };
+    const Vec3 &a = place(part.corner[0]), &b = place(part.corner[1]), &c = place(part.corner[2]);
+    const Vec3 middle = (a + b + c) / 3;
+    bool isClear = true;
+    const SkinPlace there =
+        nearest(skin_.topology, part.triangle, middle, [&](std::uint32_t, std::uint32_t from, std::uint32_t) {
+            isClear = isClear && std::ranges::none_of(skin_.topology.triangles[from], isAtSeam);
+            return true;
+        });
+    if (isClear || there.triangle == part.triangle) return chart;
+    const double far = (there.at - middle).norm() + kFarther * ((b - a).norm() + (c - a).norm());
+    const auto isBeyond = [&](const Attribute& of) {
+        const auto mayPass = [&](std::uint32_t e, std::uint32_t s, std::uint32_t t) {
+            return !jumps(skin_, e, s, t, of);
+        };
+        return (nearest(skin_.topology, part.triangle, middle, mayPass).at - middle).norm() > far;
     };
-    if (isBeyond(seams_.uvIsland)) home.uv = there;
-    if (isBeyond(seams_.normalIsland)) home.normal = there;
-    return home;
+    if (isBeyond(kUv)) chart.uv = there.triangle;
+    if (isBeyond(kNormal)) chart.normal = there.triangle;
+    return chart;
 }
 
 /// A corner of the surface as it was given has what the part's triangle has there, unless the part has gone elsewhere.
-Corner SkinCorners::given(const SkinCut::Part& part, std::uint32_t point, const Home& home)
+Corner SkinCorners::givenCorner(const SkinCut::Part& part, std::uint32_t point, const Chart& chart)
 {
     Corner corner;
     for (std::size_t own = 0; own < 3; ++own)
         if (const Corner& c = skin_.corner(part.triangle, own); c.point == point) corner = c;
-    if (home == Home{part.triangle, part.triangle}) return corner;
-    const Made made = madeAt(home, place(point), {});
-    if (home.uv != part.triangle) corner.uv = addTo(drawn_.uvs, made.uv);
-    if (home.normal != part.triangle) corner.normal = addTo(drawn_.normals, made.normal);
+    if (chart == Chart{part.triangle, part.triangle}) return corner;
+    const Made made = madeAt(chart, place(point), {});
+    if (chart.uv != part.triangle) corner.uv = addTo(drawn_.uvs, made.uv);
+    if (chart.normal != part.triangle) corner.normal = addTo(drawn_.normals, made.normal);
     return corner;
 }
 
@@ -197,14 +198,14 @@ std::optional<SkinPlace> SkinCorners::awayFromSeams(std::uint32_t triangle, cons
 {
     bool isClear = true;
     const SkinPlace place = nearest(skin_.topology, triangle, X, [&](std::uint32_t, std::uint32_t from, std::uint32_t) {
-        const auto isSeam = [&](std::uint32_t p) { return seams_.isAt[p] != 0; };
+        const auto isSeam = [&](std::uint32_t p) { return isSeam_[p] != 0; };
         isClear = isClear && std::ranges::none_of(skin_.topology.triangles[from], isSeam);
         return isClear;
     });
     return isClear ? std::optional(place) : std::nullopt;
 }
 
-SkinCorners::Made SkinCorners::madeAt(const Home& home, const Vec3& X, const std::optional<SkinPlace>& place) const
+SkinCorners::Made SkinCorners::madeAt(const Chart& chart, const Vec3& X, const std::optional<SkinPlace>& place) const
 {
     const auto value = [&](const Attribute& of, std::uint32_t triangle) -> std::optional<Vec3> {
         for (std::size_t k = 0; k < 3; ++k)
@@ -219,7 +220,7 @@ SkinCorners::Made SkinCorners::madeAt(const Home& home, const Vec3& X, const std
             sum += shares[int(k)] * (skin_.mesh.*of.values)[skin_.corner(on, k).*of.number];
         return sum;
     };
-    Made made{value(kUv, home.uv), value(kNormal, home.normal)};
+    Made made{value(kUv, chart.uv), value(kNormal, chart.normal)};
     if (made.normal) made.normal->normalize();
     return made;
 }

@@ -32,28 +32,23 @@ struct SkinPlace {
     Vec3 at;  ///< m
 };
 
-/// Where texture coordinates or normals jump.
-struct Seams {
-    std::vector<std::uint8_t> isAt;  ///< of each place of the surface: does such an edge end there?
-    /// Of each triangle: what hangs together without a seam. Empty where there is none.
-    std::vector<std::uint32_t> uvIsland, normalIsland;
-};
-Seams seamsOf(const GivenSkin& skin);
+/// Of each place of the surface: do texture coordinates or normals jump at an edge that ends there?
+std::vector<std::uint8_t> seamsOf(const GivenSkin& skin);
 
 /// Points of rims move over the outer surface when lips are closed, out of the triangle that a part belongs to. Their
 /// corners get what the surface has where they lie, as far as no seam is between; else what it has at the nearest
 /// place on the side of the seam where the middle of the part lies.
 class SkinCorners {
 public:
-    /// `seams`: as seamsOf tells; `points`: those of the cut; `drawn`: gets what is new.
-    SkinCorners(const GivenSkin& skin, const Seams& seams, std::span<const SkinCut::Point> points,
+    /// `isSeam`: as seamsOf tells; `points`: those of the cut; `drawn`: gets what is new.
+    SkinCorners(const GivenSkin& skin, std::span<const std::uint8_t> isSeam, std::span<const SkinCut::Point> points,
                 tetmesh::RenderMesh& drawn)
-        : skin_(skin), seams_(seams), points_(points), drawn_(drawn)
+        : skin_(skin), isSeam_(isSeam), points_(points), drawn_(drawn)
     {
     }
 
     /// The corners of parts, numbered as SkinCut::Part has them. Those at one point share what they have where no seam
-    /// is near, and those of one home, which follow each other.
+    /// is near, and those of one chart, which follow each other.
     std::vector<std::array<tetmesh::RenderMesh::Corner, 3>> of(std::span<const SkinCut::Part> parts);
 
 private:
@@ -62,19 +57,19 @@ private:
     };
 
     /// Of a part: triangles on whose side of the seams it has its texture coordinates and its normals.
-    struct Home {
+    struct Chart {
         std::uint32_t uv = 0, normal = 0;
-        bool operator==(const Home&) const = default;
+        bool operator==(const Chart&) const = default;
     };
 
     const Vec3& place(std::uint32_t point) const;
-    Home homeOf(const SkinCut::Part& part) const;
+    Chart chartOf(const SkinCut::Part& part) const;
     std::optional<SkinPlace> awayFromSeams(std::uint32_t triangle, const Vec3& X) const;
-    Made madeAt(const Home& home, const Vec3& X, const std::optional<SkinPlace>& place) const;
-    tetmesh::RenderMesh::Corner given(const SkinCut::Part& part, std::uint32_t point, const Home& home);
+    Made madeAt(const Chart& chart, const Vec3& X, const std::optional<SkinPlace>& place) const;
+    tetmesh::RenderMesh::Corner givenCorner(const SkinCut::Part& part, std::uint32_t point, const Chart& chart);
 
     GivenSkin skin_;
-    const Seams& seams_;
+    std::span<const std::uint8_t> isSeam_;
     std::span<const SkinCut::Point> points_;
     tetmesh::RenderMesh& drawn_;
 };

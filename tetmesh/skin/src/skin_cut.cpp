@@ -194,7 +194,7 @@ SkinCut SkinCutter::cut(const tetmesh::NodeField<float>& rest, const tetmesh::No
     if (style.lips == Lips::closed) {
         made = cut.points;
         closeLips(*topology_, lattice, cut);
-        removeClosed(*topology_, dx_, cut);
+        removeTiny(*topology_, dx_, cut);
     }
     if (taken == Taken::kept) {
         for (std::uint32_t t = 0; t < triangles_.size(); ++t)

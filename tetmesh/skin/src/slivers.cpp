@@ -3,6 +3,7 @@
 #include "fitted_parts.h"
 
 #include <vdbfrac/base/grouping.h>
+#include <vdbfrac/base/triangle.h>
 
 #include <Eigen/Geometry>
 
@@ -93,18 +94,20 @@ private:
         std::sort(edges.begin(), edges.end());
         return edges;
     }
+    /// Does an edge have a part on one side and a torn face on the other?
     bool isRim(std::uint32_t a, std::uint32_t b) const
     {
-        return std::ranges::any_of(facesAt(a),
-                                   [&](std::uint32_t f) { return f >= cut_.parts.size() && has(*faces_[f], b); });
+        bool ofPart = false, ofTorn = false;
+        for (const std::uint32_t f : facesAt(a))
+            if (has(*faces_[f], b)) (f < cut_.parts.size() ? ofPart : ofTorn) = true;
+        return ofPart && ofTorn;
     }
-    /// Either point can stay that lies on no sharp edge, or on the same as the other.
+    /// A point on a sharp edge can go where the short side lies along that.
     void addEdge(double length, std::uint32_t a, std::uint32_t b, std::vector<Edge>& edges) const
     {
+        const Vec3 way = (place(b) - place(a)).stableNormalized();
         const auto canGo = [&](std::uint32_t gone, std::uint32_t kept) {
-            return !isSharp(gone) ||
-                   (isSharp(kept) &&
-                    std::abs(skin_.along(point(gone).skin).dot(skin_.along(point(kept).skin))) > kSameFace);
+            return !isSharp(gone) || (isSharp(kept) && std::abs(skin_.along(point(gone).skin).dot(way)) > kSameFace);
         };
         if (canGo(b, a)) edges.push_back({length, a, b});
         if (canGo(a, b)) edges.push_back({length, b, a});
@@ -114,23 +117,25 @@ private:
     {
         for (const std::uint32_t corner : {edge.kept, edge.gone})
             if (std::ranges::any_of(facesAt(corner), [&](std::uint32_t f) { return isTouched_[f]; })) return false;
-        if (!staysSurface(edge) || turnsAny(edge)) return false;
+        if (!staysSurface(edge) || bendsRim(edge) || turnsAny(edge)) return false;
         for (const std::uint32_t corner : {edge.kept, edge.gone})
             for (const std::uint32_t f : facesAt(corner)) isTouched_[f] = 1;
         for (const std::uint32_t f : facesAt(edge.gone)) std::ranges::replace(*faces_[f], edge.gone, edge.kept);
         joined_[edge.gone - given_] = edge.kept;
         return true;
     }
-    /// Two ends of an edge can be joined if all that both have edges to are corners of faces of that edge.
+    /// Two ends of an edge can be joined if all that both have edges to are corners of faces of that edge, and no two
+    /// faces come to lie on each other.
     bool staysSurface(const Edge& edge) const
     {
-        std::vector<std::uint32_t> beside, besideBoth, third;
+        std::vector<std::uint32_t> besideBoth, third;
         const auto nameOf = [&](std::uint32_t c) { return c < given_ ? skin_.pointOf[c] : c; };
+        const auto isOther = [&](std::uint32_t c) { return c != edge.kept && c != edge.gone; };
         const auto around = [&](std::uint32_t corner) {
             std::vector<std::uint32_t> names;
             for (const std::uint32_t f : facesAt(corner))
                 for (const std::uint32_t c : *faces_[f])
-                    if (c != edge.kept && c != edge.gone) names.push_back(nameOf(c));
+                    if (isOther(c)) names.push_back(nameOf(c));
             sortUnique(names);
             return names;
         };
@@ -138,9 +143,30 @@ private:
         for (const std::uint32_t f : facesAt(edge.gone))
             if (has(*faces_[f], edge.kept))
                 for (const std::uint32_t c : *faces_[f])
-                    if (c != edge.kept && c != edge.gone) third.push_back(nameOf(c));
+                    if (isOther(c)) third.push_back(nameOf(c));
         sortUnique(third);
-        return besideBoth == third;
+        if (besideBoth != third) return false;
+        const auto joinsThirds = [&](std::uint32_t f) {
+            return !(has(*faces_[f], edge.kept) && has(*faces_[f], edge.gone)) &&
+                   std::ranges::count_if(*faces_[f], [&](std::uint32_t c) {
+                       return isOther(c) && std::ranges::binary_search(third, nameOf(c));
+                   }) == 2;
+        };
+        return std::ranges::none_of(facesAt(edge.kept), joinsThirds) ||
+               std::ranges::none_of(facesAt(edge.gone), joinsThirds);
+    }
+    /// Would the rim move by more than rims that lie on each other may be apart? It turns back where a crack ends.
+    bool bendsRim(const Edge& edge) const
+    {
+        constexpr double kApart = 0.01;  // voxels
+        std::vector<std::uint32_t> next;
+        for (const std::uint32_t f : facesAt(edge.gone))
+            for (const std::uint32_t c : *faces_[f])
+                if (c >= given_ && c != edge.gone && c != edge.kept && isRim(edge.gone, c)) next.push_back(c);
+        sortUnique(next);
+        if (next.size() != 1) return true;
+        const Vec3 &a = place(edge.kept), &b = place(next[0]), &p = place(edge.gone);
+        return (closestPoint({a, b, b}, p).at - p).norm() > kApart * dx_;
     }
     bool turnsAny(const Edge& edge) const
     {

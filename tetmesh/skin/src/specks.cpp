@@ -2,6 +2,8 @@
 
 #include "cut_pieces.h"
 
+#include <vdbfrac/base/grouping.h>
+
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -16,10 +18,15 @@ namespace {
 template <class IsSpeck>
 void remove(const CutPieces& pieces, const IsSpeck& isSpeck, SkinCut& cut)
 {
-    std::int64_t count = 0;
-    for (std::size_t i = 0; i < pieces.end(); ++i) count += pieces.is(i) && isSpeck(std::uint32_t(i));
-    cut.specks += count;
-    if (count == 0) return;
+    std::vector<std::uint32_t> specks;
+    const auto see = [&](std::uint32_t point) {
+        if (const std::uint32_t piece = pieces.of(point); isSpeck(piece)) specks.push_back(piece);
+    };
+    for (const auto& face : cut.torn) see(face[0]);
+    for (const SkinCut::Part& part : cut.parts) see(part.corner[0]);
+    sortUnique(specks);
+    cut.specks += std::int64_t(specks.size());
+    if (specks.empty()) return;
     for (const auto& [triangle, piece] : pieces.whole())
         if (isSpeck(piece)) cut.fate[triangle] = SkinCut::Fate::gone;
     std::erase_if(cut.torn, [&](const auto& face) { return isSpeck(pieces.of(face[0])); });
@@ -33,17 +40,17 @@ void remove(const CutPieces& pieces, const IsSpeck& isSpeck, SkinCut& cut)
 void removeSpecks(const SkinTopology& skin, const tetmesh::NodeField<float>& now, double dx, SkinCut& cut)
 {
     const CutPieces pieces(skin, cut, dx);
-    std::vector<std::uint8_t> hasMaterial(pieces.end(), 0);
+    std::vector<std::uint8_t> hasMaterial(pieces.numbers(), 0);
     for (std::size_t i = 0; i < cut.points.size(); ++i)
-        if (now(cut.points[i].anchor) < 0) hasMaterial[pieces.ofMade(i)] = 1;
+        if (now(cut.points[i].anchor) < 0) hasMaterial[pieces.ofCutPoint(i)] = 1;
     remove(
         pieces, [&](std::uint32_t p) { return !hasMaterial[p] && pieces.isSmall(p); }, cut);
 }
 
-void removeClosed(const SkinTopology& skin, double dx, SkinCut& cut)
+void removeTiny(const SkinTopology& skin, double dx, SkinCut& cut)
 {
-    constexpr double kNothing = 0.25;  // voxels
-    const CutPieces pieces(skin, cut, kNothing * dx);
+    constexpr double kTiny = 0.25;  // voxels
+    const CutPieces pieces(skin, cut, kTiny * dx);
     remove(
         pieces, [&](std::uint32_t p) { return pieces.isSmall(p); }, cut);
 }

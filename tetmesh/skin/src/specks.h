@@ -13,8 +13,8 @@ namespace vdbfrac::skin {
 /// voxel size [m]. Counts them in `cut`.
 void removeSpecks(const SkinTopology& skin, const tetmesh::NodeField<float>& now, double dx, SkinCut& cut);
 
-/// Takes out closed pieces without size, a quarter of a voxel: hollows that a crack a node wide left in the material
-/// before its lips were closed, and dust. Counts them in `cut`.
-void removeClosed(const SkinTopology& skin, double dx, SkinCut& cut);
+/// Takes out closed pieces smaller than a quarter of a voxel: what closing its lips has left of a crack one node wide,
+/// and dust. Counts them in `cut`.
+void removeTiny(const SkinTopology& skin, double dx, SkinCut& cut);
 
 }  // namespace vdbfrac::skin

@@ -39,10 +39,12 @@ std::string durationText(double seconds) { return seconds < 60 ? fmt::format("{:
 std::string forecastText(const scene::Scene& scene, const lab::Forecast& f)
 {
     const int frames = scene.time.lastFrame - scene.time.firstFrame + 1, threads = threadCount();
-    constexpr double kHalf = .5;
-    return fmt::format("time: {}{} on {} thread{}, {:.0f} steps of {:.2g} s; from {}\n",
-                       f.simulatedShare < kHalf ? "a third to three times " : "about ", durationText(f.seconds),
-                       threads, threads == 1 ? "" : "s", f.steps, f.seconds / std::max(1., f.steps), sourceText(f)) +
+    constexpr double kHalf = .5, kOff = 4;  // from few frames a forecast may be off by as much (docs/measured.md)
+    const std::string time = f.simulatedShare < kHalf ? fmt::format("between {} and {}", durationText(f.seconds / kOff),
+                                                                    durationText(kOff * f.seconds))
+                                                      : "about " + durationText(f.seconds);
+    return fmt::format("time: {} on {} thread{}, {:.0f} steps of {:.2g} s; from {}\n", time, threads,
+                       threads == 1 ? "" : "s", f.steps, f.seconds / std::max(1., f.steps), sourceText(f)) +
            fmt::format("disk: about {}: {} frames of {}, checkpoints of {}\n", bytesText(f.bytes), frames,
                        bytesText(f.frameBytes), bytesText(f.checkpointBytes));
 }

@@ -24,8 +24,8 @@ std::vector<std::string> notesOfStart(const scene::Scene& scene, std::uint64_t m
     if (isQuicklyMade(scene, estimate)) return lab::PreparedScene(scene, memoryLimit).simulation.stages().notes;
     lab::requireSound(scene);
     return {
-        "the bodies are too large to be made here: what grips hold, and what thin parts and overlaps have to say, "
-        "is told when the run begins"};
+        "bodies of more than a million tets, or on a Delaunay lattice, are not made here: what grips hold, and what "
+        "thin parts and overlaps have to say, is told when the run begins"};
 }
 
 }  // namespace

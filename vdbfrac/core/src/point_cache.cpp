@@ -69,7 +69,7 @@ PointCache::PointCache(const scene::Scene& scene, const Simulation& simulation, 
     for (std::size_t b = 0; b < simulation.bodies().size(); ++b)
         taken_.emplace_back(*drawing.topology(b), scene.output.lipsClosed, simulation.stages(), simulation.bodies()[b],
                             scene.time.fps, parted[b]);
-    lost_ = 1 - simulation.volume() / simulation.startVolume();
+    for (const Body& body : simulation.bodies()) lost_.push_back(1 - body.mesh->volume() / body.startVolume);
     rest_ = frame(0);
     for (const DrawnBody& body : rest_) {
         used_.push_back(tetmesh::usedPoints(body.topology->mesh));
@@ -84,14 +84,15 @@ std::string PointCache::lacks() const
     std::size_t unknown = 0;
     for (std::size_t b = 0; b < rest_.size(); ++b) {
         unknown += taken_[b].unknown();
+        if (lost_[b] > kMuch)
+            text +=
+                "cracks take " + std::to_string(std::lround(100 * lost_[b])) + " % of body '" + scene_.bodies[b].name +
+                "' by the last frame: what is gone then has its skin until it goes, but no torn faces, so it is open "
+                "where it tears (the run's own frames in obj/ and ply/ are closed; a run that ends earlier loses "
+                "less); ";
         if (rest_[b].topology->mesh.faces() == 0)
             text += "body '" + scene_.bodies[b].name + "' is in no frame of a point cache, as cracks take all of it; ";
     }
-    if (lost_ > kMuch)
-        text +=
-            "cracks take " + std::to_string(std::lround(100 * lost_)) +
-            " % of the material by the last frame: what is gone then has its skin until it goes, but no torn faces, "
-            "so it is open where it tears (the .obj and .ply frames are closed; a run that ends earlier loses less); ";
     if (unknown > 0)
         text += counted(unknown, "face") + " of the surface at the start " + (unknown == 1 ? "is" : "are") +
                 " missing from the first frame of a point cache on, as no crack is known to have come; ";

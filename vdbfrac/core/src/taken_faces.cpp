@@ -2,6 +2,7 @@
 
 #include "arrivals.h"
 
+#include <vdbfrac/base/disjoint_sets.h>
 #include <vdbfrac/base/grouping.h>
 #include <vdbfrac/base/nearest_source.h>
 #include <vdbfrac/base/polygon.h>
@@ -144,6 +145,25 @@ DrawnTopology withoutTaken(const DrawnTopology& drawn)
     return left;
 }
 
+/// Of each face a number that those have which go in the same frame and have their middle in the same voxel.
+std::vector<std::uint32_t> cellsOf(std::span<const std::pair<std::uint32_t, std::uint32_t>> faces,
+                                   const RenderMesh& mesh, double dx)
+{
+    using Cell = std::array<std::int64_t, 4>;
+    std::vector<Cell> of;
+    for (const auto& [frame, f] : faces) {
+        Vec3 middle = Vec3::Zero();
+        for (const RenderMesh::Corner& c : mesh.face(f)) middle += mesh.points[c.point] / 3;
+        const Coord voxel = tetmesh::floorOf(middle.array() / dx);
+        of.push_back({frame, voxel.x, voxel.y, voxel.z});
+    }
+    std::vector<Cell> cells = of;
+    sortUnique(cells);
+    std::vector<std::uint32_t> number;
+    for (const Cell& cell : of) number.push_back(std::uint32_t(std::ranges::lower_bound(cells, cell) - cells.begin()));
+    return number;
+}
+
 }  // namespace
 
 PartedFaces::PartedFaces(const DrawnTopology& drawn, std::span<const std::uint8_t> mayRide, const Body& body)
@@ -229,40 +249,39 @@ TakenFaces::TakenFaces(const DrawnTopology& drawn, bool lipsClosed, const Stages
         else
             faces.emplace_back(std::min(frame, parted.frameOf(f)), f);
     }
-    const auto patchOf = [&](std::uint32_t frame, std::uint32_t f) {
-        Vec3 middle = Vec3::Zero();
-        for (const RenderMesh::Corner& c : drawn.mesh.face(f)) middle += drawn.mesh.points[c.point] / 3;
-        const Coord voxel = tetmesh::floorOf(middle.array() / dx);
-        return std::array<std::int64_t, 4>{frame, voxel.x, voxel.y, voxel.z};
-    };
-    using Own = std::pair<std::array<std::int64_t, 4>, std::uint32_t>;  // patch and number
-    std::vector<Own> points;
-    for (const auto& [frame, f] : faces)
-        for (const RenderMesh::Corner& c : drawn.mesh.face(f)) points.emplace_back(patchOf(frame, f), c.point);
+    const std::vector<std::uint32_t> cell = cellsOf(faces, drawn.mesh, dx);
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> points;  // cell and number
+    for (std::size_t i = 0; i < faces.size(); ++i)
+        for (const RenderMesh::Corner& c : drawn.mesh.face(faces[i].second)) points.emplace_back(cell[i], c.point);
     sortUnique(points);
     DrawnTopology now = withoutTaken(drawn);
     const auto first = std::uint32_t(now.mesh.points.size());
     // What is gone lies in a point of what stays: others may be carried far away.
     std::vector<std::uint8_t> stays(first, 0);
     for (const RenderMesh::Corner& c : now.mesh.corners) stays[c.point] = 1;
-    for (const auto& [frame, f] : faces) {
+    std::vector<std::uint32_t> frameOfPoint(points.size());
+    DisjointSets sets(points.size());
+    for (std::size_t i = 0; i < faces.size(); ++i) {
+        const auto [frame, f] = faces[i];
+        std::array<std::uint32_t, 3> own;
         std::array<RenderMesh::Corner, 3> corners;
         for (std::size_t k = 0; k < 3; ++k) {
             corners[k] = drawn.mesh.face(f)[k];
-            const auto own = std::ranges::lower_bound(points, Own(patchOf(frame, f), corners[k].point));
-            corners[k].point = first + std::uint32_t(own - points.begin());
+            const auto at = std::ranges::lower_bound(points, std::pair(cell[i], corners[k].point));
+            own[k] = std::uint32_t(at - points.begin());
+            corners[k].point = first + own[k];
+            frameOfPoint[own[k]] = frame;
+            sets.join(own[0], own[k]);
         }
         now.mesh.addFace(corners, drawn.mesh.group[f], drawn.mesh.material[f]);
         now.torn.push_back(0), now.fragment.push_back(drawn.fragment[f]);
     }
     const std::vector<std::uint32_t> nearest = nearestKnown(linksOf(drawn, false), stays, drawn.mesh.points);
-    std::size_t patch = 0;  // the first point of it
+    const std::vector<std::uint32_t> patch = std::move(sets).names();
     for (std::size_t i = 0; i < points.size(); ++i) {
-        if (points[i].first != points[patch].first) patch = i;
-        const std::uint32_t all = points[patch].second;
+        const std::uint32_t all = points[patch[i]].second;
         now.mesh.points.push_back(now.mesh.points[points[i].second]);
-        points_.push_back(
-            {points[i].second, std::uint32_t(points[i].first[0]), all, nearest[all] != kNoSource ? nearest[all] : all});
+        points_.push_back({points[i].second, frameOfPoint[i], all, nearest[all] != kNoSource ? nearest[all] : all});
     }
     topology_ = std::make_shared<const DrawnTopology>(std::move(now));
 }

@@ -207,11 +207,14 @@ FractureLaw fractureLaw(const FractureKeys& keys, const scene::Grid& grid, const
     FractureLaw tough = law;
     tough.kappa = perToughness * Gc;
     if (keys.isTension && law.radius > 0) tough.perRelease = perToughness;
-    constexpr double kFarthest = 5;  // strain: no soft solid holds much more
-    if (const double strain = std::sqrt(2 * tough.kappa / E); strain > kFarthest)
-        note("with a toughness of " + rough(Gc) + " J/m^2 a smooth bar tears at " + rough(1 + strain) +
-             " times its length, beyond any soft solid: check units");
-    if (!keys.strength) return tough;
+    if (!keys.strength) {
+        constexpr double kFarthest = 5;  // strain: no soft solid holds much more
+        if (const double strain = std::sqrt(2 * tough.kappa / E); strain > kFarthest)
+            note("with a toughness of " + rough(Gc) + " J/m^2 and no strength a smooth bar tears at " +
+                 rough(1 + strain) + " times its length on voxels of " + rough(dx) +
+                 " m, beyond any soft solid: check units, or give a strength");
+        return tough;
+    }
     const double strength = *keys.strength, radius = 2 * A * E * Gc / (strength * strength);
     if (strength >= E)
         note("a strength of " + rough(strength) + " Pa is " + rough(strength / E) +

@@ -18,14 +18,13 @@ struct SkinWork {
     std::int64_t mixedVoxels = 0;  ///< that surfaces of cracks go through
     std::int64_t cutFaces = 0;     ///< parts of the outer surface that were made
     std::int64_t tornFaces = 0;
-    std::int64_t specks = 0;   ///< pieces without material that were taken out
+    std::int64_t specks = 0;   ///< closed pieces, tiny or without material, that were taken out
     std::int64_t defects = 0;  ///< places where rounding left a gap in the surface
     std::int64_t far = 0;      ///< points more than a cell away from the material that carries them
     std::int64_t bridges = 0;  ///< faces between fragments, which are drawn out as these part
 };
 
 class TurnedNormals;
-struct Seams;
 
 /// A point outside of the tet that carries it.
 struct OutsidePoint {
@@ -72,7 +71,7 @@ private:
     tetmesh::RenderMesh mesh_;
     tetmesh::Fans fans_;
     SkinCutter cutter_;
-    std::shared_ptr<const Seams> seams_;
+    std::vector<std::uint8_t> isSeam_;  // at each place of the cutter's topology
     std::shared_ptr<const tetmesh::DrawnTopology> drawn_;
     std::vector<tetmesh::EmbeddedPoint> points_;
     MeanMotion outside_;

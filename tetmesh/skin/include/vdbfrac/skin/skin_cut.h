@@ -63,7 +63,7 @@ struct SkinCut {
     std::vector<Part> taken;
     std::vector<std::array<std::uint32_t, 3>> torn;  ///< seen from the crack counter-clockwise; numbered alike
     std::int64_t mixedVoxels = 0;                    ///< that a crack's surface goes through
-    std::int64_t specks = 0;                         ///< closed pieces without material that were taken out
+    std::int64_t specks = 0;                         ///< closed pieces, tiny or without material, that were taken out
     std::int64_t defects = 0;  ///< places where rounding left a gap; 0 unless the surface meets itself
 };
 

@@ -62,7 +62,7 @@ private:
     // Of each frame and body: what these nodes were, then those of tets that cracks take later and
     // that carry points.
     std::vector<std::vector<Nodes>> node_;
-    double lost_ = 0;                                             // of the material by the last frame
+    std::vector<double> lost_;                                    // of each body, of its volume by the last frame
     DrawnFrame rest_;                                             // the first frame
     std::vector<std::vector<std::uint32_t>> used_, usedNormals_;  // points and normals that faces use, of each body
     std::vector<BeforeCracks> before_;                            // of each body
