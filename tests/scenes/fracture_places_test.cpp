@@ -19,8 +19,8 @@ constexpr double kE = 1e6, kKappa = 61, kRate = .005;        // Pa, J/m^3, strai
 const double kTearing = std::sqrt(2 * kKappa / kE) / kRate;  // s
 
 /// A bar, a metre of it free, pulled without inertia. Its surface is a voxel outside of .125 x .125 m. `more`: of
-/// [fracture].
-std::string bar(const std::string& more, double voxel = .0625)
+/// [fracture]; `fields`: of frames.
+std::string bar(const std::string& more, double voxel = .0625, const std::string& fields = "\"phi\"")
 {
     std::ostringstream s;
     s << "version = 1\nname = \"bar\"\n[time]\nframes = [1, 90]\nfps = 32\nsubsteps = 1\n[grid]\nvoxel_size = " << voxel
@@ -33,14 +33,14 @@ std::string bar(const std::string& more, double voxel = .0625)
     for (const double side : {1., -1.})
         s << "[[grip]]\nbody = \"bar\"\nregion = { halfspace = { normal = [0, " << side
           << ", 0], offset = 0.5 } }\nmove = { velocity = [0, " << side * kRate / 2 << ", 0] }\n";
-    s << "[output]\nvdb = [\"phi\", \"margin\"]\n[fracture]\ngrip_margin = 0.125\nkappa = " << kKappa << "\n" << more;
+    s << "[output]\nvdb = [" << fields << "]\n[fracture]\ngrip_margin = 0.125\nkappa = " << kKappa << "\n" << more;
     return s.str();
 }
 
 /// Psi / kappa at places of the surface, before anything tears; places in sixteenths of a metre.
 std::map<Coord, double> margins(const std::string& more, int perVoxel = 1)
 {
-    SceneRun run(bar(more, .0625 / perVoxel));
+    SceneRun run(bar(more, .0625 / perVoxel, "\"margin\""));
     run.toFrame(30);
     EXPECT_EQ(run.work.countOf("fracture", "moved_voxels"), 0);
     const grid::VoxelValues values = lab::fieldOf(run, "margin");

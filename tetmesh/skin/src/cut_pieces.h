@@ -17,7 +17,7 @@ namespace vdbfrac::skin {
 /// has the number of one of its points.
 class CutPieces {
 public:
-    /// Pieces larger than this [m] are all that is said of them.
+    /// small [m]: of larger pieces it is only known that they are, not where they end.
     CutPieces(const SkinTopology& skin, const SkinCut& cut, double small);
 
     /// Of a point, numbered as SkinCut::Part has them, that a torn face or a part has.

@@ -158,7 +158,7 @@ SkinCorners::Chart SkinCorners::chartOf(const SkinCut::Part& part) const
 {
     constexpr double kFarther = 1e-9;  // of the part: rounding
     Chart chart{part.triangle, part.triangle};
-    const auto& isAtSeam = [&](std::uint32_t p) { return isSeam_[p] != 0; };
+    const auto isAtSeam = [&](std::uint32_t p) { return isSeam_[p] != 0; };
     const Vec3 &a = place(part.corner[0]), &b = place(part.corner[1]), &c = place(part.corner[2]);
     const Vec3 middle = (a + b + c) / 3;
     bool isClear = true;
