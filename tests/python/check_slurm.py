@@ -292,10 +292,10 @@ class Tasks:
     def interrupt(self):
         """Task 0 is told to stop, as before its time is over; task 1 dies, as of too much memory; task 2 loses its node."""
         ask = self.cluster.ask
-        self.tell(0)
         self.well_begun(1)
-        for process in self.simulation(1):
+        for process in self.simulation(1):  # at once: tasks take some seconds
             os.kill(process, signal.SIGKILL)
+        self.tell(0)
         self.when(1, "FAILED")
         ask("scontrol", "requeue", f"{self.job}_1")
         node = self.well_begun(2)["NodeList"]
