@@ -112,6 +112,17 @@ TEST(SceneOverrides, SetWhatTheTextSetsAndWhatItLeavesOut)
     EXPECT_EQ(std::get<Primitive>(s.bodies[0].shape).radius, 3);
 }
 
+/// Files can be given by their names alone.
+TEST(SceneOverrides, SetKeysBesideTheShortNameOfAFile)
+{
+    const Scene mesh = parse(kGood, {"body.0.shape={ mesh = \"cow.obj\" }", "body.0.shape.mesh.scale=2"});
+    EXPECT_EQ(std::get<MeshFile>(mesh.bodies[0].shape).file.filename(), "cow.obj");
+    EXPECT_EQ(std::get<MeshFile>(mesh.bodies[0].shape).scale, 2);
+    const Scene vdb = parse(kGood, {"body.0.shape={ vdb = \"cow.vdb\" }", "body.0.shape.vdb.translate=[0,1,0]"});
+    EXPECT_EQ(std::get<VdbFile>(vdb.bodies[0].shape).file.filename(), "cow.vdb");
+    EXPECT_EQ(std::get<VdbFile>(vdb.bodies[0].shape).translate, Vec3(0, 1, 0));
+}
+
 /// A grip without a name is grip1 in columns, notes and measures.
 TEST(SceneOverrides, CallWhatHasNoNameAsOutputsDo)
 {

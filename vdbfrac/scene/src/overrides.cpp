@@ -1,5 +1,6 @@
 #include "overrides.h"
 
+#include "parts.h"
 #include "toml_text.h"
 
 #include <algorithm>
@@ -96,6 +97,7 @@ void apply(Node& root, const std::string& text, const Place& place, Complaints& 
     Node* at = &root;
     for (std::size_t i = 0; i < path.size(); ++i) {
         const std::string& step = path[i];
+        if (i > 0 && (path[i - 1] == "mesh" || path[i - 1] == "vdb")) *at = asFileTable(*at);
         const bool isCalled = i == 1 && (path[0] == "grip" || path[0] == "collider");
         Node* next = descend(*at, step, isCalled ? path[0] : "", place);
         if (!next) {

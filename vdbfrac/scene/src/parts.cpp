@@ -46,13 +46,6 @@ std::filesystem::path resolve(const Item& item, const std::string& file, Context
     return (context.folder / file).lexically_normal();
 }
 
-/// The text `mesh = "x.obj"`, short for `mesh = { file = "x.obj" }`, as that table.
-Node asFileTable(const Node& node)
-{
-    if (!node.text()) return node;
-    return {node.place, Table{{KeyValue{"file", node.place, node}}}};
-}
-
 /// A MeshFile or a VdbFile.
 template <class File>
 File readFile(const Item& item, const TableSpec& spec, Context& context)
@@ -87,6 +80,12 @@ std::vector<PoseKey> readPoses(const Item& item, Context& context)
 }
 
 }  // namespace
+
+Node asFileTable(const Node& node)
+{
+    if (!node.text()) return node;
+    return {node.place, Table{{KeyValue{"file", node.place, node}}}};
+}
 
 Primitive readSolid(const Item& item, Context& context)
 {

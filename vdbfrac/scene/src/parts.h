@@ -14,6 +14,9 @@ struct Context {
     std::filesystem::path folder;  ///< of the scene; relative paths start there
 };
 
+/// The text `mesh = "x.obj"`, short for `mesh = { file = "x.obj" }`, as that table; all else as it is.
+Node asFileTable(const Node& node);
+
 Primitive readSolid(const Item& item, Context& context);
 
 /// A list of solids; `bounded` refuses endless ones.
