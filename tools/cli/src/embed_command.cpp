@@ -62,7 +62,9 @@ bool isOfFile(const scene::Body& body) { return !std::holds_alternative<Primitiv
 void noteInput(const EmbedOptions& options, const tetmesh::SurfaceReport& report, const core::Body& body,
                const scene::Body& spec)
 {
-    constexpr double kAlike = 2, kMost = 10;  // sizes; beyond the last it is another unit
+    // Sizes. Beyond the last ones it is another unit; most of what is so large lies far from the body, and would take
+    // minutes.
+    constexpr double kAlike = 2, kLeast = .1, kMost = 3;
     Vec3 lower = body.mesh->restPosition(0), upper = lower;
     for (const Vec3& X : tetmesh::restPositions(*body.mesh)) lower = lower.cwiseMin(X), upper = upper.cwiseMax(X);
     const bool mayMove = isOfFile(spec) && !options.placed;
@@ -71,10 +73,10 @@ void noteInput(const EmbedOptions& options, const tetmesh::SurfaceReport& report
     if ((report.lower.array() > upper.array()).any() || (report.upper.array() < lower.array()).any())
         throw InputError(
             {options.mesh, "lies beside body '" + body.name + "'", "a mesh where the body lies at rest", placed});
-    if (!(times <= kMost && times >= 1 / kMost))
+    if (!(times <= kMost && times >= kLeast))
         throw InputError({options.mesh,
                           "is " + shortNumber(times, 3) + " times as large as body '" + body.name + "' at rest",
-                          "a tenth to ten times", placed});
+                          "a tenth to three times", placed});
     if (!(times <= kAlike && times >= 1 / kAlike))
         std::fprintf(stderr, "note: %s is %.3g times as large as body '%s' at rest%s\n", options.mesh.c_str(), times,
                      body.name.c_str(),
