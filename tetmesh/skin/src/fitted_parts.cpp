@@ -114,13 +114,15 @@ std::vector<Vec3> harmonic(const SkinTopology& skin, std::span<const SkinCut::Pa
     return shift;
 }
 
-double outwardArea(const SkinTopology& skin, std::span<const SkinCut::Point> points, const SkinCut::Part& part)
+const Vec3& placeOf(const SkinTopology& skin, std::span<const SkinCut::Point> points, std::uint32_t corner)
 {
     const std::size_t given = skin.pointOf.size();
-    const auto at = [&](std::size_t k) -> const Vec3& {
-        const std::uint32_t c = part.corner[k];
-        return c < given ? skin.points[skin.pointOf[c]] : points[c - given].X;
-    };
+    return corner < given ? skin.points[skin.pointOf[corner]] : points[corner - given].X;
+}
+
+double outwardArea(const SkinTopology& skin, std::span<const SkinCut::Point> points, const SkinCut::Part& part)
+{
+    const auto at = [&](std::size_t k) -> const Vec3& { return placeOf(skin, points, part.corner[k]); };
     return (at(1) - at(0)).cross(at(2) - at(0)).dot(skin.normal[part.triangle]);
 }
 

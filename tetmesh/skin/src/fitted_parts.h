@@ -37,6 +37,9 @@ void copyGiven(const SkinTopology& skin, std::span<const PlaceOnSkin> places, st
 std::vector<Vec3> harmonic(const SkinTopology& skin, std::span<const SkinCut::Part> parts, std::span<const Vec3> X,
                            std::span<const std::uint8_t> isFree, std::vector<Vec3> shift);
 
+/// Of a corner of a part or of a torn face [m].
+const Vec3& placeOf(const SkinTopology& skin, std::span<const SkinCut::Point> points, std::uint32_t corner);
+
 /// Twice the area [m^2] of a part that looks outward; below 0 of one that looks inward.
 double outwardArea(const SkinTopology& skin, std::span<const SkinCut::Point> points, const SkinCut::Part& part);
 

@@ -1,5 +1,7 @@
 #include "redivide.h"
 
+#include "fitted_parts.h"
+
 #include <vdbfrac/base/disjoint_sets.h>
 #include <vdbfrac/tetmesh/planar.h>
 
@@ -57,19 +59,13 @@ private:
         return ofFirst;
     }
 
-    Vec3 place(std::uint32_t point) const
-    {
-        const std::size_t given = skin_.pointOf.size();
-        return point < given ? skin_.points[skin_.pointOf[point]] : points_[point - given].X;
-    }
-
     void redivide(const Parts& piece)
     {
         if (piece.size() == 1) return parts_.push_back(piece[0]);
         const auto& t = skin_.triangles[piece[0].triangle];
         const Vec3 normal = (skin_.points[t[1]] - skin_.points[t[0]]).cross(skin_.points[t[2]] - skin_.points[t[0]]);
         NamedPolygon<std::uint32_t> named(normal);
-        const auto numberOf = [&](std::uint32_t point) { return named.number(point, place(point)); };
+        const auto numberOf = [&](std::uint32_t point) { return named.number(point, placeOf(skin_, points_, point)); };
         PlanarPolygon& polygon = named.polygon;
         for (const auto& [a, b] : borderOf(piece)) {
             polygon.outline.push_back({numberOf(a), numberOf(b)});

@@ -158,16 +158,12 @@ SkinCorners::Chart SkinCorners::chartOf(const SkinCut::Part& part) const
 {
     constexpr double kFarther = 1e-9;  // of the part: rounding
     Chart chart{part.triangle, part.triangle};
-    const auto isAtSeam = [&](std::uint32_t p) { return isSeam_[p] != 0; };
     const Vec3 &a = place(part.corner[0]), &b = place(part.corner[1]), &c = place(part.corner[2]);
     const Vec3 middle = (a + b + c) / 3;
-    bool isClear = true;
-    const SkinPlace there =
-        nearest(skin_.topology, part.triangle, middle, [&](std::uint32_t, std::uint32_t from, std::uint32_t) {
-            isClear = isClear && std::ranges::none_of(skin_.topology.triangles[from], isAtSeam);
-            return true;
-        });
-    if (isClear || there.triangle == part.triangle) return chart;
+    if (awayFromSeams(part.triangle, middle)) return chart;
+    const auto anyway = [](std::uint32_t, std::uint32_t, std::uint32_t) { return true; };
+    const SkinPlace there = nearest(skin_.topology, part.triangle, middle, anyway);
+    if (there.triangle == part.triangle) return chart;
     const double far = (there.at - middle).norm() + kFarther * ((b - a).norm() + (c - a).norm());
     const auto isBeyond = [&](const Attribute& of) {
         const auto mayPass = [&](std::uint32_t e, std::uint32_t s, std::uint32_t t) {

@@ -62,16 +62,8 @@ private:
     };
 
     const SkinCut::Point& point(std::uint32_t corner) const { return cut_.points[corner - given_]; }
-    const Vec3& place(std::uint32_t corner) const
-    {
-        return corner < given_ ? skin_.points[skin_.pointOf[corner]] : point(corner).X;
-    }
+    const Vec3& place(std::uint32_t corner) const { return placeOf(skin_, cut_.points, corner); }
     bool isSharp(std::uint32_t corner) const { return point(corner).onEdge && skin_.isSharp[point(corner).skin]; }
-    /// Of the outer surface, that a face is a part of; kNoSkin for torn faces.
-    std::uint32_t triangleOf(std::uint32_t face) const
-    {
-        return face < cut_.parts.size() ? cut_.parts[face].triangle : SkinCut::kNoSkin;
-    }
     std::span<const std::uint32_t> facesAt(std::uint32_t corner) const { return facesAt_[corner - given_]; }
     static bool has(const Face& face, std::uint32_t corner) { return std::ranges::find(face, corner) != face.end(); }
 
@@ -177,9 +169,10 @@ private:
             if (has(*faces_[f], edge.kept)) return false;
             Face moved = *faces_[f];
             std::ranges::replace(moved, edge.gone, edge.kept);
-            if (const std::uint32_t triangle = triangleOf(f); triangle != SkinCut::kNoSkin) {
-                const double before = areaOf(*faces_[f]).dot(skin_.normal[triangle]);
-                return !(areaOf(moved).dot(skin_.normal[triangle]) > std::min(before, 0.));
+            if (f < cut_.parts.size()) {
+                const SkinCut::Part& part = cut_.parts[f];
+                const double before = outwardArea(skin_, cut_.points, part);
+                return !(outwardArea(skin_, cut_.points, {part.triangle, moved}) > std::min(before, 0.));
             }
             return !(areaOf(moved).dot(areaOf(*faces_[f])) > 0);
         });

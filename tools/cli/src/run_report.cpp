@@ -125,8 +125,7 @@ std::string lostText(double lost)
     if (!(lost > kMuch)) return "";
     return "lost: cracks take half a voxel and more, and all that is crushed; a higher toughness, or factor of "
            "fracture.keys, keeps more, a smaller grid.voxel_size where few cracks run, and a notch or fracture.scatter "
-           "where a smooth "
-           "surface tears all at once\n";
+           "where a smooth surface tears all at once\n";
 }
 
 /// How deep fragments were in each other and in themselves, where a picture may show it.

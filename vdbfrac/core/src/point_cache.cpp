@@ -208,13 +208,16 @@ const std::vector<std::vector<Vec3>>& PointCache::placesIn(std::size_t number) c
 
 DrawnFrame PointCache::frame(std::size_t number) const
 {
+    const auto looksBack = [&](std::size_t frame) {
+        return frame > 0 && std::ranges::any_of(taken_, [&](const TakenFaces& taken) { return taken.goesIn(frame); });
+    };
     DrawnFrame all = surface(number);
     Places own{number, {}};
-    for (const DrawnBody& body : all) own.points.push_back(body.points);
-    const bool looksBack =
-        number > 0 && std::ranges::any_of(taken_, [&](const TakenFaces& taken) { return taken.goesIn(number); });
+    if (looksBack(number + 1))
+        for (const DrawnBody& body : all) own.points.push_back(body.points);
+    const bool looks = looksBack(number);
     for (std::size_t b = 0; b < all.size(); ++b)
-        taken_[b].addTo(number, looksBack ? std::span(placesIn(number - 1)[b]) : std::span<const Vec3>(), all[b]);
+        taken_[b].addTo(number, looks ? std::span(placesIn(number - 1)[b]) : std::span<const Vec3>(), all[b]);
     last_ = std::move(own);
     return all;
 }

@@ -67,8 +67,8 @@ private:
     std::vector<std::vector<std::uint32_t>> used_, usedNormals_;  // points and normals that faces use, of each body
     std::vector<BeforeCracks> before_;                            // of each body
     std::vector<TakenFaces> taken_;                               // of each body
-    /// Points of all bodies in one frame, without those of taken_: frames are asked for one after the other, and each
-    /// looks back at the one before.
+    /// Points of all bodies in one frame, without those of taken_, where the next looks back at them: frames are asked
+    /// for one after the other.
     struct Places {
         std::size_t frame = 0;
         std::vector<std::vector<Vec3>> points;  // m; none before the first
