@@ -16,7 +16,7 @@
 
 namespace vdbfrac::test {
 
-using Phi = std::function<double(Vec3)>;
+using Phi = std::function<double(const Vec3&)>;
 
 inline Phi ballAt(Vec3 center, double r)
 {
