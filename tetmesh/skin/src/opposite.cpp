@@ -2,6 +2,7 @@
 
 #include <vdbfrac/base/by_voxel.h>
 #include <vdbfrac/base/parallel.h>
+#include <vdbfrac/base/polygon.h>
 #include <vdbfrac/base/triangle.h>
 #include <vdbfrac/tetmesh/trilinear.h>
 
@@ -134,6 +135,30 @@ std::vector<Opposite> oppositeRims(std::span<const Vec3> X, std::span<const Corn
         out[a] += across, out[b] += across;
     }
     return LipPieces(X, std::move(edges), dx).opposites(out);
+}
+
+ClosedLips closedLips(const tetmesh::DrawnTopology& drawn, double dx)
+{
+    constexpr double kMet = 0.05;  // voxels
+    const tetmesh::RenderMesh& mesh = drawn.mesh;
+    std::vector<Corners> torn;
+    std::vector<Vec3> normal(mesh.points.size(), Vec3::Zero());
+    for (std::size_t f = 0; f < mesh.faces(); ++f) {
+        const auto c = mesh.face(f);
+        if (drawn.torn[f]) {
+            torn.push_back({c[0].point, c[1].point, c[2].point});
+            continue;
+        }
+        const Vec3 area = doubleArea(c.size(), [&](std::size_t k) -> const Vec3& { return mesh.points[c[k].point]; });
+        for (const tetmesh::RenderMesh::Corner& corner : c) normal[corner.point] += area;
+    }
+    for (Vec3& n : normal) n.stableNormalize();
+    ClosedLips lips{oppositeFaces(mesh.points, torn, normal, dx), oppositeRims(mesh.points, torn, normal, dx)};
+    const auto isApart = [&](const Opposite& lip) {
+        return (lip.at(mesh.points) - mesh.points[lip.point]).norm() > kMet * dx;
+    };
+    std::erase_if(lips.faces, isApart), std::erase_if(lips.rims, isApart);
+    return lips;
 }
 
 }  // namespace vdbfrac::skin

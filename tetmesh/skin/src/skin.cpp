@@ -1,6 +1,7 @@
 #include <vdbfrac/skin/skin.h>
 
 #include "skin_corners.h"
+#include "touching_lips.h"
 #include "turned_normals.h"
 #include "winding.h"
 
@@ -175,6 +176,8 @@ void Skin::follow(const tetmesh::BodyMesh& body, std::span<const std::uint32_t> 
         work_.bridges += !drawn.isTaken(f) && !std::ranges::all_of(corners, isOwn);
     }
     given_ = std::make_shared<const TurnedNormals>(drawn, givenNormals_, cutter_.places());
+    if (style_.lips == Lips::closed)
+        lips_ = std::make_shared<const TouchingLips>(drawn, cutter_.places(), body.voxelSize());
     drawn_ = std::make_shared<const tetmesh::DrawnTopology>(std::move(drawn));
 }
 
@@ -241,6 +244,11 @@ std::vector<Vec3> Skin::carried(std::span<const Vec3> ofNodes) const
     for (const auto& [point, number] : outsidePoint_)
         at[point] += outside_.points()[number].share * (outside[number] - at[point]);
     return at;
+}
+
+void Skin::partLips(std::span<Vec3> points, std::span<Vec3> velocity, std::span<std::uint8_t> isMoved) const
+{
+    if (lips_) lips_->part(points, velocity, isMoved);
 }
 
 std::vector<OutsidePoint> Skin::outside() const

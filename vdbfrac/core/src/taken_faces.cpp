@@ -38,24 +38,11 @@ Groups linksOf(const DrawnTopology& drawn, bool withTorn)
 }
 
 /// Points of rims that lie on the rim of another lip.
-void markRimsThatMeet(const DrawnTopology& drawn, double dx, std::span<std::uint8_t> meets)
+std::vector<std::uint8_t> rimsThatMeet(const DrawnTopology& drawn, double dx)
 {
-    constexpr double kMet = 0.05;  // voxels: lips that are farther apart at rest have not been closed
-    const RenderMesh& mesh = drawn.mesh;
-    std::vector<std::array<std::uint32_t, 3>> torn;
-    std::vector<Vec3> normal(mesh.points.size(), Vec3::Zero());
-    for (std::size_t f = 0; f < mesh.faces(); ++f) {
-        const auto c = mesh.face(f);
-        if (drawn.torn[f]) {
-            torn.push_back({c[0].point, c[1].point, c[2].point});
-            continue;
-        }
-        const Vec3 area = doubleArea(c.size(), [&](std::size_t k) -> const Vec3& { return mesh.points[c[k].point]; });
-        for (const RenderMesh::Corner& corner : c) normal[corner.point] += area;
-    }
-    for (Vec3& n : normal) n.stableNormalize();
-    for (const skin::Opposite& lip : skin::oppositeRims(mesh.points, torn, normal, dx))
-        if ((lip.at(mesh.points) - mesh.points[lip.point]).norm() <= kMet * dx) meets[lip.point] = 1;
+    std::vector<std::uint8_t> meets(drawn.mesh.points.size(), 0);
+    for (const skin::Opposite& lip : skin::closedLips(drawn, dx).rims) meets[lip.point] = 1;
+    return meets;
 }
 
 /// Faces that cracks have taken, but for what is left between lips that meet: slivers whose corners lie on another
@@ -237,8 +224,8 @@ TakenFaces::TakenFaces(const DrawnTopology& drawn, bool lipsClosed, const Stages
                        const PartedFaces& parted)
 {
     const double dx = body.phi.voxelSize();
-    std::vector<std::uint8_t> meets(drawn.mesh.points.size(), 0);
-    if (lipsClosed) markRimsThatMeet(drawn, dx, meets);
+    const std::vector<std::uint8_t> meets =
+        lipsClosed ? rimsThatMeet(drawn, dx) : std::vector<std::uint8_t>(drawn.mesh.points.size(), 0);
     const std::vector<std::uint32_t> frameOf = framesOf(drawn, lipsClosed, stages, body, fps);
     std::vector<std::pair<std::uint32_t, std::uint32_t>> faces;  // frame and number
     for (const std::uint32_t f : facesApart(drawn, meets, dx)) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <vdbfrac/base/vec.h>
+#include <vdbfrac/tetmesh/render_mesh.h>
 
 #include <array>
 #include <cstdint>
@@ -30,5 +31,11 @@ std::vector<Opposite> oppositeFaces(std::span<const Vec3> X, std::span<const std
 /// The same of points of rims, which are opposite to rims.
 std::vector<Opposite> oppositeRims(std::span<const Vec3> X, std::span<const std::array<std::uint32_t, 3>> torn,
                                    std::span<const Vec3> normal, double dx);
+
+/// What of a drawn surface lies on the lip opposite at rest: what has been drawn closed.
+struct ClosedLips {
+    std::vector<Opposite> faces, rims;
+};
+ClosedLips closedLips(const tetmesh::DrawnTopology& drawn, double dx);
 
 }  // namespace vdbfrac::skin

@@ -24,6 +24,7 @@ struct SkinWork {
     std::int64_t bridges = 0;  ///< faces between fragments, which are drawn out as these part
 };
 
+class TouchingLips;
 class TurnedNormals;
 
 /// A point outside of the tet that carries it.
@@ -50,6 +51,9 @@ public:
 
     /// Positions [m] or velocities [m/s] of all points, from those of the body's nodes.
     std::vector<Vec3> carried(std::span<const Vec3> ofNodes) const;
+    /// Draws closed lips on each other where they have passed each other: moves such points as carried() gave them [m],
+    /// with their velocities [m/s], and marks them.
+    void partLips(std::span<Vec3> points, std::span<Vec3> velocity, std::span<std::uint8_t> isMoved) const;
     /// Points that ride some way outside of the material, rising.
     std::vector<OutsidePoint> outside() const;
     /// Normals of topology().mesh with its points at `points` [m], as carried() gave them: those that were given turn
@@ -81,6 +85,7 @@ private:
     std::vector<Outside> outsidePoint_;           // by rising point; several at one place
     std::size_t givenNormals_ = 0;                // the others are those of torn faces
     std::shared_ptr<const TurnedNormals> given_;  // those of the outer surface
+    std::shared_ptr<const TouchingLips> lips_;    // null: they are drawn as simulated
     SkinWork work_;
 };
 
