@@ -319,6 +319,16 @@ BUGS = [
         "skin_test", "SkinPlaces.PointsAtOnePlaceMoveAsOne"),
     Bug("one skin joins parts that are apart at rest", "tetmesh/skin/src/skin_cut.cpp", "fragment, between_);", "fragment, {});",
         "skin_test", "SkinRiders.PartBetweenWhatIsApartAtRest"),
+    Bug("lips that touch are drawn through each other", "tetmesh/skin/src/touching_lips.cpp", "return {-half * past * gap.normal,", "return {0 * half * past * gap.normal,",
+        "skin_test", "PressedLips.AreDrawnOnEachOther"),
+    Bug("lips far past each other are drawn on each other", "tetmesh/skin/src/touching_lips.cpp", "fading(past / dx_, kPast, kGone)", "fading(0, kPast, kGone)",
+        "skin_test", "PressedLips.StayWhereTheyAreOpenOrFarPastEachOther"),
+    Bug("skin stays where its rim goes", "tetmesh/skin/src/touching_lips.cpp", "for (const Beside& b : beside_) move(", "for (const Beside& b : std::span(beside_).first(0)) move(",
+        "skin_test", "PressedLips.TakeTheSkinAlongThatIsNear"),
+    Bug("cuts give energy to squeezed material", EFFECTS + "volume.cpp", "std::max(0., now->missing - cut.missing)", "0 * std::max(0., now->missing - cut.missing)",
+        "volume_test", "Volume.GivesNoEnergyWhereMaterialTears"),
+    Bug("second stages push out of where nothing has gone", EFFECTS + "contact.cpp", "before_ = isFirst_ ? std::move(now)", "before_ = true ? std::move(now)",
+        "contact_test", "Contact.OfASecondStageGivesNothing"),
 ]
 
 

@@ -8,10 +8,9 @@
 //        goes no deeper: it grows only where material is cut again, and where cells fold (allowJumps).
 // Because y = sum_a b_a z_a in T, forces and their moments on both sides cancel exactly. Fisher, Lin 2001 (distance
 // carried along by tets); Gast et al. 2015, section 6 (as a penalty in the minimisation of backward Euler).
-// Friction is that of contact/contact_law.h.
-// The gradient of g jumps from tet to tet. So within a solve each sample keeps its tet, in which g is linear all over
-// space; where the solution lies in others, those are taken and it is solved on. Normal forces of friction are brought
-// up to date with them.
+// Friction is that of contact/contact_law.h. The gradient of g jumps from tet to tet. So within a solve each sample
+// keeps its tet, in which g is linear all over space; where the solution lies in others, those are taken and it is
+// solved on. Normal forces of friction are brought up to date with them.
 #include "all.h"
 #include "contact_drawing.h"
 #include "contact_points.h"
@@ -215,7 +214,8 @@ void Contact::look(std::span<const Vec3> x, std::span<const Vec3> v, double dt)
 {
     settle();
     if (search_.look(surface_, targets_, x, v, dt)) {
-        before_ = contact::deepest(penetrationsAt(x), surface_.size());
+        std::vector<double> now = contact::deepest(penetrationsAt(x), surface_.size());
+        before_ = isFirst_ ? std::move(now) : withoutJumps(std::move(now), before_, kThrown * dx_, surface_);
         for (std::size_t i = 0; i < surface_.size(); ++i)
             if (isFirst_ || surface_.memory(i).allowance == SampleMemory::kUnseen)
                 surface_.memory(i).see(before_[i], isChanged_ ? 0 : kThrown * dx_);

@@ -164,6 +164,16 @@ inline double knownDepth(std::uint32_t sample, const contact::ContactSurface& su
     return std::max(before[sample], surface.memory(sample).allowance);
 }
 
+/// How deep samples are `now` [m], but for those that are deeper by more than `jump` [m] than they were known to be. A
+/// second stage sets off from where the first has been extrapolated to: they have not gone there.
+inline std::vector<double> withoutJumps(std::vector<double> now, std::span<const double> before, double jump,
+                                        const contact::ContactSurface& surface)
+{
+    for (std::uint32_t i = 0; i < now.size(); ++i)
+        if (now[i] > knownDepth(i, surface, before) + jump) now[i] = before[i];
+    return now;
+}
+
 /// Samples that are deeper by more than `jump` [m] than they were known to be, and than what touches have resisted, are
 /// allowed the excess.
 inline void allowJumps(std::span<const contact::Penetration> sunk, std::span<const ContactPoint> contacts,
