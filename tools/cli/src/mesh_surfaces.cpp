@@ -2,6 +2,7 @@
 #include "run_frames.h"
 
 #include <vdbfrac/base/error.h>
+#include <vdbfrac/base/polygon.h>
 #include <vdbfrac/cli/frame_list.h>
 #include <vdbfrac/grid/level_set_surface.h>
 #include <vdbfrac/grid/vdb_file.h>
@@ -10,6 +11,7 @@
 #include <vdbfrac/tetmesh/surface_file.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 namespace vdbfrac::cli {
@@ -79,6 +81,17 @@ std::string gridOf(const fs::path& vdb, const MeshOptions& options)
                       "\"surface\"], or an .obj"});
 }
 
+/// Faces that are joined cut off what is round between them.
+void noteJoined(const tetmesh::Surface& surface, double adaptivity, double volume)
+{
+    constexpr double kMuch = .005;
+    double joined = 0;
+    for (const auto& t : surface.triangles)
+        joined += volumeBelow(3, [&](std::size_t k) { return surface.points[t[k]]; });
+    if (const double change = joined / volume - 1; std::abs(change) > kMuch)
+        std::fprintf(stderr, "note: --adaptivity %g changes the volume by %+.2g %%\n", adaptivity, 100 * change);
+}
+
 tetmesh::Surface surfaceOf(const Source& source, const MeshOptions& options)
 {
     if (!source.obj.empty()) return tetmesh::readObjFrame(source.obj);
@@ -89,6 +102,7 @@ tetmesh::Surface surfaceOf(const Source& source, const MeshOptions& options)
         throw LimitError(source.vdb.string() + ": its surface needs about " + std::to_string(bytes / lab::kGiB) +
                          " GiB, above --max-memory");
     tetmesh::Surface surface = grid::surfaceOf(read.levelSet, options.adaptivity);
+    if (options.adaptivity > 0) noteJoined(surface, options.adaptivity, grid::enclosedVolume(read.levelSet));
     for (Vec3& p : surface.points) p += read.origin;
     return surface;
 }
@@ -105,6 +119,11 @@ int meshSurfaces(const MeshOptions& options)
              "'" + out + "' has no place for the frame, and there are " + std::to_string(sources.size()) + " frames",
              "####, $F4 or %04d in the name", ""});
     for (const Source& source : sources) requireApart({frameName(out, source.frame)}, {});
+    if (std::ranges::any_of(sources, [](const Source& s) { return !s.obj.empty(); }))
+        std::fprintf(
+            stderr,
+            "note: of frames come triangles and their fragments; texture coordinates, normals and materials are "
+            "in the .obj files of the run\n");
     for (const Source& source : sources) {
         const std::string file = frameName(out, source.frame);
         if (isSequence(out)) makeFolderOf(file);

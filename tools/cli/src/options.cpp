@@ -104,7 +104,7 @@ void logToFile(spdlog::logger& log, const std::filesystem::path& file)
     }
     sink->set_pattern("%Y-%m-%d %H:%M:%S %-7l %v");
     log.sinks().push_back(sink);
-    log.flush_on(spdlog::level::info);
+    log.flush_on(spdlog::level::debug);  // what one watches, and what is left of a run that is killed
 }
 
 bool isVdb(const std::filesystem::path& file)

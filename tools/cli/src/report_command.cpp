@@ -1,7 +1,9 @@
 // vdbfrac report: a page on a run or a wedge.
 #include "number_options.h"
+#include "options.h"
 #include "report_files.h"
 
+#include <vdbfrac/base/parallel.h>
 #include <vdbfrac/cli/commands.h>
 
 #include <cstdio>
@@ -13,6 +15,7 @@ Action addReport(CLI::App& app)
 {
     struct Options {
         std::string folder, file;
+        int threads = 0;
         ReportOptions report;
     };
     auto o = std::make_shared<Options>();
@@ -31,7 +34,9 @@ Action addReport(CLI::App& app)
     c->add_option("--pictures", o->report.pictures, "Pictures on the contact sheet; 0: none")
         ->check(CLI::Range(0, 64))
         ->capture_default_str();
+    addThreads(*c, o->threads);
     return [o] {
+        const ThreadLimit threads(o->threads);
         std::printf("%s\n", writeReport(o->folder, o->report, o->file).c_str());
         return kDone;
     };

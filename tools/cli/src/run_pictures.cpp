@@ -126,10 +126,12 @@ pictures::Paint paintOf(const PictureOptions& options, const fs::path& mtl, std:
 /// Colours of what values of points stand for.
 struct ValueName {
     const char *name, *what;
-    bool byRoot;  // and it peaks at single points
+    bool byRoot;     // and it peaks at single points
+    bool fromFirst;  // colours begin at the lowest, not at 0
 };
-constexpr ValueName kValues[] = {
-    {"energy", "energy [J/m^3]", true}, {"margin", "margin", false}, {"arrival", "arrival [s]", false}};
+constexpr ValueName kValues[] = {{"energy", "energy [J/m^3]", true, false},
+                                 {"margin", "margin", false, false},
+                                 {"arrival", "arrival [s]", false, true}};
 
 void colourByValues(Scenery& scenery, const std::vector<RunFrame>& frames, const std::string& name)
 {
@@ -137,7 +139,8 @@ void colourByValues(Scenery& scenery, const std::vector<RunFrame>& frames, const
         std::find_if(std::begin(kValues), std::end(kValues), [&](const ValueName& v) { return name == v.name; });
     if (known == std::end(kValues)) return;
     std::vector<std::vector<float>> values;
-    pictures::Scale scale{0, known->byRoot};
+    pictures::Scale scale{0, 0, known->byRoot};
+    double low = std::numeric_limits<double>::infinity();
     for (const RunFrame& frame : frames) {
         requireWhole(frame, frame.ply);
         auto all = frame.ply.empty() ? std::map<std::string, std::vector<float>>() : tetmesh::readPlyValues(frame.ply);
@@ -147,11 +150,14 @@ void colourByValues(Scenery& scenery, const std::vector<RunFrame>& frames, const
                               "simulate with output.ply = true and '" + name + "' in output.vdb"});
         values.push_back(std::move(all[name]));
         if (values.back().empty()) continue;
+        for (const float v : values.back())
+            if (v >= 0) low = std::min<double>(low, v);
         scale.high =
             std::max<double>(scale.high, known->byRoot ? tetmesh::highEndOf(values.back())
                                                        : *std::max_element(values.back().begin(), values.back().end()));
     }
     if (!(scale.high > 0)) scale.high = 1;
+    if (known->fromFirst && low < scale.high) scale.low = low;
     for (std::size_t i = 0; i < values.size(); ++i) pictures::colourByValue(scenery.subjects[i], values[i], scale);
     scenery.scale = scale, scenery.scaleName = known->what;
 }

@@ -76,6 +76,15 @@ std::string cutBackText(const std::vector<core::StepRecord>& steps, const Ledger
                        isCrushed ? "; where something is crushed, [volume] takes fewer" : "");
 }
 
+std::string madeText(const std::vector<core::StepRecord>& steps)
+{
+    MadeEnergy made;
+    for (const core::StepRecord& s : steps) made.add(s);
+    if (!made.isMuch()) return "";
+    return fmt::format("energy: the integrator has made up to {:.2g} % of the most that there was (integrator_J)\n",
+                       100 * made.share());
+}
+
 /// What did not go as it should: steps that were cut back or are not solved, cracks that were held back. A line each.
 std::string shortcomings(const std::vector<core::StepRecord>& steps, const Ledger& work)
 {
@@ -97,6 +106,7 @@ std::string shortcomings(const std::vector<core::StepRecord>& steps, const Ledge
     if (const double share = core::maxUnnamedShare(steps); share > core::kMaxUnnamedShare)
         text += fmt::format("energy: up to {:.2g} % of the work put in has no account, {:.2g} % at the end\n",
                             100 * share, 100 * steps.back().unnamedShare);
+    text += madeText(steps);
     std::int64_t held = 0;
     for (const StageWork& stage : work.stages()) held += work.countOf(stage.name, "held_back");
     if (held > 0)
@@ -285,6 +295,19 @@ std::string stepText(const core::StepRecord& s)
     return fmt::format("step {}  t {:.4f} s  dt {:.2e} s  newton {}  cg {}{}  {} frag.", s.step, s.time, s.dt,
                        s.newtonIterations, s.linearIterations,
                        s.cutbacks > 0 ? fmt::format("  cut back {}x", s.cutbacks) : "", s.fragments);
+}
+
+void MadeEnergy::add(const core::StepRecord& step)
+{
+    const auto integrator = step.energyFlow.find("integrator");
+    if (integrator != step.energyFlow.end()) sum_ -= integrator->second;
+    made_ = std::max(made_, sum_), most_ = std::max(most_, step.kineticEnergy + step.elasticEnergy);
+}
+
+bool MadeEnergy::isMuch() const
+{
+    constexpr double kMuch = .05;
+    return share() > kMuch;
 }
 
 bool anyCapped(const std::vector<core::StepRecord>& steps)

@@ -5,6 +5,7 @@
 #include <vdbfrac/core/run_folder.h>
 #include <vdbfrac/core/simulation.h>
 
+#include <algorithm>
 #include <string>
 
 namespace vdbfrac::cli {
@@ -18,6 +19,17 @@ std::string stepText(const core::StepRecord& step);
 std::string unsolvedPlace(const core::StepRecord& step);
 /// What is wrong with a step that is capped.
 std::string cappedText(const core::StepRecord& step);
+/// Energy that the integrator itself has made, step by step: schemes that do not damp make some where a step turns or
+/// squeezes stiff material far.
+class MadeEnergy {
+public:
+    void add(const core::StepRecord& step);
+    double share() const { return most_ > 0 ? std::max(0., made_) / most_ : 0; }  ///< of the most that there was
+    bool isMuch() const;
+
+private:
+    double sum_ = 0, made_ = 0, most_ = 0;  // J; made_: the most of it so far
+};
 bool anyCapped(const std::vector<core::StepRecord>& steps);
 /// The closing summary, with a table of seconds and work counters by stage.
 std::string summaryText(const core::Simulation& simulation, const core::RunFolder& folder, const Ledger& work);

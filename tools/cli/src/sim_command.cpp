@@ -5,6 +5,7 @@
 #include "report_files.h"
 #include "run_frames.h"
 #include "run_report.h"
+#include "step_warnings.h"
 #include "sim_plan.h"
 #include "stop_request.h"
 #include <vdbfrac/lab/study/study_table.h>
@@ -103,7 +104,8 @@ public:
                   !options.resume.empty() ? core::ExistingRun::keep
                   : options.overwrite     ? core::ExistingRun::replace
                                           : core::ExistingRun::refuse),
-          lastWritten_(scene.time.firstFrame - 1)
+          lastWritten_(scene.time.firstFrame - 1),
+          warnings_(scene, log)
     {
         if (options.report) report_.emplace(folder_.path());
         if (options.keepCheckpoints) folder_.keepCheckpoints();
@@ -124,8 +126,6 @@ private:
         if (!wrong.empty()) log_.warn("report.html: {}", wrong);
     }
     void writeOwnScene() const;
-    void warnOfUnnamed(const core::StepRecord& step);
-    void warnOfCreases(const core::StepRecord& step);
 
     const SimOptions& options_;
     const scene::Scene& scene_;
@@ -135,8 +135,7 @@ private:
     core::RunFolder folder_;
     int lastWritten_;  // frame
     std::optional<LiveReport> report_;
-    bool toldOfUnnamed_ = false;
-    std::int64_t creases_ = 0;
+    StepWarnings warnings_;
 };
 
 /// Goes on with an earlier run, this one or another, where that is asked for and there is one.
@@ -201,28 +200,6 @@ void Run::writeOwnScene() const
     writeText(own, scene::writeScene(scene_, vocabulary));
 }
 
-/// Once: it stays in the columns, and in the summary.
-void Run::warnOfUnnamed(const core::StepRecord& step)
-{
-    if (toldOfUnnamed_ || step.unnamedShare <= core::kMaxUnnamedShare) return;
-    toldOfUnnamed_ = true;
-    log_.warn(
-        "step {}: {:.2g} % of the work put in so far has no account (unnamed_J in stats.csv); what may help: shorter "
-        "steps, a smaller solver.newton_tolerance",
-        step.step, 100 * step.unnamedShare);
-}
-
-/// Once, where nothing keeps material from folding.
-void Run::warnOfCreases(const core::StepRecord& step)
-{
-    constexpr std::int64_t kMany = 20;
-    const std::int64_t before = std::exchange(creases_, creases_ + step.work.countOf("solve", "creases"));
-    const auto isVolume = [](const scene::NamedValues& table) { return table.name == "volume"; };
-    if (before >= kMany || creases_ < kMany || std::ranges::any_of(scene_.tables, isVolume)) return;
-    log_.warn("step {}: what is squeezed, bent or twisted here folds into creases, and steps get short; try [volume]",
-              step.step);
-}
-
 std::string Run::toFrame(int frame, const StopRequest& stop, Progress& progress)
 {
     const int first = scene_.time.firstFrame;
@@ -233,8 +210,7 @@ std::string Run::toFrame(int frame, const StopRequest& stop, Progress& progress)
         const core::StepRecord step = simulation_.stepInFrame();
         folder_.addStep(step);
         log_.debug("{}", stepText(step));
-        if (step.outcome == core::Outcome::capped) log_.warn("{}", cappedText(step));
-        warnOfUnnamed(step), warnOfCreases(step);
+        warnings_.see(step);
         progress.update(frame - first + (simulation_.time() - start) * scene_.time.fps, stepText(step));
         if (isDone()) break;  // what the last step leaves for the frame alone is in no checkpoint
         if (patience.isOver(step, simulation_.framesDone())) return kStuck;

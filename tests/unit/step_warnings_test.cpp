@@ -1,0 +1,60 @@
+// What a run tells while it goes on: once, and only where it is so.
+#include "step_warnings.h"
+
+#include <gtest/gtest.h>
+
+#include <spdlog/sinks/ostream_sink.h>
+
+#include <memory>
+#include <sstream>
+#include <string>
+
+using namespace vdbfrac;
+using cli::StepWarnings;
+
+namespace {
+
+class StepWarningsTest : public testing::Test {
+protected:
+    std::string told(const scene::Scene& scene, const core::StepRecord& step, int steps)
+    {
+        std::ostringstream text;
+        spdlog::logger log("test", std::make_shared<spdlog::sinks::ostream_sink_mt>(text));
+        StepWarnings warnings(scene, log);
+        for (int i = 0; i < steps; ++i) warnings.see(step);
+        return text.str();
+    }
+    static std::size_t count(const std::string& text, const std::string& word)
+    {
+        std::size_t n = 0;
+        for (std::size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + 1)) ++n;
+        return n;
+    }
+};
+
+TEST_F(StepWarningsTest, TellOnceOfEnergyThatTheIntegratorHasMade)
+{
+    core::StepRecord step;
+    step.kineticEnergy = 100;
+    step.energyFlow["integrator"] = -2;  // J: three steps make 6 % of what there is
+    EXPECT_EQ(told({}, step, 2), "");
+    EXPECT_EQ(count(told({}, step, 20), "the integrator has made 6 % of the energy"), 1u);
+    step.energyFlow["integrator"] = 2;
+    EXPECT_EQ(told({}, step, 20), "");
+}
+
+TEST_F(StepWarningsTest, TellOnceOfShortStepsWhereThingsTouch)
+{
+    core::StepRecord step;
+    step.outcome = core::Outcome::cutback;
+    step.cutbacks = 1;
+    scene::Scene touching;
+    touching.tables.push_back({"contact", {}});
+    EXPECT_EQ(told(touching, step, 30), "");
+    EXPECT_EQ(count(told(touching, step, 200), "30 of the last 30 steps were cut back"), 1u);
+    EXPECT_EQ(told({}, step, 200), "");
+    step.cutbacks = 0;
+    EXPECT_EQ(told(touching, step, 200), "");
+}
+
+}  // namespace

@@ -1,0 +1,33 @@
+// What a user should know of a run while it runs, each once.
+#pragma once
+
+#include "run_report.h"
+
+#include <spdlog/spdlog.h>
+
+#include <cstdint>
+#include <deque>
+
+namespace vdbfrac::cli {
+
+class StepWarnings {
+public:
+    StepWarnings(const scene::Scene& scene, spdlog::logger& log);
+    /// After each step.
+    void see(const core::StepRecord& step);
+
+private:
+    void ofUnnamed(const core::StepRecord& step);
+    void ofMade(const core::StepRecord& step);
+    void ofCreases(const core::StepRecord& step);
+    void ofShortSteps(const core::StepRecord& step);
+
+    spdlog::logger& log_;
+    bool hasVolume_, touches_;
+    bool toldOfUnnamed_ = false, toldOfMade_ = false, toldOfShortSteps_ = false;
+    MadeEnergy made_;
+    std::int64_t creases_ = 0;
+    std::deque<bool> wasCutBack_;  // of the last steps
+};
+
+}  // namespace vdbfrac::cli
