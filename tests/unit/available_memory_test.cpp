@@ -40,8 +40,6 @@ protected:
     fs::path root_ = fs::temp_directory_path() / ("vdbfrac_memory_" + std::to_string(::getpid()));
 };
 
-}  // namespace
-
 TEST_F(AvailableMemory, IsThatOfTheSystemWithoutAGroup)
 {
     EXPECT_EQ(mebibytes(), 8192u);
@@ -78,3 +76,5 @@ TEST_F(AvailableMemory, KnowsTheFirstVersionOfGroups)
     put("sys/fs/cgroup/memory/a/b/memory.limit_in_bytes", "9223372036854771712\n");
     EXPECT_EQ(mebibytes(), 280u);
 }
+
+}  // namespace

@@ -47,8 +47,6 @@ void expectNoCrowdedFaces(const TetMesh& mesh)
     for (const auto& [face, n] : count) ASSERT_LE(n, 2);
 }
 
-}  // namespace
-
 TEST_P(MaterialTets, OfABallAreSoundAndOfItsVolume)
 {
     const double dx = GetParam().voxelSize;
@@ -177,3 +175,5 @@ TEST(TetMeshParts, LowestFirstKeepsTheOrientation)
         EXPECT_GT(before * tetVolume(mesh, 0), 0);
     } while (std::next_permutation(tet.begin(), tet.end()));
 }
+
+}  // namespace

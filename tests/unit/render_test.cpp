@@ -221,7 +221,7 @@ TEST(Render, ValuesOfPointsAreColoursBetweenThem)
     Subject s = subject();
     std::vector<float> values;
     for (const Vec3& p : s.points) values.push_back(float(100 * p.x()));
-    colourByValue(s, values, {100, false});
+    colourByValue(s, values, {0, 100, false});
     const Image picture = render(s, from({0, 0, -1}));
     Subject white = subject();
     std::fill(white.colour.begin(), white.colour.end(), Colour(1, 1, 1));
@@ -241,7 +241,7 @@ TEST(Render, ValuesOfPointsAreColoursBetweenThem)
         }
     }
     values[s.triangles[0][1]] = -1;
-    colourByValue(s, values, {100, false});
+    colourByValue(s, values, {0, 100, false});
     const Colour none = s.cornerColour[0][1];
     EXPECT_LT(none.maxCoeff() - none.minCoeff(), .02f);
     values.pop_back();
@@ -252,9 +252,9 @@ TEST(Render, ColoursGoWithTheRootWhereTheyShall)
 {
     Subject s = subject();
     const std::vector<float> quarter(s.points.size(), 25);
-    colourByValue(s, quarter, {100, true});
+    colourByValue(s, quarter, {0, 100, true});
     EXPECT_TRUE(s.cornerColour[0][0].isApprox(rampColour(.5)));
-    colourByValue(s, quarter, {100, false});
+    colourByValue(s, quarter, {0, 100, false});
     EXPECT_TRUE(s.cornerColour[0][0].isApprox(rampColour(.25)));
     const auto brightness = [](double t) { return (rampColour(t) * Colour(.2126f, .7152f, .0722f)).sum(); };
     for (double t = 0; t < .95; t += .1) EXPECT_GT(brightness(t + .1), brightness(t)) << t;

@@ -133,8 +133,6 @@ void expectTet(const PolygonSoup& soup)
     EXPECT_DOUBLE_EQ(report.volume, 1. / 6);
 }
 
-}  // namespace
-
 TEST_F(SurfaceInput, EveryFormatGivesTheSameTet)
 {
     expectTet(read("t.obj", kTetPoints + kTetFaces));
@@ -374,3 +372,5 @@ TEST_F(SurfaceInput, FrameSurvivesWritingAndReading)
     EXPECT_NEAR(back.points[1].x(), 1. / 3, 1e-9);
     EXPECT_EQ(readSurface(folder_ / "f.obj").polygons.size(), 8u);
 }
+
+}  // namespace

@@ -90,8 +90,6 @@ Paint white()
 
 class TextureFiles : public test::FolderTest {};
 
-}  // namespace
-
 TEST(Texture, HasItsFirstRowAtTheTopAndRepeats)
 {
     const Image image = fourGreys();
@@ -210,3 +208,5 @@ TEST(DiffuseColours, MayBeGreyOrMissing)
     EXPECT_EQ(colours.at("blue"), Vec3(0, .1, 1));
     EXPECT_EQ(colours.at("two"), Vec3(1, 2, 1));
 }
+
+}  // namespace

@@ -76,7 +76,7 @@ Pixel pixelOf(const Colour& linear) { return {byteOf(linear[0]), byteOf(linear[1
 /// Where a value stands between the ends of a scale.
 double shareOf(double value, const Scale& scale)
 {
-    const double share = std::clamp(value / scale.high, 0., 1.);
+    const double share = std::clamp((value - scale.low) / (scale.high - scale.low), 0., 1.);
     return scale.byRoot ? std::sqrt(share) : share;
 }
 
@@ -119,11 +119,13 @@ void drawLegend(Image& image, const Scale& scale, const std::string& what)
     const int dot = canvas.scale, margin = 8 * dot, length = image.width / 3, bar = 8 * dot;
     const int top = image.height - margin - bar - (kTall + 4) * dot;
     const Pixel ink{30, 31, 33};
-    for (int i = 0; i < length; ++i)
-        canvas.fill(margin + i, top, 1, bar, pixelOf(rampColour(shareOf((i + 0.5) * scale.high / length, scale))));
+    for (int i = 0; i < length; ++i) {
+        const double value = scale.low + (i + 0.5) * (scale.high - scale.low) / length;
+        canvas.fill(margin + i, top, 1, bar, pixelOf(rampColour(shareOf(value, scale))));
+    }
     const std::string high = shortNumber(scale.high, 3);
     const int below = top + bar + 4 * dot;
-    canvas.write(margin, below, "0", ink);
+    canvas.write(margin, below, shortNumber(scale.low, 3), ink);
     canvas.write(margin + length - canvas.widthOf(high), below, high, ink);
     canvas.write(margin, top - (kTall + 4) * dot, what, ink);
 }

@@ -114,7 +114,7 @@ function controlsOf(player, frames) {
   mode.addEventListener("change", () => {
     const value = values.find(v => v.name === mode.value);
     legend.hidden = !value;
-    if (value) legend.replaceChildren("0", rampBar(value.byRoot), `${shownNumber(+value.high.toPrecision(3))} ${value.unit}`);
+    if (value) legend.replaceChildren(shownNumber(+value.low.toPrecision(3)), rampBar(value.byRoot), `${shownNumber(+value.high.toPrecision(3))} ${value.unit}`);
     player.setMode(mode.value);
   });
   view.addEventListener("click", () => { player.look(); player.draw(); });

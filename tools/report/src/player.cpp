@@ -35,11 +35,17 @@ struct Frame {
 /// A value of points that the player can show. Below 0 there is none.
 struct Shown {
     const char *name, *label, *unit;
-    bool byRoot;  // colours go with its root, as stress does with energy; it peaks at single points
+    bool byRoot;     // colours go with its root, as stress does with energy; it peaks at single points
+    bool fromFirst;  // colours begin at the lowest, not at 0
 };
-constexpr Shown kShown[] = {{"energy", "Elastic energy", "J/m\u00b3", true},
-                            {"margin", "How near it is to tearing", "", false},
-                            {"arrival", "When it tore", "s", false}};
+constexpr Shown kShown[] = {{"energy", "Elastic energy", "J/m\u00b3", true, false},
+                            {"margin", "How near it is to tearing", "", false, false},
+                            {"arrival", "When it tore", "s", false, true}};
+
+/// The values that colours begin and end with.
+struct Ends {
+    double low = 0, high = 0;
+};
 
 /// What does not change while nothing tears.
 struct Topology {
@@ -174,19 +180,21 @@ private:
                      {"frames", Json::array()},
                      {"values", Json::array()}};
         for (const Shown& shown : kShown)
-            if (const double high = highest(shown); high > 0)
+            if (const Ends ends = endsOf(shown); ends.high > ends.low)
                 page["values"].push_back({{"name", shown.name},
                                           {"label", shown.label},
                                           {"unit", shown.unit},
                                           {"byRoot", shown.byRoot},
-                                          {"high", high}});
+                                          {"low", ends.low},
+                                          {"high", ends.high}});
         for (const Topology& t : topologies_)
             page["topologies"].push_back(
                 {{"points", t.points}, {"triangles", t.triangles}, {"data", base64(compressed(t.bytes))}});
         for (const Frame& f : frames_) {
             Json values = Json::array();  // in the order of page["values"]
             for (const Json& shown : page["values"])
-                values.push_back(base64(compressed(codesOf(f, shown["name"], shown["high"], shown["byRoot"]))));
+                values.push_back(
+                    base64(compressed(codesOf(f, shown["name"], Ends{shown["low"], shown["high"]}, shown["byRoot"]))));
             page["frames"].push_back({{"frame", f.number},
                                       {"time", f.time},
                                       {"topology", f.topology},
@@ -196,27 +204,30 @@ private:
         return page;
     }
 
-    /// In any frame; 0 where a frame has no such values, or other points than its .obj.
-    double highest(const Shown& shown) const
+    /// Over all frames; none where a frame has no such values, or other points than its .obj.
+    Ends endsOf(const Shown& shown) const
     {
-        float high = 0;
+        float low = std::numeric_limits<float>::infinity(), high = 0;
         for (const Frame& f : frames_) {
             const auto it = f.values.find(shown.name);
-            if (it == f.values.end() || it->second.size() != f.points.size()) return 0;
+            if (it == f.values.end() || it->second.size() != f.points.size()) return {};
             if (it->second.empty()) continue;
             high = std::max(high, shown.byRoot ? tetmesh::highEndOf(it->second)
                                                : *std::max_element(it->second.begin(), it->second.end()));
+            for (const float v : it->second)
+                if (v >= 0) low = std::min(low, v);
         }
-        return std::isfinite(high) ? high : 0;
+        if (!std::isfinite(high)) return {};
+        return {shown.fromFirst && low < high ? low : 0, high};
     }
 
-    /// 0: none; 1 to 255: from 0 to the highest.
-    static Bytes codesOf(const Frame& frame, const std::string& name, double high, bool byRoot)
+    /// 0: none; 1 to 255: from the low end to the high one.
+    static Bytes codesOf(const Frame& frame, const std::string& name, const Ends& ends, bool byRoot)
     {
         constexpr double kCodes = 254;
         Bytes codes;
         for (const float v : frame.values.at(name)) {
-            const double share = std::clamp(double(v) / high, 0., 1.);
+            const double share = std::clamp((double(v) - ends.low) / (ends.high - ends.low), 0., 1.);
             codes.push_back(v < 0 ? 0 : std::uint8_t(1 + std::lround(kCodes * (byRoot ? std::sqrt(share) : share))));
         }
         return codes;

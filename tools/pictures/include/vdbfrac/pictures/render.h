@@ -78,8 +78,8 @@ Colour colourOnScreen(std::uint32_t rgb);
 Colour rampColour(double t);
 /// How values become colours.
 struct Scale {
-    double high = 1;      ///< the brightest; the darkest is 0, what is below has no value and is grey
-    bool byRoot = false;  ///< colours go with the root of a value, as stress does with energy
+    double low = 0, high = 1;  ///< the darkest and the brightest; what is below 0 has no value and is grey
+    bool byRoot = false;       ///< colours go with the root of a value, as stress does with energy
 };
 /// Colours all corners by the values of their points, in place of textures.
 void colourByValue(Subject& subject, std::span<const float> ofPoints, const Scale& scale);
