@@ -1,8 +1,10 @@
 #include "touching_lips.h"
 
+#include <vdbfrac/base/by_voxel.h>
 #include <vdbfrac/base/grouping.h>
 #include <vdbfrac/base/nearest_source.h>
 #include <vdbfrac/base/parallel.h>
+#include <vdbfrac/tetmesh/trilinear.h>
 
 #include <Eigen/Geometry>
 
@@ -19,7 +21,7 @@ constexpr double kBeside = 2;            // voxels at rest: as far the skin goes
 constexpr double kPast = 2, kGone = 3;   // voxels: lips as far past each other meet, and are taken for others
 constexpr double kSlid = .5, kAway = 1;  // voxels: the same along each other
 constexpr double kOpposite = -0.3;       // cosine between the directions in which lips look that face each other
-constexpr double kRounding = 1e-9;       // voxels
+constexpr double kTouching = .01;        // voxels: less is not seen
 
 /// 1 up to `whole`, 0 from `none` on.
 double fading(double value, double whole, double none) { return std::clamp((none - value) / (none - whole), 0., 1.); }
@@ -55,6 +57,23 @@ TouchingLips::TouchingLips(const DrawnTopology& drawn, std::span<const std::uint
     addBeside(drawn, places);
 }
 
+/// Of all points X [m]: may a torn face be within reach? Most of a large surface is far from all of them.
+std::vector<std::uint8_t> TouchingLips::nearPoints(std::span<const Vec3> X) const
+{
+    const auto cellOf = [&](const Vec3& at) { return tetmesh::floorOf(at / (kBeside * dx_)); };
+    std::vector<Coord> torn, near;
+    for (const std::uint32_t p : point_) torn.push_back(cellOf(X[p]));
+    sortUnique(torn);
+    const Coord one{1, 1, 1};
+    for (const Coord& cell : torn) forVoxelsOf(cell - one, cell + one, [&](Coord c) { near.push_back(c); });
+    sortUnique(near);
+    std::vector<std::uint8_t> isNear(X.size());
+    parallelChunks(X.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) isNear[i] = std::ranges::binary_search(near, cellOf(X[i]));
+    });
+    return isNear;
+}
+
 /// The skin within reach of rims that lie on another lip, by the rim that the fewest edges lead to.
 void TouchingLips::addBeside(const DrawnTopology& drawn, std::span<const std::uint32_t> places)
 {
@@ -64,13 +83,15 @@ void TouchingLips::addBeside(const DrawnTopology& drawn, std::span<const std::ui
     std::vector<std::uint32_t> rimAt(mesh.points.size(), kNoSource);
     std::vector<std::uint8_t> isRim(mesh.points.size(), 0);
     for (std::uint32_t p = 0; p < point_.size(); ++p) rimAt[point_[p]] = p, isRim[point_[p]] = 1;
+    const std::vector<std::uint8_t> isNear = nearPoints(mesh.points);
     std::vector<std::uint32_t> corners;
     const Groups links = pointsBeside(mesh.points.size(), [&](const auto& visit) {
         for (std::size_t f = 0; f < mesh.faces(); ++f) {
             if (drawn.torn[f] || drawn.isTaken(f)) continue;
             corners.clear();
-            for (const RenderMesh::Corner& c : mesh.face(f)) corners.push_back(placeOf(c.point));
-            visit(corners);
+            for (const RenderMesh::Corner& c : mesh.face(f))
+                if (isNear[c.point]) corners.push_back(placeOf(c.point));
+            if (!corners.empty()) visit(corners);
         }
     });
     const std::vector<std::uint32_t> nearest = nearestSources(links, isRim);
@@ -107,7 +128,7 @@ TouchingLips::Move TouchingLips::moveOf(std::size_t lip, std::span<const Vec3> a
 {
     const Gap gap = gapOf(lips_[lip], at, normal);
     const double past = past_[lip] - gap.size, slid = (gap.between - gap.size * gap.normal).norm();
-    if (!gap.isFacing || past < kRounding * dx_) return {};
+    if (!gap.isFacing || past < kTouching * dx_) return {};
     const double half = fading(past / dx_, kPast, kGone) * fading(slid / dx_, kSlid, kAway) / 2;
     const double closing = (v[lips_[lip].point] - lips_[lip].at(v)).dot(gap.normal);
     return {-half * past * gap.normal, -half * closing * gap.normal};

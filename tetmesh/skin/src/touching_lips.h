@@ -45,6 +45,7 @@ private:
     static Gap gapOf(const Opposite& lip, std::span<const Vec3> at, std::span<const Vec3> normal);
     Move moveOf(std::size_t lip, std::span<const Vec3> at, std::span<const Vec3> v, std::span<const Vec3> normal) const;
     std::vector<Move> movesOf(std::span<const Vec3> at, std::span<const Vec3> v) const;
+    std::vector<std::uint8_t> nearPoints(std::span<const Vec3> X) const;
     void addBeside(const tetmesh::DrawnTopology& drawn, std::span<const std::uint32_t> places);
 
     double dx_ = 0;
