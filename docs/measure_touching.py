@@ -38,7 +38,7 @@ def row(name, dx, top):
     subprocess.run([str(c) for c in command], check=True, timeout=3600)
     log = (folder / "run.log").read_text()
     took = seconds_of(log)
-    frames = len(list((folder / "obj").iterdir()))
+    frames = len(list((folder / "obj").glob("*.obj")))
     nodes = next(csv.DictReader(open(folder / "stats.csv", newline="")))["nodes"]
     fps = float(re.search(r"^fps = ([\d.]+)", (folder / "scene.toml").read_text(), re.MULTILINE)[1])
     depths = depths_of(folder, fps, dx)

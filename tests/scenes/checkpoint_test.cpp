@@ -100,6 +100,9 @@ INSTANTIATE_TEST_SUITE_P(
         std::vector<std::string>{"fracture.relevel_every=3"}, std::vector<std::string>{"grid.half_width=8"},
         std::vector<std::string>{"body.0.shape={ box = { size = [0.8, 1, 0.8] } }", "grid.voxel_size=0.1"},
         std::vector<std::string>{"solver.precision=\"double\""},
+        std::vector<std::string>{"volume={ least = 1, stiffness = 50 }"},
+        std::vector<std::string>{"volume={ least = 1, stiffness = 50 }", "time.frames=[1,2]", "damping.stiffness=0",
+                                 "solver.integrator=\"symplectic_euler\""},
         std::vector<std::string>{"collider=[{ shape = { halfspace = { normal = [0, 0, -1], offset = 0.21 } }, "
                                  "move = { velocity = [0, 0, 0.04] } }]"},
         std::vector<std::string>{"contact={}", "body.1.shape.box.center=[0.41, 0, 0]"},

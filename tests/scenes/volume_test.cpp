@@ -224,7 +224,7 @@ TEST(Volume, HoldsWithExplicitSchemesThroughCuts)
 }
 
 /// What a cut leaves of an element has another mean deformation. Before it was allowed what it lacks then, tears in
-/// squeezed material gave a tenth of all that grips put in.
+/// squeezed material gave energy.
 TEST(Volume, GivesNoEnergyWhereMaterialTears)
 {
     constexpr double kRounding = 1e-9;  // of what grips put in
@@ -249,6 +249,36 @@ TEST(Volume, GivesNoEnergyWhereMaterialTears)
         EXPECT_GT(run.work.countOf("cut", "cells"), 0) << lattice;
         EXPECT_LT(work, 0) << lattice;  // that of material that is gone
         EXPECT_LT(most, kRounding * in) << lattice;
+    }
+}
+
+/// A body that is gone has no nodes, and shares the number of its first with the body after it.
+TEST(Volume, IsThatOfEachBodyWhereAnotherIsGone)
+{
+    const std::string scene =
+        "version = 1\n[time]\nframes = [1, 6]\nfps = 24\nsubsteps = 4\n[grid]\nvoxel_size = 0.05\n"
+        "[[body]]\nname = \"crumb\"\nmaterial = \"weak\"\nangular_velocity = [0, 0, 150]\n"
+        "shape = { box = { size = [0.16, 0.11, 0.11], center = [-1, 0, 0] } }\n"
+        "[[body]]\nname = \"ball\"\nmaterial = \"jelly\"\nvelocity = [0, -4, 0]\n"
+        "shape = { sphere = { radius = 0.2, center = [0, 0.21, 0] } }\n"
+        "[material.weak]\nyoungs_modulus = 2000\npoisson_ratio = 0.3\ndensity = 1000\n"
+        "[material.jelly]\nyoungs_modulus = 8000\npoisson_ratio = 0.45\ndensity = 1000\n"
+        "[[collider]]\nname = \"floor\"\nshape = { halfspace = { normal = [0, -1, 0] } }\n"
+        "[fracture]\ntoughness = 0.0005\n[volume]\n";
+    SceneRun whole(scene);
+    while (whole.simulation.bodies()[0].mesh->nodeCount() > 0) {
+        ASSERT_FALSE(whole.atEnd());
+        whole.step();
+    }
+    for (int i = 0; i < 4; ++i) whole.step();
+    core::Archive archive;
+    whole.simulation.save(archive);
+    SceneRun resumed(scene);
+    resumed.simulation.restoreFrom(archive);
+    ASSERT_FALSE(whole.atEnd());
+    while (!whole.atEnd()) {
+        whole.step(), resumed.step();
+        EXPECT_EQ(whole.simulation.stateHash(), resumed.simulation.stateHash());
     }
 }
 

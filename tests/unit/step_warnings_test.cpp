@@ -38,23 +38,35 @@ TEST_F(StepWarningsTest, TellOnceOfEnergyThatTheIntegratorHasMade)
     step.kineticEnergy = 100;
     step.energyFlow["integrator"] = -2;  // J: three steps make 6 % of what there is
     EXPECT_EQ(told({}, step, 2), "");
-    EXPECT_EQ(count(told({}, step, 20), "the integrator has made 6 % of the energy"), 1u);
+    EXPECT_EQ(count(told({}, step, 20), "the integrator has made 6 % of the most energy"), 1u);
     step.energyFlow["integrator"] = 2;
     EXPECT_EQ(told({}, step, 20), "");
 }
 
 TEST_F(StepWarningsTest, TellOnceOfShortStepsWhereThingsTouch)
 {
+    core::StepRecord touching, apart;
+    touching.outcome = apart.outcome = core::Outcome::cutback;
+    touching.cutbacks = apart.cutbacks = 1;
+    touching.work.count("collider", "active", 3);
+    EXPECT_EQ(told({}, touching, 8), "");
+    EXPECT_EQ(count(told({}, touching, 200), "9 of the last 30 steps were cut back"), 1u);
+    EXPECT_EQ(told({}, apart, 200), "");
+    touching.cutbacks = 0;
+    EXPECT_EQ(told({}, touching, 200), "");
+}
+
+TEST_F(StepWarningsTest, ToldBeforeAStopAreNotToldAgain)
+{
     core::StepRecord step;
-    step.outcome = core::Outcome::cutback;
-    step.cutbacks = 1;
-    scene::Scene touching;
-    touching.tables.push_back({"contact", {}});
-    EXPECT_EQ(told(touching, step, 30), "");
-    EXPECT_EQ(count(told(touching, step, 200), "30 of the last 30 steps were cut back"), 1u);
-    EXPECT_EQ(told({}, step, 200), "");
-    step.cutbacks = 0;
-    EXPECT_EQ(told(touching, step, 200), "");
+    step.kineticEnergy = 100;
+    step.energyFlow["integrator"] = -10;
+    std::ostringstream text;
+    spdlog::logger log("test", std::make_shared<spdlog::sinks::ostream_sink_mt>(text));
+    StepWarnings warnings({}, log);
+    warnings.takeUp({step});
+    warnings.see(step);
+    EXPECT_EQ(text.str(), "");
 }
 
 }  // namespace

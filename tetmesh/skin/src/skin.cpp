@@ -246,9 +246,9 @@ std::vector<Vec3> Skin::carried(std::span<const Vec3> ofNodes) const
     return at;
 }
 
-void Skin::partLips(std::span<Vec3> points, std::span<Vec3> velocity, std::span<std::uint8_t> isMoved) const
+void Skin::partLips(std::span<Vec3> points, std::span<Vec3> velocity) const
 {
-    if (lips_) lips_->part(points, velocity, isMoved);
+    if (lips_) lips_->part(points, velocity);
 }
 
 std::vector<OutsidePoint> Skin::outside() const

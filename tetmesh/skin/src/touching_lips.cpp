@@ -1,10 +1,8 @@
 #include "touching_lips.h"
 
-#include <vdbfrac/base/by_voxel.h>
 #include <vdbfrac/base/grouping.h>
 #include <vdbfrac/base/nearest_source.h>
 #include <vdbfrac/base/parallel.h>
-#include <vdbfrac/tetmesh/trilinear.h>
 
 #include <Eigen/Geometry>
 
@@ -45,7 +43,9 @@ TouchingLips::TouchingLips(const DrawnTopology& drawn, std::span<const std::uint
     for (auto& t : torn_) std::ranges::for_each(t, toOwn);
     ClosedLips closed = closedLips(drawn, dx);
     lips_ = std::move(closed.faces);
+    const std::size_t faces = lips_.size();
     lips_.insert(lips_.end(), closed.rims.begin(), closed.rims.end());
+    if (lips_.empty()) return;
     for (Opposite& lip : lips_) toOwn(lip.point), std::ranges::for_each(lip.corner, toOwn);
     besidePoint_ = pointsBeside(point_.size(), [&](const auto& visit) {
         for (const auto& t : torn_) visit(t);
@@ -54,44 +54,26 @@ TouchingLips::TouchingLips(const DrawnTopology& drawn, std::span<const std::uint
     for (const std::uint32_t p : point_) X.push_back(mesh.points[p]);
     const std::vector<Vec3> normal = normalsAt(X);
     for (const Opposite& lip : lips_) past_.push_back(std::min(0., gapOf(lip, X, normal).size));
-    addBeside(drawn, places);
-}
-
-/// Of all points X [m]: may a torn face be within reach? Most of a large surface is far from all of them.
-std::vector<std::uint8_t> TouchingLips::nearPoints(std::span<const Vec3> X) const
-{
-    const auto cellOf = [&](const Vec3& at) { return tetmesh::floorOf(at / (kBeside * dx_)); };
-    std::vector<Coord> torn, near;
-    for (const std::uint32_t p : point_) torn.push_back(cellOf(X[p]));
-    sortUnique(torn);
-    const Coord one{1, 1, 1};
-    for (const Coord& cell : torn) forVoxelsOf(cell - one, cell + one, [&](Coord c) { near.push_back(c); });
-    sortUnique(near);
-    std::vector<std::uint8_t> isNear(X.size());
-    parallelChunks(X.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) isNear[i] = std::ranges::binary_search(near, cellOf(X[i]));
-    });
-    return isNear;
+    addBeside(drawn, places, std::span(lips_).subspan(faces));
 }
 
 /// The skin within reach of rims that lie on another lip, by the rim that the fewest edges lead to.
-void TouchingLips::addBeside(const DrawnTopology& drawn, std::span<const std::uint32_t> places)
+void TouchingLips::addBeside(const DrawnTopology& drawn, std::span<const std::uint32_t> places,
+                             std::span<const Opposite> rims)
 {
     const RenderMesh& mesh = drawn.mesh;
     const auto first = std::uint32_t(places.size());
     const auto placeOf = [&](std::uint32_t p) { return p < first ? places[p] : p; };  // places are less than `first`
     std::vector<std::uint32_t> rimAt(mesh.points.size(), kNoSource);
     std::vector<std::uint8_t> isRim(mesh.points.size(), 0);
-    for (std::uint32_t p = 0; p < point_.size(); ++p) rimAt[point_[p]] = p, isRim[point_[p]] = 1;
-    const std::vector<std::uint8_t> isNear = nearPoints(mesh.points);
+    for (const Opposite& rim : rims) rimAt[point_[rim.point]] = rim.point, isRim[point_[rim.point]] = 1;
     std::vector<std::uint32_t> corners;
     const Groups links = pointsBeside(mesh.points.size(), [&](const auto& visit) {
         for (std::size_t f = 0; f < mesh.faces(); ++f) {
             if (drawn.torn[f] || drawn.isTaken(f)) continue;
             corners.clear();
-            for (const RenderMesh::Corner& c : mesh.face(f))
-                if (isNear[c.point]) corners.push_back(placeOf(c.point));
-            if (!corners.empty()) visit(corners);
+            for (const RenderMesh::Corner& c : mesh.face(f)) corners.push_back(placeOf(c.point));
+            visit(corners);
         }
     });
     const std::vector<std::uint32_t> nearest = nearestSources(links, isRim);
@@ -159,15 +141,14 @@ std::vector<TouchingLips::Move> TouchingLips::movesOf(std::span<const Vec3> at, 
     return moves;
 }
 
-void TouchingLips::part(std::span<Vec3> points, std::span<Vec3> velocity, std::span<std::uint8_t> isMoved) const
+void TouchingLips::part(std::span<Vec3> points, std::span<Vec3> velocity) const
 {
     if (lips_.empty()) return;
     std::vector<Vec3> at, v;
     for (const std::uint32_t p : point_) at.push_back(points[p]), v.push_back(velocity[p]);
     const std::vector<Move> moves = movesOf(at, v);
     const auto move = [&](std::uint32_t point, const Move& by, double share) {
-        if (by.way.isZero()) return;
-        points[point] += share * by.way, velocity[point] += share * by.velocity, isMoved[point] = 1;
+        points[point] += share * by.way, velocity[point] += share * by.velocity;
     };
     for (std::size_t p = 0; p < point_.size(); ++p) move(point_[p], moves[p], 1);
     for (const Beside& b : beside_) move(b.point, moves[b.rim], b.share);

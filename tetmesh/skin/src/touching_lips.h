@@ -19,12 +19,11 @@ namespace vdbfrac::skin {
 
 class TouchingLips {
 public:
-    TouchingLips() = default;
     /// `places`: of each of the first points a number that those with equal coordinates share; dx: voxel size [m].
     TouchingLips(const tetmesh::DrawnTopology& drawn, std::span<const std::uint32_t> places, double dx);
 
-    /// Moves points [m] of lips that have passed each other, and marks them; with velocities [m/s] to match.
-    void part(std::span<Vec3> points, std::span<Vec3> velocity, std::span<std::uint8_t> isMoved) const;
+    /// Moves points [m] of lips that have passed each other, with velocities [m/s] to match.
+    void part(std::span<Vec3> points, std::span<Vec3> velocity) const;
 
 private:
     struct Move {
@@ -45,8 +44,8 @@ private:
     static Gap gapOf(const Opposite& lip, std::span<const Vec3> at, std::span<const Vec3> normal);
     Move moveOf(std::size_t lip, std::span<const Vec3> at, std::span<const Vec3> v, std::span<const Vec3> normal) const;
     std::vector<Move> movesOf(std::span<const Vec3> at, std::span<const Vec3> v) const;
-    std::vector<std::uint8_t> nearPoints(std::span<const Vec3> X) const;
-    void addBeside(const tetmesh::DrawnTopology& drawn, std::span<const std::uint32_t> places);
+    void addBeside(const tetmesh::DrawnTopology& drawn, std::span<const std::uint32_t> places,
+                   std::span<const Opposite> rims);
 
     double dx_ = 0;
     // Points of torn faces, rising; below they go by their numbers in it.

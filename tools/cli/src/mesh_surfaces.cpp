@@ -81,18 +81,17 @@ std::string gridOf(const fs::path& vdb, const MeshOptions& options)
                       "\"surface\"], or an .obj"});
 }
 
-/// Faces that are joined cut off what is round between them.
-void noteJoined(const tetmesh::Surface& surface, double adaptivity, double volume)
+/// Volume over that of the level set, less 1: faces that are joined cut off what is round between them.
+double changeOf(const tetmesh::Surface& surface, const grid::LevelSet& phi)
 {
-    constexpr double kMuch = .005;
-    double joined = 0;
+    double volume = 0;
     for (const auto& t : surface.triangles)
-        joined += volumeBelow(3, [&](std::size_t k) { return surface.points[t[k]]; });
-    if (const double change = joined / volume - 1; std::abs(change) > kMuch)
-        std::fprintf(stderr, "note: --adaptivity %g changes the volume by %+.2g %%\n", adaptivity, 100 * change);
+        volume += volumeBelow(3, [&](std::size_t k) { return surface.points[t[k]]; });
+    return volume / grid::enclosedVolume(phi) - 1;
 }
 
-tetmesh::Surface surfaceOf(const Source& source, const MeshOptions& options)
+/// `change`: becomes that of the volume, where faces are joined and more is lost.
+tetmesh::Surface surfaceOf(const Source& source, const MeshOptions& options, double& change)
 {
     if (!source.obj.empty()) return tetmesh::readObjFrame(source.obj);
     const grid::ReadLevelSet read = grid::readLevelSet(source.vdb, gridOf(source.vdb, options), options.memoryLimit);
@@ -102,7 +101,7 @@ tetmesh::Surface surfaceOf(const Source& source, const MeshOptions& options)
         throw LimitError(source.vdb.string() + ": its surface needs about " + std::to_string(bytes / lab::kGiB) +
                          " GiB, above --max-memory");
     tetmesh::Surface surface = grid::surfaceOf(read.levelSet, options.adaptivity);
-    if (options.adaptivity > 0) noteJoined(surface, options.adaptivity, grid::enclosedVolume(read.levelSet));
+    if (options.adaptivity > 0) change = std::min(change, changeOf(surface, read.levelSet));
     for (Vec3& p : surface.points) p += read.origin;
     return surface;
 }
@@ -119,17 +118,21 @@ int meshSurfaces(const MeshOptions& options)
              "'" + out + "' has no place for the frame, and there are " + std::to_string(sources.size()) + " frames",
              "####, $F4 or %04d in the name", ""});
     for (const Source& source : sources) requireApart({frameName(out, source.frame)}, {});
-    if (std::ranges::any_of(sources, [](const Source& s) { return !s.obj.empty(); }))
-        std::fprintf(
-            stderr,
-            "note: of frames come triangles and their fragments; texture coordinates, normals and materials are "
-            "in the .obj files of the run\n");
+    double change = 0;
     for (const Source& source : sources) {
         const std::string file = frameName(out, source.frame);
         if (isSequence(out)) makeFolderOf(file);
-        tetmesh::writeSurface(file, surfaceOf(source, options));
+        tetmesh::writeSurface(file, surfaceOf(source, options, change));
         std::printf("%s\n", file.c_str());
     }
+    constexpr double kMuch = .005;
+    const auto log = makeLog(options.common);
+    if (change < -kMuch)
+        log->warn("note: --adaptivity {} changes volumes by up to {:+.2g} %", options.adaptivity, 100 * change);
+    if (std::ranges::any_of(sources, [](const Source& s) { return !s.obj.empty(); }))
+        log->warn(
+            "note: of frames come triangles and their fragments; texture coordinates, normals and materials are in the "
+            ".obj files of the run");
     return kDone;
 }
 

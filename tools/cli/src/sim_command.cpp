@@ -5,8 +5,8 @@
 #include "report_files.h"
 #include "run_frames.h"
 #include "run_report.h"
-#include "step_warnings.h"
 #include "sim_plan.h"
+#include "step_warnings.h"
 #include "stop_request.h"
 #include <vdbfrac/lab/study/study_table.h>
 
@@ -169,7 +169,7 @@ void Run::begin()
     notes.insert(notes.end(), folder_.notes().begin(), folder_.notes().end());
     const bool resumed = takeUp(notes);
     notes.insert(notes.end(), simulation_.stages().notes.begin(), simulation_.stages().notes.end());
-    if (resumed) lastWritten_ += int(folder_.frames().size());
+    if (resumed) lastWritten_ += int(folder_.frames().size()), warnings_.takeUp(folder_.steps());
     folder_.writeCheckpoint(simulation_, settings_);  // from here on there is always one of these settings
     writeOwnScene();
     logToFile(log_, folder_.path() / "run.log");

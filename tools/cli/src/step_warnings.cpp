@@ -1,22 +1,27 @@
 #include "step_warnings.h"
 
 #include <algorithm>
-#include <utility>
 
 namespace vdbfrac::cli {
 
 namespace {
 
-bool hasTable(const scene::Scene& scene, const std::string& name)
+bool hasVolume(const scene::Scene& scene)
 {
-    return std::ranges::any_of(scene.tables, [&](const scene::NamedValues& table) { return table.name == name; });
+    return std::ranges::any_of(scene.tables, [](const scene::NamedValues& table) { return table.name == "volume"; });
 }
 
 }  // namespace
 
 StepWarnings::StepWarnings(const scene::Scene& scene, spdlog::logger& log)
-    : log_(log), hasVolume_(hasTable(scene, "volume")), touches_(hasTable(scene, "contact") || !scene.colliders.empty())
+    : log_(log), hasVolume_(hasVolume(scene)), integrator_(scene.solver.integrator)
 {
+}
+
+void StepWarnings::takeUp(const std::vector<core::StepRecord>& steps)
+{
+    for (const core::StepRecord& step : steps) made_.add(step);
+    toldOfMade_ = made_.isMuch();
 }
 
 void StepWarnings::see(const core::StepRecord& step)
@@ -42,17 +47,20 @@ void StepWarnings::ofMade(const core::StepRecord& step)
     if (toldOfMade_ || !made_.isMuch()) return;
     toldOfMade_ = true;
     log_.warn(
-        "step {}: the integrator has made {:.2g} % of the energy that there is (integrator_J in stats.csv): steps turn "
-        "or squeeze stiff material too far; more time.substeps, or solver.integrator = \"backward_euler\"",
-        step.step, 100 * made_.share());
+        "step {}: the integrator has made {:.2g} % of the most energy that there was (integrator_J in stats.csv): "
+        "steps "
+        "turn or squeeze stiff material too far; take more time.substeps{}",
+        step.step, 100 * made_.share(),
+        integrator_ == scene::Integrator::backwardEuler ? "" : ", or solver.integrator = \"backward_euler\"");
 }
 
 /// Where nothing keeps material from folding.
 void StepWarnings::ofCreases(const core::StepRecord& step)
 {
     constexpr std::int64_t kMany = 20;
-    const std::int64_t before = std::exchange(creases_, creases_ + step.work.countOf("solve", "creases"));
-    if (before >= kMany || creases_ < kMany || hasVolume_) return;
+    creases_ += step.work.countOf("solve", "creases");
+    if (toldOfCreases_ || creases_ < kMany || hasVolume_) return;
+    toldOfCreases_ = true;
     log_.warn("step {}: what is squeezed, bent or twisted here folds into creases, and steps get short; try [volume]",
               step.step);
 }
@@ -62,18 +70,16 @@ void StepWarnings::ofShortSteps(const core::StepRecord& step)
 {
     constexpr std::size_t kLately = 30;
     constexpr double kMany = .3;
-    if (toldOfShortSteps_ || !touches_) return;
-    wasCutBack_.push_back(step.cutbacks > 0);
-    if (wasCutBack_.size() <= kLately) return;
-    wasCutBack_.pop_front();
+    const bool touches = step.work.countOf("contact", "active") + step.work.countOf("collider", "active") > 0;
+    wasCutBack_.push_back(step.cutbacks > 0 && touches);
+    if (wasCutBack_.size() > kLately) wasCutBack_.pop_front();
     const auto count = std::ranges::count(wasCutBack_, true);
-    if (double(count) < kMany * kLately) return;
+    if (toldOfShortSteps_ || toldOfCreases_ || double(count) < kMany * kLately) return;
     toldOfShortSteps_ = true;
     log_.warn(
-        "step {}: {} of the last {} steps were cut back, where things touch{}; slower motion there, or less stiffness "
-        "of "
-        "[[collider]] or [contact], takes fewer",
-        step.step, count, kLately, unsolvedPlace(step));
+        "step {}: {} of the last {} steps were cut back while things touch{}; slower motion, less stiffness of "
+        "[[collider]] and [contact]{} take fewer",
+        step.step, count, kLately, unsolvedPlace(step), hasVolume_ ? "" : ", or [volume]");
 }
 
 }  // namespace vdbfrac::cli

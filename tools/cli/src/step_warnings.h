@@ -7,12 +7,15 @@
 
 #include <cstdint>
 #include <deque>
+#include <vector>
 
 namespace vdbfrac::cli {
 
 class StepWarnings {
 public:
     StepWarnings(const scene::Scene& scene, spdlog::logger& log);
+    /// Steps that an earlier run has told of.
+    void takeUp(const std::vector<core::StepRecord>& steps);
     /// After each step.
     void see(const core::StepRecord& step);
 
@@ -23,11 +26,12 @@ private:
     void ofShortSteps(const core::StepRecord& step);
 
     spdlog::logger& log_;
-    bool hasVolume_, touches_;
-    bool toldOfUnnamed_ = false, toldOfMade_ = false, toldOfShortSteps_ = false;
+    bool hasVolume_;
+    scene::Integrator integrator_;
+    bool toldOfUnnamed_ = false, toldOfMade_ = false, toldOfCreases_ = false, toldOfShortSteps_ = false;
     MadeEnergy made_;
     std::int64_t creases_ = 0;
-    std::deque<bool> wasCutBack_;  // of the last steps
+    std::deque<bool> wasCutBack_;  // of the last steps, where something touched
 };
 
 }  // namespace vdbfrac::cli

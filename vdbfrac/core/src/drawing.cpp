@@ -245,23 +245,21 @@ DrawnBody Drawing::body(std::size_t body, std::span<const Vec3> x, std::span<con
 
 void Drawing::finish(const Stages& stages, double time, DrawnFrame& frame) const
 {
-    std::vector<std::vector<std::uint8_t>> isMoved;
-    for (std::size_t b = 0; b < frame.size(); ++b) {
-        isMoved.emplace_back(frame[b].points.size(), 0);
-        surfaces_[b].skin.partLips(frame[b].points, frame[b].velocity, isMoved[b]);
-    }
+    for (std::size_t b = 0; b < frame.size(); ++b) surfaces_[b].skin.partLips(frame[b].points, frame[b].velocity);
     if (!stages.draw.empty()) {
         std::vector<std::vector<std::uint32_t>> used;
-        for (const DrawnBody& body : frame) used.push_back(tetmesh::usedPoints(body.topology->mesh));
+        std::vector<std::vector<std::uint8_t>> isMoved;
+        for (const DrawnBody& body : frame) {
+            used.push_back(tetmesh::usedPoints(body.topology->mesh));
+            isMoved.emplace_back(body.points.size(), 0);
+        }
         std::vector<DrawnSurface> surfaces;
         for (std::size_t b = 0; b < frame.size(); ++b)
             surfaces.push_back({*frame[b].topology, used[b], frame[b].points, frame[b].velocity, isMoved[b]});
         for (const DrawStage* stage : stages.draw) stage->place(time, surfaces);
+        for (std::size_t b = 0; b < frame.size(); ++b) frame[b].moved = std::ranges::count(isMoved[b], 1);
     }
-    for (std::size_t b = 0; b < frame.size(); ++b) {
-        frame[b].moved = std::ranges::count(isMoved[b], 1);
-        frame[b].normals = surfaces_[b].skin.normals(frame[b].points);
-    }
+    for (std::size_t b = 0; b < frame.size(); ++b) frame[b].normals = surfaces_[b].skin.normals(frame[b].points);
 }
 
 namespace {

@@ -8,9 +8,10 @@
 //        goes no deeper: it grows only where material is cut again, and where cells fold (allowJumps).
 // Because y = sum_a b_a z_a in T, forces and their moments on both sides cancel exactly. Fisher, Lin 2001 (distance
 // carried along by tets); Gast et al. 2015, section 6 (as a penalty in the minimisation of backward Euler).
-// Friction is that of contact/contact_law.h. The gradient of g jumps from tet to tet. So within a solve each sample
-// keeps its tet, in which g is linear all over space; where the solution lies in others, those are taken and it is
-// solved on. Normal forces of friction are brought up to date with them.
+// Friction is that of contact/contact_law.h.
+// The gradient of g jumps from tet to tet. So within a solve each sample keeps its tet, in which g is linear all over
+// space; where the solution lies in others, those are taken and it is solved on. Normal forces of friction are brought
+// up to date with them.
 #include "all.h"
 #include "contact_drawing.h"
 #include "contact_points.h"
@@ -131,7 +132,8 @@ private:
     void forget()
     {
         isSettled_ = false;
-        search_.clear(), before_.clear(), pairs_.clear(), friction_.clear(), anchor_.clear(), trembling_.clear();
+        search_.clear(), before_.clear(), atStart_.clear(), pairs_.clear(), friction_.clear(), anchor_.clear(),
+            trembling_.clear();
     }
     void settle()
     {
@@ -158,7 +160,10 @@ private:
     {
         return near().penetrationsAt(surface_, targets_, x, kReach);
     }
-    bool cameUp(const Penetration& s) const;
+    bool cameUp(const Penetration& s) const
+    {
+        return effects::cameUp(s.depth - before_[s.sample], forces_.apart(s, search_.start()).norm(), dx_);
+    }
     double partFollowed(const contact::Motion& motion, double farthest) const
     {
         if (surface_.isOneFragment()) return kInfinity;
@@ -174,7 +179,7 @@ private:
     contact::Targets targets_;
     ContactForces forces_;
     bool isSettled_ = false;
-    bool isFirst_ = true;     // nodes are where the last step left them
+    bool isFirst_ = true;     // no solve has begun since the last step: nodes are where that left them
     bool isChanged_ = false;  // gaps of lips, or settings, are others than in the last step
     // Of the step at hand.
     contact::ContactSearch search_;
@@ -182,7 +187,7 @@ private:
     std::vector<Pair> pairs_;                   // by rising sample
     std::vector<FrictionPoint> friction_;       // by rising sample
     std::vector<Vec3> anchor_;                  // m: as anchor(), once there was a second begin()
-    std::vector<double> before_;                // m: depth of all samples
+    std::vector<double> before_, atStart_;      // m: depth of all samples, as the solve and as the step began
     double deepest_ = 0, deepestInItself_ = 0;  // m
     mutable Ledger work_;
 };
@@ -215,7 +220,8 @@ void Contact::look(std::span<const Vec3> x, std::span<const Vec3> v, double dt)
     settle();
     if (search_.look(surface_, targets_, x, v, dt)) {
         std::vector<double> now = contact::deepest(penetrationsAt(x), surface_.size());
-        before_ = isFirst_ ? std::move(now) : withoutJumps(std::move(now), before_, kThrown * dx_, surface_);
+        before_ = isFirst_ ? std::move(now) : withoutJumps(std::move(now), atStart_, kThrown * dx_, surface_);
+        if (isFirst_) atStart_ = before_;
         for (std::size_t i = 0; i < surface_.size(); ++i)
             if (isFirst_ || surface_.memory(i).allowance == SampleMemory::kUnseen)
                 surface_.memory(i).see(before_[i], isChanged_ ? 0 : kThrown * dx_);
@@ -299,15 +305,6 @@ solver::EnergyFlow Contact::flow(const solver::Leg& leg) const
     }
     const double work = energyAt(leg.from) - energyAt(leg.to) + stretched, dissipated = rubbed + stretched;
     return {work, dissipated, work - dissipated - along};
-}
-
-/// A sample may be in material of its own fragment that it does not touch, as it was beside it at rest. Where it comes
-/// out of that into what it does touch, it is deep without having gone there.
-bool Contact::cameUp(const Penetration& s) const
-{
-    constexpr double kWay = 0.5;  // of how much deeper it is than before
-    const double deeper = s.depth - before_[s.sample];
-    return deeper > kJump * dx_ && forces_.apart(s, search_.start()).norm() < kWay * deeper;
 }
 
 /// Newton's method may come to rest with a thin flap pushed through by one of its tries, or with touches that nobody

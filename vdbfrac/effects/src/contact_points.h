@@ -164,8 +164,9 @@ inline double knownDepth(std::uint32_t sample, const contact::ContactSurface& su
     return std::max(before[sample], surface.memory(sample).allowance);
 }
 
-/// How deep samples are `now` [m], but for those that are deeper by more than `jump` [m] than they were known to be. A
-/// second stage sets off from where the first has been extrapolated to: they have not gone there.
+/// How deep samples are `now` [m], but for those that are deeper by more than `jump` [m] than they were known to be
+/// as the step began, `before` [m]. A second stage sets off from where the first has been extrapolated to: they have
+/// not gone there.
 inline std::vector<double> withoutJumps(std::vector<double> now, std::span<const double> before, double jump,
                                         const contact::ContactSurface& surface)
 {
@@ -201,6 +202,14 @@ inline bool hidesDeep(std::span<const ContactPoint> seen, std::span<const Contac
         if (t.depth > depth) return true;
     }
     return false;
+}
+
+/// A sample may be in material of its own fragment that it does not touch, as it was beside it at rest. Where it comes
+/// out of that into what it does touch, it is `deeper` [m] without having gone there. `way` [m]: that it has gone.
+inline bool cameUp(double deeper, double way, double dx)
+{
+    constexpr double kWay = 0.5;  // of how much deeper it is than before
+    return deeper > kJump * dx && way < kWay * deeper;
 }
 
 /// By more than a step may end.

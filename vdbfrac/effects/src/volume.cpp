@@ -42,7 +42,7 @@ using Corners = Eigen::Matrix<double, 3, tetmesh::kCorners>;
 
 /// An element with less than the least volume.
 struct Squeezed {
-    std::uint32_t element;      ///< of its body
+    std::uint32_t body, element;
     const std::uint32_t* node;  ///< of the body, of each corner
     std::uint32_t firstNode;    ///< of the system: node 0 of the body
     Corners gradN;              ///< 1/m, means over the material
@@ -88,10 +88,6 @@ public:
     void recut(const core::Body& body, const tetmesh::CutUpdate& update) override;
     void save(std::span<const core::Body> bodies, core::Archive& archive) const override;
     void restoreFrom(const core::Archive& archive, std::span<const core::Body> bodies) override;
-    void branchFrom(const core::Archive& archive, std::span<const core::Body> bodies) override
-    {
-        if (archive.has("volume.lacks0")) restoreFrom(archive, bodies);
-    }
     void refineFrom(const core::Refinement&, std::span<const core::Body>) override {}  // other elements
     std::size_t bytes() const override;
     /// Becomes the column volume_work_J.
@@ -100,8 +96,8 @@ public:
 
 private:
     std::vector<Squeezed> squeezed(std::span<const Vec3> x, const solver::ElasticOperator& elastic) const;
-    std::optional<Squeezed> squeezed(const solver::ElementSet& set, std::uint32_t element, std::span<const Vec3> x,
-                                     double h, double allowed) const;
+    std::optional<Squeezed> squeezed(const solver::ElasticOperator& elastic, std::size_t body, std::size_t element,
+                                     std::span<const Vec3> x, double allowed) const;
     void allow(const std::vector<Lacks>& lacks);
 
     double least_, stiffness_;
@@ -162,12 +158,14 @@ bool isWhole(const solver::ElementSet& set, std::size_t e)
 }
 
 /// Where it lacks more than it is allowed.
-std::optional<Squeezed> Volume::squeezed(const solver::ElementSet& set, std::uint32_t e, std::span<const Vec3> x,
-                                         double h, double allowed) const
+std::optional<Squeezed> Volume::squeezed(const solver::ElasticOperator& elastic, std::size_t body, std::size_t e,
+                                         std::span<const Vec3> x, double allowed) const
 {
     using Shape = tetmesh::CellShape;
     static const std::array<Means, 3> kWhole{meansOfWhole(Shape::six), meansOfWhole(Shape::fiveEven),
                                              meansOfWhole(Shape::fiveOdd)};
+    const double h = elastic.h();
+    const solver::ElementSet& set = elastic.sets()[body];
     const tetmesh::CellElement& element = set.elements[e];
     const Means means = isWhole(set, e) ? kWhole[std::size_t(element.shape)] : meansOf(set, e);
     Corners corners;
@@ -175,7 +173,8 @@ std::optional<Squeezed> Volume::squeezed(const solver::ElementSet& set, std::uin
     const Mat3 F = corners * means.gradN.transpose() / h;
     const double missing = least_ - allowed - F.determinant();
     if (!(means.volume > 0 && missing > 0)) return std::nullopt;
-    return Squeezed{e,
+    return Squeezed{std::uint32_t(body),
+                    std::uint32_t(e),
                     element.node.data(),
                     set.firstNode,
                     means.gradN / h,
@@ -194,8 +193,7 @@ std::vector<Squeezed> Volume::squeezed(std::span<const Vec3> x, const solver::El
         const std::vector<double> none, &allowed = b < allowed_.size() ? allowed_[b] : none;
         const auto add = [&](std::size_t begin, std::size_t end, std::vector<Squeezed>& list) {
             for (std::size_t e = begin; e < end; ++e)
-                if (const auto found =
-                        squeezed(set, std::uint32_t(e), x, elastic.h(), allowed.empty() ? 0 : allowed[e]))
+                if (const auto found = squeezed(elastic, b, e, x, allowed.empty() ? 0 : allowed[e]))
                     list.push_back(*found);
         };
         const std::vector<Squeezed> own = gatherChunks<Squeezed>(set.elements.size(), kElements, add);
@@ -239,23 +237,24 @@ void Volume::linearizeScalars(std::span<const Vec3> x, const solver::ElasticOper
 /// What was cut since the last step may lack what it lacks more than before.
 void Volume::begin(const solver::StepStart& start)
 {
+    const StageTimer timer(work_, "volume");
     elastic_ = &start.elastic;
     if (!allowed_.empty()) return;
     std::vector<Lacks> lacks = lacks_;
     for (std::size_t b = 0; b < lacks.size(); ++b)
         for (const Lack& cut : std::exchange(cut_[b], {}))
-            if (const auto now = squeezed(elastic_->sets()[b], cut.element, start.x, elastic_->h(), 0))
+            if (const auto now = squeezed(*elastic_, b, cut.element, start.x, 0))
                 lacks[b].push_back({cut.element, 0, std::max(0., now->missing - cut.missing)});
     allow(lacks);
 }
 
 void Volume::allow(const std::vector<Lacks>& lacks)
 {
-    allowed_.assign(elastic_->sets().size(), {});
+    allowed_.assign(lacks.size(), {});
     for (std::size_t b = 0; b < lacks.size(); ++b)
         for (const Lack& lack : lacks[b])
             if (lack.allowed > 0) {
-                allowed_[b].resize(elastic_->sets()[b].elements.size(), 0);
+                allowed_[b].resize(bodies_[b].mesh->elements().size(), 0);
                 allowed_[b][lack.element] = lack.allowed;
             }
 }
@@ -264,16 +263,12 @@ void Volume::accept(std::span<const Vec3> x, double, double)
 {
     const StageTimer timer(work_, "volume");
     const std::vector<std::vector<double>> allowed = std::exchange(allowed_, {});
-    const std::vector<Squeezed> all = squeezed(x, *elastic_);  // by body, as nothing is allowed
-    auto s = all.begin();
     std::int64_t count = 0;
-    for (std::size_t b = 0; b < lacks_.size(); ++b) {
-        lacks_[b].clear();
-        for (const std::uint32_t node = elastic_->sets()[b].firstNode; s != all.end() && s->firstNode == node; ++s) {
-            const double may = allowed[b].empty() ? 0 : std::min(allowed[b][s->element], s->missing);
-            lacks_[b].push_back({s->element, s->missing - may, may});
-            count += s->missing > may;
-        }
+    for (Lacks& lacks : lacks_) lacks.clear();
+    for (const Squeezed& s : squeezed(x, *elastic_)) {  // all, as nothing is allowed
+        const double may = allowed[s.body].empty() ? 0 : std::min(allowed[s.body][s.element], s.missing);
+        lacks_[s.body].push_back({s.element, s.missing - may, may});
+        count += s.missing > may;
     }
     allow(lacks_);
     work_.count("volume", "squeezed", count);
@@ -342,6 +337,7 @@ void Volume::save(std::span<const core::Body> bodies, core::Archive& archive) co
 {
     for (std::size_t b = 0; b < bodies.size(); ++b)
         put("lacks", b, lacks_[b], archive), put("cut", b, cut_[b], archive);
+    archive.putOne("volume.isCut", std::int64_t{allowed_.empty()});
 }
 
 void Volume::restoreFrom(const core::Archive& archive, std::span<const core::Body> bodies)
@@ -351,6 +347,7 @@ void Volume::restoreFrom(const core::Archive& archive, std::span<const core::Bod
         lacks_[b] = restored("lacks", b, elements, archive), cut_[b] = restored("cut", b, elements, archive);
     }
     allowed_.clear();
+    if (archive.getOne<std::int64_t>("volume.isCut") == 0) allow(lacks_);
 }
 
 std::unique_ptr<core::Effect> make(const scene::Values& values, const scene::Scene&)

@@ -52,8 +52,8 @@ public:
     /// Positions [m] or velocities [m/s] of all points, from those of the body's nodes.
     std::vector<Vec3> carried(std::span<const Vec3> ofNodes) const;
     /// Draws closed lips on each other where they have passed each other: moves such points as carried() gave them [m],
-    /// with their velocities [m/s], and marks them.
-    void partLips(std::span<Vec3> points, std::span<Vec3> velocity, std::span<std::uint8_t> isMoved) const;
+    /// with their velocities [m/s].
+    void partLips(std::span<Vec3> points, std::span<Vec3> velocity) const;
     /// Points that ride some way outside of the material, rising.
     std::vector<OutsidePoint> outside() const;
     /// Normals of topology().mesh with its points at `points` [m], as carried() gave them: those that were given turn
