@@ -76,9 +76,9 @@ std::string cutBackText(const std::vector<core::StepRecord>& steps, const Ledger
                        isCrushed ? "; where something is crushed, [volume] takes fewer" : "");
 }
 
-std::string madeText(const std::vector<core::StepRecord>& steps)
+std::string madeText(const std::vector<core::StepRecord>& steps, std::span<const core::Body> bodies)
 {
-    MadeEnergy made;
+    MadeEnergy made(core::energyOfNoise(bodies));
     for (const core::StepRecord& s : steps) made.add(s);
     if (!made.isMuch()) return "";
     return fmt::format("energy: the integrator has made up to {:.2g} % of the most that there was (integrator_J)\n",
@@ -86,7 +86,8 @@ std::string madeText(const std::vector<core::StepRecord>& steps)
 }
 
 /// What did not go as it should: steps that were cut back or are not solved, cracks that were held back. A line each.
-std::string shortcomings(const std::vector<core::StepRecord>& steps, const Ledger& work)
+std::string shortcomings(const std::vector<core::StepRecord>& steps, std::span<const core::Body> bodies,
+                         const Ledger& work)
 {
     double worst = 0, best = 0;
     for (const core::StepRecord& s : steps) {
@@ -106,7 +107,7 @@ std::string shortcomings(const std::vector<core::StepRecord>& steps, const Ledge
     if (const double share = core::maxUnnamedShare(steps); share > core::kMaxUnnamedShare)
         text += fmt::format("energy: up to {:.2g} % of the work put in has no account, {:.2g} % at the end\n",
                             100 * share, 100 * steps.back().unnamedShare);
-    text += madeText(steps);
+    text += madeText(steps, bodies);
     std::int64_t held = 0;
     for (const StageWork& stage : work.stages()) held += work.countOf(stage.name, "held_back");
     if (held > 0)
@@ -336,8 +337,9 @@ std::string summaryText(const core::Simulation& simulation, const core::RunFolde
     if (gone > 0) text += fmt::format("{} consumed by cracks\n", counted(gone, "more fragment"));
     text += lostText(lost);
     if (const std::string& lacks = folder.pointCacheLacks(); !lacks.empty()) text += "point cache: " + lacks + "\n";
-    text += shortcomings(folder.steps(), work) + overlapText(folder.steps(), simulation.bodies()[0].phi.voxelSize()) +
-            squeezeText(folder.frames()) + drawnText(work) + workTable(work);
+    text += shortcomings(folder.steps(), simulation.bodies(), work) +
+            overlapText(folder.steps(), simulation.bodies()[0].phi.voxelSize()) + squeezeText(folder.frames()) +
+            drawnText(work) + workTable(work);
     return text + "\nwritten to " + folder.path().string();
 }
 

@@ -23,12 +23,14 @@ std::string cappedText(const core::StepRecord& step);
 /// squeezes stiff material far.
 class MadeEnergy {
 public:
+    /// `noise` [J]: less than this is no energy.
+    explicit MadeEnergy(double noise) : most_(noise) {}
     void add(const core::StepRecord& step);
-    double share() const { return most_ > 0 ? std::max(0., made_) / most_ : 0; }  ///< of the most that there was
+    double share() const { return made_ / most_; }  ///< of the most that there was
     bool isMuch() const;
 
 private:
-    double sum_ = 0, made_ = 0, most_ = 0;  // J; made_: the most of it so far
+    double sum_ = 0, made_ = 0, most_;  // J; made_: the most of it so far
 };
 bool anyCapped(const std::vector<core::StepRecord>& steps);
 /// The closing summary, with a table of seconds and work counters by stage.

@@ -105,7 +105,7 @@ public:
                   : options.overwrite     ? core::ExistingRun::replace
                                           : core::ExistingRun::refuse),
           lastWritten_(scene.time.firstFrame - 1),
-          warnings_(scene, log)
+          warnings_(scene, core::energyOfNoise(simulation.bodies()), log)
     {
         if (options.report) report_.emplace(folder_.path());
         if (options.keepCheckpoints) folder_.keepCheckpoints();

@@ -13,8 +13,8 @@ bool hasVolume(const scene::Scene& scene)
 
 }  // namespace
 
-StepWarnings::StepWarnings(const scene::Scene& scene, spdlog::logger& log)
-    : log_(log), hasVolume_(hasVolume(scene)), integrator_(scene.solver.integrator)
+StepWarnings::StepWarnings(const scene::Scene& scene, double noise, spdlog::logger& log)
+    : log_(log), hasVolume_(hasVolume(scene)), integrator_(scene.solver.integrator), made_(noise)
 {
 }
 

@@ -13,7 +13,8 @@ namespace vdbfrac::cli {
 
 class StepWarnings {
 public:
-    StepWarnings(const scene::Scene& scene, spdlog::logger& log);
+    /// `noise` [J]: as MadeEnergy takes it.
+    StepWarnings(const scene::Scene& scene, double noise, spdlog::logger& log);
     /// Steps that an earlier run has told of.
     void takeUp(const std::vector<core::StepRecord>& steps);
     /// After each step.

@@ -10,10 +10,6 @@
 
 namespace vdbfrac::core {
 
-namespace {
-
-/// J that no account has to explain: of strains that are rounding, or that Newton's tolerance leaves in what moves as a
-/// whole.
 double energyOfNoise(std::span<const Body> bodies)
 {
     constexpr double kStrain = 1e-7;
@@ -21,6 +17,8 @@ double energyOfNoise(std::span<const Body> bodies)
     for (const Body& body : bodies) sum += kStrain * kStrain * body.material.youngsModulus() * body.startVolume;
     return sum;
 }
+
+namespace {
 
 /// Of the most that was in it by all works: whoever has more energy has it from the integrator. What stores energy and
 /// gives it back, as contact does, has put in nothing.

@@ -51,6 +51,10 @@ struct StepRecord {
     Ledger work;                             ///< of this step
 };
 
+/// J that no account has to explain: of strains that are rounding, or that Newton's tolerance leaves in what moves as a
+/// whole.
+double energyOfNoise(std::span<const Body> bodies);
+
 class StepControl;
 
 class Simulation {
