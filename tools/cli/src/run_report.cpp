@@ -81,7 +81,7 @@ std::string madeText(const std::vector<core::StepRecord>& steps, std::span<const
     MadeEnergy made(core::energyOfNoise(bodies));
     for (const core::StepRecord& s : steps) made.add(s);
     if (!made.isMuch()) return "";
-    return fmt::format("energy: the integrator has made up to {:.2g} % of the most that there was (integrator_J)\n",
+    return fmt::format("energy: the integrator has made {:.2g} % of the most that there was (integrator_J)\n",
                        100 * made.share());
 }
 
@@ -301,8 +301,8 @@ std::string stepText(const core::StepRecord& s)
 void MadeEnergy::add(const core::StepRecord& step)
 {
     const auto integrator = step.energyFlow.find("integrator");
-    if (integrator != step.energyFlow.end()) sum_ -= integrator->second;
-    made_ = std::max(made_, sum_), most_ = std::max(most_, step.kineticEnergy + step.elasticEnergy);
+    if (integrator != step.energyFlow.end()) made_ -= integrator->second;
+    most_ = std::max(most_, step.kineticEnergy + step.elasticEnergy);
 }
 
 bool MadeEnergy::isMuch() const

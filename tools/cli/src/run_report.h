@@ -26,11 +26,11 @@ public:
     /// `noise` [J]: less than this is no energy.
     explicit MadeEnergy(double noise) : most_(noise) {}
     void add(const core::StepRecord& step);
-    double share() const { return made_ / most_; }  ///< of the most that there was
+    double share() const { return std::max(0., made_) / most_; }  ///< of the most that there was
     bool isMuch() const;
 
 private:
-    double sum_ = 0, made_ = 0, most_;  // J; made_: the most of it so far
+    double made_ = 0, most_;  // J; less what it has taken
 };
 bool anyCapped(const std::vector<core::StepRecord>& steps);
 /// The closing summary, with a table of seconds and work counters by stage.
