@@ -2,6 +2,7 @@
 import csv
 import json
 import random
+import re
 import shutil
 import signal
 import subprocess
@@ -67,6 +68,14 @@ def started(folder, *more):
     return run
 
 
+def expect_log(folder):
+    """What is left of the log tells of all frames that are there."""
+    shown = [int(f.stem.split(".")[-1]) for f in folder.glob("obj/[!.]*.obj")]
+    told = [int(n) for n in re.findall(r" frame (\d+)  state ", (folder / "run.log").read_text())] if shown else []
+    if shown and max(shown) > max(told, default=0) + 1:  # a frame is told as its files are begun
+        failures.append(f"{folder.name}: run.log ends before frame {max(shown)}: {told[-3:]}")
+
+
 def kill(folder, run_again, whole, whole_seconds):
     """Killed at any time, as often as it takes: at first within a fifth of a whole run, so that it is several times."""
     chance, kills = random.Random(SEED), 0
@@ -81,6 +90,7 @@ def kill(folder, run_again, whole, whole_seconds):
             run.kill()
             run.communicate()
             kills += 1
+            expect_log(folder)
             if (folder / "obj").exists():
                 (folder / f"obj/.partial-{Path(run_again[2]).stem}.0003.obj").write_text("of a killed run")
     if run.returncode != 0 or kills < 3:

@@ -256,6 +256,8 @@ TEST(Render, ColoursGoWithTheRootWhereTheyShall)
     EXPECT_TRUE(s.cornerColour[0][0].isApprox(rampColour(.5)));
     colourByValue(s, quarter, {0, 100, false});
     EXPECT_TRUE(s.cornerColour[0][0].isApprox(rampColour(.25)));
+    colourByValue(s, quarter, {10, 40, false});  // from the lowest on
+    EXPECT_TRUE(s.cornerColour[0][0].isApprox(rampColour(.5)));
     const auto brightness = [](double t) { return (rampColour(t) * Colour(.2126f, .7152f, .0722f)).sum(); };
     for (double t = 0; t < .95; t += .1) EXPECT_GT(brightness(t + .1), brightness(t)) << t;
 }
@@ -263,7 +265,7 @@ TEST(Render, ColoursGoWithTheRootWhereTheyShall)
 TEST(Render, ALegendShowsTheRampFromDarkToLightAndItsEnds)
 {
     Image image{300, 200, std::vector<std::uint8_t>(3 * 300 * 200, 255)};
-    drawLegend(image, {8.5e3, false}, "energy [J/m^3]");
+    drawLegend(image, {0, 8.5e3, false}, "energy [J/m^3]");
     std::vector<int> sums;  // along the bar
     for (int j = 199; j > 100 && sums.empty(); --j)
         if (pixel(image, 10, j)[2] > 100 && pixel(image, 10, j)[1] < 60)
@@ -279,7 +281,7 @@ TEST(Render, ALegendShowsTheRampFromDarkToLightAndItsEnds)
     EXPECT_GT(ink(0, 185), 100);   // what it is of
     EXPECT_GT(ink(180, 200), 60);  // 0 and 8.5e+03
     Image small{4, 3, std::vector<std::uint8_t>(36, 255)};
-    EXPECT_NO_THROW(drawLegend(small, {1, true}, "margin"));  // cut off, not written beside
+    EXPECT_NO_THROW(drawLegend(small, {0, 1, true}, "margin"));  // cut off, not written beside
 }
 
 TEST(Render, RefusesWhatCannotBeSeen)

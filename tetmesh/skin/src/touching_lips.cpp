@@ -117,6 +117,7 @@ TouchingLips::Move TouchingLips::moveOf(std::size_t lip, std::span<const Vec3> a
 }
 
 /// Of all points of torn faces: what lips go, evened out with what is beside it, as neighbours that part would fold.
+/// Empty where none goes anywhere.
 std::vector<TouchingLips::Move> TouchingLips::movesOf(std::span<const Vec3> at, std::span<const Vec3> v) const
 {
     constexpr int kRounds = 3;
@@ -125,6 +126,7 @@ std::vector<TouchingLips::Move> TouchingLips::movesOf(std::span<const Vec3> at, 
     parallelChunks(lips_.size(), kChunk, [&](std::size_t begin, std::size_t end) {
         for (std::size_t l = begin; l < end; ++l) moves[lips_[l].point] = moveOf(l, at, v, normal);
     });
+    if (std::ranges::all_of(moves, [](const Move& move) { return move.way.isZero(); })) return {};
     for (int round = 0; round < kRounds; ++round) {
         const std::vector<Move> before = moves;
         parallelChunks(moves.size(), kChunk, [&](std::size_t begin, std::size_t end) {
@@ -147,6 +149,7 @@ void TouchingLips::part(std::span<Vec3> points, std::span<Vec3> velocity) const
     std::vector<Vec3> at, v;
     for (const std::uint32_t p : point_) at.push_back(points[p]), v.push_back(velocity[p]);
     const std::vector<Move> moves = movesOf(at, v);
+    if (moves.empty()) return;
     const auto move = [&](std::uint32_t point, const Move& by, double share) {
         points[point] += share * by.way, velocity[point] += share * by.velocity;
     };

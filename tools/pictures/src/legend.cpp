@@ -76,6 +76,7 @@ Pixel pixelOf(const Colour& linear) { return {byteOf(linear[0]), byteOf(linear[1
 /// Where a value stands between the ends of a scale.
 double shareOf(double value, const Scale& scale)
 {
+    if (!(scale.high > scale.low)) return 0;
     const double share = std::clamp((value - scale.low) / (scale.high - scale.low), 0., 1.);
     return scale.byRoot ? std::sqrt(share) : share;
 }
