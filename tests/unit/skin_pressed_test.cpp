@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <array>
 #include <optional>
+#include <set>
 
 using namespace vdbfrac;
 using test::voxelBox;
@@ -101,6 +102,22 @@ TEST_P(PressedLips, TakeTheSkinAlongThatIsNear)
 {
     constexpr double kBy = .4, kBeside = 2;  // voxels
     const Seen seen = pressed(kBy);
+    std::set<std::uint32_t> lips, near;
+    for (std::size_t f = 0; f < drawn().mesh.faces(); ++f)
+        for (const auto& corner : drawn().mesh.face(f)) {
+            const bool isNear = std::abs(depth(drawn().mesh.points[corner.point])) < dx;
+            if (drawn().torn[f])
+                lips.insert(corner.point);
+            else if (isNear)
+                near.insert(corner.point);
+        }
+    double moved = 0;  // of what lips go
+    std::size_t count = 0;
+    for (const std::uint32_t p : near)
+        if (!lips.contains(p)) moved += (seen.points[p] - seen.carried[p]).norm() / (kBy * dx), ++count;
+    EXPECT_GT(count, 20u);
+    EXPECT_GT(moved / double(count), .2);  // most are nearly a voxel away, and go less than half
+    EXPECT_LT(moved / double(count), 1);
     std::size_t far = 0;
     for (std::size_t f = 0; f < drawn().mesh.faces(); ++f) {
         const auto c = drawn().mesh.face(f);
