@@ -128,6 +128,14 @@ std::map<std::string, std::vector<float>> readPlyValues(const std::filesystem::p
     return values;
 }
 
+float lowEndOf(std::span<const float> values)
+{
+    float low = std::numeric_limits<float>::infinity();
+    for (const float v : values)
+        if (v >= 0) low = std::min(low, v);
+    return low;
+}
+
 float highEndOf(std::vector<float> values)
 {
     constexpr std::size_t kOneIn = 200;

@@ -150,8 +150,7 @@ void colourByValues(Scenery& scenery, const std::vector<RunFrame>& frames, const
                               "simulate with output.ply = true and '" + name + "' in output.vdb"});
         values.push_back(std::move(all[name]));
         if (values.back().empty()) continue;
-        for (const float v : values.back())
-            if (v >= 0) low = std::min<double>(low, v);
+        low = std::min<double>(low, tetmesh::lowEndOf(values.back()));
         scale.high =
             std::max<double>(scale.high, known->byRoot ? tetmesh::highEndOf(values.back())
                                                        : *std::max_element(values.back().begin(), values.back().end()));

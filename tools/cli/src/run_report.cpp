@@ -76,9 +76,8 @@ std::string cutBackText(const std::vector<core::StepRecord>& steps, const Ledger
                        isCrushed ? "; where something is crushed, [volume] takes fewer" : "");
 }
 
-std::string madeText(const std::vector<core::StepRecord>& steps, std::span<const core::Body> bodies)
+std::string madeText(const std::vector<core::StepRecord>& steps, MadeEnergy made)
 {
-    MadeEnergy made(core::energyOfNoise(bodies));
     for (const core::StepRecord& s : steps) made.add(s);
     if (!made.isMuch()) return "";
     return fmt::format("energy: the integrator has made {:.2g} % of the most that there was (integrator_J)\n",
@@ -86,8 +85,7 @@ std::string madeText(const std::vector<core::StepRecord>& steps, std::span<const
 }
 
 /// What did not go as it should: steps that were cut back or are not solved, cracks that were held back. A line each.
-std::string shortcomings(const std::vector<core::StepRecord>& steps, std::span<const core::Body> bodies,
-                         const Ledger& work)
+std::string shortcomings(const std::vector<core::StepRecord>& steps, const MadeEnergy& none, const Ledger& work)
 {
     double worst = 0, best = 0;
     for (const core::StepRecord& s : steps) {
@@ -107,7 +105,7 @@ std::string shortcomings(const std::vector<core::StepRecord>& steps, std::span<c
     if (const double share = core::maxUnnamedShare(steps); share > core::kMaxUnnamedShare)
         text += fmt::format("energy: up to {:.2g} % of the work put in has no account, {:.2g} % at the end\n",
                             100 * share, 100 * steps.back().unnamedShare);
-    text += madeText(steps, bodies);
+    text += madeText(steps, none);
     std::int64_t held = 0;
     for (const StageWork& stage : work.stages()) held += work.countOf(stage.name, "held_back");
     if (held > 0)
@@ -308,7 +306,7 @@ void MadeEnergy::add(const core::StepRecord& step)
 bool MadeEnergy::isMuch() const
 {
     constexpr double kMuch = .05;
-    return share() > kMuch;
+    return makes_ && share() > kMuch;
 }
 
 bool anyCapped(const std::vector<core::StepRecord>& steps)
@@ -317,7 +315,8 @@ bool anyCapped(const std::vector<core::StepRecord>& steps)
                        [](const core::StepRecord& s) { return s.outcome == core::Outcome::capped; });
 }
 
-std::string summaryText(const core::Simulation& simulation, const core::RunFolder& folder, const Ledger& work)
+std::string summaryText(const scene::Scene& scene, const core::Simulation& simulation, const core::RunFolder& folder,
+                        const Ledger& work)
 {
     const auto count = [&](core::Outcome o) {
         return std::count_if(folder.steps().begin(), folder.steps().end(),
@@ -337,7 +336,7 @@ std::string summaryText(const core::Simulation& simulation, const core::RunFolde
     if (gone > 0) text += fmt::format("{} consumed by cracks\n", counted(gone, "more fragment"));
     text += lostText(lost);
     if (const std::string& lacks = folder.pointCacheLacks(); !lacks.empty()) text += "point cache: " + lacks + "\n";
-    text += shortcomings(folder.steps(), simulation.bodies(), work) +
+    text += shortcomings(folder.steps(), {scene.solver.integrator, core::energyOfNoise(simulation.bodies())}, work) +
             overlapText(folder.steps(), simulation.bodies()[0].phi.voxelSize()) + squeezeText(folder.frames()) +
             drawnText(work) + workTable(work);
     return text + "\nwritten to " + folder.path().string();

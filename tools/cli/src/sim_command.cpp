@@ -253,7 +253,7 @@ int Run::end(const std::string& stopped)
                                                    : "done");
     Ledger work = folder_.work();
     for (const core::StepRecord& step : folder_.steps()) work.add(step.work);
-    log_.info("{}", summaryText(simulation_, folder_, work));
+    log_.info("{}", summaryText(scene_, simulation_, folder_, work));
     if (report_) tellOfReport(report_->finish());
     if (!stopped.empty()) {
         if (stopped == kStuck) {

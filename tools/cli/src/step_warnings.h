@@ -27,7 +27,7 @@ private:
     void ofShortSteps(const core::StepRecord& step);
 
     spdlog::logger& log_;
-    bool hasVolume_, isBackwardEuler_;
+    bool hasVolume_;
     bool toldOfUnnamed_ = false, toldOfMade_ = false, toldOfCreases_ = false, toldOfShortSteps_ = false;
     MadeEnergy made_;
     std::int64_t creases_ = 0;

@@ -214,8 +214,7 @@ private:
             if (it->second.empty()) continue;
             high = std::max(high, shown.byRoot ? tetmesh::highEndOf(it->second)
                                                : *std::max_element(it->second.begin(), it->second.end()));
-            for (const float v : it->second)
-                if (v >= 0) low = std::min(low, v);
+            low = std::min(low, tetmesh::lowEndOf(it->second));
         }
         if (!std::isfinite(high)) return {};
         return {shown.fromFirst && low < high ? low : 0, high};

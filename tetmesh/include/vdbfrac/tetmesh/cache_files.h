@@ -58,5 +58,8 @@ std::map<std::string, std::vector<float>> readPlyValues(const std::filesystem::p
 /// No more than one value in 200 is above it: where colours for values end that peak at single points, as energy does
 /// at the tip of a crack. 0 without values.
 float highEndOf(std::vector<float> values);
+/// The least of those that are one, from 0 on: where colours begin for values that count from their first, as times of
+/// tearing do. Infinity without any.
+float lowEndOf(std::span<const float> values);
 
 }  // namespace vdbfrac::tetmesh
