@@ -20,7 +20,7 @@ Tangent::Tangent() = default;
 Tangent::~Tangent() = default;
 Tangent::Tangent(Tangent&&) noexcept = default;
 Tangent& Tangent::operator=(Tangent&&) noexcept = default;
-std::size_t Tangent::bytes() const { return capacity_ * sizeof(TetTangent); }
+std::size_t Tangent::bytes() const { return capacity_ * sizeof(TetTangent) + yieldingCount_ * sizeof(LaneYielding); }
 
 void Tangent::resize(std::size_t tets)
 {
@@ -29,6 +29,14 @@ void Tangent::resize(std::size_t tets)
         tets_ = std::make_unique_for_overwrite<TetTangent[]>(capacity_);  // first touched by the threads that fill it
     }
     count_ = tets;
+}
+
+void Tangent::resetYielding(std::size_t batches)
+{
+    if (batches != yieldingCount_)
+        yielding_ = batches > 0 ? std::make_unique_for_overwrite<LaneYielding[]>(batches) : nullptr;
+    yieldingCount_ = batches;
+    for (std::size_t b = 0; b < batches; ++b) std::fill_n(yielding_[b].left, kLanes, 1.F), yielding_[b].any = false;
 }
 
 namespace {
@@ -160,6 +168,7 @@ double ElasticOperator::evaluate(std::span<const Vec3> x, std::span<Vec3> gradie
         tangent->resize(d.p.tangentCount);
         tangent->ofCells_ = false;
         tangent->share_ = share;
+        tangent->resetYielding(d.p.yields.size());
     }
     std::atomic<std::int64_t> robust = 0;
     d.eachPatch(x, tangent, [&](std::size_t i, const PatchData& patch, const double* in, double* out) {
@@ -205,6 +214,24 @@ void ElasticOperator::energyDensities(std::span<const Vec3> x, std::vector<doubl
     d.work.evaluatedTets += all ? d.p.tets : d.tetsAwake();
 }
 
+void ElasticOperator::shearStrains(std::span<const Vec3> x, std::vector<double>& n) const
+{
+    const Data& d = *data_;
+    n.assign(d.elements, 0.);
+    d.eachPatch(x, nullptr, [&](std::size_t i, PatchData patch, const double* in, double* out) {
+        if (!patch.yields) return;
+        const Patch& range = d.p.patches[i];
+        std::vector<double>& shear = d.psi[std::size_t(threadSlot())];
+        shear.resize(std::max(shear.size(), std::size_t(range.batches) * kLanes));
+        patch.shear = shear.data();
+        (void)kernel().evaluate(patch, kRobust, in, out);
+        for (std::size_t e = range.firstElement; e < range.firstElement + range.elements; ++e)
+            n[e] = shear[d.p.laneOfElement[e] - range.firstBatch * kLanes];
+    });
+    d.work.evaluations += 1;
+    d.work.evaluatedTets += d.tetsAwake();
+}
+
 /// Energy of the patches that are left out [J]; it is found once.
 double ElasticOperator::Data::asleepEnergy(std::span<const Vec3> x) const
 {
@@ -233,7 +260,7 @@ void ElasticOperator::Data::clearTangents(std::size_t patch, TetTangent* cells) 
 }
 
 template <class F>
-void ElasticOperator::Data::eachTet(TetTangent* tangents, const F& f) const
+void ElasticOperator::Data::eachTet(const Tangent& tangent, const F& f) const
 {
     parallelChunks(p.patches.size(), 1, [&](std::size_t i, std::size_t) {
         if (isAsleep(i)) return;
@@ -242,7 +269,7 @@ void ElasticOperator::Data::eachTet(TetTangent* tangents, const F& f) const
             for (std::size_t t = 0; t < p.tangentsOf(b); ++t)
                 for (std::size_t l = 0; l < kLanes; ++l)
                     if (const double share = shearShare(b, t, l); share > 0)
-                        f(tangents[p.batches[b].tangent + t], l, patch.mu * share * h);
+                        f(tangent.tets_[p.batches[b].tangent + t], l, patch.mu * share * h * leftAt(tangent, b, l));
     });
 }
 
@@ -252,6 +279,9 @@ void ElasticOperator::averageTets(const Tangent& tangent, Tangent& cells) const
     cells.resize(d.p.batches.size());
     cells.ofCells_ = true;
     cells.share_ = tangent.share_;
+    cells.resetYielding(tangent.yieldingCount_);
+    for (std::size_t b = 0; b < tangent.yieldingCount_; ++b)
+        std::copy_n(tangent.yielding_[b].left, kLanes, cells.yielding_[b].left);
     parallelChunks(d.p.patches.size(), 1, [&](std::size_t i, std::size_t) {
         if (d.isAsleep(i)) {
             d.clearTangents(i, cells.tets_.get());
@@ -264,7 +294,7 @@ void ElasticOperator::averageTets(const Tangent& tangent, Tangent& cells) const
 void ElasticOperator::project(Tangent& tangent) const
 {
     const double minOverMu = data_->law->minEigenvalue(tangent.share_);
-    data_->eachTet(tangent.tets_.get(), [&](TetTangent& tet, std::size_t l, double mu) {
+    data_->eachTet(tangent, [&](TetTangent& tet, std::size_t l, double mu) {
         const double least = mu * minOverMu;
         double T[6];
         for (std::size_t k = 0; k < 6; ++k) T[k] = tet.T[k][l];
@@ -280,7 +310,7 @@ void ElasticOperator::project(Tangent& tangent) const
 void ElasticOperator::warp(Tangent& tangent) const
 {
     const double minOverMu = data_->law->minEigenvalue(tangent.share_);
-    data_->eachTet(tangent.tets_.get(), [&](TetTangent& tet, std::size_t l, double mu) {
+    data_->eachTet(tangent, [&](TetTangent& tet, std::size_t l, double mu) {
         for (std::size_t k = 0; k < 6; ++k) tet.T[k][l] = k < 3 ? float(mu * minOverMu) : 0;
     });
 }

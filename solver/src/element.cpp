@@ -4,6 +4,9 @@
 
 #include <Eigen/LU>
 
+#include <algorithm>
+#include <cmath>
+
 namespace vdbfrac::solver {
 
 namespace {
@@ -134,11 +137,18 @@ double elasticEnergy(const ElementOf& e, std::span<const Vec3> x, const Material
     const Strains strains(e, x, elasticity.strain);
     const Moduli moduli(m, elasticity, tetmesh::cellTets(e.element.shape).count);
     if (strains.volume == 0) return 0;
-    double energy = 0;
+    double energy = 0, square = 0;
+    const auto add = [&](std::size_t t, double V) {
+        const double trace = strains.e[t].trace();
+        energy += V * moduli.density(strains.e[t]);
+        square += V / strains.volume * (strains.e[t].squaredNorm() - trace * trace / 3);
+    };
     for (std::size_t t = 0; t < strains.mean; ++t)
-        if (strains.V[t] > 0) energy += (1 - moduli.theta) * strains.V[t] * moduli.density(strains.e[t]);
-    if (moduli.theta > 0) energy += moduli.theta * strains.volume * moduli.density(strains.e[strains.mean]);
+        if (strains.V[t] > 0) add(t, (1 - moduli.theta) * strains.V[t]);
+    if (moduli.theta > 0) add(strains.mean, moduli.theta * strains.volume);
     if (moduli.cellDilation) energy += 0.5 * moduli.K * strains.volume * strains.dilation * strains.dilation;
+    const double n = std::sqrt(std::max(square, 0.)), beyond = n - e.yieldStrain;
+    if (beyond > 0) energy -= m.mu * strains.volume * e.yieldShare * beyond * beyond;
     return energy;
 }
 

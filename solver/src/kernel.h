@@ -74,6 +74,17 @@ struct alignas(32) TetTangent {
     float T[6][kLanes];  ///< R (twist operator) R^T times V / h^2: xx, yy, zz, yz, zx, xy
 };
 
+/// What yields among eight cells, in their tangent.
+struct alignas(64) LaneYielding {
+    float left[kLanes];  ///< the shear modulus over what it is without flow, damping included in both
+    /// Of n at the corners, times the root of what the tangent is less by for its square [sqrt(N/m)]; set where `any`.
+    float slope[tetmesh::kCorners][3][kLanes];
+    bool any;
+};
+struct alignas(64) LaneYields {
+    double strain[kLanes];  ///< y (Yield); infinity in cells that never flow
+};
+
 /// Local nodes from `local` on that are consecutive nodes of the system from `node` on.
 struct NodeRun {
     std::uint32_t node = 0;
@@ -90,6 +101,10 @@ struct PatchData {
     TetTangent* tangent = nullptr;  ///< of each tet: written by evaluate when not null, read by product and diagonal
     TetTangent* cells = nullptr;    ///< of each batch, means over its cells: read in its place when not null
     double* psi = nullptr;          ///< evaluate: energy density [J/m^3], [batch][tet][lane]; may be null
+    double* shear = nullptr;        ///< evaluate: n (Yield), [batch][lane]; only where there are yields; may be null
+    const LaneYields* yields = nullptr;  ///< of each batch; null: nothing flows
+    double yieldShare = 0;               ///< c (Yield)
+    LaneYielding* yielding = nullptr;    ///< of each batch: as `tangent`; null: nothing yields
     const NodeRun* run = nullptr;
     int batches = 0, runs = 0;
     int nodes = 0, stride = 0;

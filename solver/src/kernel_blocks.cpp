@@ -34,7 +34,7 @@ template <class Tangents>
 VDBFRAC_INLINE void addMeanBlocks(const PatchData& patch, int b, int tets, Pack V, const CornersOf<Pack, 3>& sum,
                                   CornersOf<Pack, 6>& K)
 {
-    const double mu = patch.meanStrain * patch.mu * patch.h * (1 + patch.share);
+    const Pack mu = patch.meanStrain * patch.mu * patch.h * (1 + patch.share) * leftOf<double>(patch, b);
     const Pack inverse = V > 0 ? 1. / V : all(0);
     Matrix R;
     Pack T[6];
@@ -52,8 +52,10 @@ template <class Tangents, bool hasOwn>
 void diagonalBatch(const PatchData& patch, const AnyCells& cells, int b, double* out)
 {
     const double theta = cells.tets.count > 1 ? patch.meanStrain : 0;
-    const double scale = patch.h * (1 + patch.share), lambda = patch.lambda * scale;
-    const double mu = (1 - theta) * patch.mu * scale, bulkModulus = lambda + 2. / 3. * (patch.mu * scale);
+    const double scale = patch.h * (1 + patch.share), whole = patch.mu * scale;
+    const double bulkModulus = patch.lambda * scale + 2. / 3. * whole;
+    const Pack left = leftOf<double>(patch, b), mu = (1 - theta) * patch.mu * scale * left;
+    const Pack lambda = patch.lambda * scale + (1. - left) * (2. / 3. * whole);
     CornersOf<Pack, 6> K = {};
     CornersOf<Pack, 3> bulk = {}, mean = {};  // sums of V R g and of V g
     Pack cellVolume = all(0);
@@ -81,13 +83,19 @@ void diagonalBatch(const PatchData& patch, const AnyCells& cells, int b, double*
         for (int c = 0; c < tetmesh::kCorners; ++c) addOuter(bulk[c], weight, K[c]);
     }
     if (theta > 0) addMeanBlocks<Tangents>(patch, b, cells.tets.count, cellVolume, mean, K);
+    if (!patch.cells && patch.yielding && patch.yielding[b].any)
+        for (int c = 0; c < tetmesh::kCorners; ++c) {
+            Pack slope[3];
+            for (int i = 0; i < 3; ++i) slope[i] = load<double>(patch.yielding[b].slope[c][i]);
+            addOuter(slope, all(-1), K[c]);
+        }
     cells.scatter(K, out);
 }
 
 /// Adds to the diagonal of T, by the circles of Gershgorin, what makes its least eigenvalue at least `least`.
-VDBFRAC_INLINE void raise(Pack (&T)[6], double least)
+VDBFRAC_INLINE void raise(Pack (&T)[6], Pack least)
 {
-    Pack lowest = all(least);
+    Pack lowest = least;
     for (int i = 0; i < 3; ++i) {
         const Pack low = T[i] - magnitude(T[3 + (i + 1) % 3]) - magnitude(T[3 + (i + 2) % 3]);
         lowest = low < lowest ? low : lowest;
@@ -120,7 +128,7 @@ void averageBatch(const PatchData& patch, int b, const RobustTet& scalar, TetTan
     for (int k = 0; k < 9; ++k) R[k / 3][k % 3] = volume > 0 ? R[k / 3][k % 3] * inverse : all(k % 4 == 0);
     for (Pack& v : T) v = v * inverse;
     Tangents::mean(scalar, R, T);
-    raise(T, patch.mu * patch.h * Tangents::minEigenvalue(patch.share));
+    raise(T, patch.mu * patch.h * Tangents::minEigenvalue(patch.share) * leftOf<double>(patch, b));
     for (int k = 0; k < 9; ++k) store(cell.R[k], R[k / 3][k % 3]);
     for (int k = 0; k < 6; ++k) store(cell.T[k], T[k]);
 }

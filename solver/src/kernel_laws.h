@@ -32,13 +32,14 @@ struct Strains {
 
 /// What the tangent of a tet is made from besides its strain.
 struct TangentScale {
-    double mu, share;  ///< `share`: of linear elasticity in the frame of R that is added
+    Pack mu;        ///< what is left of it where it yields
+    double damped;  ///< mu of what is added of linear elasticity in the frame of R
     Pack pressure;
     Pack scale;  ///< V / h^2
 };
 
 /// Sigma = 2 mu (S - I) + p I.
-VDBFRAC_INLINE void secondStress(const Pack (&S)[6], double mu, Pack pressure, Pack (&Sigma)[6])
+VDBFRAC_INLINE void secondStress(const Pack (&S)[6], Pack mu, Pack pressure, Pack (&Sigma)[6])
 {
     for (int k = 0; k < 6; ++k) Sigma[k] = k < 3 ? 2. * mu * (S[k] - 1.) + pressure : 2. * mu * S[k];
 }
@@ -67,7 +68,7 @@ struct Corotational {
         for (int l = 0; l < kLanes; ++l) count += s.robust[t][l] != 0;
         return count;
     }
-    VDBFRAC_INLINE static Pack stress(const Strains& s, int t, double mu, Pack pressure, Matrix& P)
+    VDBFRAC_INLINE static Pack stress(const Strains& s, int t, Pack mu, Pack pressure, Matrix& P)
     {
         Pack square = all(0);
         for (int i = 0; i < 3; ++i)
@@ -85,7 +86,7 @@ struct Corotational {
         const Pack t0 = of.pressure - 2. * of.mu;
         twist(s.S[t], t0, T);
         if (any(s.robust[t])) takeRobustTwist(s, t, t0, scalar, T);
-        const Pack warped = all(-of.mu * of.share);
+        const Pack warped = all(-of.damped);
         for (int k = 0; k < 3; ++k) T[k] += warped;
         rotated(s.R[t], T, U);
         for (int k = 0; k < 6; ++k) solver::store(out.T[k], U[k] * of.scale);
@@ -124,7 +125,7 @@ struct Linear {
         for (int k = 0; k < 6; ++k) s.S[t][k] = 0.5 * (s.F[t][kRow[k]][kColumn[k]] + s.F[t][kColumn[k]][kRow[k]]);
         return 0;
     }
-    VDBFRAC_INLINE static Pack stress(const Strains& s, int t, double mu, Pack pressure, Matrix& P)
+    VDBFRAC_INLINE static Pack stress(const Strains& s, int t, Pack mu, Pack pressure, Matrix& P)
     {
         Pack Sigma[6];
         secondStress(s.S[t], mu, pressure, Sigma);
@@ -133,7 +134,7 @@ struct Linear {
     }
     VDBFRAC_INLINE static void store(const Strains&, int, const TangentScale& of, TetTangent& out, const RobustTet&)
     {
-        for (int k = 0; k < 6; ++k) solver::store(out.T[k], all(k < 3 ? -of.mu * (1 + of.share) : 0) * of.scale);
+        for (int k = 0; k < 6; ++k) solver::store(out.T[k], (k < 3 ? -of.mu - of.damped : all(0)) * of.scale);
         for (int k = 0; k < 9; ++k) solver::store(out.R[k], all(k % 4 == 0));
     }
 };
@@ -148,7 +149,7 @@ struct Green {
         for (int k = 0; k < 6; ++k) s.S[t][k] = 0.5 * (C[kRow[k]][kColumn[k]] + all(kRow[k] == kColumn[k]));
         return 0;
     }
-    VDBFRAC_INLINE static Pack stress(const Strains& s, int t, double mu, Pack pressure, Matrix& P)
+    VDBFRAC_INLINE static Pack stress(const Strains& s, int t, Pack mu, Pack pressure, Matrix& P)
     {
         Pack packed[6];
         Matrix Sigma;

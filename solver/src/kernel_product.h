@@ -17,16 +17,18 @@ VDBFRAC_INLINE P traceOf(const MatrixOf<P>& E, const MatrixOf<P>& R)
     return trace;
 }
 
-/// Moduli times h, and what damping adds to the tangent: of the tets of a cell, and of its mean, which has the share
-/// `theta` of the shear modulus.
+/// Moduli times h, with what damping adds to the tangent and less what yields: of the tets of eight cells, and of their
+/// means, which have the share `theta` of the shear modulus.
 template <class Real>
 struct Moduli {
-    Real twoMu, lambda, third, bulk, twoMuOfMean;
-    VDBFRAC_INLINE Moduli(const PatchData& patch, double theta)
+    PackT<Real> twoMu, lambda, third, twoMuOfMean;
+    Real bulk;
+    VDBFRAC_INLINE Moduli(const PatchData& patch, int b, double theta)
     {
         const double scale = patch.h * (1 + patch.share);
-        const Real all = Real(2 * patch.mu * scale);
-        lambda = Real(patch.lambda * scale), bulk = lambda + all / 3;
+        const Real whole = Real(2 * patch.mu * scale), lame = Real(patch.lambda * scale);
+        const PackT<Real> all = whole * leftOf<Real>(patch, b);
+        bulk = lame + whole / 3, lambda = lame + (whole - all) / 3;
         twoMu = Real(1 - theta) * all, third = twoMu / 3, twoMuOfMean = Real(theta) * all;
     }
 };
@@ -44,7 +46,7 @@ VDBFRAC_INLINE void meanStress(const TetTangent& tangent, const Moduli<Real>& m,
     loadTangent<Real>(tangent, R, T);
     for (P& v : T) v = v * inverse;
     const P pressure = m.twoMuOfMean / Real(-3) * traceOf<P>(E, R);
-    Tangents::template rate<P>(E, R, T, P{} + m.twoMuOfMean, pressure, stress);
+    Tangents::template rate<P>(E, R, T, m.twoMuOfMean, pressure, stress);
     for (int k = 0; k < 9; ++k) E[k / 3][k % 3] = stress[k / 3][k % 3];
 }
 
@@ -61,6 +63,18 @@ VDBFRAC_INLINE void prefetch(const TetTangent* now, int part)
         __builtin_prefetch(next + kLine * i, 0, 2);
 }
 
+/// What it is less by where material flows.
+template <class Real, int corners>
+VDBFRAC_OUTLINE void subtractFlow(const LaneYielding& yielding, const CornersOf<PackT<Real>>& u,
+                                  CornersOf<PackT<Real>>& f)
+{
+    PackT<Real> rate = {};
+    for (int c = 0; c < corners; ++c)
+        for (int i = 0; i < 3; ++i) rate += load<Real>(yielding.slope[c][i]) * u[c][i];
+    for (int c = 0; c < corners; ++c)
+        for (int i = 0; i < 3; ++i) f[c][i] -= rate * load<Real>(yielding.slope[c][i]);
+}
+
 template <class Real, class Tangents, class Cells, class M>
 void productBatch(const PatchData& patch, int b, M means, const Real* in, Real* out)
 {
@@ -73,7 +87,7 @@ void productBatch(const PatchData& patch, int b, M means, const Real* in, Real* 
     cells.template gather<Real>(in, u);
     for (auto& corner : f)
         for (P& v : corner) v = P{};
-    const Moduli<Real> m(patch, means.strain ? patch.meanStrain : 0);
+    const Moduli<Real> m(patch, b, means.strain ? patch.meanStrain : 0);
     P mean = {}, trace[tetmesh::kMaxTets];
     MatrixOf<P> shared = {};  // avg E, then the stress of the mean
     if (means.dilation) {
@@ -107,6 +121,7 @@ void productBatch(const PatchData& patch, int b, M means, const Real* in, Real* 
             for (int k = 0; k < 9; ++k) stress[k / 3][k % 3] += V * shared[k / 3][k % 3];
         cells.template spread<P>(t, stress, f);
     });
+    if (patch.yielding && patch.yielding[b].any) subtractFlow<Real, Cells::kCorners>(patch.yielding[b], u, f);
     cells.template scatter<Real>(f, out);
 }
 
@@ -163,7 +178,7 @@ void cellProductBatch(const PatchData& patch, int b, M means, const Real* in, Re
     turnCorners<true, P>(R, u, corners, turned);
     for (int c = 0; c < corners; ++c)
         for (int i = 0; i < 3; ++i) f[c][i] = turnedForce[c][i] = P{};
-    const Moduli<Real> m(patch, 0);
+    const Moduli<Real> m(patch, b, 0);
     const Real theta = Real(patch.meanStrain);
     P mean = {}, trace[tetmesh::kMaxTets];
     MatrixOf<P> meanD = {}, meanE = {};

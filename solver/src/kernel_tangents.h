@@ -183,6 +183,13 @@ VDBFRAC_INLINE void withTangents(Strain strain, const F& f)
     strain == Strain::green ? f.template operator()<GreenTangent>() : f.template operator()<RotatedTangent>();
 }
 
+/// What is left of the shear modulus.
+template <class Real>
+VDBFRAC_INLINE PackT<Real> leftOf(const PatchData& patch, int b)
+{
+    return patch.yielding ? load<Real>(patch.yielding[b].left) : PackT<Real>{} + Real(1);
+}
+
 template <class Real>
 VDBFRAC_INLINE void loadRotation(const TetTangent& tangent, MatrixOf<PackT<Real>>& R)
 {

@@ -50,7 +50,7 @@ struct ElasticOperator::Data {
     // Scratch, made once: what each patch adds to each of its nodes, and vectors of the patch that a thread works on.
     Scratch slots{0};
     std::vector<Scratch> in, out;
-    mutable std::vector<std::vector<double>> psi;  // of energyDensities, made when it is first asked for
+    mutable std::vector<std::vector<double>> psi;  // of eachDensity, made when it is first asked for
 
     /// `tangent` may be null.
     PatchData patchData(std::size_t i, const Tangent* tangent) const
@@ -68,7 +68,9 @@ struct ElasticOperator::Data {
             else
                 d.tangent = tangent->tets_.get();
             d.share = tangent->share_;
+            if (tangent->yielding_) d.yielding = tangent->yielding_.get() + patch.firstBatch;
         }
+        if (patch.yield) d.yields = p.yields.data() + patch.firstBatch, d.yieldShare = patch.yield->share;
         d.run = p.runs.data() + patch.firstRun;
         d.batches = int(patch.batches), d.runs = int(patch.runs);
         d.nodes = int(patch.nodes), d.stride = int(patch.stride());
@@ -155,6 +157,12 @@ struct ElasticOperator::Data {
                                    : meanPart(batch) * cellShare(batch, l);
     }
 
+    /// What is left of the shear modulus (Tangent).
+    static double leftAt(const Tangent& tangent, std::size_t batch, std::size_t l)
+    {
+        return tangent.yielding_ ? double(tangent.yielding_[batch].left[l]) : 1;
+    }
+
     /// h grad N_a of a tet.
     Vec3 gradient(std::size_t batch, std::size_t t, std::size_t a, std::size_t l) const
     {
@@ -185,9 +193,10 @@ struct ElasticOperator::Data {
     double asleepEnergy(std::span<const Vec3> x) const;
     void clearTangents(std::size_t patch, TetTangent* cells) const;
 
-    /// Calls f(tangent, lane, mu V / h^2) for every tet with material and every mean, each with its part of mu.
+    /// Calls f(tangent, lane, mu V / h^2) for every tet with material and every mean, each with its part of what is
+    /// left of mu.
     template <class F>
-    void eachTet(TetTangent* tangents, const F& f) const;
+    void eachTet(const Tangent& tangent, const F& f) const;
 };
 
 }  // namespace vdbfrac::solver

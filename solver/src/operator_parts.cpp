@@ -14,11 +14,11 @@ namespace {
 /// What the finer cells in a coarse one add up to, weighted by their material.
 struct FinerSum {
     Mat3 R = Mat3::Zero();
-    double T[6] = {}, weight = 0;
+    double T[6] = {}, weight = 0, left = 0;
 
-    void add(const TetTangent& cell, std::size_t lane, double share)
+    void add(const TetTangent& cell, std::size_t lane, double share, double leftOfCell)
     {
-        weight += share;
+        weight += share, left += share * leftOfCell;
         for (int k = 0; k < 9; ++k) R(k / 3, k % 3) += share * cell.R[k][lane];
         for (int k = 0; k < 6; ++k) T[k] += share * cell.T[k][lane];
     }
@@ -106,15 +106,18 @@ void ElasticOperator::averageCells(const ElasticOperator& fine, const Tangent& f
     }
     cells.ofCells_ = true;
     cells.share_ = fineCells.share_;
+    cells.resetYielding(fineCells.yielding_ ? d.p.batches.size() : 0);
     parallelChunks(d.elements, kElements, [&](std::size_t begin, std::size_t end) {
         for (std::size_t e = begin; e < end; ++e) {
             FinerSum sum;
             for (std::uint32_t c = finer.start[e]; c < finer.start[e + 1]; ++c) {
                 const std::size_t at = f.p.laneOfElement[finer.children[c]], batch = at / kLanes, lane = at % kLanes;
-                sum.add(fineCells.tets_[batch], lane, f.cellShare(batch, lane));
+                sum.add(fineCells.tets_[batch], lane, f.cellShare(batch, lane), f.leftAt(fineCells, batch, lane));
             }
             const std::size_t at = d.p.laneOfElement[e];
             sum.write(cells.tets_[at / kLanes], at % kLanes, *d.law);
+            if (cells.yielding_)
+                cells.yielding_[at / kLanes].left[at % kLanes] = sum.weight > 0 ? float(sum.left / sum.weight) : 1;
         }
     });
 }
@@ -127,7 +130,8 @@ ElasticOperator::ElementMatrix ElasticOperator::elementMatrix(const Tangent& tan
     const auto patch = std::upper_bound(d.p.patches.begin(), d.p.patches.end(), element,
                                         [](std::size_t e, const Patch& p) { return e < p.firstElement; }) -
                        1;
-    const double scale = d.h * (1 + tangent.share_), mu = patch->mu * scale, lambda = patch->lambda * scale;
+    const double scale = d.h * (1 + tangent.share_), whole = patch->mu * scale, lame = patch->lambda * scale;
+    const double mu = whole * d.leftAt(tangent, b, lane), lambda = lame + 2. / 3. * (whole - mu);
     const double muOfTets = (1 - d.meanPart(b)) * mu;
     ElementMatrix K = ElementMatrix::Zero();
     Eigen::Matrix<double, 24, 1> bulk = Eigen::Matrix<double, 24, 1>::Zero();
@@ -149,7 +153,7 @@ ElasticOperator::ElementMatrix ElasticOperator::elementMatrix(const Tangent& tan
             }
         }
     }
-    if (d.cellDilation && cellShare > 0) K += (lambda + 2. / 3. * mu) / cellShare * bulk * bulk.transpose();
+    if (d.cellDilation && cellShare > 0) K += (lame + 2. / 3. * whole) / cellShare * bulk * bulk.transpose();
     if (d.meanPart(b) > 0 && cellShare > 0) {
         const auto [R, T] = d.tangentAt(tangent, b, std::size_t(cell.count), lane);
         const double muV = d.meanPart(b) * mu * cellShare;
@@ -159,6 +163,11 @@ ElasticOperator::ElementMatrix ElasticOperator::elementMatrix(const Tangent& tan
                 K.block<3, 3>(3 * i, 3 * j) +=
                     d.law->block(gi, gj, R, T, muV) - 2. / 3. * muV * R * gi * gj.transpose() * R.transpose();
             }
+    }
+    if (!tangent.ofCells_ && tangent.yielding_ && tangent.yielding_[b].any) {
+        Eigen::Matrix<double, 24, 1> slope;
+        for (int i = 0; i < 24; ++i) slope[i] = double(tangent.yielding_[b].slope[i / 3][i % 3][lane]);
+        K -= slope * slope.transpose();
     }
     return K;
 }

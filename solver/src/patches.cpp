@@ -2,6 +2,7 @@
 
 #include "local_nodes.h"
 
+#include <vdbfrac/base/infinity.h>
 #include <vdbfrac/base/parallel.h>
 
 #include <algorithm>
@@ -262,6 +263,22 @@ void findContiguous(Patches& p, std::size_t nodeCount)
     });
 }
 
+/// The yields of the elements of each batch.
+void layOutYields(const std::vector<Range>& ranges, Patches& p)
+{
+    if (std::none_of(ranges.begin(), ranges.end(), [](const Range& range) { return range.set->yield; })) return;
+    LaneYields never;
+    std::fill_n(never.strain, kLanes, kInfinity);
+    p.yields.assign(p.batches.size(), never);
+    for (std::size_t i = 0; i < ranges.size(); ++i) {
+        if (!ranges[i].set->yield) continue;
+        for (std::size_t e = 0; e < p.patches[i].elements; ++e) {
+            const std::uint32_t at = p.laneOfElement[p.patches[i].firstElement + e];
+            p.yields[at / kLanes].strain[at % kLanes] = ranges[i].set->yield->of(ranges[i].begin + e);
+        }
+    }
+}
+
 /// Where the parts of each patch go, before they are copied there side by side.
 Patches layOut(const std::vector<Range>& ranges, const std::vector<Built>& built)
 {
@@ -272,7 +289,7 @@ Patches layOut(const std::vector<Range>& ranges, const std::vector<Built>& built
         p.patches.push_back({std::uint32_t(batches), std::uint32_t(built[i].batches.size()), std::uint32_t(p.slotCount),
                              built[i].nodes, std::uint32_t(runs), std::uint32_t(built[i].runs.size()),
                              std::uint32_t(elements), std::uint32_t(built[i].laneOfElement.size()), m.mu, m.lambda,
-                             built[i].tets});
+                             built[i].tets, ranges[i].set->yield});
         elements += built[i].laneOfElement.size();
         batches += built[i].batches.size();
         runs += built[i].runs.size();
@@ -335,6 +352,7 @@ Patches makePatches(std::span<const ElementSet> sets, std::size_t nodeCount, boo
             p.laneOfElement[patch.firstElement + e] = patch.firstBatch * kLanes + built[i].laneOfElement[e];
         std::copy(built[i].runs.begin(), built[i].runs.end(), p.runs.begin() + patch.firstRun);
     });
+    layOutYields(ranges, p);
     linkSlots(p, nodeCount);
     findContiguous(p, nodeCount);
     return p;
@@ -343,8 +361,8 @@ Patches makePatches(std::span<const ElementSet> sets, std::size_t nodeCount, boo
 std::size_t Patches::bytes() const
 {
     const auto of = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
-    return of(patches) + of(batches) + of(corners) + of(volumes) + of(laneTets) + of(laneCells) + of(laneOfElement) +
-           of(runs) + of(slotStart) + of(slots) + of(contiguous);
+    return of(patches) + of(batches) + of(corners) + of(volumes) + of(laneTets) + of(laneCells) + of(yields) +
+           of(laneOfElement) + of(runs) + of(slotStart) + of(slots) + of(contiguous);
 }
 
 }  // namespace vdbfrac::solver

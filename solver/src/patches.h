@@ -19,6 +19,7 @@ struct Patch {
     std::uint32_t firstElement = 0, elements = 0;
     double mu = 0, lambda = 0;  ///< Pa
     std::int64_t tets = 0;      ///< with material
+    const Yield* yield = nullptr;
     /// One a node, and some that fill it up.
     std::size_t slots() const { return (nodes + kLanes - 1) / kLanes * kLanes; }
     std::size_t stride() const { return slots() + kLanes; }
@@ -31,6 +32,7 @@ struct Patches {
     std::vector<LaneVolumes> volumes;
     std::vector<LaneTets> laneTets;
     std::vector<LaneCells> laneCells;
+    std::vector<LaneYields> yields;            ///< of each batch; empty: nothing flows
     std::vector<std::uint32_t> laneOfElement;  ///< kLanes * batch + lane of each element of the system
     std::vector<NodeRun> runs;
     std::vector<std::uint32_t> slotStart, slots;  ///< slots of each node, by rising patch

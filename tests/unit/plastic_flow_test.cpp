@@ -1,7 +1,8 @@
 // Plastic flow and stiffness of each tet: energy, gradient, tangent and its parts, each against something else that
 // gives the same.
+#include <flowed_body.h>
+
 #include <vdbfrac/lab/samples/loads.h>
-#include <vdbfrac/lab/samples/solid.h>
 #include <vdbfrac/solver/element.h>
 
 #include <Eigen/Dense>
@@ -14,89 +15,14 @@
 #include <random>
 
 using namespace vdbfrac;
-using lab::randomVec;
+using lab::Body;
+using lab::kBallGel;
+using lab::randomFlow;
+using lab::Shape;
 using solver::Strain;
 using solver::Volumetric;
 
 namespace {
-
-const solver::Material kGel = solver::makeMaterial(1e5, .3, 1000);
-
-Mat3 randomFlow(std::mt19937& random, double size)
-{
-    Mat3 flow = Mat3::Identity();
-    for (int d = 0; d < 3; ++d) flow.col(d) += randomVec(random, size);
-    return flow / std::cbrt(flow.determinant());
-}
-
-enum class Shape { six, five, tets };
-
-/// A cut ball; of its tets every third has flowed in every second group of a hundred elements.
-struct Body {
-    lab::Block block;
-    std::vector<tetmesh::TetGradients> gradients;
-    tetmesh::TetField<Mat3> flow;
-    std::vector<float> stiffness;
-
-    explicit Body(Shape shape)
-        : block(lab::asBlock(lab::cutBall(
-              {shape == Shape::five ? tetmesh::Lattice::Kind::five : tetmesh::Lattice::Kind::six, 1, .1}, 4.3)))
-    {
-        if (shape == Shape::tets) makeLoose();
-        flow = tetmesh::TetField<Mat3>(block.elements.size(), Mat3::Identity());
-        std::mt19937 random(3);
-        for (std::size_t e = 0; e < block.elements.size(); ++e)
-            for (std::size_t t = 0; t < tetmesh::kMaxTets; ++t) {
-                if (e / 100 % 2 == 0 && (e + t) % 3 == 0) flow(e, t) = randomFlow(random, .2);
-                stiffness.push_back(float(1 + (e + t) % 4) / 4);
-            }
-    }
-    solver::ElementSet set() const { return {block.elements, block.nodes, 0, kGel, gradients, &flow, stiffness}; }
-    solver::ElasticOperator elastic(solver::Elasticity elasticity) const { return elastic(set(), elasticity); }
-    solver::ElasticOperator elastic(const solver::ElementSet& set, solver::Elasticity elasticity) const
-    {
-        return {std::span(&set, 1), block.nodes.size(), block.h, elasticity};
-    }
-    solver::ElementOf element(std::size_t e) const
-    {
-        return {block.elements[e], gradients.empty() ? nullptr : &gradients[e], block.h, &flow(e, 0),
-                &stiffness[tetmesh::tetEntry(e, 0)]};
-    }
-    std::vector<Vec3> random(double size, unsigned seed) const
-    {
-        std::mt19937 random(seed);
-        std::vector<Vec3> u;
-        for (std::size_t i = 0; i < block.nodes.size(); ++i) u.push_back(randomVec(random, size));
-        return u;
-    }
-    std::vector<Vec3> shaken(double size) const
-    {
-        std::vector<Vec3> x = random(size * block.h, 7);
-        for (std::size_t i = 0; i < x.size(); ++i) x[i] += block.h * block.nodes[i].toVec();
-        return x;
-    }
-
-private:
-    void makeLoose()
-    {
-        std::vector<tetmesh::CellElement> tets;
-        for (const tetmesh::CellElement& cell : block.elements) {
-            const tetmesh::CellTets& of = tetmesh::cellTets(cell.shape);
-            for (std::size_t t = 0; t < std::size_t(of.count); ++t) {
-                if (cell.fraction[t] == 0) continue;
-                tetmesh::CellElement tet;
-                tet.node.fill(cell.node[std::size_t(of.corner[t][0])]);
-                for (std::size_t a = 0; a < 4; ++a) tet.node[a] = cell.node[std::size_t(of.corner[t][a])];
-                tet.fraction[0] = of.volume[t] * cell.fraction[t];
-                tet.shape = tetmesh::CellShape::tet;
-                tet.patch = std::uint32_t(tets.size()) / 1000;
-                gradients.push_back({of.gradient[t][1], of.gradient[t][2], of.gradient[t][3]});
-                tets.push_back(tet);
-            }
-        }
-        block.elements = tets;
-    }
-};
 
 class FlowCases : public testing::TestWithParam<std::tuple<Strain, std::pair<Volumetric, double>, Shape>> {
 protected:
@@ -123,7 +49,7 @@ TEST_P(FlowCases, EnergyEqualsScalarReference)
         const auto x = body.shaken(size);
         double expected = 0;
         for (std::size_t e = 0; e < body.block.elements.size(); ++e)
-            expected += solver::elasticEnergy(body.element(e), x, kGel, elasticity());
+            expected += solver::elasticEnergy(body.element(e), x, kBallGel, elasticity());
         EXPECT_NEAR(elastic.evaluate(x, {}, nullptr), expected, kRounding * expected) << size;
     }
 }
@@ -137,7 +63,7 @@ TEST_P(FlowCases, StressDoesTheWorkOfTheForces)
         solver::ElementOf e = body.element(i);
         e.inverseFlow = nullptr;
         const tetmesh::CellTets& tets = tetmesh::cellTets(e.element.shape);
-        const auto stress = solver::elementStress(e, x, kGel, elasticity());
+        const auto stress = solver::elementStress(e, x, kBallGel, elasticity());
         std::map<std::uint32_t, Vec3> forces;
         for (std::size_t t = 0; t < std::size_t(tets.count); ++t) {
             if (e.element.fraction[t] == 0) continue;
@@ -156,9 +82,9 @@ TEST_P(FlowCases, StressDoesTheWorkOfTheForces)
             for (int k = 0; k < 3; ++k) {
                 const double step = kSmall * e.h, at = x[node][k];
                 x[node][k] = at + step;
-                const double above = solver::elasticEnergy(e, x, kGel, elasticity());
+                const double above = solver::elasticEnergy(e, x, kBallGel, elasticity());
                 x[node][k] = at - step;
-                const double below = solver::elasticEnergy(e, x, kGel, elasticity());
+                const double below = solver::elasticEnergy(e, x, kBallGel, elasticity());
                 x[node][k] = at;
                 EXPECT_NEAR(force[k], (above - below) / (2 * step), kOrder * most) << i;
             }
@@ -175,11 +101,11 @@ TEST_P(FlowCases, StressTurnsWithTheMaterial)
     for (Vec3& p : turned) p = turn * p + Vec3(1, 2, 3);
     for (std::size_t i = 0; i < body.block.elements.size(); ++i) {
         const solver::ElementOf e = body.element(i);
-        const auto before = solver::elementStress(e, x, kGel, elasticity()),
-                   after = solver::elementStress(e, turned, kGel, elasticity());
+        const auto before = solver::elementStress(e, x, kBallGel, elasticity()),
+                   after = solver::elementStress(e, turned, kBallGel, elasticity());
         for (std::size_t t = 0; t < std::size_t(tetmesh::cellTets(e.element.shape).count); ++t)
             if (e.element.fraction[t] > 0) {
-                EXPECT_LT((after[t] - before[t]).norm(), kRounding * (kGel.mu + before[t].norm())) << i;
+                EXPECT_LT((after[t] - before[t]).norm(), kRounding * (kBallGel.mu + before[t].norm())) << i;
             }
     }
 }

@@ -38,7 +38,8 @@ void Simulation::beginEnergy()
 
 /// Books what grips, potentials and the integrator did to the energy, each by its own formula, and what of its change
 /// none of them explains.
-void Simulation::book(StepRecord& record, const solver::StepReport& report)
+/// `flowed`: the operator of what has flowed in the step; null for none. What that no longer stores is dissipated.
+void Simulation::book(StepRecord& record, const solver::StepReport& report, const solver::ElasticOperator* flowed)
 {
     auto& flow = record.energyFlow;
     const solver::StepEnergy& energy = integrator_->energy();
@@ -59,6 +60,11 @@ void Simulation::book(StepRecord& record, const solver::StepReport& report)
     }
     record.kineticEnergy = kineticEnergy(state_.v);
     record.elasticEnergy = report.elasticEnergy;
+    if (flowed) {
+        record.elasticEnergy = flowed->evaluate(state_.x, {}, nullptr);
+        const double dissipated = report.elasticEnergy - record.elasticEnergy;
+        flow[flowNames_.front() + "_dissipated"] += dissipated, in -= dissipated;
+    }
     flow["integrator"] = integrator;
     const double left =
         in - integrator - (record.kineticEnergy - kineticEnergy_) - (record.elasticEnergy - elasticEnergy_);

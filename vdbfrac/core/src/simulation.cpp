@@ -11,7 +11,6 @@
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/grid/body_level_set.h>
 #include <vdbfrac/grid/transfer.h>
-#include <vdbfrac/solver/element.h>
 
 #include <Eigen/Geometry>
 
@@ -37,29 +36,6 @@ void carry(std::vector<Vec3>& field, std::size_t first, std::size_t oldCount,
     std::copy(field.begin() + std::ptrdiff_t(first + oldCount), field.end(),
               now.begin() + std::ptrdiff_t(first + previousNode.size()));
     field = std::move(now);
-}
-
-/// Elastic energy [J] of the elements that an update replaced, and of those in their place; x: of the body's nodes, as
-/// they are numbered before and after it.
-double replacedEnergy(const tetmesh::CutUpdate& update, std::span<const Vec3> x, const Body& body, double h,
-                      solver::Elasticity elasticity)
-{
-    double sum = 0;
-    for (const auto& r : update.previousElement.replaced)
-        sum += solver::elasticEnergy({r.element, &r.gradients, h}, x, body.material, elasticity);
-    return sum;
-}
-double recutEnergy(const tetmesh::CutUpdate& update, std::span<const Vec3> x, const Body& body, double h,
-                   solver::Elasticity elasticity)
-{
-    const auto& elements = body.mesh->elements();
-    const auto gradients = body.mesh->gradients();
-    double sum = 0;
-    for (const auto& r : update.previousElement.recut) {
-        const tetmesh::TetGradients* const own = gradients.empty() ? nullptr : &gradients[r.element];
-        sum += solver::elasticEnergy({elements[r.element], own, h}, x, body.material, elasticity);
-    }
-    return sum;
 }
 
 }  // namespace
@@ -94,6 +70,7 @@ Simulation::Simulation(const scene::Scene& scene, std::span<Effect* const> effec
     for (Effect* effect : effects) {
         effect->join(stages_);
         potentialNames_.resize(stages_.solve.size(), effect->name());
+        flowNames_.resize(stages_.flow.size(), effect->name());
         persistentOwners_.resize(stages_.persistent.size(), effect);
     }
     stepControl_ = std::make_unique<StepControl>(scene.time, h_);
@@ -102,6 +79,7 @@ Simulation::Simulation(const scene::Scene& scene, std::span<Effect* const> effec
         scene, bodies_, [this](std::size_t g) { return gripNodes(g); }, stages_.notes);
     if (!stages_.sleep.empty()) asleep_.resize(nextFragment_);
     for (Effect* effect : effects) start(*effect);
+    if (!stages_.flow.empty()) rebuild();
     warnOfLongSteps();
     beginEnergy();
 }
@@ -160,18 +138,30 @@ void Simulation::number()
     }
 }
 
-/// Operator and grips for the meshes as they are now.
-void Simulation::rebuild()
+/// Of the meshes and what has flowed as they are now.
+std::unique_ptr<solver::ElasticOperator> Simulation::makeOperator() const
 {
-    number();
     std::vector<solver::ElementSet> sets;
     std::uint32_t nodes = 0;
     for (const Body& body : bodies_) {
         nodes += std::uint32_t(body.mesh->nodeCount());
         sets.push_back(
             {body.mesh->elements(), body.mesh->latticeCoords(), body.firstNode, body.material, body.mesh->gradients()});
+        for (const FlowStage* stage : stages_.flow) stage->describe(body, sets.back());
     }
-    elastic_ = std::make_unique<solver::ElasticOperator>(sets, nodes, h_, elasticityOf(solverSettings_));
+    return std::make_unique<solver::ElasticOperator>(sets, nodes, h_, elasticityOf(solverSettings_));
+}
+
+/// Operator and grips for the meshes as they are now.
+void Simulation::rebuild()
+{
+    number();
+    elastic_ = makeOperator();
+    bindOperator();
+}
+
+void Simulation::bindOperator()
+{
     if (integrator_)
         integrator_->rebind(*elastic_);
     else
@@ -210,7 +200,7 @@ void Simulation::updateGrid(StepRecord& record)
 {
     const SolvedStep solved{state_.x, time_, record.dt};
     bool computed = false;
-    GridContext context{solved, {}, {}, {}, {}, record.work, record.measured};
+    GridContext context{solved, {}, {}, {}, {}, {}, record.work, record.measured};
     context.gripDistance = [this](const Body& body, const Vec3& X) { return grips_->distance(body, X); };
     context.tetEnergy = [&]() -> std::span<const double> {
         if (!computed) {
@@ -223,9 +213,10 @@ void Simulation::updateGrid(StepRecord& record)
         }
         return density_;
     };
-    const auto elementOf = [&](const Body& body, std::uint32_t e) {
-        const std::span<const tetmesh::TetGradients> gradients = body.mesh->gradients();
-        return solver::ElementOf{body.mesh->elements()[e], gradients.empty() ? nullptr : &gradients[e], h_};
+    context.drivingFactors = [this](const Body& body) -> std::span<const double> {
+        for (const FlowStage* stage : stages_.flow)
+            if (const auto factors = stage->drivingFactors(body); !factors.empty()) return factors;
+        return {};
     };
     context.elementStress = [&](const Body& body, std::uint32_t e) {
         return solver::elementStress(elementOf(body, e), solved.x.subspan(body.firstNode), body.material,
@@ -273,14 +264,32 @@ void Simulation::carryOver(Body& body, const tetmesh::CutUpdate& update, std::si
 {
     balanced_ = false;
     const auto own = [&] { return std::span(state_.x).subspan(body.firstNode); };
-    const double before = replacedEnergy(update, own(), body, h_, elastic_->elasticity());
+    const auto energyOf = [&](const solver::ElementOf& e) {
+        return solver::elasticEnergy(e, own(), body.material, elastic_->elasticity());
+    };
+    const solver::ElementSet& old = elastic_->sets()[std::size_t(&body - bodies_.data())];
+    double gone = 0;  // J: of elements that were replaced, less those in their place
+    for (const auto& r : update.previousElement.replaced)
+        gone += energyOf({r.element, &r.gradients, h_, old.inverseFlow ? &(*old.inverseFlow)(r.old, 0) : nullptr});
     for (std::vector<Vec3>* field : {&state_.x, &state_.v})
         carry(*field, body.firstNode, oldCount, update.previousNode);
     number();  // of the bodies after it, which may be cut before all is built anew
-    elasticEnergy_ -= before - recutEnergy(update, own(), body, h_, elastic_->elasticity());
+    for (FlowStage* stage : stages_.flow) stage->carry(body, update);
+    for (const auto& r : update.previousElement.recut) gone -= energyOf(elementOf(body, r.element));
+    elasticEnergy_ -= gone;
     body.fragments.update(*body.mesh, update.previousNode, time_, nextFragment_);
     if (ancestry_) ancestry_->recut(std::size_t(&body - bodies_.data()), *body.mesh, update, frameUnderWay());
     if (!asleep_.empty()) wakeRecut(body, update);
+}
+
+/// As it is cut now, with what it has flowed.
+solver::ElementOf Simulation::elementOf(const Body& body, std::uint32_t e) const
+{
+    const std::span<const tetmesh::TetGradients> gradients = body.mesh->gradients();
+    solver::ElementSet set;
+    for (const FlowStage* stage : stages_.flow) stage->describe(body, set);
+    return {body.mesh->elements()[e], gradients.empty() ? nullptr : &gradients[e], h_,
+            set.inverseFlow ? &(*set.inverseFlow)(e, 0) : nullptr};
 }
 
 void Simulation::measure(StepRecord& record) const

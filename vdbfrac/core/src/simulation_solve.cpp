@@ -38,6 +38,7 @@ Simulation::Attempt Simulation::solveOrCutBack(StepRecord& record, double dt, do
         return grips_->boundary(time_ + share * now.dt);
     };
     const auto solveOver = [&] {
+        for (FlowStage* stage : stages_.flow) stage->begin(now.dt);
         now.report = &integrator_->step(state_, now.dt, {stages_.solve, boundaryAt, &origin, time_});
         record.newtonIterations += now.report->newtonIterations;
         record.linearIterations += now.report->linearIterations;
@@ -84,12 +85,25 @@ void Simulation::solve(StepRecord& record, double until)
                                                          : Outcome::converged;
     balanced_ = report.status == solver::StepStatus::converged;
     record.gripLoad = grips_->loads(report.reaction, time_);
-    book(record, report);
     for (Observer* observer : stages_.observers) observer->observe({state_.x, time_, record.dt});
+    std::unique_ptr<solver::ElasticOperator> flowed = letFlow(record.dt);
+    book(record, report, flowed.get());
     for (solver::Potential* potential : stages_.solve) potential->accept(state_.x, time_, record.dt);
     countSolve(record, before, report.couplings);
     if (!stages_.sleep.empty()) putToSleep(record, balanced_);
     takeReports(record);
+    if (!flowed) return;
+    elastic_ = std::move(flowed);  // potentials looked at the other one up to here
+    bindOperator();
+    balanced_ = false;
+}
+
+/// Once a step is kept. The operator of what has flowed then; null where nothing has.
+std::unique_ptr<solver::ElasticOperator> Simulation::letFlow(double dt) const
+{
+    bool any = false;
+    for (FlowStage* stage : stages_.flow) any |= stage->flow({state_.x, time_, dt}, *elastic_);
+    return any ? makeOperator() : nullptr;
 }
 
 /// Where, at rest, forces are out of balance most.

@@ -222,6 +222,7 @@ void Simulation::restoreEffects(const Archive& archive, const std::function<void
             restore(*stages_.persistent[i]);
         else
             start(*persistentOwners_[i]);
+    if (!stages_.flow.empty()) rebuild();
 }
 
 void Simulation::restoreFrom(const Archive& archive)
@@ -230,6 +231,7 @@ void Simulation::restoreFrom(const Archive& archive)
     restoreBodies(archive);
     restoreProgress(archive);
     for (Persistent* p : stages_.persistent) p->restoreFrom(archive, bodies_);
+    if (!stages_.flow.empty()) rebuild();
     if (ancestry_) ancestry_->restoreFrom(archive, bodies_);
 }
 

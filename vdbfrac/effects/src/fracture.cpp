@@ -5,6 +5,7 @@
 // from it. Keys scale kappa over time, and so Gc alike and sigma_t by the root: l stays.
 #include "all.h"
 #include "fracture_arrivals.h"
+#include "fracture_driving.h"
 #include "fracture_law.h"
 #include "fracture_places.h"
 
@@ -34,13 +35,6 @@ constexpr const char* kMargin = "margin";
 /// off. Farther in, where the energy of a tip may be higher than at the tip, a crack would leave bridges behind.
 constexpr double kTouch = 1.05;
 constexpr double kMaxMove = 0.5;  // voxels that phi moves by before it is re-levelled
-
-/// Energy densities of a body's tets.
-std::span<const double> ownEnergy(const core::GridContext& context, const core::Body& body)
-{
-    return context.tetEnergy().subspan(tetmesh::tetEntry(body.firstElement, 0),
-                                       tetmesh::tetEntry(body.mesh->elements().size(), 0));
-}
 
 /// Material that may move, and Psi there.
 struct Driven {
@@ -171,16 +165,14 @@ Driven Fracture::drivenByTension(const core::GridContext& context, const core::B
         const float phi = body.mesh->phi()(c);
         return phi < 0 && phi >= deepest && isFree(c);
     };
-    const auto stress = [&](std::uint32_t e) { return context.elementStress(body, e); };
+    const DrivingEnergy driving(context, body);
+    const auto stress = [&](std::uint32_t e) { return driving.stress(e); };
     const double E = body.material.youngsModulus(), nu = body.material.poissonRatio();
     grid::TensionAverage average{law.radius, E, nu, isFree, law.perRelease, places_.onVoxels(dx_), law.leastFactor};
     const grid::CrackPath path = pathOf(arrival_[body.name], body.mesh->phi());
-    const grid::Loaded loaded{*body.mesh,
-                              ownEnergy(context, body),
-                              stress,
-                              isFront,
-                              [&](std::uint32_t e) { return context.elementForces(body, e); },
-                              &path};
+    const grid::Loaded loaded{
+        *body.mesh, driving.energy(), stress, isFront, [&](std::uint32_t e) { return context.elementForces(body, e); },
+        &path};
     const grid::TensionAbove above = grid::tensionAbove(law.kappa, loaded, average, tension_[body.name].largest);
     if (tellsMargin_ && isFrame(context.time)) {
         constexpr double kLittle = .05;  // of kappa; less is left out of the grid
@@ -215,7 +207,8 @@ Driven Fracture::drivenByTension(const core::GridContext& context, const core::B
 Driven Fracture::driven(const core::GridContext& context, const core::Body& body, const FractureLaw& law)
 {
     if (isTension_) return drivenByTension(context, body, law);
-    const std::span<const double> own = ownEnergy(context, body);
+    const DrivingEnergy driving(context, body);
+    const std::span<const double> own = driving.energy();
     std::vector<Coord> voxels = tetmesh::nodesAround(body.mesh->voxelsAbove(own, law.leastFactor * law.kappa),
                                                      grid::reachWithin(law.radius / dx_));
     const grid::VoxelFilter isFree = freeMaterial(context, body);

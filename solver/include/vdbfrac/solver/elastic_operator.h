@@ -5,6 +5,7 @@
 // adds up its slots in a fixed order. So nothing is scattered across threads, and the bits do not depend on them.
 #pragma once
 
+#include <vdbfrac/base/infinity.h>
 #include <vdbfrac/base/vec.h>
 #include <vdbfrac/solver/coupling.h>
 #include <vdbfrac/solver/material.h>
@@ -19,6 +20,18 @@
 
 namespace vdbfrac::solver {
 
+/// Where material flows (docs/physics.md). Of an element with the shear energy density mu n^2, n = |dev e|, it is
+/// beyond the strain y
+///   mu (n^2 - c (n - y)^2)
+/// which holds what is stored and what flows within the step: its derivative is the stress that is left.
+struct Yield {
+    double first = kInfinity;    ///< y of all elements, or
+    std::vector<double> strain;  ///< of each; both read when the operator is made
+    double share = 1;            ///< c in [0, 1]: of what is beyond y flows in the step; read at each evaluation
+
+    double of(std::size_t element) const { return strain.empty() ? first : strain[element]; }
+};
+
 /// One body's share of a system.
 struct ElementSet {
     std::span<const tetmesh::CellElement> elements;
@@ -32,6 +45,7 @@ struct ElementSet {
     /// Factor on the stiffness of each tet, by tetEntry(); empty: 1, which costs nothing. Read as inverseFlow is. Means
     /// over the tets of a cell weigh by it.
     std::span<const float> stiffness = {};
+    const Yield* yield = nullptr;  ///< null: it never flows, which costs nothing
 };
 
 enum class Volumetric { cell, none };  ///< cell: mean dilatation over the tets of a cell, against locking
@@ -67,8 +81,10 @@ struct FinerElements {
 };
 
 struct TetTangent;
+struct LaneYielding;
 
-/// The tangent at one x: rotation and twist operator of every tet, or their means over each cell.
+/// The tangent at one x: rotation and twist operator of every tet, or their means over each cell. Where material yields
+/// it has what is left of the shear modulus and, but in means, less stiffness the way it flows.
 class Tangent {
 public:
     Tangent();
@@ -81,10 +97,13 @@ public:
 private:
     friend class ElasticOperator;
     void resize(std::size_t tets);
+    /// Nothing yields, of as many batches; of none: without the table.
+    void resetYielding(std::size_t batches);
 
-    std::unique_ptr<TetTangent[]> tets_;  ///< of eight elements each
+    std::unique_ptr<TetTangent[]> tets_;        ///< of eight elements each
+    std::unique_ptr<LaneYielding[]> yielding_;  ///< by batch; null: nothing yields
     bool ofCells_ = false;
-    std::size_t count_ = 0, capacity_ = 0;
+    std::size_t count_ = 0, capacity_ = 0, yieldingCount_ = 0;
     double share_ = 0;
 };
 
@@ -148,6 +167,8 @@ public:
     /// for a tet without material. `density` is given its size. Those of patches that are left out are 0, or what
     /// they are with `all`.
     void energyDensities(std::span<const Vec3> x, std::vector<double>& density, bool all = false) const;
+    /// n of each element (Yield), through all sets; 0 without material, and in patches that are left out.
+    void shearStrains(std::span<const Vec3> x, std::vector<double>& n) const;
 
     /// Makes the tangent positive semidefinite: clamps the twist eigenvalues (Smith et al. 2019, section 4).
     void project(Tangent& tangent) const;

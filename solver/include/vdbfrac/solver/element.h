@@ -1,6 +1,7 @@
 // One element in plain scalar form: its deformation and its energy.
 #pragma once
 
+#include <vdbfrac/base/infinity.h>
 #include <vdbfrac/base/vec.h>
 #include <vdbfrac/solver/elastic_operator.h>
 #include <vdbfrac/tetmesh/element_forces.h>
@@ -18,6 +19,8 @@ struct ElementOf {
     double h;                                ///< lattice spacing [m]
     const Mat3* inverseFlow = nullptr;       ///< of each of its tets (ElementSet); null: none
     const float* stiffness = nullptr;        ///< of each of its tets; null: 1
+    double yieldStrain = kInfinity;          ///< y (Yield); of elasticEnergy alone
+    double yieldShare = 1;                   ///< c
 };
 
 /// Deformation gradient of tet t, of its elastic part if it has flowed: F Fp^-1; x [m]: of the body's nodes.

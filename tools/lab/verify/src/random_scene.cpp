@@ -14,7 +14,8 @@ std::string velocity(const Vec3& v) { return "velocity = " + list(v); }
 
 class Generator {
 public:
-    explicit Generator(std::uint64_t seed) : dice_(seed), touching_(seed ^ kTouching), squeezing_(seed ^ kSqueezing)
+    explicit Generator(std::uint64_t seed)
+        : dice_(seed), touching_(seed ^ kTouching), squeezing_(seed ^ kSqueezing), flowing_(seed ^ kFlowing)
     {
         text_ = format("# Seed %llu of 'vdbfrac verify --random'.\n", static_cast<unsigned long long>(seed));
     }
@@ -46,11 +47,13 @@ private:
     void fracture(const Body& b);
     void solver();
     void touch(const Body& b);
+    void flow(const Body& b);
     double span() const { return steps_ * dt_; }
 
-    static constexpr std::uint64_t kTouching = 0x746f756368, kSqueezing = 0x73717565657a65;
+    static constexpr std::uint64_t kTouching = 0x746f756368, kSqueezing = 0x73717565657a65, kFlowing = 0x666c6f77;
 
-    Dice dice_, touching_, squeezing_;  // one for each that was added: without that, scenes are what the first makes
+    Dice dice_, touching_, squeezing_,
+        flowing_;  // one for each that was added: without that, scenes are what the first makes
     bool touches_ = touching_.chance(.4);
     std::string text_;
     double size_ = 1, dx_ = 1, h_ = 1, dt_ = 1;  // m, s
@@ -272,6 +275,18 @@ void Generator::touch(const Body& b)
                         dice.uniform(.05, .5) * span());
 }
 
+/// Yields at a strain from far below to beyond what the scene may bring about, some with time.
+void Generator::flow(const Body& b)
+{
+    Dice& dice = flowing_;
+    const double strain = std::clamp(strain_, 1e-4, 3.);
+    text_ += format("[plasticity]\nyield_stress = %.6g\nfracture_share = %.3f\n",
+                    dice.chance(.1) ? 0. : b.E * strain * dice.decades(1e-3, 3), dice.uniform(0, 1));
+    if (dice.chance(.5)) text_ += format("hardening = %.6g\n", b.E * dice.decades(1e-4, 1));
+    if (dice.chance(.3)) text_ += format("relaxation = %.6g\n", dt_ * dice.decades(.1, 100));
+    if (dice.chance(.3)) text_ += format("max_stretch = %.4f\n", dice.uniform(1.05, 10));
+}
+
 std::string Generator::scene()
 {
     drawSizes();
@@ -291,6 +306,7 @@ std::string Generator::scene()
     if (squeezing_.chance(.25))
         text_ +=
             format("[volume]\nleast = %.4f\nstiffness = %.4g\n", squeezing_.uniform(.3, 1), squeezing_.decades(.3, 30));
+    if (flowing_.chance(.3)) flow(b[0]);
     return text_;
 }
 

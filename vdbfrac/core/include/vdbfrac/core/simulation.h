@@ -7,6 +7,7 @@
 #include <vdbfrac/core/body.h>
 #include <vdbfrac/core/stages.h>
 #include <vdbfrac/scene/scene.h>
+#include <vdbfrac/solver/element.h>
 #include <vdbfrac/solver/integrator.h>
 #include <vdbfrac/tetmesh/cut_mesh_surface.h>
 
@@ -128,7 +129,7 @@ private:
     void countSolve(StepRecord& record, const solver::ElasticWork& before, std::size_t couplings) const;
     void takeReports(StepRecord& record) const;
     void beginEnergy();
-    void book(StepRecord& record, const solver::StepReport& report);
+    void book(StepRecord& record, const solver::StepReport& report, const solver::ElasticOperator* flowed);
     using AskAsleep = void (SleepStage::*)(const SleepContext&, std::span<std::uint8_t>);
     bool askAsleep(double time, double dt, bool converged, AskAsleep ask);
     bool wakeStruck(double dt);
@@ -146,7 +147,11 @@ private:
     bool recut(StepRecord& record, std::size_t body, const grid::PhiChanges& changes);
     void carryOver(Body& body, const tetmesh::CutUpdate& update, std::size_t oldCount);
     void number();
+    std::unique_ptr<solver::ElasticOperator> makeOperator() const;
+    void bindOperator();
     void rebuild();
+    std::unique_ptr<solver::ElasticOperator> letFlow(double dt) const;
+    solver::ElementOf elementOf(const Body& body, std::uint32_t element) const;
     void letGoOfGrips();
     void measure(StepRecord& record) const;
     double kineticEnergy(std::span<const Vec3> v) const;
@@ -160,6 +165,7 @@ private:
     std::uint32_t nextFragment_ = 0;
     Stages stages_;
     std::vector<std::string> potentialNames_;                      // of the effects that stages_.solve are of
+    std::vector<std::string> flowNames_;                           // of the effects that stages_.flow are of
     std::vector<Effect*> persistentOwners_;                        // the effects that stages_.persistent are of
     std::map<std::string, std::vector<std::string>> effectNotes_;  // those in stages_.notes, by the names of effects
     solver::State state_, saved_;                                  // now, and at the start of the step

@@ -49,6 +49,24 @@ public:
     virtual void observe(const SolvedStep& step) = 0;
 };
 
+/// Material that flows: what its tets have flowed, and from what strain on they do. Integrators that take a step to
+/// somewhere else than where its equations are solved do not go with it.
+class FlowStage {
+public:
+    virtual ~FlowStage() = default;
+    /// Fills in the flow and the yield of a body's elements. They stay where they are until flow() returns true or
+    /// carry() is called.
+    virtual void describe(const Body& body, solver::ElementSet& elements) const = 0;
+    /// Before each try to solve a step, over dt [s].
+    virtual void begin(double dt) = 0;
+    /// The step is kept: material flows. Returns whether any did.
+    virtual bool flow(const SolvedStep& step, const solver::ElasticOperator& elastic) = 0;
+    /// The mesh of a body is another: before RecutStage, and while no operator has asked.
+    virtual void carry(const Body& body, const tetmesh::CutUpdate& update) = 0;
+    /// Factor on the elastic energy as it drives cracks, of a body's tets by tetmesh::tetEntry; empty: 1.
+    virtual std::span<const double> drivingFactors(const Body& body) const = 0;
+};
+
 /// What the stages on the grid see after the solve.
 struct GridContext : SolvedStep {
     /// Signed distance [m] in rest space to the nearest grip of a body; infinity without grips.
@@ -56,6 +74,8 @@ struct GridContext : SolvedStep {
     /// Energy density [J/m^3] of all tets of the system (by tetmesh::tetEntry), computed when first asked for in a
     /// step.
     std::function<std::span<const double>()> tetEnergy;
+    /// FlowStage::drivingFactors.
+    std::function<std::span<const double>(const Body&)> drivingFactors;
     /// Stress [Pa] of the tets of an element of a body, in the frame of the rest configuration.
     std::function<std::array<Mat3, tetmesh::kMaxTets>(const Body&, std::uint32_t element)> elementStress;
     /// What an element of a body does to its corners.
@@ -165,6 +185,7 @@ public:
 struct Stages {
     std::vector<solver::Potential*> solve;
     std::vector<StepLimit*> limits;
+    std::vector<FlowStage*> flow;  ///< of a body, the first that says anything counts
     std::vector<Observer*> observers;
     std::vector<GridStage*> grid;
     std::vector<Reporter*> reporters;
