@@ -329,6 +329,22 @@ BUGS = [
         "volume_test", "Volume.GivesNoEnergyWhereMaterialTears"),
     Bug("second stages push out of where nothing has gone", EFFECTS + "contact.cpp", "before_ = isFirst_ ? std::move(now)", "before_ = true ? std::move(now)",
         "contact_test", "Contact.OfASecondStageGivesNothing"),
+    Bug("the tangent resists the way material flows", SOLVER + "kernel_product.h", "f[c][i] -= rate *", "f[c][i] -= 0 * rate *",
+        "kernel_test", "YieldCases.ProductIsTheDerivativeOfTheGradient"),
+    Bug("half of what flows is not in the energy", SOLVER + "kernel_evaluate.cpp", "c * y * (n - y)", "0.5 * c * y * (n - y)",
+        "kernel_test", "YieldCases.GradientIsTheDerivativeOfTheEnergy"),
+    Bug("relaxation by backward Euler", EFFECTS + "plastic_law.cpp", "-std::expm1(-dt / relaxation)", "dt / (dt + relaxation)",
+        "plasticity_test", "FlowOn.RelaxesByTheExponential"),
+    Bug("hardening by another strain", EFFECTS + "plasticity.cpp", "strain = std::sqrt(2. / 3) * beyond", "strain = beyond",
+        "plasticity_test", "FlowOn.AHardeningBarStaysAsLongAsItHasFlowed"),
+    Bug("checkpoints forget how hard material is", EFFECTS + "plastic_state.cpp", "state.strain.values()[i] = strain[i]", "state.strain.values()[i] = 0 * strain[i]",
+        "plasticity_test", "TornBar.GoesOnToTheSameBits"),
+    Bug("what flows gives energy in long steps", EFFECTS + "plasticity.cpp", "lessDilation(now, more, largest) / more : 0", "0 * lessDilation(now, more, largest) / more : 0",
+        "plasticity_test", "FlowOn.GivesNoEnergyInLongSteps"),
+    Bug("material flows without an end", EFFECTS + "plastic_state.cpp", "return kInfinity;", "return law.yieldStrain(strain(e, t));",
+        "plasticity_test", "FlowOn.EndsAtTheLargestStretch"),
+    Bug("what has flowed tears as it did before", EFFECTS + "fracture_driving.h", "own_.push_back(factors_[i] * energy_[i])", "own_.push_back(energy_[i])",
+        "plasticity_test", "Plasticity.WorkOfTheFlowTearsWhatItsElasticEnergyNeverWould"),
 ]
 
 

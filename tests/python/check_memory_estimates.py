@@ -49,6 +49,7 @@ CASES = [  # name, scene, settings
     ("Delaunay", SCENE, ["grid.voxel_size=0.05", 'grid.lattice="delaunay"']),
     ("far Delaunay", FAR, []),
     ("collider", SCENE, ["grid.voxel_size=0.02", 'collider=[{ name = "crate", shape = { mesh = { file = "crate.obj" } } }]']),
+    ("plasticity", SCENE, ["grid.voxel_size=0.02", "plasticity.yield_stress=100"]),
     ("direct", SCENE, ["grid.voxel_size=0.07", 'solver.linear_solver="direct"']),
 ]
 

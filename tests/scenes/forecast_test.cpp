@@ -29,7 +29,7 @@ lab::Forecast foretold(const scene::Scene& scene, lab::ForecastSettings settings
 {
     constexpr std::uint64_t kAny = ~std::uint64_t{0};
     settings.memoryLimit = kAny;
-    return lab::forecast(scene, core::estimateScene(scene, kAny), settings);
+    return lab::forecast(scene, core::estimateScene(scene, kAny, effects::bytesPerTet(scene)), settings);
 }
 
 struct Taken {
@@ -117,7 +117,7 @@ TEST(Estimate, CollidersOfFilesTakeMemoryByTheirSurfaceWhereTheyAreDeep)
         const std::string shape = "{ mesh = { file = \"" + mesh + "\", scale = " + std::to_string(scale) + " } }";
         const scene::Scene scene =
             shipped("notched_block", {"grid.voxel_size=0.05", "collider=[{ name = \"man\", shape = " + shape + " }]"});
-        return core::estimateScene(scene, ~std::uint64_t{0}).colliderBytes;
+        return core::estimateScene(scene, ~std::uint64_t{0}, effects::bytesPerTet(scene)).colliderBytes;
     };
     EXPECT_NEAR(bytes(80) / bytes(40), 4, .1);
     EXPECT_GT(bytes(2) / bytes(1), 6);  // by its volume

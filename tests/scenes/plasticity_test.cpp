@@ -71,6 +71,8 @@ TEST_P(FlowOn, YieldsAtTheVonMisesStress)
         }
         unnamed += step.energyFlow.at("unnamed");
     }
+    EXPECT_NEAR(run.steps.back().measured.at("plastic_strain_max"), (kShear - elasticShear) / std::sqrt(3.),
+                kSecondOrder * kShear);
     const double expected = tau * (kShear - elasticShear) * .1;  // J in .1 m^3
     EXPECT_NEAR(dissipated, expected, kSecondOrder * expected);
     EXPECT_LT(std::abs(unnamed), kSecondOrder * expected);
@@ -279,6 +281,58 @@ TEST_P(FlowOn, GoesAlongToAFinerLattice)
     fine.simulation.refineFrom(wide.simulation, archive);
     const double energy = wide.simulation.totals().elasticEnergy;
     EXPECT_NEAR(fine.simulation.totals().elasticEnergy, energy, kRounding * energy);
+}
+
+/// Bodies of a material of its own flow by that.
+TEST_P(FlowOn, GoesByTheMaterial)
+{
+    constexpr double kSecondOrder = .02;
+    SceneRun run(Slab{.lattice = GetParam(),
+                      .keys = "{ time = 0 }, { time = 1, translate = [0.01, 0, 0] }",
+                      .plasticity = "yield_stress = 1e3\n[[plasticity.material]]\nname = \"m\"\nyield_stress = 2e3\n"}
+                     .text());
+    run.toEnd();
+    EXPECT_NEAR(shearStress(run.steps.back()), 2e3 / std::sqrt(3.), kSecondOrder * 2e3);
+}
+
+TEST_P(FlowOn, EndsAtTheLargestStretch)
+{
+    constexpr double kStep = .01, kMost = 1.1;  // of stretch a step; of what flows
+    SceneRun run(bar(GetParam(), .45, "yield_stress = 2e3\nhardening = 1e4\nmax_stretch = 1.1\n",
+                     "[solver]\nintegrator = \"static\"\n"));
+    run.toFrame(51);
+    EXPECT_GT(middleStretch(run), 1.25);
+    EXPECT_GT(run.steps.back().gripLoad[1].x(), 3 * .0625 * 2e3);  // it is elastic again
+    run.toEnd();
+    EXPECT_NEAR(middleStretch(run), kMost, kStep);
+}
+
+/// The bulk energy is of tr e: what goes back with its volume over a long way is under pressure then.
+TEST_P(FlowOn, GivesNoEnergyInLongSteps)
+{
+    for (const double far : {.02, .06, .15}) {  // of .1 m, in one step
+        SceneRun run(Slab{.lattice = GetParam(),
+                          .keys = "{ time = 0 }, { time = 1, translate = [" + number(far) + ", 0, 0] }",
+                          .plasticity = "yield_stress = 10\n",
+                          .frames = 2,
+                          .fps = 1}
+                         .text());
+        const core::StepRecord& step = run.step();
+        EXPECT_GT(step.energyFlow.at("plasticity_dissipated"), 0) << far;
+    }
+}
+
+/// Work that was done on it makes it weaker, but what nothing pulls at does not tear.
+TEST_P(FlowOn, WhatIsLetGoTearsNoFurther)
+{
+    SceneRun run(bar(GetParam(), .9, "yield_stress = 3e3\nhardening = 1e4\nfracture_share = 0.5\n",
+                     "[damping]\nstiffness = 0.02\nmass = 5\n[fracture]\nkappa = 600\n"));
+    run.toFrame(52);
+    EXPECT_GT(run.work.countOf("cut", "cells"), 0);
+    EXPECT_GE(run.simulation.fragments(), 2u);
+    const double volume = run.simulation.volume();
+    run.toEnd();
+    EXPECT_EQ(run.simulation.volume(), volume);
 }
 
 /// Elastic energy grows no more where material flows: what tears it is the work of the pull.

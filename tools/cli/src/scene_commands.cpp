@@ -19,7 +19,7 @@ namespace {
 /// What there is to say of bodies, grips and effects as a run begins. Throws as the run would.
 std::vector<std::string> notesOfStart(const scene::Scene& scene, std::uint64_t memoryLimit)
 {
-    const core::SceneEstimate estimate = core::estimateScene(scene, memoryLimit);
+    const core::SceneEstimate estimate = core::estimateScene(scene, memoryLimit, effects::bytesPerTet(scene));
     core::requireMemory(estimate, memoryLimit);
     if (isQuicklyMade(scene, estimate)) return lab::PreparedScene(scene, memoryLimit).simulation.stages().notes;
     lab::requireSound(scene);

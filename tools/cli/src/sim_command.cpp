@@ -289,7 +289,7 @@ int simulate(const SimOptions& options, const scene::Scene& scene)
     const double timeLimit = options.timeLimit.empty() ? INFINITY : parseDuration("--time-limit", options.timeLimit);
     const auto log = makeLog(options.common);
     const std::uint64_t limit = memoryLimitOf(options.maxMemory);
-    const core::SceneEstimate estimate = core::estimateScene(scene, limit);
+    const core::SceneEstimate estimate = core::estimateScene(scene, limit, effects::bytesPerTet(scene));
     if (options.plan) {
         printPlan(scene, estimate, options.accuracy,
                   {options.measureFor, limit, options.keepCheckpoints, options.checkpointEvery});

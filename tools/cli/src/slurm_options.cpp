@@ -65,7 +65,7 @@ double askFor(farm::SlurmJob& job, const SlurmOptions& options, const std::vecto
     core::SceneEstimate estimate;
     double bytes = 0;
     for (const scene::Scene* scene : scenes) {
-        core::SceneEstimate own = core::estimateScene(*scene, lab::defaultMemoryLimit());
+        core::SceneEstimate own = core::estimateScene(*scene, lab::defaultMemoryLimit(), effects::bytesPerTet(*scene));
         bytes = std::max(bytes, own.bytes);
         if (!longest || sizeOf(*scene, own) > sizeOf(*longest, estimate)) longest = scene, estimate = std::move(own);
     }

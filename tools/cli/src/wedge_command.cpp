@@ -7,6 +7,7 @@
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/cli/commands.h>
 #include <vdbfrac/core/estimate.h>
+#include <vdbfrac/effects/effects.h>
 #include <vdbfrac/farm/local.h>
 #include <vdbfrac/farm/slurm.h>
 #include <vdbfrac/farm/wedge.h>
@@ -46,7 +47,8 @@ int list(const farm::WedgePlan& plan)
     for (const std::string& key : plan.wedge.keys) head += fmt::format("  {:>24}", key);
     std::printf("%s  %10s  %10s\n", head.c_str(), "nodes", "GiB");
     for (std::size_t r = 0; r < plan.scenes.size(); ++r) {
-        const core::SceneEstimate e = core::estimateScene(plan.scenes[r], lab::defaultMemoryLimit());
+        const core::SceneEstimate e =
+            core::estimateScene(plan.scenes[r], lab::defaultMemoryLimit(), effects::bytesPerTet(plan.scenes[r]));
         std::string row = plan.wedge.runs[r].name;
         for (const std::string& value : plan.wedge.runs[r].values) row += fmt::format("  {:>24}", value);
         std::printf("%s  %10.0f  %10.2f\n", row.c_str(), e.nodes, e.bytes / lab::kGiB);

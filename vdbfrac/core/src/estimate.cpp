@@ -120,7 +120,7 @@ Bounds BodyEstimate::bounds() const
     return {box.lower + wider, box.upper - wider};
 }
 
-SceneEstimate estimateScene(const scene::Scene& scene, std::uint64_t memoryLimit)
+SceneEstimate estimateScene(const scene::Scene& scene, std::uint64_t memoryLimit, double bytesPerTet)
 {
     SceneEstimate all;
     all.bytes = kProgram;
@@ -136,7 +136,7 @@ SceneEstimate estimateScene(const scene::Scene& scene, std::uint64_t memoryLimit
             if (grip.body == body.name) requireNear(grip, e);
         count(e, scene.grid);
         all.tets += e.tets, all.nodes += e.nodes;
-        add("body '" + body.name + "'", e, bytesOf(e, scene));
+        add("body '" + body.name + "'", e, bytesOf(e, scene) + bytesPerTet * e.tets);
         all.bodies.push_back(std::move(e));
     }
     for (const scene::Collider& collider : scene.colliders) {

@@ -56,6 +56,14 @@ bool canTear(const scene::Scene& scene)
                        [&](const EffectInfo& info) { return info.tears && isNamed(info, scene); });
 }
 
+double bytesPerTet(const scene::Scene& scene)
+{
+    double sum = 0;
+    for (const EffectInfo& info : effectList())
+        if (isNamed(info, scene)) sum += info.bytesPerTet;
+    return sum;
+}
+
 std::vector<std::string> notesOf(const scene::Scene& scene)
 {
     std::vector<std::string> notes = scene::notesOf(scene);

@@ -7,6 +7,7 @@
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/core/estimate.h>
 #include <vdbfrac/core/version.h>
+#include <vdbfrac/effects/effects.h>
 #include <vdbfrac/lab/machine/memory.h>
 #include <vdbfrac/lab/scenes/patience.h>
 #include <vdbfrac/lab/scenes/prepared_scene.h>
@@ -27,7 +28,7 @@ public:
     Watched(const scene::Scene& scene, std::span<const Spec::Measure> measures, std::uint64_t memoryLimit)
     {
         for (const auto& m : measures) witnesses_.push_back(makeWitness(m, scene));
-        core::requireMemory(core::estimateScene(scene, memoryLimit), memoryLimit);
+        core::requireMemory(core::estimateScene(scene, memoryLimit, effects::bytesPerTet(scene)), memoryLimit);
         run_.emplace(scene, memoryLimit);
         for (const auto& w : witnesses_) w->start(run_->simulation);
     }

@@ -32,7 +32,8 @@ struct SceneEstimate {
 
 /// Reads the files that the scene names. Throws InputError (also for a grip that is far from all material of its body),
 /// FileError, LimitError for a file or an outline larger than `memoryLimit` bytes. Does not judge `bytes`.
-SceneEstimate estimateScene(const scene::Scene& scene, std::uint64_t memoryLimit);
+/// `bytesPerTet`: what effects take beside the rest.
+SceneEstimate estimateScene(const scene::Scene& scene, std::uint64_t memoryLimit, double bytesPerTet);
 
 /// Throws LimitError when a run would take more than `limit` bytes.
 void requireMemory(const SceneEstimate& estimate, std::uint64_t limit);

@@ -21,6 +21,7 @@ struct EffectInfo {
     std::vector<std::string> fields = {};  ///< that output.vdb can list: the names of its field sources
     /// Where its tables are the scene's own and `table` is but their name: does the scene have any?
     bool (*inScene)(const scene::Scene& scene) = nullptr;
+    double bytesPerTet = 0;  ///< memory that it takes beside the rest, at the most
     const char* bodiesWithout = nullptr;  ///< note for a scene of several bodies that does not name it
 };
 
@@ -35,6 +36,9 @@ bool isNamed(const EffectInfo& effect, const scene::Scene& scene);
 
 /// Does the scene name an effect that can take a body apart?
 bool canTear(const scene::Scene& scene);
+
+/// Memory that the effects of a scene take beside the rest, at the most, for each tet.
+double bytesPerTet(const scene::Scene& scene);
 
 /// What a scene should know of itself, and of effects that it does not name: sentences.
 std::vector<std::string> notesOf(const scene::Scene& scene);
