@@ -21,7 +21,7 @@ struct EffectInfo {
     std::vector<std::string> fields = {};  ///< that output.vdb can list: the names of its field sources
     /// Where its tables are the scene's own and `table` is but their name: does the scene have any?
     bool (*inScene)(const scene::Scene& scene) = nullptr;
-    double bytesPerTet = 0;  ///< memory that it takes beside the rest, at the most
+    double bytesPerTet = 0;               ///< memory that it takes beside the rest, at the most
     const char* bodiesWithout = nullptr;  ///< note for a scene of several bodies that does not name it
 };
 
