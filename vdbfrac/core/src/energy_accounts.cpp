@@ -32,14 +32,16 @@ void Simulation::beginEnergy()
     putIn_ = netIn_ = mostIn_ = kineticEnergy_ + energyOfNoise(bodies_);
     // At rest, and nothing pulls yet.
     const auto& force = grips_->boundary(0).force;
-    balanced_ = stages_.solve.empty() && kineticEnergy_ == 0 &&
+    balanced_ = stages_.solve.empty() && stages_.flow.empty() && kineticEnergy_ == 0 &&
                 std::all_of(force.begin(), force.end(), [](const Vec3& f) { return f == Vec3::Zero(); });
 }
 
 /// Books what grips, potentials and the integrator did to the energy, each by its own formula, and what of its change
 /// none of them explains.
-/// `flowed`: the operator of what has flowed in the step; null for none. What that no longer stores is dissipated.
-void Simulation::book(StepRecord& record, const solver::StepReport& report, const solver::ElasticOperator* flowed)
+/// `after`: the operator of what is stored when the step is over. Where material flows the energy of the step is
+/// another, `startEnergy` [J] at its start: what is less at once when it begins, and when it is over, is dissipated.
+void Simulation::book(StepRecord& record, const solver::StepReport& report, const solver::ElasticOperator& after,
+                      double startEnergy)
 {
     auto& flow = record.energyFlow;
     const solver::StepEnergy& energy = integrator_->energy();
@@ -60,9 +62,9 @@ void Simulation::book(StepRecord& record, const solver::StepReport& report, cons
     }
     record.kineticEnergy = kineticEnergy(state_.v);
     record.elasticEnergy = report.elasticEnergy;
-    if (flowed) {
-        record.elasticEnergy = flowed->evaluate(state_.x, {}, nullptr);
-        const double dissipated = report.elasticEnergy - record.elasticEnergy;
+    if (!stages_.flow.empty()) {
+        record.elasticEnergy = after.evaluate(state_.x, {}, nullptr);
+        const double dissipated = elasticEnergy_ - startEnergy + report.elasticEnergy - record.elasticEnergy;
         flow[flowNames_.front() + "_dissipated"] += dissipated, in -= dissipated;
     }
     flow["integrator"] = integrator;

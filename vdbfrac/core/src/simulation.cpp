@@ -213,9 +213,9 @@ void Simulation::updateGrid(StepRecord& record)
         }
         return density_;
     };
-    context.drivingFactors = [this](const Body& body) -> std::span<const double> {
+    context.drivingWork = [this](const Body& body) -> std::span<const DrivingWork> {
         for (const FlowStage* stage : stages_.flow)
-            if (const auto factors = stage->drivingFactors(body); !factors.empty()) return factors;
+            if (const auto works = stage->drivingWork(body); !works.empty()) return works;
         return {};
     };
     context.elementStress = [&](const Body& body, std::uint32_t e) {

@@ -26,6 +26,7 @@ struct Simulation::Attempt {
     double dt = 0;                               // s
     const solver::StepReport* report = nullptr;  // of the last try
     bool isSolved = false;
+    double startEnergy = 0;  // J: elastic, as the step has it at its start, where material flows
 };
 
 /// Solves for the end of the next step, over `dt` [s] or what is left of it once it is halved as often as it takes,
@@ -33,12 +34,13 @@ struct Simulation::Attempt {
 Simulation::Attempt Simulation::solveOrCutBack(StepRecord& record, double dt, double shortest)
 {
     Attempt now{dt};
-    const solver::StepOrigin origin{saved_, elasticEnergy_, balanced_};
+    solver::StepOrigin origin{saved_, elasticEnergy_, balanced_};
     const auto boundaryAt = [&](double share) -> const solver::Boundary& {
         return grips_->boundary(time_ + share * now.dt);
     };
     const auto solveOver = [&] {
         for (FlowStage* stage : stages_.flow) stage->begin(now.dt);
+        if (!stages_.flow.empty()) origin.elasticEnergy = now.startEnergy = elastic_->evaluate(saved_.x, {}, nullptr);
         now.report = &integrator_->step(state_, now.dt, {stages_.solve, boundaryAt, &origin, time_});
         record.newtonIterations += now.report->newtonIterations;
         record.linearIterations += now.report->linearIterations;
@@ -87,15 +89,15 @@ void Simulation::solve(StepRecord& record, double until)
     record.gripLoad = grips_->loads(report.reaction, time_);
     for (Observer* observer : stages_.observers) observer->observe({state_.x, time_, record.dt});
     std::unique_ptr<solver::ElasticOperator> flowed = letFlow(record.dt);
-    book(record, report, flowed.get());
+    book(record, report, flowed ? *flowed : *elastic_, attempt.startEnergy);
     for (solver::Potential* potential : stages_.solve) potential->accept(state_.x, time_, record.dt);
     countSolve(record, before, report.couplings);
     if (!stages_.sleep.empty()) putToSleep(record, balanced_);
     takeReports(record);
+    if (!stages_.flow.empty()) balanced_ = false;  // the equations of the next step are others
     if (!flowed) return;
     elastic_ = std::move(flowed);  // potentials looked at the other one up to here
     bindOperator();
-    balanced_ = false;
 }
 
 /// Once a step is kept. The operator of what has flowed then; null where nothing has.

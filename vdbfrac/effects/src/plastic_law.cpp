@@ -19,18 +19,32 @@ const Key kYieldStress = {"yield_stress",
                           "von Mises stress beyond which it flows: in a bar, its pull over its section",
                           scene::kRequired,
                           0};
-const Key kHardening = {
-    "hardening", Type::number, "Pa", "what the yield stress gains with a plastic strain of 1", "0", 0};
-const Key kRelaxation = {"relaxation", Type::number,
-                         "s",          "time in which the stress beyond the yield falls to 1/e of it; 0: at once",
-                         "0",          0};
+Key hardening(const char* defaultText)
+{
+    return {"hardening", Type::number, "Pa", "what the yield stress gains with a plastic strain of 1", defaultText, 0};
+}
+Key relaxation(const char* defaultText)
+{
+    return {"relaxation", Type::number,
+            "s",          "time in which the stress beyond the yield falls to 1/e of it; 0: at once",
+            defaultText,  0};
+}
 
 const Key kMaterialKeys[] = {
     {"name", Type::label, "", "name of a [material.NAME] table", scene::kRequired},
     kYieldStress,
-    kHardening,
-    kRelaxation,
+    hardening(scene::kOptional),
+    relaxation(scene::kOptional),
 };
+
+/// What is wrong with how keys go together; "" for nothing. `of`: where those are that are left out.
+std::string checkFlow(const scene::Values& v, const scene::Values& of, const std::string& table)
+{
+    const double time = (v.has("relaxation") ? v : of).number("relaxation");
+    return v.number("yield_stress") == 0 && time == 0
+               ? table + ".yield_stress = 0 needs a relaxation: what yields at once, under any load, has no shape"
+               : std::string();
+}
 
 void completeMaterial(scene::Review& material)
 {
@@ -38,6 +52,9 @@ void completeMaterial(scene::Review& material)
     for (const scene::Material& m : material.scene().materials) names.push_back(m.name);
     material.requireOneOf("name", names);
     material.requireNewName(material.parent().tables(kMaterial));
+    if (!material.isSound) return;
+    if (std::string wrong = checkFlow(material.values, material.parent(), material.path()); !wrong.empty())
+        material.complain("", {wrong});
 }
 
 const scene::TableSpec kMaterialSpec = {.name = "plasticity.material",
@@ -47,8 +64,8 @@ const scene::TableSpec kMaterialSpec = {.name = "plasticity.material",
 
 const Key kKeys[] = {
     kYieldStress,
-    kHardening,
-    kRelaxation,
+    hardening("0"),
+    relaxation("0"),
     {"max_stretch", Type::number, "", "times its length that a bar can flow to; from there on it is elastic", "4", 1.01,
      100},
     {"fracture_share", Type::number, "",
@@ -56,7 +73,7 @@ const Key kKeys[] = {
      "0.1", 0, 1},
     {.name = kMaterial,
      .member = Type::tables,
-     .doc = "materials that flow otherwise, in place of the first three",
+     .doc = "materials that flow otherwise; what they leave out of the first three is as above",
      .defaultText = scene::kOptional,
      .table = &kMaterialSpec},
 };
@@ -64,6 +81,8 @@ const Key kKeys[] = {
 }  // namespace
 
 std::span<const Key> plasticityTable() { return kKeys; }
+
+std::string checkPlasticity(const scene::Values& values) { return checkFlow(values, values, "plasticity"); }
 
 double PlasticLaw::yieldStrain(double a) const { return std::sqrt(2. / 3) * (yieldStress + hardening * a) / (2 * mu); }
 
@@ -82,9 +101,10 @@ double PlasticLaw::share(double dt) const
 PlasticLaw plasticLaw(const scene::Values& values, const std::string& name, const solver::Material& material)
 {
     const scene::Values& own = values.named(kMaterial, name);
-    return {own.number("yield_stress"),
-            own.number("hardening"),
-            own.number("relaxation"),
+    const auto number = [&](const char* key) { return (own.has(key) ? own : values).number(key); };
+    return {number("yield_stress"),
+            number("hardening"),
+            number("relaxation"),
             values.number("max_stretch"),
             values.number("fracture_share"),
             material.mu,

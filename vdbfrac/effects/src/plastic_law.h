@@ -10,8 +10,9 @@
 
 namespace vdbfrac::effects {
 
-/// Keys of [plasticity].
+/// Keys of [plasticity], and what is wrong with their values; "" for nothing.
 std::span<const scene::Key> plasticityTable();
+std::string checkPlasticity(const scene::Values& values);
 
 /// How a body flows; symbols as in plasticity.cpp.
 struct PlasticLaw {

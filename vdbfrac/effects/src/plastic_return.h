@@ -1,31 +1,39 @@
-// How the tets of an element flow: back to a smaller shear strain. Not installed.
+// How an element flows: its tets go back together to a smaller shear strain. Not installed.
 #pragma once
 
 #include <vdbfrac/base/vec.h>
+#include <vdbfrac/tetmesh/cell.h>
 
+#include <array>
+#include <cstddef>
 #include <optional>
 
 namespace vdbfrac::effects {
 
-/// Stretches of a tet, from what they are to what is left of them, with the same axes and rotation.
-struct PlasticReturn {
-    Mat3 axes;
-    Vec3 from, to;
+/// Of each tet of an element.
+using OfTets = std::array<Mat3, tetmesh::kMaxTets>;
 
-    double dilation() const { return to.sum() - from.sum(); }  ///< change of tr e, e as in corotational elasticity
-    /// Adds to all alike, which leaves dev e as it is.
-    void dilate(double traces) { to.array() += traces / 3; }
-    /// B with F B as it goes back.
-    Mat3 flow() const;
+/// The elastic deformations F A of the tets of an element; their mean has a share of its shear energy.
+struct ElasticTets {
+    OfTets F;
+    std::array<double, tetmesh::kMaxTets> part{};  ///< of the material; 0: none
+    double meanStrain = 0;                         ///< share of the mean
+
+    Mat3 mean() const;
+    double shearStrain() const;                ///< n of all (solver::Yield)
+    double dilation() const;                   ///< mean of tr e
+    ElasticTets after(const OfTets& B) const;  ///< F A B
 };
 
-/// To the shear strain |dev e| of F times `left`, in [0, 1], with its volume. Nothing where F is nearly flat, or
-/// inverted: there is no log of its stretches.
-std::optional<PlasticReturn> plasticReturn(const Mat3& F, double left);
+/// B of each tet, symmetric, that take n to `goal`, or as near to it as they get: back in the directions of shear, with
+/// the volume; to all the same change of tr e, so that no tet is under pressure against the others. Of two ways the one
+/// that gets nearer: each tet in its own directions, or all in those of their mean. Nothing where none lowers n, as
+/// where all is nearly flat, or inverted.
+std::optional<OfTets> plasticReturn(const ElasticTets& tets, double goal);
 
-/// Of all changes of tr e with less than `largest` [1] in the end, the one that is nearest to `change`: by how much
-/// that is less. `now`: tr e.
-double lessDilation(double now, double change, double largest);
+/// The tr e nearest to `wanted` that is no farther from 0 than `largest`, on the way there from `now`, which is not
+/// either.
+double boundedDilation(double now, double wanted, double largest);
 
 /// sqrt(A A^T): of all A Q with a rotation Q, which have the same energy, the one that is symmetric.
 Mat3 symmetricFlow(const Mat3& A);

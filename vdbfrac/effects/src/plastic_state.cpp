@@ -76,17 +76,14 @@ std::vector<double> PlasticState::yieldStrains(const tetmesh::BodyMesh& mesh, co
     return yield;
 }
 
-std::vector<double> PlasticState::drivingFactors(const PlasticLaw& law) const
+std::vector<core::DrivingWork> PlasticState::drivingWork(const PlasticLaw& law) const
 {
-    std::vector<double> factors;
-    if (law.fractureShare == 0) return factors;
-    const std::span<const double> works = tension.values(), strains = strain.values();
-    factors.reserve(works.size());
-    for (std::size_t i = 0; i < works.size(); ++i) {
-        const double yielding = law.energyAtYield(strains[i]);
-        factors.push_back(yielding > 0 ? 1 + law.fractureShare * works[i] / yielding : 1);
-    }
-    return factors;
+    std::vector<core::DrivingWork> works;
+    if (law.fractureShare == 0) return works;
+    works.reserve(tension.values().size());
+    for (std::size_t i = 0; i < tension.values().size(); ++i)
+        works.push_back({float(law.fractureShare * tension.values()[i]), float(law.energyAtYield(strain.values()[i]))});
+    return works;
 }
 
 void save(const PlasticState& state, const core::Body& body, core::Archive& archive)

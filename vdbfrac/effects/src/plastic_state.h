@@ -6,6 +6,7 @@
 #include <vdbfrac/base/vec.h>
 #include <vdbfrac/core/archive.h>
 #include <vdbfrac/core/body.h>
+#include <vdbfrac/core/stages.h>
 #include <vdbfrac/solver/elastic_operator.h>
 #include <vdbfrac/tetmesh/tet_field.h>
 
@@ -26,8 +27,8 @@ struct PlasticState {
 
     /// y of each element; where a tet of it has flowed as far as it can, it yields no more.
     std::vector<double> yieldStrains(const tetmesh::BodyMesh& mesh, const PlasticLaw& law) const;
-    /// By how much more than the elastic energy drives cracks, of each tet; empty: by nothing.
-    std::vector<double> drivingFactors(const PlasticLaw& law) const;
+    /// Of each tet; empty: none.
+    std::vector<core::DrivingWork> drivingWork(const PlasticLaw& law) const;
 };
 
 void save(const PlasticState& state, const core::Body& body, core::Archive& archive);

@@ -20,6 +20,8 @@
 #include <vdbfrac/grid/transfer.h>
 #include <vdbfrac/solver/element.h>
 
+#include <Eigen/LU>
+
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -78,7 +80,7 @@ public:
         own.state.carry(*body.mesh, update.previousElement);
         own.tell(*body.mesh);
     }
-    std::span<const double> drivingFactors(const core::Body& body) const override { return of(body).driving; }
+    std::span<const core::DrivingWork> drivingWork(const core::Body& body) const override { return of(body).driving; }
     void report(Ledger& work, std::map<std::string, double>& measured) override;
 
     void save(std::span<const core::Body> bodies, core::Archive& archive) const override
@@ -115,17 +117,19 @@ private:
         PlasticLaw law;
         PlasticState state;
         solver::Yield yield{kInfinity, {}, 0};  // between steps nothing flows
-        std::vector<double> driving;            // J/m^3
+        std::vector<core::DrivingWork> driving;
 
         /// What others see of the state.
         void tell(const tetmesh::BodyMesh& mesh)
         {
             if (!state.any()) return;
-            yield.strain = state.yieldStrains(mesh, law), driving = state.drivingFactors(law);
+            yield.strain = state.yieldStrains(mesh, law), driving = state.drivingWork(law);
         }
-        /// Returns how many of its tets are too flat to.
-        int flowElement(const tetmesh::BodyMesh& mesh, std::size_t e, double n, std::span<const Vec3> x,
-                        solver::Volumetric volumetric);
+        /// Returns whether it moves: not what is too flat, or inverted.
+        bool flowElement(const tetmesh::BodyMesh& mesh, std::size_t e, double n, std::span<const Vec3> x,
+                         double meanStrain);
+        ElasticTets tetsOf(const tetmesh::BodyMesh& mesh, std::size_t e, std::span<const Vec3> x,
+                           double meanStrain) const;
     };
     std::size_t numberOf(const core::Body& body) const { return std::size_t(&body - bodies_.data()); }
     const Flowing& of(const core::Body& body) const { return flowing_[numberOf(body)]; }
@@ -140,6 +144,7 @@ private:
 
 bool Plasticity::flow(const core::SolvedStep& step, const solver::ElasticOperator& elastic)
 {
+    constexpr double kBeyond = 1 + 1e-6;  // as exactly as elements go back
     const StageTimer timer(work_, "flow");
     elastic.shearStrains(step.x, n_);
     bool any = false;
@@ -150,66 +155,66 @@ bool Plasticity::flow(const core::SolvedStep& step, const solver::ElasticOperato
         const std::span<const double> n = std::span(n_).subspan(body.firstElement, mesh.elements().size());
         std::vector<std::uint32_t> yielding;
         for (std::uint32_t e = 0; e < n.size(); ++e)
-            if (n[e] > own.yield.of(e)) yielding.push_back(e);
-        work_.count("flow", "elements", std::int64_t(yielding.size()));
-        if (yielding.empty()) continue;
-        any = true;
-        if (!own.state.any()) own.state.begin(n.size());
-        std::atomic<std::int64_t> flat = 0;
+            if (n[e] > kBeyond * own.yield.of(e)) yielding.push_back(e);
+        if (!yielding.empty() && !own.state.any()) own.state.begin(n.size());
+        std::atomic<std::int64_t> moved = 0;
         const std::span<const Vec3> x = step.x.subspan(body.firstNode, mesh.nodeCount());
         parallelChunks(yielding.size(), 16, [&](std::size_t begin, std::size_t end) {
             for (std::size_t i = begin; i < end; ++i)
-                flat += own.flowElement(mesh, yielding[i], n[yielding[i]], x, elastic.volumetric());
+                moved += own.flowElement(mesh, yielding[i], n[yielding[i]], x, elastic.elasticity().meanStrain);
         });
-        work_.count("flow", "flat_tets", flat);
-        own.tell(mesh);
+        work_.count("flow", "elements", moved);
+        work_.count("flow", "stuck", std::int64_t(yielding.size()) - moved);
+        if (moved > 0) own.tell(mesh);
+        any |= moved > 0;
+        own.yield.share = 0;
     }
-    for (Flowing& own : flowing_) own.yield.share = 0;
     return any;
 }
 
-/// Its tets go back by the same part of their strains, with their volume. In long steps that makes pressure, as the
-/// bulk energy is of tr e: no more of what is dissipated than a part of it goes there, and the rest of the volume goes.
-int Plasticity::Flowing::flowElement(const tetmesh::BodyMesh& mesh, std::size_t e, double n, std::span<const Vec3> x,
-                                     solver::Volumetric volumetric)
+/// Its tets go back together, with their volume. In long steps that makes pressure, as the bulk energy is of tr e: no
+/// more of what is dissipated than a part of it goes there, and the rest of the volume goes.
+bool Plasticity::Flowing::flowElement(const tetmesh::BodyMesh& mesh, std::size_t e, double n, std::span<const Vec3> x,
+                                      double meanStrain)
 {
     constexpr double kIntoPressure = .1;
     const tetmesh::CellElement& element = mesh.elements()[e];
-    const tetmesh::CellTets& tets = tetmesh::cellTets(element.shape);
-    const solver::ElementOf at{element, mesh.gradients().empty() ? nullptr : &mesh.gradients()[e], mesh.spacing(),
-                               &state.inverse(e, 0)};
-    const double beyond = yield.share * (n - yield.of(e)), left = 1 - beyond / n;
-    std::array<std::optional<PlasticReturn>, tetmesh::kMaxTets> back;
-    Mat3 F = Mat3::Zero();
-    double volume = 0, dilation = 0, change = 0;
-    for (std::size_t t = 0; t < std::size_t(tets.count); ++t) {
-        const double V = tets.volume[t] * element.fraction[t];
-        if (!(V > 0)) continue;
-        const Mat3 own = solver::deformationGradient(at, t, x);
-        back[t] = plasticReturn(own, left);
-        F += V * own, volume += V;
-        if (back[t]) dilation += V * (back[t]->from.sum() - 3), change += V * back[t]->dilation();
-    }
-    F /= volume, dilation /= volume, change /= volume;
-    const double dissipated = law.mu * beyond * (2 * n - beyond - (n - yield.of(e)));  // J/m^3
-    const auto less = [&](double now, double more) {                                   // of a change of tr e
-        const double largest = std::sqrt(now * now + 2 * kIntoPressure * dissipated / law.K);
-        return more != 0 ? lessDilation(now, more, largest) / more : 0;
-    };
-    const double lessOfMean = less(dilation, change);
-    int flat = 0;
-    const double strain = std::sqrt(2. / 3) * beyond, tension = tensionOf(F, left, law.mu, law.K) * strain;
-    for (std::size_t t = 0; t < std::size_t(tets.count); ++t) {
+    const ElasticTets tets = tetsOf(mesh, e, x, meanStrain);
+    const double beyond = yield.share * (n - yield.of(e));
+    const std::optional<OfTets> back = plasticReturn(tets, n - beyond);
+    if (!back) return false;
+    const ElasticTets flowed = tets.after(*back);
+    const double after = flowed.shearStrain(), now = tets.dilation(), wanted = flowed.dilation();
+    const double held = n - yield.of(e), dissipated = law.mu * (n * n - yield.share * held * held - after * after);
+    const double largest = std::sqrt(now * now + 2 * kIntoPressure * std::max(0., dissipated) / law.K);
+    const double wider = (3 + boundedDilation(now, wanted, largest)) / (3 + wanted);
+    const double strain = std::sqrt(2. / 3) * std::max(0., n - after);
+    const double tension = tensionOf(tets.mean(), 1 - beyond / n, law.mu, law.K) * strain;
+    for (std::size_t t = 0; t < tetmesh::kMaxTets; ++t) {
         if (!(element.fraction[t] > 0)) continue;
+        state.inverse(e, t) = symmetricFlow(wider * state.inverse(e, t) * (*back)[t]);
         state.strain(e, t) += strain, state.tension(e, t) += tension;
-        flat += !back[t];
-        if (!back[t]) continue;
-        const double own = back[t]->dilation();
-        back[t]->dilate(own *
-                        (volumetric == solver::Volumetric::cell ? lessOfMean : less(back[t]->from.sum() - 3, own)));
-        state.inverse(e, t) = symmetricFlow(state.inverse(e, t) * back[t]->flow());
     }
-    return flat;
+    return true;
+}
+
+ElasticTets Plasticity::Flowing::tetsOf(const tetmesh::BodyMesh& mesh, std::size_t e, std::span<const Vec3> x,
+                                        double meanStrain) const
+{
+    const tetmesh::CellElement& element = mesh.elements()[e];
+    const tetmesh::CellTets& shape = tetmesh::cellTets(element.shape);
+    const solver::ElementOf of{element, mesh.gradients().empty() ? nullptr : &mesh.gradients()[e], mesh.spacing(),
+                               &state.inverse(e, 0)};
+    ElasticTets tets;
+    tets.meanStrain = shape.count > 1 ? meanStrain : 0;
+    double volume = 0;
+    for (std::size_t t = 0; t < std::size_t(shape.count); ++t) {
+        if (!(element.fraction[t] > 0)) continue;
+        tets.F[t] = solver::deformationGradient(of, t, x);
+        volume += tets.part[t] = shape.volume[t] * element.fraction[t];
+    }
+    for (double& part : tets.part) part /= volume;
+    return tets;
 }
 
 void Plasticity::report(Ledger& work, std::map<std::string, double>& measured)
@@ -241,12 +246,12 @@ EffectInfo plasticity()
 {
     // A, its strains and tables of an operator twice: 690 in rods of 62 and 453 thousand tets.
     constexpr double kBytesPerTet = 700;
-    return {
-        .table = {"plasticity", "Material that is strained beyond its yield flows, and stays so.", plasticityTable()},
-        .stages = "solve, after it, field 'plastic_strain'",
-        .make = make,
-        .fields = {kStrain},
-        .bytesPerTet = kBytesPerTet};
+    return {.table = {"plasticity", "Material that is strained beyond its yield flows, and stays so.",
+                      plasticityTable(), checkPlasticity},
+            .stages = "solve, after it, field 'plastic_strain'",
+            .make = make,
+            .fields = {kStrain},
+            .bytesPerTet = kBytesPerTet};
 }
 
 }  // namespace vdbfrac::effects

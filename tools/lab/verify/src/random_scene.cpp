@@ -280,10 +280,11 @@ void Generator::flow(const Body& b)
 {
     Dice& dice = flowing_;
     const double strain = std::clamp(strain_, 1e-4, 3.);
+    const bool creeps = dice.chance(.1);
     text_ += format("[plasticity]\nyield_stress = %.6g\nfracture_share = %.3f\n",
-                    dice.chance(.1) ? 0. : b.E * strain * dice.decades(1e-3, 3), dice.uniform(0, 1));
+                    creeps ? 0. : b.E * strain * dice.decades(1e-3, 3), dice.uniform(0, 1));
     if (dice.chance(.5)) text_ += format("hardening = %.6g\n", b.E * dice.decades(1e-4, 1));
-    if (dice.chance(.3)) text_ += format("relaxation = %.6g\n", dt_ * dice.decades(.1, 100));
+    if (creeps || dice.chance(.3)) text_ += format("relaxation = %.6g\n", dt_ * dice.decades(.1, 100));
     if (dice.chance(.3)) text_ += format("max_stretch = %.4f\n", dice.uniform(1.05, 10));
 }
 

@@ -129,7 +129,8 @@ private:
     void countSolve(StepRecord& record, const solver::ElasticWork& before, std::size_t couplings) const;
     void takeReports(StepRecord& record) const;
     void beginEnergy();
-    void book(StepRecord& record, const solver::StepReport& report, const solver::ElasticOperator* flowed);
+    void book(StepRecord& record, const solver::StepReport& report, const solver::ElasticOperator& after,
+              double startEnergy);
     using AskAsleep = void (SleepStage::*)(const SleepContext&, std::span<std::uint8_t>);
     bool askAsleep(double time, double dt, bool converged, AskAsleep ask);
     bool wakeStruck(double dt);

@@ -49,6 +49,12 @@ public:
     virtual void observe(const SolvedStep& step) = 0;
 };
 
+/// What drives cracks beside the elastic energy Psi [J/m^3]: work Psi / max(atYield, Psi), so all of it where material
+/// yields, and nothing where nothing pulls.
+struct DrivingWork {
+    float work = 0, atYield = 0;  ///< J/m^3; `atYield` 0: none
+};
+
 /// Material that flows: what its tets have flowed, and from what strain on they do. Integrators that take a step to
 /// somewhere else than where its equations are solved do not go with it.
 class FlowStage {
@@ -59,12 +65,12 @@ public:
     virtual void describe(const Body& body, solver::ElementSet& elements) const = 0;
     /// Before each try to solve a step, over dt [s].
     virtual void begin(double dt) = 0;
-    /// The step is kept: material flows. Returns whether any did.
+    /// The step is kept: material flows, and until begin() the energy is what is stored. Returns whether any did.
     virtual bool flow(const SolvedStep& step, const solver::ElasticOperator& elastic) = 0;
     /// The mesh of a body is another: before RecutStage, and while no operator has asked.
     virtual void carry(const Body& body, const tetmesh::CutUpdate& update) = 0;
-    /// Factor on the elastic energy as it drives cracks, of a body's tets by tetmesh::tetEntry; empty: 1.
-    virtual std::span<const double> drivingFactors(const Body& body) const = 0;
+    /// Of a body's tets by tetmesh::tetEntry; empty: none.
+    virtual std::span<const DrivingWork> drivingWork(const Body& body) const = 0;
 };
 
 /// What the stages on the grid see after the solve.
@@ -74,8 +80,8 @@ struct GridContext : SolvedStep {
     /// Energy density [J/m^3] of all tets of the system (by tetmesh::tetEntry), computed when first asked for in a
     /// step.
     std::function<std::span<const double>()> tetEnergy;
-    /// FlowStage::drivingFactors.
-    std::function<std::span<const double>(const Body&)> drivingFactors;
+    /// FlowStage::drivingWork.
+    std::function<std::span<const DrivingWork>(const Body&)> drivingWork;
     /// Stress [Pa] of the tets of an element of a body, in the frame of the rest configuration.
     std::function<std::array<Mat3, tetmesh::kMaxTets>(const Body&, std::uint32_t element)> elementStress;
     /// What an element of a body does to its corners.
