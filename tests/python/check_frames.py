@@ -21,10 +21,10 @@ import pyopenvdb
 from obj_frames import read_obj
 from ply_frames import read_ply
 
-REST_GRIDS = ("phi", "energy", "arrival")  # one for each body
+REST_GRIDS = ("phi", "energy", "arrival", "margin", "plastic_strain")  # one for each body
 LEVEL_SETS = ("phi", "surface")
 VECTOR_GRIDS = ("vel",)
-UNITS = {"phi": "m", "energy": "J/m^3", "arrival": "s", "surface": "m", "vel": "m/s"}
+UNITS = {"phi": "m", "energy": "J/m^3", "arrival": "s", "margin": "1", "plastic_strain": "1", "surface": "m", "vel": "m/s"}
 FILE_METADATA = ("creator", "scene", "frame", "time", "fps", "length_unit", "up_axis")
 
 
@@ -85,15 +85,15 @@ def check_grid(grid, kind, scene, frame, where):
     require(np.allclose(voxel, scene["grid"]["voxel_size"], rtol=1e-12), f"{where}: voxel size {voxel}")
     active = grid.activeVoxelCount()
     if active == 0:
-        # arrival is empty until something tears, the fields of the surface when all material is gone
-        require(kind == "arrival" or frame["all_gone"], f"{where}: no active voxels")
+        # empty until something tears or flows, the fields of the surface when all material is gone
+        require(kind in ("arrival", "margin", "plastic_strain") or frame["all_gone"], f"{where}: no active voxels")
         return
     check_finite(grid, where)
     if kind in LEVEL_SETS:
         low, high = grid.evalMinMax()
         require(high > 0 and (low < 0 or frame["all_gone"]), f"{where}: values from {low} to {high} do not change sign")
-    if kind == "energy":
-        require(grid.evalMinMax()[0] >= 0, f"{where}: energy below 0")
+    if kind in ("energy", "margin", "plastic_strain"):
+        require(grid.evalMinMax()[0] >= 0, f"{where}: below 0")
     if kind == "arrival":
         low, high = grid.evalMinMax()
         require(0 <= low and high <= frame["time"] * (1 + 1e-6), f"{where}: times from {low} to {high} s")
@@ -189,7 +189,7 @@ def check_ply(path, scene):
     """As docs/output.md has it. Where there is an .obj of the frame, vertex k is its point k. Returns the fragments."""
     names, table, faces, body = read_ply(path)
     points, at, fragments = len(table), 0, set()
-    values = [n for n in scene["output"]["vdb"] if n in ("energy", "arrival", "margin")]
+    values = [n for n in scene["output"]["vdb"] if n in ("energy", "arrival", "margin", "plastic_strain")]
     require(names == ["x", "y", "z", "vx", "vy", "vz", "rest_x", "rest_y", "rest_z", *values], f"{path}: {names}")
     require(np.isfinite(table).all(), f"{path}: a value is not finite")
     for _ in range(faces):
