@@ -6,10 +6,10 @@
 //   c     what flows of n - y in a step of dt: (1 - exp(-dt / T)) / (1 + H / (3 mu)), relaxation time T
 //         (Duvaut & Lions 1976); with T = 0, 1 / (1 + H / (3 mu))
 // Within a step the potential is capped (solver::Yield): no stress is beyond what is left of it, and Newton's line
-// search has an energy. After it A takes up what has flowed (plastic_return.h), det A = 1 but in long steps.
-// Where material flows its elastic energy grows no more. Cracks are driven by it times 1 + b W / w: b the share of the
-// work W = sum <s1> da, s1 the largest principal stress (Cockcroft & Latham 1968), w the energy of a bar that yields:
-// by w + b W in a bar that flows, and by nothing in what is let go.
+// search has an energy. After it A takes up what has flowed (plastic_return.h).
+// Where material flows its elastic energy Psi grows no more. Cracks are driven by Psi (1 + b W / max(w, Psi)): b the
+// share of the work W = sum <s1> da, s1 the largest principal stress (Cockcroft & Latham 1968), w the energy of a bar
+// that yields: by Psi + b W in a bar that flows, and by nothing in what is let go.
 #include "all.h"
 #include "plastic_law.h"
 #include "plastic_return.h"
@@ -20,10 +20,7 @@
 #include <vdbfrac/grid/transfer.h>
 #include <vdbfrac/solver/element.h>
 
-#include <Eigen/LU>
-
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <cmath>
 #include <map>
