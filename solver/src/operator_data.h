@@ -50,7 +50,7 @@ struct ElasticOperator::Data {
     // Scratch, made once: what each patch adds to each of its nodes, and vectors of the patch that a thread works on.
     Scratch slots{0};
     std::vector<Scratch> in, out;
-    mutable std::vector<std::vector<double>> psi;  // of eachDensity, made when it is first asked for
+    mutable std::vector<std::vector<double>> psi;  // of energyDensities and shearStrains, made when first asked for
 
     /// `tangent` may be null.
     PatchData patchData(std::size_t i, const Tangent* tangent) const

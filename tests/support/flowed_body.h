@@ -6,7 +6,9 @@
 #include <vdbfrac/solver/element.h>
 
 #include <Eigen/LU>
+#include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <vector>
@@ -101,5 +103,65 @@ private:
         block.elements = tets;
     }
 };
+
+/// Of the gradient along u against differences of the energy over 2 `step` [m], over the norms of both.
+inline double errorOfGradient(const solver::ElasticOperator& elastic, const std::vector<Vec3>& x,
+                              const std::vector<Vec3>& u, double step)
+{
+    std::vector<Vec3> plus = x, minus = x, g(x.size(), Vec3::Zero());
+    for (std::size_t i = 0; i < x.size(); ++i) plus[i] += step * u[i], minus[i] -= step * u[i];
+    elastic.evaluate(x, g, nullptr);
+    const double slope = (elastic.evaluate(plus, {}, nullptr) - elastic.evaluate(minus, {}, nullptr)) / (2 * step);
+    return std::abs(slope - solver::dot(g, u)) / std::sqrt(solver::dot(g, g) * solver::dot(u, u));
+}
+
+/// Of the product of the tangent with u against differences of the gradient over 2 `step` [m], over its norm.
+inline double errorOfProduct(const solver::ElasticOperator& elastic, const std::vector<Vec3>& x,
+                             const std::vector<Vec3>& u, double step)
+{
+    std::vector<Vec3> plus = x, minus = x, up(x.size(), Vec3::Zero()), down = up, Ku = up;
+    for (std::size_t i = 0; i < x.size(); ++i) plus[i] += step * u[i], minus[i] -= step * u[i];
+    solver::Tangent tangent;
+    elastic.evaluate(x, {}, &tangent);
+    elastic.evaluate(plus, up, nullptr), elastic.evaluate(minus, down, nullptr);
+    elastic.addProduct(tangent, u, Ku);
+    double error = 0;
+    for (std::size_t i = 0; i < x.size(); ++i) error += (Ku[i] - (up[i] - down[i]) / (2 * step)).squaredNorm();
+    return std::sqrt(error / solver::dot(Ku, Ku));
+}
+
+/// Diagonal blocks and matrices of elements are those of the product: of the tangents of the tets, and of their means
+/// over cells.
+inline void expectPartsOfTheProduct(const solver::ElasticOperator& elastic, const Body& body)
+{
+    constexpr double kStored = 1e-6;  // single precision
+    const auto u = body.random(1, 3);
+    solver::Tangent tangent, cells;
+    elastic.evaluate(body.shaken(0.1), {}, &tangent, 0.3);
+    elastic.averageTets(tangent, cells);
+    for (const auto* kept : {&tangent, &cells}) {
+        const auto blocks = diagonalBlocks(elastic, *kept);
+        std::vector<Vec3> Ku(u.size(), Vec3::Zero()), summed = Ku;
+        std::vector<Mat3> diagonal(u.size(), Mat3::Zero());
+        elastic.addProduct(*kept, u, Ku);
+        for (std::size_t e = 0; e < body.block.elements.size(); ++e) {
+            const tetmesh::CellElement& element = body.block.elements[e];
+            const auto K = elastic.elementMatrix(*kept, e);
+            const int corners = element.shape == tetmesh::CellShape::tet ? 4 : tetmesh::kCorners;
+            for (int i = 0; i < corners; ++i) {
+                diagonal[element.node[std::size_t(i)]] += K.block<3, 3>(3 * i, 3 * i);
+                for (int j = 0; j < corners; ++j)
+                    summed[element.node[std::size_t(i)]] +=
+                        K.block<3, 3>(3 * i, 3 * j) * u[element.node[std::size_t(j)]];
+            }
+        }
+        double scale = 0;
+        for (const Mat3& block : diagonal) scale = std::max(scale, block.norm());
+        for (std::size_t i = 0; i < u.size(); ++i) {
+            EXPECT_LT((blocks[i] - diagonal[i]).norm(), kStored * scale);
+            EXPECT_LT((Ku[i] - summed[i]).norm(), kStored * scale);
+        }
+    }
+}
 
 }  // namespace vdbfrac::lab

@@ -33,13 +33,6 @@ protected:
     }
     Body body{std::get<2>(GetParam())};
     solver::ElasticOperator elastic = body.elastic(elasticity());
-
-    std::vector<Vec3> gradient(const std::vector<Vec3>& x) const
-    {
-        std::vector<Vec3> g(x.size(), Vec3::Zero());
-        elastic.evaluate(x, g, nullptr);
-        return g;
-    }
 };
 
 TEST_P(FlowCases, EnergyEqualsScalarReference)
@@ -129,63 +122,17 @@ TEST_P(FlowCases, DensitiesAddUpToTheEnergy)
 
 TEST_P(FlowCases, GradientIsTheDerivativeOfTheEnergy)
 {
-    const auto x = body.shaken(0.2), u = body.random(1, 5), g = gradient(x);
-    const double step = 1e-4 * body.block.h;
-    auto plus = x, minus = x;
-    for (std::size_t i = 0; i < x.size(); ++i) plus[i] += step * u[i], minus[i] -= step * u[i];
-    const double slope = (elastic.evaluate(plus, {}, nullptr) - elastic.evaluate(minus, {}, nullptr)) / (2 * step);
     // Step^2, and rounding over it.
-    EXPECT_NEAR(slope, solver::dot(g, u), 1e-7 * std::sqrt(solver::dot(g, g) * solver::dot(u, u)));
+    EXPECT_LT(lab::errorOfGradient(elastic, body.shaken(0.2), body.random(1, 5), 1e-4 * body.block.h), 1e-7);
 }
 
 TEST_P(FlowCases, ProductIsTheDerivativeOfTheGradient)
 {
-    const auto x = body.shaken(0.1), u = body.random(1, 5);
-    solver::Tangent tangent;
-    elastic.evaluate(x, {}, &tangent);
-    const double step = 1e-5 * body.block.h;
-    auto plus = x, minus = x;
-    for (std::size_t i = 0; i < x.size(); ++i) plus[i] += step * u[i], minus[i] -= step * u[i];
-    const auto up = gradient(plus), down = gradient(minus);
-    std::vector<Vec3> Ku(x.size(), Vec3::Zero());
-    elastic.addProduct(tangent, u, Ku);
-    double error = 0;
-    for (std::size_t i = 0; i < x.size(); ++i) error += (Ku[i] - (up[i] - down[i]) / (2 * step)).squaredNorm();
-    EXPECT_LT(std::sqrt(error / solver::dot(Ku, Ku)), 1e-6);  // the tangent is kept in single precision
+    // The tangent is kept in single precision.
+    EXPECT_LT(lab::errorOfProduct(elastic, body.shaken(0.1), body.random(1, 5), 1e-5 * body.block.h), 1e-6);
 }
 
-/// Of the tangents of the tets, and of their means over cells.
-TEST_P(FlowCases, DiagonalBlocksAndElementMatricesAreThoseOfTheProduct)
-{
-    constexpr double kStored = 1e-6;  // single precision
-    const auto u = body.random(1, 3);
-    solver::Tangent tangent, cells;
-    elastic.evaluate(body.shaken(0.1), {}, &tangent, 0.3);
-    elastic.averageTets(tangent, cells);
-    for (const auto* kept : {&tangent, &cells}) {
-        const auto blocks = lab::diagonalBlocks(elastic, *kept);
-        std::vector<Vec3> Ku(u.size(), Vec3::Zero()), summed = Ku;
-        std::vector<Mat3> diagonal(u.size(), Mat3::Zero());
-        elastic.addProduct(*kept, u, Ku);
-        for (std::size_t e = 0; e < body.block.elements.size(); ++e) {
-            const tetmesh::CellElement& element = body.block.elements[e];
-            const auto K = elastic.elementMatrix(*kept, e);
-            const int corners = element.shape == tetmesh::CellShape::tet ? 4 : tetmesh::kCorners;
-            for (int i = 0; i < corners; ++i) {
-                diagonal[element.node[std::size_t(i)]] += K.block<3, 3>(3 * i, 3 * i);
-                for (int j = 0; j < corners; ++j)
-                    summed[element.node[std::size_t(i)]] +=
-                        K.block<3, 3>(3 * i, 3 * j) * u[element.node[std::size_t(j)]];
-            }
-        }
-        double scale = 0;
-        for (const Mat3& block : diagonal) scale = std::max(scale, block.norm());
-        for (std::size_t i = 0; i < u.size(); ++i) {
-            EXPECT_LT((blocks[i] - diagonal[i]).norm(), kStored * scale);
-            EXPECT_LT((Ku[i] - summed[i]).norm(), kStored * scale);
-        }
-    }
-}
+TEST_P(FlowCases, DiagonalBlocksAndElementMatricesAreThoseOfTheProduct) { lab::expectPartsOfTheProduct(elastic, body); }
 
 /// The same flow everywhere and x = Fp X leave no elastic deformation.
 TEST_P(FlowCases, ABodyThatFollowsItsFlowHasNoEnergy)

@@ -34,12 +34,6 @@ protected:
         of.yieldStrain = body.yield.strain[e], of.yieldShare = body.yield.share;
         return of;
     }
-    std::vector<Vec3> gradient(const std::vector<Vec3>& x) const
-    {
-        std::vector<Vec3> g(x.size(), Vec3::Zero());
-        elastic.evaluate(x, g, nullptr);
-        return g;
-    }
     /// Elements that yield at x, and those that do not.
     std::pair<std::size_t, std::size_t> counts(const std::vector<Vec3>& x) const
     {
@@ -91,61 +85,19 @@ TEST_P(YieldCases, ShearStrainIsTheRootOfTheShearEnergy)
 
 TEST_P(YieldCases, GradientIsTheDerivativeOfTheEnergy)
 {
-    const auto x = body.shaken(0.1), u = body.random(1, 5), g = gradient(x);
-    const double step = 1e-4 * body.block.h;
-    auto plus = x, minus = x;
-    for (std::size_t i = 0; i < x.size(); ++i) plus[i] += step * u[i], minus[i] -= step * u[i];
-    const double slope = (elastic.evaluate(plus, {}, nullptr) - elastic.evaluate(minus, {}, nullptr)) / (2 * step);
     // Step^2, and elements that begin to yield within it.
-    EXPECT_NEAR(slope, solver::dot(g, u), 1e-6 * std::sqrt(solver::dot(g, g) * solver::dot(u, u)));
+    EXPECT_LT(lab::errorOfGradient(elastic, body.shaken(0.1), body.random(1, 5), 1e-4 * body.block.h), 1e-6);
 }
 
 /// But for elements that begin to yield within the step of the differences.
 TEST_P(YieldCases, ProductIsTheDerivativeOfTheGradient)
 {
-    const auto x = body.shaken(0.1), u = body.random(1, 5);
-    solver::Tangent tangent;
-    elastic.evaluate(x, {}, &tangent);
-    const double step = 1e-6 * body.block.h;
-    auto plus = x, minus = x;
-    for (std::size_t i = 0; i < x.size(); ++i) plus[i] += step * u[i], minus[i] -= step * u[i];
-    const auto up = gradient(plus), down = gradient(minus);
-    std::vector<Vec3> Ku(x.size(), Vec3::Zero());
-    elastic.addProduct(tangent, u, Ku);
-    double error = 0;
-    for (std::size_t i = 0; i < x.size(); ++i) error += (Ku[i] - (up[i] - down[i]) / (2 * step)).squaredNorm();
-    EXPECT_LT(std::sqrt(error / solver::dot(Ku, Ku)), 1e-5);
+    EXPECT_LT(lab::errorOfProduct(elastic, body.shaken(0.1), body.random(1, 5), 1e-6 * body.block.h), 1e-5);
 }
 
 TEST_P(YieldCases, DiagonalBlocksAndElementMatricesAreThoseOfTheProduct)
 {
-    constexpr double kStored = 1e-6;  // single precision
-    const auto u = body.random(1, 3);
-    solver::Tangent tangent, cells;
-    elastic.evaluate(body.shaken(0.1), {}, &tangent, 0.3);
-    elastic.averageTets(tangent, cells);
-    for (const auto* kept : {&tangent, &cells}) {
-        const auto blocks = lab::diagonalBlocks(elastic, *kept);
-        std::vector<Vec3> Ku(u.size(), Vec3::Zero()), summed = Ku;
-        std::vector<Mat3> diagonal(u.size(), Mat3::Zero());
-        elastic.addProduct(*kept, u, Ku);
-        for (std::size_t e = 0; e < body.block.elements.size(); ++e) {
-            const tetmesh::CellElement& cell = body.block.elements[e];
-            const auto K = elastic.elementMatrix(*kept, e);
-            const int corners = cell.shape == tetmesh::CellShape::tet ? 4 : tetmesh::kCorners;
-            for (int i = 0; i < corners; ++i) {
-                diagonal[cell.node[std::size_t(i)]] += K.block<3, 3>(3 * i, 3 * i);
-                for (int j = 0; j < corners; ++j)
-                    summed[cell.node[std::size_t(i)]] += K.block<3, 3>(3 * i, 3 * j) * u[cell.node[std::size_t(j)]];
-            }
-        }
-        double scale = 0;
-        for (const Mat3& block : diagonal) scale = std::max(scale, block.norm());
-        for (std::size_t i = 0; i < u.size(); ++i) {
-            EXPECT_LT((blocks[i] - diagonal[i]).norm(), kStored * scale);
-            EXPECT_LT((Ku[i] - summed[i]).norm(), kStored * scale);
-        }
-    }
+    lab::expectPartsOfTheProduct(elastic, body);
 }
 
 /// Projected: as steps are solved. Means, which precondition, are no softer along any way than that.

@@ -45,10 +45,7 @@ std::string checkResistance(const scene::Values& v, const std::string& table)
 
 void completeMaterial(scene::Review& material)
 {
-    std::vector<std::string> names;
-    for (const scene::Material& m : material.scene().materials) names.push_back(m.name);
-    material.requireOneOf("name", names);
-    material.requireNewName(material.parent().tables(kMaterial));
+    material.requireMaterial(kMaterial);
     if (!material.isSound) return;
     if (std::string wrong = checkResistance(material.values, material.path()); !wrong.empty())
         material.complain("", {wrong});

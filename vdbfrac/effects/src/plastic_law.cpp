@@ -48,10 +48,7 @@ std::string checkFlow(const scene::Values& v, const scene::Values& of, const std
 
 void completeMaterial(scene::Review& material)
 {
-    std::vector<std::string> names;
-    for (const scene::Material& m : material.scene().materials) names.push_back(m.name);
-    material.requireOneOf("name", names);
-    material.requireNewName(material.parent().tables(kMaterial));
+    material.requireMaterial(kMaterial);
     if (!material.isSound) return;
     if (std::string wrong = checkFlow(material.values, material.parent(), material.path()); !wrong.empty())
         material.complain("", {wrong});

@@ -127,17 +127,19 @@ ElasticTets ElasticTets::after(const OfTets& B) const
     return tets;
 }
 
-std::optional<OfTets> plasticReturn(const ElasticTets& tets, double goal)
+std::optional<PlasticReturn> plasticReturn(const ElasticTets& tets, double goal)
 {
     constexpr double kNear = .01;  // of n: where the second way is worth a try
+    const auto returnBy = [&](const OfTets& B) {
+        const ElasticTets flowed = tets.after(B);
+        return PlasticReturn{B, flowed, flowed.shearStrain()};
+    };
     const double n = tets.shearStrain(), left = goal / n;
-    OfTets B = eachInItsOwnWay(tets, left);
-    double reached = tets.after(B).shearStrain();
-    if (reached > goal + kNear * n) {
-        const OfTets other = allInThatOfTheMean(tets, left);
-        if (const double there = tets.after(other).shearStrain(); there < reached) B = other, reached = there;
-    }
-    return reached < n ? std::optional(B) : std::nullopt;
+    PlasticReturn best = returnBy(eachInItsOwnWay(tets, left));
+    if (best.shearStrain > goal + kNear * n)
+        if (const PlasticReturn other = returnBy(allInThatOfTheMean(tets, left)); other.shearStrain < best.shearStrain)
+            best = other;
+    return best.shearStrain < n ? std::optional(best) : std::nullopt;
 }
 
 double boundedDilation(double now, double wanted, double largest)

@@ -25,11 +25,18 @@ struct ElasticTets {
     ElasticTets after(const OfTets& B) const;  ///< F A B
 };
 
-/// B of each tet, symmetric, that take n to `goal`, or as near to it as they get: back in the directions of shear, with
+/// How an element goes back.
+struct PlasticReturn {
+    OfTets B;            ///< symmetric
+    ElasticTets flowed;  ///< what is elastic after it
+    double shearStrain;  ///< n of that
+};
+
+/// What takes n to `goal`, or as near to it as they get: back in the directions of shear, with
 /// the volume; to all the same change of tr e, so that no tet is under pressure against the others. Of two ways the one
 /// that gets nearer: each tet in its own directions, or all in those of their mean. Nothing where none lowers n, as
 /// where all is nearly flat, or inverted.
-std::optional<OfTets> plasticReturn(const ElasticTets& tets, double goal);
+std::optional<PlasticReturn> plasticReturn(const ElasticTets& tets, double goal);
 
 /// The tr e nearest to `wanted` that is no farther from 0 than `largest`, on the way there from `now`, which is not
 /// either.

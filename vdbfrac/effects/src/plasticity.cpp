@@ -178,10 +178,9 @@ bool Plasticity::Flowing::flowElement(const tetmesh::BodyMesh& mesh, std::size_t
     const tetmesh::CellElement& element = mesh.elements()[e];
     const ElasticTets tets = tetsOf(mesh, e, x, meanStrain);
     const double beyond = yield.share * (n - yield.of(e));
-    const std::optional<OfTets> back = plasticReturn(tets, n - beyond);
+    const std::optional<PlasticReturn> back = plasticReturn(tets, n - beyond);
     if (!back) return false;
-    const ElasticTets flowed = tets.after(*back);
-    const double after = flowed.shearStrain(), now = tets.dilation(), wanted = flowed.dilation();
+    const double after = back->shearStrain, now = tets.dilation(), wanted = back->flowed.dilation();
     const double held = n - yield.of(e), dissipated = law.mu * (n * n - yield.share * held * held - after * after);
     const double largest = std::sqrt(now * now + 2 * kIntoPressure * std::max(0., dissipated) / law.K);
     const double wider = (3 + boundedDilation(now, wanted, largest)) / (3 + wanted);
@@ -189,7 +188,7 @@ bool Plasticity::Flowing::flowElement(const tetmesh::BodyMesh& mesh, std::size_t
     const double tension = tensionOf(tets.mean(), 1 - beyond / n, law.mu, law.K) * strain;
     for (std::size_t t = 0; t < tetmesh::kMaxTets; ++t) {
         if (!(element.fraction[t] > 0)) continue;
-        state.inverse(e, t) = symmetricFlow(wider * state.inverse(e, t) * (*back)[t]);
+        state.inverse(e, t) = symmetricFlow(wider * state.inverse(e, t) * back->B[t]);
         state.strain(e, t) += strain, state.tension(e, t) += tension;
     }
     return true;

@@ -30,4 +30,12 @@ void Review::requireNewName(std::span<const Values> before)
                  {path() + ".name is " + quotedText(name) + ", which is taken", "a name that no table before has"});
 }
 
+void Review::requireMaterial(const std::string& key)
+{
+    std::vector<std::string> names;
+    for (const Material& m : scene().materials) names.push_back(m.name);
+    requireOneOf("name", names);
+    requireNewName(parent().tables(key));
+}
+
 }  // namespace vdbfrac::scene

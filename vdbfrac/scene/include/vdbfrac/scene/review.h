@@ -48,6 +48,8 @@ public:
     void requireOneOf(const std::string& key, const std::vector<std::string>& names);
     /// The name of the table must not be that of one before.
     void requireNewName(std::span<const Values> before);
+    /// The table, one of the `key` of what it belongs to, must be of a material of the scene, the first of it.
+    void requireMaterial(const std::string& key);
 
 private:
     Around around_;
