@@ -147,4 +147,29 @@ TEST(Relevel, TellsEveryChangeAndOnlyRaises)
     }
 }
 
+/// A front that moves in two parts goes on, in the second, from what the first has made of phi.
+TEST(Relevel, ABandFollowsTheGrid)
+{
+    LevelSet phi = grid::wrap(dentedBall());
+    std::vector<Coord> voxels;
+    grid::PhiChanges raised;
+    for (int y = -6; y <= 6; ++y)
+        for (int x = 8; x <= 20; ++x) voxels.push_back({x, y, 2});
+    std::sort(voxels.begin(), voxels.end());
+    std::vector<VoxelPhi> band = grid::sampleBand(phi, voxels);
+    const std::vector<VoxelPhi> before = band;
+    for (const VoxelPhi& b : band)
+        if (b.voxel.y == 0) raised.emplace_back(b.voxel, b.phi + 0.4f * kDx);
+    grid::RelevelWork work;
+    grid::follow(band, grid::raiseAndRelevel(phi, raised, work));
+    int moved = 0, beside = 0;
+    for (std::size_t i = 0; i < band.size(); ++i) {
+        EXPECT_EQ(band[i].phi, phi.grid().grid->tree().getValue(grid::toVdb(band[i].voxel)));
+        moved += band[i].phi != before[i].phi;
+        beside += band[i].phi != before[i].phi && band[i].voxel.y != 0;
+    }
+    EXPECT_GT(moved, 5);
+    EXPECT_GT(beside, 0) << "re-levelling moved none but those that were raised";
+}
+
 }  // namespace

@@ -306,6 +306,7 @@ grid::PhiChanges Fracture::update(const core::GridContext& context, const core::
         context.ledger.count("fracture", "moved_voxels", std::int64_t(raised.size()));
         context.ledger.count("relevel", "leaves", work.leaves);
         context.ledger.count("relevel", "voxels", work.voxels);
+        grid::follow(band, changes);
         all.insert(all.end(), changes.begin(), changes.end());
     };
     if (front.seed) raise(grid::holeRound(*front.seed, eps, dx_));
@@ -319,7 +320,7 @@ grid::PhiChanges Fracture::update(const core::GridContext& context, const core::
             step.s = std::min(step.s, griffithTime(band[i].phi, driving[i], step.maxMove, step));
         for (std::size_t i = 0; i < band.size(); ++i) {
             const double phi = griffithUpdate(band[i].phi, driving[i], step);
-            if (float(phi) > band[i].phi) raised.emplace_back(band[i].voxel, band[i].phi = float(phi));
+            if (float(phi) > band[i].phi) raised.emplace_back(band[i].voxel, float(phi));
         }
         if (raised.empty()) break;
         heldBack = heldBack || (most < possible && step.s < wanted);

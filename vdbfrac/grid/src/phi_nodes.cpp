@@ -140,6 +140,14 @@ PhiChanges raiseAndRelevel(LevelSet& phi, const PhiChanges& raised, RelevelWork&
     return changes;
 }
 
+void follow(std::span<VoxelPhi> band, const PhiChanges& changes)
+{
+    for (const auto& [voxel, value] : changes) {
+        const auto it = std::ranges::lower_bound(band, voxel, {}, &VoxelPhi::voxel);
+        if (it != band.end() && it->voxel == voxel) it->phi = value;
+    }
+}
+
 BandLeaves bandLeaves(const LevelSet& phi)
 {
     static_assert(BandLeaves::kVoxels == Leaf::SIZE);

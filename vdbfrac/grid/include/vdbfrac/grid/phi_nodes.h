@@ -44,6 +44,9 @@ struct Relevelling {
 /// material never grows. Returns every voxel whose value is not what it was before the call.
 PhiChanges raiseAndRelevel(LevelSet& phi, const PhiChanges& raised, RelevelWork& work, const Relevelling& how = {});
 
+/// Gives a band, by rising voxel, the values that changed.
+void follow(std::span<VoxelPhi> band, const PhiChanges& changes);
+
 /// The voxels of all leaves of a level set: with the tiles of the grid that it grew out of, all there is of it.
 struct BandLeaves {
     static constexpr std::size_t kVoxels = 512, kWords = kVoxels / 64;
