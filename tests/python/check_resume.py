@@ -279,6 +279,19 @@ with tempfile.TemporaryDirectory() as temporary:
     expect("more frames", longer, 0, "with frame 17")
     if len(hashes(whole)) != 18:
         failures.append("more frames: not there")
+    # What goes wrong before the first step is on record too, in the folder that the run has begun; a mistake changes none.
+    def record(folder):
+        manifest = json.loads((folder / "run.json").read_text())
+        return manifest["status"], manifest.get("error", "")
+    before = record(whole)
+    expect("other settings", [*longer, "--set", "fracture.toughness=3000"], 2, "toughness")
+    if record(whole) != before:
+        failures.append(f"a mistake changed the status of a run: {record(whole)}")
+    damaged = whole / "obj/notched_block.0003.obj"
+    damaged.write_bytes(damaged.read_bytes()[:-10])
+    expect("a branch of damaged frames", [a if a != "16" else "18" for a in command(top / "branched", "--branch", whole)], 4, damaged.name, "is not what the run")
+    if record(top / "branched")[0] != "failed" or damaged.name not in record(top / "branched")[1]:
+        failures.append(f"a branch that failed is not on record: {record(top / 'branched')}")
     shutil.rmtree(whole)
 
 print("\n".join(failures))

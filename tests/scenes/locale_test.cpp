@@ -3,6 +3,7 @@
 
 #include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
+#include <vdbfrac/core/branch.h>
 #include <vdbfrac/core/run_folder.h>
 #include <vdbfrac/effects/effects.h>
 #include <vdbfrac/lab/scenes/scene_run.h>
@@ -191,6 +192,15 @@ TEST_F(Locales, ARunGoesOnFromACheckpointOfAnotherLocale)
     EXPECT_EQ(run.simulation.framesDone(), 2);
     run.toFrame(5);
     EXPECT_EQ(run.simulation.stateHash(), end);
+}
+
+TEST_F(Locales, ABranchMayHalveItsVoxels)
+{
+    setCommas();
+    const auto settings = [](const std::string& voxel) {
+        return scene::writeScene(SceneRun(kBar, {"grid.voxel_size=" + voxel}).scene, effects::vocabulary());
+    };
+    EXPECT_TRUE(core::branchBetween(settings("0.1"), settings("0.05")).isFiner);
 }
 
 TEST_F(Locales, ScenesReadAndWriteTheSame)

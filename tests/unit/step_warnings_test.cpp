@@ -15,6 +15,15 @@ using cli::StepWarnings;
 namespace {
 
 constexpr double kNoise = 1e-6;  // J
+constexpr StepWarnings::Start kStart{2, kNoise};
+
+/// Of a step in which nothing is lost.
+core::StepRecord whole()
+{
+    core::StepRecord step;
+    step.volume = kStart.volume;
+    return step;
+}
 
 class StepWarningsTest : public testing::Test {
 protected:
@@ -22,7 +31,7 @@ protected:
     {
         std::ostringstream text;
         spdlog::logger log("test", std::make_shared<spdlog::sinks::ostream_sink_mt>(text));
-        StepWarnings warnings(scene, kNoise, log);
+        StepWarnings warnings(scene, kStart, log);
         for (int i = 0; i < steps; ++i) warnings.see(step);
         return text.str();
     }
@@ -36,7 +45,7 @@ protected:
 
 TEST_F(StepWarningsTest, TellOnceOfEnergyThatTheIntegratorHasMade)
 {
-    core::StepRecord step;
+    core::StepRecord step = whole();
     scene::Scene scene;
     scene.solver.integrator = scene::Integrator::midpoint;
     step.kineticEnergy = 100;
@@ -52,7 +61,7 @@ TEST_F(StepWarningsTest, TellOnceOfEnergyThatTheIntegratorHasMade)
 
 TEST_F(StepWarningsTest, TellOnceOfShortStepsWhereThingsTouch)
 {
-    core::StepRecord touching, apart;
+    core::StepRecord touching = whole(), apart = whole();
     touching.outcome = apart.outcome = core::Outcome::cutback;
     touching.cutbacks = apart.cutbacks = 1;
     touching.work.count("collider", "active", 3);
@@ -63,16 +72,25 @@ TEST_F(StepWarningsTest, TellOnceOfShortStepsWhereThingsTouch)
     EXPECT_EQ(told({}, touching, 200), "");
 }
 
+TEST_F(StepWarningsTest, TellOnceWhereATenthIsLost)
+{
+    core::StepRecord step = whole();
+    step.volume = .91 * kStart.volume;
+    EXPECT_EQ(told({}, step, 5), "");
+    step.volume = .88 * kStart.volume;
+    EXPECT_EQ(count(told({}, step, 5), "cracks have taken 12 % of the material so far"), 1u);
+}
+
 TEST_F(StepWarningsTest, ToldBeforeAStopAreNotToldAgain)
 {
-    core::StepRecord step;
+    core::StepRecord step = whole();
     step.kineticEnergy = 100;
     step.energyFlow["integrator"] = -10;
     std::ostringstream text;
     spdlog::logger log("test", std::make_shared<spdlog::sinks::ostream_sink_mt>(text));
     scene::Scene scene;
     scene.solver.integrator = scene::Integrator::midpoint;
-    StepWarnings warnings(scene, kNoise, log);
+    StepWarnings warnings(scene, kStart, log);
     warnings.takeUp({step});
     warnings.see(step);
     EXPECT_EQ(text.str(), "");

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace vdbfrac::cli {
@@ -21,15 +22,26 @@ std::string bytesText(double bytes)
     return fmt::format("{:.3g} {}", bytes, units[unit]);
 }
 
+bool tearsOrTouches(const scene::Scene& scene)
+{
+    return std::ranges::any_of(scene.tables, [](const scene::NamedValues& table) {
+        return table.name == "fracture" || table.name == "contact";
+    });
+}
+
 /// What a forecast was made from.
-std::string sourceText(const lab::Forecast& f)
+std::string sourceText(const scene::Scene& scene, const lab::Forecast& f)
 {
     const std::string own = f.measuredSteps > 0 ? fmt::format("{} steps of this scene", f.measuredSteps) : "";
     constexpr double kAll = 0.995;  // what is told as 100 %
     const char* const later = f.simulatedShare < kAll ? "; what touches or tears after them costs more" : "";
+    const char* const finer =
+        f.wider > 1 && *later == '\0' && tearsOrTouches(scene)
+            ? "; where thin parts tear or touch on the finer voxels only, it takes several times as long"
+            : "";
     if (f.wider == 1) return own + fmt::format(", {:.0f} % of its frames{}", 100 * f.simulatedShare, later);
-    return fmt::format("{}{}{:.0f} % of the frames on voxels {:.3g} times as wide{}", own, own.empty() ? "" : ", and ",
-                       100 * f.simulatedShare, f.wider, later);
+    return fmt::format("{}{}{:.0f} % of the frames on voxels {:.3g} times as wide{}{}", own,
+                       own.empty() ? "" : ", and ", 100 * f.simulatedShare, f.wider, later, finer);
 }
 
 }  // namespace
@@ -39,12 +51,13 @@ std::string durationText(double seconds) { return seconds < 60 ? fmt::format("{:
 std::string forecastText(const scene::Scene& scene, const lab::Forecast& f)
 {
     const int frames = scene.time.lastFrame - scene.time.firstFrame + 1, threads = threadCount();
-    constexpr double kHalf = .5, kOff = 4;  // from few frames a forecast may be off by as much (docs/measured.md)
+    constexpr double kHalf = .5,
+                     kOff = 4;  // from few frames a forecast may be off by as much (docs/measured.md)
     const std::string time = f.simulatedShare < kHalf ? fmt::format("between {} and {}", durationText(f.seconds / kOff),
                                                                     durationText(kOff * f.seconds))
                                                       : "about " + durationText(f.seconds);
     return fmt::format("time: {} on {} thread{}, {:.0f} steps of {:.2g} s; from {}\n", time, threads,
-                       threads == 1 ? "" : "s", f.steps, f.seconds / std::max(1., f.steps), sourceText(f)) +
+                       threads == 1 ? "" : "s", f.steps, f.seconds / std::max(1., f.steps), sourceText(scene, f)) +
            fmt::format("disk: about {}: {} frames of {}, checkpoints of {}\n", bytesText(f.bytes), frames,
                        bytesText(f.frameBytes), bytesText(f.checkpointBytes));
 }

@@ -31,15 +31,6 @@ struct File {
     std::uint64_t bytes = 0;
 };
 
-/// Below the folder of the run, whatever a manifest says.
-bool isInside(const fs::path& path)
-{
-    if (path.empty() || path.is_absolute()) return false;
-    for (const fs::path& part : path)
-        if (part == "..") return false;
-    return true;
-}
-
 void requireReadable(const fs::path& file)
 {
     if (isVdb(file)) grid::describeVdb(file);
@@ -51,7 +42,7 @@ std::string flaw(const fs::path& folder, const File& file, bool verify)
 {
     const fs::path path = folder / file.path;
     std::error_code error;
-    if (!isInside(file.path)) return "does not lie in the folder";
+    if (!liesBelow(file.path)) return "does not lie in the folder";
     if (!fs::is_regular_file(path, error)) return "missing";
     if (fs::file_size(path, error) != file.bytes || error) return "damaged: has another size than when it was written";
     if (!verify) return "";

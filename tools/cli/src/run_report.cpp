@@ -1,6 +1,7 @@
 #include "run_report.h"
 
 #include "progress.h"
+#include "step_warnings.h"
 
 #include <vdbfrac/base/number_text.h>
 #include <vdbfrac/effects/effects.h>
@@ -132,9 +133,8 @@ std::string lostText(double lost)
 {
     constexpr double kMuch = 5;  // %
     if (!(lost > kMuch)) return "";
-    return "lost: cracks take half a voxel and more, and all that is crushed; a higher toughness, or factor of "
-           "fracture.keys, keeps more, a smaller grid.voxel_size where few cracks run, and a notch or fracture.scatter "
-           "where a smooth surface tears all at once\n";
+    return std::string("lost: cracks take half a voxel and more, and all that is crushed; ") + kWhatKeepsMaterial +
+           "\n";
 }
 
 /// How deep fragments were in each other and in themselves, where a picture may show it.
@@ -164,7 +164,8 @@ std::string overlapText(const std::vector<core::StepRecord>& steps, double voxel
                             deepest / voxelSize, what, most->time);
     }
     if (text.empty()) return text;
-    return text + "; slower motion, or more stiffness of " + tables + ", reduces most of it" + began + "\n";
+    return text + "; slower motion, or more stiffness of " + tables +
+           " (which takes more and shorter steps), reduces most of it" + began + "\n";
 }
 
 /// Surfaces that renderers would show torn up.

@@ -105,7 +105,7 @@ public:
                   : options.overwrite     ? core::ExistingRun::replace
                                           : core::ExistingRun::refuse),
           lastWritten_(scene.time.firstFrame - 1),
-          warnings_(scene, core::energyOfNoise(simulation.bodies()), log)
+          warnings_(scene, {simulation.startVolume(), core::energyOfNoise(simulation.bodies())}, log)
     {
         if (options.report) report_.emplace(folder_.path());
         if (options.keepCheckpoints) folder_.keepCheckpoints();
@@ -274,6 +274,7 @@ int Run::end(const std::string& stopped)
 
 void Run::fail(const std::string& error)
 {
+    if (!folder_.isOpen()) return;
     const auto& sinks = log_.sinks();  // the first is stderr, where the caller tells it
     spdlog::logger("", sinks.begin() + 1, sinks.end()).error("failed: {}", error);
     try {
@@ -298,9 +299,9 @@ int simulate(const SimOptions& options, const scene::Scene& scene)
     core::requireMemory(estimate, limit);
     lab::PreparedScene prepared(scene, limit);
     Run run(options, scene, prepared.simulation, *log);
-    run.begin();
-    const StopRequest stop(start, timeLimit);
     try {
+        run.begin();
+        const StopRequest stop(start, timeLimit);
         return run.end(run.toLastFrame(stop));
     } catch (const std::exception& e) {
         run.fail(dynamic_cast<const std::bad_alloc*>(&e) ? kOutOfMemory : e.what());

@@ -13,8 +13,8 @@ bool hasVolume(const scene::Scene& scene)
 
 }  // namespace
 
-StepWarnings::StepWarnings(const scene::Scene& scene, double noise, spdlog::logger& log)
-    : log_(log), hasVolume_(hasVolume(scene)), made_(scene.solver.integrator, noise)
+StepWarnings::StepWarnings(const scene::Scene& scene, const Start& start, spdlog::logger& log)
+    : log_(log), startVolume_(start.volume), hasVolume_(hasVolume(scene)), made_(scene.solver.integrator, start.noise)
 {
 }
 
@@ -22,12 +22,13 @@ void StepWarnings::takeUp(const std::vector<core::StepRecord>& steps)
 {
     for (const core::StepRecord& step : steps) made_.add(step);
     toldOfMade_ = made_.isMuch();
+    toldOfLoss_ = !steps.empty() && isMuchLost(steps.back());
 }
 
 void StepWarnings::see(const core::StepRecord& step)
 {
     if (step.outcome == core::Outcome::capped) log_.warn("{}", cappedText(step));
-    ofUnnamed(step), ofMade(step), ofCreases(step), ofShortSteps(step);
+    ofUnnamed(step), ofMade(step), ofCreases(step), ofShortSteps(step), ofLoss(step);
 }
 
 /// It stays in the columns, and in the summary.
@@ -51,6 +52,21 @@ void StepWarnings::ofMade(const core::StepRecord& step)
         "steps "
         "turn or squeeze stiff material too far; take more time.substeps, or solver.integrator = \"backward_euler\"",
         step.step, 100 * made_.share());
+}
+
+bool StepWarnings::isMuchLost(const core::StepRecord& step) const
+{
+    constexpr double kMuch = .1;
+    return step.volume < (1 - kMuch) * startVolume_;
+}
+
+/// While there is time to stop it.
+void StepWarnings::ofLoss(const core::StepRecord& step)
+{
+    if (toldOfLoss_ || !isMuchLost(step)) return;
+    toldOfLoss_ = true;
+    log_.warn("step {}, {:.4g} s: cracks have taken {:.2g} % of the material so far; {}", step.step, step.time,
+              100 * (1 - step.volume / startVolume_), kWhatKeepsMaterial);
 }
 
 /// Where nothing keeps material from folding.
@@ -77,7 +93,7 @@ void StepWarnings::ofShortSteps(const core::StepRecord& step)
     toldOfShortSteps_ = true;
     log_.warn(
         "step {}: {} of the last {} steps were cut back while things touch{}; slower motion, less stiffness of "
-        "[[collider]] and [contact]{} take fewer",
+        "[[collider]] and [contact] (which lets things sink deeper into each other){} take fewer",
         step.step, count, kLately, unsolvedPlace(step), hasVolume_ ? "" : ", or [volume]");
 }
 

@@ -1,10 +1,11 @@
 #include <vdbfrac/report/plots.h>
 
+#include <vdbfrac/base/number_text.h>
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 
 namespace vdbfrac::report {
 
@@ -17,7 +18,7 @@ constexpr std::size_t kPoints = 600;  // of a curve, about
 /// As much of a number as a curve shows.
 Json shown(double value)
 {
-    return std::isfinite(value) ? Json(std::strtod(fmt::format("{:.6g}", value).c_str(), nullptr)) : Json(nullptr);
+    return std::isfinite(value) ? Json(numberFrom(fmt::format("{:.6g}", value)).value_or(value)) : Json(nullptr);
 }
 
 /// Of each stretch of a long curve: where it is lowest and where it is highest, so that no peak is lost.

@@ -5,7 +5,6 @@
 #include <vdbfrac/base/number_text.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -20,13 +19,6 @@ namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-double numberOf(const std::string& text)
-{
-    double value = kNone;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    return error == std::errc{} && end == text.data() + text.size() ? value : kNone;
-}
-
 /// Numbers by column. A last line that is still being written is left out.
 std::map<std::string, std::vector<double>> readColumns(const fs::path& file)
 {
@@ -39,7 +31,7 @@ std::map<std::string, std::vector<double>> readColumns(const fs::path& file)
     while (std::getline(text, line)) {
         const std::vector<std::string> row = csvCells(line);
         if (row.size() != names.size()) continue;
-        for (std::size_t k = 0; k < names.size(); ++k) columns[names[k]].push_back(numberOf(row[k]));
+        for (std::size_t k = 0; k < names.size(); ++k) columns[names[k]].push_back(numberFrom(row[k]).value_or(kNone));
     }
     return columns;
 }

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
@@ -137,6 +138,12 @@ void writeAtomically(const fs::path& file, const std::function<void(const fs::pa
     }
 }
 
+bool liesBelow(const fs::path& path)
+{
+    return !path.empty() && path.is_relative() &&
+           std::none_of(path.begin(), path.end(), [](const fs::path& part) { return part == ".."; });
+}
+
 bool isTemporary(const fs::path& file) { return file.filename().string().starts_with(kTemporary); }
 
 void removeTemporaries(const fs::path& folder)
@@ -151,6 +158,7 @@ void removeTemporaries(const fs::path& folder)
 void writeText(const fs::path& file, std::string_view text)
 {
     const auto write = [&](const fs::path& temporary) {
+        errno = 0;  // streams set it only where a call fails
         std::ofstream out(temporary, std::ios::binary);
         out.write(text.data(), std::streamsize(text.size()));
         out.close();

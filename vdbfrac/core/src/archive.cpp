@@ -106,6 +106,7 @@ void Archive::write(const std::filesystem::path& file) const
 {
     const std::uint64_t sum = checksum();
     const auto write = [&](const std::filesystem::path& temporary) {
+        errno = 0;  // streams set it only where a call fails
         std::ofstream out(temporary, std::ios::binary);
         writeTo(out, sum);
         out.close();

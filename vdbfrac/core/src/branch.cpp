@@ -1,10 +1,11 @@
 #include <vdbfrac/core/branch.h>
 
 #include <vdbfrac/base/error.h>
+#include <vdbfrac/base/number_text.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
+#include <optional>
 
 namespace vdbfrac::core {
 
@@ -15,9 +16,8 @@ constexpr const char* kVoxelSize = "grid.voxel_size";
 bool isHalved(const scene::Change& change)
 {
     constexpr double kSame = 1e-9;
-    const double before = std::strtod(change.before.c_str(), nullptr),
-                 after = std::strtod(change.after.c_str(), nullptr);
-    return after > 0 && std::abs(before / after - 2) < kSame;
+    const std::optional<double> before = numberFrom(change.before), after = numberFrom(change.after);
+    return before && after && *after > 0 && std::abs(*before / *after - 2) < kSame;
 }
 
 /// Why a key has to stay; empty: it may change.

@@ -85,11 +85,12 @@ std::string PointCache::lacks() const
     for (std::size_t b = 0; b < rest_.size(); ++b) {
         unknown += taken_[b].unknown();
         if (lost_[b] > kMuch)
-            text +=
-                "cracks take " + std::to_string(std::lround(100 * lost_[b])) + " % of body '" + scene_.bodies[b].name +
-                "' by the last frame: what is gone then has its skin until it goes, but no torn faces, so it is open "
-                "where it tears (the run's own frames in obj/ and ply/ are closed; a run that ends earlier loses "
-                "less); ";
+            text += "cracks take " + std::to_string(std::lround(100 * lost_[b])) + " % of body '" +
+                    scene_.bodies[b].name +
+                    "' by the last frame: material that is lost by then keeps its skin until it goes, but has no torn "
+                    "faces, so it looks open "
+                    "where it tears (the run's own frames in obj/ and ply/ are closed; a run that ends earlier loses "
+                    "less); ";
         if (rest_[b].topology->mesh.faces() == 0)
             text += "body '" + scene_.bodies[b].name + "' is in no frame of a point cache, as cracks take all of it; ";
     }
@@ -278,8 +279,12 @@ std::vector<fs::path> PointCache::write(const fs::path& out) const
     const std::vector<fs::path> files = filesOf(out);
     if (out.extension() == ".usda")
         writeUsd(out);
-    else
-        writeObj(out), writeMdd(fs::path(out).replace_extension(".mdd"));
+    else {
+        // Whenever this is killed, no points of an earlier cache stand beside faces of this one.
+        const fs::path mdd = fs::path(out).replace_extension(".mdd");
+        fs::remove(mdd);
+        writeObj(out), writeMdd(mdd);
+    }
     return files;
 }
 

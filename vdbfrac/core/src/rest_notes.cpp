@@ -14,6 +14,8 @@ namespace {
 /// Notes are no measurements.
 std::string rough(double v) { return shortNumber(v, 3); }
 
+constexpr double kAslant = .2;  // a cosine: a smaller one is that of an edge, or rounding
+
 /// Material on one side of a voxel node along an axis, up to `most` [voxels].
 double reachAlong(const tetmesh::NodeField<float>& phi, Coord c, Coord step, double most)
 {
@@ -23,13 +25,25 @@ double reachAlong(const tetmesh::NodeField<float>& phi, Coord c, Coord step, dou
     return reach + phi(c) / (double(phi(c)) - double(phi(c + step)));
 }
 
-/// How thick the material is round a voxel node, along the axis on which it is thinnest, up to `most` [voxels].
-double thicknessAt(const tetmesh::NodeField<float>& phi, Coord c, double most)
+/// How thick the material is round a voxel node, up to `most` [voxels]: the least of its lengths along the axes, each
+/// times the cosine to the way out, as axes run aslant through shells and turned plates.
+double thicknessAt(const tetmesh::NodeField<float>& phi, double dx, Coord c, double most)
 {
     double thinnest = most;
-    for (const Coord axis : {Coord{1, 0, 0}, Coord{0, 1, 0}, Coord{0, 0, 1}})
-        thinnest = std::min(thinnest, reachAlong(phi, c, axis, most) + reachAlong(phi, c, -1 * axis, most));
+    for (const Coord axis : {Coord{1, 0, 0}, Coord{0, 1, 0}, Coord{0, 0, 1}}) {
+        const double rise = double(std::max(phi(c + axis), phi(c + -1 * axis)) - phi(c)) / dx;
+        const double length = reachAlong(phi, c, axis, most) + reachAlong(phi, c, -1 * axis, most);
+        thinnest = std::min(thinnest, rise < kAslant ? length : std::min(rise, 1.) * length);
+    }
     return thinnest;
+}
+
+/// Is no node beside it deeper? Nearer to the surface, what runs aslant through a shell misses its other side.
+bool isDeepest(const tetmesh::NodeField<float>& phi, Coord c)
+{
+    for (const Coord axis : {Coord{1, 0, 0}, Coord{0, 1, 0}, Coord{0, 0, 1}})
+        if (phi(c + axis) < phi(c) || phi(c + -1 * axis) < phi(c)) return false;
+    return true;
 }
 
 void noteThinness(const Body& body, double h, std::vector<std::string>& notes)
@@ -40,7 +54,8 @@ void noteThinness(const Body& body, double h, std::vector<std::string>& notes)
     double thickest = 0;
     phi.forEachBlock([&](Coord low) {
         tetmesh::NodeField<float>::forEachNode(low, [&](Coord c) {
-            if (thickest < enough && phi(c) < 0) thickest = std::max(thickest, thicknessAt(phi, c, 2 * enough));
+            if (thickest < enough && phi(c) < 0 && isDeepest(phi, c))
+                thickest = std::max(thickest, thicknessAt(phi, body.mesh->voxelSize(), c, 2 * enough));
         });
     });
     thickest /= cell;

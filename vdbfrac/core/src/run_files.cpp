@@ -16,13 +16,6 @@ namespace {
 
 bool isDigit(char c) { return c >= '0' && c <= '9'; }
 
-/// Below the folder, whatever a manifest says.
-bool liesBelow(const fs::path& path)
-{
-    return !path.empty() && path.is_relative() &&
-           std::none_of(path.begin(), path.end(), [](const fs::path& part) { return part == ".."; });
-}
-
 constexpr std::string_view kNumber = "####";
 
 /// What stands for the number of a pattern in a path that it stands for: the last, as a name of a scene may have one of

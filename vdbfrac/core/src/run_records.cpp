@@ -120,6 +120,14 @@ std::int64_t wholeNumber(const json& number, const Archive& archive)
     return number.get<std::int64_t>();
 }
 
+int smallNumber(const json& number, int least, const Archive& archive)
+{
+    const double value = number.is_number_integer() ? number.get<double>() : NAN;  // which holds what is too large
+    if (!(value >= least && value <= std::numeric_limits<int>::max()))
+        archive.complain("it has " + number.dump() + " as the number of a frame or a step");
+    return int(value);
+}
+
 /// Paths are bytes, JSON is Unicode: what is no UTF-8 is shown as its replacement character.
 json inUtf8(const std::string& bytes)
 {
@@ -154,7 +162,7 @@ std::vector<FrameRecord> loadFrames(const Archive& archive)
     std::vector<FrameRecord> frames;
     try {
         for (const json& f : json::parse(archive.getText("frames"))) {
-            FrameRecord record{int(wholeNumber(f.at("frame"), archive)),
+            FrameRecord record{smallNumber(f.at("frame"), 0, archive),
                                f.at("time").get<double>(),
                                f.at("state_hash").get<std::string>(),
                                {},
@@ -169,6 +177,9 @@ std::vector<FrameRecord> loadFrames(const Archive& archive)
                 record.files.push_back({w.at("path").get<std::string>(),
                                         std::uint64_t(wholeNumber(w.at("bytes"), archive)),
                                         w.at("xxh3").get<std::string>()});
+            for (const WrittenFile& w : record.files)
+                if (!liesBelow(w.path))
+                    archive.complain("its list of frames has the file '" + w.path + "', outside of the run's folder");
             frames.push_back(std::move(record));
         }
     } catch (const json::exception& e) {
@@ -194,7 +205,10 @@ std::vector<BranchRecord> branchesOf(const Archive& archive)
     std::vector<BranchRecord> branches;
     try {
         for (const json& b : json::parse(archive.getText("branches"))) {
-            branches.push_back({b.at("frame"), b.at("step"), b.at("from"), {}});
+            branches.push_back({smallNumber(b.at("frame"), -1, archive),  // before the first
+                                smallNumber(b.at("step"), 0, archive),
+                                b.at("from"),
+                                {}});
             for (const json& c : b.at("changes"))
                 branches.back().changes.push_back({c.at("key"), c.at("before"), c.at("after")});
         }

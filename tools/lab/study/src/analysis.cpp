@@ -1,10 +1,11 @@
 #include <vdbfrac/lab/study/analysis.h>
 
+#include <vdbfrac/base/number_text.h>
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <set>
 #include <sstream>
 
@@ -14,11 +15,10 @@ namespace {
 
 constexpr double kWeak = 10;  // an error is only as good as the reference is better
 
-std::optional<double> numberOf(const std::string& tomlText)
+std::optional<double> positiveNumberOf(const std::string& tomlText)
 {
-    char* end = nullptr;
-    const double value = std::strtod(tomlText.c_str(), &end);
-    return !tomlText.empty() && *end == '\0' && std::isfinite(value) && value > 0 ? std::optional(value) : std::nullopt;
+    const std::optional<double> value = numberFrom(tomlText);
+    return value && std::isfinite(*value) && *value > 0 ? value : std::nullopt;
 }
 
 bool isMassList(const Study& study, std::size_t measure)
@@ -90,7 +90,8 @@ private:
             const std::vector<std::size_t> all = settingsOf(s);
             const bool up = series.refines == "up" || (series.refines == "auto" && workRises(series, all));
             for (const std::size_t i : all)
-                if (const auto v = numberOf(series.values[study_.settings[i].level])) a_.h[i] = up ? 1 / *v : *v;
+                if (const auto v = positiveNumberOf(series.values[study_.settings[i].level]))
+                    a_.h[i] = up ? 1 / *v : *v;
         }
     }
 
@@ -98,7 +99,7 @@ private:
     {
         std::vector<std::pair<double, std::int64_t>> work;
         for (const std::size_t i : all)
-            if (const auto v = numberOf(series.values[study_.settings[i].level]); v && a_.sound[i])
+            if (const auto v = positiveNumberOf(series.values[study_.settings[i].level]); v && a_.sound[i])
                 work.emplace_back(*v, study_.result(study_.settings[i]).totalWork());
         std::sort(work.begin(), work.end());
         return !work.empty() && work.back().second > work.front().second;

@@ -17,6 +17,9 @@ void writeAtomically(const std::filesystem::path& file,
                      const std::function<void(const std::filesystem::path& temporary)>& write,
                      const std::function<void(const std::filesystem::path& temporary)>& verify = {});
 
+/// Does a path, relative to a folder, name something below it? Lists in files of a run may say anything.
+bool liesBelow(const std::filesystem::path& path);
+
 /// Is it the name of such a temporary?
 bool isTemporary(const std::filesystem::path& file);
 /// Removes the temporaries that killed writers left in a folder, which need not exist.

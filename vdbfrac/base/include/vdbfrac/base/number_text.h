@@ -2,13 +2,18 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace vdbfrac {
 
 /// With so many digits that count: "0.05", "1.2e-07".
 std::string shortNumber(double value, int digits = 6);
+
+/// The number that is all of a text; none for other texts.
+std::optional<double> numberFrom(std::string_view text);
 
 /// "1 frame", "2 frames".
 template <class Number>

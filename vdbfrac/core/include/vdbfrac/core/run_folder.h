@@ -72,6 +72,8 @@ public:
               ExistingRun existing);
 
     const std::filesystem::path& path() const { return folder_; }
+    /// Has this run begun to write into it? Until then what is in there is another's.
+    bool isOpen() const { return isOpen_; }
     /// What the user should know of what is drawn, a sentence each.
     std::span<const std::string> notes() const;
 
