@@ -88,14 +88,16 @@ TEST(NotchedBlockDelaunay, TearsAsOnTheLattice)
 
 TEST(NotchedBlockLoss, IsLessThanACrackOneVoxelWide)
 {
+    constexpr double kLeast = .35;  // README.md: .4 to 1 voxel
     for (const char* voxel : {"0.05", "0.025"}) {
         SceneRun run(notchedBlock(), {std::string("grid.voxel_size=") + voxel});
         run.toFrame(40);
         EXPECT_GE(run.simulation.fragments(), 2u);
         const double lost = 1 - run.simulation.volume() / run.simulation.startVolume();
         // Through .8 of a unit square, of a volume of .93.
-        EXPECT_GT(lost, 0);
-        EXPECT_LT(lost, std::stod(voxel) * 0.8 / 0.93) << voxel;
+        const double one = std::stod(voxel) * 0.8 / 0.93;  // of a crack one voxel wide
+        EXPECT_GT(lost, kLeast * one) << voxel;
+        EXPECT_LT(lost, one) << voxel;
     }
 }
 

@@ -67,7 +67,7 @@ void Simulation::solve(StepRecord& record, double until)
         stepControl_->next(until - time_, {bodies_, state_, time_, stages_, *integrator_});
     if (!(time_ + choice.dt > time_))
         throw LimitError("step " + std::to_string(steps_ + 1) + ": a step of " + shortNumber(choice.dt, 3) +
-                         " s does not go on from " + shortNumber(time_, 6) + " s; " + kTooFast);
+                         " s is too small to advance the time " + shortNumber(time_, 6) + " s; " + kTooFast);
     const solver::ElasticWork before = elastic_->work();
     saved_ = state_;
     record.cutbacks = choice.halvings;

@@ -319,7 +319,7 @@ bool Contact::isAdmissible(const solver::WholeStep& way) const
     std::erase_if(through, [&](const Penetration& s) {
         return s.depth <= kDeep * dx_ || !isDeeper(s, knownDepth(s.sample, surface_, before_), dx_) || cameUp(s);
     });
-    return through.empty() || areResisted(std::move(through), contactsAt(way.to), surface_, dx_);
+    return through.empty() || areResisted(through, contactsAt(way.to), surface_, dx_);
 }
 
 void Contact::accept(std::span<const Vec3> x, double, double dt)

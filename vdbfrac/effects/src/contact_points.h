@@ -23,7 +23,7 @@ inline const scene::Key kContactKeys[] = {
     {"stiffness", scene::Type::number, "", "of contact: pressure for each metre of depth, in units of E / h", "10", 0,
      kInfinity, true},
     {"gap", scene::Type::number, "voxels",
-     "that surfaces which touch keep; thin cut tets are crushed where it is large", "0", 0, 1},
+     "distance kept between surfaces that touch; a large one crushes thin cut tets", "0", 0, 1},
     {"lips",
      scene::Type::choice,
      "",
@@ -218,19 +218,17 @@ inline bool isDeeper(const contact::Penetration& s, double expected, double dx)
     return s.depth > expected + kJump * dx;
 }
 
-/// Are all where touches that resist let them be?
-inline bool areResisted(std::vector<contact::Penetration> sunk, std::span<const ContactPoint> contacts,
+/// Are all where touches that resist let them be? `contacts` by rising sample.
+inline bool areResisted(std::span<const contact::Penetration> sunk, std::span<const ContactPoint> contacts,
                         const contact::ContactSurface& surface, double dx)
 {
     constexpr double kResists = .8;  // of a slope: in the middle of a flap there is none
-    for (const ContactPoint& t : contacts) {
-        const double resisted = surface.memory(t.sample).allowance + t.depth;
-        if (t.outward.norm() > kResists)
-            std::erase_if(sunk, [&](const contact::Penetration& s) {
-                return s.sample == t.sample && !isDeeper(s, resisted, dx);
-            });
-    }
-    return sunk.empty();
+    return std::ranges::all_of(sunk, [&](const contact::Penetration& s) {
+        const auto own = std::ranges::equal_range(contacts, s.sample, {}, &ContactPoint::sample);
+        return std::ranges::any_of(own, [&](const ContactPoint& t) {
+            return t.outward.norm() > kResists && !isDeeper(s, surface.memory(t.sample).allowance + t.depth, dx);
+        });
+    });
 }
 
 }  // namespace vdbfrac::effects

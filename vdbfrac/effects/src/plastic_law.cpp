@@ -66,7 +66,7 @@ const Key kKeys[] = {
     {"max_stretch", Type::number, "", "times its length that a bar can flow to; from there on it is elastic", "4", 1.01,
      100},
     {"fracture_share", Type::number, "",
-     "part of the work of tension on what flows that drives cracks beside the elastic energy, while it is pulled",
+     "part of the plastic work done in tension that drives cracks, beside the elastic energy, while it is pulled",
      "0.1", 0, 1},
     {.name = kMaterial,
      .member = Type::tables,

@@ -22,11 +22,11 @@ Vec3 stretchesOf(const Mat3& F)
     return s;
 }
 
-/// |dev e|^2 = |F|^2 - (tr S)^2 / 3.
+/// |dev e|^2
 double squareOfShear(const Mat3& F)
 {
-    const double trace = stretchesOf(F).sum();
-    return std::max(0., F.squaredNorm() - trace * trace / 3);
+    const Vec3 s = stretchesOf(F);
+    return (s.array() - s.mean()).square().sum();
 }
 
 /// Of a deformation that goes back: to the shear strain `left` times its own, with its volume. I where it is nearly
@@ -135,6 +135,7 @@ std::optional<PlasticReturn> plasticReturn(const ElasticTets& tets, double goal)
         return PlasticReturn{B, flowed, flowed.shearStrain()};
     };
     const double n = tets.shearStrain(), left = goal / n;
+    if (!(n > 0)) return std::nullopt;
     PlasticReturn best = returnBy(eachInItsOwnWay(tets, left));
     if (best.shearStrain > goal + kNear * n)
         if (const PlasticReturn other = returnBy(allInThatOfTheMean(tets, left)); other.shearStrain < best.shearStrain)

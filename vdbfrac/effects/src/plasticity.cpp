@@ -227,7 +227,7 @@ std::unique_ptr<core::Effect> make(const scene::Values& values, const scene::Sce
     using enum scene::Integrator;
     const auto complain = [&](const std::string& key, const std::string& given, const std::string& allowed) {
         throw InputError({scene.file.string() + ": [plasticity]",
-                          "it does not go with solver." + key + " = \"" + given + "\"", allowed, ""});
+                          "plasticity does not support solver." + key + " = \"" + given + "\"", allowed, ""});
     };
     if (scene.solver.integrator != backwardEuler && scene.solver.integrator != statics)
         complain("integrator", scene::nameOf(scene.solver.integrator), "\"backward_euler\" or \"static\"");

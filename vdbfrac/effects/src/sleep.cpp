@@ -42,8 +42,9 @@ double speedOf(const scene::Values& values, const scene::Scene& scene)
     for (const scene::NamedValues& table : scene.tables)
         if (const double g = table.name == "gravity" ? table.values.vector("acceleration").norm() : 0; g > 0)
             return 0.01 * std::sqrt(g * scene.grid.coarsening * scene.grid.voxelSize);
-    throw InputError({scene.file.string() + ": [sleep]", "no speed is given, and there is no gravity to tell one by",
-                      "", "add speed, in m/s"});
+    throw InputError({scene.file.string() + ": [sleep]",
+                      "speed is not set, and cannot be derived because the scene has no gravity", "",
+                      "add speed, in m/s"});
 }
 
 /// How resistance to fracture changes over time.
