@@ -3,6 +3,7 @@
 #include "folder_test.h"
 
 #include <vdbfrac/base/atomic_file.h>
+#include <vdbfrac/base/error.h>
 #include <vdbfrac/core/drawing.h>
 #include <vdbfrac/core/point_cache.h>
 #include <vdbfrac/lab/scenes/scene_run.h>
@@ -256,6 +257,23 @@ TEST_F(PointCaches, EndAsTheRunDoes)
     const core::DrawnBody drawn = drawing.frame(run.simulation)[0];
     for (const std::uint32_t p : tetmesh::usedPoints(drawn.topology->mesh))
         EXPECT_EQ(cached.points[p], drawn.points[p]);
+}
+
+/// Whatever ends the writing, programs do not find points of an earlier cache beside faces of this one.
+TEST_F(PointCaches, LeaveNoOldPointsBesideNewFaces)
+{
+    lab::SceneRun run(test::tearingBar(), settings("six"));
+    run.toFrame(2);
+    core::motionOf(run.simulation).write(folder_ / "1");
+    core::Drawing drawing(run.scene, run.simulation);
+    drawing.followWhole(run.simulation, run.work);
+    const core::PointCache cache(run.scene, run.simulation, drawing, {folder_ / "1"});
+    const std::vector<std::filesystem::path> files = cache.write(folder_ / "c.obj");
+    for (const std::filesystem::path& file : files) EXPECT_TRUE(std::filesystem::exists(file)) << file;
+    std::filesystem::remove(folder_ / "c.mtl");
+    std::filesystem::create_directory(folder_ / "c.mtl");  // which cannot be written over
+    EXPECT_THROW(cache.write(folder_ / "c.obj"), FileError);
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "c.mdd"));
 }
 
 }  // namespace
