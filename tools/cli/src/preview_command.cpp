@@ -142,7 +142,7 @@ Action addPreview(CLI::App& app)
     auto o = std::make_shared<PreviewOptions>();
     CLI::App* c = app.add_subcommand("preview", "Render PNG pictures of a run and a contact sheet; torn faces are red");
     c->add_option("DIR", o->folder, "Folder that 'vdbfrac sim -o' wrote")->required();
-    c->add_option("-o,--output", o->output, "Folder of the pictures (default: DIR/preview); files of before stay in it")
+    c->add_option("-o,--output", o->output, "Folder of the pictures (default: DIR/preview); files that are in it stay")
         ->type_name("OUT");
     c->add_option("-f,--frames", o->frames,
                   "Frames to render, as 1-96, 1-96x2 or 5,9,12 (default: some spread over the run)");

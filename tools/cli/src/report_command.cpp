@@ -28,7 +28,7 @@ Action addReport(CLI::App& app)
             return std::filesystem::path(file).extension() == ".html" ? "" : "the page is an .html file";
         });
     c->add_option("--megabytes", o->report.megabytes,
-                  "Of frames to play in the page; where all are more, some are left out; 0: none")
+                  "Size of the frames to play in the page; where all of them take more, some are left out; 0: none")
         ->check(CLI::Range(0., 1000.))
         ->capture_default_str();
     c->add_option("--pictures", o->report.pictures, "Pictures on the contact sheet; 0: none")

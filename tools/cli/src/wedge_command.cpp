@@ -193,7 +193,7 @@ Action addWedge(CLI::App& app)
     c->add_option("-j,--jobs", o->sideBySide, "With --local: runs at a time (default: 1)")
         ->check(CLI::Range(1, 1024))
         ->type_name("N");
-    c->add_option("--threads", o->threads, "Of a run (default: the cores shared out; 1 with --slurm)")
+    c->add_option("--threads", o->threads, "Threads of a run (default: the cores shared out; 1 with --slurm)")
         ->check(CLI::Range(0, 1024))
         ->type_name("N");
     c->add_option("--sim", o->sim, "A further option of 'vdbfrac sim', as --sim=--checkpoint-every=5")

@@ -19,15 +19,15 @@
 namespace vdbfrac::effects {
 
 inline const scene::Key kContactKeys[] = {
-    {"friction", scene::Type::number, "", "coefficient of Coulomb friction", "0.5", 0},
-    {"stiffness", scene::Type::number, "", "of contact: pressure for each metre of depth, in units of E / h", "10", 0,
-     kInfinity, true},
+    {"friction", scene::Type::number, "", "Coefficient of Coulomb friction.", "0.5", 0},
+    {"stiffness", scene::Type::number, "", "Contact stiffness: pressure per metre of penetration, in units of E / h.",
+     "10", 0, kInfinity, true},
     {"gap", scene::Type::number, "voxels",
-     "distance kept between surfaces that touch; a large one crushes thin cut tets", "0", 0, 1},
+     "Distance kept between surfaces that touch; a large one crushes thin cut tets.", "0", 0, 1},
     {"lips",
      scene::Type::choice,
      "",
-     "where lips of a crack touch: where material is left, or closed, as they are drawn",
+     "Where the lips of a crack touch: as_simulated, at the material that is left; or closed, where they are drawn.",
      "\"as_simulated\"",
      -kInfinity,
      kInfinity,
@@ -37,15 +37,15 @@ inline const scene::Key kContactKeys[] = {
     {"drawn",
      scene::Type::choice,
      "",
-     "how pieces are drawn that lie in each other, as closed lips do that are pressed: as_simulated, or apart",
+     "How pieces that overlap are drawn, as closed lips under pressure do: as_simulated, or apart.",
      "\"as_simulated\"",
      -kInfinity,
      kInfinity,
      false,
      false,
      {"as_simulated", "apart"}},
-    {"untangle_speed", scene::Type::number, "m/s", "at which material that starts tangled is pushed apart; 0: never",
-     "0", 0},
+    {"untangle_speed", scene::Type::number, "m/s",
+     "Speed at which material that starts tangled is pushed apart; 0: never.", "0", 0},
 };
 
 /// A sample in a target.

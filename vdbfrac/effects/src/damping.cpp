@@ -22,8 +22,8 @@ using scene::Key;
 using scene::Type;
 
 const Key kKeys[] = {
-    {"mass", Type::number, "1/s", "Rayleigh coefficient of the mass: drags all motion, as air would", "0", 0},
-    {"stiffness", Type::number, "s", "Rayleigh coefficient of the stiffness: drags deformation only", "0", 0},
+    {"mass", Type::number, "1/s", "Rayleigh coefficient of the mass: drags all motion, as air would.", "0", 0},
+    {"stiffness", Type::number, "s", "Rayleigh coefficient of the stiffness: drags deformation only.", "0", 0},
 };
 
 /// A rigid turn: of a fragment, the one that has its angular momentum.

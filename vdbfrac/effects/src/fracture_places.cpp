@@ -17,24 +17,26 @@ using scene::Type;
 constexpr double kCells = 6;  // size of the scatter where the scene gives none
 
 const Key kSpotKeys[] = {
-    {"center", Type::vector, "m", "of the spot, at rest", scene::kRequired},
-    {"radius", Type::number, "m", "of the spot; the factor falls to 1 there", scene::kRequired, 0, kInfinity, true},
-    {"factor", Type::number, "", "on the resistance in its middle; below 1: weaker", scene::kRequired, 1e-3, 1e3},
+    {"center", Type::vector, "m", "Center of the spot, at rest.", scene::kRequired},
+    {"radius", Type::number, "m", "Radius of the spot; the factor falls to 1 there.", scene::kRequired, 0, kInfinity,
+     true},
+    {"factor", Type::number, "", "Factor on the resistance in its middle; below 1: weaker.", scene::kRequired, 1e-3,
+     1e3},
 };
 const scene::TableSpec kSpotSpec = {
     .name = "fracture.spots", .doc = "A ball that is weaker or stronger than what is round it.", .keys = kSpotKeys};
 
 const Key kPlaceKeys[] = {
     {"scatter", Type::number, "",
-     "how much the resistance varies from place to place: by up to this share, smoothly; bodies without a notch then "
-     "tear where they are weakest, not everywhere at once",
+     "How much the resistance varies from place to place: by up to this share, smoothly; bodies without a notch then "
+     "tear where they are weakest, not everywhere at once.",
      "0", 0, .9},
-    {"scatter_size", Type::number, "m", "size of what is weaker or stronger; left out: six lattice cells", "", 0,
+    {"scatter_size", Type::number, "m", "Size of the weaker and stronger places; default: six lattice cells.", "", 0,
      kInfinity, true},
-    {"scatter_seed", Type::integer, "", "another number puts it elsewhere", "0", 0, 1e9},
+    {"scatter_seed", Type::integer, "", "Another number gives another pattern.", "0", 0, 1e9},
     {.name = "spots",
      .member = Type::entries,
-     .doc = "balls that are weaker or stronger",
+     .doc = "Balls that are weaker or stronger.",
      .defaultText = scene::kOptional,
      .table = &kSpotSpec},
 };

@@ -13,7 +13,7 @@ using scene::Key;
 using scene::Type;
 
 const Key kKeys[] = {
-    {"acceleration", Type::vector, "m/s^2", "acceleration of everything that is free to move", "[0, -9.81, 0]"},
+    {"acceleration", Type::vector, "m/s^2", "Acceleration of everything that is free to move.", "[0, -9.81, 0]"},
 };
 
 class Gravity : public core::Effect, public solver::Potential {

@@ -13,25 +13,27 @@ using scene::Type;
 
 constexpr const char* kMaterial = "material";
 
-const Key kYieldStress = {"yield_stress",
-                          Type::number,
-                          "Pa",
-                          "von Mises stress beyond which it flows: in a bar, its pull over its section",
-                          scene::kRequired,
-                          0};
+const Key kYieldStress = {
+    "yield_stress",
+    Type::number,
+    "Pa",
+    "Von Mises stress beyond which it flows; in a bar under tension, its force over its cross-section.",
+    scene::kRequired,
+    0};
 Key hardening(const char* defaultText)
 {
-    return {"hardening", Type::number, "Pa", "what the yield stress gains with a plastic strain of 1", defaultText, 0};
+    return {
+        "hardening", Type::number, "Pa", "Increase of the yield stress per unit of plastic strain.", defaultText, 0};
 }
 Key relaxation(const char* defaultText)
 {
     return {"relaxation", Type::number,
-            "s",          "time in which the stress beyond the yield falls to 1/e of it; 0: at once",
+            "s",          "Time in which stress beyond the yield stress decays to 1/e; 0: at once.",
             defaultText,  0};
 }
 
 const Key kMaterialKeys[] = {
-    {"name", Type::label, "", "name of a [material.NAME] table", scene::kRequired},
+    {"name", Type::label, "", "Name of a [material.NAME] table.", scene::kRequired},
     kYieldStress,
     hardening(scene::kOptional),
     relaxation(scene::kOptional),
@@ -63,14 +65,16 @@ const Key kKeys[] = {
     kYieldStress,
     hardening("0"),
     relaxation("0"),
-    {"max_stretch", Type::number, "", "times its length that a bar can flow to; from there on it is elastic", "4", 1.01,
-     100},
+    {"max_stretch", Type::number, "",
+     "Largest plastic stretch: a bar flows to at most this many times its length, and is elastic from there on.", "4",
+     1.01, 100},
     {"fracture_share", Type::number, "",
-     "part of the plastic work done in tension that drives cracks, beside the elastic energy, while it is pulled",
+     "Fraction of the plastic work done in tension that drives cracks, in addition to the elastic energy, while it is "
+     "pulled.",
      "0.1", 0, 1},
     {.name = kMaterial,
      .member = Type::tables,
-     .doc = "materials that flow otherwise; what they leave out of the first three is as above",
+     .doc = "Materials that flow differently; keys they leave out are as above.",
      .defaultText = scene::kOptional,
      .table = &kMaterialSpec},
 };

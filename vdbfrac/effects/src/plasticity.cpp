@@ -242,7 +242,7 @@ EffectInfo plasticity()
 {
     // A, its strains and tables of an operator twice: 690 in rods of 62 and 453 thousand tets.
     constexpr double kBytesPerTet = 700;
-    return {.table = {"plasticity", "Material that is strained beyond its yield flows, and stays so.",
+    return {.table = {"plasticity", "Material strained beyond its yield point flows, and keeps its new shape.",
                       plasticityTable(), checkPlasticity},
             .stages = "solve, after it, field 'plastic_strain'",
             .make = make,

@@ -24,9 +24,9 @@ using scene::Type;
 
 const Key kKeys[] = {
     {"speed", Type::number, "m/s",
-     "below which a fragment may fall asleep; if not given, .01 sqrt(g h) with gravity g and spacing h",
+     "Speed below which a fragment may fall asleep; default: .01 sqrt(g h) with gravity g and spacing h.",
      scene::kOptional, 0, kInfinity, true},
-    {"after", Type::number, "s", "how long it has to be as slow as that", "0.5", 0, kInfinity, true},
+    {"after", Type::number, "s", "How long it has to stay as slow as that.", "0.5", 0, kInfinity, true},
 };
 
 /// What pushes a fragment from outside.
@@ -249,6 +249,9 @@ std::unique_ptr<core::Effect> make(const scene::Values& values, const scene::Sce
 
 }  // namespace
 
-EffectInfo sleep() { return {{"sleep", "Fragments that lie still are not solved for.", kKeys}, "sleep", make}; }
+EffectInfo sleep()
+{
+    return {{"sleep", "Fragments at rest are not simulated until something wakes them.", kKeys}, "sleep", make};
+}
 
 }  // namespace vdbfrac::effects

@@ -34,8 +34,8 @@ using scene::Key;
 using scene::Type;
 
 const Key kKeys[] = {
-    {"least", Type::number, "", "share of its volume at rest below which material resists", "0.9", 0.3, 1},
-    {"stiffness", Type::number, "", "how much it resists, in its Young's moduli", "20", 0, 200},
+    {"least", Type::number, "", "Share of its volume at rest below which material resists.", "0.9", 0.3, 1},
+    {"stiffness", Type::number, "", "How strongly it resists, in units of its Young's modulus.", "20", 0, 200},
 };
 
 using Corners = Eigen::Matrix<double, 3, tetmesh::kCorners>;
@@ -359,7 +359,7 @@ std::unique_ptr<core::Effect> make(const scene::Values& values, const scene::Sce
 
 EffectInfo volume()
 {
-    return {{"volume", "Material that is squeezed far keeps what is left of its volume.", kKeys}, "solve", make};
+    return {{"volume", "Strongly squeezed material resists further loss of volume.", kKeys}, "solve", make};
 }
 
 }  // namespace vdbfrac::effects

@@ -58,7 +58,7 @@ std::vector<Key> outputKeys(const Vocabulary& vocabulary)
         keys.push_back(
             {.name = "in_colliders",
              .member = {Type::choice, &scene::Output::movedOut},
-             .doc = "Where surfaces are drawn that are inside of colliders: moved_out, on the surface of the collider, "
+             .doc = "How surfaces that lie inside colliders are drawn: moved_out, onto the surface of the collider, "
                     "where they are no deeper than two voxels; or as_simulated.",
              .choices = {{"moved_out", true}, {"as_simulated", false}}});
     return keys;
