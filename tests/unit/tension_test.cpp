@@ -321,6 +321,12 @@ TEST_P(Tension, AveragedOverLessThanAVoxelIsThatOfTheNode)
         EXPECT_EQ(above.voxels, own.voxels) << voxels;
         EXPECT_EQ(above.psi, own.psi) << voxels;
     }
+    for (const double voxels : {0., .5, 1.}) {
+        const grid::VoxelValues front = grid::tensionAtFront({mesh, energy, stress, isFront}, {voxels * dx, kE, kNu});
+        EXPECT_EQ(front.coords, own.voxels) << voxels;
+        EXPECT_TRUE(std::ranges::equal(front.scalars, own.psi, {}, {}, [](double psi) { return float(psi); }))
+            << voxels;
+    }
 }
 
 /// Hooke's law: E psi = |S|^2 (1 + nu) / 2 - nu tr(S)^2 / 2.

@@ -5,6 +5,8 @@
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/grid/openvdb.h>
 
+#include <openvdb/io/File.h>
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -162,6 +164,25 @@ TEST_F(VdbFiles, VdbGridsThatAreNoLevelSetsAreRefused)
     phi.grid().grid->tree().addTile(3, openvdb::Coord(std::numeric_limits<int>::max()), -float(phi.background()),
                                     false);
     refused();
+}
+
+TEST_F(VdbFiles, SurfacesThatAreCutOffOnAnySideAreRefused)
+{
+    const fs::path file = folder_ / "ball.vdb";
+    const LevelSet ball = make(bodyOf(sphere(0.5)));
+    for (const int axis : {0, 1, 2})
+        for (const int side : {-1, 1}) {
+            const auto cut = toOpenVdb(ball)->deepCopy();
+            for (auto v = cut->beginValueAll(); v; ++v)
+                if (v.isVoxelValue() && side * v.getCoord()[axis] > 2) v.setValue(cut->background()), v.setValueOff();
+            openvdb::io::File(file.string()).write(openvdb::GridCPtrVec{cut});
+            try {
+                readLevelSet(file, "");
+                ADD_FAILURE() << "axis " << axis << ", side " << side << " was taken";
+            } catch (const Error& e) {
+                EXPECT_NE(std::string(e.what()).find("ball.vdb"), std::string::npos) << e.what();
+            }
+        }
 }
 
 TEST_F(VdbFiles, TruncatedVdbFilesAreFileErrors)

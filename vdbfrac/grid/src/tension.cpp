@@ -369,10 +369,15 @@ TensionAbove tensionAbove(double kappa, const Loaded& body, const TensionAverage
 VoxelValues tensionAtFront(const Loaded& body, const TensionAverage& average, double little)
 {
     VoxelValues values;
+    const double radius = average.radius / body.mesh.voxelSize();
+    if (radius <= 1) {
+        const TensionAbove above = nodalTensionAbove(little, body, average);
+        values.coords = above.voxels, values.scalars.assign(above.psi.begin(), above.psi.end());
+        return values;
+    }
     values.coords = whereItMayExceed(little, body, average);
     std::erase_if(values.coords, [&](const Coord& c) { return !body.isFront(c); });
     NodalStresses nodes(body.mesh, body.stress, average.isCounted);
-    const double radius = average.radius / body.mesh.voxelSize();
     const std::vector<double> R = tensions(nodes, values.coords, radius, average);
     const std::vector<double> psi =
         average.perRelease > 0 ? drivenBy(values.coords, body, average, values.coords, R).psi : R;

@@ -165,8 +165,13 @@ void requireBandBetween(const openvdb::FloatGrid& grid, const std::string& file)
 void requireNegativeInside(const openvdb::FloatGrid& grid, const std::string& file)
 {
     const openvdb::CoordBBox box = grid.evalActiveVoxelBoundingBox();
+    const auto isOutermost = [&](const openvdb::Coord& c) {
+        for (int axis = 0; axis < 3; ++axis)
+            if (c[axis] == box.min()[axis] || c[axis] == box.max()[axis]) return true;
+        return false;
+    };
     for (auto v = grid.cbeginValueOn(); v; ++v)
-        if (v.getCoord().x() == box.min().x() && *v <= 0)
+        if (*v <= 0 && isOutermost(v.getCoord()))
             throw InputError({file, "grid '" + grid.getName() + "' is not positive at its outermost voxels",
                               "phi < 0 inside, > 0 outside, with the whole surface in the grid", "negate it"});
 }

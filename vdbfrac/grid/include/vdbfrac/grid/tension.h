@@ -74,7 +74,7 @@ struct TensionAbove {
 /// before, which makes finding it cheap.
 TensionAbove tensionAbove(double kappa, const Loaded& body, const TensionAverage& average, double expected = 0);
 
-/// Psi at the voxel nodes of the front, of each alone; `radius` above 0. Of no node where energies leave no room for
+/// Psi at the voxel nodes of the front, of each alone. Of no node where energies leave no room for
 /// more than `little` [J/m^3].
 VoxelValues tensionAtFront(const Loaded& body, const TensionAverage& average, double little = 0);
 
