@@ -102,7 +102,8 @@ void ElasticOperator::averageCells(const ElasticOperator& fine, const Tangent& f
     const Data &d = *data_, &f = *fine.data_;
     if (cells.count_ != d.p.batches.size()) {
         cells.resize(d.p.batches.size());
-        std::memset(static_cast<void*>(cells.tets_.get()), 0, cells.bytes());  // lanes that no element fills
+        std::memset(static_cast<void*>(cells.tets_.get()), 0,
+                    cells.count_ * sizeof(TetTangent));  // lanes that no element fills
     }
     cells.ofCells_ = true;
     cells.share_ = fineCells.share_;

@@ -240,6 +240,27 @@ TEST_F(SurfaceInput, PlyHasTextureCoordinatesAndNormals)
     EXPECT_EQ(read("a nx ny b nz").corners[1].normal, RenderMesh::kNone) << "zeros";
 }
 
+/// What is not used may be anything, in text as in binary; places may not.
+TEST_F(SurfaceInput, PlyTextMayHaveValuesThatAreNotFinite)
+{
+    const auto text = [](const std::string& x, const std::string& quality) {
+        return "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+               "property float quality\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n" +
+               x + " 0 0 " + quality + "\n1 0 0 1e35\n0 1 0 -inf\n3 0 1 2\n";
+    };
+    EXPECT_EQ(readRenderMesh(write("t.ply", text("0", "nan"))).points.size(), 3u);
+    EXPECT_NE(complaint("t.ply", text("nan", "0")).find("not finite"), std::string::npos);
+    EXPECT_NE(complaint("t.ply", text("2e30", "0")).find("too large"), std::string::npos);
+    EXPECT_NE(complaint("t.ply", text("0", "none")).find("'none' is not a number"), std::string::npos);
+}
+
+TEST_F(SurfaceInput, OffMayHaveACommentBehindItsKeyword)
+{
+    expectTet(
+        read("t.off",
+             "OFF # made by a 2.0\n4 4 6 # counts\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n"));
+}
+
 TEST_F(SurfaceInput, ObjQuirksAreRead)
 {
     expectTet(read("t.obj", kTetPoints + "f -4 -2 -3\nf -4 -3 -1\nf -4 -1 -2\nf -3 -2 -1"));

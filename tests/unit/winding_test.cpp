@@ -6,8 +6,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <functional>
+#include <numbers>
 
 using namespace vdbfrac;
 using tetmesh::RenderMesh;
@@ -47,6 +49,26 @@ TEST(Winding, OfAClosedShellIsOutward)
     RenderMesh right = box;
     EXPECT_EQ(tetmesh::windShells(right), 0u);
     EXPECT_EQ(right.normals.size(), box.normals.size());
+}
+
+/// A point may have any number of faces round it: what looks at all pairs of them takes minutes here.
+TEST(Winding, OfAPointedShellTakesNoLonger)
+{
+    constexpr std::uint32_t kSides = 200000;
+    RenderMesh mesh;
+    mesh.points = {Vec3(0, 1, 0), Vec3(0, -1, 0)};
+    for (std::uint32_t k = 0; k < kSides; ++k) {
+        const double angle = 2 * std::numbers::pi * k / kSides;
+        mesh.points.emplace_back(std::sin(angle), 0, std::cos(angle));
+    }
+    for (std::uint32_t k = 0; k < kSides; ++k) {
+        const std::uint32_t a = 2 + k, b = 2 + (k + 1) % kSides;
+        const RenderMesh::Corner top[] = {{0}, {a}, {b}}, low[] = {{1}, {b}, {a}};
+        mesh.addFace(top, RenderMesh::kNone, RenderMesh::kNone),
+            mesh.addFace(low, RenderMesh::kNone, RenderMesh::kNone);
+    }
+    mesh = turned(std::move(mesh), [](std::size_t f) { return f % 5 == 0; });
+    EXPECT_EQ(tetmesh::windShells(mesh), 2 * kSides / 5);
 }
 
 /// A corner that a face has twice is no edge.

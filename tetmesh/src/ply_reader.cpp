@@ -120,7 +120,7 @@ public:
             if (!in_.nextLine()) in_.fail("the file ends before the elements its header declares");
         } while (in_.restOfLine().find_first_not_of(" \t\r") == std::string_view::npos);
     }
-    double next(const Type&) override { return in_.number(); }
+    double next(const Type&) override { return in_.anyNumber(); }
     std::size_t left() const override { return in_.restOfLine().size(); }
     [[noreturn]] void fail(const std::string& what, const std::string& allowed) const override
     {

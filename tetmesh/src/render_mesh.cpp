@@ -86,6 +86,7 @@ PolygonSoup soupOf(const RenderMesh& mesh)
     soup.polygons.reserve(mesh.faces());
     for (std::size_t f = 0; f < mesh.faces(); ++f) {
         std::vector<std::size_t>& polygon = soup.polygons.emplace_back();
+        polygon.reserve(mesh.face(f).size());
         for (const RenderMesh::Corner& c : mesh.face(f)) polygon.push_back(c.point);
     }
     return soup;

@@ -94,7 +94,7 @@ PolygonSoup readTextStl(std::string_view text, const std::string& file)
 
 /// Peak bytes for each byte of a file: its text twice, then points and faces. Faces of few characters, "f 1 2 3", cost
 /// most.
-constexpr std::uint64_t kBytesPerFileByte = 12;
+constexpr std::uint64_t kBytesPerFileByte = 20;
 
 void requireMemory(const std::filesystem::path& file, std::uint64_t limit)
 {
@@ -146,7 +146,8 @@ PolygonSoup readOff(std::string_view text, const std::string& file)
     if (kind != "OFF" && kind != "COFF" && kind != "NOFF" && kind != "CNOFF")
         in.fail("'" + TextReader::shown(kind) + "' does not start a file of 3D points", "OFF, COFF, NOFF, CNOFF");
     if (in.restOfLine().find("BINARY") != std::string_view::npos) in.fail("binary OFF is not read", "text OFF");
-    if (in.restOfLine().find_first_of("0123456789") == std::string_view::npos && !in.nextDataLine())
+    const std::string_view rest = in.restOfLine().substr(0, in.restOfLine().find('#'));
+    if (rest.find_first_of("0123456789") == std::string_view::npos && !in.nextDataLine())
         in.fail("the counts are missing");
     // Every point and face has a line of two bytes or more.
     const std::size_t points = in.index(text.size(), "number of points");

@@ -74,6 +74,15 @@ public:
         return *value;
     }
 
+    /// A number from the next word, also one that is not finite. Throws InputError.
+    double anyNumber()
+    {
+        const std::string_view w = word();
+        const std::optional<double> value = parse<double>(w.starts_with('+') ? w.substr(1) : w);
+        if (!value) fail("'" + shown(w) + "' is not a number", "numbers");
+        return *value;
+    }
+
     /// Three numbers.
     Vec3 point()
     {

@@ -52,13 +52,16 @@ private:
                 if (from_[e] != to_[e]) add(std::min(from_[e], to_[e]), e);
         });
         const auto greater = [&](std::uint32_t e) { return std::max(from_[e], to_[e]); };
-        for (std::size_t p = 0; p < mesh_.points.size(); ++p)
-            for (const std::uint32_t e : ofLesser[p]) {
-                std::uint32_t other = kNone, count = 0;
-                for (const std::uint32_t o : ofLesser[p])
-                    if (o != e && greater(o) == greater(e)) other = o, ++count;
-                if (count == 1) twin_[e] = other;
+        std::vector<std::uint32_t> edges;
+        for (std::size_t p = 0; p < mesh_.points.size(); ++p) {
+            edges.assign(ofLesser[p].begin(), ofLesser[p].end());
+            std::ranges::sort(edges, {}, greater);
+            for (std::size_t begin = 0, end = 0; begin < edges.size(); begin = end) {
+                while (end < edges.size() && greater(edges[end]) == greater(edges[begin])) ++end;
+                if (end - begin != 2) continue;
+                twin_[edges[begin]] = edges[begin + 1], twin_[edges[begin + 1]] = edges[begin];
             }
+        }
     }
 
     const RenderMesh& mesh_;

@@ -8,6 +8,7 @@
 #include <vdbfrac/base/grouping.h>
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/tetmesh/cut_mesh.h>
+#include <vdbfrac/tetmesh/nodes_where.h>
 #include <vdbfrac/tetmesh/trilinear.h>
 
 #include <algorithm>
@@ -148,17 +149,14 @@ private:
 
 namespace {
 
-/// Voxel nodes near those of the body at which there is material.
+/// Voxel nodes at which there is material.
 std::vector<Coord> nodesWithTets(const Carrier& carrier)
 {
-    std::set<Coord> near;
-    for (std::uint32_t n = 0; n < carrier.body.nodeCount(); ++n) {
-        const Vec3 at = carrier.body.restPosition(n) / carrier.body.voxelSize();
-        near.insert({int(std::lround(at.x())), int(std::lround(at.y())), int(std::lround(at.z()))});
-    }
-    std::erase_if(near, [&](Coord n) { return carrier.tetsAt(n).empty(); });
-    if (near.empty()) throw Error("no material is left to carry the drawn surface");
-    return {near.begin(), near.end()};
+    std::vector<Coord> nodes =
+        tetmesh::nodesWhere(carrier.body.phi(), [&](Coord c) { return !carrier.tetsAt(c).empty(); });
+    std::ranges::sort(nodes);
+    if (nodes.empty()) throw Error("no material is left to carry the drawn surface");
+    return nodes;
 }
 
 /// For what is so far from all material that no search comes there: parts that are thinner than voxels.

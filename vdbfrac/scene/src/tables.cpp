@@ -269,6 +269,9 @@ std::string checkGrid(const Values& v)
         return "the lattice \"five\" goes with coarsening = 1 only";
     if (v.text("lattice") != "delaunay" && v.number("grading") != 1)
         return "grading goes with the lattice \"delaunay\" only";
+    constexpr double kLargestTets = 24;  // voxels: in larger ones some voxels would have no tet to have stress from
+    if (v.text("lattice") == "delaunay" && double(v.integer("coarsening")) * v.number("grading") > kLargestTets)
+        return "coarsening times grading can be at most 24: tetrahedra of so many voxels are too large to be torn";
     if (v.text("lattice") == "delaunay" && v.text("surface") != "cut_planes")
         return "whole_tets goes with the lattices \"six\" and \"five\" only";
     return "";

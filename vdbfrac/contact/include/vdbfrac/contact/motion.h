@@ -45,6 +45,7 @@ public:
         const Vec3 move = move_[node] - own.move, place = x_[node] - own.place;
         const Vec3 way = isGone_ ? Vec3(own.turn * move - place) : Vec3(scale_ * (move - own.turn * place));
         const double far = way.squaredNorm();
+        if (!std::isfinite(far)) return Vec3::Zero();  // what flies off to infinity meets nothing
         return far > farthest_ * farthest_ ? Vec3(way * (farthest_ / std::sqrt(far))) : way;
     }
     Vec3 operator()(std::size_t node) const { return x_[node] + way(node); }
