@@ -78,8 +78,8 @@ std::string expectedErrors(const scene::Scene& scene, const core::SceneEstimate&
     std::string text;
     for (const core::BodyEstimate& e : estimate.bodies) {
         const double cells = leastWidth(e) / h;
-        text += fmt::format("expected error: body '{}' is {}{:.3g} lattice cells across", e.body->name,
-                            e.body->cut.empty() ? "" : "outside, where nothing is cut from it, ", cells);
+        text += fmt::format("expected error: body '{}' is {:.3g} lattice cells across{}", e.body->name, cells,
+                            e.body->cut.empty() ? "" : " (less where parts are cut from it)");
         const std::vector<BendingError> bars = barsLike(scene, *e.body);
         const std::vector<TearingError> plates =
             tearsAtToughness(scene, *e.body) ? platesLike(scene) : std::vector<TearingError>();
