@@ -67,7 +67,7 @@ public:
     double number()
     {
         const std::string_view w = word();
-        const std::optional<double> value = parse<double>(w.starts_with('+') ? w.substr(1) : w);
+        const std::optional<double> value = realNumber(w);
         if (!value || !(*value - *value == 0)) fail("'" + shown(w) + "' is not a finite number", "finite numbers");
         if (*value > kLargest || *value < -kLargest)
             fail("'" + shown(w) + "' is too large", "numbers from -1e30 to 1e30");
@@ -78,7 +78,7 @@ public:
     double anyNumber()
     {
         const std::string_view w = word();
-        const std::optional<double> value = parse<double>(w.starts_with('+') ? w.substr(1) : w);
+        const std::optional<double> value = realNumber(w);
         if (!value) fail("'" + shown(w) + "' is not a number", "numbers");
         return *value;
     }
@@ -98,6 +98,11 @@ public:
         if (!value || *value >= below)
             fail(std::string(what) + " '" + shown(w) + "'", "0 to " + std::to_string(below - (below > 0)));
         return std::size_t(*value);
+    }
+
+    static std::optional<double> realNumber(std::string_view w)
+    {
+        return parse<double>(w.starts_with('+') ? w.substr(1) : w);
     }
 
     template <class T>

@@ -34,14 +34,14 @@ std::string sourceText(const scene::Scene& scene, const lab::Forecast& f)
 {
     const std::string own = f.measuredSteps > 0 ? fmt::format("{} steps of this scene", f.measuredSteps) : "";
     constexpr double kAll = 0.995;  // what is told as 100 %
-    const char* const later = f.simulatedShare < kAll ? "; what touches or tears after them costs more" : "";
-    const char* const finer =
-        f.wider > 1 && *later == '\0' && tearsOrTouches(scene)
-            ? "; where thin parts tear or touch on the finer voxels only, it takes several times as long"
-            : "";
-    if (f.wider == 1) return own + fmt::format(", {:.0f} % of its frames{}", 100 * f.simulatedShare, later);
-    return fmt::format("{}{}{:.0f} % of the frames on voxels {:.3g} times as wide{}{}", own,
-                       own.empty() ? "" : ", and ", 100 * f.simulatedShare, f.wider, later, finer);
+    const char* caveat = "";
+    if (f.simulatedShare < kAll)
+        caveat = "; what touches or tears after them costs more";
+    else if (f.wider > 1 && tearsOrTouches(scene))
+        caveat = "; where thin parts tear or touch on the finer voxels only, it takes several times as long";
+    if (f.wider == 1) return own + fmt::format(", {:.0f} % of its frames{}", 100 * f.simulatedShare, caveat);
+    return fmt::format("{}{}{:.0f} % of the frames on voxels {:.3g} times as wide{}", own, own.empty() ? "" : ", and ",
+                       100 * f.simulatedShare, f.wider, caveat);
 }
 
 }  // namespace
@@ -51,8 +51,7 @@ std::string durationText(double seconds) { return seconds < 60 ? fmt::format("{:
 std::string forecastText(const scene::Scene& scene, const lab::Forecast& f)
 {
     const int frames = scene.time.lastFrame - scene.time.firstFrame + 1, threads = threadCount();
-    constexpr double kHalf = .5,
-                     kOff = 4;  // from few frames a forecast may be off by as much (docs/measured.md)
+    constexpr double kHalf = .5, kOff = 4;  // from few frames a forecast may be off by as much (docs/measured.md)
     const std::string time = f.simulatedShare < kHalf ? fmt::format("between {} and {}", durationText(f.seconds / kOff),
                                                                     durationText(kOff * f.seconds))
                                                       : "about " + durationText(f.seconds);

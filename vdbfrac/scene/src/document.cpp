@@ -1,6 +1,8 @@
 // The only file that includes toml++.
 #include "document.h"
 
+#include <vdbfrac/base/number_text.h>
+
 // Header-only, also where the compile options of an installed package say otherwise. Numbers by <charconv>, which
 // rounds correctly in any locale. A low nesting limit bounds the recursion, together with Scan.
 #undef TOML_HEADER_ONLY
@@ -12,7 +14,7 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
-#include <charconv>
+#include <optional>
 #include <tuple>
 
 namespace vdbfrac::scene {
@@ -189,10 +191,8 @@ Node parseValue(std::string_view text)
     } catch (const SyntaxError&) {
     }
     // TOML wants digits on both sides of a point; who types .05 or 5. means a number too. All else is a text.
-    double number = 0;
-    const char* end = text.data() + text.size();
-    const auto [stop, error] = std::from_chars(text.data(), end, number);
-    if (error == std::errc() && stop == end && text.find('.') != text.npos) return {{}, number};
+    if (const std::optional<double> number = numberFrom(text); number && text.find('.') != text.npos)
+        return {{}, *number};
     return {{}, std::string(text)};
 }
 

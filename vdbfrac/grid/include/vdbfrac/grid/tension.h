@@ -74,8 +74,8 @@ struct TensionAbove {
 /// before, which makes finding it cheap.
 TensionAbove tensionAbove(double kappa, const Loaded& body, const TensionAverage& average, double expected = 0);
 
-/// Psi at the voxel nodes of the front, of each alone. Of no node where energies leave no room for
-/// more than `little` [J/m^3].
+/// Psi at the voxel nodes of the front, of each alone. Of no node where energies leave no room for more than `little`
+/// [J/m^3].
 VoxelValues tensionAtFront(const Loaded& body, const TensionAverage& average, double little = 0);
 
 /// The least energy density [J/m^3] of any stress whose largest principal one alone has the energy `tension`.
