@@ -355,6 +355,7 @@ void BackwardEuler::Newton::descendToRest(double tolerance)
             break;
         }
         ++report_.newtonIterations;
+        objective_.prune(here_.x);
         report_.minResidual = std::min(report_.minResidual, relative(here_));
     }
 }

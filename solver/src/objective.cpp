@@ -123,6 +123,11 @@ void Objective::evaluate(Point& p)
     measureForces(p, phiScale - std::abs(p.elastic));
 }
 
+void Objective::prune(std::span<const Vec3> x)
+{
+    for (Potential* potential : potentials_) potential->prune(x);
+}
+
 bool Objective::refresh(std::span<const Vec3> x)
 {
     bool changed = false;

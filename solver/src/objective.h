@@ -43,6 +43,8 @@ public:
     /// Farthest that the gradient would take a free node against inertia and the stiffness of its own tets and
     /// couplings [m]; p.x was evaluated last.
     double farthest(const Point& p);
+    /// Lets potentials leave out what adds nothing at an iterate.
+    void prune(std::span<const Vec3> x);
     /// Lets potentials bring themselves up to date at a solution; has one changed?
     bool refresh(std::span<const Vec3> x);
     /// J that the elastic forces at the x last evaluated take along the way from `from`; `gradient`: of Phi there.

@@ -73,6 +73,61 @@ TEST_P(OnLattice, ForcesOfATouchHaveNoMomentWithoutFriction)
     EXPECT_LT(moment.norm(), kRounding * forces);
 }
 
+/// A slab is pressed flat under a block, and turned over a little: its tets see nothing of the block then. Turned back,
+/// they saw it deep within them, behind a wall of energy, in the same solve.
+TEST_P(OnLattice, WhatWasFlatBuildsNoWall)
+{
+    constexpr double kThin = 0.01;  // of how thick the slab was
+    SceneRun run(blocks("[contact]\nfriction = 0\n", "[0.1, 0.54, 0.03]", GetParam()));
+    run.toFrame(4);
+    const core::Simulation& s = run.simulation;
+    solver::Potential& potential = *s.stages().solve.back();
+    const core::Body& lower = s.bodies().front();
+    const double above = 0.3;  // m: where the lower block is pressed onto
+    const auto energyAt = [&](double thickness) {
+        std::vector<Vec3> x(s.x().begin(), s.x().end()), gradient(x.size(), Vec3::Zero());
+        for (std::size_t i = 0; i < lower.mesh->nodeCount(); ++i) {
+            double& y = x[lower.firstNode + i].y();
+            y = above + thickness * (y - above);
+        }
+        return std::pair(potential.evaluate(x, gradient), x);
+    };
+    potential.begin({s.x(), s.v(), 1. / 24, s.elastic(), s.time() + 1. / 24});
+    const double wall = energyAt(kThin).first;
+    const auto [turned, x] = energyAt(-kThin);
+    potential.prune(x);
+    EXPECT_EQ(energyAt(-kThin).first, turned);
+    EXPECT_GT(wall, 2 * turned);
+    EXPECT_LT(energyAt(kThin).first, 1.5 * turned);
+}
+
+/// Between two solutions of one solve a ball goes to and fro on another, by a part of a cell: what would go back to
+/// where it has come from stays, or each would be solved for in turn.
+TEST_P(OnLattice, WhatGoesToAndFroIsHeld)
+{
+    constexpr double kWay = 0.1;  // cells
+    std::string scene =
+        "version = 1\nname = \"balls\"\n[time]\nframes = [1, 24]\nfps = 24\n[grid]\nvoxel_size = 0.1\nlattice = \"" +
+        std::string(GetParam()) +
+        "\"\n[contact]\nfriction = 0\n[material.gel]\nyoungs_modulus = 1e5\npoisson_ratio = 0.3\ndensity = "
+        "1000\n";
+    for (const char* ball : {"-0.5", "0.5"})
+        scene += "[[body]]\nname = \"at" + std::string(ball) +
+                 "\"\nmaterial = \"gel\"\nshape = { sphere = { radius = 0.45, center = [0, " + ball +
+                 ", 0] } }\nvelocity = [0, " + (ball[0] == '-' ? "1" : "-1") + ", 0]\n";
+    SceneRun run(scene);
+    while (run.step().measured.at("contact_depth_m") == 0) ASSERT_FALSE(run.atEnd());
+    const core::Simulation& s = run.simulation;
+    solver::Potential& potential = *s.stages().solve.back();
+    potential.begin({s.x(), s.v(), 1. / 96, s.elastic(), s.time() + 1. / 96});
+    const std::vector<Vec3> here = sum(s.x(), 1. / 96, s.v());
+    std::vector<Vec3> there = here;
+    for (std::size_t i = s.bodies().back().firstNode; i < there.size(); ++i) there[i].x() += kWay * s.elastic().h();
+    while (potential.refresh(here)) {}
+    EXPECT_TRUE(potential.refresh(there));
+    EXPECT_FALSE(potential.refresh(here));
+}
+
 /// What collisions are given besides: nothing, material that hardly changes its volume, both in short steps.
 const std::vector<std::vector<std::string>> kCollisions = {
     {},

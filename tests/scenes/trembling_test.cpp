@@ -84,6 +84,22 @@ TEST(Trembling, EndsWhereASampleHasLeft)
     EXPECT_TRUE(trembling.held().empty());
 }
 
+/// What a solve holds begins with what steps hold, and knows nothing else of them.
+TEST(Trembling, OfASolveBeginsWithWhatStepsHold)
+{
+    const Slabs slabs;
+    Trembling steps;
+    steps.keep({{{5, 0}, {7, 0}}}), steps.keep({{{5, 1}, {7, 1}}});
+    ASSERT_TRUE(steps.look({{{5, 0}}}, slabs.targets));
+    Trembling solve(steps.held());
+    solve.keep({{{5, 1}, {7, 1}}});
+    EXPECT_FALSE(solve.look({{{5, 1}, {7, 0}}}, slabs.targets));
+    solve.keep({{{5, 1}, {7, 0}}});
+    EXPECT_TRUE(solve.look({{{5, 1}, {7, 1}}}, slabs.targets));
+    EXPECT_EQ(solve.held().size(), 2u);
+    EXPECT_EQ(steps.held().size(), 1u);
+}
+
 /// What is held is seen a little outside of its tet too, though a sample lies in another.
 TEST(Trembling, HoldsWhatASampleIsALittleOutsideOf)
 {

@@ -11,6 +11,9 @@ namespace vdbfrac::contact {
 
 namespace {
 
+// Of the volume at rest. What is seen in a tet stays in it through a solve, which cannot pass a jump of the energy.
+constexpr double kFlat = 0.05, kNone = 1e-3;
+
 /// The gradient of what has the values phi at the corners of a tet, times the determinant of its edges, whose cross
 /// products are n: of the second and third, of the third and first, of the first and second.
 Vec3 gradientTimesVolume(const std::array<float, 4>& phi, const std::array<Vec3, 3>& n)
@@ -75,8 +78,6 @@ void Targets::add(const core::Body& body, std::uint16_t number, double depth)
 
 InTarget Targets::locate(std::size_t n, const Vec3& y, std::span<const Vec3> x) const
 {
-    // Of the volume at rest. What is seen in a tet stays in it through a solve, which cannot pass a jump of the energy.
-    constexpr double kFlat = 0.05, kNone = 1e-3;
     const Target& t = target_[n];
     const Vec3& z0 = x[t.node[0]];
     const Vec3 e1 = x[t.node[1]] - z0, e2 = x[t.node[2]] - z0, e3 = x[t.node[3]] - z0, d = y - z0;
@@ -92,9 +93,18 @@ InTarget Targets::locate(std::size_t n, const Vec3& y, std::span<const Vec3> x) 
         for (std::size_t a = 0; a < 4; ++a) share += row[a] * in.share[a];
         in.least = std::min(in.least, share);
     }
+    in.phi = 0;
     for (std::size_t a = 0; a < 4; ++a) in.phi += in.share[a] * double(t.phi[a]);
     in.outward = gradientTimesVolume(t.phi, normal) / volume;
     return in;
+}
+
+bool Targets::isBlind(std::size_t n, std::span<const Vec3> x) const
+{
+    const Target& t = target_[n];
+    const Vec3& z0 = x[t.node[0]];
+    const Vec3 e1 = x[t.node[1]] - z0, e2 = x[t.node[2]] - z0, e3 = x[t.node[3]] - z0;
+    return !(e1.dot(e2.cross(e3)) > kNone * double(t.restVolume));
 }
 
 std::size_t Targets::bytes() const

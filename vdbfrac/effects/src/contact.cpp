@@ -80,6 +80,7 @@ public:
     double evaluate(std::span<const Vec3> x, std::span<Vec3> gradient) const override;
     void linearize(std::span<const Vec3> x, std::vector<solver::Coupling>& couplings) const override;
     solver::EnergyFlow flow(const solver::Leg& leg) const override;
+    void prune(std::span<const Vec3> x) override;
     bool refresh(std::span<const Vec3> x) override;
     bool isAdmissible(const solver::WholeStep& way) const override;
     void accept(std::span<const Vec3> x, double time, double dt) override;
@@ -110,7 +111,7 @@ public:
     }
     std::size_t bytes() const override
     {
-        return surface_.bytes() + targets_.bytes() + search_.bytes() + trembling_.bytes();
+        return surface_.bytes() + targets_.bytes() + search_.bytes() + trembling_.bytes() + inSolve_.bytes();
     }
 
 private:
@@ -143,6 +144,7 @@ private:
     /// Where nodes were as the step began: a later stage sets off from elsewhere.
     std::span<const Vec3> anchor() const { return anchor_.empty() ? search_.start() : std::span<const Vec3>(anchor_); }
     std::vector<Pair> pairsAt(std::span<const Vec3> x, std::span<const Pair> held = {}) const;
+    std::vector<Pair> steadyPairsAt(std::span<const Vec3> x, contact::Trembling& trembling) const;
     double depthAtStart(const Pair& p) const
     {
         const Vec3 y = surface_.probe(p.sample, search_.start());
@@ -183,7 +185,7 @@ private:
     bool isChanged_ = false;  // gaps of lips, or settings, are others than in the last step
     // Of the step at hand.
     contact::ContactSearch search_;
-    contact::Trembling trembling_;
+    contact::Trembling trembling_, inSolve_;    // from step to step, and between the solutions of a solve
     std::vector<Pair> pairs_;                   // by rising sample
     std::vector<FrictionPoint> friction_;       // by rising sample
     std::vector<Vec3> anchor_;                  // m: as anchor(), once there was a second begin()
@@ -202,11 +204,19 @@ std::vector<Pair> Contact::pairsAt(std::span<const Vec3> x, std::span<const Pair
     return pairs;
 }
 
+/// What goes to and fro is held.
+std::vector<Pair> Contact::steadyPairsAt(std::span<const Vec3> x, contact::Trembling& trembling) const
+{
+    std::vector<Pair> pairs = pairsAt(x, trembling.held());
+    return trembling.look(pairs, targets_) ? pairsAt(x, trembling.held()) : pairs;
+}
+
 /// phi of a tet goes on outside of it, past its sides. A sample that comes in by one of those has had the surface
 /// within its reach all along, and is not pushed for that: so no energy comes of it.
 void Contact::take(std::vector<Pair> pairs)
 {
     pairs_ = std::move(pairs);
+    inSolve_.keep(pairs_);
     for (const Pair& p : pairs_)
         if (const double reach = surface_.reach(p.sample); reach > 0 && before_[p.sample] == 0) {
             double& allowance = surface_.memory(p.sample).allowance;
@@ -226,8 +236,8 @@ void Contact::look(std::span<const Vec3> x, std::span<const Vec3> v, double dt)
             if (isFirst_ || surface_.memory(i).allowance == SampleMemory::kUnseen)
                 surface_.memory(i).see(before_[i], isChanged_ ? 0 : kThrown * dx_);
     }
-    std::vector<Pair> pairs = pairsAt(search_.ahead(), trembling_.held());
-    if (trembling_.look(pairs, targets_)) pairs = pairsAt(search_.ahead(), trembling_.held());
+    std::vector<Pair> pairs = steadyPairsAt(search_.ahead(), trembling_);
+    inSolve_ = contact::Trembling(trembling_.held());
     take(std::move(pairs));
     friction_ = frictionAt(x);
 }
@@ -240,11 +250,19 @@ void Contact::begin(const solver::StepStart& start)
     isFirst_ = false;
 }
 
+/// A tet that has come to lie flat sees nothing. Turned back it may see deep in it what it has seen outside, as phi
+/// went on to infinity on the way: that is a wall, which no step leads over.
+void Contact::prune(std::span<const Vec3> x)
+{
+    const StageTimer timer(work_, "contact");
+    std::erase_if(pairs_, [&](const Pair& p) { return targets_.isBlind(p.target, x); });
+}
+
 bool Contact::refresh(std::span<const Vec3> x)
 {
     const StageTimer timer(work_, "contact");
     search_.lookBeside(surface_, targets_, x);
-    std::vector<Pair> pairs = contact::withKnown(pairsAt(x, trembling_.held()), pairs_, surface_, targets_, x);
+    std::vector<Pair> pairs = contact::withKnown(steadyPairsAt(x, inSolve_), pairs_, surface_, targets_, x);
     const std::vector<ContactPoint> seen = contactsAt(x), all = forces_.contacts(pairs, x);
     const bool moved = contact::haveChanged<ContactPoint>(seen, all, [&](auto& t) { return forces_.force(t); }) ||
                        hidesDeep(seen, all, kHidden * dx_);
@@ -258,28 +276,13 @@ bool Contact::refresh(std::span<const Vec3> x)
 double Contact::evaluate(std::span<const Vec3> x, std::span<Vec3> gradient) const
 {
     const StageTimer timer(work_, "contact");
-    double energy = 0;
-    for (const ContactPoint& t : contactsAt(x)) {
-        energy += forces_.energy(t);
-        forces_.add(t, forces_.force(t), gradient);
-    }
-    for (const FrictionPoint& h : friction_) {
-        const Vec3 slip = forces_.slip(h, x);
-        energy += h.spring.energy(slip);
-        forces_.add(h, h.spring.force(slip), gradient);
-    }
-    return energy;
+    return forces_.evaluate(contactsAt(x), friction_, x, gradient);
 }
 
 void Contact::linearize(std::span<const Vec3> x, std::vector<solver::Coupling>& couplings) const
 {
     const StageTimer timer(work_, "contact");
-    for (const ContactPoint& t : contactsAt(x)) couplings.push_back(forces_.coupling(t, forces_.stiffness(t)));
-    for (const FrictionPoint& h : friction_) {
-        const Vec3 slip = forces_.slip(h, x);
-        h.spring.follow(slip, h.dual);
-        couplings.push_back(forces_.coupling(h, h.spring.stiffness(slip, h.dual)));
-    }
+    forces_.linearize(contactsAt(x), friction_, x, couplings);
 }
 
 /// Of all touches at x, whatever the step knows: so what is held at the end of a step is what the next one begins with.

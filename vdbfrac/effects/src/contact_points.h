@@ -2,7 +2,6 @@
 #pragma once
 
 #include <vdbfrac/base/infinity.h>
-#include <vdbfrac/base/parallel.h>
 #include <vdbfrac/base/vec.h>
 #include <vdbfrac/contact/contact_law.h>
 #include <vdbfrac/contact/narrow_phase.h>
@@ -10,7 +9,6 @@
 #include <vdbfrac/scene/key.h>
 #include <vdbfrac/solver/potential.h>
 
-#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -77,17 +75,7 @@ public:
     void start(std::span<const core::Body> bodies) { bodies_ = bodies; }
 
     /// Samples that are deeper than they may be, by rising sample, as `pairs` are.
-    std::vector<ContactPoint> contacts(std::span<const contact::Pair> pairs, std::span<const Vec3> x) const
-    {
-        const auto add = [&](std::size_t begin, std::size_t end, std::vector<ContactPoint>& all) {
-            for (const contact::Pair& p : pairs.subspan(begin, end - begin)) {
-                const contact::InTarget in = targets_.locate(p.target, surface_.probe(p.sample, x), x);
-                const double depth = surface_.reach(p.sample) - in.phi - surface_.memory(p.sample).allowance;
-                if (depth > 0) all.push_back({p.sample, p.target, depth, in.share, in.outward});
-            }
-        };
-        return gatherChunks<ContactPoint>(pairs.size(), kChunk, add);
-    }
+    std::vector<ContactPoint> contacts(std::span<const contact::Pair> pairs, std::span<const Vec3> x) const;
     double energy(const ContactPoint& t) const { return area(t) * law(t).energy(t.depth); }             ///< J
     Vec3 force(const ContactPoint& t) const { return area(t) * law(t).pressure(t.depth) * t.outward; }  ///< N
     double k(const ContactPoint& t) const { return area(t) * law(t).k(); }                              ///< N/m, deep
@@ -102,19 +90,13 @@ public:
     }
     /// What samples rub on: the target that pushes each most. `anchor`: where nodes were as the step began [m].
     std::vector<FrictionPoint> friction(std::span<const ContactPoint> contacts, double mu,
-                                        std::span<const Vec3> anchor) const
-    {
-        std::vector<FrictionPoint> all;
-        for (const ContactPoint& t : contacts) {
-            const double limit = mu * force(t).norm();
-            if (!(limit > 0)) continue;
-            const auto spring =
-                contact::makeFrictionSpring(t.outward.normalized(), limit, k(t), surface_.memory(t.sample).stretch);
-            contact::addStrongest(FrictionPoint{t.sample, t.target, t.share, spring, apart(t, anchor)}, all);
-        }
-        return all;
-    }
+                                        std::span<const Vec3> anchor) const;
     Vec3 slip(const FrictionPoint& f, std::span<const Vec3> x) const { return f.spring.slip(apart(f, x) - f.apart); }
+    /// J, of all touches; adds their gradient [N].
+    double evaluate(std::span<const ContactPoint> contacts, std::span<const FrictionPoint> friction,
+                    std::span<const Vec3> x, std::span<Vec3> gradient) const;
+    void linearize(std::span<const ContactPoint> contacts, std::span<const FrictionPoint> friction,
+                   std::span<const Vec3> x, std::vector<solver::Coupling>& couplings) const;
     /// gradient -= what a force [N] on a sample, and its opposite on a target, do at the nodes.
     void add(const auto& t, const Vec3& force, std::span<Vec3> gradient) const
     {
@@ -159,76 +141,31 @@ constexpr double kDeep = 0.2, kHidden = kDeep / 2, kJump = kDeep / 4;
 constexpr double kThrown = 1;
 
 /// m: what a sample may be or was when the step began; `before`: of each sample.
-inline double knownDepth(std::uint32_t sample, const contact::ContactSurface& surface, std::span<const double> before)
-{
-    return std::max(before[sample], surface.memory(sample).allowance);
-}
+double knownDepth(std::uint32_t sample, const contact::ContactSurface& surface, std::span<const double> before);
 
 /// How deep samples are `now` [m], but for those that are deeper by more than `jump` [m] than they were known to be
 /// as the step began, `before` [m]. A second stage sets off from where the first has been extrapolated to: they have
 /// not gone there.
-inline std::vector<double> withoutJumps(std::vector<double> now, std::span<const double> before, double jump,
-                                        const contact::ContactSurface& surface)
-{
-    for (std::uint32_t i = 0; i < now.size(); ++i)
-        if (now[i] > knownDepth(i, surface, before) + jump) now[i] = before[i];
-    return now;
-}
+std::vector<double> withoutJumps(std::vector<double> now, std::span<const double> before, double jump,
+                                 const contact::ContactSurface& surface);
 
 /// Samples that are deeper by more than `jump` [m] than they were known to be, and than what touches have resisted, are
 /// allowed the excess.
-inline void allowJumps(std::span<const contact::Penetration> sunk, std::span<const ContactPoint> contacts,
-                       std::span<const double> before, double jump, contact::ContactSurface& surface)
-{
-    std::vector<double> known(before.begin(), before.end());
-    for (std::uint32_t i = 0; i < known.size(); ++i) known[i] = knownDepth(i, surface, before);
-    for (const ContactPoint& t : contacts)
-        known[t.sample] = std::max(known[t.sample], surface.memory(t.sample).allowance + t.depth);
-    for (const contact::Penetration& s : sunk)
-        if (s.depth > known[s.sample] + jump) {
-            surface.memory(s.sample).allowance += s.depth - known[s.sample];
-            known[s.sample] = s.depth;  // it may be in several pieces
-        }
-}
+void allowJumps(std::span<const contact::Penetration> sunk, std::span<const ContactPoint> contacts,
+                std::span<const double> before, double jump, contact::ContactSurface& surface);
 
 /// Is a touch more than `deep` [m] deeper than those that were seen of its sample? Both by rising sample.
-inline bool hidesDeep(std::span<const ContactPoint> seen, std::span<const ContactPoint> all, double deep)
-{
-    auto known = seen.begin();
-    for (const ContactPoint& t : all) {
-        double depth = deep;
-        while (known != seen.end() && known->sample < t.sample) ++known;
-        for (auto k = known; k != seen.end() && k->sample == t.sample; ++k) depth = std::max(depth, k->depth + deep);
-        if (t.depth > depth) return true;
-    }
-    return false;
-}
+bool hidesDeep(std::span<const ContactPoint> seen, std::span<const ContactPoint> all, double deep);
 
 /// A sample may be in material of its own fragment that it does not touch, as it was beside it at rest. Where it comes
 /// out of that into what it does touch, it is `deeper` [m] without having gone there. `way` [m]: that it has gone.
-inline bool cameUp(double deeper, double way, double dx)
-{
-    constexpr double kWay = 0.5;  // of how much deeper it is than before
-    return deeper > kJump * dx && way < kWay * deeper;
-}
+bool cameUp(double deeper, double way, double dx);
 
 /// By more than a step may end.
-inline bool isDeeper(const contact::Penetration& s, double expected, double dx)
-{
-    return s.depth > expected + kJump * dx;
-}
+bool isDeeper(const contact::Penetration& s, double expected, double dx);
 
 /// Are all where touches that resist let them be? `contacts` by rising sample.
-inline bool areResisted(std::span<const contact::Penetration> sunk, std::span<const ContactPoint> contacts,
-                        const contact::ContactSurface& surface, double dx)
-{
-    constexpr double kResists = .8;  // of a slope: in the middle of a flap there is none
-    return std::ranges::all_of(sunk, [&](const contact::Penetration& s) {
-        const auto own = std::ranges::equal_range(contacts, s.sample, {}, &ContactPoint::sample);
-        return std::ranges::any_of(own, [&](const ContactPoint& t) {
-            return t.outward.norm() > kResists && !isDeeper(s, surface.memory(t.sample).allowance + t.depth, dx);
-        });
-    });
-}
+bool areResisted(std::span<const contact::Penetration> sunk, std::span<const ContactPoint> contacts,
+                 const contact::ContactSurface& surface, double dx);
 
 }  // namespace vdbfrac::effects

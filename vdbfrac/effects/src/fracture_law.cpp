@@ -38,7 +38,8 @@ const Key kMaterialKeys[] = {
 /// What is wrong with how resistances go together, where `table` has them; "" for nothing.
 std::string checkResistance(const scene::Values& v, const std::string& table)
 {
-    if (v.has("kappa") == v.has("toughness")) return table + " needs exactly one of kappa and toughness";
+    if (v.has("kappa") == v.has("toughness"))
+        return table + " needs exactly one of kappa [J/m^3] and toughness [J/m^2]";
     if (v.has("strength") && !v.has("toughness")) return table + ".strength goes with toughness, not with kappa";
     return {};
 }

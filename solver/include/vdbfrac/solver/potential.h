@@ -65,12 +65,13 @@ class Potential {
 public:
     virtual ~Potential() = default;
     virtual void begin(const StepStart&) {}
-    /// Value [J]; adds the gradient [N].
+    /// Value [J]; adds the gradient [N]. Both spans have an entry for each node of the system. Called by the thread
+    /// that solves.
     virtual double evaluate(std::span<const Vec3> x, std::span<Vec3> gradient) const = 0;
     /// Constant over the step.
     virtual HessianShares hessian() const { return {}; }
-    /// Adds what couples nodes at x to `couplings`: the rest of the Hessian, positive semidefinite. Where forces have
-    /// no share in the tangent, nothing.
+    /// Adds what couples nodes of the system at x to `couplings`: the rest of the Hessian, positive semidefinite. Where
+    /// forces have no share in the tangent, nothing.
     virtual void linearize(std::span<const Vec3> /*x*/, std::vector<Coupling>& /*couplings*/) const {}
     /// The same for what is the curvature of numbers of elements, those of `elastic`. Asked before begin() too, for the
     /// step limit of explicit schemes, and with the elements of a mesh that was cut since.
@@ -78,6 +79,8 @@ public:
                                   std::vector<ScalarCoupling>& /*couplings*/) const
     {
     }
+    /// An iteration has come to x. What adds nothing to U there may be left out from now on in this solve.
+    virtual void prune(std::span<const Vec3> /*x*/) {}
     /// The step is solved at x. What holds for this step only may be brought up to date there: is that enough of a
     /// change to solve on?
     virtual bool refresh(std::span<const Vec3> /*x*/) { return false; }

@@ -28,8 +28,9 @@ struct InTarget {
     /// and sees nothing.
     double least = -std::numeric_limits<double>::infinity();
     std::array<double, 4> share{};  ///< barycentric in the whole tet
-    double phi = 0;                 ///< m: as at rest
-    Vec3 outward = Vec3::Zero();    ///< gradient of phi in space
+    /// m: as at rest. Where nothing is seen, infinity.
+    double phi = std::numeric_limits<double>::infinity();
+    Vec3 outward = Vec3::Zero();  ///< gradient of phi in space
 };
 
 /// All targets of a scene.
@@ -52,6 +53,8 @@ public:
     const std::vector<Group>& groups() const { return group_; }
     double spacing() const { return spacing_; }  ///< m: a typical size
     InTarget locate(std::size_t target, const Vec3& y, std::span<const Vec3> x) const;
+    /// Does it see nothing, flat or turned over as it is?
+    bool isBlind(std::size_t target, std::span<const Vec3> x) const;
     std::size_t bytes() const;
 
 private:

@@ -10,15 +10,20 @@
 
 namespace vdbfrac::contact {
 
-/// At an edge of a coarse surface two targets can push a sample into each other, step by step, for ever. Where it
-/// would go back to that which it has just come from, it is held by the one that it is in.
+/// At an edge of a coarse surface two targets can push a sample into each other, time and again: from step to step, and
+/// within a solve from one solution to the next. Where it would go back to that which it has just come from, it is held
+/// by the one that it is in.
 class Trembling {
 public:
-    /// What a step would begin with: does anything go back? Then that is held from now on.
+    Trembling() = default;
+    /// Holds `held`, by rising sample, to begin with.
+    explicit Trembling(std::span<const Pair> held) : held_(held.begin(), held.end()) {}
+
+    /// What would be taken next: does anything go back? Then that is held from now on.
     bool look(std::span<const Pair> seen, const Targets& targets);
     /// By rising sample: as seenAt() takes them.
     std::span<const Pair> held() const { return held_; }
-    /// What a step has ended with, by rising sample, then fragment. What a sample has left is held no more.
+    /// What was taken, by rising sample, then fragment. What a sample has left is held no more.
     void keep(std::span<const Pair> pairs);
     void clear() { *this = {}; }
 
@@ -27,7 +32,7 @@ public:
     std::size_t bytes() const;
 
 private:
-    std::vector<Pair> last_, older_;  // of the last step, and the one before
+    std::vector<Pair> last_, older_;  // what was taken last, and before that
     std::vector<Pair> held_;
 };
 
