@@ -1,5 +1,6 @@
 # What is installed beside the program and the libraries, and `cpack`: vdbfrac_VERSION_ARCHITECTURE.deb.
 install(FILES README.md CHANGELOG.md cmake/copyright DESTINATION share/doc/vdbfrac)
+install(FILES vdbfrac/effects/README.md DESTINATION share/doc/vdbfrac/docs RENAME effects.md)
 install(DIRECTORY docs DESTINATION share/doc/vdbfrac PATTERN "*.py" EXCLUDE PATTERN "*.in" EXCLUDE)
 install(DIRECTORY data/ DESTINATION share/vdbfrac PATTERN "*.py" EXCLUDE)
 
@@ -15,5 +16,5 @@ set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION graphics)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 # What find_package(vdbfrac) asks for.
-set(CPACK_DEBIAN_PACKAGE_SUGGESTS "cmake, libblosc-dev, libboost-iostreams-dev, libcgal-dev, libeigen3-dev, libopenvdb-dev, libpng-dev, libsuitesparse-dev, libtbb-dev, zlib1g-dev")
+set(CPACK_DEBIAN_PACKAGE_SUGGESTS "cmake, libblosc-dev, libboost-iostreams-dev, libcgal-dev, libeigen3-dev, libopenvdb-dev, libsuitesparse-dev, libtbb-dev, zlib1g-dev")
 include(CPack)

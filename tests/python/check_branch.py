@@ -165,7 +165,7 @@ with tempfile.TemporaryDirectory() as temporary:
 
     # Later frames go where a run goes on from a frame, whatever comes after.
     shorter = top / f"same_{AT}"
-    pages = [shorter / name for name in ("report.html", "preview/contact_sheet.png", "preview/report_last.png", "preview/turn.0001.png")]
+    pages = [shorter / name for name in ("report.html", "preview/contact_sheet.png", "preview/notched_block.turn.0001.png")]
     for page in pages:
         page.parent.mkdir(exist_ok=True)
         page.write_text("of all frames")

@@ -204,11 +204,15 @@ with tempfile.TemporaryDirectory() as temporary:
     expect("a full folder is refused", ["sim", good, "-o", out, "-f", "2"], 4, "not empty", "--overwrite")
     if kept != sorted(p.relative_to(out) for p in out.rglob("*")):
         failures.append("a refused run changed the folder")
-    foreign = out / "mine.txt"
+    foreign, elsewhere = out / "mine.txt", folder / "elsewhere"
     foreign.write_text("not of this program")
+    elsewhere.mkdir()
+    (out / "cache").symlink_to(elsewhere)
+    (out / "motion").write_text("mine")
     expect("overwrite", ["sim", good, "-o", out, "-f", "1", "--overwrite", "-q"], 0)
-    if not foreign.exists():
-        failures.append("--overwrite removed a file that no run wrote")
+    if not foreign.exists() or not (out / "cache").is_symlink() or not (out / "motion").exists():
+        failures.append("--overwrite removed a file or a link that no run wrote")
+    (out / "cache").unlink(), (out / "motion").unlink()
     if list(out.rglob("*.partial*")):
         failures.append("partial files are left")
     for frames in ("4294967300", "1-4294967300", "2-3", "1-", "3-1", "1-9x2"):
@@ -275,8 +279,15 @@ with tempfile.TemporaryDirectory() as temporary:
     turns = ["preview", out, "--width", "16", "--height", "16", "--samples", "1", "--turntable"]
     for turn in (3, 2):
         expect("turntable", [*turns, str(turn)], 0)
-        if len(list(Path(out).glob("preview/turn.*.png"))) != turn:
+        if len(list(Path(out).glob("preview/*.turn.*.png"))) != turn:
             failures.append(f"turntable: {turn} pictures asked for, {sorted(Path(out).glob('preview/*'))}")
+    for picture in Path(out).glob("preview/*.turn.0002.png"):
+        (folder / "shots").mkdir()
+        own = folder / "shots" / picture.name.replace("0002", "0003")
+        own.write_text("mine")
+        expect("turntable elsewhere", [*turns, "2", "-o", own.parent], 0)
+        if own.read_text() != "mine":
+            failures.append("a turntable removed a picture that was in another folder")
     expect("preview looking nowhere", ["preview", out, "--direction", "0", "0", "0"], 2, "--direction")
     expect("preview from a side with a bare point", ["preview", out, "--count", "1", "--width", "64", "--height", "64", "--direction", "1", "-.4", "1"], 0, "contact_sheet.png")
 

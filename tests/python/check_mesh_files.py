@@ -8,6 +8,7 @@ from pathlib import Path
 
 import meshio
 import numpy as np
+import pyopenvdb
 
 from obj_frames import read_obj
 
@@ -242,6 +243,10 @@ with tempfile.TemporaryDirectory() as temporary:
     # What is refused, and with which code.
     open_box = folder / "open.obj"
     open_box.write_text("".join(box.read_text().splitlines(keepends=True)[:-1]))
+    nothing = pyopenvdb.FloatGrid(0.3)
+    nothing.gridClass, nothing.transform = pyopenvdb.GridClass.LEVEL_SET, pyopenvdb.createLinearTransform(0.1)
+    pyopenvdb.write(str(folder / "empty.vdb"), grids=[nothing])
+    mesh(folder / "empty.vdb", "-o", folder / "x.obj", code=2, says=["has no surface"])
     mesh(open_box, "-o", folder / "x.vtu", code=2, says=["open edges", "vdbfrac relevel"])
     mesh(box, "-o", folder / "x.foo", code=2, says=[".vtu", "x.foo"])
     mesh(box, "-o", folder / "x.obj", code=2, says=["tets"])

@@ -210,7 +210,8 @@ with tempfile.TemporaryDirectory() as temporary:
     lost = stopped / "obj/notched_block.0003.obj"
     text = lost.read_bytes()
     lost.write_bytes(text[:-10])
-    expect("a frame that was cut off", command(stopped, "--resume"), 0, "1 file of earlier frames", lost.name)
+    expect("a frame that was cut off", command(stopped, "--resume"), 4, "1 file of earlier frames", lost.name)
+    expect("and without a word else", command(stopped, "--resume", "-q"), 4, "1 file of earlier frames", lost.name)
     lost.write_bytes(text)
     for checkpoint in (stopped / "ckpt").glob("*.ckpt"):
         checkpoint.write_bytes(b"no more than this")

@@ -120,6 +120,11 @@ def check_failures(top):
     expect("failing task", 5, [], "wedge", "-o", folder, "--run", "0", "--sim=--max-memory=0.001")
     expect("all begun again", 0, [], *command)
     check("all done", [r["status"] for r in table(folder)] == ["done"] * 2, table(folder))
+    for damage in ('{"status": 5}', "{", '{"status": "done"}'):
+        (folder / "0000/run.json").write_text(damage)
+        expect("collected with one damaged", 0, [], "wedge", "-o", folder, "--collect")
+        rows = table(folder)
+        check("one damaged", "cannot be read" in rows[0]["status"] and rows[1]["status"] == "done" and rows[1]["Steps"], f"{damage} {rows}")
 
 
 def check_killed(top):

@@ -19,6 +19,21 @@ const std::string kElastic =
     test::NotchedBar{.frames = 25, .fps = 24, .voxelSize = 0.05, .substeps = "2", .thickness = 0.3}.text("");
 const std::string kBar = kElastic + "[fracture]\nkappa = 1000\n";
 
+/// A scene that is filled in code may name what it does not have.
+TEST(ScenesInCode, ThatNameWhatIsNotThereAreRefused)
+{
+    const lab::SceneRun run(kElastic);
+    const auto isRefused = [](const scene::Scene& scene) {
+        EXPECT_THROW(core::Simulation(scene, {}, std::uint64_t{1} << 30), InputError);
+    };
+    scene::Scene scene = run.scene;
+    scene.bodies[0].material = "none";
+    isRefused(scene);
+    scene = run.scene;
+    scene.grips[0].body = "none";
+    isRefused(scene);
+}
+
 class Choices : public testing::TestWithParam<const char*> {};
 
 TEST_P(Choices, TearTheBarInTwo)

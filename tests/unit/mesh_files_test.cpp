@@ -175,5 +175,37 @@ TEST(UsdFiles, AreWrittenFrameByFrame)
     EXPECT_THROW(tetmesh::writeUsda(folder / "b.usda", {"b", {"one", "two"}, 24, 1, ""}, bodies, kFrames, broken),
                  FileError);
     EXPECT_EQ(files(), 1);
+    EXPECT_NE(text.find("velocities.timeSamples"), std::string::npos);
+    const auto still = [&](std::size_t) { return std::vector<tetmesh::CacheFrame>(2, {drawn.mesh.points, {}, {}}); };
+    tetmesh::writeUsda(folder / "c.usda", {"c", {"one", "two"}, 24, 1, ""}, bodies, kFrames, still);
+    EXPECT_EQ(readText(folder / "c.usda").find("velocities"), std::string::npos);
     std::filesystem::remove_all(folder);
+}
+
+/// Skin has its own texture coordinates, what has none those of a box: no face is smeared to a line.
+TEST(UsdFiles, TornFacesHaveTextureCoordinatesOfABox)
+{
+    const std::filesystem::path file = inTemp("box.usda");
+    tetmesh::DrawnTopology drawn;
+    drawn.mesh.points = {{0, 0, 0}, {0, 2, 0}, {0, 0, 3}};
+    drawn.mesh.uvs = {{.1, .2, 0}, {0, 0, 0}, {0, 2, 0}, {0, 0, 3}};
+    drawn.mesh.addFace(std::array<tetmesh::RenderMesh::Corner, 3>{{{0, 0}, {1, 0}, {2, 0}}}, 0,
+                       tetmesh::RenderMesh::kNone);
+    drawn.mesh.addFace(std::array<tetmesh::RenderMesh::Corner, 3>{{{0, 1}, {1, 2}, {2, 3}}}, 0,
+                       tetmesh::RenderMesh::kNone);
+    drawn.mesh.addFace(std::array<tetmesh::RenderMesh::Corner, 3>{{{0}, {1}, {2}}}, 0, tetmesh::RenderMesh::kNone);
+    drawn.fragment = {0, 0, 0}, drawn.torn = {0, 1, 0};
+    const std::array<const tetmesh::DrawnTopology*, 1> bodies{&drawn};
+    const std::string materials = "newmtl outside\nKd 1 1 1\nd 0.25\nKe 0 1 0\n";
+    tetmesh::writeUsda(file, {"box", {"one"}, 24, 1, materials}, bodies, 1, [&](std::size_t) {
+        return std::vector<tetmesh::CacheFrame>{{drawn.mesh.points, {}, {}}};
+    });
+    const std::string text = readText(file);
+    EXPECT_NE(text.find("primvars:st = [(0.1, 0.2), (0.1, 0.2), (0.1, 0.2), (0, 0), (2, 0), (0, 3), (0, 0), (2, 0), "
+                        "(0, 3)]"),
+              std::string::npos)
+        << text;
+    EXPECT_NE(text.find("inputs:opacity = 0.25"), std::string::npos);
+    EXPECT_NE(text.find("inputs:emissiveColor = (0, 1, 0)"), std::string::npos);
+    std::filesystem::remove(file);
 }

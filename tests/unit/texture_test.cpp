@@ -209,4 +209,17 @@ TEST(DiffuseColours, MayBeGreyOrMissing)
     EXPECT_EQ(colours.at("two"), Vec3(1, 2, 1));
 }
 
+/// Opaque and dark is what is not told.
+TEST(Lights, AreOfWhatLetsThroughOrShines)
+{
+    const auto lights = tetmesh::lightsOf(
+        "newmtl plain\nKd 1 1 1\nd 1\nKe 0 0 0\nnewmtl glass\nd 0.4\nnewmtl other\nTr 0.25\nnewmtl lamp\nKe 1 2 3\n"
+        "newmtl odd\nd halo\nKe none\n");
+    ASSERT_EQ(lights.size(), 3u);
+    EXPECT_EQ(lights.at("glass").opacity, .4);
+    EXPECT_EQ(lights.at("other").opacity, .75);
+    EXPECT_EQ(lights.at("lamp").emitted, Vec3(1, 2, 3));
+    EXPECT_EQ(lights.at("lamp").opacity, 1);
+}
+
 }  // namespace

@@ -45,6 +45,7 @@ TEST_F(VdbFiles, VdbFileSurvivesWritingAndReading)
     EXPECT_NEAR(infos[1].lowerWorld.z(), -6 * kDx, 1e-12);
     EXPECT_EQ(infos[1].metadata.at("units"), "J/m^3");
     EXPECT_EQ(infos[2].type, "vec3s");
+    EXPECT_EQ(infos[2].metadata.at("vector_type"), "contravariant relative");
     EXPECT_EQ(infos[0].background, phi.background());
     EXPECT_EQ(infos[1].background, 0);
     EXPECT_FALSE(infos[2].background);

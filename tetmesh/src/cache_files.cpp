@@ -8,17 +8,24 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cstdint>
 #include <cstdio>
 #include <fstream>
 #include <set>
 #include <string_view>
+#include <system_error>
 
 namespace vdbfrac::tetmesh {
 
 namespace {
 
 constexpr int kDigits = 9;  // more than a float holds
+
+void requireWritten(const std::ios& stream, const std::string& name)
+{
+    if (!stream) throw FileError(name, "cannot be written: " + std::generic_category().message(errno));
+}
 
 /// A file that grows piece by piece.
 class Stream {
@@ -28,12 +35,12 @@ public:
     void add(std::string_view text)
     {
         out_.write(text.data(), std::streamsize(text.size()));
-        if (!out_) throw FileError(name_, "cannot be written");
+        requireWritten(out_, name_);
     }
     void end()
     {
         out_.close();
-        if (!out_) throw FileError(name_, "cannot be written");
+        requireWritten(out_, name_);
     }
 
 private:
@@ -68,6 +75,20 @@ void addList(TextWriter& out, std::string_view name, std::size_t count, const Va
     out << "]";
 }
 
+/// Along which a face at rest is projected: what has no texture coordinates of its own gets those of a box [m].
+int steepestAxis(const RenderMesh& mesh, std::size_t f)
+{
+    const auto corners = mesh.face(f);
+    Vec3 normal = Vec3::Zero();
+    for (std::size_t k = 2; k < corners.size(); ++k) {
+        const Vec3& first = mesh.points[corners[0].point];
+        normal += (mesh.points[corners[k - 1].point] - first).cross(mesh.points[corners[k].point] - first);
+    }
+    int axis = 0;
+    normal.cwiseAbs().maxCoeff(&axis);
+    return axis;
+}
+
 /// What of a mesh does not change.
 void addTopology(TextWriter& out, const DrawnTopology& drawn)
 {
@@ -90,10 +111,15 @@ void addTopology(TextWriter& out, const DrawnTopology& drawn)
     out << " (\n            interpolation = \"vertex\"\n        )\n";
     if (mesh.uvs.empty()) return;
     out << "        texCoord2f[] primvars:st = [";
-    for (std::size_t c = 0; c < mesh.corners.size(); ++c) {
-        const std::uint32_t uv = mesh.corners[c].uv;
-        const Vec3 at = uv == RenderMesh::kNone ? Vec3(Vec3::Zero()) : mesh.uvs[uv];
-        out << (c > 0 ? ", (" : "(") << at.x() << ", " << at.y() << ")";
+    const char* between = "(";
+    for (std::size_t f = 0; f < mesh.faces(); ++f) {
+        const int axis = steepestAxis(mesh, f);
+        for (const RenderMesh::Corner& corner : mesh.face(f)) {
+            const bool isOwn = corner.uv != RenderMesh::kNone && !drawn.torn[f];
+            const Vec3 at = isOwn ? mesh.uvs[corner.uv] : mesh.points[corner.point];
+            out << between << at[isOwn ? 0 : (axis + 1) % 3] << ", " << at[isOwn ? 1 : (axis + 2) % 3] << ")";
+            between = ", (";
+        }
     }
     out << "] (\n            interpolation = \"faceVarying\"\n        )\n";
 }
@@ -186,6 +212,7 @@ void addMaterials(TextWriter& out, const MaterialNames& names, const std::string
     const std::string library = mtlText(mtl);
     const std::map<std::string, Vec3> colours = diffuseColours(library);
     const std::map<std::string, DiffuseMap> maps = diffuseMaps(library);
+    const std::map<std::string, Light> lights = lightsOf(library);
     out << "    def Scope \"materials\"\n    {\n";
     for (const auto& [name, id] : names) {
         const std::string at = kMaterials + id;
@@ -200,7 +227,14 @@ void addMaterials(TextWriter& out, const MaterialNames& names, const std::string
             out << ".connect = <" << at << "/texture.outputs:rgb>";
         else
             out << " = (" << colour.x() << ", " << colour.y() << ", " << colour.z() << ")";
-        out << "\n                float inputs:roughness = 0.6\n                token outputs:surface\n            }\n";
+        out << "\n                float inputs:roughness = 0.6\n";
+        if (const auto light = lights.find(name); light != lights.end()) {
+            const Vec3 glow = lightOf(light->second.emitted);
+            out << "                float inputs:opacity = " << light->second.opacity
+                << "\n                color3f inputs:emissiveColor = (" << glow.x() << ", " << glow.y() << ", "
+                << glow.z() << ")\n";
+        }
+        out << "                token outputs:surface\n            }\n";
         if (map != maps.end()) addTexture(out, at, map->second, own != colours.end() ? colour : Vec3(Vec3::Ones()));
         out << "        }\n";
     }
@@ -230,13 +264,13 @@ public:
     {
         const Piece piece{end_, text.text().size()};
         stream_.write(text.text().data(), std::streamsize(piece.size));
-        if (!stream_) throw FileError(file_.string(), "cannot be written");
+        requireWritten(stream_, file_.string());
         end_ += piece.size;
         return piece;
     }
     std::string read(const Piece& piece)
     {
-        if (!stream_.flush()) throw FileError(file_.string(), "cannot be written");
+        requireWritten(stream_.flush(), file_.string());
         std::string text(piece.size, '\0');
         stream_.seekg(std::streamoff(piece.begin));
         stream_.read(text.data(), std::streamsize(piece.size));
@@ -264,7 +298,7 @@ struct Samples {
         const std::array<std::span<const Vec3>, kNames.size()> values{frame.points, frame.velocities, frame.normals,
                                                                       extent};
         for (std::size_t k = 0; k < values.size(); ++k) {
-            if (values[k].empty() && k >= 2) continue;
+            if (values[k].empty() && k > 0) continue;
             TextWriter text{kDigits};
             text << "            " << number << ": ";
             addVectors(text, values[k]);

@@ -204,6 +204,20 @@ std::map<std::string, Vec3> diffuseColours(const std::string& mtl)
     return colours;
 }
 
+std::map<std::string, Light> lightsOf(const std::string& mtl)
+{
+    std::map<std::string, Light> lights;
+    visitMaterials(mtl, [&](const std::string& name, std::string_view key, TextReader& in) {
+        if (key != "Ke" && key != "d" && key != "Tr") return;
+        const std::optional<Vec3> value = colourOf(in);
+        if (!value) return;
+        if (key == "Ke" && !value->isZero()) lights[name].emitted = *value;
+        const double opacity = std::clamp(key == "d" ? value->x() : 1 - value->x(), 0., 1.);
+        if (key != "Ke" && opacity < 1) lights[name].opacity = opacity;
+    });
+    return lights;
+}
+
 std::map<std::string, DiffuseMap> diffuseMaps(const std::string& mtl)
 {
     std::map<std::string, DiffuseMap> maps;

@@ -112,8 +112,8 @@ Action addBench(CLI::App& app)
         ->capture_default_str();
     addThreads(*c, o->threads);
     c->add_option("-o,--output", o->file, "Write the JSON to this file instead of stdout")->type_name("FILE");
-    c->add_flag("-q,--quiet", o->common.quiet, "Do not say what was just measured");
-    c->add_option("--log-file", o->common.logFile, "Write that to this file too")->type_name("FILE");
+    c->add_flag("-q,--quiet", o->common.quiet, "No progress messages");
+    c->add_option("--log-file", o->common.logFile, "Write the progress messages to this file too")->type_name("FILE");
     return [o] { return run(*o); };
 }
 

@@ -132,10 +132,12 @@ private:
         const auto& bodies = prepared.scene.bodies;
         const auto named =
             std::find_if(bodies.begin(), bodies.end(), [&](const auto& b) { return b.name == options.body; });
+        std::string names;
+        for (const auto& b : bodies) names += (names.empty() ? "one of " : ", ") + b.name;
         if (!options.body.empty() && named == bodies.end())
-            throw InputError({"--body", "there is no body '" + options.body + "'", "", ""});
+            throw InputError({"--body", "there is no body '" + options.body + "'", names, ""});
         if (options.body.empty() && bodies.size() > 1)
-            throw InputError({"--body", "the run has several bodies", "the name of the one that the mesh is for", ""});
+            throw InputError({"--body", "is missing: the run has several bodies", names, ""});
         const std::size_t b = options.body.empty() ? 0 : std::size_t(named - bodies.begin());
         tetmesh::RenderMesh mesh = tetmesh::readRenderMesh(options.mesh);
         inputs.push_back(options.mesh);
@@ -204,7 +206,8 @@ int embed(const EmbedOptions& options)
     const core::Simulation& simulation = last.prepared.simulation;
     const core::PointCache cache(scene, simulation, last.drawing, motionFiles(last.prepared, folder));
     if (last.isClosed) noteOpenEdges(options.mesh, cache);
-    if (const std::string lacks = cache.lacks(); !lacks.empty()) std::fprintf(stderr, "note: %s\n", lacks.c_str());
+    if (const std::string lacks = cache.lacks(); !lacks.empty() && !options.quiet)
+        std::fprintf(stderr, "note: %s\n", lacks.c_str());
     if (isFrames) {
         writePly(cache, options, scene.time.firstFrame, last.inputs);
         return kDone;
@@ -224,12 +227,12 @@ Action addEmbed(CLI::App& app)
     CLI::App* c = app.add_subcommand("embed", "One topology over all frames of a run, also of another render mesh");
     c->add_option("RUN", o->folder, "Folder that 'vdbfrac sim -o' wrote, with output.motion = true")->required();
     CLI::Option* const mesh =
-        c->add_option("MESH", o->mesh, "Render mesh to draw instead of the body's own, where the body lies at rest");
+        c->add_option("MESH", o->mesh, "Render mesh to use instead of the body's own, placed like the body at rest");
     c->add_option("-o,--output", o->out,
                   ".obj, with the positions of its points in an .mdd beside it; .usda; or .ply with #### for the frame")
         ->required()
         ->type_name("FILE");
-    c->add_option("--body", o->body, "Body that the mesh is for, of several")->type_name("NAME");
+    c->add_option("--body", o->body, "Body that MESH belongs to, where there are several")->type_name("NAME");
     c->add_flag("--placed", o->placed, "Scale, turn and move MESH as the scene does the body's own file")->needs(mesh);
     addThreads(*c, o->threads);
     addMaxMemory(*c, o->maxMemory, "it");

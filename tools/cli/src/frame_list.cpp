@@ -1,5 +1,6 @@
 #include <vdbfrac/cli/frame_list.h>
 
+#include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
 
 #include <algorithm>
@@ -131,9 +132,7 @@ std::string frameName(const std::string& name, int frame)
 
 void makeFolderOf(const std::filesystem::path& file)
 {
-    std::error_code error;
-    if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path(), error);
-    if (error) throw FileError(file.parent_path().string(), "cannot be made: " + error.message());
+    if (file.has_parent_path()) makeFolder(file.parent_path());
 }
 
 }  // namespace vdbfrac::cli

@@ -26,7 +26,8 @@ void addTetOptions(CLI::App& c, MeshOptions& o)
     auto* size = c.add_option("--size", o.size, "Voxel of the level set and edge of the tets [m]")
                      ->check(PositiveFinite(kLongestLength))
                      ->group(group);
-    c.add_option("--across", o.across, "Voxels along the longest side instead (default: 64, or the voxels of the .vdb)")
+    c.add_option("--across", o.across,
+                 "Number of voxels along the longest side, instead of --size (default: 64, or the voxels of the .vdb)")
         ->check(CLI::Range(2, 100000))
         ->excludes(size)
         ->group(group);

@@ -101,6 +101,8 @@ tetmesh::Surface surfaceOf(const Source& source, const MeshOptions& options, dou
         throw LimitError(source.vdb.string() + ": its surface needs about " + std::to_string(bytes / lab::kGiB) +
                          " GiB, above --max-memory");
     tetmesh::Surface surface = grid::surfaceOf(read.levelSet, options.adaptivity);
+    if (surface.triangles.empty())
+        throw InputError({source.vdb.string(), "has no surface: nothing in it is inside", "", ""});
     if (options.adaptivity > 0) change = std::min(change, changeOf(surface, read.levelSet));
     for (Vec3& p : surface.points) p += read.origin;
     return surface;

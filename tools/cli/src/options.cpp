@@ -68,12 +68,12 @@ void requireApart(const std::vector<std::filesystem::path>& outputs, const std::
         for (const std::filesystem::path& other : others)
             if (!out.empty() && std::filesystem::weakly_canonical(out, isNotThere) ==
                                     std::filesystem::weakly_canonical(other, isNotThere))
-                throw InputError(
-                    {out.string(), "is " + other.string() + ", which would be written over", "another name", ""});
+                throw InputError({out.string(), "would overwrite " + (other == out ? "what is read" : other.string()),
+                                  "another name", ""});
     for (const std::filesystem::path& out : outputs)
         if (const std::filesystem::path run = out.empty() ? out : core::runOf(out); !run.empty())
-            throw InputError({out.string(), "is a file of the run in " + run.string() + ", which would be written over",
-                              "another name", ""});
+            throw InputError(
+                {out.string(), "would overwrite a file of the run in " + run.string(), "another name", ""});
 }
 
 namespace {

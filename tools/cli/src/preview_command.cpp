@@ -55,7 +55,9 @@ std::vector<RunFrame> chosenFrames(const RunFrames& run, const PreviewOptions& o
         const auto it =
             std::find_if(run.frames.begin(), run.frames.end(), [&](const auto& f) { return f.frame == wanted; });
         if (it == run.frames.end())
-            throw InputError({options.folder, "has no frame " + std::to_string(wanted), "", ""});
+            throw InputError(
+                {options.folder, "has no frame " + std::to_string(wanted),
+                 std::to_string(run.frames.front().frame) + " to " + std::to_string(run.frames.back().frame), ""});
         chosen.push_back(*it);
     }
     return chosen.empty() ? spread(run.frames, options.count) : chosen;
@@ -79,7 +81,10 @@ std::vector<Vec3> turnedRound(const std::vector<Vec3>& points, int angles)
     return round;
 }
 
-fs::path turnFile(const fs::path& folder, int number) { return folder / fmt::format("turn.{:04}.png", number); }
+fs::path turnFile(const fs::path& folder, const std::string& scene, int number)
+{
+    return folder / fmt::format("{}.turn.{:04}.png", scene, number);
+}
 
 int writeSheet(const std::vector<pictures::Image>& images, const PreviewOptions& options)
 {
@@ -89,8 +94,9 @@ int writeSheet(const std::vector<pictures::Image>& images, const PreviewOptions&
     return kDone;
 }
 
-/// Pictures of the last frame from all round what is seen in it. Those of a turn of more pictures go.
-int turn(const Scenery& scenery, const PreviewOptions& options)
+/// Pictures of the last frame from all round what is seen in it. In the run's own folder those of a turn of more
+/// pictures go.
+int turn(const Scenery& scenery, const std::string& scene, const PreviewOptions& options)
 {
     constexpr int kRound = 64;
     const Vec3 direction = pointOf(options.direction);
@@ -102,11 +108,12 @@ int turn(const Scenery& scenery, const PreviewOptions& options)
         const Vec3 turned(c * direction.x() + s * direction.z(), direction.y(), c * direction.z() - s * direction.x());
         view.camera = pictures::fittingCamera(turned, seen, options.width, options.height, options.angle);
         images.push_back(pictureOf(scenery, scenery.subjects.size() - 1, view));
-        const fs::path file = turnFile(options.pictures(), i + 1);
+        const fs::path file = turnFile(options.pictures(), scene, i + 1);
         pictures::writePng(file, images.back());
         options.say(file);
     }
-    for (int i = options.turntable + 1; fs::remove(turnFile(options.pictures(), i)); ++i) {}
+    if (options.output.empty())
+        for (int i = options.turntable + 1; fs::remove(turnFile(options.pictures(), scene, i)); ++i) {}
     return writeSheet(images, options);
 }
 
@@ -124,12 +131,13 @@ int preview(const PreviewOptions& options)
     for (const std::string& note : options.quiet ? std::vector<std::string>() : scenery.notes)
         std::fprintf(stderr, "note: %s\n", note.c_str());
     fs::create_directories(options.pictures());
-    if (options.turntable > 0) return turn(scenery, options);
+    if (options.turntable > 0) return turn(scenery, run.scene, options);
     std::vector<pictures::Image> images;
     for (std::size_t i = 0; i < frames.size(); ++i) {
         images.push_back(pictureOf(scenery, i, scenery.view));
         const fs::path file = options.pictures() / fmt::format("{}.{:04}.png", run.scene, frames[i].frame);
         pictures::writePng(file, images.back());
+        pictures::drawLabel(images.back(), std::to_string(frames[i].frame));  // on the sheet alone
         options.say(file);
     }
     return writeSheet(images, options);
@@ -142,7 +150,8 @@ Action addPreview(CLI::App& app)
     auto o = std::make_shared<PreviewOptions>();
     CLI::App* c = app.add_subcommand("preview", "Render PNG pictures of a run and a contact sheet; torn faces are red");
     c->add_option("DIR", o->folder, "Folder that 'vdbfrac sim -o' wrote")->required();
-    c->add_option("-o,--output", o->output, "Folder of the pictures (default: DIR/preview); files that are in it stay")
+    c->add_option("-o,--output", o->output,
+                  "Folder of the pictures (default: DIR/preview); files already there are kept")
         ->type_name("OUT");
     c->add_option("-f,--frames", o->frames,
                   "Frames to render, as 1-96, 1-96x2 or 5,9,12 (default: some spread over the run)");
@@ -158,8 +167,8 @@ Action addPreview(CLI::App& app)
     c->add_option("--turntable", o->turntable, "Turntable of the last of the frames, with this many pictures")
         ->check(CLI::Range(1, 10000));
     c->add_option("--colour,--color", o->colour,
-                  "What the surface is coloured by: material, fragment; or, with a legend, what frames written with "
-                  "output.ply = true have of their points: energy, margin, arrival")
+                  "What the surface is coloured by: material, fragment; or, with a legend, a value of points, of runs "
+                  "with output.ply = true: energy, margin, arrival")
         ->check(CLI::IsMember({"material", "fragment", "energy", "margin", "arrival"}))
         ->capture_default_str();
     c->add_option("--torn", o->torn,

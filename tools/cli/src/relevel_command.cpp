@@ -155,13 +155,14 @@ int run(const RelevelCommand& o)
 Action addRelevel(CLI::App& app)
 {
     auto o = std::make_shared<RelevelCommand>();
-    CLI::App* c = app.add_subcommand(
-        "relevel", "Make a clean level set of a surface (.obj, .ply, .stl, .off), broken or not, or of a .vdb grid");
+    CLI::App* c = app.add_subcommand("relevel",
+                                     "Make a clean level set of a surface (.obj, .ply, .stl, .off), even one with "
+                                     "holes or self-intersections, or of a .vdb grid");
     c->add_option("IN", o->input, "Surface or .vdb")->required();
     c->add_option("-o,--output", o->output, "Level set to write")->required()->type_name("OUT.vdb");
     c->add_option("--grid", o->grid, "Grid of a .vdb with several (default: the first level set)")->type_name("NAME");
     auto* voxel = c->add_option("--voxel", o->voxelSize, "Voxel size [m]")->check(PositiveFinite(kLongestLength));
-    c->add_option("--across", o->across, "Voxel size as voxels along the longest side")
+    c->add_option("--across", o->across, "Number of voxels along the longest side")
         ->check(CLI::Range(2, 100000))
         ->excludes(voxel);
     c->add_option("--half-width", o->halfWidth, "Voxels of the band on either side")

@@ -20,7 +20,7 @@ Action addReport(CLI::App& app)
     };
     auto o = std::make_shared<Options>();
     CLI::App* c = app.add_subcommand(
-        "report", "One HTML page on a run, or on a wedge: curves, pictures, and its frames to play and to turn");
+        "report", "One HTML page on a run, or on a wedge: curves, pictures, and an interactive 3-D player");
     c->add_option("DIR", o->folder, "Folder that 'vdbfrac sim -o' or 'vdbfrac wedge -o' wrote")->required();
     c->add_option("-o,--output", o->file, "The page (default: DIR/report.html)")
         ->type_name("FILE.html")

@@ -11,6 +11,7 @@
 #include <vdbfrac/report/plots.h>
 
 #include <algorithm>
+#include <optional>
 
 namespace vdbfrac::cli {
 
@@ -18,8 +19,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// A sheet of the run's frames; empty where it has none.
-fs::path sheetOf(const report::Record& record, int pictures, const std::string& name)
+/// A sheet of the run's frames, where it has any.
+std::optional<pictures::Image> sheetOf(const report::Record& record, int pictures)
 {
     const auto& frames = record.manifest["frames"];
     const bool drawn = std::any_of(frames.begin(), frames.end(), [](const report::Json& f) {
@@ -28,7 +29,8 @@ fs::path sheetOf(const report::Record& record, int pictures, const std::string& 
             return file.at("path").get<std::string>().ends_with(".obj");
         });
     });
-    return drawn && pictures > 0 ? writeSheet(record.folder, pictures, name) : fs::path();
+    if (!drawn || pictures == 0) return std::nullopt;
+    return cli::sheetOf(record.folder, pictures);
 }
 
 /// A row a run: its values, its status, its numbers. A column for every number that any of them has.
@@ -53,21 +55,21 @@ std::string tableText(const farm::Wedge& wedge, const std::vector<report::Compar
     return text;
 }
 
-/// The last frames side by side, in the order of the runs.
-void writeContactSheet(const fs::path& folder, const std::vector<report::Compared>& runs)
+/// What a picture of a run is told apart by.
+std::string labelOf(const farm::Wedge& wedge, const report::Compared& run)
 {
-    constexpr int kColumns = 4, kGap = 4;
-    std::vector<pictures::Image> images;
-    for (const report::Compared& r : runs)
-        if (!r.picture.empty()) images.push_back(pictures::readPng(r.picture));
-    if (!images.empty())
-        pictures::writePng(folder / "contact_sheet.png", pictures::contactSheet(images, kColumns, kGap));
+    std::string label = run.name;
+    for (std::size_t k = 0; k < run.values.size(); ++k)
+        label += " " + wedge.keys[k].substr(wedge.keys[k].rfind('.') + 1) + "=" + run.values[k];
+    return label;
 }
 
 std::string wedgeReport(const fs::path& folder)
 {
+    constexpr int kColumns = 4, kGap = 4;
     const farm::Wedge wedge = farm::readWedge(folder);
     std::vector<report::Compared> runs;
+    std::vector<pictures::Image> last;  // frames of the runs, in their order
     std::vector<report::Record> records;
     std::vector<std::string> names;
     for (const farm::WedgeRun& run : wedge.runs) {
@@ -76,14 +78,22 @@ std::string wedgeReport(const fs::path& folder)
         c.name = run.name, c.values = run.values, c.status = farm::statusOf(folder, run);
         c.numbers = report::Json::object();
         if (!fs::exists(own / "run.json")) continue;
-        records.push_back(report::readRecord(own));
-        names.push_back(run.name);
-        c.numbers = report::numbersOf(records.back());
-        c.picture = sheetOf(records.back(), 1, "report_last.png");
         if (fs::exists(own / "report.html")) c.report = run.name + "/report.html";
+        // A run that is damaged is no reason to lose the page of the others.
+        try {
+            report::Record record = report::readRecord(own);
+            c.numbers = report::numbersOf(record);
+            records.push_back(std::move(record)), names.push_back(run.name);
+            if (auto picture = sheetOf(records.back(), 1)) {
+                c.picture = pictures::pngOf(*picture);
+                pictures::drawLabel(last.emplace_back(std::move(*picture)), labelOf(wedge, c));
+            }
+        } catch (const std::exception& e) {
+            c.status += std::string("; cannot be read: ") + e.what();
+        }
     }
     writeText(folder / "table.csv", tableText(wedge, runs));
-    writeContactSheet(folder, runs);
+    if (!last.empty()) pictures::writePng(folder / "contact_sheet.png", pictures::contactSheet(last, kColumns, kGap));
     return report::wedgePage(wedge.name, wedge.keys, runs, report::comparedPlots(records, names));
 }
 
@@ -98,8 +108,9 @@ fs::path writeReport(const fs::path& folder, const ReportOptions& options, fs::p
         return file;
     }
     const report::Record record = report::readRecord(folder);
-    const fs::path sheet = sheetOf(record, options.pictures, "report_sheet.png");
-    writeText(file, report::runPage(record, sheet, std::uint64_t(options.megabytes * kMega)));
+    const std::optional<pictures::Image> sheet = sheetOf(record, options.pictures);
+    writeText(file,
+              report::runPage(record, sheet ? pictures::pngOf(*sheet) : "", std::uint64_t(options.megabytes * kMega)));
     return file;
 }
 

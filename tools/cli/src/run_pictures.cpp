@@ -234,18 +234,18 @@ pictures::Image pictureOf(const Scenery& scenery, std::size_t frame, const pictu
     return image;
 }
 
-fs::path writeSheet(const fs::path& folder, int count, const std::string& file)
+pictures::Image sheetOf(const fs::path& folder, int count)
 {
     constexpr int kPixels = 240, kSamples = 8, kGap = 4;
     const RunFrames run = readDrawnRun(folder);
-    const Scenery scenery =
-        sceneryOf(folder, run, spread(run.frames, count), {.width = kPixels, .height = kPixels, .samples = kSamples});
+    const std::vector<RunFrame> frames = spread(run.frames, count);
+    const Scenery scenery = sceneryOf(folder, run, frames, {.width = kPixels, .height = kPixels, .samples = kSamples});
     std::vector<pictures::Image> images;
-    for (std::size_t i = 0; i < scenery.subjects.size(); ++i) images.push_back(pictureOf(scenery, i, scenery.view));
-    fs::create_directories(folder / "preview");
-    const fs::path sheet = folder / "preview" / file;
-    pictures::writePng(sheet, count == 1 ? images[0] : pictures::contactSheet(images, 4, kGap));
-    return sheet;
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+        images.push_back(pictureOf(scenery, i, scenery.view));
+        if (count > 1) pictures::drawLabel(images.back(), std::to_string(frames[i].frame));
+    }
+    return count == 1 ? images[0] : pictures::contactSheet(images, 4, kGap);
 }
 
 }  // namespace vdbfrac::cli

@@ -45,7 +45,8 @@ std::vector<RunFrame> spread(const std::vector<RunFrame>& frames, int count);
 Scenery sceneryOf(const std::filesystem::path& folder, const RunFrames& run, const std::vector<RunFrame>& frames,
                   const PictureOptions& options);
 
-/// Renders frames of a run in one row, smaller pictures for pages; writes and returns folder/preview/FILE.
-std::filesystem::path writeSheet(const std::filesystem::path& folder, int count, const std::string& file);
+/// Renders frames of a run side by side, with their numbers, smaller than pictures of their own are; of `count` 1 the
+/// last.
+pictures::Image sheetOf(const std::filesystem::path& folder, int count);
 
 }  // namespace vdbfrac::cli

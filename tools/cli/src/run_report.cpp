@@ -140,7 +140,8 @@ std::string lostText(double lost)
 /// How deep fragments were in each other and in themselves, where a picture may show it.
 std::string overlapText(const std::vector<core::StepRecord>& steps, double voxelSize)
 {
-    constexpr double kSeen = .2, kBegan = .5;  // voxels; share of it that was there in the first step
+    // Voxels, share of it that was there in the first step, and voxels: less is a gap at rest that is nearly none.
+    constexpr double kSeen = .2, kBegan = .5, kBeganIn = .5;
     struct Overlap {
         const char *column, *what, *table;
     };
@@ -155,7 +156,7 @@ std::string overlapText(const std::vector<core::StepRecord>& steps, double voxel
         const auto most = std::ranges::max_element(steps, {}, depthIn);
         const double deepest = most != steps.end() ? depthIn(*most) : 0;
         if (!(deepest > kSeen * voxelSize)) continue;
-        if (depthIn(steps.front()) >= kBegan * deepest)
+        if (depthIn(steps.front()) >= std::max(kBegan * deepest, kBeganIn * voxelSize))
             began = table == std::string("[[collider]]")
                         ? "; what begins in a collider stays there without untangle_speed: is its normal turned round?"
                         : "; bodies that begin in each other stay so without untangle_speed, and are not joined";

@@ -39,9 +39,9 @@ Action addCheck(CLI::App& app)
         double maxMemory = 0;  // GiB
     };
     auto options = std::make_shared<Options>();
-    CLI::App* command = app.add_subcommand(
-        "check",
-        "Validate a scene and the files it names: all errors of the text at once, each with its place; then its start");
+    CLI::App* command = app.add_subcommand("check",
+                                           "Check a scene and the files it names: report all errors of the text with "
+                                           "line and column, then make the bodies as a run would");
     command->add_option("SCENE", options->scene, "Scene file (TOML)")->required();
     addSet(*command, options->set, "Change a key first: key=value, as in grid.voxel_size=0.02");
     command->add_flag("--quick", options->quick, "The text alone: read no meshes and no .vdb files");

@@ -269,6 +269,10 @@ int Run::end(const std::string& stopped)
                   simulation_.steps(), simulation_.time(), lastWritten_);
         return kStopped;
     }
+    if (!folder_.lostFiles().empty()) {
+        log_.error("{}", folder_.lostFiles());
+        return kBadFile;
+    }
     return capped && options_.strict ? kNotConverged : kDone;
 }
 
@@ -323,10 +327,11 @@ Action addSim(CLI::App& app)
                 "Go on with the run in the folder from its newest checkpoint, or with --resume=FRAME from the newest "
                 "up to that frame, also with other settings; starts where no run is yet")
         ->excludes(overwrite);
-    auto* branch = c->add_option("--branch", o->branch,
-                                 "Where no run is yet: go on from a checkpoint of this other run, with other settings; "
-                                 "its frames up to there are copied")
-                       ->type_name("RUN");
+    auto* branch =
+        c->add_option("--branch", o->branch,
+                      "If the output folder holds no run: start from a checkpoint of this other run, with other "
+                      "settings; its frames up to there are copied")
+            ->type_name("RUN");
     c->add_option("--at", o->at, "With --branch: the last frame to keep of the other run (default: its newest)")
         ->type_name("FRAME")
         ->needs(branch);
@@ -338,19 +343,19 @@ Action addSim(CLI::App& app)
         ->check(CLI::Range(0, kMaxFrame))
         ->capture_default_str();
     c->add_option("--time-limit", o->timeLimit,
-                  "Stop with a checkpoint after the step that ends later than this, as 3h50m (exit code 75)")
+                  "Stop, with a checkpoint, once this much wall time has passed, as 3h50m (exit code 75)")
         ->type_name("TIME");
     addThreads(*c, o->threads);
     addSet(*c, o->set, "Change a key of the scene: key=value, as in grid.voxel_size=0.02");
     c->add_option(
          "--accuracy", o->accuracy,
-         "Make voxels, time steps and tolerance coarser or finer than the scene says, and say what to expect of it")
+         "Make voxels, time steps and tolerance coarser or finer than the scene says, and print the expected errors")
         ->check(CLI::IsMember(accuracyLevels()));
     auto* plan = c->add_flag("-n,--plan", o->plan,
                              "Only say what would run: sizes, memory, the stages and why the others are off, files; "
                              "then time and disk, measured on this machine");
     c->add_option("--measure", o->measureFor,
-                  "With --plan: how long time and disk are measured for, about; 0: not at all")
+                  "With --plan: about how many seconds to measure time and disk for; 0 skips it")
         ->check(CLI::Range(0., 3600.))
         ->type_name("SECONDS")
         ->needs(plan)

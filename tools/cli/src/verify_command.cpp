@@ -157,7 +157,7 @@ Action addVerify(CLI::App& app)
         for (const verify::HardCase& c : table.cases) ids.push_back(c.id);
     auto o = std::make_shared<VerifyOptions>();
     CLI::App* c = app.add_subcommand(
-        "verify", "Measure what the program promises against its limits; ends with 3 when one is missed");
+        "verify", "Measure the program's accuracy and robustness against its limits; exits with 3 if one is missed");
     CLI::Option_group* which = c->add_option_group("Which");
     which->require_option(1);
     which->add_flag("--hard", o->hard, "The hard cases of the simulation");
@@ -166,13 +166,13 @@ Action addVerify(CLI::App& app)
     CLI::Option* random = which->add_option("--random", o->random.scenes, "Random scenes, this many")
                               ->check(CLI::Range(1, 1000000))
                               ->type_name("N");
-    c->add_option("--seed", o->random.seed, "Of the first random scene; the others follow")
+    c->add_option("--seed", o->random.seed, "Seed of the first random scene; the others count on from it")
         ->capture_default_str()
         ->needs(random);
     c->add_option("--keep", o->random.keep, "Write random scenes that break a law into this folder")
         ->type_name("DIR")
         ->needs(random);
-    c->add_flag("--quick", o->quick, "Shorter runs where cases have long ones, as the tests do")->excludes(random);
+    c->add_flag("--quick", o->quick, "Use shorter runs where a case has a long one, as the tests do")->excludes(random);
     c->add_option("--only", o->only, "Which cases")
         ->delimiter(',')
         ->check(CLI::IsMember(ids))

@@ -182,7 +182,8 @@ Action addWedge(CLI::App& app)
     how->add_option("--run", o->run, "Simulate this one of the folder's runs, here: what a task of the job does")
         ->type_name("K")
         ->check(CLI::Range(0, 1000000));
-    how->add_flag("--collect", o->collect, "Make report.html, table.csv and contact_sheet.png of what there is");
+    how->add_flag("--collect", o->collect,
+                  "Make report.html, table.csv and contact_sheet.png from the runs finished so far");
     how->require_option(1);
     c->add_option("--vary", o->input.vary,
                   "Values of a key, in place of [wedge]; may be given several times: every value with every other")

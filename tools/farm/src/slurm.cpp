@@ -93,6 +93,10 @@ void requireNoneQueued(const fs::path& folder)
     } catch (const FileError&) {
         return;  // nobody to ask
     }
+    if (queued.code != 0)
+        throw FileError("squeue", "does not tell whether job " + number + " is queued (exit code " +
+                                      std::to_string(queued.code) + "): try again, or remove " +
+                                      jobFile(folder).string() + " if it is not");
     std::istringstream lines(queued.text);
     for (std::string job; lines >> job;)
         if (job == number)

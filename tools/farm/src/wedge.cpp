@@ -226,7 +226,8 @@ std::string statusOf(const fs::path& folder, const WedgeRun& run)
     std::string status = "waiting";
     if (const fs::path file = folder / run.name / "run.json"; fs::exists(file)) {
         const Json json = Json::parse(readText(file), nullptr, false);
-        status = json.is_object() && json.contains("status") ? json["status"].get<std::string>() : "damaged";
+        const Json found = json.is_object() ? json.value("status", Json()) : Json();
+        status = found.is_string() ? found.get<std::string>() : "damaged";
     }
     if (isDone(status) || status == "stuck" || !fs::exists(failureFile(folder, run))) return status;
     const std::string code = readText(failureFile(folder, run));

@@ -7,6 +7,7 @@
 #include <vdbfrac/base/number_text.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 
 namespace vdbfrac::pictures {
@@ -40,6 +41,8 @@ constexpr Glyph kGlyphs[] = {
     {'+', {0x00, 0x04, 0x04, 0x1f, 0x04, 0x04, 0x00}}, {'-', {0x00, 0x00, 0x00, 0x1f, 0x00, 0x00, 0x00}},
     {'/', {0x01, 0x01, 0x02, 0x04, 0x08, 0x10, 0x10}}, {'^', {0x04, 0x0a, 0x11, 0x00, 0x00, 0x00, 0x00}},
     {'(', {0x02, 0x04, 0x08, 0x08, 0x08, 0x04, 0x02}}, {')', {0x08, 0x04, 0x02, 0x02, 0x02, 0x04, 0x08}},
+    {'=', {0x00, 0x00, 0x1f, 0x00, 0x1f, 0x00, 0x00}}, {'_', {0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x1f}},
+    {',', {0x00, 0x00, 0x00, 0x00, 0x0c, 0x04, 0x08}}, {':', {0x00, 0x0c, 0x0c, 0x00, 0x0c, 0x0c, 0x00}},
     {'[', {0x0e, 0x08, 0x08, 0x08, 0x08, 0x08, 0x0e}}, {']', {0x0e, 0x02, 0x02, 0x02, 0x02, 0x02, 0x0e}},
 };
 constexpr int kWide = 5, kTall = 7, kStep = 6;  // of a glyph, and from one to the next
@@ -129,6 +132,17 @@ void drawLegend(Image& image, const Scale& scale, const std::string& what)
     canvas.write(margin, below, shortNumber(scale.low, 3), ink);
     canvas.write(margin + length - canvas.widthOf(high), below, high, ink);
     canvas.write(margin, top - (kTall + 4) * dot, what, ink);
+}
+
+void drawLabel(Image& image, const std::string& text)
+{
+    constexpr int kAcross = 240, kMargin = 3;  // pixels of a picture for each pixel of a dot; dots
+    Canvas canvas{image, std::max(1, image.width / kAcross)};
+    std::string small;
+    for (const char c : text) small += char(std::tolower(static_cast<unsigned char>(c)));
+    const int margin = kMargin * canvas.scale;
+    canvas.fill(0, 0, canvas.widthOf(small) + 2 * margin, kTall * canvas.scale + 2 * margin, {40, 40, 40});
+    canvas.write(margin, margin, small, {235, 235, 235});
 }
 
 }  // namespace vdbfrac::pictures

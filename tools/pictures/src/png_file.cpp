@@ -40,12 +40,14 @@ Image decode(const std::string& bytes, const std::string& file)
     return image;
 }
 
-std::string encode(const Image& image, const std::string& file)
+}  // namespace
+
+std::string pngOf(const Image& image)
 {
     const std::size_t pixels = std::size_t(std::max(image.width, 0)) * std::size_t(std::max(image.height, 0));
     if (pixels == 0 || image.rgb.size() != 3 * pixels)
-        throw FileError(file, "a picture of " + std::to_string(image.width) + " x " + std::to_string(image.height) +
-                                  " pixels cannot be written");
+        throw Error("a picture of " + std::to_string(image.width) + " x " + std::to_string(image.height) +
+                    " pixels cannot be written");
     PngImage png;
     png.image.width = png_uint_32(image.width);
     png.image.height = png_uint_32(image.height);
@@ -53,14 +55,21 @@ std::string encode(const Image& image, const std::string& file)
     png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(png.image);
     std::string bytes(size, '\0');
     if (!png_image_write_to_memory(&png.image, bytes.data(), &size, 0, image.rgb.data(), 0, nullptr))
-        throw FileError(file, std::string("cannot be encoded: ") + png.image.message);
+        throw Error(std::string("a picture cannot be encoded: ") + png.image.message);
     bytes.resize(size);
     return bytes;
 }
 
-}  // namespace
-
-void writePng(const std::filesystem::path& file, const Image& image) { writeText(file, encode(image, file.string())); }
+void writePng(const std::filesystem::path& file, const Image& image)
+{
+    std::string bytes;
+    try {
+        bytes = pngOf(image);
+    } catch (const Error& e) {
+        throw FileError(file.string(), e.what());
+    }
+    writeText(file, bytes);
+}
 
 Image readPng(const std::filesystem::path& file) { return decode(readText(file), file.string()); }
 

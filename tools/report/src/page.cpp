@@ -3,7 +3,6 @@
 #include "compressed.h"
 #include "page_files.h"
 
-#include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/report/player.h>
 #include <vdbfrac/report/plots.h>
@@ -26,10 +25,9 @@ std::string now()
                        fmt::localtime(std::chrono::system_clock::to_time_t(std::chrono::system_clock::now())));
 }
 
-Json pictureOf(const fs::path& file)
+Json pictureOf(const std::string& bytes)
 {
-    if (file.empty()) return nullptr;
-    const std::string bytes = readText(file);
+    if (bytes.empty()) return nullptr;
     return "data:image/png;base64," + base64({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
 }
 
@@ -87,9 +85,8 @@ Json summaryOf(const Record& record)
 Json stagesOf(const Record& record)
 {
     Json stages = Json::array();
-    for (const std::string& name : record.named("", "_s"))
-        if (name != "time_s" && name != "dt_s")
-            stages.push_back({{"name", name.substr(0, name.size() - 2)}, {"seconds", record.sum(name)}});
+    for (const std::string& name : record.stages())
+        stages.push_back({{"name", name.substr(0, name.size() - 2)}, {"seconds", record.sum(name)}});
     std::stable_sort(stages.begin(), stages.end(),
                      [](const Json& a, const Json& b) { return a["seconds"] > b["seconds"]; });
     return stages;
@@ -109,7 +106,7 @@ Json fragmentsOf(const Record& record)
 
 }  // namespace
 
-std::string runPage(const Record& record, const fs::path& sheet, std::uint64_t maxBytes)
+std::string runPage(const Record& record, const std::string& sheet, std::uint64_t maxBytes)
 {
     const std::string name = record.manifest["scene"].get<std::string>();
     const Json data = {{"kind", "run"},

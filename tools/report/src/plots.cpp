@@ -21,7 +21,8 @@ Json shown(double value)
     return std::isfinite(value) ? Json(numberFrom(fmt::format("{:.6g}", value)).value_or(value)) : Json(nullptr);
 }
 
-/// Of each stretch of a long curve: where it is lowest and where it is highest, so that no peak is lost.
+/// Of each stretch of a long curve: where it is lowest and where it is highest, so that no peak is lost. Steps without
+/// a value count where there are no others.
 std::vector<std::size_t> kept(const Numbers& y)
 {
     std::vector<std::size_t> places;
@@ -29,8 +30,10 @@ std::vector<std::size_t> kept(const Numbers& y)
     for (std::size_t begin = 0; begin < y.size(); begin += stretch) {
         const auto from = y.begin() + std::ptrdiff_t(begin),
                    to = y.begin() + std::ptrdiff_t(std::min(begin + stretch, y.size()));
-        std::size_t low = std::size_t(std::min_element(from, to) - y.begin());
-        std::size_t high = std::size_t(std::max_element(from, to) - y.begin());
+        const auto isLower = [](double a, double b) { return a < b || (std::isfinite(a) && !std::isfinite(b)); };
+        const auto isHigher = [](double a, double b) { return a > b || (std::isfinite(a) && !std::isfinite(b)); };
+        std::size_t low = std::size_t(std::min_element(from, to, isLower) - y.begin());
+        std::size_t high = std::size_t(std::min_element(from, to, isHigher) - y.begin());
         if (low > high) std::swap(low, high);
         places.push_back(low);
         if (high != low) places.push_back(high);
@@ -139,9 +142,8 @@ private:
     void stages()
     {
         Json series = Json::array();
-        for (const std::string& stage : record_.named("", "_s"))
-            if (stage != "time_s" && stage != "dt_s")
-                series.push_back(curve(stage.substr(0, stage.size() - 2), time_, added(record_[stage])));
+        for (const std::string& stage : record_.stages())
+            series.push_back(curve(stage.substr(0, stage.size() - 2), time_, added(record_[stage])));
         add("Time spent in stages", "s", std::move(series));
     }
 

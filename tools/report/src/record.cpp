@@ -19,7 +19,7 @@ namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-/// Numbers by column. A last line that is still being written is left out.
+/// Numbers by column. Lines that are cut off, as by a copy that was, are left out.
 std::map<std::string, std::vector<double>> readColumns(const fs::path& file)
 {
     std::map<std::string, std::vector<double>> columns;
@@ -62,6 +62,13 @@ std::vector<std::string> Record::named(const std::string& begin, const std::stri
         if (name.size() >= begin.size() + end.size() && name.starts_with(begin) && name.ends_with(end))
             names.push_back(name);
     return names;
+}
+
+std::vector<std::string> Record::stages() const
+{
+    std::vector<std::string> columns = named("", "_s");
+    std::erase_if(columns, [](const std::string& name) { return name == "time_s" || name == "dt_s"; });
+    return columns;
 }
 
 fs::path manifestIn(const fs::path& folder)
@@ -120,8 +127,7 @@ Json numbersOf(const Record& record)
     numbers["Steps"] = record.steps();
     if (record.steps() == 0) return numbers;
     double seconds = 0;
-    for (const std::string& stage : record.named("", "_s"))
-        if (stage != "time_s" && stage != "dt_s") seconds += record.sum(stage);
+    for (const std::string& stage : record.stages()) seconds += record.sum(stage);
     numbers["Time in steps [s]"] = seconds;
     numbers["Nodes"] = record["nodes"].back();
     numbers["Fragments"] = record["fragments"].back();

@@ -138,6 +138,20 @@ void writeAtomically(const fs::path& file, const std::function<void(const fs::pa
     }
 }
 
+void makeFolder(const std::filesystem::path& folder)
+{
+    std::error_code error;
+    std::filesystem::create_directories(folder, error);
+    if (error) throw FileError(folder.string(), "cannot be made: " + error.message());
+}
+
+void removeFile(const std::filesystem::path& file)
+{
+    std::error_code error;
+    if (std::filesystem::remove(file, error); error)
+        throw FileError(file.string(), "cannot be removed: " + error.message());
+}
+
 bool liesBelow(const fs::path& path)
 {
     return !path.empty() && path.is_relative() &&

@@ -307,7 +307,7 @@ void RunFolder::Writer::takeOver(const fs::path& run, RecordLog::Records records
                 if (const std::string content = readText(copy); checksumOf(content) != file.checksum)
                     throw Error("is not what the run in " + run.string() + " wrote");
             };
-            fs::create_directories(to.parent_path());
+            makeFolder(to.parent_path());
             writeAtomically(
                 to, [&](const fs::path& copy) { fs::copy_file(from, copy, fs::copy_options::overwrite_existing); },
                 isWhole);
@@ -322,9 +322,7 @@ void RunFolder::Writer::writeCheckpoint(Archive& archive, const std::vector<Step
     char name[32];
     std::snprintf(name, sizeof name, ".%06d", steps_.empty() ? 0 : steps_.back().step);
     const fs::path folder = folder_ / kCheckpointFolder;
-    std::error_code error;
-    fs::create_directory(folder, error);
-    if (error) throw FileError(folder.string(), "cannot be made: " + error.message());
+    makeFolder(folder);
     const RecordLog::Mark mark =
         log_.append(std::span(steps_).subspan(loggedSteps_), std::span(frames_).subspan(loggedFrames_));
     loggedSteps_ = steps_.size(), loggedFrames_ = frames_.size();
@@ -333,10 +331,10 @@ void RunFolder::Writer::writeCheckpoint(Archive& archive, const std::vector<Step
     archive.write(folder / file);
     if (checkpoints_.empty() || checkpoints_.back() != file) checkpoints_.push_back(file);  // not that of a branch
     if (!keepsCheckpoints_ && checkpoints_.size() > kKeptCheckpoints) checkpoints_.erase(checkpoints_.begin());
+    std::error_code stays;
     for (const fs::path& other : checkpointsIn(folder_))
-        // Or it stays.
         if (std::find(checkpoints_.begin(), checkpoints_.end(), other.filename()) == checkpoints_.end())
-            fs::remove(other, error);
+            fs::remove(other, stays);
 }
 
 void RunFolder::Writer::writeManifest(const RunState& state, const std::string& status) const

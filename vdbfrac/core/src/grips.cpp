@@ -73,6 +73,8 @@ Simulation::Grips::Grips(const std::vector<scene::Grip>& grips, double fps, std:
     for (const scene::Grip& grip : grips_) {
         const auto body =
             std::find_if(bodies.begin(), bodies.end(), [&](const Body& b) { return b.name == grip.body; });
+        if (body == bodies.end())
+            throw InputError({"grip '" + grip.name + "'", "its body '" + grip.body + "' is not in the scene", "", ""});
         held_.push_back({&grip, std::size_t(body - bodies.begin()), {}, {}, {}});
         // The body is at rest at first: what only holds it pulls at nothing.
         if (const auto* force = std::get_if<scene::Force>(&grip.move)) held_.back().before.force = forceAt(*force, 0);

@@ -1,5 +1,6 @@
 #include <vdbfrac/core/point_cache.h>
 
+#include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/base/number_text.h>
 #include <vdbfrac/tetmesh/cache_files.h>
@@ -226,12 +227,13 @@ DrawnFrame PointCache::frame(std::size_t number) const
 std::vector<tetmesh::CacheFrame> PointCache::cacheFrame(std::size_t number) const
 {
     std::vector<tetmesh::CacheFrame> all;
+    const bool moves = scene_.solver.integrator != scene::Integrator::statics;
     const DrawnFrame drawn = frame(number);
     for (std::size_t b = 0; b < used_.size(); ++b) {
         tetmesh::CacheFrame& one = all.emplace_back();
         for (std::uint32_t p : used_[b]) {
             one.points.push_back(drawn[b].points[p]);
-            one.velocities.push_back(drawn[b].velocity[p]);
+            if (moves) one.velocities.push_back(drawn[b].velocity[p]);
         }
         for (std::uint32_t n : usedNormals_[b]) one.normals.push_back(drawn[b].normals[n]);
     }
@@ -282,7 +284,7 @@ std::vector<fs::path> PointCache::write(const fs::path& out) const
     else {
         // Whenever this is killed, no points of an earlier cache stand beside faces of this one.
         const fs::path mdd = fs::path(out).replace_extension(".mdd");
-        fs::remove(mdd);
+        removeFile(mdd);
         writeObj(out), writeMdd(mdd);
     }
     return files;

@@ -44,12 +44,6 @@ nlohmann::json manifestOf(const fs::path& folder)
     return nlohmann::json::parse(readText(folder / kManifest), nullptr, false);
 }
 
-void removeFile(const fs::path& file)
-{
-    std::error_code error;
-    if (fs::remove(file, error); error) throw FileError(file.string(), "cannot be removed: " + error.message());
-}
-
 /// What a run writes, as its manifest lists it.
 std::vector<std::string> patternsOf(const nlohmann::json& manifest)
 {
@@ -76,10 +70,8 @@ std::vector<std::string> runFiles(const std::string& name)
             "cache/" + name + ".mdd",
             "cache/" + name + ".usda",
             "preview/" + name + ".####.png",
-            "preview/turn.####.png",
+            "preview/" + name + ".turn.####.png",
             "preview/contact_sheet.png",
-            "preview/report_sheet.png",
-            "preview/report_last.png",
             "report.html",
             "stats.csv",
             "run.log",
@@ -160,8 +152,11 @@ void removeRunFiles(const fs::path& folder, const std::vector<std::string>& patt
         for (const fs::path& file : filesOf(folder, pattern)) removeFile(file);
         if (const fs::path place = fs::path(pattern).parent_path(); !place.empty()) places.insert(place);
     }
+    // A link to a folder, or a file of that name, is not the run's.
     std::error_code notEmpty;
-    for (const fs::path& place : places) fs::remove(folder / place, notEmpty);
+    for (const fs::path& place : places)
+        if (fs::symlink_status(folder / place, notEmpty).type() == fs::file_type::directory)
+            fs::remove(folder / place, notEmpty);
 }
 
 void removeLaterFrames(const fs::path& folder, const std::string& sceneName, int last)
@@ -185,7 +180,7 @@ void removeLaterFrames(const fs::path& folder, const std::string& sceneName, int
     for (const fs::path& file : ofAll) removeFile(file);
 }
 
-void noteLostFiles(const fs::path& folder, const std::vector<FrameRecord>& frames, std::vector<std::string>& notes)
+std::string lostFiles(const fs::path& folder, const std::vector<FrameRecord>& frames)
 {
     std::string first;
     std::size_t count = 0;
@@ -195,10 +190,11 @@ void noteLostFiles(const fs::path& folder, const std::vector<FrameRecord>& frame
             if (fs::file_size(folder / file.path, error) == file.bytes && !error) continue;
             if (count++ == 0) first = file.path;
         }
-    if (count > 0)
-        notes.push_back(std::to_string(count) + (count == 1 ? " file" : " files") +
-                        " of earlier frames are missing or damaged, the first " + first +
-                        "; 'vdbfrac info' lists them, --resume=FRAME makes later ones again");
+    if (count == 0) return "";
+    return std::to_string(count) + (count == 1 ? " file" : " files") +
+           " of earlier frames are missing or damaged, the first " + first +
+           "; 'vdbfrac info' lists them, and --resume=FRAME from a checkpoint before them, or --overwrite, makes them "
+           "again";
 }
 
 }  // namespace vdbfrac::core

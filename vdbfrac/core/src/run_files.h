@@ -51,9 +51,9 @@ void requireApart(const std::filesystem::path& folder, const std::vector<std::st
 /// Removes the files that the patterns stand for, in their order, then the folders that are empty. Throws FileError.
 void removeRunFiles(const std::filesystem::path& folder, const std::vector<std::string>& patterns);
 
-/// Notes how many files of these frames, which a run will not make again, are missing or have another size.
-void noteLostFiles(const std::filesystem::path& folder, const std::vector<FrameRecord>& frames,
-                   std::vector<std::string>& notes);
+/// How many files of these frames, which a run will not make again, are missing or have another size: a sentence, empty
+/// where there are none.
+std::string lostFiles(const std::filesystem::path& folder, const std::vector<FrameRecord>& frames);
 
 /// Removes what a run has in the folder of frames after `last`, the point cache, and, where there were such frames,
 /// what else is made of all: the report, sheets and turntables. Checkpoints stay. Throws FileError.

@@ -42,8 +42,7 @@ FolderLock prepare(const fs::path& folder, const scene::Scene& scene, ExistingRu
 {
     std::error_code error;
     if (fs::is_regular_file(folder, error)) throw FileError(folder.string(), "is a file, not a folder");
-    fs::create_directories(folder, error);
-    if (error) throw FileError(folder.string(), "cannot be made: " + error.message());
+    makeFolder(folder);
     FolderLock lock(folder);
     if (isEmpty(folder)) return lock;
     if (existing == ExistingRun::refuse)
@@ -121,12 +120,12 @@ void RunFolder::open()
     removeRunFiles(folder_, removes_);
     // From here on the folder is known to hold a run.
     if (!fs::exists(folder_ / kManifest)) writer_->writeFirstManifest();
-    if (!scene_.output.vdb.empty()) fs::create_directory(folder_ / "vdb");
-    if (scene_.output.ply) fs::create_directory(folder_ / "ply");
-    if (scene_.output.followsNodes()) fs::create_directory(folder_ / "motion");
-    if (!scene_.output.pointCache.empty()) fs::create_directory(folder_ / "cache");
+    if (!scene_.output.vdb.empty()) makeFolder(folder_ / "vdb");
+    if (scene_.output.ply) makeFolder(folder_ / "ply");
+    if (scene_.output.followsNodes()) makeFolder(folder_ / "motion");
+    if (!scene_.output.pointCache.empty()) makeFolder(folder_ / "cache");
     if (scene_.output.obj) {
-        fs::create_directory(folder_ / "obj");
+        makeFolder(folder_ / "obj");
         tetmesh::writeMtl(folder_ / "obj" / (scene_.name + ".mtl"), drawing_->materials());
     }
 }
@@ -166,7 +165,6 @@ std::string RunFolder::writeFrame(const Simulation& simulation, int frame)
     {
         const StageTimer timer(work_, "snapshot");
         data = std::make_shared<FrameData>(takeFrame(simulation, scene_, frame));
-        data->steps = newSteps();
     }
     if (isDrawn(scene_.output)) {
         const StageTimer timer(work_, "draw");
@@ -176,6 +174,7 @@ std::string RunFolder::writeFrame(const Simulation& simulation, int frame)
         data->record.drawn = boundsOf(data->drawn), data->record.squeeze = squeezeOf(data->drawn);
     }
     const std::string hash = data->record.stateHash;
+    data->steps = newSteps();  // last: where something failed they are still to be written
     handOver([writer = writer_.get(), data = std::move(data)] { writer->write(*data); });
     return hash;
 }
@@ -262,7 +261,8 @@ bool RunFolder::resume(Simulation& simulation, const Resume& how, std::vector<st
     std::optional<Found> found = newestIn(folder_, how, notes);
     if (!found) return false;
     goOn(simulation, how, *found, notes);
-    noteLostFiles(folder_, found->records.frames, notes);
+    lostFiles_ = core::lostFiles(folder_, found->records.frames);
+    if (!lostFiles_.empty()) notes.push_back(lostFiles_);
     if (mayKeepCheckpoints(folder_)) keepCheckpoints();
     open();
     writer_->goOnFrom(found->file.filename(), std::move(found->records));

@@ -1,6 +1,6 @@
 // OpenVDB 10's io::bloscFromStream and io::unzipFromStream read as many bytes as the file declares into the caller's
 // buffer and compare sizes afterwards, so a malformed file writes past the heap. These definitions compare first.
-// The library's own calls reach them when the executable is linked with -rdynamic (ENABLE_EXPORTS in CMake).
+// The library's own calls reach them as what links this exports them (CMakeLists.txt).
 // From OpenVDB 11 on the library checks by itself and this file is empty but for its anchor.
 #include "vdb_stream.h"
 

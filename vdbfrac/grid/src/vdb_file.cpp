@@ -52,6 +52,7 @@ openvdb::GridBase::Ptr fromValues(const VoxelValues& values, double voxelSize)
     openvdb::GridBase::Ptr grid = vectors ? fill<openvdb::Vec3SGrid>(values, openvdb::Vec3s(values.background))
                                           : fill<openvdb::FloatGrid>(values, values.background);
     grid->setTransform(openvdb::math::Transform::createLinearTransform(voxelSize));
+    if (vectors) grid->setVectorType(openvdb::VEC_CONTRAVARIANT_RELATIVE);  // velocities turn with what they are of
     return grid;
 }
 

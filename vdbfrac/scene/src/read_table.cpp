@@ -167,11 +167,14 @@ const KeyValue* onlyMember(const Item& item, const std::vector<std::string>& kin
         if (std::find(kinds.begin(), kinds.end(), m.key) != kinds.end()) found.push_back(&m);
     if (found.size() == 1) return found[0];
     if (found.size() > 1) {
-        complaints.add(found[1]->keyPlace, {item.path + " has " + std::to_string(found.size()) + " of them", allowed});
+        complaints.add(found[1]->keyPlace,
+                       {item.path + " has " + std::to_string(found.size()) + " of " + joined(kinds), allowed});
     } else {
         const KeyValue* first = table->members.empty() ? nullptr : &table->members.front();
-        complaints.add(first ? first->keyPlace : item.node.place,
-                       {item.path + " has none of them", allowed, first ? didYouMean(first->key, kinds) : ""});
+        complaints.add(
+            first ? first->keyPlace : item.node.place,
+            {item.path + (first ? " has '" + first->key + "' and none of " : " has none of ") + joined(kinds), allowed,
+             first ? didYouMean(first->key, kinds) : ""});
     }
     return nullptr;
 }

@@ -5,7 +5,6 @@
 #include <vdbfrac/scene/reader.h>
 
 #include <algorithm>
-#include <cassert>
 
 namespace vdbfrac::scene {
 
@@ -64,7 +63,9 @@ const Material& Scene::materialOf(const Body& body) const
 {
     const auto it =
         std::find_if(materials.begin(), materials.end(), [&](const Material& m) { return m.name == body.material; });
-    assert(it != materials.end());
+    if (it == materials.end())
+        throw InputError(
+            {"body '" + body.name + "'", "its material '" + body.material + "' is not in the scene", "", ""});
     return *it;
 }
 

@@ -12,7 +12,8 @@
 
 namespace vdbfrac::tetmesh {
 
-/// A frame of a body: positions [m] and velocities [m/s] of the points that its faces use, and what usedNormals() says.
+/// A frame of a body: positions [m] and velocities [m/s], if it has any, of the points that its faces use, and what
+/// usedNormals() says.
 struct CacheFrame {
     std::vector<Vec3> points, velocities, normals;
 };

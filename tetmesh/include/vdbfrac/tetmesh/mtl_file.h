@@ -43,6 +43,14 @@ std::vector<MtlMaterial> materialsIn(const std::string& mtl);
 /// Diffuse colours (Kd) of the materials of a library's text, as it has them.
 std::map<std::string, Vec3> diffuseColours(const std::string& mtl);
 
+/// What a material lets through and gives off.
+struct Light {
+    double opacity = 1;           ///< d, or 1 - Tr
+    Vec3 emitted = Vec3::Zero();  ///< Ke
+};
+/// Of the materials of a library's text that are not opaque, or shine.
+std::map<std::string, Light> lightsOf(const std::string& mtl);
+
 /// The texture of a diffuse colour: the point (u, v) of the surface has the texture's scale * (u, v) + offset.
 struct DiffuseMap {
     std::string file;  ///< as the library names it

@@ -4,11 +4,14 @@
 #include <vdbfrac/pictures/render.h>
 
 #include <filesystem>
+#include <string>
 #include <vector>
 
 namespace vdbfrac::pictures {
 
-/// Writes an 8-bit RGB picture atomically. Throws FileError.
+/// The bytes of a .png file of a picture, with 8 bits of each colour. Throws Error for a picture without pixels.
+std::string pngOf(const Image& image);
+/// Writes it atomically. Throws FileError.
 void writePng(const std::filesystem::path& file, const Image& image);
 
 /// Reads a picture as 8-bit RGB; transparency is laid over black. Throws FileError.

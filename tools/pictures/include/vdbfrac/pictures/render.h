@@ -86,6 +86,8 @@ void colourByValue(Subject& subject, std::span<const float> ofPoints, const Scal
 /// The colours of the scale with its ends, and what it is of, into the lower left of a picture. Small letters, digits
 /// and . + - / ^ ( ) are drawn, other characters are gaps.
 void drawLegend(Image& image, const Scale& scale, const std::string& what);
+/// Small letters in the upper left corner. Letters, digits and signs of numbers and keys; others are left blank.
+void drawLabel(Image& image, const std::string& text);
 
 struct Camera {
     Vec3 eye = Vec3::Zero();                 ///< m

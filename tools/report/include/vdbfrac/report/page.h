@@ -4,22 +4,21 @@
 #include <vdbfrac/report/record.h>
 
 #include <cstdint>
-#include <filesystem>
 #include <string>
 #include <vector>
 
 namespace vdbfrac::report {
 
-/// A page on a run. `sheet`: a .png file, or empty. `maxBytes`: of frames to play; 0 leaves the player out.
-std::string runPage(const Record& record, const std::filesystem::path& sheet, std::uint64_t maxBytes);
+/// A page on a run. `sheet`: the bytes of a .png file, or none. `maxBytes`: of frames to play; 0 leaves the player out.
+std::string runPage(const Record& record, const std::string& sheet, std::uint64_t maxBytes);
 
 /// A run of a wedge, as its page shows it.
 struct Compared {
     std::string name, status;
     std::vector<std::string> values;
-    std::filesystem::path picture;  ///< a .png file, or empty
-    std::string report;             ///< link to its own page, or empty
-    Json numbers;                   ///< by name; see numbersOf
+    std::string picture;  ///< the bytes of a .png file, or none
+    std::string report;   ///< link to its own page, or empty
+    Json numbers;         ///< by name; see numbersOf
 };
 
 /// A page that compares runs; `records` of those that have begun, with their names.

@@ -24,6 +24,8 @@ struct Record {
     double sum(const std::string& column) const;  ///< 0 where there is no such column
     /// Names of the columns that begin and end so.
     std::vector<std::string> named(const std::string& begin, const std::string& end) const;
+    /// Columns of the seconds that stages took.
+    std::vector<std::string> stages() const;
 };
 
 /// The manifest of the run in a folder. Throws FileError where none is.

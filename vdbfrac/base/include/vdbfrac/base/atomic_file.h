@@ -17,6 +17,11 @@ void writeAtomically(const std::filesystem::path& file,
                      const std::function<void(const std::filesystem::path& temporary)>& write,
                      const std::function<void(const std::filesystem::path& temporary)>& verify = {});
 
+/// Makes a folder, with those above it, where there is none. Throws FileError.
+void makeFolder(const std::filesystem::path& folder);
+/// Removes a file if it is there. Throws FileError.
+void removeFile(const std::filesystem::path& file);
+
 /// Does a path, relative to a folder, name something below it? Lists in files of a run may say anything.
 bool liesBelow(const std::filesystem::path& path);
 

@@ -110,6 +110,8 @@ public:
     const std::vector<StepRecord>& steps() const { return steps_; }
     /// Frames that are written. After finish only: until then the writer adds to them.
     const std::vector<FrameRecord>& frames() const;
+    /// What frames of a run that was resumed have lost, a sentence: it does not make them again.
+    const std::string& lostFiles() const { return lostFiles_; }
     /// What the point cache lacks, a sentence; after finish only.
     const std::string& pointCacheLacks() const;
     /// After finish only. Stages: "snapshot", copying what frames write; "draw", the drawn surface; "output", making
@@ -135,6 +137,7 @@ private:
     std::filesystem::path folder_;
     FolderLock lock_;
     std::vector<std::string> removes_;  // patterns of the earlier run's files that it replaces
+    std::string lostFiles_;
     bool isOpen_ = false;
     scene::Scene scene_;
     std::vector<StepRecord> steps_;

@@ -27,7 +27,7 @@ struct NamedGrid {
 using Metadata = std::map<std::string, std::variant<std::string, double, std::int64_t>>;
 
 /// Writes all grids to one file (Blosc or zip, whatever the library has), atomically; the temporary is read back and
-/// its grids compared in voxel count and bounds. `metadata` goes to the file and to every grid. Throws FileError.
+/// compared. `metadata` goes to the file and to every grid. Throws FileError.
 void writeVdb(const std::filesystem::path& file, const std::vector<NamedGrid>& grids, const Metadata& metadata);
 
 /// What a file holds.
