@@ -110,7 +110,7 @@ TEST(Trembling, HoldsWhatASampleIsALittleOutsideOf)
     for (const Pair& p : std::span(pairs).first(std::min<std::size_t>(pairs.size(), 8))) {
         const Vec3 y = s.surface.probe(p.sample, s.x);
         for (std::uint32_t t = 0; t < s.targets.size(); ++t) {
-            const double least = s.targets.locate(t, y, s.x).least;
+            const double least = s.targets.leastShare(t, y, 1, s.x);
             if (t == p.target || s.targets[t].fragment != s.targets[p.target].fragment || least < -5 * kHeld) continue;
             const Pair other{p.sample, t};
             const auto seen = s.near.seenAt(s.surface, s.targets, s.x, kReach, std::span(&other, 1));

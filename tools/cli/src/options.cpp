@@ -68,8 +68,10 @@ void requireApart(const std::vector<std::filesystem::path>& outputs, const std::
         for (const std::filesystem::path& other : others)
             if (!out.empty() && std::filesystem::weakly_canonical(out, isNotThere) ==
                                     std::filesystem::weakly_canonical(other, isNotThere))
-                throw InputError({out.string(), "would overwrite " + (other == out ? "what is read" : other.string()),
-                                  "another name", ""});
+                throw InputError(
+                    {out.string(),
+                     other == out ? "is named twice, and would be overwritten" : "would overwrite " + other.string(),
+                     "another name", ""});
     for (const std::filesystem::path& out : outputs)
         if (const std::filesystem::path run = out.empty() ? out : core::runOf(out); !run.empty())
             throw InputError(

@@ -4,9 +4,9 @@
 #include <vdbfrac/base/parallel.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
-#include <tuple>
 #include <utility>
 
 namespace vdbfrac::contact {
@@ -60,18 +60,24 @@ void NarrowPhase::list(const ContactSurface& surface, const Targets& targets, co
                        double margin)
 {
     clearPairs();
-    std::vector<Pair> pairs = meeting(between_.candidates(), surface, targets, motion, margin);
-    const std::vector<Pair> within = meeting(within_.candidates(), surface, targets, own, margin);
-    pairs.insert(pairs.end(), within.begin(), within.end());
-    std::sort(pairs.begin(), pairs.end(), [&](const Pair& a, const Pair& b) {
-        return std::tuple(a.sample, targets[a.target].fragment, a.target) <
-               std::tuple(b.sample, targets[b.target].fragment, b.target);
-    });
-    for (const Pair& p : pairs) {
-        if (sample_.empty() || sample_.back() != p.sample) sample_.push_back(p.sample), start_.push_back(start_.back());
-        target_.push_back(p.target);
-        ++start_.back();
+    const std::array pairs{meeting(between_.candidates(), surface, targets, motion, margin),
+                           meeting(within_.candidates(), surface, targets, own, margin)};
+    std::vector<std::uint32_t> end(surface.size(), 0);  // of each sample's targets
+    for (const std::vector<Pair>& some : pairs)
+        for (const Pair& p : some) ++end[p.sample];
+    std::uint32_t count = 0;
+    for (std::uint32_t i = 0; i < end.size(); ++i) {
+        if (end[i] > 0) sample_.push_back(i), start_.push_back(count + end[i]);
+        count += std::exchange(end[i], count);
     }
+    target_.resize(count);
+    for (const std::vector<Pair>& some : pairs)
+        for (const Pair& p : some) target_[end[p.sample]++] = p.target;
+    parallelChunks(sample_.size(), kSamples, [&](std::size_t from, std::size_t to) {
+        for (std::size_t i = from; i < to; ++i)
+            std::ranges::sort(target_.begin() + start_[i], target_.begin() + start_[i + 1], {},
+                              [&](std::uint32_t t) { return std::pair(targets[t].fragment, t); });
+    });
 }
 
 void NarrowPhase::clearPairs() { sample_.clear(), target_.clear(), start_.assign(1, 0); }
@@ -97,8 +103,9 @@ std::vector<Pair> NarrowPhase::seenAt(const ContactSurface& surface, const Targe
             std::uint32_t fragment = ~0u;
             double best = 0;
             for (std::uint32_t t : this->targets(i)) {
-                double least = targets.locate(t, y, x).least;
-                if (least >= -kOut && std::ranges::find(own, t, &Pair::target) != own.end()) least = kInfinity;
+                const bool isHeld = std::ranges::find(own, t, &Pair::target) != own.end();
+                double least = targets.leastShare(t, y, isHeld ? kOut : reach, x);
+                if (isHeld && least >= -kOut) least = kInfinity;
                 const bool next = targets[t].fragment != fragment;
                 if (least < -reach || (!next && least <= best)) continue;
                 if (next) seen.push_back({sample_[i], t});
@@ -180,8 +187,9 @@ std::vector<Pair> withKnown(std::span<const Pair> seen, std::span<const Pair> kn
     };
     std::vector<Pair> lost, all;
     std::set_difference(known.begin(), known.end(), seen.begin(), seen.end(), std::back_inserter(lost), before);
-    std::erase_if(
-        lost, [&](const Pair& p) { return targets.locate(p.target, surface.probe(p.sample, x), x).least < -kGone; });
+    std::erase_if(lost, [&](const Pair& p) {
+        return targets.leastShare(p.target, surface.probe(p.sample, x), kGone, x) < -kGone;
+    });
     std::merge(seen.begin(), seen.end(), lost.begin(), lost.end(), std::back_inserter(all), before);
     return all;
 }

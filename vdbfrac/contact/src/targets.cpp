@@ -21,6 +21,26 @@ Vec3 gradientTimesVolume(const std::array<float, 4>& phi, const std::array<Vec3,
     return double(phi[1] - phi[0]) * n[0] + double(phi[2] - phi[0]) * n[1] + double(phi[3] - phi[0]) * n[2];
 }
 
+/// Of a tet in space, seen from its first corner.
+struct Edges {
+    std::array<Vec3, 3> normal;  // m^2: cross products of the edges to the others
+    double volume;               // m^3, times six
+
+    Edges(const std::array<std::uint32_t, 4>& node, std::span<const Vec3> x)
+    {
+        const Vec3& z = x[node[0]];
+        const Vec3 e1 = x[node[1]] - z, e2 = x[node[2]] - z, e3 = x[node[3]] - z;
+        normal = {e2.cross(e3), e3.cross(e1), e1.cross(e2)};
+        volume = e1.dot(normal[0]);
+    }
+    /// Barycentric coordinates of the first corner plus d.
+    std::array<double, 4> sharesOf(const Vec3& d) const
+    {
+        const double b = d.dot(normal[0]) / volume, c = d.dot(normal[1]) / volume, e = d.dot(normal[2]) / volume;
+        return {1 - b - c - e, b, c, e};
+    }
+};
+
 /// Finishes a target, in nodes of its body until now, and adds it to its group.
 void gather(Target& target, const core::Body& body, Targets::Group& group)
 {
@@ -76,35 +96,40 @@ void Targets::add(const core::Body& body, std::uint16_t number, double depth)
     inside_.insert(inside_.end(), tets.inside.begin(), tets.inside.end());
 }
 
+double Targets::leastShare(std::size_t n, const Vec3& y, double reach, std::span<const Vec3> x) const
+{
+    const Target& t = target_[n];
+    const Edges edges(t.node, x);
+    if (!(edges.volume > kFlat * double(t.restVolume))) return -std::numeric_limits<double>::infinity();
+    const std::array<double, 4> share = edges.sharesOf(y - x[t.node[0]]);
+    // Corners of the part have shares from 0 to 1, so y has none below -3 reach; the fourth is for rounding.
+    if (std::min({share[0], share[1], share[2], share[3]}) < -4 * reach)
+        return -std::numeric_limits<double>::infinity();
+    double least = 1;
+    for (const auto& row : inside_[t.inside]) {
+        double inPart = 0;
+        for (std::size_t a = 0; a < 4; ++a) inPart += row[a] * share[a];
+        least = std::min(least, inPart);
+    }
+    return least;
+}
+
 InTarget Targets::locate(std::size_t n, const Vec3& y, std::span<const Vec3> x) const
 {
     const Target& t = target_[n];
-    const Vec3& z0 = x[t.node[0]];
-    const Vec3 e1 = x[t.node[1]] - z0, e2 = x[t.node[2]] - z0, e3 = x[t.node[3]] - z0, d = y - z0;
-    const std::array<Vec3, 3> normal{e2.cross(e3), e3.cross(e1), e1.cross(e2)};
-    const double volume = e1.dot(normal[0]);
+    const Edges edges(t.node, x);
     InTarget in;
-    if (!(volume > kNone * double(t.restVolume))) return in;
-    in.share = {0, d.dot(normal[0]) / volume, d.dot(normal[1]) / volume, d.dot(normal[2]) / volume};
-    in.share[0] = 1 - in.share[1] - in.share[2] - in.share[3];
-    if (volume > kFlat * double(t.restVolume)) in.least = 1;
-    for (const auto& row : inside_[t.inside]) {
-        double share = 0;
-        for (std::size_t a = 0; a < 4; ++a) share += row[a] * in.share[a];
-        in.least = std::min(in.least, share);
-    }
+    if (!(edges.volume > kNone * double(t.restVolume))) return in;
+    in.share = edges.sharesOf(y - x[t.node[0]]);
     in.phi = 0;
     for (std::size_t a = 0; a < 4; ++a) in.phi += in.share[a] * double(t.phi[a]);
-    in.outward = gradientTimesVolume(t.phi, normal) / volume;
+    in.outward = gradientTimesVolume(t.phi, edges.normal) / edges.volume;
     return in;
 }
 
 bool Targets::isBlind(std::size_t n, std::span<const Vec3> x) const
 {
-    const Target& t = target_[n];
-    const Vec3& z0 = x[t.node[0]];
-    const Vec3 e1 = x[t.node[1]] - z0, e2 = x[t.node[2]] - z0, e3 = x[t.node[3]] - z0;
-    return !(e1.dot(e2.cross(e3)) > kNone * double(t.restVolume));
+    return !(Edges(target_[n].node, x).volume > kNone * double(target_[n].restVolume));
 }
 
 std::size_t Targets::bytes() const

@@ -24,11 +24,8 @@ struct Target {
 
 /// Where a point is, as a target sees it: linear all over space.
 struct InTarget {
-    /// Of its barycentric coordinates in the part: it is inside from 0 on. -infinity: the tet is flat or turned over,
-    /// and sees nothing.
-    double least = -std::numeric_limits<double>::infinity();
     std::array<double, 4> share{};  ///< barycentric in the whole tet
-    /// m: as at rest. Where nothing is seen, infinity.
+    /// m: as at rest. Infinity: the tet is flat or turned over, and sees nothing.
     double phi = std::numeric_limits<double>::infinity();
     Vec3 outward = Vec3::Zero();  ///< gradient of phi in space
 };
@@ -53,6 +50,9 @@ public:
     const std::vector<Group>& groups() const { return group_; }
     double spacing() const { return spacing_; }  ///< m: a typical size
     InTarget locate(std::size_t target, const Vec3& y, std::span<const Vec3> x) const;
+    /// The least of the barycentric coordinates of y in the part of the tet: it is inside from 0 on. What is farther
+    /// outside than `reach` may be told as -infinity; so is what a tet that is nearly flat would see.
+    double leastShare(std::size_t target, const Vec3& y, double reach, std::span<const Vec3> x) const;
     /// Does it see nothing, flat or turned over as it is?
     bool isBlind(std::size_t target, std::span<const Vec3> x) const;
     std::size_t bytes() const;
