@@ -81,8 +81,7 @@ try {
     vocabulary.tables.push_back({"breeze", "A wind that blows alike everywhere.", kBreezeKeys});
     const auto scene = vdbfrac::scene::parseScene(kScene, "built-in", vocabulary);
     auto effects = vdbfrac::effects::makeEffects(scene);  // has to outlive the simulation
-    for (const auto& table : scene.tables)
-        if (table.name == "breeze") effects.push_back(std::make_unique<Breeze>(table.values));
+    if (const auto* breeze = scene.table("breeze")) effects.push_back(std::make_unique<Breeze>(*breeze));
     std::vector<vdbfrac::core::Effect*> pointers;
     for (const auto& effect : effects) pointers.push_back(effect.get());
     const std::uint64_t memoryLimit = std::uint64_t(1) << 30;  // bytes

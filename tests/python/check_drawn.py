@@ -390,7 +390,7 @@ def check_carved(folder):
     fine = Obj(folder / "fine_carved.obj")
     before = (folder / "fine.obj").read_bytes()
     said = vdbfrac("embed", run, folder / "fine.obj", "-o", folder / "fine.obj", code=2)
-    check("what is read is not written over", "would be written over" in said and (folder / "fine.obj").read_bytes() == before, said)
+    check("what is read is not written over", "would be overwritten" in said and (folder / "fine.obj").read_bytes() == before, said)
     taken = Obj(folder / "fine.obj").volume() - fine.volume()
     check("another mesh is scored too", abs(taken / (0.1 * 0.045 * 0.39) - 1) < 0.1, taken)
     (folder / "open.obj").write_text("\n".join((folder / "fine.obj").read_text().splitlines()[:-1]) + "\n")

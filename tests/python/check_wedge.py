@@ -197,6 +197,7 @@ def check_bad_input(top, wedge):
     (other / "mine.txt").write_text("mine")
     expect("a folder of something else", 2, ["holds no wedge"], "wedge", SCENE, "--local", "-o", other)
     check("a folder of something else", [p.name for p in other.iterdir()] == ["mine.txt"], "it was touched")
+    expect("settings of a run that is laid out", 2, ["no SCENE, --vary"], "wedge", "-o", wedge, "--run", "1", "--set", "time.fps=3")
     expect("no such run", 2, ["0 to 5"], "wedge", "-o", wedge, "--run", "6")
     expect("no sbatch", 4, ["sbatch"], "wedge", SCENE, "--slurm", "-o", top / "slurm") if not has_slurm() else None
     odd = top / 'a "100%" folder'

@@ -86,6 +86,29 @@ TEST(Render, EmptySpaceShowsTheBackground)
         }
 }
 
+/// Points may come frame by frame.
+TEST(Render, CamerasFitPartsAsTheyFitTheWhole)
+{
+    const std::vector<Vec3> points = subject().points;
+    const Vec3 direction(-.5, -.35, -1);
+    CameraFit fit(direction, 161, 121);
+    for (const Vec3& p : points) fit.add({&p, 1});
+    const Camera whole = fittingCamera(direction, points, 161, 121);
+    EXPECT_EQ(fit.camera().eye, whole.eye);
+    EXPECT_EQ(fit.camera().direction, whole.direction);
+}
+
+TEST(Render, SmallerPicturesHaveTheMeansOfTheirPixels)
+{
+    const Image image{
+        5, 2, {0, 0, 0, 10, 20, 30, 1, 1, 1, 2, 2, 2, 9, 9, 9, 20, 20, 20, 30, 0, 90, 1, 1, 1, 2, 2, 2, 9, 9, 9}};
+    const Image small = reduced(image, 2);
+    EXPECT_EQ(small.width, 2);
+    EXPECT_EQ(small.height, 1);
+    EXPECT_EQ(small.rgb, (std::vector<std::uint8_t>{15, 10, 35, 2, 2, 2}));
+    EXPECT_EQ(reduced(image, 1).rgb, image.rgb);
+}
+
 /// A body that was eaten up leaves the floor that other frames have.
 TEST(Render, AFloorNeedsNothingOnIt)
 {

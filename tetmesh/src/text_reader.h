@@ -68,6 +68,7 @@ public:
     {
         const std::string_view w = word();
         const std::optional<double> value = realNumber(w);
+        if (w.empty()) fail("a number is missing", "finite numbers");
         if (!value || !(*value - *value == 0)) fail("'" + shown(w) + "' is not a finite number", "finite numbers");
         if (*value > kLargest || *value < -kLargest)
             fail("'" + shown(w) + "' is too large", "numbers from -1e30 to 1e30");

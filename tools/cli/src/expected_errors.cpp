@@ -60,12 +60,9 @@ double leastWidth(const core::BodyEstimate& e)
 /// As tables of the scene have it: only under toughness alone G is what tears.
 bool tearsAtToughness(const scene::Scene& scene, const scene::Body& body)
 {
-    const auto table = std::find_if(scene.tables.begin(), scene.tables.end(),
-                                    [](const scene::NamedValues& t) { return t.name == "fracture"; });
-    if (table == scene.tables.end() || table->values.text("driver") != "tension" ||
-        table->values.number("average") <= 0)
-        return false;
-    const scene::Values& law = table->values.named("material", body.material);
+    const scene::Values* fracture = scene.table("fracture");
+    if (!fracture || fracture->text("driver") != "tension" || fracture->number("average") <= 0) return false;
+    const scene::Values& law = fracture->named("material", body.material);
     return law.has("toughness") && !law.has("strength");
 }
 

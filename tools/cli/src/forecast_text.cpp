@@ -24,9 +24,7 @@ std::string bytesText(double bytes)
 
 bool tearsOrTouches(const scene::Scene& scene)
 {
-    return std::ranges::any_of(scene.tables, [](const scene::NamedValues& table) {
-        return table.name == "fracture" || table.name == "contact";
-    });
+    return scene.table("fracture") || scene.table("contact");
 }
 
 /// What a forecast was made from.

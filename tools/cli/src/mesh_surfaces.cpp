@@ -125,7 +125,7 @@ int meshSurfaces(const MeshOptions& options)
         const std::string file = frameName(out, source.frame);
         if (isSequence(out)) makeFolderOf(file);
         tetmesh::writeSurface(file, surfaceOf(source, options, change));
-        std::printf("%s\n", file.c_str());
+        if (!options.common.quiet) std::printf("%s\n", file.c_str());
     }
     constexpr double kMuch = .005;
     const auto log = makeLog(options.common);

@@ -197,7 +197,8 @@ int meshTets(const MeshOptions& options)
     report.quality = (Clock(work, "quality"), qualityOf(result.mesh));
     report.coincidentPoints = coincidentPoints(result.mesh);
     const auto files = (Clock(work, "write"), writeTets(options.out, format, result.mesh, result.fields));
-    for (const auto& file : files) std::printf("%s\n", file.c_str());
+    if (!options.common.quiet)
+        for (const auto& file : files) std::printf("%s\n", file.c_str());
     log->info("{}", reportText(report, result, options.tets));
     for (const std::string& note : notes) log->warn("note: {}", note);
     if (!options.quality.empty()) writeText(options.quality, reportJson(report, result, options.tets, work));

@@ -100,21 +100,24 @@ int turn(const Scenery& scenery, const std::string& scene, const PreviewOptions&
 {
     constexpr int kRound = 64;
     const Vec3 direction = pointOf(options.direction);
-    const std::vector<Vec3> seen = turnedRound(scenery.seen, kRound);
+    const std::size_t last = scenery.frames.size() - 1;
+    const pictures::Subject subject = subjectOf(scenery, last);
+    const std::vector<Vec3> seen = turnedRound(bodiesIn(scenery, last).points, kRound);
     pictures::View view = scenery.view;
-    std::vector<pictures::Image> images;
+    std::vector<pictures::Image> tiles;
     for (int i = 0; i < options.turntable; ++i) {
         const double angle = 2 * std::acos(-1.) * i / options.turntable, c = std::cos(angle), s = std::sin(angle);
         const Vec3 turned(c * direction.x() + s * direction.z(), direction.y(), c * direction.z() - s * direction.x());
         view.camera = pictures::fittingCamera(turned, seen, options.width, options.height, options.angle);
-        images.push_back(pictureOf(scenery, scenery.subjects.size() - 1, view));
+        const pictures::Image picture = pictureOf(scenery, subject, view);
         const fs::path file = turnFile(options.pictures(), scene, i + 1);
-        pictures::writePng(file, images.back());
+        pictures::writePng(file, picture);
+        tiles.push_back(tileOf(picture, ""));
         options.say(file);
     }
     if (options.output.empty())
         for (int i = options.turntable + 1; fs::remove(turnFile(options.pictures(), scene, i)); ++i) {}
-    return writeSheet(images, options);
+    return writeSheet(tiles, options);
 }
 
 int preview(const PreviewOptions& options)
@@ -132,15 +135,15 @@ int preview(const PreviewOptions& options)
         std::fprintf(stderr, "note: %s\n", note.c_str());
     fs::create_directories(options.pictures());
     if (options.turntable > 0) return turn(scenery, run.scene, options);
-    std::vector<pictures::Image> images;
+    std::vector<pictures::Image> tiles;
     for (std::size_t i = 0; i < frames.size(); ++i) {
-        images.push_back(pictureOf(scenery, i, scenery.view));
+        const pictures::Image picture = pictureOf(scenery, subjectOf(scenery, i), scenery.view);
         const fs::path file = options.pictures() / fmt::format("{}.{:04}.png", run.scene, frames[i].frame);
-        pictures::writePng(file, images.back());
-        pictures::drawLabel(images.back(), std::to_string(frames[i].frame));  // on the sheet alone
+        pictures::writePng(file, picture);
+        tiles.push_back(tileOf(picture, std::to_string(frames[i].frame)));
         options.say(file);
     }
-    return writeSheet(images, options);
+    return writeSheet(tiles, options);
 }
 
 }  // namespace

@@ -38,20 +38,6 @@ Vec3 directionOf(const PictureOptions& options)
     return direction;
 }
 
-/// What all pictures have in common. `seen`: what the camera has to see.
-pictures::View viewOf(const std::vector<Vec3>& seen, const PictureOptions& options, const Vec3& origin)
-{
-    const Vec3 direction = directionOf(options);
-    pictures::View view;
-    view.camera.angle = options.angle, view.camera.direction = direction;
-    if (options.eye)
-        view.camera.eye = *options.eye - origin;
-    else
-        view.camera = pictures::fittingCamera(direction, seen, options.width, options.height, options.angle);
-    view.width = options.width, view.height = options.height, view.samples = options.samples;
-    return view;
-}
-
 /// Corners of the boxes round frames.
 std::vector<Vec3> cornersOf(std::span<const RunFrame> frames, const Vec3& origin)
 {
@@ -64,29 +50,14 @@ std::vector<Vec3> cornersOf(std::span<const RunFrame> frames, const Vec3& origin
     return corners;
 }
 
-/// Points [m] that the camera has to see.
-std::vector<Vec3> seenPoints(const std::vector<pictures::Subject>& subjects, std::span<const RunFrame> frames,
-                             PictureOptions::Fit fit, const Vec3& origin)
-{
-    if (fit == PictureOptions::Fit::first)
-        if (std::vector<Vec3> corners = cornersOf(frames.first(1), origin); !corners.empty()) return corners;
-    std::vector<Vec3> seen;
-    if (fit == PictureOptions::Fit::run) seen = cornersOf(frames, origin);
-    for (const pictures::Subject& s : subjects) seen.insert(seen.end(), s.points.begin(), s.points.end());
-    return seen;
-}
-
 /// What flies or falls away makes all else small.
-void noteSize(std::span<const RunFrame> run, std::span<const Vec3> seen, const PictureOptions& options,
+void noteSize(std::span<const RunFrame> run, const Eigen::AlignedBox3d& seen, const PictureOptions& options,
               std::vector<std::string>& notes)
 {
     constexpr double kMuch = 4;  // of the size in the run's first frame
-    const auto sizeOf = [](std::span<const Vec3> points) {
-        Eigen::AlignedBox3d box;
-        for (const Vec3& p : points) box.extend(p);
-        return box.isEmpty() ? 0 : box.sizes().maxCoeff();
-    };
-    const double first = sizeOf(cornersOf(run.first(1), Vec3::Zero())), all = sizeOf(seen);
+    Eigen::AlignedBox3d box;
+    for (const Vec3& p : cornersOf(run.first(1), Vec3::Zero())) box.extend(p);
+    const double first = box.isEmpty() ? 0 : box.sizes().maxCoeff(), all = seen.isEmpty() ? 0 : seen.sizes().maxCoeff();
     if (!options.eye && options.fit != PictureOptions::Fit::first && first > 0 && all > kMuch * first)
         notes.push_back("the pictures show a place " + shortNumber(all / first, 2) +
                         " times as large as what is in the first frame; --fit first shows that alone");
@@ -133,54 +104,104 @@ constexpr ValueName kValues[] = {{"energy", "energy [J/m^3]", true, false},
                                  {"margin", "margin", false, false},
                                  {"arrival", "arrival [s]", false, true}};
 
-void colourByValues(Scenery& scenery, const std::vector<RunFrame>& frames, const std::string& name)
+const ValueName* valueNamed(const std::string& name)
 {
     const auto known =
         std::find_if(std::begin(kValues), std::end(kValues), [&](const ValueName& v) { return name == v.name; });
-    if (known == std::end(kValues)) return;
-    std::vector<std::vector<float>> values;
-    pictures::Scale scale{0, 0, known->byRoot};
+    return known == std::end(kValues) ? nullptr : known;
+}
+
+/// Of the points of a frame.
+std::vector<float> valuesIn(const RunFrame& frame, const std::string& name)
+{
+    requireWhole(frame, frame.ply);
+    auto all = frame.ply.empty() ? std::map<std::string, std::vector<float>>() : tetmesh::readPlyValues(frame.ply);
+    if (!all.contains(name))
+        throw InputError({"--colour", "frame " + std::to_string(frame.frame) + " has no '" + name + "' of its points",
+                          "", "simulate with output.ply = true and '" + name + "' in output.vdb"});
+    return std::move(all[name]);
+}
+
+/// The same colours in all frames.
+pictures::Scale scaleOf(const std::vector<RunFrame>& frames, const ValueName& of)
+{
+    pictures::Scale scale{0, 0, of.byRoot};
     double low = std::numeric_limits<double>::infinity();
     for (const RunFrame& frame : frames) {
-        requireWhole(frame, frame.ply);
-        auto all = frame.ply.empty() ? std::map<std::string, std::vector<float>>() : tetmesh::readPlyValues(frame.ply);
-        if (!all.contains(name))
-            throw InputError({"--colour",
-                              "frame " + std::to_string(frame.frame) + " has no '" + name + "' of its points", "",
-                              "simulate with output.ply = true and '" + name + "' in output.vdb"});
-        values.push_back(std::move(all[name]));
-        if (values.back().empty()) continue;
-        low = std::min<double>(low, tetmesh::lowEndOf(values.back()));
-        scale.high =
-            std::max<double>(scale.high, known->byRoot ? tetmesh::highEndOf(values.back())
-                                                       : *std::max_element(values.back().begin(), values.back().end()));
+        const std::vector<float> values = valuesIn(frame, of.name);
+        if (values.empty()) continue;
+        low = std::min<double>(low, tetmesh::lowEndOf(values));
+        scale.high = std::max<double>(
+            scale.high, of.byRoot ? tetmesh::highEndOf(values) : *std::max_element(values.begin(), values.end()));
     }
     if (!(scale.high > 0)) scale.high = 1;
-    if (known->fromFirst && low < scale.high) scale.low = low;
-    for (std::size_t i = 0; i < values.size(); ++i) pictures::colourByValue(scenery.subjects[i], values[i], scale);
-    scenery.scale = scale, scenery.scaleName = known->what;
+    if (of.fromFirst && low < scale.high) scale.low = low;
+    return scale;
 }
 
-/// Puts the colliders of the run's scene into the pictures of its frames, and a floor under all that is in any frame of
-/// the run, so that it does not depend on which are drawn.
-void addColliders(Scenery& scenery, const RunFrames& run, const std::vector<RunFrame>& frames, const fs::path& folder,
-                  const Vec3& origin)
-{
-    const scene::Scene scene = scene::readScene(folder / "scene.toml", lab::study::vocabulary());
-    const DrawnColliders colliders(scene);
-    double lowest = std::numeric_limits<double>::infinity();
-    for (const Vec3& p : cornersOf(run.frames, origin)) lowest = std::min(lowest, p.y());
-    for (const pictures::Subject& s : scenery.subjects)
-        for (const Vec3& p : s.points) lowest = std::min(lowest, p.y());
-    std::vector<double> times;
-    for (const RunFrame& frame : run.frames) times.push_back((frame.frame - scene.time.firstFrame) / scene.time.fps);
-    if (const auto ofColliders = colliders.lowest(times)) lowest = std::min(lowest, *ofColliders - origin.y());
-    scenery.view.ground = colliders.floor() ? *colliders.floor() - origin.y() : lowest;
-    for (std::size_t i = 0; i < frames.size(); ++i)
-        colliders.addTo(scenery.subjects[i], (frames[i].frame - scene.time.firstFrame) / scene.time.fps, origin);
-}
+/// Looks through all frames once: what the camera sees, and what is lit.
+class Survey {
+public:
+    Survey(const RunFrames& run, const PictureOptions& options, const Vec3& origin)
+        : camera_(directionOf(options), options.width, options.height, options.angle)
+    {
+        using Fit = PictureOptions::Fit;
+        const std::vector<RunFrame>& all = run.frames;
+        if (options.fit == Fit::first) see(cornersOf(std::span(all).first(1), origin));
+        if (options.fit == Fit::run) see(cornersOf(all, origin));
+        seesFrames_ = options.fit != Fit::first || seen_.isEmpty();
+        for (const Vec3& p : cornersOf(all, origin)) lowest_ = std::min(lowest_, p.y());
+    }
+    void addBodies(std::span<const Vec3> points)
+    {
+        if (seesFrames_) see(points);
+        for (const Vec3& p : points) lowest_ = std::min(lowest_, p.y());
+    }
+    void addLit(std::span<const Vec3> points)
+    {
+        if (!stage_ && !points.empty()) stage_.emplace(points);
+        if (stage_) stage_->add(points);
+    }
+
+    pictures::Camera camera() const { return camera_.camera(); }
+    const Eigen::AlignedBox3d& seen() const { return seen_; }
+    const std::optional<pictures::Stage>& stage() const { return stage_; }
+    double lowest() const { return lowest_; }  ///< m: of all bodies
+
+private:
+    void see(std::span<const Vec3> points)
+    {
+        camera_.add(points), addLit(points);
+        for (const Vec3& p : points) seen_.extend(p);
+    }
+
+    pictures::CameraFit camera_;
+    std::optional<pictures::Stage> stage_;
+    Eigen::AlignedBox3d seen_;
+    bool seesFrames_ = true;
+    double lowest_ = std::numeric_limits<double>::infinity();
+};
 
 }  // namespace
+
+struct Surroundings {
+    scene::Scene scene;
+    DrawnColliders colliders;
+
+    explicit Surroundings(const fs::path& file)
+        : scene(scene::readScene(file, lab::study::vocabulary())), colliders(scene)
+    {
+    }
+    double timeOf(const RunFrame& frame) const { return (frame.frame - scene.time.firstFrame) / scene.time.fps; }
+    /// Height [m] of a floor under all that is in any frame of the run, so that it does not depend on which are drawn.
+    double ground(const RunFrames& run, double lowest, const Vec3& origin) const
+    {
+        std::vector<double> times;
+        for (const RunFrame& frame : run.frames) times.push_back(timeOf(frame));
+        if (const auto ofColliders = colliders.lowest(times)) lowest = std::min(lowest, *ofColliders - origin.y());
+        return colliders.floor() ? *colliders.floor() - origin.y() : lowest;
+    }
+};
 
 RunFrames readDrawnRun(const fs::path& folder)
 {
@@ -201,37 +222,74 @@ std::vector<RunFrame> spread(const std::vector<RunFrame>& frames, int count)
     return chosen;
 }
 
+namespace {
+
+void addColliders(const Scenery& scenery, std::size_t frame, pictures::Subject& subject)
+{
+    const Surroundings& s = *scenery.surroundings;
+    s.colliders.addTo(subject, s.timeOf(scenery.frames[frame]), scenery.origin);
+}
+
+}  // namespace
+
+pictures::Subject bodiesIn(const Scenery& scenery, std::size_t frame)
+{
+    const RunFrame& of = scenery.frames[frame];
+    requireWhole(of, of.obj);
+    tetmesh::DrawnTopology drawn = tetmesh::readDrawnObj(of.obj);
+    for (Vec3& p : drawn.mesh.points) p -= scenery.origin;
+    return pictures::subjectOf(drawn, drawn.mesh.points, scenery.paint);
+}
+
+pictures::Subject subjectOf(const Scenery& scenery, std::size_t frame)
+{
+    pictures::Subject subject = bodiesIn(scenery, frame);
+    if (!scenery.values.empty())
+        pictures::colourByValue(subject, valuesIn(scenery.frames[frame], scenery.values), scenery.scale);
+    addColliders(scenery, frame, subject);
+    return subject;
+}
+
 Scenery sceneryOf(const fs::path& folder, const RunFrames& run, const std::vector<RunFrame>& frames,
                   const PictureOptions& options)
 {
     Scenery scenery;
-    const pictures::Paint paint = paintOf(options, folder / "obj" / (run.scene + ".mtl"), scenery.notes);
-    std::optional<Vec3> origin;  // pictures are made near the origin, wherever the body is
-    for (const RunFrame& frame : frames) {
-        requireWhole(frame, frame.obj);
-        tetmesh::DrawnTopology drawn = tetmesh::readDrawnObj(frame.obj);
-        if (!origin && !drawn.mesh.points.empty()) origin = drawn.mesh.points[0];
-        for (Vec3& p : drawn.mesh.points) p -= *origin;
-        scenery.subjects.push_back(pictures::subjectOf(drawn, drawn.mesh.points, paint));
+    scenery.frames = frames;
+    scenery.paint = paintOf(options, folder / "obj" / (run.scene + ".mtl"), scenery.notes);
+    if (const ValueName* of = valueNamed(options.colour))
+        scenery.values = of->name, scenery.scale = scaleOf(frames, *of);
+    scenery.surroundings = std::make_shared<Surroundings>(folder / "scene.toml");
+    for (std::size_t i = 0; i < frames.size() && scenery.origin.isZero(); ++i)
+        if (const std::vector<Vec3> points = bodiesIn(scenery, i).points; !points.empty()) scenery.origin = points[0];
+    Survey survey(run, options, scenery.origin);
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+        pictures::Subject subject = bodiesIn(scenery, i);
+        survey.addBodies(subject.points);
+        addColliders(scenery, i, subject);
+        survey.addLit(subject.points);
     }
-    colourByValues(scenery, frames, options.colour);
-    const Vec3 from = origin.value_or(Vec3::Zero());
-    const std::vector<Vec3> seen = seenPoints(scenery.subjects, run.frames, options.fit, from);
-    noteSize(run.frames, seen, options, scenery.notes);
-    scenery.view = viewOf(seen, options, from);
-    scenery.seen = scenery.subjects.back().points;
-    addColliders(scenery, run, frames, folder, from);
-    std::vector<Vec3> lit = seen;
-    for (const pictures::Subject& s : scenery.subjects) lit.insert(lit.end(), s.points.begin(), s.points.end());
-    scenery.view.stage.emplace(lit);
+    noteSize(run.frames, survey.seen(), options, scenery.notes);
+    scenery.view.width = options.width, scenery.view.height = options.height, scenery.view.samples = options.samples;
+    scenery.view.camera = survey.camera();
+    if (options.eye) scenery.view.camera.eye = *options.eye - scenery.origin;
+    scenery.view.stage = survey.stage();
+    scenery.view.ground = scenery.surroundings->ground(run, survey.lowest(), scenery.origin);
     return scenery;
 }
 
-pictures::Image pictureOf(const Scenery& scenery, std::size_t frame, const pictures::View& view)
+pictures::Image pictureOf(const Scenery& scenery, const pictures::Subject& subject, const pictures::View& view)
 {
-    pictures::Image image = pictures::render(scenery.subjects[frame], view);
-    if (scenery.scale) pictures::drawLegend(image, *scenery.scale, scenery.scaleName);
+    pictures::Image image = pictures::render(subject, view);
+    if (const ValueName* of = valueNamed(scenery.values)) pictures::drawLegend(image, scenery.scale, of->what);
     return image;
+}
+
+pictures::Image tileOf(const pictures::Image& picture, const std::string& label)
+{
+    constexpr int kWidest = 480;  // pixels: sheets of large pictures would be larger than any screen
+    pictures::Image tile = pictures::reduced(picture, (picture.width + kWidest - 1) / kWidest);
+    if (!label.empty()) pictures::drawLabel(tile, label);
+    return tile;
 }
 
 pictures::Image sheetOf(const fs::path& folder, int count)
@@ -242,8 +300,8 @@ pictures::Image sheetOf(const fs::path& folder, int count)
     const Scenery scenery = sceneryOf(folder, run, frames, {.width = kPixels, .height = kPixels, .samples = kSamples});
     std::vector<pictures::Image> images;
     for (std::size_t i = 0; i < frames.size(); ++i) {
-        images.push_back(pictureOf(scenery, i, scenery.view));
-        if (count > 1) pictures::drawLabel(images.back(), std::to_string(frames[i].frame));
+        const std::string label = count > 1 ? std::to_string(frames[i].frame) : "";
+        images.push_back(tileOf(pictureOf(scenery, subjectOf(scenery, i), scenery.view), label));
     }
     return count == 1 ? images[0] : pictures::contactSheet(images, 4, kGap);
 }

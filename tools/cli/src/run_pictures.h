@@ -5,6 +5,7 @@
 
 #include <vdbfrac/pictures/render.h>
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -22,18 +23,28 @@ struct PictureOptions {
     double angle = 45;                          ///< degrees that the longer side of the picture shows
 };
 
-/// What pictures are made of.
+/// What stands beside the bodies of a run.
+struct Surroundings;
+
+/// What pictures are made of: frames are read when one of them is made, as a run is larger than memory may be.
 struct Scenery {
-    std::vector<pictures::Subject> subjects;  ///< of the frames, with the colliders of the scene
-    std::vector<Vec3> seen;                   ///< the points of the last of them, without colliders
+    std::vector<RunFrame> frames;
+    pictures::Paint paint;
+    std::string values;          ///< of points that colours stand for; empty: none
+    pictures::Scale scale;       ///< of these values
+    Vec3 origin = Vec3::Zero();  ///< m: pictures are made near the origin, wherever the bodies are
+    std::shared_ptr<const Surroundings> surroundings;
     pictures::View view;
-    std::optional<pictures::Scale> scale;  ///< of colours that stand for values
-    std::string scaleName;
     std::vector<std::string> notes;  ///< textures that are not drawn, and why
 };
 
-/// A picture of one of them, with the legend of its colours.
-pictures::Image pictureOf(const Scenery& scenery, std::size_t frame, const pictures::View& view);
+/// The bodies in a frame, and with what stands beside them. Throw FileError.
+pictures::Subject bodiesIn(const Scenery& scenery, std::size_t frame);
+pictures::Subject subjectOf(const Scenery& scenery, std::size_t frame);
+/// A picture of it, with the legend of its colours.
+pictures::Image pictureOf(const Scenery& scenery, const pictures::Subject& subject, const pictures::View& view);
+/// As one of many on a sheet, with a label.
+pictures::Image tileOf(const pictures::Image& picture, const std::string& label);
 
 /// The run, with those of its frames that have an .obj. Throws InputError where none has, FileError.
 RunFrames readDrawnRun(const std::filesystem::path& folder);

@@ -4,17 +4,8 @@
 
 namespace vdbfrac::cli {
 
-namespace {
-
-bool hasVolume(const scene::Scene& scene)
-{
-    return std::ranges::any_of(scene.tables, [](const scene::NamedValues& table) { return table.name == "volume"; });
-}
-
-}  // namespace
-
 StepWarnings::StepWarnings(const scene::Scene& scene, const Start& start, spdlog::logger& log)
-    : log_(log), startVolume_(start.volume), hasVolume_(hasVolume(scene)), made_(scene.solver.integrator, start.noise)
+    : log_(log), startVolume_(start.volume), hasVolume_(scene.table("volume") != nullptr), made_(scene.solver.integrator, start.noise)
 {
 }
 

@@ -73,6 +73,23 @@ void writePng(const std::filesystem::path& file, const Image& image)
 
 Image readPng(const std::filesystem::path& file) { return decode(readText(file), file.string()); }
 
+Image reduced(const Image& image, int factor)
+{
+    if (factor <= 1) return image;
+    Image small{image.width / factor, image.height / factor, {}};
+    small.rgb.reserve(3 * std::size_t(small.width) * std::size_t(small.height));
+    for (int y = 0; y < small.height; ++y)
+        for (int x = 0; x < small.width; ++x)
+            for (int k = 0; k < 3; ++k) {
+                int sum = 0;
+                for (int j = 0; j < factor; ++j)
+                    for (int i = 0; i < factor; ++i)
+                        sum += image.rgb[std::size_t(3 * ((y * factor + j) * image.width + x * factor + i) + k)];
+                small.rgb.push_back(std::uint8_t((sum + factor * factor / 2) / (factor * factor)));
+            }
+    return small;
+}
+
 Image contactSheet(const std::vector<Image>& images, int columns, int gap)
 {
     if (images.empty()) return {};

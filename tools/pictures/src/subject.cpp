@@ -135,35 +135,53 @@ Stage::Stage(std::span<const Vec3> points) : middle(points.empty() ? Vec3(Vec3::
 {
     constexpr double kLeast = 1e-9;  // m
     size = kLeast;
+    add(points);
+}
+
+void Stage::add(std::span<const Vec3> points)
+{
     for (const Vec3& p : points) size = std::max(size, (p - middle).norm());
+}
+
+CameraFit::CameraFit(const Vec3& direction, int width, int height, double angle)
+    : ahead_(direction.normalized()), low_(Eigen::Vector2d::Constant(1e300)), high_(-low_), angle_(angle)
+{
+    constexpr double kMargin = 0.06;  // of the picture on each side
+    const Vec3 beside = ahead_.cross(Vec3::UnitY());
+    right_ = beside.norm() > 1e-6 ? Vec3(beside.normalized()) : Vec3(Vec3::UnitX());
+    up_ = right_.cross(ahead_);
+    const double longer = std::tan(angle * std::acos(-1.) / 360) * (1 - 2 * kMargin);
+    slope_ = Eigen::Vector2d(longer * width / std::max(width, height), longer * height / std::max(width, height));
+}
+
+/// Each side of the picture is a plane through the eye that holds the points on its inner side.
+void CameraFit::add(std::span<const Vec3> points)
+{
+    for (const Vec3& p : points) {
+        const double along = ahead_.dot(p);
+        const Eigen::Vector2d across(right_.dot(p), up_.dot(p));
+        low_ = low_.cwiseMin(across + along * slope_), high_ = high_.cwiseMax(across - along * slope_);
+        isEmpty_ = false;
+    }
+}
+
+Camera CameraFit::camera() const
+{
+    Camera camera;
+    camera.angle = angle_, camera.direction = ahead_;
+    // high - e <= -s along_e and low - e >= s along_e, for e across and along_e of the eye.
+    double along = 1e300;
+    for (int k = 0; k < 2; ++k) along = std::min(along, (low_[k] - high_[k]) / (2 * slope_[k]));
+    const Eigen::Vector2d middle = 0.5 * (low_ + high_);
+    camera.eye = isEmpty_ ? Vec3(-ahead_) : Vec3(along * ahead_ + middle[0] * right_ + middle[1] * up_);
+    return camera;
 }
 
 Camera fittingCamera(const Vec3& direction, std::span<const Vec3> points, int width, int height, double angle)
 {
-    constexpr double kMargin = 0.06;  // of the picture on each side
-    Camera camera;
-    camera.angle = angle;
-    camera.direction = direction.normalized();
-    const Vec3 ahead = camera.direction;
-    const Vec3 right =
-        ahead.cross(Vec3::UnitY()).norm() > 1e-6 ? Vec3(ahead.cross(Vec3::UnitY()).normalized()) : Vec3(Vec3::UnitX());
-    const Vec3 up = right.cross(ahead);
-    const double longer = std::tan(camera.angle * std::acos(-1.) / 360) * (1 - 2 * kMargin);
-    const Eigen::Vector2d slope(longer * width / std::max(width, height), longer * height / std::max(width, height));
-    // Each side of the picture is a plane through the eye that holds the points on its inner side.
-    Eigen::Vector2d low = Eigen::Vector2d::Constant(1e300), high = -low;
-    for (const Vec3& p : points) {
-        const double along = ahead.dot(p);
-        const Eigen::Vector2d across(right.dot(p), up.dot(p));
-        low = low.cwiseMin(across + along * slope), high = high.cwiseMax(across - along * slope);
-    }
-    // high - e <= -s along_e and low - e >= s along_e, for e across and along_e of the eye.
-    double along = 1e300;
-    for (int k = 0; k < 2; ++k) along = std::min(along, (low[k] - high[k]) / (2 * slope[k]));
-    if (points.empty()) low = high = Eigen::Vector2d::Zero(), along = -1;
-    const Eigen::Vector2d middle = 0.5 * (low + high);
-    camera.eye = along * ahead + middle[0] * right + middle[1] * up;
-    return camera;
+    CameraFit fit(direction, width, height, angle);
+    fit.add(points);
+    return fit.camera();
 }
 
 }  // namespace vdbfrac::pictures

@@ -62,6 +62,7 @@ void NarrowPhase::list(const ContactSurface& surface, const Targets& targets, co
     clearPairs();
     const std::array pairs{meeting(between_.candidates(), surface, targets, motion, margin),
                            meeting(within_.candidates(), surface, targets, own, margin)};
+    if (pairs[0].empty() && pairs[1].empty()) return;
     std::vector<std::uint32_t> end(surface.size(), 0);  // of each sample's targets
     for (const std::vector<Pair>& some : pairs)
         for (const Pair& p : some) ++end[p.sample];

@@ -11,7 +11,8 @@ namespace vdbfrac::contact {
 
 namespace {
 
-// Of the volume at rest. What is seen in a tet stays in it through a solve, which cannot pass a jump of the energy.
+// Of the volume at rest. A tet is looked into from kFlat on; what is seen in it then stays so through a solve, down to
+// kNone: Newton's method cannot pass a jump of the energy.
 constexpr double kFlat = 0.05, kNone = 1e-3;
 
 /// The gradient of what has the values phi at the corners of a tet, times the determinant of its edges, whose cross

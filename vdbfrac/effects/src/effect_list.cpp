@@ -32,21 +32,9 @@ scene::Vocabulary vocabulary()
     return all;
 }
 
-namespace {
-
-/// The scene's table of an effect, or null.
-const scene::NamedValues* tableOf(const EffectInfo& info, const scene::Scene& scene)
-{
-    const auto named = std::find_if(scene.tables.begin(), scene.tables.end(),
-                                    [&](const scene::NamedValues& t) { return t.name == info.table.name; });
-    return named != scene.tables.end() ? &*named : nullptr;
-}
-
-}  // namespace
-
 bool isNamed(const EffectInfo& effect, const scene::Scene& scene)
 {
-    return effect.inScene ? effect.inScene(scene) : tableOf(effect, scene) != nullptr;
+    return effect.inScene ? effect.inScene(scene) : scene.table(effect.table.name) != nullptr;
 }
 
 bool canTear(const scene::Scene& scene)
@@ -76,8 +64,8 @@ std::vector<std::unique_ptr<core::Effect>> makeEffects(const scene::Scene& scene
 {
     std::vector<std::unique_ptr<core::Effect>> effects;
     for (const EffectInfo& info : effectList()) {
-        const scene::NamedValues* const table = tableOf(info, scene);
-        if (isNamed(info, scene)) effects.push_back(info.make(table ? table->values : scene::Values(), scene));
+        const scene::Values* const values = scene.table(info.table.name);
+        if (isNamed(info, scene)) effects.push_back(info.make(values ? *values : scene::Values(), scene));
     }
     return effects;
 }

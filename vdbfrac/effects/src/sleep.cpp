@@ -39,9 +39,9 @@ struct Push {
 double speedOf(const scene::Values& values, const scene::Scene& scene)
 {
     if (values.has("speed")) return values.number("speed");
-    for (const scene::NamedValues& table : scene.tables)
-        if (const double g = table.name == "gravity" ? table.values.vector("acceleration").norm() : 0; g > 0)
-            return 0.01 * std::sqrt(g * scene.grid.coarsening * scene.grid.voxelSize);
+    const scene::Values* gravity = scene.table("gravity");
+    if (const double g = gravity ? gravity->vector("acceleration").norm() : 0; g > 0)
+        return 0.01 * std::sqrt(g * scene.grid.coarsening * scene.grid.voxelSize);
     throw InputError({scene.file.string() + ": [sleep]",
                       "speed is not set, and cannot be derived because the scene has no gravity", "",
                       "add speed, in m/s"});
@@ -50,9 +50,8 @@ double speedOf(const scene::Values& values, const scene::Scene& scene)
 /// How resistance to fracture changes over time.
 scene::Curve resistanceOf(const scene::Scene& scene)
 {
-    for (const scene::NamedValues& table : scene.tables)
-        if (table.name == "fracture" && table.values.has("keys")) return table.values.curve("keys");
-    return {};
+    const scene::Values* fracture = scene.table("fracture");
+    return fracture && fracture->has("keys") ? fracture->curve("keys") : scene::Curve();
 }
 
 /// What is kept of each fragment.

@@ -69,4 +69,10 @@ const Material& Scene::materialOf(const Body& body) const
     return *it;
 }
 
+const Values* Scene::table(std::string_view name) const
+{
+    const auto it = std::ranges::find(tables, name, &NamedValues::name);
+    return it != tables.end() ? &it->values : nullptr;
+}
+
 }  // namespace vdbfrac::scene

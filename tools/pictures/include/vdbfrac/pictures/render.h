@@ -94,7 +94,19 @@ struct Camera {
     Vec3 direction = Vec3(-0.5, -0.35, -1);  ///< of looking
     double angle = 45;                       ///< degrees that the longer side of the picture shows
 };
-/// The nearest place from which all points are seen, with a margin.
+/// Finds the nearest place from which all points are seen, with a margin.
+class CameraFit {
+public:
+    CameraFit(const Vec3& direction, int width, int height, double angle = 45);
+    void add(std::span<const Vec3> points);
+    Camera camera() const;
+
+private:
+    Vec3 ahead_, right_, up_;
+    Eigen::Vector2d slope_, low_, high_;  // of the sides of the picture, and how far out points are along them
+    double angle_;
+    bool isEmpty_ = true;
+};
 Camera fittingCamera(const Vec3& direction, std::span<const Vec3> points, int width, int height, double angle = 45);
 
 /// What is lit of an endless floor, before it fades.
@@ -104,6 +116,7 @@ struct Stage {
 
     /// Round some points.
     explicit Stage(std::span<const Vec3> points);
+    void add(std::span<const Vec3> points);
 };
 
 struct View {

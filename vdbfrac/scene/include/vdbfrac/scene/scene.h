@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -198,8 +199,10 @@ struct Scene {
     std::vector<NamedValues> tables;  ///< of Vocabulary::tables, in their order
     std::vector<NamedValues> notes;   ///< of Vocabulary::notes; no part of what is simulated
 
-    /// The material the body names; that it exists was checked on reading.
+    /// The material the body names. Throws InputError where there is none.
     const Material& materialOf(const Body& body) const;
+    /// The values of one of `tables`, or null where the scene does not have it.
+    const Values* table(std::string_view name) const;
 };
 
 }  // namespace vdbfrac::scene
