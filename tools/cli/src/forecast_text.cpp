@@ -22,10 +22,7 @@ std::string bytesText(double bytes)
     return fmt::format("{:.3g} {}", bytes, units[unit]);
 }
 
-bool tearsOrTouches(const scene::Scene& scene)
-{
-    return scene.table("fracture") || scene.table("contact");
-}
+bool tearsOrTouches(const scene::Scene& scene) { return scene.table("fracture") || scene.table("contact"); }
 
 /// What a forecast was made from.
 std::string sourceText(const scene::Scene& scene, const lab::Forecast& f)

@@ -5,7 +5,10 @@
 namespace vdbfrac::cli {
 
 StepWarnings::StepWarnings(const scene::Scene& scene, const Start& start, spdlog::logger& log)
-    : log_(log), startVolume_(start.volume), hasVolume_(scene.table("volume") != nullptr), made_(scene.solver.integrator, start.noise)
+    : log_(log),
+      startVolume_(start.volume),
+      hasVolume_(scene.table("volume") != nullptr),
+      made_(scene.solver.integrator, start.noise)
 {
 }
 
