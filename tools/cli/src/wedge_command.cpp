@@ -154,12 +154,12 @@ int wedge(const WedgeOptions& o)
     const bool begun = o.run >= 0 || o.collect;
     if (begun && o.folder.empty())
         throw InputError({"vdbfrac wedge", "no folder", "-o DIR, the folder of the wedge", ""});
-    if (begun && !(o.input.scene.empty() && o.input.vary.empty() && o.input.set.empty() && !o.input.together))
-        throw InputError({"vdbfrac wedge", "--run and --collect go by what the folder was laid out with",
-                          "no SCENE, --vary, --together or --set", ""});
     if (!begun && o.input.scene.empty()) throw InputError({"vdbfrac wedge", "no scene", "SCENE", ""});
     if (begun && !fs::exists(fs::path(o.folder) / "wedge.json"))
         throw FileError(o.folder, "holds no wedge; 'vdbfrac wedge SCENE -o DIR --prepare' lays one out");
+    if (begun && !(o.input.scene.empty() && o.input.vary.empty() && o.input.set.empty() && !o.input.together))
+        throw InputError({"vdbfrac wedge", "--run and --collect go by what the folder was laid out with",
+                          "no SCENE, --vary, --together or --set", ""});
     if (o.run >= 0) return runTask(o);
     if (o.collect) {
         std::printf("%s\n", writeReport(o.folder).c_str());
