@@ -155,13 +155,12 @@ SceneEstimate estimateScene(const scene::Scene& scene, std::uint64_t memoryLimit
 void requireMemory(const SceneEstimate& estimate, std::uint64_t limit)
 {
     if (estimate.bytes <= double(limit)) return;
-    constexpr double kLikely = 64 * kGibi;  // of runs that are meant
     const auto gibi = [](double bytes) { return shortNumber(bytes / kGibi, 3) + " GiB"; };
     const std::string ofColliders =
         estimate.colliderBytes > 0 ? ", " + gibi(estimate.colliderBytes) + " of it for the files of colliders" : "";
     throw LimitError("the run needs about " + gibi(estimate.bytes) + ofColliders + ", the limit is " +
                      gibi(double(limit)) + "; use a coarser grid.voxel_size or --max-memory" +
-                     (estimate.largest.what.empty() || estimate.bytes < kLikely
+                     (estimate.largest.what.empty()
                           ? ""
                           : "; " + estimate.largest.what + " is " + shortNumber(estimate.largest.length, 3) +
                                 " m long: is that meant, or is its mesh in other units?"));
