@@ -4,6 +4,7 @@
 
 #include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
+#include <vdbfrac/base/polygon.h>
 #include <vdbfrac/tetmesh/mtl_file.h>
 
 #include <algorithm>
@@ -79,11 +80,7 @@ void addList(TextWriter& out, std::string_view name, std::size_t count, const Va
 int steepestAxis(const RenderMesh& mesh, std::size_t f)
 {
     const auto corners = mesh.face(f);
-    Vec3 normal = Vec3::Zero();
-    for (std::size_t k = 2; k < corners.size(); ++k) {
-        const Vec3& first = mesh.points[corners[0].point];
-        normal += (mesh.points[corners[k - 1].point] - first).cross(mesh.points[corners[k].point] - first);
-    }
+    const Vec3 normal = doubleArea(corners.size(), [&](std::size_t k) { return mesh.points[corners[k].point]; });
     int axis = 0;
     normal.cwiseAbs().maxCoeff(&axis);
     return axis;

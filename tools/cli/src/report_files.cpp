@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 namespace {
 
 /// A sheet of the run's frames, where it has any.
-std::optional<pictures::Image> sheetOf(const report::Record& record, int pictures)
+std::optional<pictures::Image> drawnFrames(const report::Record& record, int pictures)
 {
     const auto& frames = record.manifest["frames"];
     const bool drawn = std::any_of(frames.begin(), frames.end(), [](const report::Json& f) {
@@ -30,7 +30,7 @@ std::optional<pictures::Image> sheetOf(const report::Record& record, int picture
         });
     });
     if (!drawn || pictures == 0) return std::nullopt;
-    return cli::sheetOf(record.folder, pictures);
+    return sheetOf(record.folder, pictures);
 }
 
 /// A row a run: its values, its status, its numbers. A column for every number that any of them has.
@@ -84,7 +84,7 @@ std::string wedgeReport(const fs::path& folder)
             report::Record record = report::readRecord(own);
             c.numbers = report::numbersOf(record);
             records.push_back(std::move(record)), names.push_back(run.name);
-            if (auto picture = sheetOf(records.back(), 1)) {
+            if (auto picture = drawnFrames(records.back(), 1)) {
                 c.picture = pictures::pngOf(*picture);
                 pictures::drawLabel(last.emplace_back(std::move(*picture)), labelOf(wedge, c));
             }
@@ -108,7 +108,7 @@ fs::path writeReport(const fs::path& folder, const ReportOptions& options, fs::p
         return file;
     }
     const report::Record record = report::readRecord(folder);
-    const std::optional<pictures::Image> sheet = sheetOf(record, options.pictures);
+    const std::optional<pictures::Image> sheet = drawnFrames(record, options.pictures);
     writeText(file,
               report::runPage(record, sheet ? pictures::pngOf(*sheet) : "", std::uint64_t(options.megabytes * kMega)));
     return file;
