@@ -2,6 +2,7 @@
 #include <vdbfrac/contact/trembling.h>
 #include <vdbfrac/core/archive.h>
 #include <vdbfrac/base/error.h>
+#include <vdbfrac/base/infinity.h>
 #include <vdbfrac/lab/scenes/scene_run.h>
 
 #include <gtest/gtest.h>
@@ -29,6 +30,12 @@ struct Slabs {
     contact::NarrowPhase near;
     std::vector<Vec3> x{run.simulation.x().begin(), run.simulation.x().end()};
 
+    /// By default samples may be as deep as they are.
+    bool look(Trembling& trembling, const std::vector<Pair>& seen, double hidden = kInfinity) const
+    {
+        return trembling.look(seen, surface, targets, x, hidden);
+    }
+
     Slabs()
     {
         surface.start(run.simulation.bodies(), 0);
@@ -52,9 +59,9 @@ TEST(Trembling, IsWhatGoesBackToWhereItHasJustComeFrom)
                           const std::vector<Pair>& seen) {
         Trembling trembling;
         trembling.keep(older), trembling.keep(last);
-        const bool isFound = trembling.look(seen, slabs.targets);
+        const bool isFound = slabs.look(trembling, seen);
         EXPECT_EQ(isFound, !trembling.held().empty());
-        EXPECT_FALSE(trembling.look(seen, slabs.targets));  // again
+        EXPECT_FALSE(slabs.look(trembling, seen));  // again
         return std::vector<Pair>(trembling.held().begin(), trembling.held().end());
     };
     EXPECT_TRUE(std::ranges::equal(held({{5, a}, {7, a}}, {{5, b}, {7, a}}, {{5, a}, {7, b}}),
@@ -70,7 +77,7 @@ TEST(Trembling, EndsWhereASampleHasLeft)
     const Slabs slabs;
     Trembling trembling;
     trembling.keep({{{5, 0}}}), trembling.keep({{{5, 1}}});
-    ASSERT_TRUE(trembling.look({{{5, 0}}}, slabs.targets));
+    ASSERT_TRUE(slabs.look(trembling, {{5, 0}}));
     trembling.keep({{{5, 1}, {6, 2}}});
     EXPECT_EQ(trembling.held().size(), 1u);
     core::Archive archive;
@@ -90,14 +97,38 @@ TEST(Trembling, OfASolveBeginsWithWhatStepsHold)
     const Slabs slabs;
     Trembling steps;
     steps.keep({{{5, 0}, {7, 0}}}), steps.keep({{{5, 1}, {7, 1}}});
-    ASSERT_TRUE(steps.look({{{5, 0}}}, slabs.targets));
+    ASSERT_TRUE(slabs.look(steps, {{5, 0}}));
     Trembling solve(steps.held());
     solve.keep({{{5, 1}, {7, 1}}});
-    EXPECT_FALSE(solve.look({{{5, 1}, {7, 0}}}, slabs.targets));
+    EXPECT_FALSE(slabs.look(solve, {{5, 1}, {7, 0}}));
     solve.keep({{{5, 1}, {7, 0}}});
-    EXPECT_TRUE(solve.look({{{5, 1}, {7, 1}}}, slabs.targets));
+    EXPECT_TRUE(slabs.look(solve, {{5, 1}, {7, 1}}));
     EXPECT_EQ(solve.held().size(), 2u);
     EXPECT_EQ(steps.held().size(), 1u);
+}
+
+/// Held by a tet that sees it near its surface, a sample would sink into the one that it is in.
+TEST(Trembling, HoldsWhereASampleIsDeeperThanIsHidden)
+{
+    constexpr double kReach = .1, kHidden = .05 * kDx;
+    const Slabs s;
+    const auto phi = [&](const Pair& p) { return s.targets.locate(p.target, s.surface.probe(p.sample, s.x), s.x).phi; };
+    int deeper = 0;
+    const std::vector<Pair> pairs = s.near.seenAt(s.surface, s.targets, s.x, kReach);
+    for (const Pair& p : pairs)
+        for (std::uint32_t t = 0; t < s.targets.size(); ++t) {
+            const Pair other{p.sample, t};
+            if (t == p.target || s.targets[t].fragment != s.targets[p.target].fragment || !(phi(p) < 0)) continue;
+            if (!(std::abs(phi(other)) < kDx) || !(phi(p) < phi(other) - kHidden)) continue;
+            for (const auto& [older, last] : {std::pair(p, other), {other, p}}) {
+                Trembling trembling;
+                trembling.keep({{older}}), trembling.keep({{last}});
+                EXPECT_TRUE(s.look(trembling, {older}, kHidden));
+                EXPECT_EQ(trembling.held()[0].target, p.target);
+            }
+            ++deeper;
+        }
+    EXPECT_GT(deeper, 100);
 }
 
 /// What is held is seen a little outside of its tet too, though a sample lies in another.

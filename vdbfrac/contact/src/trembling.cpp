@@ -39,14 +39,18 @@ std::vector<Pair> restored(const std::string& name, const core::Archive& archive
 
 }  // namespace
 
-bool Trembling::look(std::span<const Pair> seen, const Targets& targets)
+bool Trembling::look(std::span<const Pair> seen, const ContactSurface& surface, const Targets& targets,
+                     std::span<const Vec3> x, double hidden)
 {
+    const auto phi = [&](const Pair& p) { return targets.locate(p.target, surface.probe(p.sample, x), x).phi; };
     const std::size_t before = held_.size();
     for (const Pair& p : seen)
         for (const Pair& last : std::ranges::equal_range(last_, p.sample, {}, &Pair::sample))
             if (last.target != p.target && targets[last.target].fragment == targets[p.target].fragment &&
-                has(older_, p) && !has(held_, last))
-                held_.insert(std::ranges::upper_bound(held_, last, isBefore), last);
+                has(older_, p) && !has(held_, p) && !has(held_, last)) {
+                const Pair& pushes = phi(p) < phi(last) - hidden ? p : last;
+                held_.insert(std::ranges::upper_bound(held_, pushes, isBefore), pushes);
+            }
     return held_.size() > before;
 }
 

@@ -208,7 +208,7 @@ std::vector<Pair> Contact::pairsAt(std::span<const Vec3> x, std::span<const Pair
 std::vector<Pair> Contact::steadyPairsAt(std::span<const Vec3> x, contact::Trembling& trembling) const
 {
     std::vector<Pair> pairs = pairsAt(x, trembling.held());
-    return trembling.look(pairs, targets_) ? pairsAt(x, trembling.held()) : pairs;
+    return trembling.look(pairs, surface_, targets_, x, kHidden * dx_) ? pairsAt(x, trembling.held()) : pairs;
 }
 
 /// phi of a tet goes on outside of it, past its sides. A sample that comes in by one of those has had the surface
