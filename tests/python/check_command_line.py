@@ -175,6 +175,12 @@ with tempfile.TemporaryDirectory() as temporary:
     bad.write_text(SCENE.replace("poisson_ratio = 0.3", "poisson_ratio = 0.5").replace("voxel_size", "voxel_siz"))
     expect("all errors at once", ["check", bad], 2, "bad.toml:", "did you mean", "voxel_size", "poisson_ratio", "0.5")
     expect("a field that nothing makes", ["check", good, "--set", 'output.vdb=["margin"]', "--set", 'fracture.driver="full"'], 2, "output.vdb", "nothing in this scene makes")
+    expect("what effects do not support", ["check", good, "--set", 'solver.integrator="sdirk2"', "--set", "plasticity.yield_stress=1e3", "--set", "sleep.after=1"], 2,
+           "plasticity does not support", "speed is not set")
+    expect("two fields that nothing makes", ["check", good, "--set", 'output.vdb=["margin","arrival"]', "--set", 'fracture.driver="full"'], 2, "good.toml: output.vdb", "'margin'")
+    for late in "grip.top.until=50", "fracture.keys=[{ time=0, scale=1 }, { time=24, scale=2 }]":
+        expect("times that look like frames", ["check", good, "--set", late], 0, "times are in seconds, not in frames")
+    expect("multigrid where there is none", ["check", "--quick", good, "--set", 'grid.lattice="delaunay"', "--set", 'solver.linear_solver="multigrid"'], 0, "not used on a Delaunay mesh")
     expect("the same in a plan", ["sim", good, "-n", "--measure", "0", "--set", 'output.vdb=["margin"]', "--set", 'fracture.driver="full"'], 2, "output.vdb", "nothing in this scene makes")
     expect("an index in brackets", ["check", good, "--set", "body[0].velocity=[1,0,0]"], 2, '"body[0].velocity=[1,0,0]" sets nothing', "by index (from 0) or name")
     expect("an entry that is not there", ["check", good, "--set", "body.none.velocity=[1,0,0]"], 2, '"none" leads nowhere', "a list of 1")
@@ -194,7 +200,7 @@ with tempfile.TemporaryDirectory() as temporary:
     expect("a missing argument", ["sim"], 2, "vdbfrac: error: SCENE is required", "hint: 'vdbfrac sim --help'")
     expect("an unknown option", ["mesh", "a.obj", "-o", "a.vtu", "--foo"], 2, "vdbfrac: error: ", "--foo", "hint: 'vdbfrac mesh --help'")
     expect("plan", ["sim", good, "-n", "--measure", "0"], 0, "solve", "fracture", "gravity", "off", "no [gravity] in the scene")
-    expect("plan with time and disk", ["sim", good, "-n", "--measure", "1", "-f", "3"], 0, "nodes", "from (", "files: run.json", "time: ", "disk: about", "steps of")
+    expect("plan with time and disk", ["sim", good, "-n", "--measure", "1", "-f", "3"], 0, "nodes", "from (", "files: run.json", "time: ", "disk: about", "steps that take")
     expect("plan needs no folder and writes none", ["sim", good, "-n", "--measure", "0", "-o", out], 0)
     if out.exists():
         failures.append("a plan wrote files")
@@ -228,6 +234,7 @@ with tempfile.TemporaryDirectory() as temporary:
     cut.write_bytes(cut.read_bytes()[:1000])
     expect("a frame that was cut off", ["preview", folder / "six", "-f", "3"], 4, "0003.obj", "has 1000 bytes, the run wrote")
     expect("neither is it a surface", ["mesh", folder / "six", "-o", folder / "s.####.ply", "-f", "3"], 4, "has 1000 bytes, the run wrote")
+    expect("nor does a page show it", ["report", folder / "six", "--pictures", "0"], 4, "has 1000 bytes, the run wrote")
     expect("another format", ["embed", folder / "six", "-o", folder / "six.abc"], 2, "'.abc' is not what is written here")
     moving = folder / "moving"
     expect("a run to embed", ["sim", good, "-o", moving, "-f", "2", "-q", "--set", "output.motion=true"], 0)

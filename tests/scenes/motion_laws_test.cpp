@@ -311,6 +311,8 @@ TEST(Grips, ThatTakeOverFromOthersDoNotJump)
     SceneRun near(
         box("", grip("move = { velocity = [0, 0, 0] }\n") + grip("move = { velocity = [0, 0.1, 0] }\nuntil = 0.05\n")));
     EXPECT_NO_THROW(near.toFrame(8));
+    const std::string later = grip("move = { velocity = [0, 4, 0] }\nuntil = 50\n");
+    EXPECT_NO_THROW(SceneRun(box("", still + later)));  // after the last frame
 }
 
 /// Where a grip was, cracks run too once it has let go.

@@ -1,6 +1,5 @@
 // vdbfrac embed: one topology over all frames of a run, for motion blur and for other render meshes.
 #include "options.h"
-#include "run_frames.h"
 
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/base/number_text.h>

@@ -66,6 +66,12 @@ bool tearsAtToughness(const scene::Scene& scene, const scene::Body& body)
     return law.has("toughness") && !law.has("strength");
 }
 
+/// Two digits that count, and never an exponent.
+std::string percentText(double percent)
+{
+    return percent < 10 ? fmt::format("{:.2g}", percent) : fmt::format("{:.0f}", percent);
+}
+
 }  // namespace
 
 std::string expectedErrors(const scene::Scene& scene, const core::SceneEstimate& estimate)
@@ -82,17 +88,17 @@ std::string expectedErrors(const scene::Scene& scene, const core::SceneEstimate&
             tearsAtToughness(scene, *e.body) ? platesLike(scene) : std::vector<TearingError>();
         if (const BendingError* bending = noFiner(bars, kRounding * cells))
             text += fmt::format(
-                "; in tests, bars of {:g} cells and a Poisson's ratio of {:g} were up to {:.2g} % off in bending "
-                "stiffness, {:.2g} % in torsional",
-                bending->cells, bending->nu, bending->bending, bending->torsion);
+                "; in tests, bars of {:g} cells and a Poisson's ratio of {:g} were up to {} % off in bending "
+                "stiffness, {} % in torsional",
+                bending->cells, bending->nu, percentText(bending->bending), percentText(bending->torsion));
         else
             text += bars.empty() ? "; no bars like it were measured"
                                  : fmt::format("; bars of fewer than {:g} cells were not measured", bars.front().cells);
         if (const TearingError* tearing = noFiner(plates, kRounding * cells))
             text += fmt::format(
-                "; notched plates and beams of {:g} cells tore within {:.2g} % of the theoretical load and {:.2g} "
+                "; notched plates and beams of {:g} cells tore within {} % of the theoretical load and {:.2g} "
                 "degrees of the path",
-                tearing->cells, tearing->load, tearing->slope);
+                tearing->cells, percentText(tearing->load), tearing->slope);
         text += " (docs/newtons.md)\n";
     }
     return text;

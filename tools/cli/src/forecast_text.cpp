@@ -50,7 +50,7 @@ std::string forecastText(const scene::Scene& scene, const lab::Forecast& f)
     const std::string time = f.simulatedShare < kHalf ? fmt::format("between {} and {}", durationText(f.seconds / kOff),
                                                                     durationText(kOff * f.seconds))
                                                       : "about " + durationText(f.seconds);
-    return fmt::format("time: {} on {} thread{}, {:.0f} steps of {:.2g} s; from {}\n", time, threads,
+    return fmt::format("time: {} on {} thread{}, {:.0f} steps that take {:.2g} s each; from {}\n", time, threads,
                        threads == 1 ? "" : "s", f.steps, f.seconds / std::max(1., f.steps), sourceText(scene, f)) +
            fmt::format("disk: about {}: {} frames of {}, checkpoints of {}\n", bytesText(f.bytes), frames,
                        bytesText(f.frameBytes), bytesText(f.checkpointBytes));

@@ -1,5 +1,4 @@
 #include "mesh.h"
-#include "run_frames.h"
 
 #include <vdbfrac/base/error.h>
 #include <vdbfrac/base/polygon.h>
@@ -7,6 +6,7 @@
 #include <vdbfrac/grid/level_set_surface.h>
 #include <vdbfrac/grid/vdb_file.h>
 #include <vdbfrac/lab/machine/memory.h>
+#include <vdbfrac/report/run_frames.h>
 #include <vdbfrac/tetmesh/obj_file.h>
 #include <vdbfrac/tetmesh/surface_file.h>
 
@@ -26,7 +26,7 @@ struct Source {
     fs::path obj, vdb;  // one of them
 };
 
-Source sourceOf(const RunFrame& frame, const MeshOptions& options)
+Source sourceOf(const report::RunFrame& frame, const MeshOptions& options)
 {
     // The surface of the simulation itself knows fragments and torn faces; a level set of it does not.
     const bool isDrawn = !frame.obj.empty() && options.grid.empty();
@@ -40,9 +40,9 @@ Source sourceOf(const RunFrame& frame, const MeshOptions& options)
 
 std::vector<Source> sourcesOfRun(const MeshOptions& options)
 {
-    const RunFrames run = readRunFrames(options.in);
+    const report::RunFrames run = report::readRunFrames(options.in);
     std::vector<Source> sources;
-    for (const RunFrame& frame : run.frames)
+    for (const report::RunFrame& frame : run.frames)
         if (options.frames.empty()) sources.push_back(sourceOf(frame, options));
     for (int wanted : options.frames) {
         const auto it =

@@ -22,13 +22,8 @@ namespace {
 /// A sheet of the run's frames, where it has any.
 std::optional<pictures::Image> drawnFrames(const report::Record& record, int pictures)
 {
-    const auto& frames = record.manifest["frames"];
-    const bool drawn = std::any_of(frames.begin(), frames.end(), [](const report::Json& f) {
-        const auto& files = f.at("files");
-        return std::any_of(files.begin(), files.end(), [](const report::Json& file) {
-            return file.at("path").get<std::string>().ends_with(".obj");
-        });
-    });
+    const std::vector<report::RunFrame> frames = report::framesOf(record).frames;
+    const bool drawn = std::ranges::any_of(frames, [](const report::RunFrame& f) { return !f.obj.empty(); });
     if (!drawn || pictures == 0) return std::nullopt;
     return sheetOf(record.folder, pictures);
 }

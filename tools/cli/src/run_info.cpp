@@ -135,10 +135,9 @@ bool isWritten(const fs::path& folder)
 
 RunInfo runInfo(const fs::path& folder, bool verify)
 {
-    const fs::path file = report::manifestIn(folder);
     RunInfo info;
     try {
-        const Json manifest = Json::parse(readText(file));
+        const Json manifest = Json::parse(readText(report::manifestIn(folder)));
         info.json = {{"folder", folder.string()}, {"kind", "run"}};
         for (const char* key :
              {"creator", "scene", "status", "fps", "voxel_size", "frame_range", "steps", "start_volume", "volume"})
@@ -153,8 +152,7 @@ RunInfo runInfo(const fs::path& folder, bool verify)
                                             : "sizes only; --verify compares checksums";
         info.json["fragments"] = manifest.at("fragments");
     } catch (const Json::exception& e) {
-        throw InputError({file.string(), std::string("is not the manifest of a run: ") + e.what(), "",
-                          "give the folder that 'vdbfrac sim -o' wrote"});
+        throw report::badManifest(folder, e);
     }
     return info;
 }

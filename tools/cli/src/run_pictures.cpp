@@ -205,7 +205,7 @@ struct Surroundings {
 
 RunFrames readDrawnRun(const fs::path& folder)
 {
-    RunFrames run = readRunFrames(folder);
+    RunFrames run = report::readRunFrames(folder);
     std::erase_if(run.frames, [](const RunFrame& f) { return f.obj.empty(); });
     if (run.frames.empty())
         throw InputError(

@@ -1,7 +1,7 @@
 // Pictures of frames of a run, all with one camera that sees all of them.
 #pragma once
 
-#include "run_frames.h"
+#include <vdbfrac/report/run_frames.h>
 
 #include <vdbfrac/pictures/render.h>
 
@@ -11,6 +11,8 @@
 #include <vector>
 
 namespace vdbfrac::cli {
+
+using report::RunFrame, report::RunFrames;
 
 struct PictureOptions {
     int width = 480, height = 480, samples = 16;  ///< pixels, rays a pixel

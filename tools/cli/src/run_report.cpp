@@ -58,7 +58,9 @@ std::string nearestToTearing(const std::vector<core::StepRecord>& steps)
         if (const auto factor = s.measured.find("fracture_load_factor"); factor != s.measured.end())
             most = std::max(most, 1 / factor->second);
     return most > 0 ? fmt::format("nothing tore: loads reached {:.2g} of what it takes\n", most)
-                    : std::string("nothing tore\n");
+                    : std::string(
+                          "nothing tore: loads did not come to half of what it takes, or the driver does not tell (see "
+                          "fracture_load_factor in docs/output.md)\n");
 }
 
 /// Steps that were cut back, and what takes fewer of them where something is crushed.
@@ -223,8 +225,8 @@ std::string bodyTexts(const core::SceneEstimate& estimate)
     std::string text;
     for (const core::BodyEstimate& e : estimate.bodies) {
         const Bounds bounds = e.bounds();
-        text += fmt::format("  body '{}': {:.4g} m^3, about {} nodes and {} tets\n    from {} to {} m\n", e.body->name,
-                            e.volume, amount(std::int64_t(e.nodes)), amount(std::int64_t(e.tets)),
+        text += fmt::format("  body '{}': about {:.3g} m^3, {} nodes and {} tets\n    from about {} to {} m\n",
+                            e.body->name, e.volume, amount(std::int64_t(e.nodes)), amount(std::int64_t(e.tets)),
                             pointText(bounds.lower), pointText(bounds.upper));
     }
     return text;

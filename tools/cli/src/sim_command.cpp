@@ -3,7 +3,6 @@
 #include "options.h"
 #include "progress.h"
 #include "report_files.h"
-#include "run_frames.h"
 #include "run_report.h"
 #include "sim_plan.h"
 #include "step_warnings.h"
@@ -23,6 +22,7 @@
 #include <vdbfrac/lab/scenes/prepared_scene.h>
 #include <vdbfrac/lab/machine/memory.h>
 #include <vdbfrac/lab/machine/process.h>
+#include <vdbfrac/report/run_frames.h>
 #include <vdbfrac/scene/reader.h>
 
 #include <chrono>
@@ -156,7 +156,8 @@ bool Run::takeUp(std::vector<std::string>& notes)
         if (folder_.resume(simulation_, own, notes)) return true;
     }
     if (options_.branch.empty()) return false;
-    if (options_.at) how.lastFrame = std::min(frameWithin(options_.branch, *options_.at, "--at"), how.lastFrame);
+    if (options_.at)
+        how.lastFrame = std::min(report::frameWithin(options_.branch, *options_.at, "--at"), how.lastFrame);
     how.mayBranch = true;
     if (folder_.branchFrom(options_.branch, simulation_, how, notes)) return true;
     throw FileError(options_.branch, "holds no run to branch from");

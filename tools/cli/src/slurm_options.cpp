@@ -3,6 +3,7 @@
 #include "stop_request.h"
 
 #include <vdbfrac/base/error.h>
+#include <vdbfrac/effects/effects.h>
 #include <vdbfrac/base/parallel.h>
 #include <vdbfrac/lab/forecast/forecast.h>
 #include <vdbfrac/lab/machine/memory.h>

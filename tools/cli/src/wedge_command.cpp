@@ -45,7 +45,7 @@ int list(const farm::WedgePlan& plan)
 {
     std::string head = "run ";
     for (const std::string& key : plan.wedge.keys) head += fmt::format("  {:>24}", key);
-    std::printf("%s  %10s  %10s\n", head.c_str(), "nodes", "GiB");
+    std::printf("%s  %10s  %10s\n", head.c_str(), "about nodes", "GiB");
     for (std::size_t r = 0; r < plan.scenes.size(); ++r) {
         const core::SceneEstimate e =
             core::estimateScene(plan.scenes[r], lab::defaultMemoryLimit(), effects::bytesPerTet(plan.scenes[r]));

@@ -1,4 +1,5 @@
 #include <vdbfrac/report/player.h>
+#include <vdbfrac/report/run_frames.h>
 
 #include "compressed.h"
 
@@ -113,13 +114,11 @@ Topology topologyOf(const tetmesh::DrawnTopology& drawn, Materials& materials)
 
 class Player {
 public:
-    explicit Player(const Record& record) : materials_(coloursOf(record)), folder_(record.folder)
+    explicit Player(const Record& record) : materials_(coloursOf(record)), files_(framesOf(record).frames)
     {
-        for (const Json& entry : record.manifest["frames"])
-            for (const Json& file : entry.at("files"))
-                if (file.at("path").get<std::string>().ends_with(".obj"))
-                    files_.push_back({entry.at("frame").get<int>(), entry.at("time").get<double>(),
-                                      folder_ / file.at("path").get<std::string>(), plyOf(entry)});
+        std::erase_if(files_, [](const RunFrame& f) { return f.obj.empty(); });
+        for (const RunFrame& f : files_)
+            for (const fs::path& file : {f.obj, f.ply}) requireWhole(f, file);
     }
 
     Json make(std::uint64_t maxBytes)
@@ -135,18 +134,6 @@ public:
     }
 
 private:
-    struct File {
-        int frame;
-        double time;
-        fs::path path, ply;
-    };
-    fs::path plyOf(const Json& entry) const
-    {
-        for (const Json& file : entry.at("files"))
-            if (const auto path = file.at("path").get<std::string>(); path.ends_with(".ply")) return folder_ / path;
-        return {};
-    }
-
     static std::map<std::string, Vec3> coloursOf(const Record& record)
     {
         const fs::path mtl = record.folder / "obj" / (record.manifest["scene"].get<std::string>() + ".mtl");
@@ -158,7 +145,7 @@ private:
     {
         constexpr double kPacking = 100;  // of text to packed numbers, at best: 81 were measured
         double bytes = 0;
-        for (const File& f : files_) bytes += double(fs::file_size(f.path));
+        for (const RunFrame& f : files_) bytes += double(fs::file_size(f.obj));
         return std::size_t(std::clamp(std::ceil(bytes / (kPacking * double(maxBytes))), 1., double(files_.size())));
     }
 
@@ -240,7 +227,7 @@ private:
         low_ = Vec3::Constant(std::numeric_limits<double>::infinity()), high_ = -low_;
         for (std::size_t i = 0; i < files_.size(); ++i) {
             if (i % every != 0 && i + 1 != files_.size()) continue;
-            tetmesh::DrawnTopology drawn = tetmesh::readDrawnObj(files_[i].path);
+            tetmesh::DrawnTopology drawn = tetmesh::readDrawnObj(files_[i].obj);
             Topology topology = topologyOf(drawn, materials_);
             if (topologies_.empty() || topology.bytes != topologies_.back().bytes ||
                 topology.points != topologies_.back().points)
@@ -272,8 +259,7 @@ private:
     }
 
     Materials materials_;
-    fs::path folder_;
-    std::vector<File> files_;
+    std::vector<RunFrame> files_;  // with .obj
     std::vector<Frame> frames_;
     std::vector<Topology> topologies_;
     Vec3 low_ = Vec3::Zero(), high_ = Vec3::Zero();  // m

@@ -81,17 +81,21 @@ fs::path manifestIn(const fs::path& folder)
     return folder / "run.json";
 }
 
+InputError badManifest(const fs::path& folder, const Json::exception& e)
+{
+    return InputError({(folder / "run.json").string(), std::string("is not the manifest of a run: ") + e.what(), "",
+                       "give the folder that 'vdbfrac sim -o' wrote"});
+}
+
 Record readRecord(const fs::path& folder)
 {
-    const fs::path manifest = manifestIn(folder);
     Record record{.folder = folder, .manifest = {}, .scene = {}, .columns = {}};
     try {
-        record.manifest = Json::parse(readText(manifest));
+        record.manifest = Json::parse(readText(manifestIn(folder)));
         for (const char* key : {"creator", "scene", "status", "frame_range", "frames", "fragments", "fps"})
             record.manifest.at(key);
-    } catch (const nlohmann::json::exception& e) {
-        throw InputError({manifest.string(), std::string("is not the manifest of a run: ") + e.what(), "",
-                          "give the folder that 'vdbfrac sim -o' wrote"});
+    } catch (const Json::exception& e) {
+        throw badManifest(folder, e);
     }
     if (const fs::path scene = folder / "scene.toml"; fs::exists(scene)) record.scene = readText(scene);
     record.columns = readColumns(folder / "stats.csv");

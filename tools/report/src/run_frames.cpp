@@ -1,45 +1,49 @@
-#include "run_frames.h"
+#include <vdbfrac/report/run_frames.h>
 
-#include <vdbfrac/base/atomic_file.h>
 #include <vdbfrac/base/error.h>
-#include <vdbfrac/report/record.h>
-
-#include <nlohmann/json.hpp>
 
 #include <algorithm>
 
-namespace vdbfrac::cli {
+namespace vdbfrac::report {
 
-RunFrames readRunFrames(const std::filesystem::path& folder)
+namespace {
+
+RunFrame frameOf(const Json& json, const std::filesystem::path& folder)
 {
-    const std::filesystem::path manifest = report::manifestIn(folder);
-    RunFrames run;
-    try {
-        const auto json = nlohmann::json::parse(readText(manifest));
-        run.scene = json.at("scene").get<std::string>();
-        run.lastFrame = json.at("frame_range").at(1).get<int>();
-        run.voxelSize = json.at("voxel_size").get<double>();
-        for (const auto& frame : json.at("frames")) {
-            RunFrame& f = run.frames.emplace_back();
-            f.frame = frame.at("frame").get<int>();
-            if (frame.contains("bounds"))
-                for (const auto& corner : frame.at("bounds"))
-                    f.bounds.emplace_back(corner.at(0).get<double>(), corner.at(1).get<double>(),
-                                          corner.at(2).get<double>());
-            for (const auto& file : frame.at("files")) {
-                const auto path = file.at("path").get<std::string>();
-                f.files.emplace_back(folder / path, file.at("bytes").get<std::uintmax_t>());
-                if (path.ends_with(".obj")) f.obj = folder / path;
-                if (path.ends_with(".ply")) f.ply = folder / path;
-                if (path.ends_with(".vdb")) f.vdb = folder / path;
-            }
-        }
-    } catch (const nlohmann::json::exception& e) {
-        throw InputError({manifest.string(), std::string("is not the manifest of a run: ") + e.what(), "",
-                          "give the folder that 'vdbfrac sim -o' wrote"});
+    RunFrame f;
+    f.frame = json.at("frame").get<int>();
+    f.time = json.at("time").get<double>();
+    if (json.contains("bounds"))
+        for (const Json& corner : json.at("bounds"))
+            f.bounds.emplace_back(corner.at(0).get<double>(), corner.at(1).get<double>(), corner.at(2).get<double>());
+    for (const Json& file : json.at("files")) {
+        const auto path = file.at("path").get<std::string>();
+        f.files.emplace_back(folder / path, file.at("bytes").get<std::uintmax_t>());
+        if (path.ends_with(".obj")) f.obj = folder / path;
+        if (path.ends_with(".ply")) f.ply = folder / path;
+        if (path.ends_with(".vdb")) f.vdb = folder / path;
     }
-    return run;
+    return f;
 }
+
+}  // namespace
+
+RunFrames framesOf(const Record& record)
+{
+    const Json& manifest = record.manifest;
+    try {
+        RunFrames run{.scene = manifest.at("scene").get<std::string>(),
+                      .lastFrame = manifest.at("frame_range").at(1).get<int>(),
+                      .voxelSize = manifest.at("voxel_size").get<double>(),
+                      .frames = {}};
+        for (const Json& frame : manifest.at("frames")) run.frames.push_back(frameOf(frame, record.folder));
+        return run;
+    } catch (const Json::exception& e) {
+        throw badManifest(record.folder, e);
+    }
+}
+
+RunFrames readRunFrames(const std::filesystem::path& folder) { return framesOf(readRecord(folder)); }
 
 int frameWithin(const std::filesystem::path& run, int frame, const char* option)
 {
@@ -62,4 +66,4 @@ void requireWhole(const RunFrame& frame, const std::filesystem::path& file)
                                            std::to_string(written->second));
 }
 
-}  // namespace vdbfrac::cli
+}  // namespace vdbfrac::report

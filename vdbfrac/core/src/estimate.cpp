@@ -163,7 +163,7 @@ void requireMemory(const SceneEstimate& estimate, std::uint64_t limit)
                      (estimate.largest.what.empty()
                           ? ""
                           : "; " + estimate.largest.what + " is " + shortNumber(estimate.largest.length, 3) +
-                                " m long: is that meant, or is its mesh in other units?"));
+                                " m long: is that meant, or are its lengths in other units?"));
 }
 
 }  // namespace vdbfrac::core

@@ -94,10 +94,13 @@ void requireSources(const scene::Scene& scene, const Stages& stages)
         return std::find(names.begin(), names.end(), name) != names.end();
     };
     const scene::Vocabulary::Fields own = outputFields();
+    std::vector<InputError::Detail> wrong;
     for (const std::string& name : scene.output.vdb)
         if (!has(own.rest, name) && !has(own.deformed, name) && !stages.sourceOf(name))
-            throw InputError({"output.vdb", "nothing in this scene makes the field '" + name + "'", "",
-                              "name the effect that makes it, or leave the field out"});
+            wrong.push_back(
+                {scene.file.string() + ": output.vdb", "nothing in this scene makes the field '" + name + "'", "",
+                 "name the effect that makes it, with settings under which it does, or leave the field out"});
+    if (!wrong.empty()) throw InputError(std::move(wrong));
 }
 
 RunState runState(const Simulation& simulation)

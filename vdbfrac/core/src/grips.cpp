@@ -122,7 +122,7 @@ void Simulation::Grips::rebuild(std::span<const Body> bodies, const solver::Elas
         boundary_.part.insert(boundary_.part.end(), body.fragments.ofNode().begin(), body.fragments.ofNode().end());
 }
 
-void Simulation::Grips::requireNodes() const
+void Simulation::Grips::requireNodes(double end) const
 {
     for (const Held& held : held_)
         if (held.nodes.empty())
@@ -130,7 +130,7 @@ void Simulation::Grips::requireNodes() const
                               "grip '" + held.grip->name + "' holds nothing of body '" + held.grip->body + "'",
                               "a region that contains lattice nodes of the body", "move or enlarge the region"});
     for (auto other = held_.begin(); other != held_.end(); ++other)
-        if (other->grip->until) requireHandOver(*other, std::span(held_.begin(), other));
+        if (other->grip->until && *other->grip->until < end) requireHandOver(*other, std::span(held_.begin(), other));
 }
 
 /// Nodes that a grip lets go are held by the last of the grips before it that have them.
@@ -155,7 +155,7 @@ void Simulation::Grips::requireHandOver(const Held& from, std::span<const Held> 
 void Simulation::Grips::refuseJump(const Held& held, double time, double jump, const Vec3& moved) const
 {
     const auto number = [](double value) { return shortNumber(value, 6); };
-    throw InputError({held.grip->place + ".move",
+    throw InputError({held.grip->place,
                       "grip '" + held.grip->name + "' would jump by " + number(jump) + " m at " + number(time) + " s",
                       "at most " + shortNumber(mostJump_, 3) + " m, half a cell",
                       "what it holds has moved by [" + number(moved.x()) + ", " + number(moved.y()) + ", " +

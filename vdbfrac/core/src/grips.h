@@ -22,8 +22,8 @@ public:
     /// count.
     void rebuild(std::span<const Body> bodies, const solver::ElasticOperator& elastic);
 
-    /// Throws InputError when a grip holds no node, or would jump with nodes that another lets go.
-    void requireNodes() const;
+    /// Throws InputError when a grip holds no node, or would jump with nodes that another lets go before `end` [s].
+    void requireNodes(double end) const;
 
     /// Throws InputError for a grip that would jump: at a time hold a node more than half a cell from where it is.
     void requireNear(std::span<const Vec3> x, double time) const;

@@ -61,7 +61,7 @@ Simulation::Simulation(const scene::Scene& scene, std::span<Effect* const> effec
     for (const scene::Body& body : scene.bodies) addBody(scene, body, memoryLimit);
     grips_ = std::make_unique<Grips>(scene.grips, scene.time.fps, bodies_);
     rebuild();
-    grips_->requireNodes();
+    grips_->requireNodes(scene.time.end());
     for (std::size_t b = 0; b < bodies_.size(); ++b) setInitialVelocity(scene.bodies[b], bodies_[b]);
     if (schemeOf(scene.solver) != solver::Scheme::statics) grips_->setStartVelocities(state_.v);
     fields_ = std::make_unique<StateFields>(*this);

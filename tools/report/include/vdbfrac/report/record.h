@@ -1,6 +1,8 @@
 // What the folder of a run says of it: run.json, stats.csv, scene.toml.
 #pragma once
 
+#include <vdbfrac/base/error.h>
+
 #include <nlohmann/json.hpp>
 
 #include <filesystem>
@@ -30,6 +32,8 @@ struct Record {
 
 /// The manifest of the run in a folder. Throws FileError where none is.
 std::filesystem::path manifestIn(const std::filesystem::path& folder);
+/// What to throw where that says something else than a run's.
+InputError badManifest(const std::filesystem::path& folder, const Json::exception& e);
 
 /// Throws InputError, FileError. A run without steps has columns without values.
 Record readRecord(const std::filesystem::path& folder);

@@ -1,7 +1,8 @@
-// The frames of a finished run, from its manifest.
+// The frames of a run, from its manifest.
 #pragma once
 
 #include <vdbfrac/base/vec.h>
+#include <vdbfrac/report/record.h>
 
 #include <cstdint>
 #include <filesystem>
@@ -9,10 +10,11 @@
 #include <utility>
 #include <vector>
 
-namespace vdbfrac::cli {
+namespace vdbfrac::report {
 
 struct RunFrame {
     int frame = 0;
+    double time = 0;                                                      ///< s
     std::filesystem::path obj, ply, vdb;                                  ///< empty where the run wrote none
     std::vector<std::pair<std::filesystem::path, std::uintmax_t>> files;  ///< all of them, with their bytes
     std::vector<Vec3> bounds;  ///< lower and upper corner of what is drawn [m]; empty without any
@@ -25,6 +27,8 @@ struct RunFrames {
     std::vector<RunFrame> frames;
 };
 
+/// Throws InputError where its manifest does not say them.
+RunFrames framesOf(const Record& record);
 /// Reads run.json of a folder that 'vdbfrac sim -o' wrote. Throws FileError, InputError.
 RunFrames readRunFrames(const std::filesystem::path& folder);
 
@@ -34,4 +38,4 @@ int frameWithin(const std::filesystem::path& run, int frame, const char* option)
 /// Throws FileError where a file of a frame is shorter than the run wrote it.
 void requireWhole(const RunFrame& frame, const std::filesystem::path& file);
 
-}  // namespace vdbfrac::cli
+}  // namespace vdbfrac::report

@@ -8,8 +8,7 @@
 
 namespace vdbfrac::scene {
 
-/// Motions of grips and colliders that go on long after the last frame, as they do where keys were given in frames:
-/// sentences.
+/// Sentences. Times long after the last frame, as they are where they were given in frames; settings that do nothing.
 std::vector<std::string> notesOf(const Scene& scene);
 
 }  // namespace vdbfrac::scene

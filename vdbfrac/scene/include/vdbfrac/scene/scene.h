@@ -22,6 +22,8 @@ struct Time {
     int substeps = 0;       ///< time steps a frame; 0 is "auto"
     double nodeCfl = 1;     ///< "auto": lattice cells a node may move in a step, relative to its neighbours' mean
     double frontCfl = 0.5;  ///< "auto": voxels the crack front may move in a step
+
+    double end() const { return (lastFrame - firstFrame) / fps; }  ///< s: of the last frame
 };
 
 enum class LatticeKind { six, five, delaunay };
