@@ -67,7 +67,7 @@ with tempfile.TemporaryDirectory() as temporary:
         sets = [part for s in settings for part in ("--set", s)]
         plan = run(scene, "-n", "--measure", 0, *sets)
         foretold = float(re.search(r"memory: about ([\d.]+) GiB", plan.stdout)[1])
-        fixed = [] if any("substeps" in s for s in settings) else ["--set", "time.substeps=2"]
+        fixed = [] if any("substeps" in s for s in settings) else ["--set", "time.substeps=1"]
         done = run(scene, "-o", top / "out", "--overwrite", "-f", 2, "-j", 2, "--progress", "none", *sets, *fixed)
         peak = re.search(r"peak memory ([\d.]+) GiB", done.stderr)
         if done.returncode or not peak:

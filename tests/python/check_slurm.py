@@ -26,7 +26,7 @@ DEADLINE = 180  # s for everything but installing
 HOSTS = Path("/etc/hosts")
 
 # data/scenes/notched_block.toml, coarse and short: a few seconds a run, most of them tear.
-CHANGES = {"voxel_size = 0.05": "voxel_size = 0.08", "frames = [1, 96]": "frames = [1, 48]"}
+CHANGES = {"voxel_size = 0.05": "voxel_size = 0.1", "frames = [1, 96]": "frames = [1, 48]"}
 WEDGE = """
 [wedge]
 about = "how fast a pull tears how tough a gel"

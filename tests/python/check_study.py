@@ -186,7 +186,7 @@ with tempfile.TemporaryDirectory() as temporary:
         measured = SOURCE / f"data/scenes/studies/{scene}.toml"
         series = next(s for s in tomllib.loads(measured.read_text())["study"]["series"] if s["name"] == "accuracy")
         for (level, found), voxel, substeps, tolerance in zip(levels.items(), series["values"], *(t["values"] for t in series["tied"]), strict=True):
-            sized = subprocess.run([PROGRAM, "sim", str(measured), "-n", "--accuracy", level], capture_output=True, text=True, timeout=60).stdout
+            sized = subprocess.run([PROGRAM, "sim", str(measured), "-n", "--measure", "0", "--accuracy", level], capture_output=True, text=True, timeout=60).stdout
             said = [f"accuracy {level}: voxels of {voxel:.3g} m, {substeps} steps a frame, Newton tolerance {tolerance:.1g}.",
                     f"off by {100 * found['bending']:.2g} % of the elastica", f"{found['time']:.2g} times the time"]
             expect(f"{level} is what was measured, in {scene}", all(t in sized for t in said))

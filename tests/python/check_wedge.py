@@ -130,7 +130,7 @@ def check_failures(top):
 def check_killed(top):
     """Runs of a wedge that is killed stop, and the same command goes on with them."""
     folder = top / "killed"
-    command = ["wedge", SCENE, "--local", "-j", "2", "--threads", "1", "-o", folder, "--set", "grid.voxel_size=0.04", "--set", "time.frames=[1, 60]", "--together", "--vary", "fracture.toughness=400,800"]
+    command = ["wedge", SCENE, "--local", "-j", "2", "--threads", "1", "-o", folder, "--set", "grid.voxel_size=0.04", "--set", "time.frames=[1, 30]", "--together", "--vary", "fracture.toughness=400,800"]
     begun = subprocess.Popen([PROGRAM, *map(str, command)], stderr=subprocess.DEVNULL)
     runs = []
     for _ in range(2000):
@@ -149,7 +149,7 @@ def check_killed(top):
             break
         time.sleep(.01)
     stopped = [json.loads((folder / name / "run.json").read_text()) for name in ("0000", "0001")]
-    check("runs end with their wedge", all(r["status"] == "stopped" and len(r["frames"]) < 60 for r in stopped), [(r["status"], len(r["frames"])) for r in stopped])
+    check("runs end with their wedge", all(r["status"] == "stopped" and len(r["frames"]) < 30 for r in stopped), [(r["status"], len(r["frames"])) for r in stopped])
     expect("gone on with after a kill", 0, [], *command)
     check("all done after a kill", [r["status"] for r in table(folder)] == ["done"] * 2, table(folder))
 
@@ -157,7 +157,7 @@ def check_killed(top):
 def check_interrupted(top):
     """A terminal that interrupts reaches the runs too, with another signal than the wedge passes on, and before they listen."""
     folder = top / "interrupted"
-    command = ["wedge", SCENE, "--local", "-j", "2", "--threads", "1", "-o", folder, "--set", "grid.voxel_size=0.015", "--together", "--vary", "fracture.toughness=400,800"]
+    command = ["wedge", SCENE, "--local", "-j", "2", "--threads", "1", "-o", folder, "--set", "grid.voxel_size=0.025", "--together", "--vary", "fracture.toughness=400,800"]
     begun = subprocess.Popen([PROGRAM, *map(str, command)], stderr=subprocess.PIPE, text=True, start_new_session=True)
     for _ in range(2000):
         if len(Path(f"/proc/{begun.pid}/task/{begun.pid}/children").read_text().split()) == 2:

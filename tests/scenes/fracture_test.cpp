@@ -89,7 +89,7 @@ TEST(NotchedBlockDelaunay, TearsAsOnTheLattice)
 TEST(NotchedBlockLoss, IsLessThanACrackOneVoxelWide)
 {
     constexpr double kLeast = .35;  // README.md: .4 to 1 voxel
-    for (const char* voxel : {"0.05", "0.025"}) {
+    for (const char* voxel : {"0.05", "0.03125"}) {
         SceneRun run(notchedBlock(), {std::string("grid.voxel_size=") + voxel});
         run.toFrame(40);
         EXPECT_GE(run.simulation.fragments(), 2u);
