@@ -215,6 +215,38 @@ TEST(ContactSearch, CommonMotionListsNothingMore)
 }
 
 /// However fast things fly apart, they are not looked for all along their ways.
+/// A block with a slot, the arms beside which close. A list that lives on tells at each step what one that is made anew
+/// does, also from when on there is something.
+TEST(ContactSearch, ListsThatLiveOnTellWhatHasComeNear)
+{
+    constexpr double kMargin = .5 * kDx, kStep = .02 * kDx;
+    const lab::SceneRun run(
+        "version = 1\nname = \"slot\"\n[grid]\nvoxel_size = 0.05\n[[body]]\nname = \"arms\"\nmaterial = \"gel\"\n"
+        "shape = { box = { size = [1, 1, 0.4] } }\ncut = [{ box = { size = [0.15, 0.9, 1], center = [0, 0.3, 0] } }]\n"
+        "[material.gel]\nyoungs_modulus = 1e5\npoisson_ratio = 0.3\ndensity = 1000\n[contact]\n");
+    const auto bodies = run.simulation.bodies();
+    contact::ContactSurface surface;
+    surface.start(bodies, 0);
+    surface.settle();
+    contact::Targets targets;
+    targets.set(bodies, 2 * kDx);
+    const std::vector<Vec3> rest(run.simulation.x().begin(), run.simulation.x().end());
+    contact::NarrowPhase lives;
+    int searches = 0, without = 0, with = 0;
+    for (int step = 0; step < 70; ++step) {
+        std::vector<Vec3> x = rest;
+        for (Vec3& p : x) p.x() -= std::copysign(std::max(0., p.y() + .5) * step * kStep, p.x());
+        searches += lives.find(surface, targets, {x, x}, {x, x}, kMargin);
+        contact::NarrowPhase anew;
+        anew.find(surface, targets, {x, x}, {x, x}, kMargin);
+        EXPECT_EQ(lives.pairs(), anew.pairs()) << step;
+        ++(lives.pairs() > 0 ? with : without);
+    }
+    EXPECT_LT(searches, 10);
+    EXPECT_GT(without, 5);
+    EXPECT_GT(with, 5);
+}
+
 TEST(ContactSearch, WaysAreCutOff)
 {
     constexpr double kFarthest = .4, kRounding = 1e-12;  // m

@@ -57,6 +57,14 @@ Box roomOf(const ContactSurface& surface, std::uint32_t sample, const Motion& mo
     return wider(box, surface.stretch(sample) * slack + surface.lipGap(sample));
 }
 
+/// How far [m] nodes can go from x before a sample comes into a box, which follows them.
+double wayInto(const Box& box, const ContactSurface& surface, std::uint32_t sample, std::span<const Vec3> x)
+{
+    const Vec3 y = surface.at(sample, x);
+    const double apart = (box.min() - y).cwiseMax(y - box.max()).maxCoeff() - surface.lipGap(sample);
+    return apart / (1 + surface.stretch(sample));
+}
+
 /// What samples of one fragment and groups of another come nearer to each other [m] than their nodes do.
 double roomBetween(const ContactSurface& surface, double margin, double slack)
 {
@@ -155,7 +163,7 @@ std::vector<Box> boxesOf(std::span<const Targets::Group> groups, const Motion& m
 
 bool BroadPhase::search(const ContactSurface& surface, const Targets& targets, const Motion& motion, double margin)
 {
-    candidates_.clear();
+    candidates_.clear(), apart_ = 0;
     if (among_ == Among::fragments && !mayMeet(motion, surface.fragmentOfNode(), roomBetween(surface, margin, slack_)))
         return false;
     const std::vector<Box> groups = boxesOf(targets.groups(), motion, margin + slack_);
@@ -192,6 +200,13 @@ bool BroadPhase::search(const ContactSurface& surface, const Targets& targets, c
         }
     };
     candidates_ = gatherChunks<Candidate>(surface.clusters(), kClusters, meet);
+    if (slack_ == 0) return true;
+    apart_ = -orderedMax(candidates_.size(), kChunk, -slack_, [&](std::size_t begin, std::size_t end) {
+        double least = slack_;
+        for (const auto& [sample, g] : std::span(candidates_).subspan(begin, end - begin))
+            least = std::min(least, wayInto(wider(groups[g], -slack_), surface, sample, motion.from));
+        return -least;
+    });
     return true;
 }
 
@@ -205,10 +220,12 @@ bool BroadPhase::find(const ContactSurface& surface, const Targets& targets, con
     const auto move = [&](std::span<const Vec3> from, std::span<const Vec3> to) {
         return farthestMove(from, to, frame);
     };
-    if (slack_ > 0 && move(x_, motion.from) <= slack_ && move(x_, motion.to) <= slack_) return false;
+    if (slack_ > 0) moved_ = std::max(move(x_, motion.from), move(x_, motion.to));
+    if (slack_ > 0 && moved_ <= slack_) return false;
     // Lists live long where steps are short, unless each step tears the surface that they are of.
     const double slack = kSlack * targets.spacing();
-    const bool lives = mayLive_ && 2 * move(motion.from, motion.to) <= slack;
+    moved_ = move(motion.from, motion.to);
+    const bool lives = mayLive_ && 2 * moved_ <= slack;
     mayLive_ = true;
     slack_ = lives ? slack : 0;
     x_.assign(motion.from.begin(), lives ? motion.from.end() : motion.from.begin());

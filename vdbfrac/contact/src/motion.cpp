@@ -23,12 +23,16 @@ struct Swept {
 std::vector<Swept> sweptBy(const Motion& motion, std::span<const std::uint32_t> fragment, const Vec3& common)
 {
     std::vector<Swept> swept;
-    for (std::size_t n = 0; n < fragment.size(); ++n) {
-        if (fragment[n] >= swept.size()) swept.resize(fragment[n] + 1);
-        Swept& own = swept[fragment[n]];
-        const Vec3 &from = motion.from[n], to = motion.to[n] - common;
-        own.box.extend(from).extend(to);
-        own.farthest = std::max(own.farthest, (to - from).cwiseAbs().maxCoeff());
+    for (std::size_t n = 0; n < fragment.size();) {
+        const std::uint32_t f = fragment[n];
+        if (f >= swept.size()) swept.resize(f + 1);
+        Swept own = swept[f];  // nodes of a fragment mostly lie in a row: a copy stays in registers
+        for (; n < fragment.size() && fragment[n] == f; ++n) {
+            const Vec3 &from = motion.from[n], to = motion.to[n] - common;
+            own.box.extend(from).extend(to);
+            own.farthest = std::max(own.farthest, (to - from).cwiseAbs().maxCoeff());
+        }
+        swept[f] = own;
     }
     return swept;
 }
@@ -130,12 +134,18 @@ std::vector<Vec3> RelativeMotion::ways() const
     return all;
 }
 
-std::vector<Vec3> RelativeMotion::ends() const
+std::vector<Vec3> RelativeMotion::ends(double* longest) const
 {
     std::vector<Vec3> there(x_.size());
-    parallelChunks(there.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t n = begin; n < end; ++n) there[n] = (*this)(n);
+    const double squared = orderedMax(there.size(), kChunk, 0, [&](std::size_t begin, std::size_t end) {
+        double most = 0;
+        for (std::size_t n = begin; n < end; ++n) {
+            const Vec3 own = way(n);
+            there[n] = x_[n] + own, most = std::max(most, own.squaredNorm());
+        }
+        return most;
     });
+    if (longest) *longest = std::sqrt(squared);
     return there;
 }
 

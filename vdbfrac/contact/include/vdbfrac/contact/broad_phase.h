@@ -33,8 +33,11 @@ public:
 
     /// Motion is widened by `margin` [m]. True where it has looked again.
     bool find(const ContactSurface& surface, const Targets& targets, const Motion& motion, double margin);
-    /// By rising cluster of samples.
-    std::span<const Candidate> candidates() const { return candidates_; }
+    /// By rising cluster of samples. None where those of a list that lives on are still farther apart than nodes go.
+    std::span<const Candidate> candidates() const
+    {
+        return moved_ < apart_ ? std::span<const Candidate>() : candidates_;
+    }
     /// Samples and targets are others.
     void clear()
     {
@@ -55,6 +58,8 @@ private:
     bool mayLive_ = true;
     double slack_ = 0;         // m; 0: its pairs are of one step only
     std::vector<Vec3> x_;      // m: where nodes were; empty without slack
+    double moved_ = 0;         // m: that a node has gone from there, and goes on its way
+    double apart_ = 0;         // m: that nodes can go before any two of its pairs meet; 0 without slack
     bool isRestored_ = false;  // the candidates are still to be found again
     std::vector<Candidate> candidates_;
 };

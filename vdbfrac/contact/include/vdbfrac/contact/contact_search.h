@@ -29,6 +29,8 @@ public:
     const NarrowPhase& near() const { return near_; }
     std::span<const Vec3> start() const { return start_; }  ///< m: of all nodes, where the step begins
     std::span<const Vec3> ahead() const { return ahead_; }  ///< m: where they would go by themselves
+    /// How long [s] nodes of fragments that may meet are followed on their ways there: no longer than they can be.
+    double timeFollowed(const ContactSurface& surface) const;
     /// How often it has looked for what lies wide apart since this was asked last.
     std::int64_t takeSearches() { return std::exchange(searches_, 0); }
 
@@ -46,7 +48,8 @@ private:
     Motion ownMotion() const { return ownBeside_.low.empty() ? Motion{start_, ownAhead_} : ownBeside_.motion(); }
 
     double h_;
-    double dt_ = 0;  // s: what it was last asked for, as v_
+    double dt_ = 0;       // s: what it was last asked for, as v_
+    double longest_ = 0;  // m: of the ways to ahead_
     std::vector<Vec3> start_, v_, ahead_;
     std::vector<Vec3> ownAhead_;      // m: as ahead_, seen from their fragments
     MotionBoxes beside_, ownBeside_;  // round these ways, and where tries took nodes; empty: nowhere else
