@@ -279,6 +279,12 @@ with tempfile.TemporaryDirectory() as temporary:
     expect("preview from where it looks", ["preview", out, "--eye", "1", "1", "1", "--look-at", "1", "1", "1"], 2, "--look-at")
     expect("preview of where it began", ["preview", out, "--count", "1", "--width", "64", "--height", "64", "--fit", "first"], 0, "contact_sheet.png")
     expect("preview from a place", ["preview", out, "--count", "1", "--width", "64", "--height", "64", "--eye", "2", "1", "4", "--look-at", "0", "0", "0", "--angle", "30", "--torn", "as_others"], 0, "contact_sheet.png")
+    looks = []
+    for at in [], ["--look-at", "0", "0", "0"]:
+        expect("preview from an eye alone", ["preview", out, "-f", "1", "--width", "64", "--height", "64", "--eye", "-2", "1", "-4", *at], 0)
+        looks.append((out / "preview/contact_sheet.png").read_bytes())
+    if looks[0] != looks[1]:
+        failures.append("an eye alone does not look at the middle of the body")
     expect("preview from a place that fits", ["preview", out, "--eye", "2", "1", "4", "--fit", "run"], 2, "--fit excludes --eye")
     expect("preview of nothing", ["preview", folder], 4, "run.json")
     for eye in ("nan", "inf", "1e19"):

@@ -2,6 +2,7 @@
 
 #include "progress.h"
 
+#include <vdbfrac/base/number_text.h>
 #include <vdbfrac/base/parallel.h>
 
 #include <fmt/format.h>
@@ -50,8 +51,8 @@ std::string forecastText(const scene::Scene& scene, const lab::Forecast& f)
     const std::string time = f.simulatedShare < kHalf ? fmt::format("between {} and {}", durationText(f.seconds / kOff),
                                                                     durationText(kOff * f.seconds))
                                                       : "about " + durationText(f.seconds);
-    return fmt::format("time: {} on {} thread{}, {:.0f} steps that take {:.2g} s each; from {}\n", time, threads,
-                       threads == 1 ? "" : "s", f.steps, f.seconds / std::max(1., f.steps), sourceText(scene, f)) +
+    return fmt::format("time: {} on {}, {:.0f} steps that take {:.2g} s each; from {}\n", time,
+                       counted(threads, "thread"), f.steps, f.seconds / std::max(1., f.steps), sourceText(scene, f)) +
            fmt::format("disk: about {}: {} frames of {}, checkpoints of {}\n", bytesText(f.bytes), frames,
                        bytesText(f.frameBytes), bytesText(f.checkpointBytes));
 }

@@ -31,7 +31,7 @@ struct PreviewOptions {
     int count = 12, columns = 4, width = 480, height = 480, samples = 32;
     int turntable = 0;
     std::string colour = "material", torn = "material", fit = "frames";
-    std::vector<double> direction = {-0.55, -0.35, -1}, eye, lookAt;
+    std::vector<double> direction, eye, lookAt;
     double angle = 45;  // degrees
     bool quiet = false;
     int threads = 0;  // 0: all cores
@@ -99,7 +99,7 @@ int writeSheet(const std::vector<pictures::Image>& images, const PreviewOptions&
 int turn(const Scenery& scenery, const std::string& scene, const PreviewOptions& options)
 {
     constexpr int kRound = 64;
-    const Vec3 direction = pointOf(options.direction);
+    const Vec3 direction = options.direction.empty() ? kDirection : pointOf(options.direction);
     const std::size_t last = scenery.frames.size() - 1;
     const pictures::Subject subject = subjectOf(scenery, last);
     const std::vector<Vec3> seen = turnedRound(bodiesIn(scenery, last).points, kRound);
@@ -126,7 +126,8 @@ int preview(const PreviewOptions& options)
     const RunFrames run = readDrawnRun(folder);
     const auto frames = chosenFrames(run, options);
     PictureOptions how{.width = options.width, .height = options.height, .samples = options.samples};
-    how.direction = pointOf(options.direction), how.angle = options.angle;
+    how.angle = options.angle;
+    if (!options.direction.empty()) how.direction = pointOf(options.direction);
     how.colour = options.colour, how.torn = options.torn, how.fit = kFits.at(options.fit);
     if (!options.eye.empty()) how.eye = pointOf(options.eye);
     if (!options.lookAt.empty()) how.target = pointOf(options.lookAt);
@@ -186,10 +187,12 @@ Action addPreview(CLI::App& app)
             ->capture_default_str();
     const Bounded place(kFarthest);
     c->add_option("--direction", o->direction, "Direction of looking: x y z")->expected(3)->check(place);
-    auto* eye = c->add_option("--eye", o->eye, "Where the camera is [m]: x y z; in place of --fit")
-                    ->expected(3)
-                    ->check(place)
-                    ->excludes(fit);
+    auto* eye =
+        c->add_option("--eye", o->eye,
+                      "Where the camera is [m]: x y z; in place of --fit. Alone it looks at the middle of the frames")
+            ->expected(3)
+            ->check(place)
+            ->excludes(fit);
     c->add_option("--look-at", o->lookAt, "A point that it looks at [m]: x y z; in place of --direction")
         ->expected(3)
         ->check(place)

@@ -1,5 +1,6 @@
 #include "relevel_report.h"
 
+#include <vdbfrac/base/number_text.h>
 #include <vdbfrac/lab/machine/memory.h>
 
 #include <fmt/format.h>
@@ -10,13 +11,16 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::string listed(std::size_t n, const char* what) { return n == 0 ? "" : fmt::format("{} {}, ", n, what); }
+std::string listed(std::size_t n, const char* noun, const char* done)
+{
+    return n == 0 ? "" : counted(n, noun) + " " + done + ", ";
+}
 
 /// What a repair did, gentlest first.
 std::string repairText(const repair::Repaired& r)
 {
-    std::string did = listed(r.joinedPoints, "points joined") + listed(r.removedFaces, "faces removed") +
-                      listed(r.turnedFaces, "faces turned") + listed(r.filledHoles, "holes filled");
+    std::string did = listed(r.joinedPoints, "point", "joined") + listed(r.removedFaces, "face", "removed") +
+                      listed(r.turnedFaces, "face", "turned") + listed(r.filledHoles, "hole", "filled");
     if (r.filledHoles > 0) did += fmt::format("the widest {:.3g} m, ", r.widestHole);
     if (r.wrapped) did += fmt::format("wrapped{}, ", r.intersectsItself ? " since it intersects itself" : "");
     if (did.empty()) return "repair: none was needed";

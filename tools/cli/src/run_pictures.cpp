@@ -31,7 +31,8 @@ namespace {
 
 Vec3 directionOf(const PictureOptions& options)
 {
-    const Vec3 direction = options.eye && options.target ? Vec3(*options.target - *options.eye) : options.direction;
+    const Vec3 direction =
+        options.eye && options.target ? Vec3(*options.target - *options.eye) : options.direction.value_or(kDirection);
     if (!(direction.norm() > 0))
         throw InputError({options.eye ? "--look-at" : "--direction", "there is no direction to look in", "",
                           options.eye ? "a point other than that of --eye" : "a vector with a length above 0"});
@@ -270,8 +271,10 @@ Scenery sceneryOf(const fs::path& folder, const RunFrames& run, const std::vecto
     }
     noteSize(run.frames, survey.seen(), options, scenery.notes);
     scenery.view.width = options.width, scenery.view.height = options.height, scenery.view.samples = options.samples;
-    scenery.view.camera = survey.camera();
-    if (options.eye) scenery.view.camera.eye = *options.eye - scenery.origin;
+    pictures::Camera& camera = scenery.view.camera = survey.camera();
+    if (options.eye) camera.eye = *options.eye - scenery.origin;
+    const Vec3 toMiddle = survey.seen().center() - camera.eye;
+    if (options.eye && !options.target && !options.direction && toMiddle.norm() > 0) camera.direction = toMiddle;
     scenery.view.stage = survey.stage();
     scenery.view.ground = scenery.surroundings->ground(run, survey.lowest(), scenery.origin);
     return scenery;

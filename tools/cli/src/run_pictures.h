@@ -14,9 +14,11 @@ namespace vdbfrac::cli {
 
 using report::RunFrame, report::RunFrames;
 
+inline const Vec3 kDirection(-0.55, -0.35, -1);  ///< of looking, as a rule
+
 struct PictureOptions {
     int width = 480, height = 480, samples = 16;  ///< pixels, rays a pixel
-    Vec3 direction = Vec3(-0.55, -0.35, -1);      ///< of looking
+    std::optional<Vec3> direction = {};           ///< of looking; without it an eye looks at the middle of the frames
     std::string colour = "material";              ///< or fragment, energy, margin, arrival
     std::string torn = "material";                ///< or red, as_others, or #rrggbb
     enum class Fit { frames, run, first };

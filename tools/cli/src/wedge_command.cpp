@@ -5,6 +5,7 @@
 #include "stop_request.h"
 
 #include <vdbfrac/base/error.h>
+#include <vdbfrac/base/number_text.h>
 #include <vdbfrac/cli/commands.h>
 #include <vdbfrac/core/estimate.h>
 #include <vdbfrac/effects/effects.h>
@@ -87,8 +88,8 @@ int runLocal(const WedgeOptions& o, farm::WedgePlan plan)
         const StopRequest stop(std::chrono::steady_clock::now(), INFINITY);
         farm::LocalSettings settings = settingsOf(o, folder, stop);
         settings.say = [&](const std::string& line) { log->info("{}", line); };
-        log->info("{} runs, {} at a time on {} thread{} each, in {}", plan.wedge.runs.size(), settings.sideBySide,
-                  settings.threads, settings.threads == 1 ? "" : "s", folder.string());
+        log->info("{}, {} at a time on {} each, in {}", counted(plan.wedge.runs.size(), "run"), settings.sideBySide,
+                  counted(settings.threads, "thread"), folder.string());
         code = farm::runHere(plan.wedge, settings);
     }
     log->info("written to {}", writeReport(folder).string());

@@ -29,7 +29,7 @@ public:
     const NarrowPhase& near() const { return near_; }
     std::span<const Vec3> start() const { return start_; }  ///< m: of all nodes, where the step begins
     std::span<const Vec3> ahead() const { return ahead_; }  ///< m: where they would go by themselves
-    /// How long [s] nodes of fragments that may meet are followed on their ways there: no longer than they can be.
+    /// How far into these ways [s] fragments that may meet can be followed; infinite where none goes too far.
     double timeFollowed(const ContactSurface& surface) const;
     /// How often it has looked for what lies wide apart since this was asked last.
     std::int64_t takeSearches() { return std::exchange(searches_, 0); }
