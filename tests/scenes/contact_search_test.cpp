@@ -1,4 +1,6 @@
 // Which tets the samples of a surface see.
+#include "contact_parts.h"
+
 #include <vdbfrac/base/disjoint_sets.h>
 #include <vdbfrac/contact/narrow_phase.h>
 #include <vdbfrac/grid/phi_nodes.h>
@@ -80,11 +82,9 @@ TEST(ContactSearch, SeeAcrossACrackAtAnAngle)
     run.step();
     const auto bodies = run.simulation.bodies();
     ASSERT_EQ(run.simulation.fragments(), 1u);
-    contact::ContactSurface surface;
-    surface.start(bodies, 0);
-    surface.settle();
-    contact::Targets targets;
-    targets.set(bodies, 2 * kDx);
+    const ContactParts parts(bodies, 2 * kDx);
+    const contact::ContactSurface& surface = parts.surface;
+    const contact::Targets& targets = parts.targets;
 
     const std::vector<bool> isColumn = nodesOfColumn(bodies[0], 0);
     std::vector<Vec3> x = tetmesh::restPositions(*bodies[0].mesh);
@@ -183,11 +183,9 @@ TEST(ContactSearch, CommonMotionListsNothingMore)
     const lab::SceneRun run(scene +
                             "[material.gel]\nyoungs_modulus = 1e5\npoisson_ratio = 0.3\ndensity = 1000\n[contact]\n");
     const auto bodies = run.simulation.bodies();
-    contact::ContactSurface surface;
-    surface.start(bodies, 0);
-    surface.settle();
-    contact::Targets targets;
-    targets.set(bodies, 2 * kDx);
+    const ContactParts parts(bodies, 2 * kDx);
+    const contact::ContactSurface& surface = parts.surface;
+    const contact::Targets& targets = parts.targets;
     const std::vector<Vec3> x(run.simulation.x().begin(), run.simulation.x().end());
     const auto pairs = [&](double speed, double common, double second = 0, double shear = 0) {
         std::vector<Vec3> v;
@@ -225,11 +223,9 @@ TEST(ContactSearch, ListsThatLiveOnTellWhatHasComeNear)
         "shape = { box = { size = [1, 1, 0.4] } }\ncut = [{ box = { size = [0.15, 0.9, 1], center = [0, 0.3, 0] } }]\n"
         "[material.gel]\nyoungs_modulus = 1e5\npoisson_ratio = 0.3\ndensity = 1000\n[contact]\n");
     const auto bodies = run.simulation.bodies();
-    contact::ContactSurface surface;
-    surface.start(bodies, 0);
-    surface.settle();
-    contact::Targets targets;
-    targets.set(bodies, 2 * kDx);
+    const ContactParts parts(bodies, 2 * kDx);
+    const contact::ContactSurface& surface = parts.surface;
+    const contact::Targets& targets = parts.targets;
     const std::vector<Vec3> rest(run.simulation.x().begin(), run.simulation.x().end());
     contact::NarrowPhase lives;
     int searches = 0, without = 0, with = 0;

@@ -1,4 +1,6 @@
 // What holds the samples of a surface, from step to step and in a solve.
+#include "contact_parts.h"
+
 #include <vdbfrac/contact/trembling.h>
 #include <vdbfrac/core/archive.h>
 #include <vdbfrac/base/error.h>
@@ -25,8 +27,9 @@ struct Slabs {
         "shape = { box = { size = [0.5, 0.2, 0.5] } }\n[[body]]\nname = \"high\"\nmaterial = \"gel\"\n"
         "shape = { box = { size = [0.3, 0.2, 0.3], center = [0.01, 0.175, 0.02], rotate = [3, 8, 5] } }\n"
         "[material.gel]\nyoungs_modulus = 1e5\npoisson_ratio = 0.3\ndensity = 1000\n[contact]\n"};
-    contact::ContactSurface surface;
-    contact::Targets targets;
+    ContactParts parts{run.simulation.bodies(), 2 * kDx};
+    const contact::ContactSurface& surface = parts.surface;
+    const contact::Targets& targets = parts.targets;
     contact::NarrowPhase near;
     std::vector<Vec3> x{run.simulation.x().begin(), run.simulation.x().end()};
 
@@ -36,13 +39,7 @@ struct Slabs {
         return trembling.look(seen, surface, targets, x, hidden);
     }
 
-    Slabs()
-    {
-        surface.start(run.simulation.bodies(), 0);
-        surface.settle();
-        targets.set(run.simulation.bodies(), 2 * kDx);
-        near.find(surface, targets, {x, x}, {x, x}, kDx);
-    }
+    Slabs() { near.find(surface, targets, {x, x}, {x, x}, kDx); }
 };
 
 bool operator==(const Pair& a, const Pair& b) { return a.sample == b.sample && a.target == b.target; }

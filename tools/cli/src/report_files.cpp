@@ -22,7 +22,7 @@ namespace {
 /// A sheet of the run's frames, where it has any.
 std::optional<pictures::Image> drawnFrames(const report::Record& record, int pictures)
 {
-    const std::vector<report::RunFrame> frames = report::framesOf(record).frames;
+    const std::vector<report::RunFrame> frames = report::framesOf(record.manifest, record.folder).frames;
     const bool drawn = std::ranges::any_of(frames, [](const report::RunFrame& f) { return !f.obj.empty(); });
     if (!drawn || pictures == 0) return std::nullopt;
     return sheetOf(record.folder, pictures);

@@ -114,7 +114,8 @@ Topology topologyOf(const tetmesh::DrawnTopology& drawn, Materials& materials)
 
 class Player {
 public:
-    explicit Player(const Record& record) : materials_(coloursOf(record)), files_(framesOf(record).frames)
+    explicit Player(const Record& record)
+        : materials_(coloursOf(record)), files_(framesOf(record.manifest, record.folder).frames)
     {
         std::erase_if(files_, [](const RunFrame& f) { return f.obj.empty(); });
         for (const RunFrame& f : files_)

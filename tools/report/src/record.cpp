@@ -87,16 +87,22 @@ InputError badManifest(const fs::path& folder, const Json::exception& e)
                        "give the folder that 'vdbfrac sim -o' wrote"});
 }
 
-Record readRecord(const fs::path& folder)
+Json readManifest(const fs::path& folder)
 {
-    Record record{.folder = folder, .manifest = {}, .scene = {}, .columns = {}};
+    const fs::path file = manifestIn(folder);
     try {
-        record.manifest = Json::parse(readText(manifestIn(folder)));
+        Json manifest = Json::parse(readText(file));
         for (const char* key : {"creator", "scene", "status", "frame_range", "frames", "fragments", "fps"})
-            record.manifest.at(key);
+            manifest.at(key);
+        return manifest;
     } catch (const Json::exception& e) {
         throw badManifest(folder, e);
     }
+}
+
+Record readRecord(const fs::path& folder)
+{
+    Record record{.folder = folder, .manifest = readManifest(folder), .scene = {}, .columns = {}};
     if (const fs::path scene = folder / "scene.toml"; fs::exists(scene)) record.scene = readText(scene);
     record.columns = readColumns(folder / "stats.csv");
     return record;

@@ -28,22 +28,21 @@ RunFrame frameOf(const Json& json, const std::filesystem::path& folder)
 
 }  // namespace
 
-RunFrames framesOf(const Record& record)
+RunFrames framesOf(const Json& manifest, const std::filesystem::path& folder)
 {
-    const Json& manifest = record.manifest;
     try {
         RunFrames run{.scene = manifest.at("scene").get<std::string>(),
                       .lastFrame = manifest.at("frame_range").at(1).get<int>(),
                       .voxelSize = manifest.at("voxel_size").get<double>(),
                       .frames = {}};
-        for (const Json& frame : manifest.at("frames")) run.frames.push_back(frameOf(frame, record.folder));
+        for (const Json& frame : manifest.at("frames")) run.frames.push_back(frameOf(frame, folder));
         return run;
     } catch (const Json::exception& e) {
-        throw badManifest(record.folder, e);
+        throw badManifest(folder, e);
     }
 }
 
-RunFrames readRunFrames(const std::filesystem::path& folder) { return framesOf(readRecord(folder)); }
+RunFrames readRunFrames(const std::filesystem::path& folder) { return framesOf(readManifest(folder), folder); }
 
 int frameWithin(const std::filesystem::path& run, int frame, const char* option)
 {

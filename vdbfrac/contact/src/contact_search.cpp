@@ -1,7 +1,5 @@
 #include <vdbfrac/contact/contact_search.h>
 
-#include <vdbfrac/base/infinity.h>
-
 #include <algorithm>
 #include <cmath>
 
@@ -21,7 +19,7 @@ bool ContactSearch::look(ContactSurface& surface, const Targets& targets, std::s
     const bool isKnown = dt <= (1 + kRounding) * foundFor_ && std::ranges::equal(x, start_);
     if (isKnown && std::abs(dt - dt_) <= kRounding * dt && std::ranges::equal(v, v_)) return false;
     v_.assign(v.begin(), v.end()), dt_ = dt;
-    ahead_ = RelativeMotion::ahead(x, v, dt, kFarthest * h_).ends(&longest_);
+    ahead_ = RelativeMotion::ahead(x, v, dt, kFarthest * h_).ends();
     ownAhead_ = RelativeMotion::ahead(x, v, dt, kFarthest * h_, surface.fragmentOfNode()).ends();
     beside_ = ownBeside_ = {};
     if (isKnown && dt <= kShorter * foundFor_) {  // much of what was found lies beyond this step
@@ -50,13 +48,6 @@ void ContactSearch::lookBeside(const ContactSurface& surface, const Targets& tar
         return;
     beside_ = std::move(all), ownBeside_ = own.boxesWith(ownMotion()), foundFor_ = -1;
     searches_ += near_.find(surface, targets, motion(), ownMotion(), kMargin * h_);
-}
-
-double ContactSearch::timeFollowed(const ContactSurface& surface) const
-{
-    constexpr double kNearly = 0.99;  // shorter ways are not cut off
-    if (surface.isOneFragment() || longest_ < kNearly * kFarthest * h_) return kInfinity;
-    return dt_ * partFollowed({start_, moved(start_, v_, dt_)}, surface.fragmentOfNode(), kFarthest * h_);
 }
 
 void ContactSearch::clear()

@@ -134,18 +134,12 @@ std::vector<Vec3> RelativeMotion::ways() const
     return all;
 }
 
-std::vector<Vec3> RelativeMotion::ends(double* longest) const
+std::vector<Vec3> RelativeMotion::ends() const
 {
     std::vector<Vec3> there(x_.size());
-    const double squared = orderedMax(there.size(), kChunk, 0, [&](std::size_t begin, std::size_t end) {
-        double most = 0;
-        for (std::size_t n = begin; n < end; ++n) {
-            const Vec3 own = way(n);
-            there[n] = x_[n] + own, most = std::max(most, own.squaredNorm());
-        }
-        return most;
+    parallelChunks(there.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t n = begin; n < end; ++n) there[n] = (*this)(n);
     });
-    if (longest) *longest = std::sqrt(squared);
     return there;
 }
 

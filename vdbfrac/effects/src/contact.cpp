@@ -365,8 +365,10 @@ double Contact::largestStep(const solver::State& state, double)
         if (near().pairs() == 0) ahead = longest_;
     }
     const double fastest = near().fastest(surface_, targets_, state.x, state.v);
-    return std::min({fastest > 0 ? 0.75 * kDepth * dx_ / fastest : kInfinity, search_.timeFollowed(surface_),
-                     ahead < longest_ ? ahead : kInfinity});
+    const double followed =
+        ahead * partFollowed({state.x, contact::moved(state.x, state.v, ahead)}, contact::ContactSearch::kFarthest);
+    return std::min(
+        {fastest > 0 ? 0.75 * kDepth * dx_ / fastest : kInfinity, followed, ahead < longest_ ? ahead : kInfinity});
 }
 
 void Contact::report(Ledger& work, std::map<std::string, double>& measured)

@@ -64,12 +64,15 @@ std::vector<std::unique_ptr<core::Effect>> makeEffects(const scene::Scene& scene
 {
     std::vector<std::unique_ptr<core::Effect>> effects;
     std::vector<InputError::Detail> wrong;  // of all effects
-    for (const EffectInfo& info : effectList()) try {
-            const scene::Values* const values = scene.table(info.table.name);
-            if (isNamed(info, scene)) effects.push_back(info.make(values ? *values : scene::Values(), scene));
+    for (const EffectInfo& info : effectList()) {
+        if (!isNamed(info, scene)) continue;
+        const scene::Values* const values = scene.table(info.table.name);
+        try {
+            effects.push_back(info.make(values ? *values : scene::Values(), scene));
         } catch (const InputError& e) {
             wrong.insert(wrong.end(), e.details().begin(), e.details().end());
         }
+    }
     if (!wrong.empty()) throw InputError(std::move(wrong));
     return effects;
 }

@@ -35,6 +35,8 @@ std::filesystem::path manifestIn(const std::filesystem::path& folder);
 /// What to throw where that says something else than a run's.
 InputError badManifest(const std::filesystem::path& folder, const Json::exception& e);
 
+/// What it says, with all that any run's does. Throws InputError, FileError.
+Json readManifest(const std::filesystem::path& folder);
 /// Throws InputError, FileError. A run without steps has columns without values.
 Record readRecord(const std::filesystem::path& folder);
 

@@ -27,8 +27,8 @@ struct RunFrames {
     std::vector<RunFrame> frames;
 };
 
-/// Throws InputError where its manifest does not say them.
-RunFrames framesOf(const Record& record);
+/// Of the run in a folder, by its manifest. Throws InputError where that does not say them.
+RunFrames framesOf(const Json& manifest, const std::filesystem::path& folder);
 /// Reads run.json of a folder that 'vdbfrac sim -o' wrote. Throws FileError, InputError.
 RunFrames readRunFrames(const std::filesystem::path& folder);
 

@@ -29,8 +29,6 @@ public:
     const NarrowPhase& near() const { return near_; }
     std::span<const Vec3> start() const { return start_; }  ///< m: of all nodes, where the step begins
     std::span<const Vec3> ahead() const { return ahead_; }  ///< m: where they would go by themselves
-    /// How far into these ways [s] fragments that may meet can be followed; infinite where none goes too far.
-    double timeFollowed(const ContactSurface& surface) const;
     /// How often it has looked for what lies wide apart since this was asked last.
     std::int64_t takeSearches() { return std::exchange(searches_, 0); }
 
@@ -48,8 +46,7 @@ private:
     Motion ownMotion() const { return ownBeside_.low.empty() ? Motion{start_, ownAhead_} : ownBeside_.motion(); }
 
     double h_;
-    double dt_ = 0;       // s: what it was last asked for, as v_
-    double longest_ = 0;  // m: of the ways to ahead_
+    double dt_ = 0;  // s: what it was last asked for, as v_
     std::vector<Vec3> start_, v_, ahead_;
     std::vector<Vec3> ownAhead_;      // m: as ahead_, seen from their fragments
     MotionBoxes beside_, ownBeside_;  // round these ways, and where tries took nodes; empty: nowhere else

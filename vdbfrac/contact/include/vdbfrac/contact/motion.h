@@ -50,8 +50,7 @@ public:
     }
     Vec3 operator()(std::size_t node) const { return x_[node] + way(node); }
     std::vector<Vec3> ways() const;
-    /// `longest`: the longest way [m].
-    std::vector<Vec3> ends(double* longest = nullptr) const;
+    std::vector<Vec3> ends() const;
     double farthestAlongAxis() const;  ///< m: that a node goes
     /// At most how far [m] along an axis a node ends outside of the box round its way in `motion`.
     double farthestBeside(const Motion& motion) const;
