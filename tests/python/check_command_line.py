@@ -181,6 +181,7 @@ with tempfile.TemporaryDirectory() as temporary:
     for late in "grip.top.until=50", "fracture.keys=[{ time=0, scale=1 }, { time=24, scale=2 }]":
         expect("times that look like frames", ["check", good, "--set", late], 0, "times are in seconds, not in frames")
     expect("multigrid where there is none", ["check", "--quick", good, "--set", 'grid.lattice="delaunay"', "--set", 'solver.linear_solver="multigrid"'], 0, "not used on a Delaunay mesh")
+    expect("cells without mean strains", ["check", "--quick", good, "--set", 'solver.volumetric="none"'], 0, "note: solver.mean_strain", "is not used")
     expect("the same in a plan", ["sim", good, "-n", "--measure", "0", "--set", 'output.vdb=["margin"]', "--set", 'fracture.driver="full"'], 2, "output.vdb", "nothing in this scene makes")
     expect("an index in brackets", ["check", good, "--set", "body[0].velocity=[1,0,0]"], 2, '"body[0].velocity=[1,0,0]" sets nothing', "by index (from 0) or name")
     expect("an entry that is not there", ["check", good, "--set", "body.none.velocity=[1,0,0]"], 2, '"none" leads nowhere', "a list of 1")

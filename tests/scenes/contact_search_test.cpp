@@ -251,7 +251,7 @@ TEST(ContactSearch, WaysAreCutOff)
     std::vector<Vec3> to;
     for (std::size_t n = 0; n < x.size(); ++n) to.push_back(x[n] + .1 * v[n]);
     const auto gone = contact::RelativeMotion::gone(x, to, kFarthest);
-    for (std::size_t n = 0; n < x.size(); ++n) EXPECT_LE((gone(n) - x[n]).norm(), kFarthest + kRounding) << n;
+    for (std::size_t n = 0; n < x.size(); ++n) EXPECT_LE(gone.ways()[n].norm(), kFarthest + kRounding) << n;
     const std::vector<Vec3> ahead = contact::RelativeMotion::ahead(x, v, .1, kFarthest).ends();
     EXPECT_LE(gone.farthestBeside({x, ahead}), kRounding);  // they went where they were expected
 }

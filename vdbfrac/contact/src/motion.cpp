@@ -125,11 +125,30 @@ RelativeMotion RelativeMotion::gone(std::span<const Vec3> x, std::span<const Vec
     return motion;
 }
 
+inline Vec3 RelativeMotion::way(std::size_t node, const Frame& own) const
+{
+    const Vec3 move = move_[node] - own.move, place = x_[node] - own.place;
+    const Vec3 way = isGone_ ? Vec3(own.turn * move - place) : Vec3(scale_ * (move - own.turn * place));
+    const double far = way.squaredNorm();
+    if (!std::isfinite(far)) return Vec3::Zero();  // what flies off to infinity meets nothing
+    return far > farthest_ * farthest_ ? Vec3(way * (farthest_ / std::sqrt(far))) : way;
+}
+
+template <class Visit>
+void RelativeMotion::eachWay(std::size_t begin, std::size_t end, const Visit& visit) const
+{
+    for (std::size_t n = begin; n < end;) {
+        const std::uint32_t f = frameOf(n);
+        const Frame own = frames_[f];  // nodes of a fragment mostly lie in a row: a copy stays in registers
+        for (; n < end && frameOf(n) == f; ++n) visit(n, way(n, own));
+    }
+}
+
 std::vector<Vec3> RelativeMotion::ways() const
 {
     std::vector<Vec3> all(x_.size());
     parallelChunks(all.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t n = begin; n < end; ++n) all[n] = way(n);
+        eachWay(begin, end, [&](std::size_t n, const Vec3& way) { all[n] = way; });
     });
     return all;
 }
@@ -138,7 +157,7 @@ std::vector<Vec3> RelativeMotion::ends() const
 {
     std::vector<Vec3> there(x_.size());
     parallelChunks(there.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t n = begin; n < end; ++n) there[n] = (*this)(n);
+        eachWay(begin, end, [&](std::size_t n, const Vec3& way) { there[n] = x_[n] + way; });
     });
     return there;
 }
@@ -147,7 +166,7 @@ double RelativeMotion::farthestAlongAxis() const
 {
     return orderedMax(x_.size(), kChunk, 0, [&](std::size_t begin, std::size_t end) {
         double most = 0;
-        for (std::size_t n = begin; n < end; ++n) most = std::max(most, way(n).cwiseAbs().maxCoeff());
+        eachWay(begin, end, [&](std::size_t, const Vec3& way) { most = std::max(most, way.cwiseAbs().maxCoeff()); });
         return most;
     });
 }
@@ -156,11 +175,11 @@ double RelativeMotion::farthestBeside(const Motion& motion) const
 {
     return orderedMax(x_.size(), kChunk, 0, [&](std::size_t begin, std::size_t end) {
         double most = 0;
-        for (std::size_t n = begin; n < end; ++n) {
+        eachWay(begin, end, [&](std::size_t n, const Vec3& way) {
             const Box box = Box(motion.from[n]).extend(motion.to[n]);
-            const Vec3 point = (*this)(n), inside = point.cwiseMax(box.min()).cwiseMin(box.max());
+            const Vec3 point = x_[n] + way, inside = point.cwiseMax(box.min()).cwiseMin(box.max());
             most = std::max(most, (point - inside).cwiseAbs().maxCoeff());
-        }
+        });
         return most;
     });
 }
@@ -169,10 +188,10 @@ MotionBoxes RelativeMotion::boxesWith(const Motion& motion) const
 {
     MotionBoxes boxes{std::vector<Vec3>(x_.size()), std::vector<Vec3>(x_.size())};
     parallelChunks(x_.size(), kChunk, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t n = begin; n < end; ++n) {
-            const Box box = Box(motion.from[n]).extend(motion.to[n]).extend((*this)(n));
+        eachWay(begin, end, [&](std::size_t n, const Vec3& way) {
+            const Box box = Box(motion.from[n]).extend(motion.to[n]).extend(x_[n] + way);
             boxes.low[n] = box.min(), boxes.high[n] = box.max();
-        }
+        });
     });
     return boxes;
 }

@@ -65,6 +65,8 @@ std::vector<std::string> notesOf(const Scene& scene)
                 notes.noteKeys("[" + table.name + "]", curve->keys.front().time, curve->keys.back().time);
     if (scene.grid.lattice == LatticeKind::delaunay && scene.solver.linearSolver == LinearSolver::multigrid)
         notes.add("solver.linear_solver: multigrid needs the lattice six or five, and is not used on a Delaunay mesh");
+    if (!scene.solver.cellDilation && scene.solver.meanStrain > 0)
+        notes.add("solver.mean_strain goes with volumetric = \"cell\", and is not used");
     return std::move(notes).all();
 }
 

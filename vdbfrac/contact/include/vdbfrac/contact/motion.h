@@ -5,7 +5,6 @@
 
 #include <Eigen/Geometry>
 
-#include <cmath>
 #include <cstdint>
 #include <span>
 #include <utility>
@@ -39,16 +38,6 @@ public:
     /// As they have gone from x.
     static RelativeMotion gone(std::span<const Vec3> x, std::span<const Vec3> to, double farthest,
                                std::span<const std::uint32_t> fragment = {});
-    Vec3 way(std::size_t node) const
-    {
-        const Frame& own = frames_[fragment_.empty() ? 0 : fragment_[node]];
-        const Vec3 move = move_[node] - own.move, place = x_[node] - own.place;
-        const Vec3 way = isGone_ ? Vec3(own.turn * move - place) : Vec3(scale_ * (move - own.turn * place));
-        const double far = way.squaredNorm();
-        if (!std::isfinite(far)) return Vec3::Zero();  // what flies off to infinity meets nothing
-        return far > farthest_ * farthest_ ? Vec3(way * (farthest_ / std::sqrt(far))) : way;
-    }
-    Vec3 operator()(std::size_t node) const { return x_[node] + way(node); }
     std::vector<Vec3> ways() const;
     std::vector<Vec3> ends() const;
     double farthestAlongAxis() const;  ///< m: that a node goes
@@ -65,6 +54,11 @@ private:
     };
     RelativeMotion(std::span<const Vec3> x, std::span<const Vec3> move, double scale, bool isGone, double farthest,
                    std::span<const std::uint32_t> fragment);
+    std::uint32_t frameOf(std::size_t node) const { return fragment_.empty() ? 0 : fragment_[node]; }
+    Vec3 way(std::size_t node, const Frame& own) const;
+    /// visit(node, its way).
+    template <class Visit>
+    void eachWay(std::size_t begin, std::size_t end, const Visit& visit) const;
 
     std::span<const Vec3> x_, move_;  // velocities, or places
     double scale_, farthest_;
