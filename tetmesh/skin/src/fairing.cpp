@@ -126,13 +126,6 @@ private:
     Groups next_;  // of each point; of one on a rim only those along it
 };
 
-/// The point on the way from one to another that is no farther than this.
-Vec3 within(double farthest, const Vec3& from, const Vec3& to)
-{
-    const double way = (to - from).norm();
-    return way > farthest ? Vec3(from + farthest / way * (to - from)) : to;
-}
-
 }  // namespace
 
 Groups neighboursOf(const SkinCut& cut, std::uint32_t firstPoint)
@@ -140,6 +133,17 @@ Groups neighboursOf(const SkinCut& cut, std::uint32_t firstPoint)
     return pointsBeside(cut.points.size(), [&](const auto& visit) {
         for (const auto& [a, b, c] : cut.torn) visit(std::array{a - firstPoint, b - firstPoint, c - firstPoint});
     });
+}
+
+Vec3 within(double farthest, const Vec3& from, const Vec3& to)
+{
+    const double way = (to - from).norm();
+    return way > farthest ? Vec3(from + farthest / way * (to - from)) : to;
+}
+
+std::vector<std::uint8_t> endsOfCracks(const SkinCut& cut, std::uint32_t firstPoint, double dx)
+{
+    return SurroundingsOf(cut.points, neighboursOf(cut, firstPoint), dx).make().isEnd;
 }
 
 /// Each point goes towards the mean of those round it, and in torn faces away from it again, which evens what is short

@@ -21,6 +21,12 @@ Groups neighboursOf(const SkinCut& cut, std::uint32_t firstPoint);
 void fair(const SkinTopology& skin, const Groups& neighbours, double dx, std::span<const double> share,
           std::vector<SkinCut::Point>& points);
 
+/// The point on the way from one to another that is no farther than this.
+Vec3 within(double farthest, const Vec3& from, const Vec3& to);
+
+/// Of each point of a cut: is it at the end of a crack, where the rim turns back? dx: voxel size [m].
+std::vector<std::uint8_t> endsOfCracks(const SkinCut& cut, std::uint32_t firstPoint, double dx);
+
 /// Moves points of torn faces that look against those round them to the middle of their neighbours, but not along rims.
 /// Returns them, rising.
 std::vector<std::uint32_t> unfold(const Groups& neighbours, std::uint32_t firstPoint, SkinCut& cut);

@@ -14,14 +14,17 @@ namespace {
 
 constexpr std::uint32_t kKnown = std::numeric_limits<std::uint32_t>::max();
 
-/// Cotangents of a triangle's angles: weights of the edges opposite to them. One without area has edges alone.
+/// Cotangents of a triangle's angles: weights of the edges opposite to them. One without area has edges alone. Obtuse
+/// angles count for next to nothing: with weights below 0 what is between two shifts may be shifted by more than
+/// either.
 Vec3 cotangents(const Vec3& a, const Vec3& b, const Vec3& c)
 {
     constexpr double kFlat = 1e-6;  // of the square of an edge: area that is told from none
+    constexpr double kLeast = 1e-3;
     const Vec3 p = b - a, q = c - b, r = a - c;
     const double area = p.cross(q).norm();
     if (!(area > kFlat * std::max({p.squaredNorm(), q.squaredNorm(), r.squaredNorm()}))) return Vec3::Ones();
-    return Vec3(-p.dot(r), -p.dot(q), -q.dot(r)) / area;
+    return (Vec3(-p.dot(r), -p.dot(q), -q.dot(r)) / area).cwiseMax(kLeast);
 }
 
 /// Of a point, numbered as SkinCut::Part has them [m].

@@ -3,6 +3,7 @@
 #include "fitted_parts.h"
 #include "redivide.h"
 #include "slider.h"
+#include "unfolded_parts.h"
 
 #include <vdbfrac/base/grouping.h>
 #include <vdbfrac/base/nearest_source.h>
@@ -63,30 +64,14 @@ void addWhole(const SkinTopology& skin, std::span<const std::uint32_t> nearest, 
     std::ranges::stable_sort(cut.parts, {}, &SkinCut::Part::triangle);
 }
 
-/// Divides triangles anew that have points from `first` on.
-void redivideTriangles(const SkinTopology& skin, std::uint32_t first, SkinCut& cut)
-{
-    std::vector<std::uint32_t> moved;
-    for (const SkinCut::Part& part : cut.parts)
-        if (std::ranges::any_of(part.corner, [&](std::uint32_t c) { return c >= first; }))
-            moved.push_back(part.triangle);
-    sortUnique(moved);
-    const auto rest = std::ranges::stable_partition(
-        cut.parts, [&](const SkinCut::Part& part) { return !std::ranges::binary_search(moved, part.triangle); });
-    std::vector<SkinCut::Part> parts(rest.begin(), rest.end());
-    cut.parts.erase(rest.begin(), rest.end());
-    redivide(skin, cut.points, parts);
-    cut.parts.insert(cut.parts.end(), parts.begin(), parts.end());
-    std::ranges::stable_sort(cut.parts, {}, &SkinCut::Part::triangle);
-}
-
-}  // namespace
-
-void fitKept(const SkinTopology& skin, double dx, std::span<const SkinCut::Point> made, Triangles given, SkinCut& cut)
+/// Lets corners of the outer surface go along with the rims beside them. Returns which points of the cut may not move.
+std::vector<std::uint8_t> moveAlong(const SkinTopology& skin, double dx, std::span<const SkinCut::Point> made,
+                                    Triangles given, SkinCut& cut)
 {
     constexpr double kReach = 2;  // voxels: rims move by up to one
     const std::vector<std::uint32_t> nearest = placesNear(skin, cut, kReach * dx);
-    if (std::ranges::all_of(nearest, [](std::uint32_t source) { return source == kNoSource; })) return;
+    if (std::ranges::all_of(nearest, [](std::uint32_t source) { return source == kNoSource; }))
+        return std::vector<std::uint8_t>(cut.points.size(), 0);
     addWhole(skin, nearest, given, cut);
     const std::size_t before = cut.points.size();
     const std::vector<PlaceOnSkin> places =
@@ -106,7 +91,20 @@ void fitKept(const SkinTopology& skin, double dx, std::span<const SkinCut::Point
     const Slider slider(skin);
     for (std::size_t i = before; i < X.size(); ++i)
         if (isFree[i]) cut.points[i].X = slider.closest(cut.points[i], X[i] + shift[i], cut.points[i].on);
-    redivideTriangles(skin, std::uint32_t(skin.pointOf.size() + before), cut);
+    std::vector<std::uint8_t> isAdded(X.size(), 0);
+    std::fill(isAdded.begin() + std::ptrdiff_t(before), isAdded.end(), 1);
+    redivide(skin, isAdded, cut);
+    std::vector<std::uint8_t> isFixed(std::move(isAdded));
+    for (std::size_t i = before; i < X.size(); ++i) isFixed[i] = !isFree[i];
+    return isFixed;
+}
+
+}  // namespace
+
+void fitKept(const SkinTopology& skin, double dx, std::span<const SkinCut::Point> made, Triangles given, SkinCut& cut)
+{
+    const std::vector<std::uint8_t> isFixed = moveAlong(skin, dx, made, given, cut);
+    unfoldParts(skin, dx, isFixed, cut);
 }
 
 }  // namespace vdbfrac::skin

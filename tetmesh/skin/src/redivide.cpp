@@ -3,6 +3,7 @@
 #include "fitted_parts.h"
 
 #include <vdbfrac/base/disjoint_sets.h>
+#include <vdbfrac/base/grouping.h>
 #include <vdbfrac/tetmesh/planar.h>
 
 #include <Eigen/Geometry>
@@ -101,6 +102,23 @@ private:
 void redivide(const SkinTopology& skin, std::span<const SkinCut::Point> points, std::vector<SkinCut::Part>& parts)
 {
     Redivider(skin, points, parts).run();
+}
+
+void redivide(const SkinTopology& skin, std::span<const std::uint8_t> isMoved, SkinCut& cut)
+{
+    const std::size_t given = skin.pointOf.size();
+    std::vector<std::uint32_t> moved;
+    for (const SkinCut::Part& part : cut.parts)
+        if (std::ranges::any_of(part.corner, [&](std::uint32_t c) { return c >= given && isMoved[c - given]; }))
+            moved.push_back(part.triangle);
+    sortUnique(moved);
+    const auto rest = std::ranges::stable_partition(
+        cut.parts, [&](const SkinCut::Part& part) { return !std::ranges::binary_search(moved, part.triangle); });
+    std::vector<SkinCut::Part> parts(rest.begin(), rest.end());
+    cut.parts.erase(rest.begin(), rest.end());
+    redivide(skin, cut.points, parts);
+    cut.parts.insert(cut.parts.end(), parts.begin(), parts.end());
+    std::ranges::stable_sort(cut.parts, {}, &SkinCut::Part::triangle);
 }
 
 }  // namespace vdbfrac::skin

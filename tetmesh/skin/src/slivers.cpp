@@ -55,6 +55,7 @@ private:
     struct Edge {
         double length = 0;  // m
         std::uint32_t kept = 0, gone = 0;
+        bool isFolded = false;  // of a part that looks inward
         bool operator<(const Edge& o) const
         {
             return std::tie(length, kept, gone) < std::tie(o.length, o.kept, o.gone);
@@ -67,20 +68,23 @@ private:
     std::span<const std::uint32_t> facesAt(std::uint32_t corner) const { return facesAt_[corner - given_]; }
     static bool has(const Face& face, std::uint32_t corner) { return std::ranges::find(face, corner) != face.end(); }
 
-    /// Sides of parts along the rim that are short against the part; the shortest first.
+    /// Sides of parts along the rim that are short against the part, or fold it over; the shortest first.
     std::vector<Edge> shortEdges() const
     {
         constexpr double kShort = 0.15, kOfLongest = 0.15;  // voxels; of the longest side of the part
+        constexpr double kFold = 0.5;                       // voxels
         std::vector<Edge> edges;
         for (const SkinCut::Part& part : cut_.parts) {
             std::array<double, 3> length{};
             for (std::size_t k = 0; k < 3; ++k)
                 length[k] = (place(part.corner[k]) - place(part.corner[(k + 1) % 3])).norm();
             const double longest = std::max({length[0], length[1], length[2]});
+            const bool isFolded = outwardArea(skin_, cut_.points, part) < 0;
+            const double most = isFolded ? kFold * dx_ : std::min(kShort * dx_, kOfLongest * longest);
             for (std::size_t k = 0; k < 3; ++k) {
                 const std::uint32_t a = part.corner[k], b = part.corner[(k + 1) % 3];
-                if (a < given_ || b < given_ || length[k] > std::min(kShort * dx_, kOfLongest * longest)) continue;
-                if (isRim(a, b)) addEdge(length[k], std::min(a, b), std::max(a, b), edges);
+                if (a < given_ || b < given_ || length[k] > most) continue;
+                if (isRim(a, b)) addEdge({length[k], std::min(a, b), std::max(a, b), isFolded}, edges);
             }
         }
         std::sort(edges.begin(), edges.end());
@@ -95,21 +99,22 @@ private:
         return ofPart && ofTorn;
     }
     /// A point on a sharp edge can go where the short side lies along that.
-    void addEdge(double length, std::uint32_t a, std::uint32_t b, std::vector<Edge>& edges) const
+    void addEdge(const Edge& edge, std::vector<Edge>& edges) const
     {
+        const std::uint32_t a = edge.kept, b = edge.gone;
         const Vec3 way = (place(b) - place(a)).stableNormalized();
         const auto canGo = [&](std::uint32_t gone, std::uint32_t kept) {
             return !isSharp(gone) || (isSharp(kept) && std::abs(skin_.along(point(gone).skin).dot(way)) > kSameFace);
         };
-        if (canGo(b, a)) edges.push_back({length, a, b});
-        if (canGo(a, b)) edges.push_back({length, b, a});
+        if (canGo(b, a)) edges.push_back({edge.length, a, b, edge.isFolded});
+        if (canGo(a, b)) edges.push_back({edge.length, b, a, edge.isFolded});
     }
 
     bool join(const Edge& edge)
     {
         for (const std::uint32_t corner : {edge.kept, edge.gone})
             if (std::ranges::any_of(facesAt(corner), [&](std::uint32_t f) { return isTouched_[f]; })) return false;
-        if (!staysSurface(edge) || bendsRim(edge) || turnsAny(edge)) return false;
+        if (!staysSurface(edge) || (!edge.isFolded && bendsRim(edge)) || turnsAny(edge)) return false;
         for (const std::uint32_t corner : {edge.kept, edge.gone})
             for (const std::uint32_t f : facesAt(corner)) isTouched_[f] = 1;
         for (const std::uint32_t f : facesAt(edge.gone)) std::ranges::replace(*faces_[f], edge.gone, edge.kept);
