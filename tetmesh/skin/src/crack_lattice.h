@@ -10,6 +10,7 @@
 
 #include <vdbfrac/base/vec.h>
 #include <vdbfrac/tetmesh/node_field.h>
+#include <vdbfrac/tetmesh/parts.h>
 #include <vdbfrac/tetmesh/stencil.h>
 
 #include <algorithm>
@@ -30,13 +31,7 @@ struct LatticeTet {
     std::array<std::uint8_t, 4> mask{};
 };
 
-/// Calls visit(node) for the ends of the edges at a node.
-template <class Visit>
-void forNeighbours(Coord n, const Visit& visit)
-{
-    for (int mask = 1; mask < 8; ++mask)
-        for (const int sign : {1, -1}) visit(n + sign * tetmesh::cornerOffset(mask));
-}
+using tetmesh::forNeighbours;
 
 class CrackLattice {
 public:

@@ -2,40 +2,22 @@
 
 #include "crack_lattice.h"
 
-#include <vdbfrac/base/disjoint_sets.h>
 #include <vdbfrac/skin/crack_field.h>
 #include <vdbfrac/tetmesh/cut.h>
 #include <vdbfrac/tetmesh/nodes_around.h>
 #include <vdbfrac/tetmesh/nodes_where.h>
+#include <vdbfrac/tetmesh/parts.h>
 
 #include <algorithm>
 #include <cstdint>
-#include <limits>
 #include <utility>
 
 namespace vdbfrac::skin {
 
 namespace {
 
-using Labels = tetmesh::NodeField<std::uint32_t>;
-constexpr std::uint32_t kNameless = std::numeric_limits<std::uint32_t>::max();
-
-/// Names the parts, each by the least number of a node in it. Returns how many there are.
-std::size_t nameParts(const std::vector<Coord>& material, Labels& part)
-{
-    for (std::uint32_t i = 0; i < material.size(); ++i) part.set(material[i], i);
-    DisjointSets sets(material.size());
-    for (std::uint32_t i = 0; i < material.size(); ++i)
-        forNeighbours(material[i], [&](Coord m) {
-            if (part(m) != kNameless) sets.join(i, part(m));
-        });
-    std::size_t parts = 0;
-    for (std::uint32_t i = 0; i < material.size(); ++i) {
-        part.set(material[i], sets.find(i));
-        parts += sets.find(i) == i;
-    }
-    return parts;
-}
+using tetmesh::kNameless;
+using Labels = tetmesh::PartNames;
 
 /// Gives each of the nodes the name of the nearest part, by edges between them.
 void nameNearest(std::vector<Coord> nodes, Labels& part)
@@ -63,7 +45,7 @@ std::vector<Coord> nodesBetweenParts(const tetmesh::NodeField<float>& rest, doub
     Labels part(rest.lower(), rest.upper(), kNameless, kNameless);
     const std::vector<Coord> material = tetmesh::nodesWhere(rest, isMaterial);
     part.cover(material);
-    if (nameParts(material, part) < 2) return {};
+    if (tetmesh::nameParts(material, part) < 2) return {};
     const std::vector<Coord> bare = tetmesh::nodesWhere(rest, isBare);
     part.cover(bare);
     nameNearest(bare, part);

@@ -1,12 +1,17 @@
 #include "make_body_mesh.h"
 
+#include <vdbfrac/base/number_text.h>
+#include <vdbfrac/grid/body_level_set.h>
+#include <vdbfrac/grid/crumbs.h>
 #include <vdbfrac/grid/phi_nodes.h>
 #include <vdbfrac/grid/phi_sampler.h>
 #include <vdbfrac/mesher/delaunay.h>
 #include <vdbfrac/tetmesh/cut_mesh.h>
 #include <vdbfrac/tetmesh/cut_tet_mesh.h>
+#include <vdbfrac/tetmesh/fragments.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace vdbfrac::core {
 
@@ -31,10 +36,8 @@ tetmesh::TetMesh enclosingTets(const scene::Grid& grid, const grid::LevelSet& ph
                                 criteria);
 }
 
-}  // namespace
-
-std::unique_ptr<tetmesh::BodyMesh> makeBodyMesh(const scene::Grid& grid, const grid::LevelSet& phi,
-                                                const tetmesh::RestShape& shape, std::uint64_t memoryLimit)
+std::unique_ptr<tetmesh::BodyMesh> cutMesh(const scene::Grid& grid, const grid::LevelSet& phi,
+                                           const tetmesh::RestShape& shape, std::uint64_t memoryLimit)
 {
     using Kind = tetmesh::Lattice::Kind;
     if (grid.lattice == scene::LatticeKind::delaunay)
@@ -44,6 +47,59 @@ std::unique_ptr<tetmesh::BodyMesh> makeBodyMesh(const scene::Grid& grid, const g
     const Kind kind = grid.lattice == scene::LatticeKind::six ? Kind::six : Kind::five;
     return std::make_unique<tetmesh::CutMesh>(tetmesh::Lattice{kind, grid.coarsening, grid.voxelSize, grid.wholeTets},
                                               grid::sampleNodes(phi, memoryLimit), shape);
+}
+
+/// Is a voxel node in a part of the mesh, on a lattice, with less material than crumbs may have?
+class SmallParts {
+public:
+    SmallParts(const tetmesh::BodyMesh& mesh, const tetmesh::FragmentTracker& fragments)
+        : edge_(int(std::lround(mesh.spacing() / mesh.voxelSize()))),
+          isSmall_(mesh.phi().lower(), mesh.phi().upper(), false, false)
+    {
+        const double most = double(grid::kMostOfCrumb) * std::pow(mesh.voxelSize(), 3);
+        std::vector<std::uint8_t> isSmall;
+        for (const tetmesh::Fragment& f : fragments.fragments()) isSmall.push_back(f.restVolume < most);
+        std::vector<Coord> nodes;
+        for (std::size_t n = 0; n < mesh.latticeCoords().size(); ++n)
+            if (isSmall[fragments.ofNode()[n]]) nodes.push_back(mesh.latticeCoords()[n]);
+        isSmall_.cover(nodes);
+        for (const Coord& c : nodes) isSmall_.set(c, true);
+    }
+    bool operator()(Coord c) const
+    {
+        const auto low = [&](int at) { return int(std::floor(double(at) / edge_)); };
+        const auto high = [&](int at) { return int(std::ceil(double(at) / edge_)); };
+        for (const int x : {low(c.x), high(c.x)})
+            for (const int y : {low(c.y), high(c.y)})
+                for (const int z : {low(c.z), high(c.z)})
+                    if (isSmall_(Coord{x, y, z})) return true;
+        return false;
+    }
+
+private:
+    int edge_;  // voxels
+    tetmesh::NodeField<bool> isSmall_;
+};
+
+}  // namespace
+
+std::unique_ptr<tetmesh::BodyMesh> makeBodyMesh(const scene::Grid& grid, const scene::Body& body,
+                                                std::uint64_t memoryLimit, grid::LevelSet& phi,
+                                                std::vector<std::string>& notes)
+{
+    const auto made = [&] { return cutMesh(grid, phi, grid::restShape(body, phi), memoryLimit); };
+    std::unique_ptr<tetmesh::BodyMesh> mesh = made();
+    std::uint32_t parts = 0;
+    const tetmesh::FragmentTracker fragments(*mesh, parts);
+    if (parts < 2) return mesh;
+    const std::size_t crumbs = grid::takeOutCrumbs(phi, SmallParts(*mesh, fragments), memoryLimit);
+    if (crumbs == 0) return mesh;
+    const double volume = mesh->volume();
+    mesh = made();
+    notes.push_back("body '" + body.name + "': " + counted(crumbs, "crumb") + " of up to 8 voxels, " +
+                    shortNumber(100 * (1 - mesh->volume() / volume), 2) +
+                    " % of its volume, left out: they hang on to it by less than a voxel; what is drawn has them");
+    return mesh;
 }
 
 }  // namespace vdbfrac::core

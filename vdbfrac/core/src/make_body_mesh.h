@@ -7,13 +7,16 @@
 
 #include <cstdint>
 #include <memory>
+#include <string>
+#include <vector>
 
 namespace vdbfrac::core {
 
-/// The lattice of the scene cut by phi, or a Delaunay mesh that encloses the material, cut by it. Throws LimitError
-/// when a Delaunay mesh, or the box of the material, would take more than `memoryLimit` [bytes].
-/// `shape`: what phi is of.
-std::unique_ptr<tetmesh::BodyMesh> makeBodyMesh(const scene::Grid& grid, const grid::LevelSet& phi,
-                                                const tetmesh::RestShape& shape, std::uint64_t memoryLimit);
+/// The lattice of the scene cut by the phi of a body, or a Delaunay mesh that encloses the material, cut by it. Crumbs
+/// (grid/crumbs.h) are taken out of phi, and told in `notes`. Throws LimitError when a Delaunay mesh, or the box of the
+/// material, would take more than `memoryLimit` [bytes].
+std::unique_ptr<tetmesh::BodyMesh> makeBodyMesh(const scene::Grid& grid, const scene::Body& body,
+                                                std::uint64_t memoryLimit, grid::LevelSet& phi,
+                                                std::vector<std::string>& notes);
 
 }  // namespace vdbfrac::core

@@ -93,7 +93,7 @@ void Simulation::addBody(const scene::Scene& scene, const scene::Body& spec, std
     body.name = spec.name;
     body.material = solver::makeMaterial(m.youngsModulus, m.poissonRatio, m.density);
     body.phi = grid::makeLevelSet(spec, scene.grid, memoryLimit, &stages_.notes);
-    body.mesh = makeBodyMesh(scene.grid, body.phi, grid::restShape(spec, body.phi), memoryLimit);
+    body.mesh = makeBodyMesh(scene.grid, spec, memoryLimit, body.phi, stages_.notes);
     if (body.mesh->nodeCount() == 0)
         throw InputError({spec.place, "body '" + spec.name + "' holds no material on the lattice",
                           "at least one voxel inside", "make grid.voxel_size smaller than the body"});
