@@ -49,10 +49,15 @@ void removeSpecks(const SkinTopology& skin, const tetmesh::NodeField<float>& now
 
 void removeTiny(const SkinTopology& skin, double dx, SkinCut& cut)
 {
-    constexpr double kTiny = 0.25;  // voxels
-    const CutPieces pieces(skin, cut, kTiny * dx);
-    remove(
-        pieces, [&](std::uint32_t p) { return pieces.isSmall(p); }, cut);
+    constexpr double kTiny = 0.25, kHollow = 1;  // voxels; of what has no skin
+    const CutPieces pieces(skin, cut, kHollow * dx);
+    std::vector<std::uint8_t> hasSkin(pieces.numbers(), 0);
+    for (const SkinCut::Part& part : cut.parts) hasSkin[pieces.of(part.corner[0])] = 1;
+    for (const auto& [triangle, piece] : pieces.whole()) hasSkin[piece] = 1;
+    const auto isTiny = [&](std::uint32_t p) {
+        return pieces.isSmall(p) && (!hasSkin[p] || pieces.size(p) < kTiny * dx);
+    };
+    remove(pieces, isTiny, cut);
 }
 
 }  // namespace vdbfrac::skin

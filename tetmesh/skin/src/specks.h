@@ -13,8 +13,8 @@ namespace vdbfrac::skin {
 /// voxel size [m]. Counts them in `cut`.
 void removeSpecks(const SkinTopology& skin, const tetmesh::NodeField<float>& now, double dx, SkinCut& cut);
 
-/// Takes out closed pieces smaller than a quarter of a voxel: what closing its lips has left of a crack one node wide,
-/// and dust. Counts them in `cut`.
+/// Takes out closed pieces smaller than a quarter of a voxel, which are dust, and those without skin that are smaller
+/// than a voxel: what closing its lips has left of a crack inside. Counts them in `cut`.
 void removeTiny(const SkinTopology& skin, double dx, SkinCut& cut);
 
 }  // namespace vdbfrac::skin
