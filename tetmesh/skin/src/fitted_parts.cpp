@@ -14,17 +14,14 @@ namespace {
 
 constexpr std::uint32_t kKnown = std::numeric_limits<std::uint32_t>::max();
 
-/// Cotangents of a triangle's angles: weights of the edges opposite to them. One without area has edges alone. Obtuse
-/// angles count for next to nothing: with weights below 0 what is between two shifts may be shifted by more than
-/// either.
+/// Cotangents of a triangle's angles: weights of the edges opposite to them. One without area has edges alone.
 Vec3 cotangents(const Vec3& a, const Vec3& b, const Vec3& c)
 {
     constexpr double kFlat = 1e-6;  // of the square of an edge: area that is told from none
-    constexpr double kLeast = 1e-3;
     const Vec3 p = b - a, q = c - b, r = a - c;
     const double area = p.cross(q).norm();
     if (!(area > kFlat * std::max({p.squaredNorm(), q.squaredNorm(), r.squaredNorm()}))) return Vec3::Ones();
-    return (Vec3(-p.dot(r), -p.dot(q), -q.dot(r)) / area).cwiseMax(kLeast);
+    return Vec3(-p.dot(r), -p.dot(q), -q.dot(r)) / area;
 }
 
 /// Of a point, numbered as SkinCut::Part has them [m].
@@ -80,8 +77,9 @@ void copyGiven(const SkinTopology& skin, std::span<const PlaceOnSkin> places, st
 }
 
 std::vector<Vec3> harmonic(const SkinTopology& skin, std::span<const SkinCut::Part> parts, std::span<const Vec3> X,
-                           std::span<const std::uint8_t> isFree, std::vector<Vec3> shift)
+                           std::span<const std::uint8_t> isFree, std::vector<Vec3> shift, Weights weights)
 {
+    constexpr double kLeast = 1e-3;
     const std::size_t given = skin.pointOf.size();
     std::vector<std::uint32_t> unknown, number(shift.size(), kKnown);
     for (std::uint32_t i = 0; i < shift.size(); ++i)
@@ -102,7 +100,8 @@ std::vector<Vec3> harmonic(const SkinTopology& skin, std::span<const SkinCut::Pa
     for (const SkinCut::Part& part : parts) {
         const auto& c = part.corner;
         if (std::ranges::all_of(c, [&](std::uint32_t p) { return numberOf(p) == kKnown; })) continue;
-        const Vec3 weight = cotangents(placeOf(skin, X, c[0]), placeOf(skin, X, c[1]), placeOf(skin, X, c[2]));
+        Vec3 weight = cotangents(placeOf(skin, X, c[0]), placeOf(skin, X, c[1]), placeOf(skin, X, c[2]));
+        if (weights == Weights::positive) weight = weight.cwiseMax(kLeast);
         for (std::size_t k = 0; k < 3; ++k) {
             const std::uint32_t i = c[(k + 1) % 3], j = c[(k + 2) % 3];
             addEdge(i, j, weight[int(k)]), addEdge(j, i, weight[int(k)]);

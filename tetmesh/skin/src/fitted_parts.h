@@ -30,12 +30,18 @@ std::vector<PlaceOnSkin> placesOf(const SkinTopology& skin, std::span<const Skin
 void copyGiven(const SkinTopology& skin, std::span<const PlaceOnSkin> places, std::vector<SkinCut::Part>& parts,
                std::vector<SkinCut::Point>& points);
 
+/// Of the edges of parts, by the angles opposite to them.
+enum class Weights {
+    exact,    ///< at obtuse angles below 0: a point may be shifted by more than those round it
+    positive  ///< no point is; obtuse angles count for next to nothing
+};
+
 /// A displacement [m] of points of the cut, at X [m], that is harmonic on parts where `isFree`, with that which is
 /// given elsewhere, and none of given points: where rims come together, what is between them comes to lie there too.
 /// Discretised with cotangents (Pinkall and Polthier 1993), which is exact where the displacement is linear. Where
 /// needles leave rounding alone it stays as it is.
 std::vector<Vec3> harmonic(const SkinTopology& skin, std::span<const SkinCut::Part> parts, std::span<const Vec3> X,
-                           std::span<const std::uint8_t> isFree, std::vector<Vec3> shift);
+                           std::span<const std::uint8_t> isFree, std::vector<Vec3> shift, Weights weights);
 
 /// Of a corner of a part or of a torn face [m].
 const Vec3& placeOf(const SkinTopology& skin, std::span<const SkinCut::Point> points, std::uint32_t corner);

@@ -87,7 +87,7 @@ std::vector<std::uint8_t> moveAlong(const SkinTopology& skin, double dx, std::sp
         cut.points[i].anchor = cut.anchor[places[i - before].given];
         isFree[i] = !places[i - before].isCorner;
     }
-    shift = harmonic(skin, cut.parts, X, isFree, std::move(shift));
+    shift = harmonic(skin, cut.parts, X, isFree, std::move(shift), Weights::positive);
     const Slider slider(skin);
     for (std::size_t i = before; i < X.size(); ++i)
         if (isFree[i]) cut.points[i].X = slider.closest(cut.points[i], X[i] + shift[i], cut.points[i].on);

@@ -3,6 +3,7 @@
 #include "crossings.h"
 #include "kept_skin.h"
 #include "lips.h"
+#include "redivide.h"
 #include "rest_parts.h"
 #include "slivers.h"
 #include "specks.h"
@@ -205,6 +206,7 @@ SkinCut SkinCutter::cut(const tetmesh::NodeField<float>& rest, const tetmesh::No
     }
     if (!made.empty()) {
         fitKept(*topology_, dx_, made, triangles_, cut);
+        redivide(*topology_, cut.points, cut.taken);
         removeSlivers(*topology_, dx_, cut);
     }
     if (style.detail.amplitude > 0) addTornDetail(style.detail, rest, dx_, cut);

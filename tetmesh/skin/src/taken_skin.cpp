@@ -1,7 +1,6 @@
 #include "taken_skin.h"
 
 #include "fitted_parts.h"
-#include "redivide.h"
 #include "slider.h"
 
 #include <vdbfrac/base/grouping.h>
@@ -63,7 +62,7 @@ void fitTaken(const SkinTopology& skin, double dx, std::span<const SkinCut::Poin
         isFree[i] = nearest[i] != kNoSource && nearest[i] != i;
         if (isFree[i]) rimShift[i] = rimShift[nearest[i]];
     }
-    const std::vector<Vec3> shift = harmonic(skin, cut.taken, X, isFree, std::move(rimShift));
+    const std::vector<Vec3> shift = harmonic(skin, cut.taken, X, isFree, std::move(rimShift), Weights::exact);
     const Slider slider(skin);
     for (std::size_t i = 0; i < cut.points.size(); ++i) {
         if (links[i].empty() || isRim[i]) continue;
@@ -71,8 +70,6 @@ void fitTaken(const SkinTopology& skin, double dx, std::span<const SkinCut::Poin
         if (i < before) point.X = made[i].X, point.on = made[i].on;
         if (i < before || !places[i - before].isCorner) point.X = slider.closest(point, point.X + shift[i], point.on);
     }
-    redivide(skin, cut.points, cut.taken);
-    dropInward(skin, cut.points, cut.taken);
 }
 
 }  // namespace vdbfrac::skin
