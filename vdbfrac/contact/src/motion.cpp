@@ -13,6 +13,8 @@ namespace vdbfrac::contact {
 
 namespace {
 
+constexpr std::size_t kNodes = 65536;  // a chunk: fewer are done before another thread has woken up
+
 /// Where a fragment is on its way, and how far one of its nodes goes along an axis [m].
 struct Swept {
     Box box;
@@ -125,29 +127,28 @@ RelativeMotion RelativeMotion::gone(std::span<const Vec3> x, std::span<const Vec
     return motion;
 }
 
-inline Vec3 RelativeMotion::way(std::size_t node, const Frame& own) const
-{
-    const Vec3 move = move_[node] - own.move, place = x_[node] - own.place;
-    const Vec3 way = isGone_ ? Vec3(own.turn * move - place) : Vec3(scale_ * (move - own.turn * place));
-    const double far = way.squaredNorm();
-    if (!std::isfinite(far)) return Vec3::Zero();  // what flies off to infinity meets nothing
-    return far > farthest_ * farthest_ ? Vec3(way * (farthest_ / std::sqrt(far))) : way;
-}
-
 template <class Visit>
 void RelativeMotion::eachWay(std::size_t begin, std::size_t end, const Visit& visit) const
 {
     for (std::size_t n = begin; n < end;) {
         const std::uint32_t f = frameOf(n);
         const Frame own = frames_[f];  // nodes of a fragment mostly lie in a row: a copy stays in registers
-        for (; n < end && frameOf(n) == f; ++n) visit(n, way(n, own));
+        for (; n < end && frameOf(n) == f; ++n) {
+            const Vec3 move = move_[n] - own.move, place = x_[n] - own.place;
+            const Vec3 way = isGone_ ? Vec3(own.turn * move - place) : Vec3(scale_ * (move - own.turn * place));
+            const double far = way.squaredNorm();
+            if (!std::isfinite(far))
+                visit(n, Vec3(Vec3::Zero()));  // what flies off to infinity meets nothing
+            else
+                visit(n, far > farthest_ * farthest_ ? Vec3(way * (farthest_ / std::sqrt(far))) : way);
+        }
     }
 }
 
 std::vector<Vec3> RelativeMotion::ways() const
 {
     std::vector<Vec3> all(x_.size());
-    parallelChunks(all.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+    parallelChunks(all.size(), kNodes, [&](std::size_t begin, std::size_t end) {
         eachWay(begin, end, [&](std::size_t n, const Vec3& way) { all[n] = way; });
     });
     return all;
@@ -156,7 +157,7 @@ std::vector<Vec3> RelativeMotion::ways() const
 std::vector<Vec3> RelativeMotion::ends() const
 {
     std::vector<Vec3> there(x_.size());
-    parallelChunks(there.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+    parallelChunks(there.size(), kNodes, [&](std::size_t begin, std::size_t end) {
         eachWay(begin, end, [&](std::size_t n, const Vec3& way) { there[n] = x_[n] + way; });
     });
     return there;
@@ -164,7 +165,7 @@ std::vector<Vec3> RelativeMotion::ends() const
 
 double RelativeMotion::farthestAlongAxis() const
 {
-    return orderedMax(x_.size(), kChunk, 0, [&](std::size_t begin, std::size_t end) {
+    return orderedMax(x_.size(), kNodes, 0, [&](std::size_t begin, std::size_t end) {
         double most = 0;
         eachWay(begin, end, [&](std::size_t, const Vec3& way) { most = std::max(most, way.cwiseAbs().maxCoeff()); });
         return most;
@@ -173,7 +174,7 @@ double RelativeMotion::farthestAlongAxis() const
 
 double RelativeMotion::farthestBeside(const Motion& motion) const
 {
-    return orderedMax(x_.size(), kChunk, 0, [&](std::size_t begin, std::size_t end) {
+    return orderedMax(x_.size(), kNodes, 0, [&](std::size_t begin, std::size_t end) {
         double most = 0;
         eachWay(begin, end, [&](std::size_t n, const Vec3& way) {
             const Box box = Box(motion.from[n]).extend(motion.to[n]);
@@ -187,7 +188,7 @@ double RelativeMotion::farthestBeside(const Motion& motion) const
 MotionBoxes RelativeMotion::boxesWith(const Motion& motion) const
 {
     MotionBoxes boxes{std::vector<Vec3>(x_.size()), std::vector<Vec3>(x_.size())};
-    parallelChunks(x_.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+    parallelChunks(x_.size(), kNodes, [&](std::size_t begin, std::size_t end) {
         eachWay(begin, end, [&](std::size_t n, const Vec3& way) {
             const Box box = Box(motion.from[n]).extend(motion.to[n]).extend(x_[n] + way);
             boxes.low[n] = box.min(), boxes.high[n] = box.max();
@@ -199,7 +200,7 @@ MotionBoxes RelativeMotion::boxesWith(const Motion& motion) const
 std::vector<Vec3> moved(std::span<const Vec3> x, std::span<const Vec3> v, double dt)
 {
     std::vector<Vec3> there(x.size());
-    parallelChunks(there.size(), kChunk, [&](std::size_t begin, std::size_t end) {
+    parallelChunks(there.size(), kNodes, [&](std::size_t begin, std::size_t end) {
         for (std::size_t n = begin; n < end; ++n) there[n] = x[n] + dt * v[n];
     });
     return there;

@@ -55,7 +55,6 @@ private:
     RelativeMotion(std::span<const Vec3> x, std::span<const Vec3> move, double scale, bool isGone, double farthest,
                    std::span<const std::uint32_t> fragment);
     std::uint32_t frameOf(std::size_t node) const { return fragment_.empty() ? 0 : fragment_[node]; }
-    Vec3 way(std::size_t node, const Frame& own) const;
     /// visit(node, its way).
     template <class Visit>
     void eachWay(std::size_t begin, std::size_t end, const Visit& visit) const;
