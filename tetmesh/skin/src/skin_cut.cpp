@@ -206,7 +206,7 @@ SkinCut SkinCutter::cut(const tetmesh::NodeField<float>& rest, const tetmesh::No
     }
     if (!made.empty()) {
         fitKept(*topology_, dx_, made, triangles_, cut);
-        redivide(*topology_, cut.points, cut.taken);
+        redivide(*topology_, cut.points, cut.taken);  // between rims that have moved since they were fitted
         removeSlivers(*topology_, dx_, cut);
     }
     if (style.detail.amplitude > 0) addTornDetail(style.detail, rest, dx_, cut);
