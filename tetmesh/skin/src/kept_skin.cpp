@@ -78,24 +78,20 @@ std::vector<std::uint8_t> moveAlong(const SkinTopology& skin, double dx, std::sp
         placesOf(skin, cut.parts, [&](std::uint32_t place) { return nearest[place] != kNoSource; });
     copyGiven(skin, places, cut.parts, cut.points);
     std::vector<Vec3> X(cut.points.size()), shift(cut.points.size(), Vec3::Zero());
-    std::vector<std::uint8_t> isFree(cut.points.size(), 0);
+    std::vector<std::uint8_t> isAdded(cut.points.size(), 0), isFixed = isAdded, isFree = isAdded;
     for (std::size_t i = 0; i < X.size(); ++i) {
         X[i] = i < made.size() ? made[i].X : cut.points[i].X;
         shift[i] = cut.points[i].X - X[i];
     }
     for (std::size_t i = before; i < X.size(); ++i) {
         cut.points[i].anchor = cut.anchor[places[i - before].given];
-        isFree[i] = !places[i - before].isCorner;
+        isAdded[i] = 1, isFixed[i] = places[i - before].isCorner, isFree[i] = !isFixed[i];
     }
     shift = harmonic(skin, cut.parts, X, isFree, std::move(shift), Weights::positive);
     const Slider slider(skin);
     for (std::size_t i = before; i < X.size(); ++i)
         if (isFree[i]) cut.points[i].X = slider.closest(cut.points[i], X[i] + shift[i], cut.points[i].on);
-    std::vector<std::uint8_t> isAdded(X.size(), 0);
-    std::fill(isAdded.begin() + std::ptrdiff_t(before), isAdded.end(), 1);
     redivide(skin, isAdded, cut);
-    std::vector<std::uint8_t> isFixed(std::move(isAdded));
-    for (std::size_t i = before; i < X.size(); ++i) isFixed[i] = !isFree[i];
     return isFixed;
 }
 
