@@ -79,7 +79,7 @@ void copyGiven(const SkinTopology& skin, std::span<const PlaceOnSkin> places, st
 std::vector<Vec3> harmonic(const SkinTopology& skin, std::span<const SkinCut::Part> parts, std::span<const Vec3> X,
                            std::span<const std::uint8_t> isFree, std::vector<Vec3> shift, Weights weights)
 {
-    constexpr double kLeast = 1e-3;
+    constexpr double kLeast = 1e-3;  // of a cotangent
     const std::size_t given = skin.pointOf.size();
     std::vector<std::uint32_t> unknown, number(shift.size(), kKnown);
     for (std::uint32_t i = 0; i < shift.size(); ++i)

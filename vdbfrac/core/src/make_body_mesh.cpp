@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 namespace vdbfrac::core {
 
@@ -52,16 +53,18 @@ std::unique_ptr<tetmesh::BodyMesh> cutMesh(const scene::Grid& grid, const grid::
 /// Is a voxel node in a part of the mesh, on a lattice, with less material than crumbs may have?
 class SmallParts {
 public:
-    SmallParts(const tetmesh::BodyMesh& mesh, const tetmesh::FragmentTracker& fragments)
-        : edge_(int(std::lround(mesh.spacing() / mesh.voxelSize()))),
-          isSmall_(mesh.phi().lower(), mesh.phi().upper(), false, false)
+    /// `first`: id of the body's first fragment.
+    SmallParts(const Body& body, std::uint32_t first)
+        : edge_(int(std::lround(body.mesh->spacing() / body.mesh->voxelSize()))),
+          isSmall_(body.mesh->phi().lower(), body.mesh->phi().upper(), false, false)
     {
-        const double most = double(grid::kMostOfCrumb) * std::pow(mesh.voxelSize(), 3);
+        const double most = double(grid::kMostOfCrumb) * std::pow(body.mesh->voxelSize(), 3);
         std::vector<std::uint8_t> isSmall;
-        for (const tetmesh::Fragment& f : fragments.fragments()) isSmall.push_back(f.restVolume < most);
+        for (const tetmesh::Fragment& f : body.fragments.fragments()) isSmall.push_back(f.restVolume < most);
+        const std::span<const Coord> lattice = body.mesh->latticeCoords();
         std::vector<Coord> nodes;
-        for (std::size_t n = 0; n < mesh.latticeCoords().size(); ++n)
-            if (isSmall[fragments.ofNode()[n]]) nodes.push_back(mesh.latticeCoords()[n]);
+        for (std::size_t n = 0; n < lattice.size(); ++n)
+            if (isSmall[body.fragments.ofNode()[n] - first]) nodes.push_back(lattice[n]);
         isSmall_.cover(nodes);
         for (const Coord& c : nodes) isSmall_.set(c, true);
     }
@@ -83,23 +86,25 @@ private:
 
 }  // namespace
 
-std::unique_ptr<tetmesh::BodyMesh> makeBodyMesh(const scene::Grid& grid, const scene::Body& body,
-                                                std::uint64_t memoryLimit, grid::LevelSet& phi,
-                                                std::vector<std::string>& notes)
+void makeBodyMesh(const scene::Grid& grid, const scene::Body& spec, std::uint64_t memoryLimit,
+                  std::uint32_t& nextFragment, Body& body, std::vector<std::string>& notes)
 {
-    const auto made = [&] { return cutMesh(grid, phi, grid::restShape(body, phi), memoryLimit); };
-    std::unique_ptr<tetmesh::BodyMesh> mesh = made();
-    std::uint32_t parts = 0;
-    const tetmesh::FragmentTracker fragments(*mesh, parts);
-    if (parts < 2) return mesh;
-    const std::size_t crumbs = grid::takeOutCrumbs(phi, SmallParts(*mesh, fragments), memoryLimit);
-    if (crumbs == 0) return mesh;
-    const double volume = mesh->volume();
-    mesh = made();
-    notes.push_back("body '" + body.name + "': " + counted(crumbs, "crumb") + " of up to 8 voxels, " +
-                    shortNumber(100 * (1 - mesh->volume() / volume), 2) +
+    const std::uint32_t first = nextFragment;
+    const auto make = [&] {
+        nextFragment = first;
+        body.mesh = cutMesh(grid, body.phi, grid::restShape(spec, body.phi), memoryLimit);
+        body.fragments = tetmesh::FragmentTracker(*body.mesh, nextFragment);
+    };
+    make();
+    if (nextFragment - first < 2) return;
+    const double volume = body.mesh->volume();
+    const std::size_t crumbs = grid::takeOutCrumbs(body.phi, body.mesh->phi(), SmallParts(body, first));
+    if (crumbs == 0) return;
+    make();
+    notes.push_back("body '" + body.name + "': " + counted(crumbs, "crumb") + " of up to " +
+                    std::to_string(grid::kMostOfCrumb) + " voxels, " +
+                    shortNumber(100 * (1 - body.mesh->volume() / volume), 2) +
                     " % of its volume, left out: they hang on to it by less than a voxel; what is drawn has them");
-    return mesh;
 }
 
 }  // namespace vdbfrac::core

@@ -93,11 +93,10 @@ void Simulation::addBody(const scene::Scene& scene, const scene::Body& spec, std
     body.name = spec.name;
     body.material = solver::makeMaterial(m.youngsModulus, m.poissonRatio, m.density);
     body.phi = grid::makeLevelSet(spec, scene.grid, memoryLimit, &stages_.notes);
-    body.mesh = makeBodyMesh(scene.grid, spec, memoryLimit, body.phi, stages_.notes);
+    makeBodyMesh(scene.grid, spec, memoryLimit, nextFragment_, body, stages_.notes);
     if (body.mesh->nodeCount() == 0)
         throw InputError({spec.place, "body '" + spec.name + "' holds no material on the lattice",
                           "at least one voxel inside", "make grid.voxel_size smaller than the body"});
-    body.fragments = tetmesh::FragmentTracker(*body.mesh, nextFragment_);
     body.startVolume = body.mesh->volume();
     const std::vector<Vec3> rest = tetmesh::restPositions(*body.mesh);
     state_.x.insert(state_.x.end(), rest.begin(), rest.end());

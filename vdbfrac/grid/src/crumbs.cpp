@@ -28,13 +28,13 @@ bool isBesideLarger(Coord c, const tetmesh::PartNames& part, const std::vector<s
 
 }  // namespace
 
-std::size_t takeOutCrumbs(LevelSet& phi, const std::function<bool(Coord)>& isApart, std::uint64_t memoryLimit)
+std::size_t takeOutCrumbs(LevelSet& phi, const tetmesh::NodeField<float>& nodes,
+                          const std::function<bool(Coord)>& isApart)
 {
     const double dx = phi.voxelSize();
-    const tetmesh::NodeField<float> rest = sampleNodes(phi, memoryLimit);
     const std::vector<Coord> material =
-        tetmesh::nodesWhere(rest, [&](Coord c) { return rest(c) < -tetmesh::kSnap * dx; });
-    tetmesh::PartNames part(rest.lower(), rest.upper(), tetmesh::kNameless, tetmesh::kNameless);
+        tetmesh::nodesWhere(nodes, [&](Coord c) { return nodes(c) < -tetmesh::kSnap * dx; });
+    tetmesh::PartNames part(nodes.lower(), nodes.upper(), tetmesh::kNameless, tetmesh::kNameless);
     part.cover(material);
     if (tetmesh::nameParts(material, part) < 2) return 0;
     std::vector<std::size_t> size(material.size(), 0);
